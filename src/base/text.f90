@@ -1,0 +1,115 @@
+!> Small text helpers: case, numbers as text, the nearest of several words.
+module text_mod
+  use kinds_mod, only: wp, i8
+  implicit none
+  private
+
+  public :: upper, to_text, nearest_word, string_t
+
+  !> A text of its own length, for lists of texts.
+  type :: string_t
+    character(:), allocatable :: text
+  end type string_t
+
+  !> A number as text without blanks.
+  interface to_text
+    module procedure integer_to_text, long_to_text, real_to_text
+  end interface to_text
+
+contains
+
+  !> `text` in upper case (ASCII letters only; other bytes stay).
+  pure function upper(text) result(converted)
+    character(*), intent(in) :: text
+    character(len(text)) :: converted
+    integer :: i, code
+
+    do i = 1, len(text)
+      code = iachar(text(i:i))
+      if (code >= iachar('a') .and. code <= iachar('z')) code = code - 32
+      converted(i:i) = achar(code)
+    end do
+  end function upper
+
+  pure function integer_to_text(number) result(text)
+    integer, intent(in) :: number
+    character(:), allocatable :: text
+
+    text = long_to_text(int(number, i8))
+  end function integer_to_text
+
+  pure function long_to_text(number) result(text)
+    integer(i8), intent(in) :: number
+    character(:), allocatable :: text
+    character(24) :: buffer
+
+    write (buffer, '(i0)') number
+    text = trim(buffer)
+  end function long_to_text
+
+  !> `number` with `digits` significant digits, in the shorter of plain and exponent form.
+  pure function real_to_text(number, digits) result(text)
+    real(wp), intent(in) :: number
+    integer, intent(in), optional :: digits !! significant digits, 1 to 17 (default 6)
+    character(:), allocatable :: text
+    character(40) :: buffer
+    integer :: wanted, mark, last
+
+    wanted = 6
+    if (present(digits)) wanted = digits
+    write (buffer, '(g0.'//integer_to_text(wanted)//')') number
+    text = trim(adjustl(buffer))
+    mark = scan(text, 'Ee')
+    if (scan(text, '.') == 0) return
+    last = merge(mark - 1, len(text), mark > 0)
+    do while (last > 1 .and. text(last:last) == '0')
+      last = last - 1
+    end do
+    if (text(last:last) == '.') last = last - 1
+    if (mark > 0) then
+      text = text(:last)//text(mark:)
+    else
+      text = text(:last)
+    end if
+  end function real_to_text
+
+  !> The index of the word of `words` nearest to `word` by edit distance; 0 when none is near.
+  !>
+  !> Near means: at most a third of the longer word's letters differ (at least one may).
+  pure function nearest_word(word, words) result(nearest)
+    character(*), intent(in) :: word
+    type(string_t), intent(in) :: words(:)
+    integer :: nearest, i, distance, best
+
+    nearest = 0
+    best = huge(best)
+    do i = 1, size(words)
+      distance = edit_distance(word, words(i)%text)
+      if (distance > max(1, max(len(word), len(words(i)%text))/3)) cycle
+      if (distance < best) then
+        best = distance
+        nearest = i
+      end if
+    end do
+  end function nearest_word
+
+  !> Levenshtein's distance: the fewest insertions, deletions and substitutions from `a` to `b`.
+  pure function edit_distance(a, b) result(distance)
+    character(*), intent(in) :: a, b
+    integer :: distance, i, j, diagonal, above
+    integer :: row(0:len(b))
+
+    row = [(j, j = 0, len(b))]
+    do i = 1, len(a)
+      diagonal = row(0)
+      row(0) = i
+      do j = 1, len(b)
+        above = row(j)
+        row(j) = min(row(j) + 1, row(j - 1) + 1, diagonal + merge(0, 1, a(i:i) == b(j:j)))
+        diagonal = above
+      end do
+    end do
+    distance = row(len(b))
+  end function edit_distance
+
+end module text_mod

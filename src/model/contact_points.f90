@@ -1,0 +1,19 @@
+!> The candidate contact points of a run: which node faces which obstacle.
+module contact_points_mod
+  use kinds_mod, only: wp
+  implicit none
+  private
+
+  public :: contact_points_t
+
+  !> All points of all pairs, one pair after the other, the nodes of a pair ascending.
+  type :: contact_points_t
+    integer :: n = 0
+    integer,  allocatable :: pair(:)  !! (n) index into the scene's pairs
+    integer,  allocatable :: node(:)  !! (n) slave node
+    real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
+    real(wp), allocatable :: area(:)  !! (n) the node's share of the slave surface, 0 for a surface of nodes [length^2]
+    integer,  allocatable :: first(:) !! (n_pairs+1) first point of each pair
+  end type contact_points_t
+
+end module contact_points_mod

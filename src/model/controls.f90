@@ -1,0 +1,50 @@
+!> Every choice the user can make, with its default.
+module controls_mod
+  use kinds_mod, only: wp
+  implicit none
+  private
+
+  public :: contact_controls_t, output_controls_t
+  public :: solver_none, solver_auto, solver_sweeps
+  public :: formulation_bipotential, formulation_pseudopotential
+  public :: local_uzawa, local_newton, local_newton6, local_exact
+  public :: stop_at_residual, stop_at_change
+
+  ! The first three are what /history/solver stores.
+  integer, parameter :: solver_none = 0
+  integer, parameter :: solver_sweeps = 1
+  integer, parameter :: solver_auto = -1
+
+  integer, parameter :: formulation_bipotential = 1
+  integer, parameter :: formulation_pseudopotential = 2
+
+  integer, parameter :: local_uzawa = 1
+  integer, parameter :: local_newton = 2   !! 3x3: x eliminated
+  integer, parameter :: local_newton6 = 3  !! 6x6: as in [13]
+  integer, parameter :: local_exact = 4
+
+  integer, parameter :: stop_at_residual = 1 !! scaled natural map
+  integer, parameter :: stop_at_change = 2   !! relative change of r in a sweep
+
+  !> *CONTACT SOLVER.
+  type :: contact_controls_t
+    integer  :: solver = solver_auto
+    integer  :: formulation = formulation_bipotential
+    integer  :: local = local_newton
+    real(wp) :: rho = 1.0_wp          !! factor of its natural scale, > 0 [-]
+    real(wp) :: relaxation = 1.0_wp   !! share of the new value, 0 < relaxation < 2 [-]
+    real(wp) :: tolerance = 1.0e-8_wp !! > 0 [-]
+    integer  :: stop_rule = stop_at_residual
+    integer  :: max_sweeps = 20000
+  end type contact_controls_t
+
+  !> *NODE FILE, *EL FILE, *CONTACT FILE: which fields the result file holds at each increment.
+  type :: output_controls_t
+    logical :: displacement = .true.
+    logical :: reaction = .true.      !! reaction_force of the supports
+    logical :: contact = .true.       !! contact_force, contact_pressure, contact_status
+    logical :: stress = .false.       !! one tensor a brick
+    integer :: frequency = 1          !! every so many increments, and the last of a step
+  end type output_controls_t
+
+end module controls_mod

@@ -1,0 +1,149 @@
+!> The mesh: nodes, 8-node bricks, the bodies they form.
+module mesh_mod
+  use kinds_mod, only: wp
+  implicit none
+  private
+
+  public :: mesh_t, find_bodies, node_neighbours, kind_c3d8
+
+  integer, parameter :: kind_c3d8 = 1 !! full integration
+
+  !> Nodes and bricks, numbered from 1 in the order of the deck; the deck's own ids beside them.
+  type :: mesh_t
+    real(wp), allocatable :: coordinates(:, :)  !! (3, n_nodes) [length]
+    integer,  allocatable :: node_id(:)         !! (n_nodes) the deck's ids
+    integer,  allocatable :: connectivity(:, :) !! (8, n_elements) node numbers, order as in elements/
+    integer,  allocatable :: element_id(:)      !! (n_elements) the deck's ids
+    integer,  allocatable :: element_kind(:)    !! (n_elements) kind_c3d8
+    integer,  allocatable :: material(:)        !! (n_elements) index into the scene's materials
+    integer,  allocatable :: body(:)            !! (n_nodes) body of each node, 0 where no element uses it
+    integer :: n_nodes = 0
+    integer :: n_elements = 0
+    integer :: n_bodies = 0
+  end type mesh_t
+
+contains
+
+  !> Number the bodies (pieces of the mesh connected through elements) in `mesh%body`.
+  pure subroutine find_bodies(mesh)
+    type(mesh_t), intent(inout) :: mesh
+    integer :: parent(mesh%n_nodes), e, k, node, root
+
+    parent = [(node, node = 1, mesh%n_nodes)]
+    do e = 1, mesh%n_elements
+      do k = 2, 8
+        call join(parent, mesh%connectivity(1, e), mesh%connectivity(k, e))
+      end do
+    end do
+    if (allocated(mesh%body)) deallocate (mesh%body)
+    allocate (mesh%body(mesh%n_nodes), source=0)
+    mesh%n_bodies = 0
+    do e = 1, mesh%n_elements
+      do k = 1, 8
+        node = mesh%connectivity(k, e)
+        call find_root(parent, node, root)
+        if (mesh%body(root) == 0) then
+          mesh%n_bodies = mesh%n_bodies + 1
+          mesh%body(root) = mesh%n_bodies
+        end if
+        mesh%body(node) = mesh%body(root)
+      end do
+    end do
+  end subroutine find_bodies
+
+  pure subroutine join(parent, a, b)
+    integer, intent(inout) :: parent(:)
+    integer, intent(in) :: a, b
+    integer :: root_a, root_b
+
+    call find_root(parent, a, root_a)
+    call find_root(parent, b, root_b)
+    parent(max(root_a, root_b)) = min(root_a, root_b)
+  end subroutine join
+
+  !> Follow the parents of `node` to its root, halving the path on the way.
+  pure subroutine find_root(parent, node, root)
+    integer, intent(inout) :: parent(:)
+    integer, intent(in) :: node
+    integer, intent(out) :: root
+
+    root = node
+    do while (parent(root) /= root)
+      parent(root) = parent(parent(root))
+      root = parent(root)
+    end do
+  end subroutine find_root
+
+  !> Compressed lists of each node's neighbours (nodes that share an element), itself included, ascending.
+  pure subroutine node_neighbours(mesh, start, neighbours)
+    type(mesh_t), intent(in) :: mesh
+    integer, allocatable, intent(out) :: start(:)      !! (n_nodes+1) first entry of each node's list
+    integer, allocatable, intent(out) :: neighbours(:) !! the lists, one after the other
+    integer, allocatable :: element_start(:), elements(:), fill(:), marked(:), list(:)
+    integer :: e, k, l, m, node, other, n_list
+
+    allocate (element_start(mesh%n_nodes + 1), source=0)
+    do e = 1, mesh%n_elements
+      do k = 1, 8
+        node = mesh%connectivity(k, e)
+        element_start(node + 1) = element_start(node + 1) + 1
+      end do
+    end do
+    element_start(1) = 1
+    do node = 1, mesh%n_nodes
+      element_start(node + 1) = element_start(node) + element_start(node + 1)
+    end do
+    allocate (elements(8*mesh%n_elements), fill(mesh%n_nodes))
+    fill = element_start(:mesh%n_nodes)
+    do e = 1, mesh%n_elements
+      do k = 1, 8
+        node = mesh%connectivity(k, e)
+        elements(fill(node)) = e
+        fill(node) = fill(node) + 1
+      end do
+    end do
+
+    ! Twice over the nodes: once to count, once to store.
+    allocate (start(mesh%n_nodes + 1), marked(mesh%n_nodes), list(mesh%n_nodes))
+    do m = 1, 2
+      marked = 0
+      start(1) = 1
+      do node = 1, mesh%n_nodes
+        n_list = 0
+        do l = element_start(node), element_start(node + 1) - 1
+          do k = 1, 8
+            other = mesh%connectivity(k, elements(l))
+            if (marked(other) == node) cycle
+            marked(other) = node
+            n_list = n_list + 1
+            list(n_list) = other
+          end do
+        end do
+        start(node + 1) = start(node) + n_list
+        if (m == 2) then
+          call sort_ascending(list(:n_list))
+          neighbours(start(node):start(node + 1) - 1) = list(:n_list)
+        end if
+      end do
+      if (m == 1) allocate (neighbours(start(mesh%n_nodes + 1) - 1))
+    end do
+  end subroutine node_neighbours
+
+  !> Insertion sort: the lists here have 27 entries or so.
+  pure subroutine sort_ascending(list)
+    integer, intent(inout) :: list(:)
+    integer :: i, j, value
+
+    do i = 2, size(list)
+      value = list(i)
+      j = i - 1
+      do while (j >= 1)
+        if (list(j) <= value) exit
+        list(j + 1) = list(j)
+        j = j - 1
+      end do
+      list(j + 1) = value
+    end do
+  end subroutine sort_ascending
+
+end module mesh_mod

@@ -1,0 +1,48 @@
+!> The scene: everything a deck says, validated, with every name resolved to a number.
+module scene_mod
+  use kinds_mod, only: wp
+  use text_mod, only: string_t
+  use mesh_mod, only: mesh_t
+  use surfaces_mod, only: surface_t
+  use obstacles_mod, only: obstacle_t
+  use loads_mod, only: amplitude_t, load_step_t
+  use controls_mod, only: contact_controls_t, output_controls_t
+  implicit none
+  private
+
+  public :: scene_t, material_t, contact_pair_t
+
+  !> Isotropic linear elasticity.
+  type :: material_t
+    character(:), allocatable :: name
+    real(wp) :: young = 0.0_wp    !! Young's modulus E > 0 [force/length^2]
+    real(wp) :: poisson = 0.0_wp  !! Poisson's ratio nu, -1 < nu < 0.5 [-]
+  end type material_t
+
+  !> A slave surface that may touch an obstacle.
+  type :: contact_pair_t
+    character(:), allocatable :: name !! "<slave surface>:<obstacle>", as in the result file
+    integer  :: surface = 0           !! index into the scene's surfaces
+    integer  :: obstacle = 0          !! index into the scene's obstacles
+    real(wp) :: mu = 0.0_wp           !! friction coefficient, mu >= 0 [-]
+  end type contact_pair_t
+
+  !> A validated scene: nothing below this type needs to doubt it.
+  type :: scene_t
+    character(:), allocatable :: title
+    character(:), allocatable :: name       !! the deck's file name without folder and ending
+    character(:), allocatable :: deck       !! the deck as read, includes put in
+    character(:), allocatable :: overrides  !! name=value a line, as given on the command line
+    type(mesh_t) :: mesh
+    type(material_t),     allocatable :: materials(:)
+    type(surface_t),      allocatable :: surfaces(:)
+    type(obstacle_t),     allocatable :: obstacles(:)
+    type(contact_pair_t), allocatable :: pairs(:)
+    type(amplitude_t),    allocatable :: amplitudes(:)
+    type(load_step_t),    allocatable :: steps(:)
+    type(contact_controls_t) :: contact
+    type(output_controls_t)  :: output
+    type(string_t), allocatable :: notes(:) !! what was ignored or noticed, one sentence each
+  end type scene_t
+
+end module scene_mod

@@ -1,0 +1,34 @@
+!> The state of the scene after an increment: everything a step changes, nothing that follows from it.
+module state_mod
+  use kinds_mod, only: wp
+  implicit none
+  private
+
+  public :: state_t, initial_state
+
+  !> All zero at the start of the run. `advance` reads an old state and writes a new one.
+  type :: state_t
+    integer  :: row = 0        !! increments done in the run
+    integer  :: step = 0       !! ordinal of the last increment's *STEP
+    integer  :: increment = 0  !! and its number within the step
+    real(wp) :: time = 0.0_wp  !! total, in the deck's unit
+    real(wp), allocatable :: displacement(:, :)   !! (3, n_nodes) [length]
+    real(wp), allocatable :: reaction(:, :)       !! (3, n_points) on the slave body, x, y, z [force]
+    real(wp), allocatable :: slip(:, :)           !! (2, n_points) sum of the slip increments along t1, t2 [length]
+    real(wp), allocatable :: applied_force(:, :)  !! (3, n_nodes) loads and supports, kept for the work of the next step [force]
+    real(wp) :: external_work = 0.0_wp            !! cumulative [energy]
+    real(wp) :: dissipation = 0.0_wp              !! cumulative, by friction [energy]
+  end type state_t
+
+contains
+
+  !> The undeformed, unloaded state.
+  pure function initial_state(n_nodes, n_points) result(state)
+    integer, intent(in) :: n_nodes, n_points
+    type(state_t) :: state
+
+    allocate (state%displacement(3, n_nodes), state%applied_force(3, n_nodes), source=0.0_wp)
+    allocate (state%reaction(3, n_points), state%slip(2, n_points), source=0.0_wp)
+  end function initial_state
+
+end module state_mod

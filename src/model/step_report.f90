@@ -1,0 +1,69 @@
+!> What is told about an increment: how it was solved, how true it is, what its contact looks like.
+module step_report_mod
+  use kinds_mod, only: wp
+  use controls_mod, only: solver_none
+  implicit none
+  private
+
+  public :: step_report_t, certificate_t, energy_t, contact_fields_t
+  public :: status_open, status_stick, status_slide
+  public :: worst_entry
+
+  integer, parameter :: status_open = 0, status_stick = 1, status_slide = 2
+
+  !> The six errors of a step, each relative to the scales of docs/theory.md.
+  type :: certificate_t
+    real(wp) :: penetration = 0.0_wp
+    real(wp) :: adhesion = 0.0_wp
+    real(wp) :: complementarity = 0.0_wp
+    real(wp) :: cone = 0.0_wp
+    real(wp) :: law = 0.0_wp
+    real(wp) :: equilibrium = 0.0_wp
+    logical  :: certified = .false.  !! all six at most 10 times the contact tolerance
+  end type certificate_t
+
+  !> The energies of the run up to this increment [energy].
+  type :: energy_t
+    real(wp) :: external_work = 0.0_wp
+    real(wp) :: strain = 0.0_wp
+    real(wp) :: dissipation = 0.0_wp
+    real(wp) :: balance = 0.0_wp     !! work - strain - dissipation: of the order of the increment
+  end type energy_t
+
+  !> The contact as it stands at the end of the increment, point by point, in the local frames.
+  type :: contact_fields_t
+    real(wp), allocatable :: frame(:, :, :)       !! (3,3,n_points) columns n, t1, t2 in x, y, z [-]
+    real(wp), allocatable :: reaction(:, :)       !! (3,n_points) n, t1, t2, on the slave body [force]
+    real(wp), allocatable :: gap(:)               !! (n_points) [length]
+    real(wp), allocatable :: slip_increment(:, :) !! (2,n_points) along t1, t2 [length]
+    integer,  allocatable :: status(:)            !! (n_points) status_open, status_stick, status_slide
+  end type contact_fields_t
+
+  !> One increment's report.
+  type :: step_report_t
+    logical  :: converged = .false.
+    integer  :: solver = solver_none
+    integer  :: newton_raphson_iterations = 0
+    integer  :: contact_iterations = 0  !! sweeps
+    integer  :: local_iterations = 0    !! summed over points and sweeps
+    real(wp) :: residual = 0.0_wp       !! scaled natural map [-]
+    real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]
+    real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
+    integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
+    type(certificate_t)    :: certificate
+    type(energy_t)         :: energy
+    type(contact_fields_t) :: contact
+  end type step_report_t
+
+contains
+
+  !> The largest of the certificate's six entries.
+  pure function worst_entry(certificate) result(worst)
+    type(certificate_t), intent(in) :: certificate
+    real(wp) :: worst
+
+    worst = max(certificate%penetration, certificate%adhesion, certificate%complementarity, &
+                certificate%cone, certificate%law, certificate%equilibrium)
+  end function worst_entry
+
+end module step_report_mod

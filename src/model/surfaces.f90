@@ -1,0 +1,44 @@
+!> Surfaces: faces of bricks, or nodes.
+module surfaces_mod
+  implicit none
+  private
+
+  public :: surface_t, face_nodes, nodes_of_faces
+
+  !> A named surface. Made of faces: both arrays are filled; made of nodes: `faces` has no columns.
+  type :: surface_t
+    character(:), allocatable :: name
+    integer, allocatable :: faces(:, :) !! (2, n_faces) element, face 1..6
+    integer, allocatable :: nodes(:)    !! (n_nodes) node numbers, ascending, each once
+  end type surface_t
+
+  !> Local nodes of each face of the brick, S1..S6 of Abaqus, seen from outside anticlockwise.
+  !>
+  !>        8-------7
+  !>       /|      /|     S1 = 1 4 3 2   S2 = 5 6 7 8   S3 = 1 2 6 5
+  !>      5-------6 |     S4 = 2 3 7 6   S5 = 3 4 8 7   S6 = 4 1 5 8
+  !>      | 4-----|-3
+  !>      |/      |/
+  !>      1-------2
+  integer, parameter :: face_nodes(4, 6) = reshape([ &
+    1, 4, 3, 2,  5, 6, 7, 8,  1, 2, 6, 5,  2, 3, 7, 6,  3, 4, 8, 7,  4, 1, 5, 8], [4, 6])
+
+contains
+
+  !> The nodes on `faces`, ascending, each once.
+  pure function nodes_of_faces(connectivity, n_nodes, faces) result(nodes)
+    integer, intent(in) :: connectivity(:, :) !! (8, n_elements)
+    integer, intent(in) :: n_nodes            !! nodes in the mesh
+    integer, intent(in) :: faces(:, :)        !! (2, n_faces)
+    integer, allocatable :: nodes(:)
+    logical :: on_surface(n_nodes)
+    integer :: i
+
+    on_surface = .false.
+    do i = 1, size(faces, 2)
+      on_surface(connectivity(face_nodes(:, faces(2, i)), faces(1, i))) = .true.
+    end do
+    nodes = pack([(i, i = 1, n_nodes)], on_surface)
+  end function nodes_of_faces
+
+end module surfaces_mod
