@@ -47,31 +47,42 @@ contains
     text = trim(buffer)
   end function long_to_text
 
-  !> `number` with `digits` significant digits, in the shorter of plain and exponent form.
+  !> `number` with at most `digits` significant digits, without trailing zeros; plain from 1e-4 to
+  !> 1e7.
   pure function real_to_text(number, digits) result(text)
     real(wp), intent(in) :: number
-    integer, intent(in), optional :: digits !! significant digits, 1 to 17 (default 6)
+    integer, intent(in), optional :: digits !! 1 to 17 (default 6)
     character(:), allocatable :: text
     character(40) :: buffer
-    integer :: wanted, mark, last
+    integer :: wanted, mark, power
 
     wanted = 6
     if (present(digits)) wanted = digits
-    write (buffer, '(g0.'//integer_to_text(wanted)//')') number
+    write (buffer, '(es40.'//integer_to_text(wanted - 1)//'e3)') number
     text = trim(adjustl(buffer))
-    mark = scan(text, 'Ee')
-    if (scan(text, '.') == 0) return
-    last = merge(mark - 1, len(text), mark > 0)
-    do while (last > 1 .and. text(last:last) == '0')
-      last = last - 1
-    end do
-    if (text(last:last) == '.') last = last - 1
-    if (mark > 0) then
-      text = text(:last)//text(mark:)
+    mark = scan(text, 'E')
+    if (mark == 0) return ! NaN or infinite
+    read (text(mark + 1:), *) power
+    if (power >= -4 .and. power <= 6) then
+      write (buffer, '(f40.'//integer_to_text(max(0, wanted - 1 - power))//')') number
+      text = without_zeros(trim(adjustl(buffer)))
     else
-      text = text(:last)
+      text = without_zeros(text(:mark - 1))//'e'//integer_to_text(power)
     end if
   end function real_to_text
+
+  !> A decimal fraction without its trailing zeros and, if nothing is left behind it, its point.
+  pure function without_zeros(number) result(text)
+    character(*), intent(in) :: number
+    character(:), allocatable :: text
+    integer :: last
+
+    last = len(number)
+    if (index(number, '.') > 0) last = verify(number, '0', back=.true.)
+    if (number(last:last) == '.') last = last - 1
+    text = number(:last)
+    if (text(1:1) == '.') text = '0'//text
+  end function without_zeros
 
   !> The index of the word of `words` nearest to `word` by edit distance; 0 when none is near.
   !>

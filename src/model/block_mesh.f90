@@ -12,7 +12,8 @@ module block_mesh_mod
 
 contains
 
-  !> Positions 0..1 of n+1 planes whose spacing grows geometrically, the last `ratio` times the first.
+  !> Positions 0..1 of n+1 planes whose spacing grows geometrically, the last `ratio` times the
+  !> first.
   pure function graded_positions(n, ratio) result(position)
     integer, intent(in) :: n       !! intervals, n >= 1
     real(wp), intent(in) :: ratio  !! last interval over the first, > 0 [-]

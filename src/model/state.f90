@@ -1,4 +1,5 @@
-!> The state of the scene after an increment: everything a step changes, nothing that follows from it.
+!> The state of the scene after an increment: everything a step changes, nothing that follows from
+!> it.
 module state_mod
   use kinds_mod, only: wp
   implicit none
@@ -13,9 +14,14 @@ module state_mod
     integer  :: increment = 0  !! and its number within the step
     real(wp) :: time = 0.0_wp  !! total, in the deck's unit
     real(wp), allocatable :: displacement(:, :)   !! (3, n_nodes) [length]
-    real(wp), allocatable :: reaction(:, :)       !! (3, n_points) on the slave body, x, y, z [force]
-    real(wp), allocatable :: slip(:, :)           !! (2, n_points) sum of the slip increments along t1, t2 [length]
-    real(wp), allocatable :: applied_force(:, :)  !! (3, n_nodes) loads and supports, kept for the work of the next step [force]
+    real(wp), allocatable :: reaction(:, :)       !! (3, n_points) on the slave body, x, y, z
+                                                  !! [force]
+    real(wp), allocatable :: slip(:, :)           !! (2, n_points) sum of the slip increments along
+                                                  !! t1, t2 [length]
+    real(wp), allocatable :: external_force(:, :) !! (3, n_nodes) loads; with the supports kept for
+                                                  !! the next step's work [force]
+    real(wp), allocatable :: support_force(:, :)  !! (3, n_nodes) of the supports on the body, 0
+                                                  !! where none is [force]
     real(wp) :: external_work = 0.0_wp            !! cumulative [energy]
     real(wp) :: dissipation = 0.0_wp              !! cumulative, by friction [energy]
   end type state_t
@@ -27,7 +33,8 @@ contains
     integer, intent(in) :: n_nodes, n_points
     type(state_t) :: state
 
-    allocate (state%displacement(3, n_nodes), state%applied_force(3, n_nodes), source=0.0_wp)
+    allocate (state%displacement(3, n_nodes), source=0.0_wp)
+    allocate (state%external_force(3, n_nodes), state%support_force(3, n_nodes), source=0.0_wp)
     allocate (state%reaction(3, n_points), state%slip(2, n_points), source=0.0_wp)
   end function initial_state
 

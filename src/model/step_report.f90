@@ -33,10 +33,12 @@ module step_report_mod
   !> The contact as it stands at the end of the increment, point by point, in the local frames.
   type :: contact_fields_t
     real(wp), allocatable :: frame(:, :, :)       !! (3,3,n_points) columns n, t1, t2 in x, y, z [-]
-    real(wp), allocatable :: reaction(:, :)       !! (3,n_points) n, t1, t2, on the slave body [force]
+    real(wp), allocatable :: reaction(:, :)       !! (3,n_points) n, t1, t2, on the slave body
+                                                  !! [force]
     real(wp), allocatable :: gap(:)               !! (n_points) [length]
     real(wp), allocatable :: slip_increment(:, :) !! (2,n_points) along t1, t2 [length]
-    integer,  allocatable :: status(:)            !! (n_points) status_open, status_stick, status_slide
+    integer,  allocatable :: status(:)            !! (n_points) status_open, status_stick,
+                                                  !! status_slide
   end type contact_fields_t
 
   !> One increment's report.

@@ -1,0 +1,139 @@
+# shellcheck shell=bash
+# What scripts/run and scripts/test share: packages, locking, configuring and building.
+# It is sourced, never run. Messages go to standard error, so that the program's own output can
+# be piped.
+
+root=$(cd -- "$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")/.." && pwd -P)
+build=$root/build
+# The first python3 on the PATH may be another one, without Debian's numpy and h5py.
+system_python=/usr/bin/python3
+[ -x "$system_python" ] || system_python=$(command -v python3 || echo python3)
+
+# shellcheck disable=SC2034 # the scripts that source this file use these
+{
+  packages_build=(gfortran cmake make libopenblas-dev libmumps-seq-dev libmetis-dev libhdf5-dev)
+  packages_scripts=(python3 python3-numpy python3-h5py python3-matplotlib)
+  packages_tests=(python3-venv)
+}
+
+install=yes
+jobs=$(nproc 2>/dev/null || echo 2)
+
+say() {
+  printf 'bipot: %s\n' "$*" >&2
+}
+
+# Ends with status 3, the program's own for "the machine failed".
+fail() {
+  say "$*"
+  exit 3
+}
+
+wrong_command_line() {
+  say "$*"
+  exit 1
+}
+
+set_jobs() {
+  [[ $1 =~ ^[1-9][0-9]*$ ]] || wrong_command_line "--jobs wants a number of processes, not '$1'"
+  jobs=$1
+}
+
+# Installs what is missing of the Debian packages named, or says what to do about them.
+need_packages() {
+  local name status installed missing=()
+  if ! command -v dpkg-query >/dev/null; then
+    [ -f "$build/CMakeCache.txt" ] || say "not a Debian system; these are needed, under whatever" \
+      "names they have here: $*"
+    return 0
+  fi
+  declare -A status=()
+  while read -r name installed; do
+    status[$name]=$installed
+  done < <(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "$@" 2>/dev/null)
+  for name in "$@"; do
+    [ "${status[$name]-}" = installed ] || missing+=("$name")
+  done
+  [ ${#missing[@]} -gt 0 ] || return 0
+
+  if [ "$install" = no ]; then
+    say "not installed (--no-install was given): ${missing[*]}"
+    return 0
+  fi
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || fail "these packages are missing, and there is no sudo to" \
+      "install them. As root: apt-get install ${missing[*]}" \
+      "(or give --no-install if you have them in another way)"
+    as_root=(sudo)
+  fi
+  say "installing from Debian: ${missing[*]}"
+  # Old package lists may still do, so a failed update alone is no reason to stop.
+  "${as_root[@]}" apt-get update >"$build/apt.log" 2>&1 || true
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y \
+    --no-install-recommends -o DPkg::Lock::Timeout=300 "${missing[@]}" \
+    >>"$build/apt.log" 2>&1 </dev/null 9>&- || {
+    tail -n 15 "$build/apt.log" >&2
+    fail "the packages could not be installed; the whole log is $build/apt.log"
+  }
+}
+
+# One script at a time installs and builds. The lock is on descriptor 9: release it before a
+# program is started, or that program would hold it for as long as it runs.
+lock_build() {
+  mkdir -p "$build" || fail "cannot write to $build"
+  command -v flock >/dev/null || return 0
+  exec 9>"$build/.lock" || fail "cannot write to $build"
+  if ! flock -n 9; then
+    say "waiting for another build to end"
+    flock 9
+  fi
+}
+
+unlock_build() {
+  exec 9>&-
+}
+
+# The value of a CMake cache entry: cached FOLDER NAME
+cached() {
+  sed -n "s/^$2:[A-Z]*=//p" "$1/CMakeCache.txt" 2>/dev/null
+}
+
+# Runs a command silently; if it fails, shows the end of what it wrote and ends the script.
+quietly() {
+  local log=$1 what=$2
+  shift 2
+  "$@" >"$log" 2>&1 </dev/null && return 0
+  tail -n 60 "$log" >&2
+  fail "$what failed; the whole log is $log"
+}
+
+# Calls CMake only where an entry differs: configure FOLDER NAME=VALUE...
+configure() {
+  local folder=$1 entry differs=no options=()
+  shift
+  [ -f "$folder/Makefile" ] || [ -f "$folder/build.ninja" ] || differs=yes
+  if [ -f "$folder/CMakeCache.txt" ] && [ "$(cached "$folder" CMAKE_HOME_DIRECTORY)" != "$root" ]; then
+    # The repository was moved or copied with its build folder.
+    rm -rf "$folder/CMakeCache.txt" "$folder/CMakeFiles"
+    differs=yes
+  fi
+  for entry in "$@"; do
+    [ "$(cached "$folder" "${entry%%=*}")" = "${entry#*=}" ] || differs=yes
+    options+=("-D$entry")
+  done
+  [ "$differs" = yes ] || return 0
+  mkdir -p "$folder"
+  # Without these a configuration that fails is not taken for a finished one by the next call.
+  rm -f "$folder/Makefile" "$folder/build.ninja"
+  quietly "$folder/configure.log" "configuring $folder" \
+    cmake -S "$root" -B "$folder" "${options[@]}"
+}
+
+# Builds what has changed: compile FOLDER [cmake --build options]
+compile() {
+  local folder=$1
+  shift
+  quietly "$folder/build.log" "building in $folder" \
+    cmake --build "$folder" --parallel "$jobs" "$@"
+}

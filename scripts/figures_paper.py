@@ -1,0 +1,186 @@
+#!/usr/bin/python3
+"""Make figures 2 and 3 of Joli, Feng and Talbi (2007) from runs of input/block.inp.
+
+Writes docs/figures/figure-2.png, figure-3.png and captions.md, whose numbers are read from the
+same runs. The program is built first: scripts/run builds it.
+"""
+
+import argparse
+import shlex
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+try:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    import numpy as np
+    from matplotlib.ticker import MaxNLocator
+
+    from bipot_result import Result, ResultError
+except ImportError as error:
+    sys.exit(
+        f"figures_paper: {error};"
+        " on Debian: apt-get install python3-numpy python3-h5py python3-matplotlib"
+    )
+
+ROOT = Path(__file__).resolve().parent.parent
+DECK = ROOT / "input" / "block.inp"
+# The two corners of the lower face whose forces the paper follows.
+CORNERS = {"F": (1.0, 0.0, 0.0), "H": (0.0, 1.0, 0.0)}
+INK, BLUE, ORANGE, GREEN, GRID = "#303030", "#2f6db0", "#e8813a", "#2a9d6f", "#c9c9c9"
+
+# The sweeps that figure 3 counts, ended by the relative change of the reactions as in the paper.
+COUNTED = {"formulation": "BIPOTENTIAL", "solver": "SWEEPS", "stop": "CHANGE", "tolerance": "1e-6"}
+METHODS = (
+    ("Uzawa, rho = 1", {"local": "UZAWA", "rho": 1.0}, BLUE, "-"),
+    ("Uzawa, rho = 0.3", {"local": "UZAWA", "rho": 0.3}, GREEN, "--"),
+    ("Newton", {"local": "NEWTON", "rho": 1.0}, ORANGE, "-"),
+)
+
+
+class Runs:
+    """Runs of the block, each done once, in a folder that is thrown away."""
+
+    def __init__(self, program, folder):
+        self.program = program
+        self.folder = folder
+        self.commands = []
+
+    def __call__(self, **parameters):
+        """Run the block with these parameters and return its result, open for reading."""
+        path = self.folder / f"run-{len(self.commands) + 1}.vtkhdf"
+        words = [DECK.relative_to(ROOT)]
+        for name, value in parameters.items():
+            words += ["--set", f"{name}={value}"]
+        self.commands.append(shlex.join(map(str, ["build/bipot", *words])))
+        print(self.commands[-1])
+        done = subprocess.run(
+            [self.program, *words, "-o", path, "--quiet"],
+            cwd=ROOT, stdin=subprocess.DEVNULL,
+        )
+        if done.returncode != 0:
+            sys.exit(f"figures_paper: bipot ended with status {done.returncode}")
+        return Result(path)
+
+
+def new_axes():
+    """Return the figure and axes that both figures use."""
+    plt.rcParams.update({"font.size": 9, "axes.edgecolor": INK, "legend.frameon": False})
+    figure, axes = plt.subplots(figsize=(6.4, 3.9))
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(color=GRID, linewidth=0.4)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    return figure, axes
+
+
+def save(figure, path):
+    figure.savefig(path, dpi=120, bbox_inches="tight", facecolor="white")
+    plt.close(figure)
+    print(path)
+
+
+def figure_2(runs, n, path):
+    """Draw the normal forces of F and H over the load steps; return the caption."""
+    figure, axes = new_axes()
+    values = {}
+    for local, line, mark in (("NEWTON", "-", ""), ("UZAWA", "none", "o")):
+        with runs(n=n, local=local) as result:
+            increments = np.arange(result.finished + 1)
+            turn = result.step_ends[0] + 1
+            pair = result.pairs[0]
+            for (corner, place), colour in zip(CORNERS.items(), (BLUE, ORANGE), strict=True):
+                force = pair.force_at(result.nearest_node(place))[:, 0]
+                values[local, corner] = force
+                axes.plot(
+                    increments, np.insert(force, 0, 0.0), color=colour,
+                    linestyle=line, marker=mark, markersize=4, markerfacecolor="none",
+                    label=f"{corner} ({place[0]:g}, {place[1]:g}, 0), {local.capitalize()}",
+                )
+    axes.axvline(turn, color=GRID, linestyle="--", linewidth=1.2)
+    axes.annotate("down", (turn, 0), (-6, 6), textcoords="offset points", ha="right", color=INK)
+    axes.annotate("sideways", (turn, 0), (6, 6), textcoords="offset points", color=INK)
+    axes.set_xlim(0, increments[-1])
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel("load step")
+    axes.set_ylabel("normal contact force (N)")
+    axes.legend(ncol=2, fontsize=8)
+    save(figure, path)
+
+    newton, uzawa = (
+        np.array([values[local, corner] for corner in CORNERS]) for local in ("NEWTON", "UZAWA")
+    )
+    difference = np.abs(uzawa - newton).max() / newton.max()
+    at_turn, last = (
+        ", ".join(
+            f"{corner} {force:.4f}" for corner, force in zip(CORNERS, newton[:, row], strict=True)
+        )
+        for row in (turn - 1, -1)
+    )
+    return (
+        f"Normal contact forces of the corners F and H of the block ({n} x {n} x {n} bricks) over"
+        f" the load steps. Step {turn}: {at_turn} N; step {increments[-1]}: {last} N. The two local"
+        f" solvers differ by {difference:.1e} of the largest force. A corner's force depends on the"
+        " mesh: it is the share of one node."
+    )
+
+
+def figure_3(runs, n, path):
+    """Draw contact iterations over cumulative Newton-Raphson iterations; return the caption."""
+    figure, axes = new_axes()
+    totals = []
+    for name, parameters, colour, line in METHODS:
+        with runs(n=n, **COUNTED, **parameters) as result:
+            sweeps = result.history("contact_iterations")
+            local = result.history("local_iterations")
+            newton_raphson = np.cumsum(result.history("newton_raphson_iterations"))
+        axes.plot(newton_raphson, sweeps, line, color=colour, label=name, drawstyle="steps-pre")
+        totals.append(f"{name}: {sweeps.sum()} ({local.sum()} local)")
+    axes.set_xlim(0, newton_raphson[-1])
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel("cumulative Newton-Raphson iterations")
+    axes.set_ylabel("contact iterations (sweeps)")
+    axes.legend(fontsize=8)
+    save(figure, path)
+    return (
+        f"Sweeps over the contact points ({n} x {n} x {n} bricks, bi-potential, ended by a relative"
+        f" change of {COUNTED['tolerance']}) against cumulative Newton-Raphson iterations."
+        f" Sweeps of the whole run: {'; '.join(totals)}. `rho` is a factor of its natural scale,"
+        " 1 over the largest eigenvalue of the point's compliance."
+    )
+
+
+def command_line():
+    """Return the command line's options."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("-n", type=int, default=4, help="bricks along an edge of the block (4)")
+    parser.add_argument("-o", dest="folder", type=Path, default=ROOT / "docs" / "figures")
+    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot", help="the program")
+    return parser.parse_args()
+
+
+def main():
+    """Run the block, draw the figures and write their captions."""
+    options = command_line()
+    if not options.bipot.is_file():
+        sys.exit(f"figures_paper: no program at {options.bipot}; scripts/run builds it")
+    options.folder.mkdir(parents=True, exist_ok=True)
+    text = ["# Figures of the paper", "", "Written by `scripts/figures_paper.py`, numbers too.", ""]
+    with tempfile.TemporaryDirectory() as folder:
+        runs = Runs(options.bipot.resolve(), Path(folder))
+        try:
+            for number, draw in ((2, figure_2), (3, figure_3)):
+                path = options.folder / f"figure-{number}.png"
+                caption = draw(runs, options.n, path)
+                text += [f"![Figure {number}]({path.name})", "", f"Figure {number}. {caption}", ""]
+        except ResultError as error:
+            sys.exit(f"figures_paper: {error}")
+    text += ["The runs:", "", *(f"    {command}" for command in runs.commands)]
+    (options.folder / "captions.md").write_text("\n".join(text) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

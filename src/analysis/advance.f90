@@ -1,0 +1,258 @@
+!> One load increment: the Newton-Raphson loop of [JFT07] eq. (1) around the condensed contact
+!> problem.
+!>
+!>   1. Loads of the increment; displacement u_free under them without contact.
+!>   2. x_free: where the contact points would be.
+!>   3. Reactions: the contact problem x = W r + x_free.
+!>   4. Displacement: u = u_free + K^-1 B^T r.
+!>   5. Out-of-balance force; when too large, u_free takes its correction and 2 to 4 are done again.
+!>   6. Certificate and energies.
+module advance_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, raise, exit_not_solved
+  use text_mod, only: to_text
+  use system_mod, only: wall_seconds
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use increments_mod, only: increment_t
+  use plan_mod, only: plan_t
+  use state_mod, only: state_t
+  use step_report_mod, only: step_report_t, contact_fields_t, status_open, status_slide
+  use mesh_forces_mod, only: internal_force
+  use certificate_mod, only: certify, energy_balance, step_forces_t
+  use problem_mod, only: pack_rows, natural_map, contact_report_t
+  use solve_mod, only: solve_contact
+  use step_loads_mod, only: pattern_factors
+  use operators_mod, only: operators_t, apply_inverse
+  implicit none
+  private
+
+  public :: advance
+
+  integer, parameter :: max_newton_raphson = 10
+
+contains
+
+  !> Bring `old` to the end of `increment`, in `new`; `old` is never altered.
+  subroutine advance(scene, plan, operators, old, increment, new, report, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(operators_t), intent(inout) :: operators   !! MUMPS works in its own memory; nothing else
+                                                    !! changes
+    type(state_t), intent(in) :: old
+    type(increment_t), intent(in) :: increment
+    type(state_t), intent(out) :: new
+    type(step_report_t), intent(out) :: report      !! not converged, not certified: no error, it is
+                                                    !! said here
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed; a node is prescribed into an
+                                                     !! obstacle
+    real(wp), allocatable :: u_free(:, :), correction(:, :, :)
+    type(step_forces_t) :: forces
+    real(wp) :: clock, imbalance, last_imbalance
+    integer :: i
+
+    clock = wall_seconds()
+
+    ! 1. Loads
+    new = old
+    new%row = increment%row
+    new%step = increment%step
+    new%increment = increment%number
+    new%time = increment%time
+    call sum_patterns(scene, operators, increment, u_free, forces%external)
+    forces%prescribed = operators%prescribed
+    allocate (forces%internal, mold=old%displacement)
+
+    last_imbalance = huge(1.0_wp)
+    newton_raphson: do i = 1, max_newton_raphson
+      report%newton_raphson_iterations = i
+
+      ! 2. and 3. Reactions
+      call solve_reactions(scene, plan%points, operators, old, u_free, new%reaction, report)
+
+      ! 4. Displacement
+      if (any(abs(new%reaction) > 0.0_wp)) then
+        call apply_inverse(operators, reshape(nodal(plan%points, new%reaction, size(u_free, 2)), &
+                                              [3, size(u_free, 2), 1]), correction, error)
+        if (allocated(error)) return
+        new%displacement = u_free + correction(:, :, 1)
+      else
+        new%displacement = u_free
+      end if
+
+      ! 5. Out-of-balance force
+      call internal_force(scene%mesh, scene%materials, new%displacement, forces%internal)
+      call out_of_balance(plan%points, new%reaction, forces, correction, imbalance)
+      if (imbalance <= scene%contact%tolerance .or. &
+        imbalance > 0.5_wp*last_imbalance) exit newton_raphson
+      if (i == max_newton_raphson) exit newton_raphson
+      last_imbalance = imbalance
+      block
+        real(wp), allocatable :: residual(:, :, :)
+        call move_alloc(correction, residual)
+        call apply_inverse(operators, residual, correction, error)
+      end block
+      if (allocated(error)) return
+      u_free = u_free + correction(:, :, 1)
+    end do newton_raphson
+
+    ! 6. Certificate and energies
+    call describe_contact(plan%points, operators, old, new, report%contact)
+    call refuse_prescribed_penetration(scene, plan%points, operators, new, report%contact, error)
+    if (allocated(error)) return
+    new%slip = old%slip + report%contact%slip_increment
+    report%certificate = certify(scene%mesh, plan%points, report%contact, operators%has_friction, &
+      old, new, forces, &
+                                 scene%contact%tolerance)
+    new%external_force = forces%external
+    new%support_force = forces%internal - forces%external - nodal(plan%points, new%reaction, &
+      size(u_free, 2))
+    where (.not. forces%prescribed) new%support_force = 0.0_wp
+    call energy_balance(report%contact, old, new, forces%internal, report%energy)
+    report%wall_time = wall_seconds() - clock
+  end subroutine advance
+
+  !> Displacement without contact and loads at the end of the increment, from the patterns of its
+  !> *STEP.
+  subroutine sum_patterns(scene, operators, increment, u_free, external)
+    type(scene_t), intent(in) :: scene
+    type(operators_t), intent(in) :: operators
+    type(increment_t), intent(in) :: increment
+    real(wp), allocatable, intent(out) :: u_free(:, :)   !! (3,n_nodes) [length]
+    real(wp), allocatable, intent(out) :: external(:, :) !! (3,n_nodes) [force]
+    real(wp) :: factor(operators%loads%n_patterns)
+    integer :: g
+
+    factor = pattern_factors(scene, operators%loads, increment%share, increment%step_time)
+    allocate (u_free(3, scene%mesh%n_nodes), external(3, scene%mesh%n_nodes), source=0.0_wp)
+    do g = 1, operators%loads%n_patterns
+      u_free = u_free + factor(g)*operators%response(:, :, g)
+      external = external + factor(g)*operators%loads%force(:, :, g)
+    end do
+  end subroutine sum_patterns
+
+  !> The contact problem of the increment: gaps and slips that u_free would give, then the
+  !> reactions.
+  subroutine solve_reactions(scene, points, operators, old, u_free, reaction, report)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    type(state_t), intent(in) :: old
+    real(wp), intent(in) :: u_free(:, :)         !! (3,n_nodes) [length]
+    real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z; warm start in [force]
+    type(step_report_t), intent(inout) :: report
+    real(wp), dimension(3, size(operators%active)) :: x, r
+    type(contact_report_t) :: contact
+    real(wp) :: clock
+    integer :: i, k, node
+
+    clock = wall_seconds()
+    do k = 1, size(operators%active)
+      i = operators%active(k)
+      node = points%node(i)
+      x(:, k) = matmul(u_free(:, node) - old%displacement(:, node), operators%frame(:, :, i))
+      x(1, k) = operators%initial_gap(i) + dot_product(operators%frame(:, 1, i), u_free(:, node))
+      r(:, k) = matmul(reaction(:, i), operators%frame(:, :, i))
+    end do
+    call solve_contact(operators%problem, pack_rows(operators%problem, x), scene%contact, r, &
+      contact)
+    reaction = 0.0_wp
+    do k = 1, size(operators%active)
+      i = operators%active(k)
+      reaction(:, i) = matmul(operators%frame(:, :, i), r(:, k))
+    end do
+    report%converged = contact%converged
+    report%solver = contact%solver
+    report%contact_iterations = report%contact_iterations + contact%iterations
+    report%local_iterations = report%local_iterations + contact%local_iterations
+    report%residual = contact%residual
+    report%worst_point = 0
+    if (contact%worst_point > 0) report%worst_point = operators%active(contact%worst_point)
+    report%contact_time = report%contact_time + wall_seconds() - clock
+  end subroutine solve_reactions
+
+  !> f_ext + B^T r - f_int on the free degrees of freedom, and its largest node beside the largest
+  !> force.
+  pure subroutine out_of_balance(points, reaction, forces, residual, relative)
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: reaction(:, :)
+    type(step_forces_t), intent(in) :: forces
+    real(wp), allocatable, intent(out) :: residual(:, :, :) !! (3,n_nodes,1) [force]
+    real(wp), intent(out) :: relative                       !! [-]
+    real(wp) :: scale
+
+    allocate (residual(3, size(forces%internal, 2), 1))
+    residual(:, :, 1) = forces%external + nodal(points, reaction, size(forces%internal, 2)) - &
+      forces%internal
+    where (forces%prescribed) residual(:, :, 1) = 0.0_wp
+    scale = sqrt(max(maxval(sum(forces%internal**2, dim=1)), &
+      maxval(sum(forces%external**2, dim=1))))
+    relative = sqrt(maxval(sum(residual(:, :, 1)**2, dim=1)))
+    if (scale > 0.0_wp) relative = relative/scale
+  end subroutine out_of_balance
+
+  !> Reactions of the points as forces of the nodes.
+  pure function nodal(points, reaction, n_nodes) result(force)
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: reaction(:, :) !! (3,n_points)
+    integer, intent(in) :: n_nodes
+    real(wp) :: force(3, n_nodes)
+    integer :: i
+
+    force = 0.0_wp
+    do i = 1, points%n
+      force(:, points%node(i)) = force(:, points%node(i)) + reaction(:, i)
+    end do
+  end function nodal
+
+  !> Gaps, slips, reactions and status from the displacements as they came out.
+  pure subroutine describe_contact(points, operators, old, new, contact)
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    type(state_t), intent(in) :: old, new
+    type(contact_fields_t), intent(out) :: contact
+    real(wp) :: z(3, size(operators%active)), x(3, size(operators%active)), du(3)
+    integer :: status(size(operators%active)), i
+
+    contact%frame = operators%frame
+    allocate (contact%reaction(3, points%n), contact%gap(points%n), contact%slip_increment(2, &
+      points%n))
+    allocate (contact%status(points%n), source=status_open)
+    do i = 1, points%n
+      du = new%displacement(:, points%node(i)) - old%displacement(:, points%node(i))
+      contact%slip_increment(:, i) = matmul(du, contact%frame(:, 2:, i))
+      contact%gap(i) = operators%initial_gap(i) &
+        + dot_product(contact%frame(:, 1, i), new%displacement(:, points%node(i)))
+      contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
+    end do
+    x(1, :) = contact%gap(operators%active)
+    x(2:, :) = merge(contact%slip_increment(:, operators%active), 0.0_wp, &
+      operators%has_friction(:, operators%active))
+    call natural_map(operators%problem, x, contact%reaction(:, operators%active), z, status)
+    where (status /= status_open .and. operators%problem%mu <= 0.0_wp) status = status_slide
+    contact%status(operators%active) = status
+  end subroutine describe_contact
+
+  !> A node whose normal motion is prescribed has no reaction: it must not end inside its obstacle.
+  subroutine refuse_prescribed_penetration(scene, points, operators, new, contact, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    type(state_t), intent(in) :: new
+    type(contact_fields_t), intent(in) :: contact
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, points%n
+      if (any(operators%active == i)) cycle
+      if (contact%gap(i) >= -10.0_wp*scene%contact%tolerance*maxval(abs(new%displacement))) cycle
+      call raise(error, exit_not_solved, 'step '//to_text(new%step)//', increment '// &
+        to_text(new%increment)// &
+        ': node '//to_text(scene%mesh%node_id(points%node(i)))//' is prescribed to move '// &
+        to_text(-contact%gap(i))//' into '// &
+        scene%obstacles(scene%pairs(points%pair(i))%obstacle)%name)
+      return
+    end do
+  end subroutine refuse_prescribed_penetration
+
+end module advance_mod

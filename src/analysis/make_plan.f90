@@ -1,0 +1,148 @@
+!> The plan of a run, from its scene alone.
+module make_plan_mod
+  use kinds_mod, only: wp
+  use text_mod, only: string_t, to_text
+  use scene_mod, only: scene_t
+  use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton, &
+    local_newton6, &
+                          stop_at_change
+  use contact_points_mod, only: contact_points_t
+  use increments_mod, only: count_increments
+  use plan_mod, only: plan_t
+  use mesh_forces_mod, only: nodal_areas
+  use dof_map_mod, only: dof_map_t, make_dof_map
+  use step_loads_mod, only: prescribed_dofs
+  implicit none
+  private
+
+  public :: make_plan
+
+contains
+
+  !> Decide what the run consists of.
+  subroutine make_plan(scene, plan)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(out) :: plan
+    logical, allocatable :: prescribed(:, :), before(:, :)
+    type(dof_map_t) :: map
+    integer :: step
+
+    call find_points(scene, plan%points)
+    plan%n_increments = count_increments(scene%steps)
+    prescribed = prescribed_dofs(scene, 1)
+    map = make_dof_map(scene%mesh%body, prescribed, plan%points%node)
+    plan%n_equations = map%n_free
+    plan%n_interface = map%n_interface
+    plan%n_factorisations = 1
+    do step = 2, size(scene%steps)
+      call move_alloc(prescribed, before)
+      prescribed = prescribed_dofs(scene, step)
+      if (any(prescribed .neqv. before)) plan%n_factorisations = plan%n_factorisations + 1
+    end do
+    call describe(scene, plan)
+  end subroutine make_plan
+
+  !> Every node of every slave surface is a candidate.
+  subroutine find_points(scene, points)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(out) :: points
+    real(wp), allocatable :: area(:)
+    integer :: pair, i
+
+    allocate (points%first(size(scene%pairs) + 1), area(scene%mesh%n_nodes))
+    allocate (points%pair(0), points%node(0), points%mu(0), points%area(0))
+    points%first(1) = 1
+    do pair = 1, size(scene%pairs)
+      associate (surface => scene%surfaces(scene%pairs(pair)%surface))
+        call nodal_areas(scene%mesh, surface, area)
+        points%node = [points%node, surface%nodes]
+        points%area = [points%area, area(surface%nodes)]
+        points%pair = [points%pair, [(pair, i=1, size(surface%nodes))]]
+        points%mu = [points%mu, [(scene%pairs(pair)%mu, i=1, size(surface%nodes))]]
+        points%first(pair + 1) = size(points%node) + 1
+      end associate
+    end do
+    points%n = size(points%node)
+  end subroutine find_points
+
+  !> The table that is printed and stored.
+  subroutine describe(scene, plan)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(inout) :: plan
+    integer :: i
+
+    allocate (plan%lines(0))
+    call add('mesh', to_text(scene%mesh%n_nodes)//' nodes, '//to_text(scene%mesh%n_elements)// &
+      ' bricks, '// &
+             to_text(scene%mesh%n_bodies)//' '//plural('body', 'bodies', scene%mesh%n_bodies))
+    call add('equations', to_text(plan%n_equations)//', of them '//to_text(plan%n_interface)// &
+      ' on contact nodes')
+    do i = 1, size(scene%pairs)
+      associate (pair => scene%pairs(i))
+        call add('contact', pair%name//': '//to_text(plan%points%first(i + 1) - &
+          plan%points%first(i))// &
+                 ' points, '//friction_in_words(pair%mu))
+      end associate
+    end do
+    call add('factorisations', to_text(plan%n_factorisations)//merge(' for the whole run', &
+      '                  ', &
+                                                                     plan%n_factorisations == 1))
+    call add('increments', to_text(plan%n_increments)//' in '//to_text(size(scene%steps))//' '// &
+             plural('step', 'steps', size(scene%steps)))
+    if (plan%points%n > 0) call add('contact solver', solver_in_words(scene%contact))
+
+  contains
+
+    subroutine add(name, value)
+      character(*), intent(in) :: name, value
+      character(16) :: column
+      type(string_t) :: line
+
+      column = name
+      line%text = column//trim(value)
+      plan%lines = [plan%lines, line]
+    end subroutine add
+
+  end subroutine describe
+
+  pure function plural(one, many, n) result(word)
+    character(*), intent(in) :: one, many
+    integer, intent(in) :: n
+    character(:), allocatable :: word
+
+    word = many
+    if (n == 1) word = one
+  end function plural
+
+  pure function friction_in_words(mu) result(words)
+    real(wp), intent(in) :: mu
+    character(:), allocatable :: words
+
+    words = 'frictionless, 1 row each'
+    if (mu > 0.0_wp) words = 'mu = '//to_text(mu)//', at most 3 rows each'
+  end function friction_in_words
+
+  pure function solver_in_words(controls) result(words)
+    type(contact_controls_t), intent(in) :: controls
+    character(:), allocatable :: words
+
+    words = 'sweeps, pseudo-potential, local '
+    if (controls%formulation == formulation_bipotential) words = 'sweeps, bi-potential, local '
+    select case (controls%local)
+    case (local_uzawa)
+      words = words//'Uzawa'
+    case (local_newton)
+      words = words//'Newton (3x3)'
+    case (local_newton6)
+      words = words//'Newton (6x6)'
+    case default
+      words = words//'exact'
+    end select
+    words = words//', rho '//to_text(controls%rho)//', relaxation '// &
+      to_text(controls%relaxation)//', tolerance '// &
+      to_text(controls%tolerance)
+    if (controls%stop_rule == stop_at_change) words = words//' on the change of a sweep'
+    words = words//', at most '//to_text(controls%max_sweeps)//' sweeps'
+  end function solver_in_words
+
+end module make_plan_mod

@@ -1,0 +1,198 @@
+!> What a *STEP prescribes, as a few fixed patterns whose factors change with time.
+!>
+!> At a share s of the step the prescribed displacements and the loads are sum over g of factor_g(s)
+!> pattern_g: what holds still (factor 1), what ramps (factor s), and one pattern an amplitude. The
+!> responses to the patterns are solved for once a step, so that an increment needs no solution for
+!> x_free.
+module step_loads_mod
+  use kinds_mod, only: wp
+  use loads_mod, only: amplitude_value
+  use scene_mod, only: scene_t
+  use mesh_forces_mod, only: pressure_force
+  implicit none
+  private
+
+  public :: step_loads_t, resolve_loads, prescribed_dofs, pattern_factors
+
+  integer, parameter :: pattern_hold = -1, pattern_ramp = 0 !! > 0: index of an amplitude
+
+  !> The patterns of one *STEP; those that are zero throughout are left out.
+  type :: step_loads_t
+    integer :: n_patterns = 0
+    integer,  allocatable :: kind(:)               !! (n_patterns) pattern_hold, pattern_ramp or an
+                                                   !! amplitude
+    real(wp), allocatable :: displacement(:, :, :) !! (3,n_nodes,n_patterns) prescribed [length]
+    real(wp), allocatable :: force(:, :, :)        !! (3,n_nodes,n_patterns) [force]
+  end type step_loads_t
+
+contains
+
+  !> The degrees of freedom that supports hold during a step.
+  pure function prescribed_dofs(scene, step) result(prescribed)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    logical :: prescribed(3, scene%mesh%n_nodes)
+    integer :: k, i
+
+    prescribed = .false.
+    do k = 1, step
+      if (scene%steps(k)%replace_boundary) prescribed = .false.
+      do i = 1, size(scene%steps(k)%boundary)
+        associate (b => scene%steps(k)%boundary(i))
+          prescribed(b%dof, b%node) = .true.
+        end associate
+      end do
+    end do
+  end function prescribed_dofs
+
+  !> The patterns of a step that starts from displacement `u`.
+  pure subroutine resolve_loads(scene, step, u, loads)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) at the start of the step [length]
+    type(step_loads_t), intent(out) :: loads
+    real(wp), allocatable :: displacement(:, :, :), force(:, :, :)
+    logical, allocatable :: used(:)
+    integer :: g, n
+
+    n = size(scene%amplitudes)
+    allocate (displacement(3, scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
+    allocate (force(3, scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
+    call resolve_boundary(scene, step, u, displacement)
+    call resolve_forces(scene, step, force)
+
+    allocate (used(pattern_hold:n))
+    do g = pattern_hold, n
+      used(g) = any(abs(displacement(:, :, g)) > 0.0_wp) .or. any(abs(force(:, :, g)) > 0.0_wp)
+    end do
+    loads%kind = pack([(g, g=pattern_hold, n)], used)
+    loads%n_patterns = size(loads%kind)
+    loads%displacement = displacement(:, :, loads%kind)
+    loads%force = force(:, :, loads%kind)
+  end subroutine resolve_loads
+
+  !> The factor of every pattern at share `s` of the step.
+  pure function pattern_factors(scene, loads, share, step_time) result(factor)
+    type(scene_t), intent(in) :: scene
+    type(step_loads_t), intent(in) :: loads
+    real(wp), intent(in) :: share      !! of the step's period, 0 to 1 [-]
+    real(wp), intent(in) :: step_time  !! from the start of the step
+    real(wp) :: factor(loads%n_patterns)
+    integer :: g
+
+    do g = 1, loads%n_patterns
+      select case (loads%kind(g))
+      case (pattern_hold)
+        factor(g) = 1.0_wp
+      case (pattern_ramp)
+        factor(g) = share
+      case default
+        factor(g) = amplitude_value(scene%amplitudes(loads%kind(g)), step_time)
+      end select
+    end do
+  end function pattern_factors
+
+  !> Prescribed displacements: held where they are, unless this step names them.
+  pure subroutine resolve_boundary(scene, step, u, displacement)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    real(wp), intent(in) :: u(:, :)
+    real(wp), intent(inout) :: displacement(:, :, pattern_hold:)
+    logical :: prescribed(3, scene%mesh%n_nodes)
+    integer :: i
+
+    prescribed = prescribed_dofs(scene, step)
+    displacement(:, :, pattern_hold) = merge(u, 0.0_wp, prescribed)
+    do i = 1, size(scene%steps(step)%boundary)
+      associate (b => scene%steps(step)%boundary(i))
+        displacement(b%dof, b%node, :) = 0.0_wp ! of several values the last counts
+        if (b%amplitude > 0) then
+          displacement(b%dof, b%node, b%amplitude) = b%value
+        else
+          displacement(b%dof, b%node, pattern_hold) = u(b%dof, b%node)
+          displacement(b%dof, b%node, pattern_ramp) = b%value - u(b%dof, b%node)
+        end if
+      end associate
+    end do
+  end subroutine resolve_boundary
+
+  !> The nodal forces of the step: concentrated forces, and pressures turned into forces.
+  pure subroutine resolve_forces(scene, step, force)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    real(wp), intent(inout) :: force(:, :, pattern_hold:) !! (3,n_nodes,patterns) [force]
+    real(wp), allocatable :: concentrated(:, :), pressure(:, :)
+    integer :: k, g, i
+
+    ! Level by level from the first step: what a step starts from is what the one before it ended
+    ! with.
+    allocate (concentrated(3*scene%mesh%n_nodes, pattern_hold:size(scene%amplitudes)), &
+      source=0.0_wp)
+    allocate (pressure(size(scene%surfaces), pattern_hold:size(scene%amplitudes)), source=0.0_wp)
+    do k = 1, step
+      associate (s => scene%steps(k))
+        if (k > 1) then
+          call settle(scene, k - 1, concentrated)
+          call settle(scene, k - 1, pressure)
+        end if
+        call change_levels([(3*s%forces(i)%node - 3 + s%forces(i)%dof, i=1, size(s%forces))], &
+                           s%forces%value, s%forces%amplitude, s%replace_forces, concentrated)
+        call change_levels(s%pressures%surface, s%pressures%value, s%pressures%amplitude, &
+          s%replace_pressures, pressure)
+      end associate
+    end do
+    do g = pattern_hold, size(scene%amplitudes)
+      force(:, :, g) = reshape(concentrated(:, g), [3, scene%mesh%n_nodes])
+      do i = 1, size(scene%surfaces)
+        if (abs(pressure(i, g)) > 0.0_wp) &
+          call pressure_force(scene%mesh, scene%surfaces(i), pressure(i, g), force(:, :, g))
+      end do
+    end do
+  end subroutine resolve_forces
+
+  !> Bring the levels of a step to its end and hold them there.
+  pure subroutine settle(scene, step, level)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    real(wp), intent(inout) :: level(:, pattern_hold:) !! (loads,patterns)
+    integer :: g
+
+    level(:, pattern_hold) = level(:, pattern_hold) + level(:, pattern_ramp)
+    level(:, pattern_ramp) = 0.0_wp
+    do g = 1, ubound(level, 2)
+      level(:, pattern_hold) = level(:, pattern_hold) &
+        + amplitude_value(scene%amplitudes(g), scene%steps(step)%period)*level(:, g)
+      level(:, g) = 0.0_wp
+    end do
+  end subroutine settle
+
+  !> What a step's cards change: loads they name go to their new value, several of one place adding
+  !> up.
+  !>
+  !> With `replace` (OP=NEW) the loads that are not named ramp to 0.
+  pure subroutine change_levels(place, value, amplitude, replace, level)
+    integer,  intent(in) :: place(:)      !! which load each card names
+    real(wp), intent(in) :: value(:)
+    integer,  intent(in) :: amplitude(:)  !! 0: ramp
+    logical,  intent(in) :: replace
+    real(wp), intent(inout) :: level(:, pattern_hold:) !! (loads,patterns), held on entry
+    logical :: named(size(level, 1)), ramped(size(level, 1))
+    integer :: i
+
+    named = .false.
+    ramped = .false.
+    do i = 1, size(place)
+      named(place(i)) = .true.
+      ramped(place(i)) = ramped(place(i)) .or. amplitude(i) == 0
+    end do
+    if (replace) ramped = ramped .or. .not. named
+    named = named .or. replace
+    where (named .and. ramped) level(:, pattern_ramp) = -level(:, pattern_hold)
+    ! amplitudes alone are followed at once
+    where (named .and. .not. ramped) level(:, pattern_hold) = 0.0_wp
+    do i = 1, size(place)
+      level(place(i), amplitude(i)) = level(place(i), amplitude(i)) + value(i)
+    end do
+  end subroutine change_levels
+
+end module step_loads_mod

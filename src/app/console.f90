@@ -1,0 +1,134 @@
+!> What a run prints: the plan, a line an increment, the closing sentence. On a terminal also a
+!> progress bar.
+module console_mod
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use kinds_mod, only: wp, i8
+  use text_mod, only: string_t, to_text
+  use system_mod, only: output_is_terminal, wall_seconds
+  use increments_mod, only: increment_t
+  use step_report_mod, only: step_report_t, worst_entry, status_open, status_stick, status_slide
+  implicit none
+  private
+
+  public :: console_t, open_console, say, print_lines, print_increment, print_warning, clear_bar, &
+    seconds_in_words
+
+  !> Where and how to print.
+  type :: console_t
+    logical  :: quiet = .false.
+    logical  :: terminal = .false.
+    real(wp) :: started = 0.0_wp
+    logical  :: headed = .false.
+  end type console_t
+
+  integer, parameter :: bar_width = 30
+
+contains
+
+  !> A console for a run that starts now.
+  function open_console(quiet) result(console)
+    logical, intent(in) :: quiet
+    type(console_t) :: console
+
+    console%quiet = quiet
+    console%terminal = output_is_terminal() .and. .not. quiet
+    console%started = wall_seconds()
+  end function open_console
+
+  !> Print one line, even when quiet.
+  subroutine say(text)
+    character(*), intent(in) :: text
+
+    write (output_unit, '(a)') text
+    flush (output_unit)
+  end subroutine say
+
+  !> Print lines unless quiet.
+  subroutine print_lines(console, lines)
+    type(console_t), intent(in) :: console
+    type(string_t), intent(in) :: lines(:)
+    integer :: i
+
+    if (console%quiet) return
+    do i = 1, size(lines)
+      call say(lines(i)%text)
+    end do
+  end subroutine print_lines
+
+  !> Print a warning; never suppressed.
+  subroutine print_warning(console, text)
+    type(console_t), intent(in) :: console
+    character(*), intent(in) :: text
+
+    call clear_bar(console)
+    call say('warning: '//text)
+  end subroutine print_warning
+
+  !> One line for an increment and, on a terminal, the bar with the time left.
+  subroutine print_increment(console, increment, n_increments, report)
+    type(console_t), intent(inout) :: console
+    type(increment_t), intent(in) :: increment
+    integer, intent(in) :: n_increments
+    type(step_report_t), intent(in) :: report
+    character(160) :: line
+    real(wp) :: elapsed
+
+    if (console%quiet) return
+    call clear_bar(console)
+    if (.not. console%headed) call say( &
+      'step   inc        time    open   stick   slide  iterations   residual  worst error      s')
+    console%headed = .true.
+    associate (status => report%contact%status)
+      write (line, '(i4,i6,a12,3i8,i12,2es11.1,f11.2)') increment%step, increment%number, &
+        to_text(increment%time), count(status == status_open), count(status == status_stick), &
+        count(status == status_slide), report%contact_iterations, report%residual, &
+        worst_entry(report%certificate), report%wall_time
+    end associate
+    if (.not. report%certificate%certified) line = trim(line)//'  not certified'
+    call say(trim(line))
+    if (.not. console%terminal .or. increment%row == n_increments) return
+    elapsed = wall_seconds() - console%started
+    call draw_bar(real(increment%row, wp)/real(n_increments, wp), &
+                  elapsed*real(n_increments - increment%row, wp)/real(increment%row, wp))
+  end subroutine print_increment
+
+  subroutine draw_bar(share, left)
+    real(wp), intent(in) :: share !! done, 0 to 1
+    real(wp), intent(in) :: left  !! [s]
+    integer :: done
+
+    done = int(share*bar_width)
+    write (output_unit, '(a)', advance='no') '['//repeat('#', done)//repeat('.', bar_width - &
+      done)//'] '// &
+      to_text(int(100.0_wp*share))//' %, '//seconds_in_words(left)//' left'
+    flush (output_unit)
+  end subroutine draw_bar
+
+  !> Wipe the bar off the terminal's last line.
+  subroutine clear_bar(console)
+    type(console_t), intent(in) :: console
+
+    if (.not. console%terminal) return
+    write (output_unit, '(a)', advance='no') achar(13)//achar(27)//'[K'
+    flush (output_unit)
+  end subroutine clear_bar
+
+  !> 0.32 s, 12 s, 3 min 20 s, 2 h 5 min.
+  pure function seconds_in_words(seconds) result(words)
+    real(wp), intent(in) :: seconds
+    character(:), allocatable :: words
+    integer(i8) :: whole
+
+    whole = nint(max(0.0_wp, seconds), i8)
+    if (seconds < 9.995_wp) then
+      words = to_text(max(0.0_wp, seconds), 2)//' s'
+    else if (whole < 60) then
+      words = to_text(whole)//' s'
+    else if (whole < 3600) then
+      words = to_text(whole/60)//' min '//to_text(mod(whole, 60_i8))//' s'
+    else
+      words = to_text(whole/3600)//' h '//to_text(mod(whole, 3600_i8)/60)//' min'
+    end if
+  end function seconds_in_words
+
+end module console_mod

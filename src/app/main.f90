@@ -1,0 +1,43 @@
+!> bipot: reads the command line, runs, prints the error if there is one, and stops with the exit
+!> status.
+program bipot
+  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  use errors_mod, only: error_t, exit_ok
+  use blas_core_mod, only: choose_blas_core
+  use command_line_mod, only: options_t, read_command_line, help_text
+  use console_mod, only: say
+  use run_mod, only: run_deck
+  use version_mod, only: version
+  implicit none
+
+  interface
+    !> C's exit: Fortran 2008 takes no variable behind STOP.
+    subroutine c_exit(status) bind(c, name='exit')
+      import :: c_int
+      integer(c_int), value :: status
+    end subroutine c_exit
+  end interface
+
+  type(options_t) :: options
+  type(error_t), allocatable :: error
+  integer :: exit_status
+
+  call choose_blas_core()
+  exit_status = exit_ok
+  call read_command_line(options, error)
+  if (.not. allocated(error)) then
+    if (options%help) then
+      call say(help_text())
+    else if (options%version) then
+      call say('bipot '//version)
+    else
+      call run_deck(options, error)
+    end if
+  end if
+  if (allocated(error)) then
+    write (error_unit, '(a)') error%message
+    exit_status = error%exit_status
+  end if
+  call c_exit(int(exit_status, c_int))
+end program bipot

@@ -1,0 +1,333 @@
+!> A run: advance, append, report, increment by increment.
+module run_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, raise, exit_not_solved
+  use text_mod, only: string_t, to_text
+  use system_mod, only: wall_seconds, peak_memory_bytes, utc_now, build_description
+  use blas_core_mod, only: blas_core_name
+  use scene_mod, only: scene_t
+  use controls_mod, only: stop_at_change
+  use plan_mod, only: plan_t
+  use increments_mod, only: increment_t, next_increment
+  use state_mod, only: state_t, initial_state
+  use step_report_mod, only: step_report_t, worst_entry
+  use step_fields_mod, only: step_fields_t, fields_due
+  use read_deck_mod, only: read_deck
+  use mesh_forces_mod, only: element_stress
+  use make_plan_mod, only: make_plan
+  use operators_mod, only: operators_t, make_operators, prepare_step
+  use step_loads_mod, only: prescribed_dofs
+  use advance_mod, only: advance
+  use result_file_mod, only: result_file_t, provenance_t, open_result, append_increment, &
+    finish_result, &
+                             run_finished, run_not_solved, run_failed
+  use command_line_mod, only: options_t, command_text
+  use console_mod, only: console_t, open_console, say, print_lines, print_increment, &
+    print_warning, clear_bar, &
+                         seconds_in_words
+  use version_mod, only: version
+  implicit none
+  private
+
+  public :: run_deck
+
+  !> What the run as a whole adds up to.
+  type :: tally_t
+    integer  :: increments = 0          !! in the file
+    integer  :: certified = 0
+    integer  :: sweeps = 0
+    integer  :: local_iterations = 0
+    integer  :: newton_raphson = 0
+    integer  :: worst_row = 0
+    real(wp) :: worst = 0.0_wp          !! certificate entry [-]
+    real(wp) :: read_time = 0.0_wp      !! [s], as all below
+    real(wp) :: contact_time = 0.0_wp
+    real(wp) :: step_time = 0.0_wp      !! advancing, contact included
+    real(wp) :: write_time = 0.0_wp
+    real(wp) :: total_time = 0.0_wp
+  end type tally_t
+
+contains
+
+  !> Read the deck, plan, and unless only the plan is wanted, run.
+  subroutine run_deck(options, error)
+    type(options_t), intent(in) :: options
+    type(error_t), allocatable, intent(out) :: error !! wrong deck, nothing solved, or the machine
+                                                     !! failed
+    type(scene_t) :: scene
+    type(plan_t) :: plan
+    type(console_t) :: console
+    type(tally_t) :: tally
+
+    console = open_console(options%quiet)
+    call read_deck(options%deck, options%overrides, scene, error)
+    if (allocated(error)) return
+    call make_plan(scene, plan)
+    tally%read_time = wall_seconds() - console%started
+    call print_lines(console, [string_t('bipot '//version//': '//scene%title)])
+    call print_lines(console, scene%notes)
+    call print_lines(console, plan%lines)
+    if (options%plan) return
+    call run_scene(options, scene, plan, console, tally, error)
+  end subroutine run_deck
+
+  !> Open the file, go through the increments, close the file whatever happened.
+  subroutine run_scene(options, scene, plan, console, tally, error)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(console_t), intent(inout) :: console
+    type(tally_t), intent(inout) :: tally
+    type(error_t), allocatable, intent(out) :: error
+    type(operators_t) :: operators
+    type(result_file_t) :: file
+    type(error_t), allocatable :: closing
+    character(:), allocatable :: path, status
+
+    path = options%output
+    if (path == '') path = scene%name//'.vtkhdf'
+    call open_result(path, scene, plan, provenance(), options%overwrite, file, error)
+    if (allocated(error)) return
+    call go_through(scene, plan, operators, file, console, tally, error)
+    tally%total_time = wall_seconds() - console%started
+
+    status = run_finished
+    if (allocated(error)) then
+      status = run_failed
+      if (error%exit_status == exit_not_solved) status = run_not_solved
+    end if
+    call finish_result(file, status, counter_names(), counters(tally, operators, plan), closing)
+    call clear_bar(console)
+    if (allocated(error)) then
+      if (tally%increments > 0) error%message = error%message//new_line('a')// &
+        to_text(tally%increments)// &
+        ' increments before it are in '//path
+      return
+    end if
+    if (allocated(closing)) then
+      call move_alloc(closing, error)
+      return
+    end if
+    call close_run(scene, console, tally, operators, path)
+  end subroutine run_scene
+
+  !> The loop: advance, append, report.
+  subroutine go_through(scene, plan, operators, file, console, tally, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(operators_t), intent(inout) :: operators
+    type(result_file_t), intent(inout) :: file
+    type(console_t), intent(inout) :: console
+    type(tally_t), intent(inout) :: tally
+    type(error_t), allocatable, intent(out) :: error
+    type(state_t) :: old, new
+    type(increment_t) :: increment
+    type(step_report_t) :: report
+    type(step_fields_t) :: fields
+    real(wp) :: clock
+
+    old = initial_state(scene%mesh%n_nodes, plan%points%n)
+    increments: do
+      increment = next_increment(scene%steps, old)
+      if (increment%row == 0) exit increments
+      if (increment%first_of_step) then
+        call enter_step(scene, plan, increment%step, old, operators, error)
+        if (allocated(error)) return
+      end if
+      call advance(scene, plan, operators, old, increment, new, report, error)
+      if (allocated(error)) return
+      call refuse_unsolved(scene, plan, increment, report, error)
+      if (allocated(error)) return
+
+      clock = wall_seconds()
+      call make_fields(scene, new, fields)
+      call append_increment(file, scene, plan, new, report, fields, error)
+      if (allocated(error)) return
+      tally%write_time = tally%write_time + wall_seconds() - clock
+      call add_up(increment, report, tally)
+      call print_increment(console, increment, plan%n_increments, report)
+      old = new
+    end do increments
+  end subroutine go_through
+
+  !> New operators where a step holds other degrees of freedom than the one before; its loads in any
+  !> case.
+  subroutine enter_step(scene, plan, step, state, operators, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    integer, intent(in) :: step
+    type(state_t), intent(in) :: state
+    type(operators_t), intent(inout) :: operators
+    type(error_t), allocatable, intent(out) :: error
+    logical :: prescribed(3, scene%mesh%n_nodes), same
+
+    prescribed = prescribed_dofs(scene, step)
+    same = .false.
+    if (allocated(operators%prescribed)) same = all(prescribed .eqv. operators%prescribed)
+    if (.not. same) call make_operators(scene, plan%points, prescribed, operators, error)
+    if (allocated(error)) return
+    call prepare_step(scene, step, state, operators, error)
+  end subroutine enter_step
+
+  !> A step that did not converge or is not certified ends the run; only comparisons (STOP=CHANGE)
+  !> go on.
+  subroutine refuse_unsolved(scene, plan, increment, report, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(increment_t), intent(in) :: increment
+    type(step_report_t), intent(in) :: report
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: where_and_what
+
+    if (scene%contact%stop_rule == stop_at_change) return
+    if (report%converged .and. report%certificate%certified) return
+    where_and_what = 'step '//to_text(increment%step)//', increment '//to_text(increment%number)
+    if (.not. report%converged) then
+      where_and_what = where_and_what//': the contact solver did not reach '// &
+        to_text(scene%contact%tolerance)// &
+        ' in '//to_text(report%contact_iterations)//' sweeps (residual '// &
+        to_text(report%residual, 3)
+      if (report%worst_point > 0) where_and_what = where_and_what//', largest at node '// &
+        to_text(scene%mesh%node_id(plan%points%node(report%worst_point)))
+      where_and_what = where_and_what//')'
+    else
+      where_and_what = where_and_what//': not certified, '//certificate_in_words(report)// &
+        ', allowed '// &
+        to_text(10.0_wp*scene%contact%tolerance)
+    end if
+    call raise(error, exit_not_solved, where_and_what)
+  end subroutine refuse_unsolved
+
+  pure function certificate_in_words(report) result(words)
+    type(step_report_t), intent(in) :: report
+    character(:), allocatable :: words
+
+    associate (c => report%certificate)
+      words = 'penetration '//to_text(c%penetration, 2)//', adhesion '//to_text(c%adhesion, 2)// &
+        ', complementarity '//to_text(c%complementarity, 2)//', cone '//to_text(c%cone, 2)// &
+        ', law '// &
+        to_text(c%law, 2)//', equilibrium '//to_text(c%equilibrium, 2)
+    end associate
+  end function certificate_in_words
+
+  !> The fields that the state does not hold, where the increment's are due.
+  subroutine make_fields(scene, state, fields)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: state
+    type(step_fields_t), intent(out) :: fields
+
+    if (.not. fields_due(scene%output%frequency, state%increment, &
+      scene%steps(state%step)%n_increments)) return
+    if (scene%output%reaction) fields%reaction_force = state%support_force
+    if (scene%output%stress) then
+      allocate (fields%stress(6, scene%mesh%n_elements))
+      call element_stress(scene%mesh, scene%materials, state%displacement, fields%stress)
+    end if
+  end subroutine make_fields
+
+  subroutine add_up(increment, report, tally)
+    type(increment_t), intent(in) :: increment
+    type(step_report_t), intent(in) :: report
+    type(tally_t), intent(inout) :: tally
+
+    tally%increments = increment%row
+    if (report%certificate%certified) tally%certified = tally%certified + 1
+    if (worst_entry(report%certificate) >= tally%worst) then
+      tally%worst = worst_entry(report%certificate)
+      tally%worst_row = increment%row
+    end if
+    tally%sweeps = tally%sweeps + report%contact_iterations
+    tally%local_iterations = tally%local_iterations + report%local_iterations
+    tally%newton_raphson = tally%newton_raphson + report%newton_raphson_iterations
+    tally%contact_time = tally%contact_time + report%contact_time
+    tally%step_time = tally%step_time + report%wall_time
+  end subroutine add_up
+
+  !> Phases and memory, then the one sentence that says how it went.
+  subroutine close_run(scene, console, tally, operators, path)
+    type(scene_t), intent(in) :: scene
+    type(console_t), intent(in) :: console
+    type(tally_t), intent(in) :: tally
+    type(operators_t), intent(in) :: operators
+    character(*), intent(in) :: path
+
+    associate (s => operators%seconds)
+      call print_lines(console, [ &
+        string_t('time            read '//seconds(tally%read_time)//', assemble '// &
+        seconds(s%assemble)//', order '// &
+                 seconds(s%order)//', factorise '//seconds(s%factorise)//', condense '// &
+                 seconds(s%condense)// &
+                 ', loads '//seconds(s%loads)//','), &
+        string_t('                contact '//seconds(tally%contact_time)//', recover '// &
+                 seconds(tally%step_time - tally%contact_time)//', write '// &
+                 seconds(tally%write_time)), &
+        string_t('memory          '//to_text(real(peak_memory_bytes(), wp)/1.0e6_wp, 3)// &
+        ' MB at most')])
+    end associate
+    if (tally%certified < tally%increments) then
+      call print_warning(console, to_text(tally%increments - tally%certified)//' of '// &
+        to_text(tally%increments)// &
+        ' increments are not certified (STOP=CHANGE goes on past them)')
+    end if
+    call say(to_text(tally%certified)//' of '//to_text(tally%increments)// &
+      ' increments certified to '// &
+             to_text(10.0_wp*scene%contact%tolerance)//', worst error '//to_text(tally%worst, 2)// &
+             ' (increment '// &
+             to_text(tally%worst_row)//'), '//seconds_in_words(tally%total_time)//': '//path)
+  end subroutine close_run
+
+  pure function seconds(time) result(text)
+    real(wp), intent(in) :: time
+    character(:), allocatable :: text
+
+    text = to_text(max(0.0_wp, time), 3)//' s'
+  end function seconds
+
+  !> Who makes the file.
+  function provenance()
+    type(provenance_t) :: provenance
+
+    provenance%version = version
+    provenance%build = build_description()
+    provenance%libraries = 'MUMPS (sequential), METIS, LAPACK and BLAS (OpenBLAS), HDF5'
+    provenance%command = command_text()
+    provenance%blas_core = blas_core_name()
+    provenance%started = utc_now()
+  end function provenance
+
+  !> Names of what /run/counters holds.
+  function counter_names() result(names)
+    type(string_t), allocatable :: names(:)
+
+    names = [string_t('equations'), string_t('interface_equations'), string_t('contact_rows'), &
+             string_t('factorisations'), string_t('factor_entries'), &
+             string_t('newton_raphson_iterations'), &
+             string_t('sweeps'), string_t('local_iterations'), string_t('peak_memory_bytes'), &
+             string_t('seconds_read'), string_t('seconds_assemble'), string_t('seconds_order'), &
+             string_t('seconds_factorise'), string_t('seconds_condense'), &
+             string_t('seconds_loads'), &
+             string_t('seconds_contact'), string_t('seconds_recover'), string_t('seconds_write'), &
+             string_t('seconds_total')]
+  end function counter_names
+
+  !> And their values.
+  function counters(tally, operators, plan) result(values)
+    type(tally_t), intent(in) :: tally
+    type(operators_t), intent(in) :: operators
+    type(plan_t), intent(in) :: plan
+    real(wp), allocatable :: values(:)
+
+    associate (s => operators%seconds)
+      values = [real(plan%n_equations, wp), real(plan%n_interface, wp), &
+        real(operators%problem%n_rows, wp), &
+                real(operators%n_factorisations, wp), real(operators%factor%entries, wp), &
+                real(tally%newton_raphson, wp), real(tally%sweeps, wp), &
+                real(tally%local_iterations, wp), &
+                real(peak_memory_bytes(), wp), tally%read_time, s%assemble, s%order, s%factorise, &
+                s%condense, &
+                s%loads, tally%contact_time, tally%step_time - tally%contact_time, &
+                tally%write_time, tally%total_time]
+    end associate
+  end function counters
+
+end module run_mod

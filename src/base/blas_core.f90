@@ -1,0 +1,234 @@
+!> OpenBLAS's kernels: the right ones for this processor, chosen without the user knowing.
+!>
+!> OpenBLAS picks its kernels once, when the library loads, and on processors it does not know it
+!> may pick those of an old one, several times slower. `OPENBLAS_CORETYPE` in the environment
+!> decides at that moment, so the program looks at what was picked, and if the processor can do
+!> better it starts itself again with the variable set.
+module blas_core_mod
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_funptr, c_null_ptr, c_null_char, &
+    c_associated, &
+                                         c_f_pointer, c_f_procpointer, c_loc
+  use text_mod, only: string_t, upper
+  implicit none
+  private
+
+  public :: choose_blas_core, blas_core_name, wanted_core
+
+  character(*), parameter :: core_variable = 'OPENBLAS_CORETYPE'
+  character(*), parameter :: guard_variable = 'BIPOT_BLAS_CORE' !! set before the second start:
+                                                                !! never a third
+
+  interface
+    function c_dlsym(handle, symbol) result(address) bind(c, name='dlsym')
+      import :: c_ptr, c_funptr, c_char
+      type(c_ptr), value :: handle
+      character(c_char), intent(in) :: symbol(*)
+      type(c_funptr) :: address
+    end function c_dlsym
+
+    function c_setenv(name, value, overwrite) result(status) bind(c, name='setenv')
+      import :: c_char, c_int
+      character(c_char), intent(in) :: name(*), value(*)
+      integer(c_int), value :: overwrite
+      integer(c_int) :: status
+    end function c_setenv
+
+    function c_execv(path, arguments) result(status) bind(c, name='execv')
+      import :: c_char, c_int, c_ptr
+      character(c_char), intent(in) :: path(*)
+      type(c_ptr), intent(in) :: arguments(*)
+      integer(c_int) :: status
+    end function c_execv
+
+    function c_strlen(text) result(length) bind(c, name='strlen')
+      import :: c_ptr, c_int
+      type(c_ptr), value :: text
+      integer(c_int) :: length
+    end function c_strlen
+  end interface
+
+  abstract interface
+    function core_name_function() result(name) bind(c)
+      import :: c_ptr
+      type(c_ptr) :: name
+    end function core_name_function
+
+    subroutine set_threads_function(n) bind(c)
+      import :: c_int
+      integer(c_int), value :: n
+    end subroutine set_threads_function
+  end interface
+
+contains
+
+  !> Take care of OpenBLAS's kernels and threads. Returns, or does not: then the program starts
+  !> again.
+  !>
+  !> Nothing is done when the user has set the variable, under MPI, valgrind or a sanitizer, or with
+  !> another BLAS.
+  subroutine choose_blas_core()
+    character(:), allocatable :: core
+    integer(c_int) :: status
+
+    if (environment('OPENBLAS_NUM_THREADS') == '' .and. &
+      environment('OMP_NUM_THREADS') == '') call use_one_thread()
+    if (environment(core_variable) /= '' .or. environment(guard_variable) /= '') return
+    if (started_by_mpi() .or. watched()) return
+    core = wanted_core(blas_core_name(), processor_flags())
+    if (core == '') return
+    status = c_setenv(c_text(guard_variable), c_text(core), 1_c_int)
+    if (status /= 0) return
+    status = c_setenv(c_text(core_variable), c_text(core), 1_c_int)
+    if (status /= 0) return
+    call start_again()
+  end subroutine choose_blas_core
+
+  !> The kernels in use, by OpenBLAS's name; empty with another BLAS.
+  function blas_core_name() result(name)
+    character(:), allocatable :: name
+    type(c_funptr) :: address
+    type(c_ptr) :: text
+    procedure(core_name_function), pointer :: get_name
+    character(c_char), pointer :: letters(:)
+    integer :: i
+
+    name = ''
+    address = c_dlsym(c_null_ptr, c_text('openblas_get_corename'))
+    if (.not. c_associated(address)) return
+    call c_f_procpointer(address, get_name)
+    text = get_name()
+    if (.not. c_associated(text)) return
+    call c_f_pointer(text, letters, [c_strlen(text)])
+    do i = 1, size(letters)
+      name = name//letters(i)
+    end do
+  end function blas_core_name
+
+  !> The core to ask for: empty when `current` already uses what the processor offers, or is not
+  !> OpenBLAS's.
+  pure function wanted_core(current, flags) result(core)
+    character(*), intent(in) :: current !! OpenBLAS's name of the kernels in use
+    character(*), intent(in) :: flags   !! the processor's flags as in /proc/cpuinfo, blanks around
+                                        !! each
+    character(:), allocatable :: core
+    logical :: avx2, avx512
+
+    core = ''
+    if (current == '') return
+    avx2 = has('avx2') .and. has('fma')
+    avx512 = avx2 .and. has('avx512f') .and. has('avx512cd') .and. has('avx512bw') .and. &
+      has('avx512dq') &
+      .and. has('avx512vl')
+    select case (upper(current))
+    case ('SKYLAKEX', 'COOPERLAKE', 'SAPPHIRERAPIDS')
+      return
+    case ('HASWELL', 'ZEN')
+      if (avx512) core = 'SKYLAKEX'
+    case default
+      if (avx512) then
+        core = 'SKYLAKEX'
+      else if (avx2) then
+        core = 'HASWELL'
+      end if
+    end select
+
+  contains
+
+    pure logical function has(flag)
+      character(*), intent(in) :: flag
+
+      has = index(flags, ' '//flag//' ') > 0
+    end function has
+
+  end function wanted_core
+
+  !> The first processor's flags, a blank before and behind each; empty where the system does not
+  !> tell.
+  function processor_flags() result(flags)
+    character(:), allocatable :: flags
+    character(8192) :: line
+    integer :: unit, status
+
+    flags = ''
+    open (newunit=unit, file='/proc/cpuinfo', action='read', status='old', iostat=status)
+    if (status /= 0) return
+    do
+      read (unit, '(a)', iostat=status) line
+      if (status /= 0) exit
+      if (line(:5) /= 'flags') cycle
+      flags = ' '//trim(line(index(line, ':') + 1:))//' '
+      exit
+    end do
+    close (unit)
+  end function processor_flags
+
+  !> With more threads a busy machine becomes many times slower; who wants them sets
+  !> OPENBLAS_NUM_THREADS.
+  subroutine use_one_thread()
+    type(c_funptr) :: address
+    procedure(set_threads_function), pointer :: set_threads
+
+    address = c_dlsym(c_null_ptr, c_text('openblas_set_num_threads'))
+    if (.not. c_associated(address)) return
+    call c_f_procpointer(address, set_threads)
+    call set_threads(1_c_int)
+  end subroutine use_one_thread
+
+  !> Whether an MPI launcher has started the program: its ranks must not replace themselves.
+  function started_by_mpi() result(answer)
+    logical :: answer
+
+    answer = environment('OMPI_COMM_WORLD_SIZE') /= '' .or. environment('PMI_RANK') /= '' .or. &
+      environment('PMIX_RANK') /= '' .or. environment('MPI_LOCALRANKID') /= ''
+  end function started_by_mpi
+
+  !> Whether valgrind (which does not know all instructions) or a sanitizer watches.
+  function watched() result(answer)
+    logical :: answer
+
+    answer = index(environment('LD_PRELOAD'), 'vgpreload') > 0 .or. &
+      c_associated(c_dlsym(c_null_ptr, c_text('__asan_init'))) .or. &
+      c_associated(c_dlsym(c_null_ptr, c_text('__tsan_init')))
+  end function watched
+
+  !> Replace the process by itself, with the same arguments. Returns only if that fails: then all
+  !> goes on as it is.
+  subroutine start_again()
+    type(string_t), allocatable, target :: arguments(:)
+    type(c_ptr), allocatable :: pointers(:)
+    integer :: i, length
+    integer(c_int) :: status
+    character(:), allocatable :: argument
+
+    allocate (arguments(0:command_argument_count()), pointers(0:command_argument_count() + 1))
+    do i = 0, command_argument_count()
+      call get_command_argument(i, length=length)
+      if (allocated(argument)) deallocate (argument)
+      allocate (character(length) :: argument)
+      call get_command_argument(i, argument)
+      arguments(i)%text = argument//c_null_char
+      pointers(i) = c_loc(arguments(i)%text(1:1))
+    end do
+    pointers(command_argument_count() + 1) = c_null_ptr
+    status = c_execv(c_text('/proc/self/exe'), pointers)
+    if (status /= 0) return
+  end subroutine start_again
+
+  function environment(name) result(value)
+    character(*), intent(in) :: name
+    character(:), allocatable :: value
+    integer :: length
+
+    call get_environment_variable(name, length=length)
+    allocate (character(length) :: value)
+    if (length > 0) call get_environment_variable(name, value)
+  end function environment
+
+  pure function c_text(text) result(terminated)
+    character(*), intent(in) :: text
+    character(len(text) + 1) :: terminated
+
+    terminated = text//c_null_char
+  end function c_text
+
+end module blas_core_mod

@@ -1,0 +1,120 @@
+!> What the program asks of the machine it runs on: clocks, memory, the terminal.
+module system_mod
+  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
+  use kinds_mod, only: wp, i8
+  implicit none
+  private
+
+  public :: wall_seconds, cpu_seconds, peak_memory_bytes, output_is_terminal, utc_now, &
+    build_description
+
+  interface
+    !> POSIX: 1 when the file descriptor is a terminal.
+    function c_isatty(descriptor) result(answer) bind(c, name='isatty')
+      import :: c_int
+      integer(c_int), value :: descriptor
+      integer(c_int) :: answer
+    end function c_isatty
+  end interface
+
+contains
+
+  !> Seconds on a clock that does not stop; only differences mean anything.
+  function wall_seconds() result(seconds)
+    real(wp) :: seconds
+    integer(i8) :: count, rate
+
+    call system_clock(count, rate)
+    seconds = real(count, wp)/real(rate, wp)
+  end function wall_seconds
+
+  !> Seconds of processor time used by the process so far, all threads.
+  function cpu_seconds() result(seconds)
+    real(wp) :: seconds
+
+    call cpu_time(seconds)
+  end function cpu_seconds
+
+  !> The largest resident memory of the process so far; 0 where the system does not tell.
+  function peak_memory_bytes() result(bytes)
+    integer(i8) :: bytes
+    integer :: unit, status
+    character(256) :: line
+
+    bytes = 0
+    open (newunit=unit, file='/proc/self/status', action='read', status='old', iostat=status)
+    if (status /= 0) return
+    do
+      read (unit, '(a)', iostat=status) line
+      if (status /= 0) exit
+      if (line(:6) /= 'VmHWM:') cycle
+      read (line(7:index(line, 'kB') - 1), *, iostat=status) bytes
+      bytes = 1024*bytes
+      exit
+    end do
+    close (unit)
+  end function peak_memory_bytes
+
+  !> Whether standard output goes to a terminal.
+  function output_is_terminal() result(terminal)
+    logical :: terminal
+
+    terminal = c_isatty(1_c_int) == 1
+  end function output_is_terminal
+
+  !> Date and time as in 2026-03-01T12:00:00Z.
+  function utc_now() result(text)
+    character(20) :: text
+    integer :: v(8), minutes, day_shift
+
+    call date_and_time(values=v)
+    ! v(4) is the zone in minutes: taken off, with at most one day of carry.
+    minutes = 60*v(5) + v(6) - v(4)
+    day_shift = (minutes - modulo(minutes, 1440))/1440
+    minutes = minutes - 1440*day_shift
+    call shift_day(v(1), v(2), v(3), day_shift)
+    write (text, '(i4.4,2("-",i2.2),"T",i2.2,2(":",i2.2),"Z")') v(1:3), minutes/60, &
+      mod(minutes, 60), v(7)
+  end function utc_now
+
+  !> Move a date of the Gregorian calendar by at most one day.
+  pure subroutine shift_day(year, month, day, shift)
+    integer, intent(inout) :: year, month, day
+    integer, intent(in) :: shift !! -1, 0 or 1
+
+    day = day + shift
+    if (day > days_in(year, month)) then
+      day = 1
+      month = month + 1
+    else if (day < 1) then
+      month = month - 1
+      day = days_in(year, modulo(month - 1, 12) + 1)
+    end if
+    if (month > 12) then
+      month = 1
+      year = year + 1
+    else if (month < 1) then
+      month = 12
+      year = year - 1
+    end if
+  end subroutine shift_day
+
+  pure function days_in(year, month) result(days)
+    integer, intent(in) :: year, month
+    integer :: days
+    integer, parameter :: common(12) = [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31]
+
+    days = common(month)
+    if (month == 2 .and. (mod(year, 400) == 0 .or. (mod(year, 4) == 0 .and. &
+      mod(year, 100) /= 0))) days = 29
+  end function days_in
+
+  !> The compiler and its options, as they made this program.
+  function build_description() result(text)
+    character(:), allocatable :: text
+
+    text = compiler_version()//' '//compiler_options()
+  end function build_description
+
+end module system_mod

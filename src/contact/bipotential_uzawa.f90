@@ -1,0 +1,29 @@
+!> Bi-potential, Uzawa: one predictor and one corrector a visit.
+module bipotential_uzawa_mod
+  use kinds_mod, only: wp
+  use law_mod, only: project_on_cone, augmented_gap
+  use local_point_mod, only: local_point_t
+  implicit none
+  private
+
+  public :: solve_bipotential_uzawa
+
+contains
+
+  !> r <- P_K(r - rho x*(r)). [JFT07] eq. (12), docs/theory.md (4.1).
+  pure subroutine solve_bipotential_uzawa(point, r, iterations, converged)
+    type(local_point_t), intent(in) :: point
+    real(wp), intent(inout) :: r(3)       !! reaction [force]
+    integer,  intent(out)   :: iterations !! 1
+    logical,  intent(out)   :: converged  !! true: one visit is all it does
+    real(wp) :: x(3), p(3)
+    integer :: status
+
+    x = matmul(point%w, r) + point%x_loc
+    call project_on_cone(point%mu, r - point%rho*augmented_gap(point%mu, x), p, status)
+    r = p
+    iterations = 1
+    converged = .true.
+  end subroutine solve_bipotential_uzawa
+
+end module bipotential_uzawa_mod

@@ -1,0 +1,142 @@
+!> The certificate: how true a step is, from its reactions and displacements alone.
+!>
+!> Nothing here is shared with the solvers: no compliance, no projection, no x_free. docs/theory.md
+!> section 6.
+module certificate_mod
+  use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use step_report_mod, only: certificate_t, energy_t, contact_fields_t, worst_entry
+  implicit none
+  private
+
+  public :: certify, energy_balance, step_forces_t
+
+  !> The forces of a step, all (3,n_nodes) in x, y, z.
+  type :: step_forces_t
+    real(wp), allocatable :: internal(:, :)   !! from the stresses [force]
+    real(wp), allocatable :: external(:, :)   !! loads [force]
+    logical,  allocatable :: prescribed(:, :) !! degrees of freedom held by supports
+  end type step_forces_t
+
+contains
+
+  !> Judge a step.
+  !>
+  !> Scales: F the largest nodal force (reactions, supports, loads, internal), U the largest
+  !> displacement increment or deformation of a body. 0/0 = 0.
+  pure function certify(mesh, points, contact, has_friction, old, new, forces, &
+    tolerance) result(certificate)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact  !! frames, local reactions, gaps and slip
+                                                   !! increments
+    logical, intent(in) :: has_friction(:, :)      !! (2,n_points) tangents along which the law acts
+    type(state_t), intent(in) :: old, new          !! before and after the step
+    type(step_forces_t), intent(in) :: forces
+    real(wp), intent(in) :: tolerance              !! contact tolerance [-]
+    type(certificate_t) :: certificate
+    real(wp) :: f, u, x(3), r(3), defect, total, residual(3, mesh%n_nodes), support(3, mesh%n_nodes)
+    integer :: i
+
+    ! max() forgets NaN: it must be caught before.
+    if (.not. (all(abs(new%displacement) <= huge(f)) .and. all(abs(new%reaction) <= huge(f)))) then
+      certificate = certificate_t(huge(f), huge(f), huge(f), huge(f), huge(f), huge(f), .false.)
+      return
+    end if
+    residual = forces%internal - forces%external
+    do i = 1, points%n
+      residual(:, points%node(i)) = residual(:, points%node(i)) - new%reaction(:, i)
+    end do
+    support = merge(residual, 0.0_wp, forces%prescribed)
+    residual = residual - support
+    f = max(largest(new%reaction), largest(support), largest(forces%external), &
+      largest(forces%internal))
+    u = max(largest(new%displacement - old%displacement), largest_spread(mesh, new%displacement))
+
+    defect = 0.0_wp
+    total = 0.0_wp
+    do i = 1, points%n
+      r = contact%reaction(:, i)
+      x = [contact%gap(i), merge(contact%slip_increment(:, i), 0.0_wp, has_friction(:, i))]
+      certificate%penetration = max(certificate%penetration, -x(1))
+      certificate%adhesion = max(certificate%adhesion, -r(1))
+      certificate%complementarity = max(certificate%complementarity, abs(x(1)*r(1)))
+      certificate%cone = max(certificate%cone, norm2(r(2:)) - points%mu(i)*r(1))
+      defect = defect + abs(points%mu(i)*r(1)*norm2(x(2:)) + dot_product(x, r))
+      total = total + norm2(r)
+    end do
+    certificate%penetration = ratio(certificate%penetration, u)
+    certificate%adhesion = ratio(certificate%adhesion, f)
+    certificate%complementarity = ratio(ratio(certificate%complementarity, f), u)
+    certificate%cone = ratio(certificate%cone, f)
+    certificate%law = ratio(ratio(defect, total), u)
+    certificate%equilibrium = ratio(largest(residual), f)
+    certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance
+  end function certify
+
+  !> Work, strain energy and dissipation up to the end of the step, and what is left over.
+  !>
+  !> External work by the trapezoidal rule on loads and supports; the reaction of the end dissipates
+  !> over the slip.
+  pure subroutine energy_balance(contact, old, new, internal_force, energy)
+    type(contact_fields_t), intent(in) :: contact
+    type(state_t), intent(in) :: old
+    type(state_t), intent(inout) :: new            !! gets external_work and dissipation
+    real(wp), intent(in) :: internal_force(:, :)   !! (3,n_nodes) [force]
+    type(energy_t), intent(out) :: energy
+
+    new%external_work = old%external_work + 0.5_wp*sum((new%displacement - old%displacement)* &
+      (old%external_force + old%support_force + new%external_force + new%support_force))
+    new%dissipation = old%dissipation - sum(contact%reaction(2:, :)*contact%slip_increment)
+    energy%external_work = new%external_work
+    energy%strain = 0.5_wp*sum(internal_force*new%displacement)
+    energy%dissipation = new%dissipation
+    energy%balance = energy%external_work - energy%strain - energy%dissipation
+  end subroutine energy_balance
+
+  !> The largest vector of a list.
+  pure function largest(v) result(size_of_largest)
+    real(wp), intent(in) :: v(:, :) !! (3,n)
+    real(wp) :: size_of_largest
+
+    size_of_largest = 0.0_wp
+    if (size(v, 2) > 0) size_of_largest = sqrt(maxval(sum(v**2, dim=1)))
+  end function largest
+
+  !> Largest minus smallest of a displacement component over a body: its deformation, free of
+  !> translation.
+  pure function largest_spread(mesh, u) result(spread)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes)
+    real(wp) :: spread, low(3, mesh%n_bodies), high(3, mesh%n_bodies)
+    integer :: node, body
+
+    low = huge(1.0_wp)
+    high = -huge(1.0_wp)
+    do node = 1, mesh%n_nodes
+      body = mesh%body(node)
+      if (body == 0) cycle
+      low(:, body) = min(low(:, body), u(:, node))
+      high(:, body) = max(high(:, body), u(:, node))
+    end do
+    spread = 0.0_wp
+    if (mesh%n_bodies > 0) spread = maxval(high - low)
+  end function largest_spread
+
+  !> a/b with 0/0 = 0; something over nothing is infinitely wrong.
+  pure function ratio(a, b) result(quotient)
+    real(wp), intent(in) :: a, b !! a >= 0, b >= 0
+    real(wp) :: quotient
+
+    if (a <= 0.0_wp) then
+      quotient = 0.0_wp
+    else if (b > 0.0_wp .and. a < b*1.0e100_wp) then
+      quotient = a/b
+    else
+      quotient = huge(1.0_wp)
+    end if
+  end function ratio
+
+end module certificate_mod

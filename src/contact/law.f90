@@ -1,0 +1,106 @@
+!> Coulomb's and Signorini's laws as projections, for one contact point.
+!>
+!> Local frame (n, t1, t2), n from the obstacle to the body; r the reaction on the body (r_n >= 0
+!> pushes), x the gap and the slip increment. docs/theory.md section 3; [JFT07] equations (3) to
+!> (10), with the corrections listed there.
+module law_mod
+  use kinds_mod, only: wp
+  use step_report_mod, only: status_open, status_stick, status_slide
+  implicit none
+  private
+
+  public :: project_on_cone, cone_derivative, project_on_disc, augmented_gap
+
+contains
+
+  !> Euclidean projection of `y` on the Coulomb cone K(mu).
+  !>
+  !> Three cases, by where y lies: in the polar cone (apex, open), in the cone (unchanged, stick),
+  !> elsewhere (closest point of the boundary, slide). Source: [JFT07] eq. (10), open first and "<="
+  !> in both tests; docs/theory.md (3.3).
+  pure subroutine project_on_cone(mu, y, p, status)
+    real(wp), intent(in)  :: mu      !! friction coefficient, mu >= 0 [-]
+    real(wp), intent(in)  :: y(3)    !! any vector [force]
+    real(wp), intent(out) :: p(3)    !! its projection [force]
+    integer,  intent(out) :: status  !! status_open, status_stick or status_slide
+    real(wp) :: y_t, p_n
+
+    y_t = norm2(y(2:))
+    if (mu*y_t <= -y(1)) then
+      p = 0.0_wp
+      status = status_open
+    else if (y_t <= mu*y(1)) then
+      p = y
+      status = status_stick
+    else
+      ! The printed form in terms of p_n: no cancellation at large mu, and |p_t| = mu p_n to
+      ! rounding.
+      p_n = (y(1) + mu*y_t)/(1.0_wp + mu**2)
+      p(1) = p_n
+      p(2:) = (mu*p_n/y_t)*y(2:)
+      status = status_slide
+    end if
+  end subroutine project_on_cone
+
+  !> Derivative of the projection on the cone at `y` (symmetric; in the branch that the projection
+  !> takes).
+  !>
+  !> Slide: with t = y_t/|y_t|, v = t - mu n and c = |y_t| - mu y_n,
+  !> P' = I - (v v^T + c (I_t - t t^T)/|y_t|)/(1 + mu^2). Source: docs/theory.md (4.5).
+  pure function cone_derivative(mu, y, status) result(d)
+    real(wp), intent(in) :: mu     !! friction coefficient, mu >= 0 [-]
+    real(wp), intent(in) :: y(3)   !! the projected vector [force]
+    integer,  intent(in) :: status !! of its projection
+    real(wp) :: d(3, 3), t(2), v(3), y_t, share
+    integer :: i, j
+
+    d = 0.0_wp
+    if (status == status_open) return
+    do i = 1, 3
+      d(i, i) = 1.0_wp
+    end do
+    if (status == status_stick) return
+    y_t = norm2(y(2:))
+    t = y(2:)/y_t
+    v = [-mu, t(1), t(2)]
+    share = (y_t - mu*y(1))/y_t
+    do j = 1, 3
+      do i = 1, 3
+        d(i, j) = d(i, j) - v(i)*v(j)/(1.0_wp + mu**2)
+      end do
+    end do
+    do j = 1, 2
+      do i = 1, 2
+        d(i + 1, j + 1) = d(i + 1, j + 1) + share*t(i)*t(j)/(1.0_wp + mu**2)
+      end do
+      d(j + 1, j + 1) = d(j + 1, j + 1) - share/(1.0_wp + mu**2)
+    end do
+  end function cone_derivative
+
+  !> Projection of a tangential vector on the disc of the given radius.
+  !>
+  !> Source: [JFT07] eq. (8) with the sign and the direction corrected; docs/theory.md (3.6).
+  pure subroutine project_on_disc(radius, y, p, inside)
+    real(wp), intent(in)  :: radius !! radius >= 0 [force]
+    real(wp), intent(in)  :: y(2)   !! any vector [force]
+    real(wp), intent(out) :: p(2)   !! its projection [force]
+    logical,  intent(out) :: inside !! y lies in the disc
+    real(wp) :: y_t
+
+    y_t = norm2(y)
+    inside = y_t <= radius
+    p = y
+    if (.not. inside) p = (radius/y_t)*y
+  end subroutine project_on_disc
+
+  !> x* = x + mu |x_t| n, the gap that the bi-potential works with. [JFT07] eq. (9), docs/theory.md
+  !> (3.2).
+  pure function augmented_gap(mu, x) result(x_star)
+    real(wp), intent(in) :: mu   !! friction coefficient [-]
+    real(wp), intent(in) :: x(3) !! gap and slip increment [length]
+    real(wp) :: x_star(3)        !! [length]
+
+    x_star = [x(1) + mu*norm2(x(2:)), x(2), x(3)]
+  end function augmented_gap
+
+end module law_mod

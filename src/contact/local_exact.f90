@@ -1,0 +1,140 @@
+!> The exact solution of one contact point: open, stick, or the one root of the slide.
+module local_exact_mod
+  use kinds_mod, only: wp
+  use small_matrix_mod, only: solve_small
+  use local_point_mod, only: local_point_t
+  implicit none
+  private
+
+  public :: solve_exact
+
+  integer, parameter :: max_evaluations = 2200 !! bisection over the whole range of exponents ends
+                                               !! before
+
+  !> The point with x_n = 0 eliminated: (A + s I) r_t = -c, r_n = r_free - slope . r_t.
+  type :: slide_t
+    real(wp) :: a(2, 2)  !! W_tt - w_tn w_nt/W_nn [length/force]
+    real(wp) :: c(2)     !! x_loc_t - w_tn x_loc_n/W_nn [length]
+    real(wp) :: r_free   !! -x_loc_n/W_nn [force]
+    real(wp) :: slope(2) !! w_nt/W_nn [-]
+    real(wp) :: mu
+  end type slide_t
+
+contains
+
+  !> Solve the point whatever its data: test open, then stick, then find the slide. Docs/theory.md
+  !> (4.8).
+  pure subroutine solve_exact(point, r, iterations, converged)
+    type(local_point_t), intent(in) :: point
+    real(wp), intent(inout) :: r(3)       !! reaction; its value on entry does not matter [force]
+    integer,  intent(out)   :: iterations !! evaluations of the law
+    logical,  intent(out)   :: converged  !! false only for a W_ii that is not positive definite; r
+                                          !! is kept then
+    real(wp) :: stick(3)
+    type(slide_t) :: slide
+    logical :: regular
+
+    iterations = 1
+    converged = .true.
+    associate (w => point%w, x => point%x_loc, mu => point%mu)
+      if (x(1) >= 0.0_wp) then
+        r = 0.0_wp
+        return
+      end if
+      call solve_small(w, -x, stick, regular)
+      if (regular .and. stick(1) >= 0.0_wp .and. norm2(stick(2:)) <= mu*stick(1)) then
+        r = stick
+        return
+      end if
+      converged = w(1, 1) > 0.0_wp
+      if (.not. converged) return
+      if (mu <= 0.0_wp) then
+        r = [-x(1)/w(1, 1), 0.0_wp, 0.0_wp]
+        return
+      end if
+      slide%slope = w(1, 2:)/w(1, 1)
+      slide%a(:, 1) = w(2:, 2) - w(2:, 1)*slide%slope(1)
+      slide%a(:, 2) = w(2:, 3) - w(2:, 1)*slide%slope(2)
+      slide%c = x(2:) - w(2:, 1)*x(1)/w(1, 1)
+      slide%r_free = -x(1)/w(1, 1)
+      slide%mu = mu
+      call find_slide(slide, r, iterations)
+    end associate
+  end subroutine solve_exact
+
+  !> The s > 0 with x_t = -s r_t and |r_t| = mu r_n, by Newton kept inside a bracket.
+  !>
+  !> h(s) = |r_t| - mu r_n is positive at s = 0, where stick has failed, and negative far out, where
+  !> r_t vanishes.
+  pure subroutine find_slide(slide, r, evaluations)
+    type(slide_t), intent(in) :: slide
+    real(wp), intent(out) :: r(3)         !! [force]
+    integer, intent(inout) :: evaluations
+    real(wp) :: low, high, s, next, h, dh
+
+    low = 0.0_wp
+    high = slide%a(1, 1) + slide%a(2, 2)
+    do
+      call evaluate(slide, high, r, h, dh)
+      evaluations = evaluations + 1
+      if (h <= 0.0_wp .or. evaluations > max_evaluations) exit
+      low = high
+      high = 4.0_wp*high
+    end do
+    s = high
+    root: do while (evaluations <= max_evaluations)
+      call evaluate(slide, s, r, h, dh)
+      evaluations = evaluations + 1
+      if (abs(h) <= 2.0_wp*epsilon(1.0_wp)*slide%mu*r(1)) exit root
+      if (h > 0.0_wp) then
+        low = s
+      else
+        high = s
+      end if
+      next = high
+      if (dh < 0.0_wp) next = s - h/dh
+      if (.not. (next > low .and. next < high)) then
+        if (low > 0.0_wp) then ! the middle of the exponents: the bracket may span many decades
+          next = sqrt(low)*sqrt(high)
+        else
+          next = 0.0625_wp*high
+        end if
+      end if
+      if (abs(next - s) <= 2.0_wp*epsilon(1.0_wp)*s) exit root
+      s = next
+    end do root
+    ! On the cone to rounding.
+    r(1) = max(r(1), 0.0_wp)
+    if (norm2(r(2:)) > 0.0_wp) r(2:) = (slide%mu*r(1)/norm2(r(2:)))*r(2:)
+  end subroutine find_slide
+
+  !> The reaction at s, and h(s) with its derivative.
+  pure subroutine evaluate(slide, s, r, h, dh)
+    type(slide_t), intent(in) :: slide
+    real(wp), intent(in)  :: s     !! [length/force]
+    real(wp), intent(out) :: r(3)  !! [force]
+    real(wp), intent(out) :: h     !! |r_t| - mu r_n [force]
+    real(wp), intent(out) :: dh    !! dh/ds
+    real(wp) :: m(2, 2), dr(2), size_t
+
+    m = slide%a
+    m(1, 1) = m(1, 1) + s
+    m(2, 2) = m(2, 2) + s
+    r(2:) = -solve_2x2(m, slide%c)
+    r(1) = slide%r_free - dot_product(slide%slope, r(2:))
+    dr = -solve_2x2(m, r(2:))
+    size_t = norm2(r(2:))
+    h = size_t - slide%mu*r(1)
+    dh = slide%mu*dot_product(slide%slope, dr)
+    if (size_t > 0.0_wp) dh = dh + dot_product(r(2:)/size_t, dr)
+  end subroutine evaluate
+
+  pure function solve_2x2(m, b) result(x)
+    real(wp), intent(in) :: m(2, 2), b(2) !! m symmetric positive definite
+    real(wp) :: x(2)
+
+    x = [m(2, 2)*b(1) - m(1, 2)*b(2), m(1, 1)*b(2) - m(2, 1)*b(1)]/(m(1, 1)*m(2, 2) - &
+      m(1, 2)*m(2, 1))
+  end function solve_2x2
+
+end module local_exact_mod

@@ -1,0 +1,181 @@
+!> The condensed contact problem: x = W r + x_free with Coulomb's law at every point.
+!>
+!> A point has three rows (n, t1, t2), fewer where a direction cannot move or has no friction: such
+!> a direction has no reaction. docs/theory.md section 2.
+module problem_mod
+  use kinds_mod, only: wp
+  use small_matrix_mod, only: largest_eigenvalue
+  use controls_mod, only: solver_none
+  use law_mod, only: project_on_cone, augmented_gap
+  implicit none
+  private
+
+  public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
+    relative_gaps, natural_map, force_scale
+
+  !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
+  type :: contact_problem_t
+    integer :: n_points = 0
+    integer :: n_rows = 0
+    integer,  allocatable :: row(:, :)      !! (3,n_points) row of each component, 0 where there is
+                                            !! none
+    real(wp), allocatable :: mu(:)          !! (n_points) [-]
+    real(wp), allocatable :: w(:, :)        !! (n_rows,n_rows) compliance, both triangles
+                                            !! [length/force]
+    real(wp), allocatable :: block(:, :, :) !! (3,3,n_points) W_ii; a missing row has its diagonal
+                                            !! alone
+    real(wp), allocatable :: rho(:)         !! (n_points) 1/lambda_max(W_ii), scale of the
+                                            !! bi-potential [force/length]
+    real(wp), allocatable :: rho_n(:)       !! (n_points) 1/W_nn, of the normal part [force/length]
+    real(wp), allocatable :: rho_t(:)       !! (n_points) 1/lambda_max(W_tt), of the tangential part
+                                            !! [force/length]
+    real(wp), allocatable :: rho_map(:)     !! (n_points) rows/trace(W_ii), of the natural map
+                                            !! [force/length]
+  end type contact_problem_t
+
+  !> What a contact solver says of its solution.
+  type :: contact_report_t
+    integer  :: solver = solver_none
+    logical  :: converged = .false.
+    integer  :: iterations = 0        !! sweeps
+    integer  :: local_iterations = 0  !! summed over points and sweeps
+    real(wp) :: residual = 0.0_wp     !! scaled natural map [-]
+    integer  :: worst_point = 0       !! where it is largest
+  end type contact_report_t
+
+  interface
+    !> BLAS: y = alpha A x + beta y, A symmetric.
+    subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
+      import :: wp
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, lda, incx, incy
+      real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
+      real(wp), intent(inout) :: y(*)
+    end subroutine dsymv
+  end interface
+
+contains
+
+  !> Complete a problem from its rows and its compliance.
+  subroutine make_problem(row, mu, w, problem)
+    integer,  intent(in) :: row(:, :)   !! (3,n_points) as in the type; the first is never 0
+    real(wp), intent(in) :: mu(:)       !! (n_points) [-]
+    real(wp), allocatable, intent(inout) :: w(:, :)   !! (n_rows,n_rows), moved into the problem
+                                                      !! [length/force]
+    type(contact_problem_t), intent(out) :: problem
+    real(wp) :: tangential(3, 3), smallest
+    integer :: i, a, b, n
+
+    problem%n_points = size(mu)
+    problem%n_rows = count(row > 0)
+    problem%row = row
+    problem%mu = mu
+    call move_alloc(w, problem%w)
+    allocate (problem%block(3, 3, size(mu)), source=0.0_wp)
+    allocate (problem%rho(size(mu)), problem%rho_n(size(mu)), problem%rho_t(size(mu)), &
+      problem%rho_map(size(mu)))
+    do i = 1, size(mu)
+      associate (block => problem%block(:, :, i))
+        do b = 1, 3
+          do a = 1, 3
+            if (row(a, i) > 0 .and. row(b, i) > 0) block(a, b) = problem%w(row(a, i), row(b, i))
+          end do
+        end do
+        n = count(row(:, i) > 0)
+        problem%rho_map(i) = real(n, wp)/(block(1, 1) + block(2, 2) + block(3, 3))
+        ! A positive diagonal keeps the 3x3 systems regular and the missing reaction at 0; the
+        ! smallest of the others does not enter the largest eigenvalues.
+        smallest = minval([(block(a, a), a=1, 3)], mask=row(:, i) > 0)
+        do a = 2, 3
+          if (row(a, i) == 0) block(a, a) = smallest
+        end do
+        problem%rho(i) = 1.0_wp/largest_eigenvalue(block)
+        problem%rho_n(i) = 1.0_wp/block(1, 1)
+        tangential = block
+        tangential(1, :) = 0.0_wp
+        tangential(:, 1) = 0.0_wp
+        problem%rho_t(i) = 1.0_wp/largest_eigenvalue(tangential)
+      end associate
+    end do
+  end subroutine make_problem
+
+  !> From three components a point to the rows there are.
+  pure function pack_rows(problem, v) result(packed)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: v(:, :)     !! (3,n_points)
+    real(wp) :: packed(problem%n_rows)
+    integer :: i, a
+
+    do i = 1, problem%n_points
+      do a = 1, 3
+        if (problem%row(a, i) > 0) packed(problem%row(a, i)) = v(a, i)
+      end do
+    end do
+  end function pack_rows
+
+  !> From rows to three components a point, 0 where there is no row.
+  pure function unpack_rows(problem, packed) result(v)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: packed(:)   !! (n_rows)
+    real(wp) :: v(3, problem%n_points)
+    integer :: i, a
+
+    v = 0.0_wp
+    do i = 1, problem%n_points
+      do a = 1, 3
+        if (problem%row(a, i) > 0) v(a, i) = packed(problem%row(a, i))
+      end do
+    end do
+  end function unpack_rows
+
+  !> x = W r + x_free. [JFT07] eq. (11).
+  function relative_gaps(problem, x_free, r) result(x)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:), r(:) !! (n_rows) [length], [force]
+    real(wp) :: x(problem%n_rows)           !! [length]
+
+    x = x_free
+    if (problem%n_rows == 0) return
+    call dsymv('L', problem%n_rows, 1.0_wp, problem%w, problem%n_rows, r, 1, 1.0_wp, x, 1)
+  end function relative_gaps
+
+  !> Z_i = r_i - P_K(r_i - rho_i x*_i) of every point, rho_i = rows/trace(W_ii): zero exactly at the
+  !> solution.
+  !>
+  !> Source: [JFT07] eq. (9), docs/theory.md (5.1).
+  pure subroutine natural_map(problem, x, r, z, status)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in)  :: x(:, :)   !! (3,n_points) [length]
+    real(wp), intent(in)  :: r(:, :)   !! (3,n_points) [force]
+    real(wp), intent(out) :: z(:, :)   !! (3,n_points) [force]
+    integer,  intent(out) :: status(:) !! (n_points) branch of each projection
+    real(wp) :: p(3)
+    integer :: i
+
+    do i = 1, problem%n_points
+      call project_on_cone(problem%mu(i), &
+                           r(:, i) - problem%rho_map(i)*augmented_gap(problem%mu(i), x(:, i)), p, &
+                           status(i))
+      z(:, i) = r(:, i) - p
+    end do
+  end subroutine natural_map
+
+  !> The force that residuals are measured by: the largest of |r|, |r at the start| and |P_K(-rho
+  !> x*_free)|.
+  pure function force_scale(problem, x_free, r, r_start) result(scale)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:, :)          !! (3,n_points) [length]
+    real(wp), intent(in) :: r(:, :), r_start(:, :) !! (3,n_points) [force]
+    real(wp) :: scale                             !! [force]
+    real(wp) :: p(3), z(3, problem%n_points)
+    integer :: i, status
+
+    do i = 1, problem%n_points
+      call project_on_cone(problem%mu(i), -problem%rho_map(i)*augmented_gap(problem%mu(i), &
+        x_free(:, i)), p, status)
+      z(:, i) = p
+    end do
+    scale = max(norm2(r), norm2(r_start), norm2(z))
+  end function force_scale
+
+end module problem_mod

@@ -1,0 +1,60 @@
+!> The pseudo-potential formulation: one projection for contact, one for friction.
+module pseudopotential_mod
+  use kinds_mod, only: wp
+  use law_mod, only: project_on_disc
+  use local_point_mod, only: local_point_t
+  implicit none
+  private
+
+  public :: pseudopotential_residual
+
+contains
+
+  !> Z_n = r_n - max(0, y_n) and Z_t = r_t - P_D(y_t), y = r - (rho_n x_n, rho_t x_t), D of radius
+  !> mu max(0, y_n).
+  !>
+  !> The radius is Alart and Curnier's (1991), defined where r_n is not admissible yet.
+  !> [JFT07] eqs. (5) to (8), docs/theory.md (3.7) and (4.6).
+  pure subroutine pseudopotential_residual(point, r, x, z, dz_dr, dz_dx)
+    type(local_point_t), intent(in) :: point
+    real(wp), intent(in)  :: r(3)        !! reaction [force]
+    real(wp), intent(in)  :: x(3)        !! gap and slip increment [length]
+    real(wp), intent(out) :: z(3)        !! [force]
+    real(wp), intent(out) :: dz_dr(3, 3) !! [-]
+    real(wp), intent(out) :: dz_dx(3, 3) !! [force/length]
+    real(wp) :: y(3), p(3), rho(3), radius, t(2), derivative(3, 3)
+    logical :: inside
+    integer :: i
+
+    rho = [point%rho_n, point%rho_t, point%rho_t]
+    y = r - rho*x
+    radius = point%mu*max(0.0_wp, y(1))
+    p(1) = max(0.0_wp, y(1))
+    call project_on_disc(radius, y(2:), p(2:), inside)
+    z = r - p
+
+    derivative = 0.0_wp
+    if (y(1) > 0.0_wp) derivative(1, 1) = 1.0_wp
+    if (inside) then
+      ! In the empty disc of an open point only y_t = 0 is inside: the tangential part does not
+      ! move.
+      if (y(1) > 0.0_wp) then
+        derivative(2, 2) = 1.0_wp
+        derivative(3, 3) = 1.0_wp
+      end if
+    else
+      t = y(2:)/norm2(y(2:))
+      do i = 1, 2
+        derivative(2:, i + 1) = -(radius/norm2(y(2:)))*t(i)*t
+        derivative(i + 1, i + 1) = derivative(i + 1, i + 1) + radius/norm2(y(2:))
+      end do
+      if (y(1) > 0.0_wp) derivative(2:, 1) = point%mu*t
+    end if
+    do i = 1, 3
+      dz_dx(:, i) = rho(i)*derivative(:, i)
+      dz_dr(:, i) = -derivative(:, i)
+      dz_dr(i, i) = dz_dr(i, i) + 1.0_wp
+    end do
+  end subroutine pseudopotential_residual
+
+end module pseudopotential_mod

@@ -1,0 +1,189 @@
+!> Gauss-Seidel sweeps over the contact points: each point solved in turn, the others frozen at
+!> their newest.
+module sweeps_mod
+  use kinds_mod, only: wp
+  use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton, &
+    local_newton6, &
+                          local_exact, stop_at_residual, stop_at_change, solver_sweeps
+  use law_mod, only: project_on_cone, augmented_gap
+  use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, unpack_rows, &
+    pack_rows, natural_map, &
+                         force_scale
+  use local_point_mod, only: local_point_t, local_solver
+  use bipotential_mod, only: bipotential_residual
+  use pseudopotential_mod, only: pseudopotential_residual
+  use bipotential_uzawa_mod, only: solve_bipotential_uzawa
+  use pseudopotential_uzawa_mod, only: solve_pseudopotential_uzawa
+  use local_newton_mod, only: solve_newton
+  use local_newton6_mod, only: solve_newton6
+  use local_exact_mod, only: solve_exact
+  implicit none
+  private
+
+  public :: solve_by_sweeps
+
+  !> What one sweep says of itself.
+  type :: sweep_t
+    real(wp) :: change = 0.0_wp        !! |r_new - r_old| [force]
+    real(wp) :: seen_residual = 0.0_wp !! |Z| of each point as it was when visited [force]
+    integer  :: local_iterations = 0
+  end type sweep_t
+
+contains
+
+  !> Sweep until the stopping rule holds. [JFT07] section 3, docs/theory.md sections 4 and 5.
+  !>
+  !> Not converging is no error: the report says so and r is the last iterate.
+  subroutine solve_by_sweeps(problem, x_free, controls, r, report)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
+    type(contact_report_t), intent(out) :: report
+    procedure(local_solver), pointer :: solve_point
+    type(local_point_t) :: template
+    type(sweep_t) :: sweep
+    real(wp) :: packed(problem%n_rows), r_start(3, problem%n_points), free(3, problem%n_points), &
+      scale
+
+    call choose_local_solver(controls, template, solve_point)
+    report%solver = solver_sweeps
+    r_start = r
+    packed = pack_rows(problem, r)
+    free = unpack_rows(problem, x_free)
+    call measure(problem, x_free, packed, r_start, report)
+    report%converged = controls%stop_rule == stop_at_residual .and. &
+      report%residual <= controls%tolerance
+
+    iterate: do while (.not. report%converged .and. report%iterations < controls%max_sweeps)
+      call sweep_points(problem, x_free, controls, template, solve_point, packed, sweep)
+      report%iterations = report%iterations + 1
+      report%local_iterations = report%local_iterations + sweep%local_iterations
+      if (controls%stop_rule == stop_at_change) then
+        report%converged = sweep%change <= controls%tolerance*norm2(packed)
+      else
+        ! What the sweep saw in passing tells when the exact residual, a product with W, is worth
+        ! its price.
+        scale = force_scale(problem, free, unpack_rows(problem, packed), r_start)
+        if (sweep%seen_residual > 2.0_wp*controls%tolerance*scale .and. mod(report%iterations, &
+          100) /= 0) cycle iterate
+        call measure(problem, x_free, packed, r_start, report)
+        report%converged = report%residual <= controls%tolerance
+      end if
+    end do iterate
+    call measure(problem, x_free, packed, r_start, report)
+    r = unpack_rows(problem, packed)
+  end subroutine solve_by_sweeps
+
+  !> The local solver and the formulation the deck has chosen.
+  subroutine choose_local_solver(controls, template, solve_point)
+    type(contact_controls_t), intent(in) :: controls
+    type(local_point_t), intent(out) :: template
+    procedure(local_solver), pointer, intent(out) :: solve_point
+    logical :: bipotential
+
+    bipotential = controls%formulation == formulation_bipotential
+    if (bipotential) then
+      template%residual => bipotential_residual
+    else
+      template%residual => pseudopotential_residual
+    end if
+    select case (controls%local)
+    case (local_uzawa)
+      solve_point => solve_pseudopotential_uzawa
+      if (bipotential) solve_point => solve_bipotential_uzawa
+    case (local_newton6)
+      solve_point => solve_newton6
+    case (local_exact)
+      solve_point => solve_exact
+    case default
+      solve_point => solve_newton
+    end select
+  end subroutine choose_local_solver
+
+  !> One visit to every point, in the order of the points.
+  subroutine sweep_points(problem, x_free, controls, template, solve_point, packed, sweep)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)
+    type(contact_controls_t), intent(in) :: controls
+    type(local_point_t), intent(in) :: template
+    procedure(local_solver), pointer, intent(in) :: solve_point
+    real(wp), intent(inout) :: packed(:)   !! (n_rows) reactions [force]
+    type(sweep_t), intent(out) :: sweep
+    type(local_point_t) :: point
+    real(wp) :: r(3), r_old(3), x(3), p(3)
+    integer :: i, a, row, status, iterations
+    logical :: converged
+
+    point = template
+    do i = 1, problem%n_points
+      call freeze(problem, x_free, packed, i, r_old, x)
+      point%mu = problem%mu(i)
+      point%w = problem%block(:, :, i)
+      point%x_loc = x - matmul(point%w, r_old)
+      point%rho = controls%rho*problem%rho(i)
+      point%rho_n = controls%rho*problem%rho_n(i)
+      point%rho_t = controls%rho*problem%rho_t(i)
+      call project_on_cone(point%mu, r_old - problem%rho_map(i)*augmented_gap(point%mu, x), p, &
+        status)
+      sweep%seen_residual = sweep%seen_residual + sum((r_old - p)**2)
+
+      r = r_old
+      call solve_point(point, r, iterations, converged)
+      sweep%local_iterations = sweep%local_iterations + iterations
+      if (.not. converged) then
+        ! Newton may cycle where the law has a kink: the exact solution never does.
+        call solve_exact(point, r, iterations, converged)
+        sweep%local_iterations = sweep%local_iterations + iterations
+      end if
+      ! A point projected to 0 is set to 0, unrelaxed: else lift-off never converges.
+      if (r(1) > 0.0_wp) r = r_old + controls%relaxation*(r - r_old)
+      do a = 1, 3
+        row = problem%row(a, i)
+        if (row > 0) packed(row) = r(a)
+      end do
+      sweep%change = sweep%change + sum((r - r_old)**2)
+    end do
+    sweep%change = sqrt(sweep%change)
+    sweep%seen_residual = sqrt(sweep%seen_residual)
+  end subroutine sweep_points
+
+  !> Reaction and x of point i as they are now: one pass over its rows of W.
+  subroutine freeze(problem, x_free, packed, i, r, x)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:), packed(:)
+    integer, intent(in) :: i
+    real(wp), intent(out) :: r(3), x(3)
+    integer :: a, row
+
+    r = 0.0_wp
+    x = 0.0_wp
+    do a = 1, 3
+      row = problem%row(a, i)
+      if (row == 0) cycle
+      r(a) = packed(row)
+      ! W is symmetric: its columns are its rows
+      x(a) = x_free(row) + dot_product(problem%w(:, row), packed)
+    end do
+  end subroutine freeze
+
+  !> The scaled natural map at the present reactions, and the point where it is largest.
+  subroutine measure(problem, x_free, packed, r_start, report)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:), packed(:), r_start(:, :)
+    type(contact_report_t), intent(inout) :: report
+    real(wp), dimension(3, problem%n_points) :: r, x, z
+    integer :: status(problem%n_points)
+    real(wp) :: scale
+
+    r = unpack_rows(problem, packed)
+    x = unpack_rows(problem, relative_gaps(problem, x_free, packed))
+    call natural_map(problem, x, r, z, status)
+    scale = force_scale(problem, unpack_rows(problem, x_free), r, r_start)
+    report%residual = norm2(z)
+    if (scale > 0.0_wp) report%residual = report%residual/scale
+    report%worst_point = 0
+    if (problem%n_points > 0) report%worst_point = maxloc(sum(z**2, dim=1), dim=1)
+  end subroutine measure
+
+end module sweeps_mod

@@ -1,0 +1,364 @@
+!> A deck cut into cards: a keyword line, lines that continue it, and the data lines below.
+!>
+!>     *NSET, NSET=TOP,      keyword line: the keyword and its options
+!>     GENERATE              continued, because the line above ends with a comma
+!>     ** a comment
+!>     1, 9, 2               data lines: fields between commas
+module cards_mod
+  use deck_source_mod, only: source_t
+  use diagnostics_mod, only: add_mistake, add_note, diagnostics_t, guess, quoted, wants_more
+  use expressions_mod, only: define_parameter
+  use keywords_mod, only: find_keyword, in_model, in_step, is_ignored, is_missing, keyword_names, &
+    keyword_t, max_keyword
+  use parameters_mod, only: parameter_table_t
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: reader_t, card_place_t, pieces_t, find_cards, read_parameters
+  public :: report, note, keep_reading, split_line, is_data_line
+
+  character, parameter :: tab = achar(9)
+
+  integer, parameter :: blank_line = 0, keyword_line = 1, data_line = 2
+
+  !> Where the lines of a card are, and in which step it stands.
+  type :: card_place_t
+    character(max_keyword) :: keyword = '' !! upper case, without star
+    integer :: header = 0   !! line of the keyword
+    integer :: first = 0    !! first line below the keyword line and its continuation
+    integer :: last = 0     !! last line before the next card
+    integer :: step = 0     !! number of the step it stands in; 0: before the first
+  end type card_place_t
+
+  !> Everything the readers of the keywords share.
+  type :: reader_t
+    type(source_t) :: source
+    type(diagnostics_t) :: diagnostics
+    type(parameter_table_t) :: parameters
+    type(card_place_t), allocatable :: cards(:)
+    integer :: n_cards = 0
+    integer :: n_steps = 0
+  end type reader_t
+
+  !> The pieces between the commas of a line: positions without the blanks around.
+  type :: pieces_t
+    integer :: n = 0
+    integer, allocatable :: first(:)
+    integer, allocatable :: last(:)     !! first - 1 for an empty piece
+    logical :: ends_with_comma = .false.
+    logical :: has_parameters = .false. !! a `<` is somewhere in the line
+  end type pieces_t
+
+contains
+
+  !> Record a mistake at a place of the deck.
+  subroutine report(reader, position, message, hint)
+    type(reader_t), intent(inout) :: reader
+    integer, intent(in) :: position
+    character(*), intent(in) :: message
+    character(*), intent(in), optional :: hint
+
+    call add_mistake(reader%diagnostics, reader%source, position, message, hint)
+  end subroutine report
+
+  !> Record a note, one sentence.
+  subroutine note(reader, text)
+    type(reader_t), intent(inout) :: reader
+    character(*), intent(in) :: text
+
+    call add_note(reader%diagnostics, text)
+  end subroutine note
+
+  !> False once so many mistakes are known that reading on makes no sense.
+  pure function keep_reading(reader) result(keep)
+    type(reader_t), intent(in) :: reader
+    logical :: keep
+
+    keep = wants_more(reader%diagnostics)
+  end function keep_reading
+
+  !> Find the cards of the source: those to be read, each at a place where it may stand.
+  subroutine find_cards(reader)
+    type(reader_t), intent(inout) :: reader
+    type(card_place_t) :: card
+    type(pieces_t) :: pieces
+    integer :: line, kind, step, open_step
+    logical :: inside
+
+    step = 0
+    open_step = 0
+    inside = .false.
+    card%last = 0
+    allocate (reader%cards(64))
+    lines: do line = 1, reader%source%n_lines
+      kind = kind_of_line(reader%source, line)
+      if (kind == keyword_line) then
+        call close_card(line - 1)
+        call open_keyword(line)
+      else if (kind == data_line .and. .not. inside) then
+        call split_line(reader%source, line, pieces)
+        call report(reader, pieces%first(1), 'this line belongs to no keyword')
+        inside = .true. ! say it once
+      end if
+      if (.not. keep_reading(reader)) return
+    end do lines
+    call close_card(reader%source%n_lines)
+    if (open_step > 0) call report(reader, first_letter(reader%source, open_step), &
+      '*STEP without *END STEP: is the deck complete?')
+    reader%n_steps = step
+
+  contains
+
+    subroutine open_keyword(line)
+      integer, intent(in) :: line
+      type(keyword_t) :: keyword
+      integer :: star, first, last
+      logical :: found
+
+      inside = .true.
+      call split_line(reader%source, line, pieces)
+      star = pieces%first(1)
+      first = star + 1
+      last = pieces%last(1)
+      card = card_place_t(header=line, first=line + 1)
+      call find_keyword(reader%source%text(first:last), keyword, found)
+      if (.not. found) then
+        call unknown_keyword(reader, star, reader%source%text(star:last))
+      else if (keyword%reading == is_missing) then
+        call report(reader, star, '*'//trim(keyword%name)//' is not available in this version')
+      else if (keyword%reading == is_ignored) then
+        call note(reader, '*'//trim(keyword%name)//' is ignored')
+      else
+        call enter(keyword, star, line)
+      end if
+    end subroutine open_keyword
+
+    !> Check that the keyword may stand here, and keep track of the steps.
+    subroutine enter(keyword, star, line)
+      type(keyword_t), intent(in) :: keyword
+      integer, intent(in) :: star, line
+
+      card%keyword = keyword%name
+      card%step = step
+      if (keyword%name == 'STEP') then
+        if (open_step > 0) call report(reader, star, 'the step before this one has no *END STEP')
+        step = step + 1
+        open_step = line
+        card%step = step
+      else if (keyword%place == in_step .and. open_step == 0) then
+        call report(reader, star, '*'//trim(keyword%name)//' belongs between *STEP and *END STEP')
+        card%keyword = ''
+      else if (keyword%place == in_model .and. step > 0) then
+        call report(reader, star, '*'//trim(keyword%name)//' belongs before the first *STEP')
+        card%keyword = ''
+      else if (keyword%name == 'BOUNDARY' .and. step > 0 .and. open_step == 0) then
+        call report(reader, star, '*BOUNDARY belongs before the first *STEP or into a step')
+        card%keyword = ''
+      else if (keyword%name == 'END STEP') then
+        open_step = 0
+      end if
+    end subroutine enter
+
+    subroutine close_card(last)
+      integer, intent(in) :: last
+      type(card_place_t), allocatable :: larger(:)
+
+      if (card%keyword == '') return
+      card%last = last
+      call skip_continuation(reader%source, card)
+      if (reader%n_cards == size(reader%cards)) then
+        allocate (larger(2*reader%n_cards))
+        larger(:reader%n_cards) = reader%cards
+        call move_alloc(larger, reader%cards)
+      end if
+      reader%n_cards = reader%n_cards + 1
+      reader%cards(reader%n_cards) = card
+    end subroutine close_card
+
+  end subroutine find_cards
+
+  subroutine unknown_keyword(reader, star, word)
+    type(reader_t), intent(inout) :: reader
+    integer, intent(in) :: star
+    character(*), intent(in) :: word
+
+    call report(reader, star, 'unknown keyword '//quoted(word), guess(word, keyword_names()))
+  end subroutine unknown_keyword
+
+  !> Move card%first over the lines that continue the keyword line.
+  !>
+  !> A keyword line that ends with a comma goes on in the next line that is not a comment, unless
+  !> that line looks like data: a number or a parameter.
+  subroutine skip_continuation(source, card)
+    type(source_t), intent(in) :: source
+    type(card_place_t), intent(inout) :: card
+    type(pieces_t) :: pieces
+    integer :: line, first
+
+    call split_line(source, card%header, pieces)
+    line = card%header
+    do while (pieces%ends_with_comma)
+      do
+        line = line + 1
+        if (line > card%last) return
+        if (kind_of_line(source, line) == data_line) exit
+      end do
+      first = first_letter(source, line)
+      if (scan(source%text(first:first), '0123456789+-.<,') == 1) return
+      card%first = line + 1
+      call split_line(source, line, pieces)
+    end do
+  end subroutine skip_continuation
+
+  !> Put the parameters of all *PARAMETER cards into the table, in the order of the deck.
+  subroutine read_parameters(reader)
+    type(reader_t), intent(inout) :: reader
+    type(pieces_t) :: pieces
+    character(:), allocatable :: problem
+    integer :: k, line, first, last, at
+
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'PARAMETER') cycle
+      call split_line(reader%source, reader%cards(k)%header, pieces)
+      if (pieces%n > 1) call report(reader, pieces%first(2), '*PARAMETER takes no options')
+      do line = reader%cards(k)%first, reader%cards(k)%last
+        if (.not. is_data_line(reader%source, line)) cycle
+        if (.not. keep_reading(reader)) return
+        first = first_letter(reader%source, line)
+        last = reader%source%first(line + 1) - 2
+        call define_parameter(reader%source%text(first:last), first, reader%parameters, problem, at)
+        if (allocated(problem)) call report(reader, first + at - 1, problem)
+      end do
+    end do
+  end subroutine read_parameters
+
+  !> Cut a line at its commas; those in quotes or between < and > do not count.
+  pure subroutine split_line(source, line, pieces)
+    type(source_t), intent(in) :: source
+    integer, intent(in) :: line
+    type(pieces_t), intent(inout) :: pieces
+    integer :: i, last, start
+    character :: letter, quote
+    logical :: between, fresh
+
+    if (.not. allocated(pieces%first)) allocate (pieces%first(16), pieces%last(16))
+    pieces%n = 0
+    pieces%ends_with_comma = .false.
+    pieces%has_parameters = .false.
+    start = source%first(line)
+    last = source%first(line + 1) - 2
+    do while (last >= start)
+      if (source%text(last:last) /= ' ' .and. source%text(last:last) /= tab) exit
+      last = last - 1
+    end do
+    if (last < start) return
+    quote = ' '
+    between = .false.
+    fresh = .true. ! nothing yet in this piece, or behind its equal sign: a quote may open
+    do i = start, last
+      letter = source%text(i:i)
+      select case (letter)
+      case (',')
+        if (quote /= ' ' .or. between) cycle
+        call add_piece(source%text, start, i - 1, pieces)
+        start = i + 1
+        fresh = .true.
+      case ('<')
+        between = .true.
+        pieces%has_parameters = .true.
+        fresh = .false.
+      case ('>')
+        between = .false.
+      case ('"', '''')
+        if (quote == letter) then
+          quote = ' '
+        else if (quote == ' ' .and. fresh) then
+          quote = letter
+        end if
+        fresh = .false.
+      case ('=')
+        if (quote == ' ') fresh = .true.
+      case (' ', tab)
+      case default
+        fresh = .false.
+      end select
+    end do
+    if (start > last) then
+      pieces%ends_with_comma = .true.
+    else
+      call add_piece(source%text, start, last, pieces)
+    end if
+  end subroutine split_line
+
+  !> Add the piece first..last without the blanks around it.
+  pure subroutine add_piece(text, first, last, pieces)
+    character(*), intent(in) :: text
+    integer, intent(in) :: first, last
+    type(pieces_t), intent(inout) :: pieces
+    integer, allocatable :: larger(:)
+    integer :: a, b, n
+
+    a = first
+    b = last
+    do while (a <= b)
+      if (text(a:a) /= ' ' .and. text(a:a) /= tab) exit
+      a = a + 1
+    end do
+    do while (b >= a)
+      if (text(b:b) /= ' ' .and. text(b:b) /= tab) exit
+      b = b - 1
+    end do
+    n = pieces%n + 1
+    if (n > size(pieces%first)) then
+      allocate (larger(2*n))
+      larger(:n - 1) = pieces%first(:n - 1)
+      call move_alloc(larger, pieces%first)
+      allocate (larger(2*n))
+      larger(:n - 1) = pieces%last(:n - 1)
+      call move_alloc(larger, pieces%last)
+    end if
+    pieces%first(n) = a
+    pieces%last(n) = b
+    pieces%n = n
+  end subroutine add_piece
+
+  !> Position of the first letter of a line that is not blank; its end when there is none.
+  pure function first_letter(source, line) result(position)
+    type(source_t), intent(in) :: source
+    integer, intent(in) :: line
+    integer :: position
+
+    position = source%first(line)
+    do while (source%text(position:position) == ' ' .or. source%text(position:position) == tab)
+      position = position + 1
+    end do
+  end function first_letter
+
+  pure function kind_of_line(source, line) result(kind)
+    type(source_t), intent(in) :: source
+    integer, intent(in) :: line
+    integer :: kind, first
+
+    first = first_letter(source, line)
+    if (first > source%first(line + 1) - 2) then
+      kind = blank_line
+    else if (source%text(first:first) /= '*') then
+      kind = data_line
+    else if (source%text(first + 1:first + 1) == '*') then
+      kind = blank_line
+    else
+      kind = keyword_line
+    end if
+  end function kind_of_line
+
+  !> Whether a line is neither blank, nor a comment, nor a keyword.
+  pure function is_data_line(source, line) result(is)
+    type(source_t), intent(in) :: source
+    integer, intent(in) :: line
+    logical :: is
+
+    is = kind_of_line(source, line) == data_line
+  end function is_data_line
+
+end module cards_mod

@@ -1,0 +1,229 @@
+!> Mistakes and notes, collected while the deck is read.
+!>
+!>     block.inp:12:9: error: unknown parameter 'NU'
+!>       *BLOCK, NU=4, NY=4, NZ=4
+!>               ^
+!>       did you mean NX?
+module diagnostics_mod
+  use deck_source_mod, only: place_of, place_t, line_at, source_t
+  use errors_mod, only: error_t, exit_wrong_input, raise
+  use text_mod, only: nearest_word, string_t, to_text
+  implicit none
+  private
+
+  public :: diagnostics_t, add_mistake, add_plain_mistake, add_note, any_mistakes
+  public :: wants_more, mistakes_as_error, notes_as_list, quoted, guess
+
+  integer, parameter :: max_collected = 500  !! then reading ends
+  integer, parameter :: max_printed = 50
+  integer, parameter :: max_notes = 100
+  integer, parameter :: excerpt_width = 96   !! longest piece of a source line shown [character]
+  integer, parameter :: max_quoted = 60      !! longest piece of the deck in a message [byte]
+  integer, parameter :: max_candidates = 2000 !! words compared for "did you mean"
+
+  !> One mistake, as it will be printed.
+  type :: mistake_t
+    integer :: position = 0 !! place in the deck; 0: before all others
+    character(:), allocatable :: text
+  end type mistake_t
+
+  !> What was found so far.
+  type :: diagnostics_t
+    type(mistake_t), allocatable :: mistakes(:)
+    integer :: n_mistakes = 0
+    type(string_t), allocatable :: notes(:)
+    integer :: n_notes = 0
+    integer :: n_notes_dropped = 0
+  end type diagnostics_t
+
+contains
+
+  !> Record a mistake at `position`.
+  subroutine add_mistake(diagnostics, source, position, message, hint)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(source_t), intent(in) :: source
+    integer, intent(in) :: position       !! place in the deck; 0: no place
+    character(*), intent(in) :: message   !! one sentence without capital and full stop
+    character(*), intent(in), optional :: hint !! what would have been right; may be empty
+    character(:), allocatable :: text
+    type(place_t) :: place
+
+    if (.not. wants_more(diagnostics)) return
+    if (position < 1 .or. position > source%length) then
+      text = 'error: '//message
+      if (source%n_files > 0) text = source%files(1)%text//': '//text
+    else
+      place = place_of(source, position)
+      text = place%file//':'//to_text(place%line)//':'//to_text(place%column)//': error: '// &
+        message//new_line('a')//excerpt(source, position)
+    end if
+    if (present(hint)) then
+      if (len(hint) > 0) text = text//new_line('a')//'  '//hint
+    end if
+    call add_plain_mistake(diagnostics, text, position)
+  end subroutine add_mistake
+
+  !> Record a mistake whose text is complete.
+  subroutine add_plain_mistake(diagnostics, text, position)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(*), intent(in) :: text
+    integer, intent(in) :: position !! orders the mistakes
+
+    if (.not. wants_more(diagnostics)) return
+    if (.not. allocated(diagnostics%mistakes)) allocate (diagnostics%mistakes(max_collected))
+    diagnostics%n_mistakes = diagnostics%n_mistakes + 1
+    diagnostics%mistakes(diagnostics%n_mistakes)%position = position
+    diagnostics%mistakes(diagnostics%n_mistakes)%text = text
+  end subroutine add_plain_mistake
+
+  !> Record a note; the same sentence is kept once.
+  subroutine add_note(diagnostics, text)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(*), intent(in) :: text
+    integer :: i
+
+    if (.not. allocated(diagnostics%notes)) allocate (diagnostics%notes(max_notes))
+    do i = 1, diagnostics%n_notes
+      if (diagnostics%notes(i)%text == text) return
+    end do
+    if (diagnostics%n_notes == max_notes) then
+      diagnostics%n_notes_dropped = diagnostics%n_notes_dropped + 1
+      return
+    end if
+    diagnostics%n_notes = diagnostics%n_notes + 1
+    diagnostics%notes(diagnostics%n_notes)%text = text
+  end subroutine add_note
+
+  pure function any_mistakes(diagnostics) result(found)
+    type(diagnostics_t), intent(in) :: diagnostics
+    logical :: found
+
+    found = diagnostics%n_mistakes > 0
+  end function any_mistakes
+
+  !> Whether it makes sense to look for further mistakes.
+  pure function wants_more(diagnostics) result(wanted)
+    type(diagnostics_t), intent(in) :: diagnostics
+    logical :: wanted
+
+    wanted = diagnostics%n_mistakes < max_collected
+  end function wants_more
+
+  !> All mistakes in the order of the deck, as one error; not allocated when there are none.
+  subroutine mistakes_as_error(diagnostics, error)
+    type(diagnostics_t), intent(in) :: diagnostics
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: text
+    integer, allocatable :: order(:)
+    integer :: i, j, k
+
+    if (diagnostics%n_mistakes == 0) return
+    allocate (order(diagnostics%n_mistakes))
+    do i = 1, size(order)
+      ! Insertion keeps mistakes of one place in the order they were found.
+      j = i - 1
+      do while (j >= 1)
+        if (diagnostics%mistakes(order(j))%position <= diagnostics%mistakes(i)%position) exit
+        order(j + 1) = order(j)
+        j = j - 1
+      end do
+      order(j + 1) = i
+    end do
+    text = ''
+    do k = 1, min(size(order), max_printed)
+      if (k > 1) text = text//new_line('a')
+      text = text//diagnostics%mistakes(order(k))%text
+    end do
+    if (size(order) >= max_collected) then
+      text = text//new_line('a')//'and more: reading ended after '//to_text(size(order))//' mistakes'
+    else if (size(order) > max_printed) then
+      text = text//new_line('a')//'and '//to_text(size(order) - max_printed)//' more mistakes'
+    end if
+    call raise(error, exit_wrong_input, text)
+  end subroutine mistakes_as_error
+
+  !> The notes, in the order they were made.
+  subroutine notes_as_list(diagnostics, notes)
+    type(diagnostics_t), intent(in) :: diagnostics
+    type(string_t), allocatable, intent(out) :: notes(:)
+    integer :: i, n
+
+    n = diagnostics%n_notes
+    if (diagnostics%n_notes_dropped > 0) n = n + 1
+    allocate (notes(n))
+    do i = 1, diagnostics%n_notes
+      notes(i)%text = diagnostics%notes(i)%text
+    end do
+    if (n > diagnostics%n_notes) notes(n)%text = 'and '// &
+      to_text(diagnostics%n_notes_dropped)//' more notes'
+  end subroutine notes_as_list
+
+  !> `text` in quotes, shortened where it is long.
+  pure function quoted(text) result(short)
+    character(*), intent(in) :: text
+    character(:), allocatable :: short
+    integer :: last
+
+    last = len(text)
+    if (last > max_quoted) then
+      last = max_quoted - 3
+      ! Not in the middle of a UTF-8 character.
+      do while (last > 1 .and. iand(iachar(text(last + 1:last + 1)), 192) == 128)
+        last = last - 1
+      end do
+      short = "'"//text(:last)//"...'"
+    else
+      short = "'"//text//"'"
+    end if
+  end function quoted
+
+  !> "did you mean X?" for the word of `words` nearest to `word`, or nothing.
+  pure function guess(word, words) result(hint)
+    character(*), intent(in) :: word
+    type(string_t), intent(in) :: words(:)
+    character(:), allocatable :: hint
+    integer :: nearest
+
+    hint = ''
+    if (len(word) > max_quoted .or. size(words) > max_candidates) return
+    nearest = nearest_word(word, words)
+    if (nearest > 0) hint = 'did you mean '//words(nearest)%text//'?'
+  end function guess
+
+  !> The source line around `position` and a caret under it, indented by two blanks.
+  pure function excerpt(source, position) result(text)
+    type(source_t), intent(in) :: source
+    integer, intent(in) :: position
+    character(:), allocatable :: text
+    integer :: line, first, last, i, n_before, code
+
+    line = line_at(source, position)
+    first = source%first(line)
+    last = source%first(line + 1) - 2
+    if (position - first > excerpt_width/2) first = position - excerpt_width/2
+    last = min(last, first + excerpt_width)
+    ! Whole UTF-8 characters only.
+    do while (first < position .and. iand(iachar(source%text(first:first)), 192) == 128)
+      first = first + 1
+    end do
+    do while (last < source%first(line + 1) - 2 .and. &
+              iand(iachar(source%text(last + 1:last + 1)), 192) == 128)
+      last = last + 1
+    end do
+    text = '  '
+    if (first > source%first(line)) text = '  ...'
+    n_before = len(text)
+    do i = first, last
+      code = iachar(source%text(i:i))
+      if (i < position .and. iand(code, 192) /= 128) n_before = n_before + 1
+      if (code == 9) then
+        text = text//' '
+      else
+        text = text//source%text(i:i)
+      end if
+    end do
+    if (last < source%first(line + 1) - 2) text = text//'...'
+    text = text//new_line('a')//repeat(' ', n_before)//'^'
+  end function excerpt
+
+end module diagnostics_mod

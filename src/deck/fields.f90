@@ -1,0 +1,265 @@
+!> The data lines of a card, field by field.
+!>
+!> Every field that is not what it should be is reported at its own column.
+module fields_mod
+  use cards_mod, only: is_data_line, keep_reading, pieces_t, reader_t, report, split_line
+  use diagnostics_mod, only: quoted
+  use expressions_mod, only: substitute
+  use kinds_mod, only: wp
+  use numbers_mod, only: largest_number, number_not_finite, number_ok, number_too_large, &
+    read_integer, read_real
+  use options_mod, only: card_t, checked_name, unquote
+  use text_mod, only: string_t, to_text
+  implicit none
+  private
+
+  public :: fields_t, next_data_line, field_position, field_text, is_empty_field
+  public :: integer_field, real_field, name_field, limit_fields, looks_like_id
+  public :: reference_t, reference_field
+
+  integer, parameter :: max_substituted = 10000 !! fields of a line with parameters in it
+
+  !> One data line.
+  type :: fields_t
+    type(pieces_t) :: pieces
+    integer :: n = 0       !! number of fields
+    integer :: line = 0    !! index of the line in the source
+    integer :: start = 0   !! position of the first field
+    type(string_t), allocatable :: text(:) !! (n) with parameters put in; only where there are any
+  end type fields_t
+
+  !> What a field names: an id, or a set or surface.
+  type :: reference_t
+    integer :: id = 0                  !! > 0: an id
+    character(:), allocatable :: name  !! else a name, in upper case
+    integer :: position = 0
+  end type reference_t
+
+contains
+
+  !> Go on to the next data line of `card`; begin with fields%line = 0.
+  subroutine next_data_line(reader, card, fields, found)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(fields_t), intent(inout) :: fields
+    logical, intent(out) :: found !! false: there is none
+
+    if (fields%line == 0) fields%line = card%place%first - 1
+    found = .false.
+    do
+      fields%line = fields%line + 1
+      if (fields%line > card%place%last .or. .not. keep_reading(reader)) return
+      if (is_data_line(reader%source, fields%line)) exit
+    end do
+    found = .true.
+    call split_line(reader%source, fields%line, fields%pieces)
+    fields%n = fields%pieces%n
+    fields%start = fields%pieces%first(1)
+    if (allocated(fields%text)) deallocate (fields%text)
+    if (fields%pieces%has_parameters) call put_in_parameters(reader, fields)
+  end subroutine next_data_line
+
+  subroutine put_in_parameters(reader, fields)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(inout) :: fields
+    character(:), allocatable :: problem
+    integer :: i, first, last, at
+
+    if (fields%n > max_substituted) then
+      call report(reader, fields%start, 'a line with parameters <...> has too many entries')
+      fields%n = max_substituted
+    end if
+    allocate (fields%text(fields%n))
+    do i = 1, fields%n
+      first = fields%pieces%first(i)
+      last = fields%pieces%last(i)
+      if (index(reader%source%text(first:last), '<') == 0) then
+        fields%text(i)%text = reader%source%text(first:last)
+        cycle
+      end if
+      call substitute(reader%source%text(first:last), first, reader%parameters, &
+        fields%text(i)%text, problem, at)
+      if (.not. allocated(problem)) cycle
+      call report(reader, first + at - 1, problem)
+      fields%text(i)%text = '1' ! so that nothing more is said of this field
+    end do
+  end subroutine put_in_parameters
+
+  !> The place of field `i`; of the end of the line when there are fewer fields.
+  pure function field_position(reader, fields, i) result(position)
+    type(reader_t), intent(in) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: i
+    integer :: position
+
+    if (i <= fields%n) then
+      position = fields%pieces%first(i)
+    else
+      position = max(fields%start, reader%source%first(fields%line + 1) - 2)
+    end if
+  end function field_position
+
+  !> Field `i` as text.
+  pure function field_text(reader, fields, i) result(text)
+    type(reader_t), intent(in) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: i
+    character(:), allocatable :: text
+
+    if (i > fields%n) then
+      text = ''
+    else if (allocated(fields%text)) then
+      text = trim(adjustl(fields%text(i)%text))
+    else
+      text = reader%source%text(fields%pieces%first(i):fields%pieces%last(i))
+    end if
+  end function field_text
+
+  pure function is_empty_field(fields, i) result(empty)
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: i
+    logical :: empty
+
+    empty = .true.
+    if (i <= fields%n) empty = fields%pieces%last(i) < fields%pieces%first(i)
+  end function is_empty_field
+
+  !> Read field `i` as a whole number from `lowest` to the largest of its kind.
+  subroutine integer_field(reader, fields, i, what, lowest, value, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: i
+    character(*), intent(in) :: what  !! what the field says, for the message
+    integer, intent(in) :: lowest
+    integer, intent(out) :: value     !! 0 where not ok
+    logical, intent(out) :: ok        !! false: a mistake was reported
+    integer :: status
+
+    value = 0
+    status = -1
+    if (i <= fields%n) then
+      if (allocated(fields%text)) then
+        call read_integer(field_text(reader, fields, i), value, status)
+      else
+        call read_integer(reader%source%text(fields%pieces%first(i):fields%pieces%last(i)), &
+          value, status)
+      end if
+    end if
+    ok = status == number_ok .and. value >= lowest
+    if (ok) return
+    if (is_empty_field(fields, i)) then
+      call report(reader, field_position(reader, fields, i), 'expected '//what)
+    else if (status == number_too_large) then
+      call report(reader, field_position(reader, fields, i), what//' is too large: '// &
+        quoted(field_text(reader, fields, i))//' (at most '//to_text(huge(value))//')')
+    else
+      call report(reader, field_position(reader, fields, i), 'expected '//what// &
+        ' (a whole number from '//to_text(lowest)//'), found '// &
+        quoted(field_text(reader, fields, i)))
+    end if
+    value = 0
+  end subroutine integer_field
+
+  !> Read field `i` as a finite number.
+  subroutine real_field(reader, fields, i, what, value, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: i
+    character(*), intent(in) :: what  !! what the field says, for the message
+    real(wp), intent(out) :: value    !! 0 where not ok
+    logical, intent(out) :: ok        !! false: a mistake was reported
+    integer :: status
+
+    value = 0.0_wp
+    status = -1
+    if (i <= fields%n) then
+      if (allocated(fields%text)) then
+        call read_real(field_text(reader, fields, i), value, status)
+      else
+        call read_real(reader%source%text(fields%pieces%first(i):fields%pieces%last(i)), &
+          value, status)
+      end if
+    end if
+    ok = status == number_ok
+    if (ok) return
+    if (is_empty_field(fields, i)) then
+      call report(reader, field_position(reader, fields, i), 'expected '//what)
+    else if (status == number_too_large) then
+      call report(reader, field_position(reader, fields, i), what//' is too large: '// &
+        quoted(field_text(reader, fields, i))//' (at most '//to_text(largest_number)//')')
+    else if (status == number_not_finite) then
+      call report(reader, field_position(reader, fields, i), what//' must be finite, not '// &
+        quoted(field_text(reader, fields, i)))
+    else
+      call report(reader, field_position(reader, fields, i), 'expected '//what// &
+        ' (a number), found '//quoted(field_text(reader, fields, i)))
+    end if
+  end subroutine real_field
+
+  !> Read field `i` as a name, in upper case.
+  subroutine name_field(reader, fields, i, what, name, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: i
+    character(*), intent(in) :: what  !! what the field says, for the message
+    character(:), allocatable, intent(out) :: name
+    logical, intent(out) :: ok        !! false: a mistake was reported
+
+    name = ''
+    ok = .not. is_empty_field(fields, i)
+    if (ok) then
+      call checked_name(reader, field_position(reader, fields, i), &
+        unquote(field_text(reader, fields, i)), name, ok)
+    else
+      call report(reader, field_position(reader, fields, i), 'expected '//what)
+    end if
+  end subroutine name_field
+
+  !> Read field `i` as an id or a name.
+  subroutine reference_field(reader, fields, i, what, reference, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: i
+    character(*), intent(in) :: what
+    type(reference_t), intent(out) :: reference
+    logical, intent(out) :: ok        !! false: a mistake was reported
+
+    reference%position = field_position(reader, fields, i)
+    reference%name = ''
+    if (looks_like_id(reader, fields, i)) then
+      call integer_field(reader, fields, i, what, 1, reference%id, ok)
+    else
+      call name_field(reader, fields, i, what, reference%name, ok)
+    end if
+  end subroutine reference_field
+
+  !> Whether field `i` holds digits only (a sign aside), so that it cannot be a name.
+  pure function looks_like_id(reader, fields, i) result(looks)
+    type(reader_t), intent(in) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: i
+    logical :: looks
+
+    looks = .not. is_empty_field(fields, i)
+    if (.not. looks) return
+    if (allocated(fields%text)) then
+      looks = verify(fields%text(i)%text, '0123456789+- ') == 0
+    else
+      looks = verify(reader%source%text(fields%pieces%first(i):fields%pieces%last(i)), &
+        '0123456789+-') == 0
+    end if
+  end function looks_like_id
+
+  !> Report fields beyond the `most` that the line can have.
+  subroutine limit_fields(reader, fields, most, what)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: most
+    character(*), intent(in) :: what !! the line as it should be
+
+    if (fields%n <= most) return
+    call report(reader, field_position(reader, fields, most + 1), 'unexpected '// &
+      quoted(field_text(reader, fields, most + 1))//': the line has '//what)
+  end subroutine limit_fields
+
+end module fields_mod

@@ -1,0 +1,191 @@
+!> The keywords the reader knows, and where in a deck they may stand.
+module keywords_mod
+  use text_mod, only: string_t, upper
+  implicit none
+  private
+
+  public :: keyword_t, find_keyword, keyword_names, squeeze, same_word
+  public :: in_model, in_step, anywhere, is_read, is_ignored, is_missing, max_keyword
+
+  integer, parameter :: max_keyword = 30
+
+  integer, parameter :: in_model = 1 !! before the first *STEP
+  integer, parameter :: in_step = 2
+  integer, parameter :: anywhere = 3
+
+  integer, parameter :: is_read = 1
+  integer, parameter :: is_ignored = 2 !! with a note: it changes nothing here
+  integer, parameter :: is_missing = 3 !! it would change the result: an error
+
+  !> A keyword, in upper case, without its star.
+  type :: keyword_t
+    character(max_keyword) :: name
+    integer :: place   !! in_model, in_step, anywhere
+    integer :: reading !! is_read, is_ignored, is_missing
+  end type keyword_t
+
+  type(keyword_t), parameter :: keywords(*) = [ &
+    keyword_t('HEADING', anywhere, is_read), &
+    keyword_t('PARAMETER', anywhere, is_read), &
+    keyword_t('NODE', in_model, is_read), &
+    keyword_t('ELEMENT', in_model, is_read), &
+    keyword_t('BLOCK', in_model, is_read), &
+    keyword_t('NSET', in_model, is_read), &
+    keyword_t('ELSET', in_model, is_read), &
+    keyword_t('SURFACE', in_model, is_read), &
+    keyword_t('OBSTACLE', in_model, is_read), &
+    keyword_t('MATERIAL', in_model, is_read), &
+    keyword_t('ELASTIC', in_model, is_read), &
+    keyword_t('DENSITY', in_model, is_read), &
+    keyword_t('SOLID SECTION', in_model, is_read), &
+    keyword_t('SURFACE INTERACTION', in_model, is_read), &
+    keyword_t('FRICTION', in_model, is_read), &
+    keyword_t('CONTACT PAIR', in_model, is_read), &
+    keyword_t('CONTACT SOLVER', in_model, is_read), &
+    keyword_t('AMPLITUDE', in_model, is_read), &
+    keyword_t('STEP', anywhere, is_read), &
+    keyword_t('STATIC', in_step, is_read), &
+    keyword_t('END STEP', in_step, is_read), &
+    keyword_t('BOUNDARY', anywhere, is_read), &
+    keyword_t('CLOAD', in_step, is_read), &
+    keyword_t('DSLOAD', in_step, is_read), &
+    keyword_t('NODE FILE', in_step, is_read), &
+    keyword_t('EL FILE', in_step, is_read), &
+    keyword_t('CONTACT FILE', in_step, is_read), &
+    keyword_t('SURFACE BEHAVIOR', anywhere, is_ignored), &
+    keyword_t('CONTROLS', anywhere, is_ignored), &
+    keyword_t('CONTACT CONTROLS', anywhere, is_ignored), &
+    keyword_t('NODE PRINT', anywhere, is_ignored), &
+    keyword_t('EL PRINT', anywhere, is_ignored), &
+    keyword_t('CONTACT PRINT', anywhere, is_ignored), &
+    keyword_t('ENERGY PRINT', anywhere, is_ignored), &
+    keyword_t('SECTION PRINT', anywhere, is_ignored), &
+    keyword_t('ENERGY FILE', anywhere, is_ignored), &
+    keyword_t('FILE FORMAT', anywhere, is_ignored), &
+    keyword_t('OUTPUT', anywhere, is_ignored), &
+    keyword_t('NODE OUTPUT', anywhere, is_ignored), &
+    keyword_t('ELEMENT OUTPUT', anywhere, is_ignored), &
+    keyword_t('CONTACT OUTPUT', anywhere, is_ignored), &
+    keyword_t('ENERGY OUTPUT', anywhere, is_ignored), &
+    keyword_t('INTEGRATED OUTPUT', anywhere, is_ignored), &
+    keyword_t('PREPRINT', anywhere, is_ignored), &
+    keyword_t('PRINT', anywhere, is_ignored), &
+    keyword_t('MONITOR', anywhere, is_ignored), &
+    keyword_t('RESTART', anywhere, is_ignored), &
+    keyword_t('EXPANSION', anywhere, is_ignored), &
+    keyword_t('CONDUCTIVITY', anywhere, is_ignored), &
+    keyword_t('SPECIFIC HEAT', anywhere, is_ignored), &
+    keyword_t('CONTACT GAP', anywhere, is_missing), &
+    keyword_t('ACCURACY', anywhere, is_missing), &
+    keyword_t('DLOAD', anywhere, is_missing), &
+    keyword_t('PART', anywhere, is_missing), &
+    keyword_t('END PART', anywhere, is_missing), &
+    keyword_t('ASSEMBLY', anywhere, is_missing), &
+    keyword_t('END ASSEMBLY', anywhere, is_missing), &
+    keyword_t('INSTANCE', anywhere, is_missing), &
+    keyword_t('END INSTANCE', anywhere, is_missing), &
+    keyword_t('SYSTEM', anywhere, is_missing), &
+    keyword_t('TRANSFORM', anywhere, is_missing), &
+    keyword_t('ORIENTATION', anywhere, is_missing), &
+    keyword_t('EQUATION', anywhere, is_missing), &
+    keyword_t('MPC', anywhere, is_missing), &
+    keyword_t('TIE', anywhere, is_missing), &
+    keyword_t('RIGID BODY', anywhere, is_missing), &
+    keyword_t('COUPLING', anywhere, is_missing), &
+    keyword_t('INITIAL CONDITIONS', anywhere, is_missing), &
+    keyword_t('TEMPERATURE', anywhere, is_missing), &
+    keyword_t('PLASTIC', anywhere, is_missing), &
+    keyword_t('HYPERELASTIC', anywhere, is_missing), &
+    keyword_t('SHELL SECTION', anywhere, is_missing), &
+    keyword_t('BEAM SECTION', anywhere, is_missing), &
+    keyword_t('SPRING', anywhere, is_missing), &
+    keyword_t('MASS', anywhere, is_missing), &
+    keyword_t('CLEARANCE', anywhere, is_missing), &
+    keyword_t('CONTACT', anywhere, is_missing), &
+    keyword_t('CHANGE FRICTION', anywhere, is_missing), &
+    keyword_t('MODEL CHANGE', anywhere, is_missing), &
+    keyword_t('VISCO', anywhere, is_missing), &
+    keyword_t('FREQUENCY', anywhere, is_missing), &
+    keyword_t('BUCKLE', anywhere, is_missing), &
+    keyword_t('DYNAMIC', anywhere, is_missing), &
+    keyword_t('HEAT TRANSFER', anywhere, is_missing)]
+
+contains
+
+  !> The keyword `name`, blanks and case aside; `found` is false when there is none.
+  pure subroutine find_keyword(name, keyword, found)
+    character(*), intent(in) :: name !! without its star
+    type(keyword_t), intent(out) :: keyword
+    logical, intent(out) :: found
+    integer :: i
+
+    found = .false.
+    keyword = keyword_t('', anywhere, is_missing)
+    do i = 1, size(keywords)
+      if (.not. same_word(name, keywords(i)%name)) cycle
+      keyword = keywords(i)
+      found = .true.
+      return
+    end do
+  end subroutine find_keyword
+
+  !> The keywords that are read, for "did you mean".
+  function keyword_names() result(names)
+    type(string_t), allocatable :: names(:)
+    integer :: i, n
+
+    allocate (names(count(keywords%reading == is_read)))
+    n = 0
+    do i = 1, size(keywords)
+      if (keywords(i)%reading /= is_read) cycle
+      n = n + 1
+      names(n)%text = '*'//trim(keywords(i)%name)
+    end do
+  end function keyword_names
+
+  !> `text` in upper case without blanks and tabs: how keywords and parameters are compared.
+  pure function squeeze(text) result(squeezed)
+    character(*), intent(in) :: text
+    character(:), allocatable :: squeezed
+    integer :: i, n
+
+    squeezed = upper(text)
+    n = 0
+    do i = 1, len(squeezed)
+      if (squeezed(i:i) == ' ' .or. squeezed(i:i) == achar(9)) cycle
+      n = n + 1
+      squeezed(n:n) = squeezed(i:i)
+    end do
+    squeezed = squeezed(:n)
+  end function squeeze
+
+  !> Whether two words are the same, blanks, tabs and case aside.
+  pure function same_word(a, b) result(same)
+    character(*), intent(in) :: a, b
+    logical :: same
+    integer :: i, j
+
+    i = 0
+    j = 0
+    do
+      call next_letter(a, i)
+      call next_letter(b, j)
+      if (i > len(a) .or. j > len(b)) exit
+      if (upper(a(i:i)) /= upper(b(j:j))) exit
+    end do
+    same = i > len(a) .and. j > len(b)
+  end function same_word
+
+  !> Move `i` to the next letter that is not blank; len(text) + 1 when there is none.
+  pure subroutine next_letter(text, i)
+    character(*), intent(in) :: text
+    integer, intent(inout) :: i
+
+    i = i + 1
+    do while (i <= len(text))
+      if (text(i:i) /= ' ' .and. text(i:i) /= achar(9)) exit
+      i = i + 1
+    end do
+  end subroutine next_letter
+
+end module keywords_mod

@@ -1,0 +1,210 @@
+!> Nodes and elements while they are read, by the deck's ids, growing as needed.
+module mesh_draft_mod
+  use kinds_mod, only: i8, wp
+  use lookup_mod, only: id_lookup_t
+  implicit none
+  private
+
+  public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, reserve_elements
+  public :: add_early_set, add_skipped, add_block, max_nodes, set_of_nodes, set_of_elements
+
+  !> More nodes or elements are refused: far beyond what a direct solver can do.
+  integer, parameter :: max_nodes = 100000000
+
+  integer, parameter :: set_of_nodes = 1, set_of_elements = 2
+
+  !> A set that *NODE, *ELEMENT or *BLOCK makes beside its nodes or elements.
+  type :: early_set_t
+    character(:), allocatable :: name
+    integer :: kind = set_of_nodes
+    integer :: position = 0
+    integer :: first = 1   !! first member (node or element number)
+    integer :: last = 0    !! last member
+    integer :: block = 0   !! > 0: the nodes on a side of this block instead
+    integer :: side = 0    !! face_xmin .. face_zmax
+  end type early_set_t
+
+  !> A *BLOCK.
+  type :: block_t
+    character(:), allocatable :: name
+    integer :: position = 0
+    integer :: n(3) = 1           !! bricks along x, y, z
+    integer :: first_node = 1     !! number of its first node
+    integer :: first_element = 1  !! number of its first brick
+  end type block_t
+
+  !> The mesh as far as it was read. Arrays may be longer than what counts.
+  type :: mesh_draft_t
+    integer :: n_nodes = 0
+    integer,  allocatable :: node_id(:)
+    integer,  allocatable :: node_position(:)    !! place in the deck
+    real(wp), allocatable :: coordinates(:, :)
+    integer :: highest_node = 0                  !! highest id so far
+    integer :: n_elements = 0
+    integer, allocatable :: element_id(:)
+    integer, allocatable :: element_position(:)
+    integer, allocatable :: connectivity(:, :)   !! ids, later numbers, of nodes
+    integer :: highest_element = 0
+    integer :: n_skipped = 0
+    integer, allocatable :: skipped_id(:)        !! elements of types that carry nothing here
+    integer, allocatable :: skipped_position(:)
+    type(block_t), allocatable :: blocks(:)
+    integer :: n_blocks = 0
+    type(early_set_t), allocatable :: sets(:)
+    integer :: n_sets = 0
+    type(id_lookup_t) :: nodes, elements, skipped !! made when all are read
+  end type mesh_draft_t
+
+  !> Make a list longer, keeping its first entries.
+  interface enlarge
+    module procedure enlarge_integers, enlarge_columns, enlarge_real_columns
+  end interface enlarge
+
+contains
+
+  !> Make room for `more` further nodes; `ok` is false when there is no memory for them.
+  subroutine reserve_nodes(draft, more, ok)
+    type(mesh_draft_t), intent(inout) :: draft
+    integer, intent(in) :: more
+    logical, intent(out) :: ok
+    integer :: have, want
+
+    have = 0
+    if (allocated(draft%node_id)) have = size(draft%node_id)
+    ok = draft%n_nodes + int(more, i8) <= have
+    if (ok) return
+    want = new_size(have, draft%n_nodes, more)
+    ok = want > 0
+    if (ok) call enlarge(draft%node_id, draft%n_nodes, want, ok)
+    if (ok) call enlarge(draft%node_position, draft%n_nodes, want, ok)
+    if (ok) call enlarge(draft%coordinates, draft%n_nodes, want, ok)
+  end subroutine reserve_nodes
+
+  !> Make room for `more` further elements; `ok` is false when there is no memory for them.
+  subroutine reserve_elements(draft, more, ok)
+    type(mesh_draft_t), intent(inout) :: draft
+    integer, intent(in) :: more
+    logical, intent(out) :: ok
+    integer :: have, want
+
+    have = 0
+    if (allocated(draft%element_id)) have = size(draft%element_id)
+    ok = draft%n_elements + int(more, i8) <= have
+    if (ok) return
+    want = new_size(have, draft%n_elements, more)
+    ok = want > 0
+    if (ok) call enlarge(draft%element_id, draft%n_elements, want, ok)
+    if (ok) call enlarge(draft%element_position, draft%n_elements, want, ok)
+    if (ok) call enlarge(draft%connectivity, draft%n_elements, want, ok)
+  end subroutine reserve_elements
+
+  !> The next size of a list: at least half as long again; 0 when that is beyond the limit.
+  pure function new_size(have, used, more) result(want)
+    integer, intent(in) :: have, used, more
+    integer :: want
+    integer(i8) :: wanted
+
+    wanted = max(used + int(more, i8), have + have/2_i8, 1024_i8)
+    want = 0
+    if (used + int(more, i8) <= max_nodes) want = int(min(wanted, int(max_nodes, i8)))
+  end function new_size
+
+  !> Add an element of a type that is skipped.
+  subroutine add_skipped(draft, id, position)
+    type(mesh_draft_t), intent(inout) :: draft
+    integer, intent(in) :: id, position
+    logical :: ok
+
+    if (.not. allocated(draft%skipped_id)) &
+      allocate (draft%skipped_id(1024), draft%skipped_position(1024))
+    if (draft%n_skipped == size(draft%skipped_id)) then
+      call enlarge(draft%skipped_id, draft%n_skipped, 2*draft%n_skipped, ok)
+      if (ok) call enlarge(draft%skipped_position, draft%n_skipped, 2*draft%n_skipped, ok)
+      if (.not. ok) return
+    end if
+    draft%n_skipped = draft%n_skipped + 1
+    draft%skipped_id(draft%n_skipped) = id
+    draft%skipped_position(draft%n_skipped) = position
+    draft%highest_element = max(draft%highest_element, id)
+  end subroutine add_skipped
+
+  subroutine add_block(draft, block)
+    type(mesh_draft_t), intent(inout) :: draft
+    type(block_t), intent(in) :: block
+    type(block_t), allocatable :: larger(:)
+    integer :: i
+
+    if (.not. allocated(draft%blocks)) allocate (draft%blocks(4))
+    if (draft%n_blocks == size(draft%blocks)) then
+      allocate (larger(2*draft%n_blocks))
+      do i = 1, draft%n_blocks
+        larger(i) = draft%blocks(i)
+      end do
+      call move_alloc(larger, draft%blocks)
+    end if
+    draft%n_blocks = draft%n_blocks + 1
+    draft%blocks(draft%n_blocks) = block
+  end subroutine add_block
+
+  subroutine add_early_set(draft, set)
+    type(mesh_draft_t), intent(inout) :: draft
+    type(early_set_t), intent(in) :: set
+    type(early_set_t), allocatable :: larger(:)
+    integer :: i
+
+    if (.not. allocated(draft%sets)) allocate (draft%sets(16))
+    if (draft%n_sets == size(draft%sets)) then
+      allocate (larger(2*draft%n_sets))
+      do i = 1, draft%n_sets
+        larger(i) = draft%sets(i)
+      end do
+      call move_alloc(larger, draft%sets)
+    end if
+    draft%n_sets = draft%n_sets + 1
+    draft%sets(draft%n_sets) = set
+  end subroutine add_early_set
+
+  subroutine enlarge_integers(list, used, want, ok)
+    integer, allocatable, intent(inout) :: list(:)
+    integer, intent(in) :: used  !! entries to keep
+    integer, intent(in) :: want  !! entries to have
+    logical, intent(out) :: ok   !! false: no memory
+    integer, allocatable :: larger(:)
+    integer :: status
+
+    allocate (larger(want), stat=status)
+    ok = status == 0
+    if (.not. ok) return
+    if (used > 0) larger(:used) = list(:used)
+    call move_alloc(larger, list)
+  end subroutine enlarge_integers
+
+  subroutine enlarge_columns(list, used, want, ok)
+    integer, allocatable, intent(inout) :: list(:, :)
+    integer, intent(in) :: used, want
+    logical, intent(out) :: ok
+    integer, allocatable :: larger(:, :)
+    integer :: status
+
+    allocate (larger(8, want), stat=status)
+    ok = status == 0
+    if (.not. ok) return
+    if (used > 0) larger(:, :used) = list(:, :used)
+    call move_alloc(larger, list)
+  end subroutine enlarge_columns
+
+  subroutine enlarge_real_columns(list, used, want, ok)
+    real(wp), allocatable, intent(inout) :: list(:, :)
+    integer, intent(in) :: used, want
+    logical, intent(out) :: ok
+    real(wp), allocatable :: larger(:, :)
+    integer :: status
+
+    allocate (larger(3, want), stat=status)
+    ok = status == 0
+    if (.not. ok) return
+    if (used > 0) larger(:, :used) = list(:, :used)
+    call move_alloc(larger, list)
+  end subroutine enlarge_real_columns
+
+end module mesh_draft_mod

@@ -1,0 +1,251 @@
+!> Numbers as decks write them: `12`, `-1.`, `.5`, `1e-3`, `2.1D+05`, `2.1+5`.
+module numbers_mod
+  use kinds_mod, only: i8, wp
+  implicit none
+  private
+
+  public :: read_integer, read_real, number_text, number_token, largest_number
+  public :: number_ok, number_malformed, number_too_large, number_not_finite
+
+  integer, parameter :: number_ok = 0
+  integer, parameter :: number_malformed = 1
+  integer, parameter :: number_too_large = 2
+  integer, parameter :: number_not_finite = 3 !! a NaN or an infinity, spelled out
+
+  !> Larger numbers are refused, so that no product of a few of them can overflow.
+  real(wp), parameter :: largest_number = 1.0e60_wp
+  integer, parameter :: largest_exponent = 60
+  integer, parameter :: smallest_exponent = -290 !! smaller numbers become 0
+  integer, parameter :: max_digits = 40          !! digits that can matter; later ones are dropped
+
+contains
+
+  !> Read a whole number.
+  pure subroutine read_integer(text, value, status)
+    character(*), intent(in) :: text  !! without blanks around
+    integer, intent(out) :: value     !! 0 where the status is not number_ok
+    integer, intent(out) :: status    !! number_ok, number_malformed or number_too_large
+    integer(i8) :: sum
+    integer :: i, first, digit
+
+    value = 0
+    status = number_malformed
+    first = 1
+    if (len(text) == 0) return
+    if (text(1:1) == '+' .or. text(1:1) == '-') first = 2
+    if (first > len(text)) return
+    sum = 0
+    do i = first, len(text)
+      digit = iachar(text(i:i)) - iachar('0')
+      if (digit < 0 .or. digit > 9) return
+      if (sum <= huge(value)) sum = 10*sum + digit
+    end do
+    if (sum > huge(value)) then
+      status = number_too_large
+      return
+    end if
+    status = number_ok
+    value = int(sum)
+    if (text(1:1) == '-') value = -value
+  end subroutine read_integer
+
+  !> Read a number, correctly rounded.
+  pure subroutine read_real(text, value, status)
+    character(*), intent(in) :: text  !! without blanks around
+    real(wp), intent(out) :: value    !! 0 where the status is not number_ok
+    integer, intent(out) :: status
+    ! Exact powers of ten: with a mantissa below 2**53, one product or quotient rounds correctly.
+    real(wp), parameter :: power(0:22) = [1e0_wp, 1e1_wp, 1e2_wp, 1e3_wp, 1e4_wp, 1e5_wp, &
+      1e6_wp, 1e7_wp, 1e8_wp, 1e9_wp, 1e10_wp, 1e11_wp, 1e12_wp, 1e13_wp, 1e14_wp, 1e15_wp, &
+      1e16_wp, 1e17_wp, 1e18_wp, 1e19_wp, 1e20_wp, 1e21_wp, 1e22_wp]
+    character(max_digits) :: digits
+    integer(i8) :: mantissa
+    integer :: n_digits, exponent, read_status
+    logical :: negative
+
+    value = 0.0_wp
+    call take_apart(text, digits, n_digits, exponent, negative, status)
+    if (status /= number_ok .or. n_digits == 0) return
+    if (n_digits + exponent > largest_exponent + 1) then
+      status = number_too_large
+      return
+    end if
+    if (n_digits + exponent < smallest_exponent) return
+    if (n_digits <= 15 .and. abs(exponent) <= 22) then
+      call read_digits(digits(:n_digits), mantissa)
+      if (exponent >= 0) then
+        value = real(mantissa, wp)*power(exponent)
+      else
+        value = real(mantissa, wp)/power(-exponent)
+      end if
+    else
+      call read_slowly(digits(:n_digits), exponent, value, read_status)
+      if (read_status /= 0) status = number_malformed
+    end if
+    if (value > largest_number) then
+      status = number_too_large
+      value = 0.0_wp
+    end if
+    if (negative) value = -value
+  end subroutine read_real
+
+  !> Split a number into its significant digits and the power of ten of the last of them.
+  pure subroutine take_apart(text, digits, n_digits, exponent, negative, status)
+    character(*), intent(in) :: text
+    character(max_digits), intent(out) :: digits
+    integer, intent(out) :: n_digits  !! 0 for the number 0
+    integer, intent(out) :: exponent
+    logical, intent(out) :: negative
+    integer, intent(out) :: status
+    integer, parameter :: enough = 100000000
+    integer :: i, given, shift
+    logical :: after_point, any_digit, after_exponent_digit
+
+    digits = ''
+    n_digits = 0
+    exponent = 0
+    status = number_malformed
+    i = 1
+    negative = .false.
+    if (len(text) == 0) return
+    if (text(1:1) == '+' .or. text(1:1) == '-') then
+      negative = text(1:1) == '-'
+      i = 2
+    end if
+    if (spells_no_number(text(i:))) status = number_not_finite
+    after_point = .false.
+    any_digit = .false.
+    shift = 0
+    mantissa: do while (i <= len(text))
+      select case (text(i:i))
+      case ('0':'9')
+        any_digit = .true.
+        if (n_digits < max_digits) then
+          if (n_digits > 0 .or. text(i:i) /= '0') then
+            n_digits = n_digits + 1
+            digits(n_digits:n_digits) = text(i:i)
+          end if
+          if (after_point) shift = shift - 1
+        else if (.not. after_point) then
+          shift = shift + 1
+        end if
+      case ('.')
+        if (after_point) return
+        after_point = .true.
+      case default
+        exit mantissa
+      end select
+      i = i + 1
+    end do mantissa
+    if (.not. any_digit) return
+    given = 0
+    if (i <= len(text)) then
+      if (scan(text(i:i), 'eEdDqQ') == 1) then
+        i = i + 1
+        if (i > len(text)) return
+      else if (text(i:i) /= '+' .and. text(i:i) /= '-') then
+        return
+      end if
+      after_exponent_digit = .false.
+      exponent = 1
+      if (text(i:i) == '+' .or. text(i:i) == '-') then
+        if (text(i:i) == '-') exponent = -1
+        i = i + 1
+      end if
+      do while (i <= len(text))
+        if (text(i:i) < '0' .or. text(i:i) > '9') return
+        after_exponent_digit = .true.
+        if (given < enough) given = 10*given + iachar(text(i:i)) - iachar('0')
+        i = i + 1
+      end do
+      if (.not. after_exponent_digit) return
+      given = exponent*given
+    end if
+    exponent = given + shift
+    status = number_ok
+  end subroutine take_apart
+
+  pure subroutine read_digits(digits, mantissa)
+    character(*), intent(in) :: digits !! at most 18
+    integer(i8), intent(out) :: mantissa
+    integer :: i
+
+    mantissa = 0
+    do i = 1, len(digits)
+      mantissa = 10*mantissa + iachar(digits(i:i)) - iachar('0')
+    end do
+  end subroutine read_digits
+
+  !> digits * 10**exponent by the run-time library, which rounds correctly.
+  pure subroutine read_slowly(digits, exponent, value, status)
+    character(*), intent(in) :: digits
+    integer, intent(in) :: exponent
+    real(wp), intent(out) :: value
+    integer, intent(out) :: status
+    character(max_digits + 16) :: buffer
+
+    value = 0.0_wp
+    write (buffer, '(a, "E", i0)', iostat=status) digits, exponent
+    if (status == 0) read (buffer, '(f56.0)', iostat=status) value
+  end subroutine read_slowly
+
+  pure function spells_no_number(text) result(spells)
+    character(*), intent(in) :: text
+    logical :: spells
+
+    spells = .false.
+    if (len(text) < 3) return
+    select case (text(1:3))
+    case ('nan', 'NaN', 'NAN', 'Nan', 'inf', 'Inf', 'INF')
+      spells = len(text) == 3 .or. len(text) == 8
+    end select
+  end function spells_no_number
+
+  !> `value` as text that reads back to the same bits; whole numbers without point and exponent.
+  pure function number_text(value) result(text)
+    real(wp), intent(in) :: value !! |value| <= largest_number
+    character(:), allocatable :: text
+    character(32) :: buffer
+
+    if (abs(value) < 1.0e9_wp .and. abs(value - anint(value)) <= 0.0_wp) then
+      write (buffer, '(i0)') nint(value)
+    else
+      write (buffer, '(es25.16e3)') value
+    end if
+    text = trim(adjustl(buffer))
+  end function number_text
+
+  !> The length of the number without sign at the beginning of `text`; 0: there is none.
+  pure function number_token(text) result(length)
+    character(*), intent(in) :: text
+    integer :: length, i, digits
+
+    length = 0
+    digits = 0
+    i = 1
+    do while (i <= len(text))
+      if (text(i:i) >= '0' .and. text(i:i) <= '9') then
+        digits = digits + 1
+      else if (text(i:i) /= '.') then
+        exit
+      end if
+      i = i + 1
+    end do
+    if (digits == 0) return
+    length = i - 1
+    if (i > len(text)) return
+    if (scan(text(i:i), 'eEdD') == 0) return
+    i = i + 1
+    if (i <= len(text)) then
+      if (text(i:i) == '+' .or. text(i:i) == '-') i = i + 1
+    end if
+    digits = 0
+    do while (i <= len(text))
+      if (text(i:i) < '0' .or. text(i:i) > '9') exit
+      digits = digits + 1
+      i = i + 1
+    end do
+    if (digits > 0) length = i - 1
+  end function number_token
+
+end module numbers_mod

@@ -1,0 +1,375 @@
+!> The options of a keyword line: `*KEYWORD, NAME=VALUE, FLAG`.
+module options_mod
+  use cards_mod, only: card_place_t, is_data_line, keep_reading, note, pieces_t, reader_t, report, &
+    split_line
+  use diagnostics_mod, only: guess, quoted
+  use expressions_mod, only: substitute
+  use keywords_mod, only: same_word, squeeze
+  use kinds_mod, only: wp
+  use numbers_mod, only: number_ok, number_too_large, read_integer, read_real
+  use text_mod, only: string_t, upper
+  implicit none
+  private
+
+  public :: card_t, open_card, allow_options, has_option, option_position
+  public :: name_option, integer_option, real_option, choice_option, choice_list
+  public :: allow_no_data, unquote, checked_name, max_name
+
+  integer, parameter :: max_name = 80 !! longest name of a set, a surface, a material [byte]
+  integer, parameter :: max_options = 100
+
+  type :: option_t
+    character(:), allocatable :: name   !! upper case, without blanks
+    character(:), allocatable :: value  !! with parameters put in, without quotes
+    logical :: has_value = .false.
+    integer :: position = 0
+    integer :: value_position = 0
+  end type option_t
+
+  !> A card whose keyword line has been read.
+  type :: card_t
+    type(card_place_t) :: place
+    character(:), allocatable :: keyword
+    integer :: position = 0 !! of its star
+    type(option_t), allocatable :: options(:)
+    integer :: n_options = 0
+  end type card_t
+
+contains
+
+  !> Read the keyword line of card `k`.
+  subroutine open_card(reader, k, card)
+    type(reader_t), intent(inout) :: reader
+    integer, intent(in) :: k !! 1 .. reader%n_cards
+    type(card_t), intent(out) :: card
+    type(pieces_t) :: pieces
+    integer :: line, i, first_piece, n
+
+    card%place = reader%cards(k)
+    card%keyword = trim(card%place%keyword)
+    n = 0
+    do line = card%place%header, card%place%first - 1
+      call split_line(reader%source, line, pieces)
+      n = n + pieces%n
+    end do
+    allocate (card%options(min(n, max_options)))
+    do line = card%place%header, card%place%first - 1
+      first_piece = 1
+      if (line == card%place%header) then
+        call split_line(reader%source, line, pieces)
+        card%position = pieces%first(1)
+        first_piece = 2
+      else if (is_data_line(reader%source, line)) then
+        call split_line(reader%source, line, pieces)
+      else
+        cycle
+      end if
+      do i = first_piece, pieces%n
+        if (.not. keep_reading(reader)) return
+        call add_option(reader, card, pieces%first(i), pieces%last(i))
+      end do
+    end do
+  end subroutine open_card
+
+  !> Take apart the option at first..last.
+  subroutine add_option(reader, card, first, last)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(inout) :: card
+    integer, intent(in) :: first, last
+    type(option_t) :: option
+    character(:), allocatable :: problem
+    integer :: equal, start, at, i
+
+    if (last < first) return
+    equal = index(reader%source%text(first:last), '=')
+    option%position = first
+    option%value = ''
+    if (equal == 0) then
+      option%name = squeeze(reader%source%text(first:last))
+    else
+      option%name = squeeze(reader%source%text(first:first + equal - 2))
+      start = first + equal
+      do while (start <= last)
+        if (scan(reader%source%text(start:start), ' '//achar(9)) == 0) exit
+        start = start + 1
+      end do
+      option%value_position = min(start, last)
+      option%has_value = .true.
+      if (start > last) then
+        call report(reader, first, quoted(option%name)//' has no value behind its equal sign')
+        return
+      end if
+      if (index(reader%source%text(start:last), '<') > 0) then
+        call substitute(reader%source%text(start:last), start, reader%parameters, option%value, &
+          problem, at)
+        if (allocated(problem)) then
+          call report(reader, start + at - 1, problem)
+          option%value = ''
+        end if
+        option%value = unquote(option%value)
+      else
+        option%value = unquote(reader%source%text(start:last))
+      end if
+    end if
+    do i = 1, card%n_options
+      if (card%options(i)%name /= option%name) cycle
+      call report(reader, first, 'duplicate parameter '//quoted(option%name))
+      return
+    end do
+    if (card%n_options == max_options) then
+      call report(reader, first, 'too many parameters on a keyword line')
+      return
+    end if
+    card%n_options = card%n_options + 1
+    card%options(card%n_options) = option
+  end subroutine add_option
+
+  !> Report the options that are not in `allowed`; note those in `ignored`.
+  subroutine allow_options(reader, card, allowed, ignored)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: allowed(:)            !! upper case
+    character(*), intent(in), optional :: ignored(:)
+    integer :: i, j
+
+    options: do i = 1, card%n_options
+      do j = 1, size(allowed)
+        if (same_word(card%options(i)%name, allowed(j))) cycle options
+      end do
+      if (present(ignored)) then
+        do j = 1, size(ignored)
+          if (.not. same_word(card%options(i)%name, ignored(j))) cycle
+          call note(reader, trim(ignored(j))//' of *'//card%keyword//' is ignored')
+          cycle options
+        end do
+      end if
+      call report(reader, card%options(i)%position, 'unknown parameter '// &
+        quoted(card%options(i)%name)//' of *'//card%keyword, &
+        guess(card%options(i)%name, as_list(allowed)))
+    end do options
+  end subroutine allow_options
+
+  pure function find_option(card, name) result(found)
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    integer :: found
+
+    do found = card%n_options, 1, -1
+      if (same_word(card%options(found)%name, name)) return
+    end do
+  end function find_option
+
+  pure function has_option(card, name) result(has)
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    logical :: has
+
+    has = find_option(card, name) > 0
+  end function has_option
+
+  !> The place of an option's value (or name); of the card when it has no such option.
+  pure function option_position(card, name) result(position)
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    integer :: position, i
+
+    position = card%position
+    i = find_option(card, name)
+    if (i == 0) return
+    position = card%options(i)%position
+    if (card%options(i)%has_value) position = card%options(i)%value_position
+  end function option_position
+
+  !> The name that option `name` gives, in upper case.
+  subroutine name_option(reader, card, name, required, value, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    logical, intent(in) :: required   !! its absence is a mistake
+    character(:), allocatable, intent(out) :: value
+    logical, intent(out) :: ok        !! false: absent, or a mistake was reported
+
+    integer :: i
+
+    value = ''
+    call value_option(reader, card, name, required, i)
+    ok = i > 0
+    if (.not. ok) return
+    call checked_name(reader, card%options(i)%value_position, card%options(i)%value, value, ok)
+  end subroutine name_option
+
+  !> Find an option that has a value; `found` is 0 when there is none.
+  subroutine value_option(reader, card, name, required, found)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    logical, intent(in) :: required
+    integer, intent(out) :: found
+
+    found = find_option(card, name)
+    if (found == 0) then
+      if (required) call report(reader, card%position, '*'//card%keyword//' needs '//name//'=')
+    else if (.not. card%options(found)%has_value) then
+      call report(reader, card%options(found)%position, name//' needs a value: '//name//'=')
+      found = 0
+    else if (len(card%options(found)%value) == 0) then
+      found = 0 ! was reported when it was read
+    end if
+  end subroutine value_option
+
+  !> A whole number from `lowest` to `highest`.
+  subroutine integer_option(reader, card, name, lowest, highest, value, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    integer, intent(in) :: lowest, highest
+    integer, intent(inout) :: value !! unchanged when the option is absent
+    logical, intent(out) :: ok      !! false: absent, or a mistake was reported
+    integer :: i, number, status
+
+    call value_option(reader, card, name, .false., i)
+    ok = .false.
+    if (i == 0) return
+    call read_integer(card%options(i)%value, number, status)
+    ok = status == number_ok .and. number >= lowest .and. number <= highest
+    if (ok) then
+      value = number
+    else
+      call report(reader, card%options(i)%value_position, name//' must be a whole number from '// &
+        text_of(lowest)//' to '//text_of(highest)//', not '//quoted(card%options(i)%value))
+    end if
+  end subroutine integer_option
+
+  !> A number above `above` and at most `highest`, or below it with `open_end`.
+  subroutine real_option(reader, card, name, above, below, value, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    real(wp), intent(in) :: above, below !! the value lies between, neither included
+    real(wp), intent(inout) :: value     !! unchanged when the option is absent
+    logical, intent(out) :: ok           !! false: absent, or a mistake was reported
+    real(wp) :: number
+    integer :: i, status
+
+    call value_option(reader, card, name, .false., i)
+    ok = .false.
+    if (i == 0) return
+    call read_real(card%options(i)%value, number, status)
+    ok = status == number_ok .and. number > above .and. number < below
+    if (ok) then
+      value = number
+    else if (status == number_ok .or. status == number_too_large) then
+      call report(reader, card%options(i)%value_position, name//' is out of its range: '// &
+        quoted(card%options(i)%value))
+    else
+      call report(reader, card%options(i)%value_position, name//' must be a number, not '// &
+        quoted(card%options(i)%value))
+    end if
+  end subroutine real_option
+
+  !> One of several words; `choice` is its index.
+  subroutine choice_option(reader, card, name, words, choice, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    character(*), intent(in) :: words(:)  !! upper case
+    integer, intent(inout) :: choice      !! unchanged when the option is absent or wrong
+    logical, intent(out) :: ok            !! false: absent, or a mistake was reported
+    integer :: i, j
+
+    call value_option(reader, card, name, .false., i)
+    ok = .false.
+    if (i == 0) return
+    do j = 1, size(words)
+      if (.not. same_word(card%options(i)%value, words(j))) cycle
+      choice = j
+      ok = .true.
+      return
+    end do
+    call report(reader, card%options(i)%value_position, name//' must be '//choice_list(words)// &
+      ', not '//quoted(card%options(i)%value), guess(upper(card%options(i)%value), as_list(words)))
+  end subroutine choice_option
+
+  !> "A, B or C".
+  pure function choice_list(words) result(text)
+    character(*), intent(in) :: words(:)
+    character(:), allocatable :: text
+    integer :: j
+
+    text = trim(words(1))
+    do j = 2, size(words)
+      if (j < size(words)) then
+        text = text//', '//trim(words(j))
+      else
+        text = text//' or '//trim(words(j))
+      end if
+    end do
+  end function choice_list
+
+  !> Report data lines below a keyword that takes none.
+  subroutine allow_no_data(reader, card)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(pieces_t) :: pieces
+    integer :: line
+
+    do line = card%place%first, card%place%last
+      if (.not. is_data_line(reader%source, line)) cycle
+      call split_line(reader%source, line, pieces)
+      call report(reader, pieces%first(1), '*'//card%keyword//' takes no data lines')
+      return
+    end do
+  end subroutine allow_no_data
+
+  !> A name in upper case, of a length that the result file can hold.
+  subroutine checked_name(reader, position, text, name, ok)
+    type(reader_t), intent(inout) :: reader
+    integer, intent(in) :: position
+    character(*), intent(in) :: text
+    character(:), allocatable, intent(out) :: name
+    logical, intent(out) :: ok
+
+    ok = len(text) >= 1 .and. len(text) <= max_name
+    name = ''
+    if (ok) then
+      name = upper(text)
+    else if (len(text) == 0) then
+      call report(reader, position, 'expected a name')
+    else
+      call report(reader, position, 'a name has at most 80 letters: '//quoted(text))
+    end if
+  end subroutine checked_name
+
+  !> `text` without the quotes and blanks around it.
+  pure function unquote(text) result(bare)
+    character(*), intent(in) :: text
+    character(:), allocatable :: bare
+    integer :: n
+
+    bare = trim(adjustl(text))
+    n = len(bare)
+    if (n < 2) return
+    if (scan(bare(1:1), '"''') == 1 .and. bare(1:1) == bare(n:n)) bare = bare(2:n - 1)
+  end function unquote
+
+  pure function as_list(words) result(list)
+    character(*), intent(in) :: words(:)
+    type(string_t), allocatable :: list(:)
+    integer :: i
+
+    allocate (list(size(words)))
+    do i = 1, size(words)
+      list(i)%text = trim(words(i))
+    end do
+  end function as_list
+
+  pure function text_of(number) result(text)
+    integer, intent(in) :: number
+    character(:), allocatable :: text
+    character(12) :: buffer
+
+    write (buffer, '(i0)') number
+    text = trim(buffer)
+  end function text_of
+
+end module options_mod

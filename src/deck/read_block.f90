@@ -1,0 +1,262 @@
+!> Boxes of bricks.
+!>
+!>     *BLOCK, NAME=BODY, NX=4, NY=4, NZ=4, TYPE=C3D8, ELSET=STEEL
+!>     0., 0., 0.,  1., 1., 1.        corner and size
+!>     Z, 3.                          along z the last brick is 3 times the first
+!>
+!> Makes the sets of nodes and elements BODY, and for each side, BODY-XMIN to BODY-ZMAX, the set of
+!> its nodes and the surface of its faces.
+module read_block_mod
+  use block_mesh_mod, only: block_connectivity, block_coordinates, face_xmax, face_xmin, &
+    face_ymax, face_ymin, face_zmax, face_zmin, graded_positions
+  use cards_mod, only: reader_t, report
+  use diagnostics_mod, only: quoted
+  use fields_mod, only: field_position, field_text, fields_t, limit_fields, name_field, &
+    next_data_line, real_field
+  use kinds_mod, only: i8, wp
+  use mesh_draft_mod, only: add_block, add_early_set, block_t, early_set_t, max_nodes, &
+    mesh_draft_t, reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
+  use options_mod, only: allow_options, card_t, has_option, integer_option, max_name, name_option, &
+    option_position
+  use read_mesh_mod, only: check_element_type
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: read_block, side_name
+
+  real(wp), parameter :: largest_ratio = 1.0e6_wp !! of the last brick's size over the first's
+
+contains
+
+  !> *BLOCK, NAME=name, NX=n, NY=n, NZ=n[, TYPE=type][, ELSET=name]
+  subroutine read_block(reader, card, draft)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(mesh_draft_t), intent(inout) :: draft
+    type(block_t) :: block
+    real(wp) :: corner(3), length(3), ratio(3)
+    integer :: axis, kind
+    logical :: ok, data_ok
+
+    call allow_options(reader, card, ['NAME ', 'NX   ', 'NY   ', 'NZ   ', 'TYPE ', 'ELSET'])
+    call check_element_type(reader, card, .false., kind)
+    call name_option(reader, card, 'NAME', .true., block%name, ok)
+    block%position = card%position
+    if (ok .and. len(block%name) > max_name - 5) then
+      ok = .false.
+      call report(reader, option_position(card, 'NAME'), 'the name of a block has at most '// &
+        to_text(max_name - 5)//' letters')
+    end if
+    do axis = 1, 3
+      call read_count(reader, card, 'N'//'XYZ'(axis:axis), block%n(axis), data_ok)
+      ok = ok .and. data_ok
+    end do
+    call read_box(reader, card, corner, length, ratio, data_ok)
+    ok = ok .and. data_ok
+    if (ok) then
+      if (product(real(block%n, wp) + 1.0_wp) + draft%n_nodes > max_nodes) then
+        ok = .false.
+        call report(reader, card%position, 'with this block the mesh has more than '// &
+          to_text(max_nodes)//' nodes')
+      end if
+    end if
+    ! Its sets exist even where it could not be made, so that their uses are not mistakes as well.
+    block%first_node = draft%n_nodes + 1
+    block%first_element = draft%n_elements + 1
+    if (ok) call make_bricks(reader, card, block, corner, length, ratio, draft, ok)
+    call make_sets(reader, card, block, ok, draft)
+  end subroutine read_block
+
+  !> NX=, NY= or NZ=.
+  subroutine read_count(reader, card, name, n, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    integer, intent(inout) :: n
+    logical, intent(out) :: ok
+
+    if (has_option(card, name)) then
+      call integer_option(reader, card, name, 1, max_nodes, n, ok)
+    else
+      call report(reader, card%position, '*BLOCK needs '//name//'=')
+      ok = .false.
+    end if
+  end subroutine read_count
+
+  !> The data lines: x, y, z of the corner, then of the size; axis, ratio.
+  subroutine read_box(reader, card, corner, length, ratio, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    real(wp), intent(out) :: corner(3), length(3)
+    real(wp), intent(out) :: ratio(3)  !! size of the last brick over the first along each axis
+    logical, intent(out) :: ok
+    type(fields_t) :: fields
+    character(:), allocatable :: name
+    real(wp) :: value(6)
+    integer :: i, axis
+    logical :: found, field_ok, given(3)
+
+    ratio = 1.0_wp
+    given = .false.
+    value = 1.0_wp
+    call next_data_line(reader, card, fields, ok)
+    if (.not. ok) then
+      call report(reader, card%position, &
+        '*BLOCK needs a data line: x, y, z of its corner, then its size along x, y, z')
+    else
+      call limit_fields(reader, fields, 6, 'a corner and a size: six numbers')
+      do i = 1, 6
+        call real_field(reader, fields, i, 'x, y, z of the corner, then the size', value(i), &
+          field_ok)
+        ok = ok .and. field_ok
+        if (i <= 3 .or. .not. field_ok .or. value(i) > 0.0_wp) cycle
+        call report(reader, field_position(reader, fields, i), 'the size must be positive, not '// &
+          quoted(field_text(reader, fields, i)))
+        ok = .false.
+      end do
+    end if
+    corner = value(:3)
+    length = value(4:)
+    do
+      call next_data_line(reader, card, fields, found)
+      if (.not. found) exit
+      call limit_fields(reader, fields, 2, 'X, Y or Z and a ratio')
+      call name_field(reader, fields, 1, 'X, Y or Z', name, field_ok)
+      axis = 0
+      if (field_ok .and. len(name) == 1) axis = index('XYZ', name)
+      if (axis == 0) then
+        ok = .false.
+        if (field_ok) call report(reader, fields%start, 'expected X, Y or Z, found '//quoted(name))
+        cycle
+      end if
+      if (given(axis)) call report(reader, fields%start, 'a second ratio for '//name)
+      given(axis) = .true.
+      call real_field(reader, fields, 2, 'the ratio of the last to the first brick', ratio(axis), &
+        field_ok)
+      if (field_ok) then
+        if (ratio(axis) < 1.0_wp/largest_ratio .or. ratio(axis) > largest_ratio) then
+          call report(reader, field_position(reader, fields, 2), &
+            'a ratio must lie between 1e-6 and 1e6, not '//quoted(field_text(reader, fields, 2)))
+          field_ok = .false.
+        end if
+      end if
+      ok = ok .and. field_ok
+    end do
+  end subroutine read_box
+
+  !> Add the nodes and bricks of the box, with ids that follow the highest so far.
+  subroutine make_bricks(reader, card, block, corner, length, ratio, draft, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: corner(3), length(3), ratio(3)
+    type(mesh_draft_t), intent(inout) :: draft
+    logical, intent(out) :: ok
+    integer :: n_nodes, n_bricks, i, k
+    logical :: room
+
+    n_nodes = product(block%n + 1)
+    n_bricks = product(block%n)
+    ok = int(draft%highest_node, i8) + n_nodes <= huge(n_nodes) .and. &
+      int(draft%highest_element, i8) + n_bricks <= huge(n_nodes)
+    if (.not. ok) then
+      call report(reader, card%position, 'the ids of this block, which follow the highest before '// &
+        'it, would pass '//to_text(huge(n_nodes)))
+      return
+    end if
+    call reserve_nodes(draft, n_nodes, ok)
+    call reserve_elements(draft, n_bricks, room)
+    ok = ok .and. room
+    if (.not. ok) then
+      call report(reader, card%position, 'not enough memory for the nodes of this block')
+      return
+    end if
+    k = draft%n_nodes
+    draft%coordinates(:, k + 1:k + n_nodes) = block_coordinates(corner, length, &
+      graded_positions(block%n(1), ratio(1)), graded_positions(block%n(2), ratio(2)), &
+      graded_positions(block%n(3), ratio(3)))
+    do i = 1, n_nodes
+      draft%node_id(k + i) = draft%highest_node + i
+      draft%node_position(k + i) = card%position
+    end do
+    k = draft%n_elements
+    draft%connectivity(:, k + 1:k + n_bricks) = block_connectivity(block%n) + draft%highest_node
+    do i = 1, n_bricks
+      draft%element_id(k + i) = draft%highest_element + i
+      draft%element_position(k + i) = card%position
+    end do
+    draft%n_nodes = draft%n_nodes + n_nodes
+    draft%n_elements = draft%n_elements + n_bricks
+    draft%highest_node = draft%highest_node + n_nodes
+    draft%highest_element = draft%highest_element + n_bricks
+  end subroutine make_bricks
+
+  !> Register the block and its sets; `made` is false when it has no bricks.
+  subroutine make_sets(reader, card, block, made, draft)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(block_t), intent(in) :: block
+    logical, intent(in) :: made
+    type(mesh_draft_t), intent(inout) :: draft
+    type(early_set_t) :: set
+    character(:), allocatable :: other
+    integer :: side
+    logical :: ok
+
+    set%position = card%position
+    set%kind = set_of_elements
+    set%first = block%first_element
+    set%last = draft%n_elements
+    call name_option(reader, card, 'ELSET', .false., other, ok)
+    if (ok) then
+      set%name = other
+      call add_early_set(draft, set)
+    end if
+    if (len(block%name) == 0) return
+    if (ok) ok = other == block%name
+    if (.not. ok) then
+      set%name = block%name
+      call add_early_set(draft, set)
+    end if
+    set%kind = set_of_nodes
+    set%name = block%name
+    set%first = block%first_node
+    set%last = draft%n_nodes
+    call add_early_set(draft, set)
+    call add_block(draft, block)
+    if (.not. made) draft%blocks(draft%n_blocks)%n = 0
+    set%block = draft%n_blocks
+    do side = face_xmin, face_zmax
+      set%name = side_name(block%name, side)
+      set%side = side
+      call add_early_set(draft, set)
+    end do
+  end subroutine make_sets
+
+  !> The name of one side of a block: NAME-XMIN .. NAME-ZMAX.
+  pure function side_name(block, side) result(name)
+    character(*), intent(in) :: block
+    integer, intent(in) :: side !! face_xmin .. face_zmax
+    character(:), allocatable :: name
+    character(5) :: ending
+
+    ending = ''
+    select case (side)
+    case (face_xmin)
+      ending = '-XMIN'
+    case (face_xmax)
+      ending = '-XMAX'
+    case (face_ymin)
+      ending = '-YMIN'
+    case (face_ymax)
+      ending = '-YMAX'
+    case (face_zmin)
+      ending = '-ZMIN'
+    case (face_zmax)
+      ending = '-ZMAX'
+    end select
+    name = block//ending
+  end function side_name
+
+end module read_block_mod

@@ -1,0 +1,308 @@
+!> Nodes and bricks.
+!>
+!>     *NODE, NSET=ALL
+!>     1, 0., 0., 0.
+!>     *ELEMENT, TYPE=C3D8, ELSET=BODY
+!>     1,  1, 2, 4, 3,  5, 6, 8, 7
+module read_mesh_mod
+  use cards_mod, only: keep_reading, note, reader_t, report
+  use diagnostics_mod, only: guess, quoted
+  use fields_mod, only: fields_t, integer_field, limit_fields, next_data_line, &
+    real_field
+  use kinds_mod, only: wp
+  use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
+  use mesh_draft_mod, only: add_early_set, add_skipped, early_set_t, max_nodes, mesh_draft_t, &
+    reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
+  use options_mod, only: allow_options, card_t, has_option, name_option, option_position
+  use text_mod, only: string_t, to_text
+  implicit none
+  private
+
+  public :: read_nodes, read_elements, connect_mesh, check_element_type
+
+  ! What a type of element is to us.
+  integer, parameter :: unknown_type = 0, brick_type = 1, skipped_type = 2
+
+  integer, parameter :: brick_entries = 9 !! id and nodes
+
+contains
+
+  !> *NODE[, NSET=name]: id, x, y, z
+  subroutine read_nodes(reader, card, draft)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(mesh_draft_t), intent(inout) :: draft
+    type(fields_t) :: fields
+    integer :: id, i, n, first
+    real(wp) :: x(3)
+    logical :: found, ok(4), room
+
+    call allow_options(reader, card, ['NSET'])
+    first = draft%n_nodes + 1
+    do
+      call next_data_line(reader, card, fields, found)
+      if (.not. found) exit
+      call limit_fields(reader, fields, 4, 'an id and three coordinates')
+      call integer_field(reader, fields, 1, 'the id of a node', 1, id, ok(1))
+      do i = 1, 3
+        call real_field(reader, fields, i + 1, 'coordinate '//'xyz'(i:i), x(i), ok(i + 1))
+      end do
+      if (.not. ok(1)) cycle
+      call reserve_nodes(draft, 1, room)
+      if (.not. room) then
+        call report(reader, fields%start, 'too many nodes (at most '//to_text(max_nodes)// &
+          ', and as the memory allows)')
+        exit
+      end if
+      n = draft%n_nodes + 1
+      draft%n_nodes = n
+      draft%node_id(n) = id
+      draft%node_position(n) = fields%start
+      draft%coordinates(:, n) = x
+      draft%highest_node = max(draft%highest_node, id)
+    end do
+    call add_option_set(reader, card, 'NSET', set_of_nodes, [first, draft%n_nodes], draft)
+  end subroutine read_nodes
+
+  !> *ELEMENT, TYPE=type[, ELSET=name]: id, nodes, over one line or more
+  subroutine read_elements(reader, card, draft)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(mesh_draft_t), intent(inout) :: draft
+    integer :: first, kind
+
+    call allow_options(reader, card, ['TYPE ', 'ELSET'])
+    first = draft%n_elements + 1
+    call check_element_type(reader, card, .true., kind)
+    if (kind == brick_type) then
+      call read_bricks(reader, card, draft)
+    else
+      call skip_elements(reader, card, draft)
+    end if
+    call add_option_set(reader, card, 'ELSET', set_of_elements, [first, draft%n_elements], draft)
+  end subroutine read_elements
+
+  !> Say what the TYPE= of a card is to us, reporting what is not available.
+  subroutine check_element_type(reader, card, required, kind)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    logical, intent(in) :: required !! its absence is a mistake
+    integer, intent(out) :: kind    !! brick_type, skipped_type or unknown_type
+    character(:), allocatable :: name
+    type(string_t) :: words(1)
+    logical :: ok
+
+    kind = unknown_type
+    call name_option(reader, card, 'TYPE', required, name, ok)
+    if (.not. ok) then
+      if (.not. has_option(card, 'TYPE') .and. .not. required) kind = brick_type
+      return
+    end if
+    select case (name)
+    case ('C3D8')
+      kind = brick_type
+    case ('C3D8R', 'C3D8H', 'C3D8RH')
+      kind = brick_type
+      call note(reader, name//' elements are taken as C3D8: 8-node bricks with full integration')
+    case ('C3D8I', 'C3D8B')
+      kind = brick_type
+      call report(reader, option_position(card, 'TYPE'), 'element type '//name// &
+        ' is not available yet; C3D8 is')
+    case ('CPS3', 'CPS4', 'CPS4R', 'CPS6', 'CPS8', 'CPS8R', 'CPE3', 'CPE4', 'CPE4R', 'CPE6', &
+          'CPE8', 'CPE8R', 'CAX3', 'CAX4', 'CAX6', 'CAX8', 'S3', 'S3R', 'S4', 'S4R', 'S6', 'S8', &
+          'S8R', 'STRI3', 'STRI65', 'M3D3', 'M3D4', 'M3D4R', 'M3D6', 'M3D8', 'SFM3D3', 'SFM3D4', &
+          'T2D2', 'T3D2', 'T3D3', 'B21', 'B31', 'B32')
+      kind = skipped_type
+      call note(reader, name//' elements are skipped: only bricks are computed')
+    case default
+      words(1)%text = 'C3D8'
+      call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
+        ' is not available; C3D8 is', guess(name, words))
+    end select
+  end subroutine check_element_type
+
+  !> Read the bricks of a card. An id and eight nodes may go over several lines.
+  subroutine read_bricks(reader, card, draft)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(mesh_draft_t), intent(inout) :: draft
+    type(fields_t) :: fields
+    integer :: entries(brick_entries), have, i, position
+    logical :: found, ok, all_ok, comma, room
+
+    have = 0
+    position = 0
+    comma = .false.
+    all_ok = .true.
+    do
+      call next_data_line(reader, card, fields, found)
+      if (.not. found) exit
+      if (have > 0) then
+        ! A line that cannot be the rest of this brick begins the next one.
+        if (fields%n > brick_entries - have .or. &
+            (.not. comma .and. fields%n /= brick_entries - have)) then
+          call too_few()
+          have = 0
+        end if
+      end if
+      if (have == 0) then
+        position = fields%start
+        all_ok = .true.
+        call limit_fields(reader, fields, brick_entries, 'an id and eight nodes')
+      end if
+      do i = 1, min(fields%n, brick_entries - have)
+        if (have + i == 1) then
+          call integer_field(reader, fields, i, 'the id of an element', 1, entries(1), ok)
+        else
+          call integer_field(reader, fields, i, 'the id of a node', 1, entries(have + i), ok)
+        end if
+        all_ok = all_ok .and. ok
+      end do
+      have = have + min(fields%n, brick_entries - have)
+      comma = fields%pieces%ends_with_comma
+      if (have < brick_entries) cycle
+      have = 0
+      if (.not. all_ok) cycle
+      call reserve_elements(draft, 1, room)
+      if (.not. room) then
+        call report(reader, fields%start, 'too many elements (at most '//to_text(max_nodes)// &
+          ', and as the memory allows)')
+        return
+      end if
+      i = draft%n_elements + 1
+      draft%n_elements = i
+      draft%element_id(i) = entries(1)
+      draft%connectivity(:, i) = entries(2:)
+      draft%element_position(i) = position
+      draft%highest_element = max(draft%highest_element, entries(1))
+    end do
+    if (have > 0) call too_few()
+
+  contains
+
+    subroutine too_few()
+      if (all_ok) call report(reader, position, 'a brick has an id and 8 nodes; here are only '// &
+        to_text(have)//' numbers')
+    end subroutine too_few
+
+  end subroutine read_bricks
+
+  !> Keep the ids of elements that are not computed, so that sets may name them.
+  subroutine skip_elements(reader, card, draft)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(mesh_draft_t), intent(inout) :: draft
+    type(fields_t) :: fields
+    integer :: id
+    logical :: found, ok, continued
+
+    continued = .false.
+    do
+      call next_data_line(reader, card, fields, found)
+      if (.not. found) exit
+      if (.not. continued) then
+        call integer_field(reader, fields, 1, 'the id of an element', 1, id, ok)
+        if (ok) call add_skipped(draft, id, fields%start)
+      end if
+      ! Gmsh ends every line with a comma: only a short line can go on in the next one.
+      continued = fields%pieces%ends_with_comma .and. fields%n >= 16
+    end do
+  end subroutine skip_elements
+
+  !> Make the set that an option of *NODE or *ELEMENT names.
+  subroutine add_option_set(reader, card, option, kind, range, draft)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: option
+    integer, intent(in) :: kind      !! set_of_nodes or set_of_elements
+    integer, intent(in) :: range(2)  !! first and last member
+    type(mesh_draft_t), intent(inout) :: draft
+    type(early_set_t) :: set
+    logical :: ok
+
+    call name_option(reader, card, option, .false., set%name, ok)
+    if (.not. ok) return
+    set%kind = kind
+    set%position = card%position
+    set%first = range(1)
+    set%last = range(2)
+    call add_early_set(draft, set)
+  end subroutine add_option_set
+
+  !> When all cards are read: look-ups, duplicate ids, and node numbers in place of ids.
+  subroutine connect_mesh(reader, draft)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(inout) :: draft
+    integer :: e, k, node
+    logical :: ok
+
+    ! Lists that no card filled exist nevertheless.
+    call reserve_nodes(draft, 1, ok)
+    call reserve_elements(draft, 1, ok)
+    if (.not. allocated(draft%skipped_id)) &
+      allocate (draft%skipped_id(1), draft%skipped_position(1))
+
+    call make_id_lookup(draft%node_id(:draft%n_nodes), draft%nodes)
+    call report_duplicates(reader, 'node', draft%node_id, draft%node_position, draft%nodes)
+    call make_id_lookup(draft%element_id(:draft%n_elements), draft%elements)
+    call report_duplicates(reader, 'element', draft%element_id, draft%element_position, &
+      draft%elements)
+    call make_id_lookup(draft%skipped_id(:draft%n_skipped), draft%skipped)
+    call report_duplicates(reader, 'element', draft%skipped_id, draft%skipped_position, &
+      draft%skipped)
+    do k = 1, draft%n_skipped
+      if (.not. keep_reading(reader)) exit
+      if (find_id(draft%elements, draft%element_id, draft%skipped_id(k)) > 0) &
+        call report(reader, draft%skipped_position(k), 'duplicate element '// &
+        to_text(draft%skipped_id(k)))
+    end do
+
+    do e = 1, draft%n_elements
+      ok = .true.
+      do k = 1, 8
+        node = find_id(draft%nodes, draft%node_id, draft%connectivity(k, e))
+        if (node == 0) then
+          call report(reader, draft%element_position(e), 'element '// &
+            to_text(draft%element_id(e))//' names node '//to_text(draft%connectivity(k, e))// &
+            ', which is not defined')
+          ok = .false.
+        end if
+        draft%connectivity(k, e) = node
+      end do
+      if (ok) call report_repeated_node(reader, draft, e)
+      if (.not. ok) draft%connectivity(:, e) = min(1, draft%n_nodes)
+    end do
+    if (draft%n_nodes == 0) draft%n_elements = 0
+  end subroutine connect_mesh
+
+  subroutine report_repeated_node(reader, draft, e)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: e
+    integer :: k
+
+    do k = 2, 8
+      if (all(draft%connectivity(:k - 1, e) /= draft%connectivity(k, e))) cycle
+      call report(reader, draft%element_position(e), 'element '//to_text(draft%element_id(e))// &
+        ' names node '//to_text(draft%node_id(draft%connectivity(k, e)))//' twice')
+      return
+    end do
+  end subroutine report_repeated_node
+
+  subroutine report_duplicates(reader, what, ids, positions, lookup)
+    type(reader_t), intent(inout) :: reader
+    character(*), intent(in) :: what
+    integer, intent(in) :: ids(:), positions(:)
+    type(id_lookup_t), intent(in) :: lookup
+    integer :: i
+
+    if (.not. allocated(lookup%order)) return
+    do i = 2, lookup%n
+      if (ids(lookup%order(i)) /= ids(lookup%order(i - 1))) cycle
+      if (.not. keep_reading(reader)) return
+      call report(reader, positions(lookup%order(i)), 'duplicate '//what//' '// &
+        to_text(ids(lookup%order(i))))
+    end do
+  end subroutine report_duplicates
+
+end module read_mesh_mod

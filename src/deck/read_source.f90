@@ -1,0 +1,383 @@
+!> Files to the one text of a deck: text check, line ends, includes.
+!>
+!>     *INCLUDE, INPUT=mesh.inp
+!>
+!> A relative path is looked for in the folder of the file that names it, then in the working
+!> directory. In the text the line itself becomes a comment, followed by the lines of the file.
+module read_source_mod
+  use deck_source_mod, only: add_file_name, add_line, max_deck_length, reserve_text, source_t
+  use diagnostics_mod, only: add_mistake, add_plain_mistake, any_mistakes, diagnostics_t, quoted
+  use text_mod, only: string_t, to_text, upper
+  implicit none
+  private
+
+  public :: read_source, source_from_text, first_bad_byte
+
+  integer, parameter :: max_depth = 16       !! files within files
+  integer, parameter :: max_files = 1000     !! files put in, in all
+  integer, parameter :: max_path = 4000      !! [byte]
+  character, parameter :: tab = achar(9), line_feed = achar(10), return = achar(13)
+  character(*), parameter :: blanks = ' '//tab
+
+contains
+
+  !> Read the deck at `path`, with all that it includes.
+  !>
+  !> On any mistake (no such file, not text, a loop of includes) the source is incomplete, and the
+  !> mistake is in `diagnostics`.
+  subroutine read_source(path, source, diagnostics)
+    character(*), intent(in) :: path
+    type(source_t), intent(out) :: source
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: raw, problem
+    type(string_t) :: chain(max_depth)
+
+    call read_file(path, raw, problem)
+    if (allocated(problem)) then
+      call add_plain_mistake(diagnostics, path//': error: '//problem, 0)
+      return
+    end if
+    chain(1)%text = path
+    call add_text(raw, chain, 1, source, diagnostics)
+    if (source%n_lines == 0 .and. .not. any_mistakes(diagnostics)) then
+      call add_plain_mistake(diagnostics, path//': error: the deck has no lines', 0)
+    end if
+  end subroutine read_source
+
+  !> Make a source of `text` as if it were the file `path`.
+  subroutine source_from_text(text, path, source, diagnostics)
+    character(*), intent(in) :: text
+    character(*), intent(in) :: path
+    type(source_t), intent(out) :: source
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(string_t) :: chain(max_depth)
+
+    chain(1)%text = path
+    call add_text(text, chain, 1, source, diagnostics)
+  end subroutine source_from_text
+
+  !> The whole file as one text; `problem` is allocated when it cannot be had.
+  subroutine read_file(path, raw, problem)
+    character(*), intent(in) :: path
+    character(:), allocatable, intent(out) :: raw
+    character(:), allocatable, intent(out) :: problem
+    character(256) :: reason
+    integer :: unit, status, length
+    logical :: exists
+
+    inquire (file=path, exist=exists, size=length)
+    if (.not. exists .or. len_trim(path) == 0) then
+      problem = 'there is no such file'
+    else if (length > max_deck_length .or. length < 0) then
+      ! A size that does not fit a default integer comes back negative.
+      problem = 'the file is larger than '//to_text(max_deck_length/1000000)//' MB'
+    else if (length == 0) then
+      ! Also true of pipes and devices, which must not even be opened: that may wait for ever.
+      problem = 'the file is empty'
+    end if
+    if (allocated(problem)) return
+    reason = ''
+    open (newunit=unit, file=path, access='stream', form='unformatted', action='read', &
+      status='old', iostat=status, iomsg=reason)
+    if (status == 0) then
+      allocate (character(length) :: raw)
+      read (unit, iostat=status, iomsg=reason) raw
+      close (unit)
+    end if
+    if (status /= 0) problem = 'the file cannot be read ('//trim(reason)//')'
+  end subroutine read_file
+
+  !> Add the lines of `raw`, the file chain(depth), to the source.
+  recursive subroutine add_text(raw, chain, depth, source, diagnostics)
+    character(*), intent(in) :: raw
+    type(string_t), intent(inout) :: chain(:)  !! the files being read, each including the next
+    integer, intent(in) :: depth
+    type(source_t), intent(inout) :: source
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: first, last, next, number, file, bad
+    character(:), allocatable :: reason, card
+
+    card = ''
+    call add_file_name(source, chain(depth)%text)
+    file = source%n_files
+    call first_bad_byte(raw, bad, reason)
+    if (bad > 0) then
+      call report_bad_byte(raw, bad, reason, chain(depth)%text, source%length, diagnostics)
+      return
+    end if
+    if (len(raw) > max_deck_length - source%length) then
+      call add_plain_mistake(diagnostics, chain(depth)%text//': error: with this file the deck is '// &
+        'larger than '//to_text(max_deck_length/1000000)//' MB', source%length)
+      return
+    end if
+    call reserve_text(source, len(raw) + 1)
+    first = 1
+    ! A byte order mark says nothing that the check above did not find out.
+    if (len(raw) >= 3) then
+      if (iachar(raw(1:1)) == 239 .and. iachar(raw(2:2)) == 187 .and. iachar(raw(3:3)) == 191) &
+        first = 4
+    end if
+    number = 0
+    lines: do while (first <= len(raw))
+      call find_line_end(raw, first, last, next)
+      number = number + 1
+      if (is_include(raw(first:last))) then
+        call add_line(source, '** '//raw(first:last), file, number)
+        card = raw(first:last)
+        if (index(card, '=') == 0 .and. ends_with_comma(card) .and. next <= len(raw)) then
+          ! The keyword line goes on in the next one.
+          first = next
+          call find_line_end(raw, first, last, next)
+          number = number + 1
+          call add_line(source, '** '//raw(first:last), file, number)
+          card = card//' '//raw(first:last)
+        end if
+        call put_in(card)
+        if (any_mistakes(diagnostics)) return
+      else
+        call add_line(source, raw(first:last), file, number)
+      end if
+      first = next
+    end do lines
+
+  contains
+
+    !> Read the file that `card` names and add its lines.
+    subroutine put_in(card)
+      character(*), intent(in) :: card
+      character(:), allocatable :: path, inner, problem
+      integer :: k, position
+      logical :: exists
+
+      position = source%first(source%n_lines) + 3 ! behind the comment's stars
+      call included_path(card, path, problem)
+      if (allocated(problem)) then
+        call add_mistake(diagnostics, source, position, problem)
+        return
+      end if
+      if (path(1:1) /= '/') then
+        inner = folder_of(chain(depth)%text)//path
+        inquire (file=inner, exist=exists)
+        if (exists) path = inner
+      end if
+      do k = 1, depth
+        if (chain(k)%text == path) problem = 'the file '//quoted(path)//' includes itself'
+      end do
+      if (.not. allocated(problem) .and. depth == max_depth) problem = &
+        'files are included more than '//to_text(max_depth)//' deep'
+      if (.not. allocated(problem) .and. source%n_files >= max_files) problem = &
+        'more than '//to_text(max_files)//' files are included'
+      if (.not. allocated(problem)) then
+        call read_file(path, inner, problem)
+        if (allocated(problem)) problem = 'cannot include '//quoted(path)//': '//problem
+      end if
+      if (allocated(problem)) then
+        call add_mistake(diagnostics, source, position, problem)
+        return
+      end if
+      chain(depth + 1)%text = path
+      call add_text(inner, chain, depth + 1, source, diagnostics)
+    end subroutine put_in
+
+  end subroutine add_text
+
+  !> The last character of the line that begins at `first`, and where the next one begins.
+  !>
+  !> A line ends with LF, CR LF or CR, or with the text.
+  pure subroutine find_line_end(raw, first, last, next)
+    character(*), intent(in) :: raw
+    integer, intent(in) :: first
+    integer, intent(out) :: last  !! first - 1 for an empty line
+    integer, intent(out) :: next
+
+    last = first - 1
+    do while (last < len(raw))
+      if (raw(last + 1:last + 1) == line_feed .or. raw(last + 1:last + 1) == return) exit
+      last = last + 1
+    end do
+    next = last + 1 + skip_line_end(raw, last)
+  end subroutine find_line_end
+
+  !> How many characters end the line whose last character is `last`: 0, 1 or 2.
+  pure function skip_line_end(raw, last) result(n)
+    character(*), intent(in) :: raw
+    integer, intent(in) :: last
+    integer :: n
+
+    n = 0
+    if (last >= len(raw)) return
+    n = 1
+    if (last + 2 > len(raw)) return
+    if (raw(last + 1:last + 1) == return .and. raw(last + 2:last + 2) == line_feed) n = 2
+  end function skip_line_end
+
+  !> Whether a line is the keyword *INCLUDE.
+  pure function is_include(line) result(is)
+    character(*), intent(in) :: line
+    logical :: is
+    integer :: star, first
+
+    is = .false.
+    star = verify(line, blanks)
+    if (star == 0) return
+    if (line(star:star) /= '*') return
+    first = star + verify(line(star + 1:), blanks)
+    if (first == star .or. first + 6 > len(line)) return
+    if (upper(line(first:first + 6)) /= 'INCLUDE') return
+    is = .true.
+    if (first + 7 <= len(line)) is = scan(line(first + 7:first + 7), blanks//',') == 1
+  end function is_include
+
+  pure function ends_with_comma(line) result(ends)
+    character(*), intent(in) :: line
+    logical :: ends
+    integer :: last
+
+    last = verify(line, blanks, back=.true.)
+    ends = .false.
+    if (last > 0) ends = line(last:last) == ','
+  end function ends_with_comma
+
+  !> The path in `*INCLUDE, INPUT=path`.
+  pure subroutine included_path(card, path, problem)
+    character(*), intent(in) :: card
+    character(:), allocatable, intent(out) :: path
+    character(:), allocatable, intent(out) :: problem !! allocated when there is no usable path
+    integer :: comma, equal, last, length
+
+    comma = index(card, ',')
+    equal = index(card, '=')
+    path = ''
+    if (comma > 0 .and. equal > comma) then
+      if (upper(trim(adjustl(without_tabs(card(comma + 1:equal - 1))))) == 'INPUT') then
+        path = trim(adjustl(without_tabs(card(equal + 1:))))
+        last = len(path)
+        if (last > 1) then
+          if (path(last:last) == ',') path = trim(path(:last - 1))
+        end if
+        length = len(path)
+        if (length >= 2) then
+          if (scan(path(1:1), '"''') == 1 .and. path(1:1) == path(length:length)) &
+            path = path(2:length - 1)
+        end if
+      end if
+    end if
+    if (len(path) == 0) then
+      problem = '*INCLUDE needs INPUT=path and nothing else'
+    else if (len(path) > max_path) then
+      problem = 'the path to include is longer than '//to_text(max_path)//' bytes'
+    else if (scan(path, '<>') > 0) then
+      problem = 'a path to include takes no parameters <...>'
+    end if
+  end subroutine included_path
+
+  !> `text` with blanks in place of tabs.
+  pure function without_tabs(text) result(plain)
+    character(*), intent(in) :: text
+    character(:), allocatable :: plain
+    integer :: i
+
+    plain = text
+    do i = 1, len(plain)
+      if (plain(i:i) == tab) plain(i:i) = ' '
+    end do
+  end function without_tabs
+
+  !> The folder part of a path, with its last slash; nothing when there is none.
+  pure function folder_of(path) result(folder)
+    character(*), intent(in) :: path
+    character(:), allocatable :: folder
+
+    folder = path(:index(path, '/', back=.true.))
+  end function folder_of
+
+  !> The first byte that does not belong in a text: a control character, or not UTF-8.
+  pure subroutine first_bad_byte(raw, bad, reason)
+    character(*), intent(in) :: raw
+    integer, intent(out) :: bad                           !! its position; 0: all are well
+    character(:), allocatable, intent(out) :: reason      !! allocated where bad > 0
+    integer :: i, k, code, following, lowest, highest
+
+    bad = 0
+    i = 1
+    do while (i <= len(raw))
+      code = iachar(raw(i:i))
+      i = i + 1
+      if (code >= 32 .and. code < 127) cycle
+      if (code == 9 .or. code == 10 .or. code == 13) cycle
+      bad = i - 1
+      if (code < 128) then
+        reason = 'a control character (byte '//to_text(code)//') in what should be a text file'
+        return
+      end if
+      ! The ranges of the Unicode Standard, table 3-7; 128 to 159 are control characters too.
+      lowest = 128
+      highest = 191
+      select case (code)
+      case (194)
+        following = 1
+        lowest = 160
+      case (195:223)
+        following = 1
+      case (224)
+        following = 2
+        lowest = 160
+      case (237)
+        following = 2
+        highest = 159
+      case (225:236, 238:239)
+        following = 2
+      case (240)
+        following = 3
+        lowest = 144
+      case (241:243)
+        following = 3
+      case (244)
+        following = 3
+        highest = 143
+      case default
+        following = 0
+        lowest = 256
+      end select
+      if (lowest < 256 .and. i + following - 1 <= len(raw)) then
+        do k = 1, following
+          code = iachar(raw(i:i))
+          if (code < lowest .or. code > highest) exit
+          lowest = 128
+          highest = 191
+          i = i + 1
+        end do
+        if (k > following) then
+          bad = 0
+          cycle
+        end if
+      end if
+      reason = 'the file is not UTF-8 text (byte '//to_text(iachar(raw(bad:bad)))//')'
+      return
+    end do
+  end subroutine first_bad_byte
+
+  !> Say where in its file the bad byte is; the file's lines are not in the source.
+  subroutine report_bad_byte(raw, bad, reason, path, position, diagnostics)
+    character(*), intent(in) :: raw
+    integer, intent(in) :: bad
+    character(*), intent(in) :: reason
+    character(*), intent(in) :: path
+    integer, intent(in) :: position !! of the file in the deck
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: i, next, last, line, first
+
+    line = 1
+    first = 1
+    do
+      call find_line_end(raw, first, last, next)
+      if (next > bad .or. next > len(raw)) exit
+      line = line + 1
+      first = next
+    end do
+    i = bad - first + 1
+    call add_plain_mistake(diagnostics, path//':'//to_text(line)//':'//to_text(i)//': error: '// &
+      reason, position)
+  end subroutine report_bad_byte
+
+end module read_source_mod

@@ -1,0 +1,82 @@
+!> Sums over the whole mesh: internal forces, stresses, pressures, surface areas.
+module mesh_forces_mod
+  use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t
+  use surfaces_mod, only: surface_t, face_nodes
+  use scene_mod, only: material_t
+  use hexahedron8_mod, only: nodal_force, mean_stress, lame_constants
+  use face4_mod, only: face_area_vectors, face_node_areas
+  implicit none
+  private
+
+  public :: internal_force, element_stress, pressure_force, nodal_areas
+
+contains
+
+  !> f_int = int B^T sigma, summed over the bricks.
+  pure subroutine internal_force(mesh, materials, u, f)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in)  :: u(:, :)  !! (3,n_nodes) displacement [length]
+    real(wp), intent(out) :: f(:, :)  !! (3,n_nodes) [force]
+    real(wp) :: force(3, 8), lambda, shear
+    integer :: e, nodes(8)
+
+    f = 0.0_wp
+    do e = 1, mesh%n_elements
+      nodes = mesh%connectivity(:, e)
+      associate (material => materials(mesh%material(e)))
+        call lame_constants(material%young, material%poisson, lambda, shear)
+      end associate
+      force = nodal_force(mesh%coordinates(:, nodes), u(:, nodes), lambda, shear)
+      f(:, nodes) = f(:, nodes) + force
+    end do
+  end subroutine internal_force
+
+  !> The mean stress of every brick.
+  pure subroutine element_stress(mesh, materials, u, stress)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in)  :: u(:, :)      !! (3,n_nodes) displacement [length]
+    real(wp), intent(out) :: stress(:, :) !! (6,n_elements) XX YY ZZ XY YZ XZ [force/length^2]
+    real(wp) :: lambda, shear
+    integer :: e, nodes(8)
+
+    do e = 1, mesh%n_elements
+      nodes = mesh%connectivity(:, e)
+      associate (material => materials(mesh%material(e)))
+        call lame_constants(material%young, material%poisson, lambda, shear)
+      end associate
+      stress(:, e) = mean_stress(mesh%coordinates(:, nodes), u(:, nodes), lambda, shear)
+    end do
+  end subroutine element_stress
+
+  !> Add the nodal forces of a pressure (positive into the body) on a surface of faces.
+  pure subroutine pressure_force(mesh, surface, pressure, f)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_t), intent(in) :: surface
+    real(wp), intent(in) :: pressure       !! [force/length^2]
+    real(wp), intent(inout) :: f(:, :)     !! (3,n_nodes) [force]
+    integer :: i, nodes(4)
+
+    do i = 1, size(surface%faces, 2)
+      nodes = mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))
+      f(:, nodes) = f(:, nodes) - pressure*face_area_vectors(mesh%coordinates(:, nodes))
+    end do
+  end subroutine pressure_force
+
+  !> Each node's share of a surface of faces; 0 for a surface of nodes.
+  pure subroutine nodal_areas(mesh, surface, area)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_t), intent(in) :: surface
+    real(wp), intent(out) :: area(:)       !! (n_nodes) [length^2]
+    integer :: i, nodes(4)
+
+    area = 0.0_wp
+    do i = 1, size(surface%faces, 2)
+      nodes = mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))
+      area(nodes) = area(nodes) + face_node_areas(mesh%coordinates(:, nodes))
+    end do
+  end subroutine nodal_areas
+
+end module mesh_forces_mod

@@ -1,0 +1,115 @@
+!> The stiffness matrix of the free degrees of freedom.
+module assembly_mod
+  use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t
+  use scene_mod, only: material_t
+  use hexahedron8_mod, only: stiffness, lame_constants
+  use dof_map_mod, only: dof_map_t
+  implicit none
+  private
+
+  public :: triplets_t, assemble_stiffness
+
+  !> One triangle of a symmetric matrix, each entry once.
+  type :: triplets_t
+    integer :: n = 0
+    integer,  allocatable :: row(:)   !! row >= column
+    integer,  allocatable :: column(:)
+    real(wp), allocatable :: value(:) !! [force/length]
+  end type triplets_t
+
+contains
+
+  !> Sum the element stiffnesses into 3x3 blocks over pairs of nodes, then list the free entries.
+  subroutine assemble_stiffness(mesh, materials, map, start, neighbours, k)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from node_neighbours
+    integer, intent(in) :: neighbours(:)
+    type(triplets_t), intent(out) :: k
+    integer,  allocatable :: lower_start(:)
+    real(wp), allocatable :: blocks(:, :, :)
+    real(wp) :: ke(24, 24), lambda, shear
+    integer :: e, a, b, node, entry, nodes(8)
+
+    ! Only neighbours up to the node itself: the lists are ascending, so these come first.
+    allocate (lower_start(mesh%n_nodes + 1))
+    lower_start(1) = 1
+    do node = 1, mesh%n_nodes
+      lower_start(node + 1) = lower_start(node) + count(neighbours(start(node):start(node + 1) - &
+        1) <= node)
+    end do
+    allocate (blocks(3, 3, lower_start(mesh%n_nodes + 1) - 1), source=0.0_wp)
+
+    do e = 1, mesh%n_elements
+      nodes = mesh%connectivity(:, e)
+      associate (material => materials(mesh%material(e)))
+        call lame_constants(material%young, material%poisson, lambda, shear)
+      end associate
+      ke = stiffness(mesh%coordinates(:, nodes), lambda, shear)
+      do a = 1, 8
+        do b = 1, 8
+          if (nodes(b) > nodes(a)) cycle
+          entry = position_of(nodes(b), neighbours(start(nodes(a)):start(nodes(a) + 1) - 1))
+          entry = lower_start(nodes(a)) + entry - 1
+          blocks(:, :, entry) = blocks(:, :, entry) + ke(3*a - 2:3*a, 3*b - 2:3*b)
+        end do
+      end do
+    end do
+    call list_free_entries(map, start, neighbours, lower_start, blocks, k)
+  end subroutine assemble_stiffness
+
+  !> Turn blocks into triplets, twice over them: once to count, once to store.
+  subroutine list_free_entries(map, start, neighbours, lower_start, blocks, k)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: start(:), neighbours(:), lower_start(:)
+    real(wp), intent(in) :: blocks(:, :, :)
+    type(triplets_t), intent(out) :: k
+    integer :: pass, node, entry, other, i, j, row, column, n
+
+    do pass = 1, 2
+      n = 0
+      do node = 1, size(lower_start) - 1
+        do entry = lower_start(node), lower_start(node + 1) - 1
+          other = neighbours(start(node) + entry - lower_start(node))
+          do j = 1, 3
+            column = map%equation(j, other)
+            if (column == 0) cycle
+            do i = 1, 3
+              row = map%equation(i, node)
+              if (row == 0) cycle
+              if (other == node .and. j > i) cycle
+              n = n + 1
+              if (pass == 1) cycle
+              k%row(n) = max(row, column)
+              k%column(n) = min(row, column)
+              k%value(n) = blocks(i, j, entry)
+            end do
+          end do
+        end do
+      end do
+      if (pass == 1) allocate (k%row(n), k%column(n), k%value(n))
+    end do
+    k%n = map%n_free
+  end subroutine list_free_entries
+
+  !> Index of `value` in an ascending list that holds it.
+  pure function position_of(value, list) result(middle)
+    integer, intent(in) :: value, list(:)
+    integer :: middle, first, last
+
+    first = 1
+    last = size(list)
+    do
+      middle = (first + last)/2
+      if (list(middle) == value) return
+      if (list(middle) < value) then
+        first = middle + 1
+      else
+        last = middle - 1
+      end if
+    end do
+  end function position_of
+
+end module assembly_mod

@@ -1,0 +1,350 @@
+!> The result file of a run: one HDF5 file, a VTKHDF picture and a plain history at once.
+!>
+!> docs/results.md describes it. A run is written in three kinds of calls:
+!>
+!>   1. `open_result`       after everything that can fail cheaply: deck, plan
+!>   2. `append_increment`  once an increment
+!>   3. `finish_result`     however the run ends
+!>
+!> The file begins beside its place, as NAME.vtkhdf.new, and takes its place when the first
+!> increment is complete in it. So a run that comes to nothing (a singular stiffness, too little
+!> memory) leaves the result of an earlier run alone, and a reader never meets a file without
+!> increments.
+!>
+!> Order within an increment: data, then a flush, then the counts that make it valid, then a flush.
+!> What a killed program leaves behind holds every increment that was counted.
+module result_file_mod
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
+  use kinds_mod, only: wp, i8
+  use errors_mod, only: error_t, raise, exit_wrong_input, exit_machine
+  use text_mod, only: string_t, to_text
+  use scene_mod, only: scene_t
+  use plan_mod, only: plan_t
+  use state_mod, only: state_t
+  use step_report_mod, only: step_report_t
+  use step_fields_mod, only: step_fields_t, fields_due
+  use hdf5_io_mod, only: hdf5_file_t, look_at_file, create_file, open_file, flush_file, &
+                         close_file, is_open, create_group, exists, write_attribute, &
+                         read_attribute, write_dataset, write_text, &
+                         file_absent, file_readable, file_locked, file_foreign
+  use result_history_mod, only: history_t, create_history, append_history, finish_row
+  use result_contact_mod, only: pair_rows_t, nodal_contact_t, create_contact, append_contact, &
+                                contact_at_nodes
+  use result_view_mod, only: view_t, create_view, append_step, count_step
+  use xdmf_mod, only: write_xdmf, xdmf_path
+  implicit none
+  private
+
+  public :: result_file_t, provenance_t
+  public :: open_result, append_increment, finish_result
+  public :: run_finished, run_not_solved, run_stopped, run_failed
+
+  ! What /run@status says. It is `running` until `finish_result`, and for ever if that never comes.
+  character(*), parameter :: run_running = 'running'
+  character(*), parameter :: run_finished = 'finished'     !! all increments are there
+  character(*), parameter :: run_not_solved = 'not solved' !! an increment found no solution
+  character(*), parameter :: run_stopped = 'stopped'       !! by a signal
+  character(*), parameter :: run_failed = 'failed'         !! the machine: memory, a library
+  integer, parameter :: longest_status = 16
+
+  character(*), parameter :: program_name = 'bipot'
+
+  !> Who made the file. What is not allocated is left empty.
+  type :: provenance_t
+    character(:), allocatable :: version   !! of the program
+    character(:), allocatable :: build     !! compiler and its flags
+    character(:), allocatable :: libraries !! names and versions
+    character(:), allocatable :: command   !! the command line
+    character(:), allocatable :: blas_core !! the kernels OpenBLAS runs
+    character(:), allocatable :: started   !! date and time, ISO 8601
+  end type provenance_t
+
+  !> An open result file.
+  type :: result_file_t
+    character(:), allocatable :: path !! its final place
+    integer :: n_rows = 0             !! increments that are complete in it
+    type(hdf5_file_t), private :: hdf5
+    type(history_t),   private :: history
+    type(view_t),      private :: view
+    type(pair_rows_t), private, allocatable :: pairs(:)
+  end type result_file_t
+
+  interface
+    function c_rename(old, new) result(status) bind(c, name='rename')
+      import :: c_char, c_int
+      character(c_char), intent(in) :: old(*), new(*)
+      integer(c_int) :: status
+    end function c_rename
+  end interface
+
+contains
+
+  ! ------------------------------------------------------------------ opening
+
+  !> Begin the result file of a run.
+  subroutine open_result(path, scene, plan, provenance, overwrite, file, error)
+    character(*), intent(in) :: path
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(provenance_t), intent(in) :: provenance
+    logical, intent(in) :: overwrite !! replace whatever stands at `path`
+    type(result_file_t), intent(out) :: file
+    type(error_t), allocatable, intent(out) :: error
+    logical :: is_folder
+
+    inquire (file=path//'/.', exist=is_folder)
+    if (is_folder) then
+      call raise(error, exit_wrong_input, "'"//path//"' is a folder")
+      return
+    end if
+    if (.not. overwrite) call check_replaceable(path, scene%name, error)
+    if (allocated(error)) return
+    call clear_beginning(path, error)
+    if (allocated(error)) return
+    call create_file(beginning_of(path), file%hdf5, error)
+    if (allocated(error)) return
+    file%path = path
+    call write_run(file%hdf5, scene, plan, provenance, error)
+    if (.not. allocated(error)) call create_history(file%hdf5, file%history, error)
+    if (.not. allocated(error)) then
+      call create_contact(file%hdf5, scene, plan%points, file%pairs, error)
+    end if
+    if (.not. allocated(error)) then
+      call create_view(file%hdf5, scene%mesh, scene%output, plan%points%n > 0, file%view, error)
+    end if
+    call flush_file(file%hdf5, error)
+    if (allocated(error)) call discard(file)
+  end subroutine open_result
+
+  !> Refuse to replace anything but a finished result of the same deck.
+  subroutine check_replaceable(path, name, error)
+    character(*), intent(in) :: path
+    character(*), intent(in) :: name !! of the deck
+    type(error_t), allocatable, intent(out) :: error
+    character(*), parameter :: advice = ' (--overwrite replaces it)'
+    character(:), allocatable :: matter
+
+    select case (look_at_file(path))
+    case (file_absent)
+      return
+    case (file_locked)
+      matter = 'is in use by another program, perhaps a run that writes it'
+    case (file_foreign)
+      matter = 'is not a result of '//program_name
+    case (file_readable)
+      matter = matter_with_result(path, name)
+      if (matter == '') return
+    case default
+      matter = 'cannot be read'
+    end select
+    call raise(error, exit_wrong_input, "'"//path//"' "//matter//advice)
+  end subroutine check_replaceable
+
+  !> Why a readable HDF5 file must stay; empty for a finished result of the same deck.
+  function matter_with_result(path, name) result(matter)
+    character(*), intent(in) :: path, name
+    character(:), allocatable :: matter, maker, deck, status
+    type(hdf5_file_t) :: file
+    type(error_t), allocatable :: error, ignored
+    integer(i8) :: n_rows
+
+    matter = 'is not a result of '//program_name
+    call open_file(path, .false., file, error)
+    if (allocated(error)) return
+    if (exists(file, '/run')) then
+      call read_attribute(file, '/run', 'program', maker, error)
+      call read_attribute(file, '/run', 'name', deck, error)
+      call read_attribute(file, '/run', 'status', status, error)
+      call read_attribute(file, '/history', 'finished', n_rows, error)
+      if (.not. allocated(error)) then
+        if (maker == program_name .and. deck /= name) then
+          matter = "is the result of another deck, '"//deck//"'"
+        else if (maker == program_name .and. status /= run_finished) then
+          matter = 'is an unfinished result ('//to_text(n_rows)//' increments, '//status//')'
+        else if (maker == program_name) then
+          matter = ''
+        end if
+      end if
+    end if
+    call close_file(file, ignored)
+  end function matter_with_result
+
+  !> Remove what a run left that was killed before its first increment.
+  subroutine clear_beginning(path, error)
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+
+    select case (look_at_file(beginning_of(path)))
+    case (file_absent)
+      return
+    case (file_locked)
+      ! Not even --overwrite: that run is alive, and would put its file in the place of ours.
+      call raise(error, exit_wrong_input, "another run is about to write '"//path//"'")
+    case default
+      call delete_file(beginning_of(path))
+    end select
+  end subroutine clear_beginning
+
+  subroutine write_run(hdf5, scene, plan, provenance, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(provenance_t), intent(in) :: provenance
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: table
+    integer :: i
+
+    call create_group(hdf5, '/run', error)
+    call write_attribute(hdf5, '/run', 'description', 'what was run, by what, and how it ended', &
+                         error)
+    call write_attribute(hdf5, '/run', 'program', program_name, error)
+    call write_attribute(hdf5, '/run', 'name', text_of(scene%name), error)
+    call write_attribute(hdf5, '/run', 'version', text_of(provenance%version), error)
+    call write_attribute(hdf5, '/run', 'build', text_of(provenance%build), error)
+    call write_attribute(hdf5, '/run', 'libraries', text_of(provenance%libraries), error)
+    call write_attribute(hdf5, '/run', 'blas_core', text_of(provenance%blas_core), error)
+    call write_attribute(hdf5, '/run', 'command', text_of(provenance%command), error)
+    call write_attribute(hdf5, '/run', 'started', text_of(provenance%started), error)
+    call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
+
+    call write_text(hdf5, '/run/deck', text_of(scene%deck), 'the deck as read, includes put in', &
+                    error)
+    call write_text(hdf5, '/run/overrides', text_of(scene%overrides), &
+                    'parameters given on the command line, name=value a line', error)
+    table = ''
+    if (allocated(plan%lines)) then
+      do i = 1, size(plan%lines)
+        table = table//plan%lines(i)%text//new_line('a')
+      end do
+    end if
+    call write_text(hdf5, '/run/plan', table, 'what the run was to do, decided before it began', &
+                    error)
+  end subroutine write_run
+
+  ! ------------------------------------------------------------------ writing
+
+  !> Append an increment and see it safely to the disk.
+  !>
+  !> Its histories always; its fields where `fields_due` says so.
+  subroutine append_increment(file, scene, plan, state, report, fields, error)
+    type(result_file_t), intent(inout) :: file
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(state_t), intent(in) :: state
+    type(step_report_t), intent(in) :: report
+    type(step_fields_t), intent(in) :: fields !! what is asked for, when fields are due
+    type(error_t), allocatable, intent(out) :: error
+    type(nodal_contact_t) :: nodal
+    integer :: worst_node
+    logical :: due
+
+    worst_node = 0
+    if (report%worst_point > 0) worst_node = plan%points%node(report%worst_point)
+    due = fields_due(scene%output%frequency, state%increment, scene%steps(state%step)%n_increments)
+
+    if (due) then
+      if (scene%output%contact .and. plan%points%n > 0) then
+        nodal = contact_at_nodes(scene%mesh%n_nodes, plan%points, state, report%contact)
+      end if
+      call append_step(file%view, state, fields, nodal, error)
+    end if
+    call append_contact(file%pairs, state, report%contact, error)
+    call append_history(file%history, state, report, worst_node, error)
+    call flush_file(file%hdf5, error)
+
+    if (due) call count_step(file%hdf5, state%time, file%view, error)
+    call finish_row(file%hdf5, file%n_rows + 1, error)
+    call flush_file(file%hdf5, error)
+    if (.not. allocated(error) .and. file%n_rows == 0) call publish(file, error)
+    if (.not. allocated(error)) file%n_rows = file%n_rows + 1
+  end subroutine append_increment
+
+  !> Put the file in its place, which may be that of an older one. It stays open.
+  subroutine publish(file, error)
+    type(result_file_t), intent(inout) :: file
+    type(error_t), allocatable, intent(out) :: error
+
+    if (c_rename(beginning_of(file%path)//c_null_char, file%path//c_null_char) /= 0) then
+      call raise(error, exit_machine, "cannot rename '"//beginning_of(file%path)//"' to '"// &
+                 file%path//"'")
+      return
+    end if
+    file%hdf5%path = file%path
+    ! An older sidecar would lead readers beyond the end of the new file.
+    call delete_file(xdmf_path(file%path))
+  end subroutine publish
+
+  !> Close the file, saying how the run ended, and write its XDMF sidecar.
+  !>
+  !> A file without a complete increment is removed. Also right after an error: the file is then
+  !> closed as well as it can be, and the counters may be missing.
+  subroutine finish_result(file, status, counter_names, counters, error)
+    type(result_file_t), intent(inout) :: file
+    character(*), intent(in) :: status             !! run_finished, run_not_solved, ...
+    type(string_t), intent(in) :: counter_names(:) !! (n)
+    real(wp), intent(in) :: counters(:)            !! (n) sizes, times [s], memory [bytes]
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. is_open(file%hdf5)) return
+    if (file%n_rows == 0) then
+      call discard(file)
+      return
+    end if
+    call write_dataset(file%hdf5, '/run/counters', counters, &
+                       'sizes, times in seconds and memory of the run; their names are in the '// &
+                       'attribute "name"', 'number', error)
+    call write_attribute(file%hdf5, '/run/counters', 'name', counter_names, error)
+    ! All else must be in the file before it calls itself finished.
+    call flush_file(file%hdf5, error)
+    call write_attribute(file%hdf5, '/run', 'status', padded(status), error)
+    call close_file(file%hdf5, error)
+    if (.not. allocated(error) .and. file%view%n_steps > 0) call write_xdmf(file%path, error)
+  end subroutine finish_result
+
+  ! ------------------------------------------------------------------ helpers
+
+  !> Where the file stands until its first increment is complete.
+  pure function beginning_of(path) result(beginning)
+    character(*), intent(in) :: path
+    character(:), allocatable :: beginning
+
+    beginning = path//'.new'
+  end function beginning_of
+
+  !> A status with room for the longest one: an attribute keeps the length it began with.
+  pure function padded(status) result(text)
+    character(*), intent(in) :: status
+    character(longest_status) :: text
+
+    text = repeat(achar(0), longest_status)
+    text(:len(status)) = status
+  end function padded
+
+  !> Close and remove a file that has not taken its place.
+  subroutine discard(file)
+    type(result_file_t), intent(inout) :: file
+    type(error_t), allocatable :: ignored
+
+    call close_file(file%hdf5, ignored)
+    call delete_file(beginning_of(file%path))
+  end subroutine discard
+
+  !> Delete a file if it is there. That it cannot be deleted shows when its name is used again.
+  subroutine delete_file(path)
+    character(*), intent(in) :: path
+    integer :: unit, status
+
+    open (newunit=unit, file=path, status='old', iostat=status)
+    if (status == 0) close (unit, status='delete', iostat=status)
+  end subroutine delete_file
+
+  !> The text, or nothing.
+  pure function text_of(text) result(given)
+    character(*), intent(in), optional :: text !! may be an allocatable that is not allocated
+    character(:), allocatable :: given
+
+    given = ''
+    if (present(text)) given = text
+  end function text_of
+
+end module result_file_mod

@@ -1,0 +1,149 @@
+!> The group /history of a result file: a row an increment, of numbers that concern the whole body.
+module result_history_mod
+  use kinds_mod, only: wp, i1, i4, i8
+  use errors_mod, only: error_t
+  use hdf5_io_mod, only: hdf5_file_t, rows_t, create_group, create_rows, append_row, &
+                         write_attribute, of_real, of_integer, of_byte
+  use state_mod, only: state_t
+  use step_report_mod, only: step_report_t
+  implicit none
+  private
+
+  public :: history_t, create_history, append_history, finish_row
+
+  !> The open datasets of the group.
+  type :: history_t
+    type(rows_t) :: step, increment, time, certified
+    type(rows_t) :: contact_iterations, local_iterations, newton_raphson_iterations
+    type(rows_t) :: solver, residual, worst_node, wall_time, contact_time
+    type(rows_t) :: penetration, adhesion, complementarity, cone, law, equilibrium
+    type(rows_t) :: external_work, strain, dissipation, balance
+  end type history_t
+
+contains
+
+  subroutine create_history(file, history, error)
+    type(hdf5_file_t), intent(in) :: file
+    type(history_t), intent(out) :: history
+    type(error_t), allocatable, intent(out) :: error
+
+    call create_group(file, '/history', error)
+    call write_attribute(file, '/history', 'finished', 0_i8, error)
+    call write_attribute(file, '/history', 'description', &
+                         'a row an increment; rows beyond "finished" do not count', error)
+    call integers('step', 'ordinal of the *STEP', history%step)
+    call integers('increment', 'number of the increment within its step', history%increment)
+    call reals('time', 'time from the start of the run, at the end of the increment', 'time', &
+               history%time)
+    call bytes('certified', '1: every entry of the certificate is small enough', history%certified)
+    call integers('contact_iterations', 'sweeps over all points, or iterations of the global '// &
+                  'Newton method', history%contact_iterations)
+    call integers('local_iterations', 'iterations of the local solver, summed over points and '// &
+                  'sweeps', history%local_iterations)
+    call integers('newton_raphson_iterations', 'equilibrium iterations', &
+                  history%newton_raphson_iterations)
+    call bytes('solver', '0: none was needed, 1: sweeps, 2: global Newton', history%solver)
+    call reals('residual', 'scaled natural map at the end of the contact solver', 'ratio', &
+               history%residual)
+    call integers('worst_node', 'index into Points, from 0, of the point with the largest '// &
+                  'residual; -1: none', history%worst_node)
+    call reals('wall_time', 'time the increment took', 'seconds', history%wall_time)
+    call reals('contact_time', 'of it, in the contact solver', 'seconds', history%contact_time)
+
+    call create_group(file, '/history/certificate', error)
+    call write_attribute(file, '/history/certificate', 'description', &
+                         'errors found by a check that shares nothing with the solvers', error)
+    call reals('certificate/penetration', 'deepest penetration', 'ratio', history%penetration)
+    call reals('certificate/adhesion', 'largest tension between the bodies', 'ratio', &
+               history%adhesion)
+    call reals('certificate/complementarity', 'largest product of gap and normal reaction', &
+               'ratio', history%complementarity)
+    call reals('certificate/cone', 'largest friction force beyond the cone', 'ratio', history%cone)
+    call reals('certificate/law', 'largest departure from the direction and size of sliding '// &
+               'friction', 'ratio', history%law)
+    call reals('certificate/equilibrium', 'largest force out of balance', 'ratio', &
+               history%equilibrium)
+
+    call create_group(file, '/history/energy', error)
+    call write_attribute(file, '/history/energy', 'description', &
+                         'energies from the start of the run', error)
+    call reals('energy/external_work', 'work of loads and supports', 'energy', &
+               history%external_work)
+    call reals('energy/strain', 'elastic energy of the bodies', 'energy', history%strain)
+    call reals('energy/dissipation', 'work lost to friction', 'energy', history%dissipation)
+    call reals('energy/balance', 'work less strain less dissipation: of the order of the '// &
+               'increment', 'energy', history%balance)
+
+  contains
+
+    subroutine reals(name, description, quantity, rows)
+      character(*), intent(in) :: name, description, quantity
+      type(rows_t), intent(out) :: rows
+
+      call create_rows(file, '/history/'//name, of_real, [integer ::], description, quantity, &
+                       rows, error)
+    end subroutine reals
+
+    subroutine integers(name, description, rows)
+      character(*), intent(in) :: name, description
+      type(rows_t), intent(out) :: rows
+
+      call create_rows(file, '/history/'//name, of_integer, [integer ::], description, 'number', &
+                       rows, error)
+    end subroutine integers
+
+    subroutine bytes(name, description, rows)
+      character(*), intent(in) :: name, description
+      type(rows_t), intent(out) :: rows
+
+      call create_rows(file, '/history/'//name, of_byte, [integer ::], description, 'code', &
+                       rows, error)
+    end subroutine bytes
+
+  end subroutine create_history
+
+  subroutine append_history(history, state, report, worst_node, error)
+    type(history_t), intent(inout) :: history
+    type(state_t), intent(in) :: state
+    type(step_report_t), intent(in) :: report
+    integer, intent(in) :: worst_node !! from 1, 0: none
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append_row(history%step, int(state%step, i4), error)
+    call append_row(history%increment, int(state%increment, i4), error)
+    call append_row(history%time, state%time, error)
+    call append_row(history%certified, merge(1_i1, 0_i1, report%certificate%certified), error)
+    call append_row(history%contact_iterations, int(report%contact_iterations, i4), error)
+    call append_row(history%local_iterations, int(report%local_iterations, i4), error)
+    call append_row(history%newton_raphson_iterations, &
+                    int(report%newton_raphson_iterations, i4), error)
+    call append_row(history%solver, int(report%solver, i1), error)
+    call append_row(history%residual, report%residual, error)
+    call append_row(history%worst_node, int(worst_node - 1, i4), error)
+    call append_row(history%wall_time, report%wall_time, error)
+    call append_row(history%contact_time, report%contact_time, error)
+
+    associate (certificate => report%certificate, energy => report%energy)
+      call append_row(history%penetration, certificate%penetration, error)
+      call append_row(history%adhesion, certificate%adhesion, error)
+      call append_row(history%complementarity, certificate%complementarity, error)
+      call append_row(history%cone, certificate%cone, error)
+      call append_row(history%law, certificate%law, error)
+      call append_row(history%equilibrium, certificate%equilibrium, error)
+      call append_row(history%external_work, energy%external_work, error)
+      call append_row(history%strain, energy%strain, error)
+      call append_row(history%dissipation, energy%dissipation, error)
+      call append_row(history%balance, energy%balance, error)
+    end associate
+  end subroutine append_history
+
+  !> Tell readers that they may read this many rows.
+  subroutine finish_row(file, n_rows, error)
+    type(hdf5_file_t), intent(in) :: file
+    integer, intent(in) :: n_rows
+    type(error_t), allocatable, intent(inout) :: error
+
+    call write_attribute(file, '/history', 'finished', int(n_rows, i8), error)
+  end subroutine finish_row
+
+end module result_history_mod

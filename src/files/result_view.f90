@@ -1,0 +1,223 @@
+!> The group /VTKHDF of a result file: what ParaView and PyVista show.
+!>
+!> The mesh is stored once; every increment with fields adds a block to each of them and an entry
+!> to the tables in Steps, which say where its blocks begin. A reader finds an increment only when
+!> it is counted (`count_step`), after all of it is on disk.
+module result_view_mod
+  use kinds_mod, only: wp, i1, i8
+  use errors_mod, only: error_t, raise, exit_machine
+  use hdf5_io_mod, only: hdf5_file_t, rows_t, create_group, create_rows, create_stack, append_row, &
+                         write_attribute, write_dataset, of_real, of_byte, of_long
+  use mesh_mod, only: mesh_t
+  use controls_mod, only: output_controls_t
+  use state_mod, only: state_t
+  use step_fields_mod, only: step_fields_t
+  use result_contact_mod, only: nodal_contact_t
+  implicit none
+  private
+
+  public :: view_t, create_view, append_step, count_step
+
+  integer(i1), parameter :: vtk_hexahedron = 12_i1
+
+  !> A field: its blocks, and where each increment's block begins.
+  type :: field_t
+    logical      :: is_asked = .false.
+    type(rows_t) :: blocks, offsets
+  end type field_t
+
+  !> The open datasets of the group.
+  type :: view_t
+    integer :: n_steps = 0 !! increments with fields
+    integer :: n_nodes = 0, n_elements = 0
+    type(rows_t) :: values, parts, part_offsets, point_offsets, cell_offsets, connectivity_offsets
+    type(field_t) :: displacement, reaction_force, contact_force, contact_pressure, contact_status
+    type(field_t) :: stress, node_id, element_id
+  end type view_t
+
+contains
+
+  subroutine create_view(file, mesh, output, has_contact, view, error)
+    type(hdf5_file_t), intent(in) :: file
+    type(mesh_t), intent(in) :: mesh
+    type(output_controls_t), intent(in) :: output
+    logical, intent(in) :: has_contact !! the run has contact points
+    type(view_t), intent(out) :: view
+    type(error_t), allocatable, intent(out) :: error
+    character(*), parameter :: steps = '/VTKHDF/Steps/'
+
+    view%n_nodes = mesh%n_nodes
+    view%n_elements = mesh%n_elements
+    view%displacement%is_asked = output%displacement
+    view%reaction_force%is_asked = output%reaction
+    view%contact_force%is_asked = output%contact .and. has_contact
+    view%contact_pressure%is_asked = view%contact_force%is_asked
+    view%contact_status%is_asked = view%contact_force%is_asked
+    view%stress%is_asked = output%stress
+    view%node_id%is_asked = .true.
+    view%element_id%is_asked = .true.
+
+    call create_group(file, '/VTKHDF', error)
+    call write_attribute(file, '/VTKHDF', 'Version', [2_i8, 0_i8], error)
+    call write_attribute(file, '/VTKHDF', 'Type', 'UnstructuredGrid', error)
+    call write_mesh(file, mesh, error)
+
+    call create_group(file, '/VTKHDF/Steps', error)
+    call write_attribute(file, '/VTKHDF/Steps', 'NSteps', 0_i8, error)
+    call create_rows(file, steps//'Values', of_real, [integer ::], &
+                     'time from the start of the run', 'time', view%values, error)
+    call table('NumberOfParts', 'parts of the mesh', view%parts)
+    call table('PartOffsets', 'first part', view%part_offsets)
+    call table('PointOffsets', 'first point', view%point_offsets)
+    call table('CellOffsets', 'first cell', view%cell_offsets)
+    call table('ConnectivityIdOffsets', 'first entry of Connectivity', view%connectivity_offsets)
+
+    call create_group(file, '/VTKHDF/PointData', error)
+    call create_group(file, steps//'PointDataOffsets', error)
+    call point_field('displacement', of_real, [3, mesh%n_nodes], 'from the undeformed mesh, '// &
+                     'x, y, z', 'length', view%displacement)
+    call point_field('reaction_force', of_real, [3, mesh%n_nodes], 'of the supports on the '// &
+                     'body, x, y, z', 'force', view%reaction_force)
+    call point_field('contact_force', of_real, [3, mesh%n_nodes], 'of the obstacles on the '// &
+                     'slave body, x, y, z', 'force', view%contact_force)
+    call point_field('contact_pressure', of_real, [mesh%n_nodes], 'normal reaction over the '// &
+                     'area of the node', 'pressure', view%contact_pressure)
+    call point_field('contact_status', of_byte, [mesh%n_nodes], '0: open, 1: stick, 2: slide, '// &
+                     '-1: can touch nothing', 'code', view%contact_status)
+
+    call create_group(file, '/VTKHDF/CellData', error)
+    call create_group(file, steps//'CellDataOffsets', error)
+    call cell_field('stress', [6, mesh%n_elements], 'XX, YY, ZZ, XY, YZ, XZ', 'pressure', &
+                    view%stress)
+
+    ! The ids never change: one block, where every increment's offset points to.
+    call write_dataset(file, '/VTKHDF/PointData/node_id', int(mesh%node_id, i8), &
+                       'ids of the nodes in the deck', 'number', error)
+    call table('PointDataOffsets/node_id', 'where the block of an increment begins', &
+               view%node_id%offsets)
+    call write_dataset(file, '/VTKHDF/CellData/element_id', int(mesh%element_id, i8), &
+                       'ids of the elements in the deck', 'number', error)
+    call table('CellDataOffsets/element_id', 'where the block of an increment begins', &
+               view%element_id%offsets)
+
+  contains
+
+    subroutine table(name, description, rows)
+      character(*), intent(in) :: name, description
+      type(rows_t), intent(out) :: rows
+
+      call create_rows(file, steps//name, of_long, [integer ::], description, 'number', rows, &
+                       error)
+    end subroutine table
+
+    subroutine point_field(name, kind, extents, description, quantity, field)
+      character(*), intent(in) :: name, description, quantity
+      integer, intent(in) :: kind, extents(:)
+      type(field_t), intent(inout) :: field
+
+      if (.not. field%is_asked) return
+      call create_stack(file, '/VTKHDF/PointData/'//name, kind, extents, description, quantity, &
+                        field%blocks, error)
+      call table('PointDataOffsets/'//name, 'where the block of an increment begins', &
+                 field%offsets)
+    end subroutine point_field
+
+    subroutine cell_field(name, extents, description, quantity, field)
+      character(*), intent(in) :: name, description, quantity
+      integer, intent(in) :: extents(:)
+      type(field_t), intent(inout) :: field
+
+      if (.not. field%is_asked) return
+      call create_stack(file, '/VTKHDF/CellData/'//name, of_real, extents, description, &
+                        quantity, field%blocks, error)
+      call table('CellDataOffsets/'//name, 'where the block of an increment begins', field%offsets)
+    end subroutine cell_field
+
+  end subroutine create_view
+
+  subroutine write_mesh(file, mesh, error)
+    type(hdf5_file_t), intent(in) :: file
+    type(mesh_t), intent(in) :: mesh
+    type(error_t), allocatable, intent(inout) :: error
+    integer(i8) :: e
+    integer(i1), allocatable :: types(:)
+
+    allocate (types(mesh%n_elements), source=vtk_hexahedron)
+    call write_dataset(file, '/VTKHDF/NumberOfPoints', [int(mesh%n_nodes, i8)], &
+                       'nodes of the mesh', 'number', error)
+    call write_dataset(file, '/VTKHDF/NumberOfCells', [int(mesh%n_elements, i8)], &
+                       'elements of the mesh', 'number', error)
+    call write_dataset(file, '/VTKHDF/NumberOfConnectivityIds', [8_i8*mesh%n_elements], &
+                       'entries of Connectivity', 'number', error)
+    call write_dataset(file, '/VTKHDF/Points', mesh%coordinates, &
+                       'nodes of the undeformed mesh, x, y, z', 'length', error)
+    call write_dataset(file, '/VTKHDF/Connectivity', &
+                       int(reshape(mesh%connectivity, [8*mesh%n_elements]) - 1, i8), &
+                       'nodes of each element: indices into Points, from 0', 'number', error)
+    call write_dataset(file, '/VTKHDF/Offsets', [(8*e, e = 0_i8, int(mesh%n_elements, i8))], &
+                       'where the nodes of each element begin in Connectivity', 'number', error)
+    call write_dataset(file, '/VTKHDF/Types', types, 'cell types of VTK: 12 is a hexahedron', &
+                       'code', error)
+  end subroutine write_mesh
+
+  !> Append the fields of an increment. It is seen by readers after `count_step` only.
+  subroutine append_step(view, state, fields, nodal, error)
+    type(view_t), intent(inout) :: view
+    type(state_t), intent(in) :: state
+    type(step_fields_t), intent(in) :: fields
+    type(nodal_contact_t), intent(in) :: nodal !! where asked for
+    type(error_t), allocatable, intent(inout) :: error
+    integer(i8) :: node_offset, element_offset
+
+    if (allocated(error)) return
+    if ((view%reaction_force%is_asked .and. .not. allocated(fields%reaction_force)) .or. &
+        (view%stress%is_asked .and. .not. allocated(fields%stress))) then
+      call raise(error, exit_machine, 'internal error: a field to be written was not computed')
+      return
+    end if
+    node_offset = int(view%n_steps, i8)*view%n_nodes
+    element_offset = int(view%n_steps, i8)*view%n_elements
+
+    if (view%displacement%is_asked) then
+      call append_row(view%displacement%blocks, state%displacement, error)
+      call append_row(view%displacement%offsets, node_offset, error)
+    end if
+    if (view%reaction_force%is_asked) then
+      call append_row(view%reaction_force%blocks, fields%reaction_force, error)
+      call append_row(view%reaction_force%offsets, node_offset, error)
+    end if
+    if (view%contact_force%is_asked) then
+      call append_row(view%contact_force%blocks, nodal%force, error)
+      call append_row(view%contact_force%offsets, node_offset, error)
+      call append_row(view%contact_pressure%blocks, nodal%pressure, error)
+      call append_row(view%contact_pressure%offsets, node_offset, error)
+      call append_row(view%contact_status%blocks, nodal%status, error)
+      call append_row(view%contact_status%offsets, node_offset, error)
+    end if
+    if (view%stress%is_asked) then
+      call append_row(view%stress%blocks, fields%stress, error)
+      call append_row(view%stress%offsets, element_offset, error)
+    end if
+    call append_row(view%node_id%offsets, 0_i8, error)
+    call append_row(view%element_id%offsets, 0_i8, error)
+
+    call append_row(view%parts, 1_i8, error)
+    call append_row(view%part_offsets, 0_i8, error)
+    call append_row(view%point_offsets, 0_i8, error)
+    call append_row(view%cell_offsets, 0_i8, error)
+    call append_row(view%connectivity_offsets, 0_i8, error)
+  end subroutine append_step
+
+  !> Make the appended fields count: to be called when they are on disk.
+  subroutine count_step(file, time, view, error)
+    type(hdf5_file_t), intent(in) :: file
+    real(wp), intent(in) :: time !! from the start of the run
+    type(view_t), intent(inout) :: view
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append_row(view%values, time, error)
+    view%n_steps = view%n_steps + 1
+    call write_attribute(file, '/VTKHDF/Steps', 'NSteps', int(view%n_steps, i8), error)
+  end subroutine count_step
+
+end module result_view_mod

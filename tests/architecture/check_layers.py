@@ -1,0 +1,412 @@
+#!/usr/bin/env python3
+"""Check the source against the architecture: src/CMakeLists.txt lists the files lowest first.
+
+    check_layers.py [SRC]
+
+A file may use only modules of files listed before it, and only of the folders its own folder may
+see; each outside library has one file that sees it; modules hide their names and hold no
+variables; only the main program stops. Prints `file:line: message` for each violation.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+# Which folder may use which, besides itself.
+MAY_USE = {
+    "base": set(),
+    "model": {"base"},
+    "deck": {"base", "model", "elements"},  # elements: the check of the Jacobians
+    "elements": {"base", "model"},
+    "equations": {"base", "model", "elements"},
+    "contact": {"base", "model", "elements", "equations"},
+    "analysis": {"base", "model", "elements", "equations", "contact"},
+    "files": {"base", "model", "contact"},
+    "app": {
+        "base",
+        "model",
+        "deck",
+        "elements",
+        "equations",
+        "contact",
+        "analysis",
+        "files",
+    },
+}
+MAIN = "app/main.f90"
+CERTIFICATE = "contact/certificate.f90"
+CERTIFICATE_MAY_USE = {"base", "model", "elements"}
+# The only use of `contact` by `files`: an FCLIB problem is read into the problem's type.
+FILES_TO_CONTACT = ("files/fclib.f90", "contact/problem.f90")
+PLAN = "model/plan.f90"
+PLAN_FOLDERS = {"model", "analysis", "files", "app"}
+# The one file that may hold one module variable, the flag that a signal sets.
+SIGNAL_FILE = "base/system.f90"
+
+INTRINSIC = {
+    "iso_fortran_env",
+    "iso_c_binding",
+    "ieee_arithmetic",
+    "ieee_exceptions",
+    "ieee_features",
+}
+
+
+@dataclass(frozen=True)
+class Library:
+    """An outside library and the one file that may see it."""
+
+    name: str
+    home: str
+    modules: str  # of its Fortran modules, a pattern
+    code: str  # of what calls it, a pattern outside strings
+    strings: str  # of include files and binding names, a pattern inside strings
+
+
+LIBRARIES = [
+    Library(
+        "MUMPS",
+        "equations/sparse_factor.f90",
+        r"[sdcz]?mumps\w*",
+        r"\b[sdcz]mumps(_\w+)?\b",
+        r"[sdcz]mumps",
+    ),
+    Library("HDF5", "files/hdf5_io.f90", r"hdf5|h5\w+", r"\bcall\s+h5\w+", r"^h5\w+$|^hdf5"),
+    Library("MPI", "base/parallel.f90", r"mpi(_f08)?", r"\bcall\s+mpi_\w+", r"^mpif?(\.h|_\w+$)"),
+    Library("METIS", "equations/ordering.f90", r"metis\w*", r"\bmetis_\w+", r"^metis_"),
+]
+
+TYPE_SPEC = re.compile(
+    r"(integer|real|complex|logical|character|double\s*precision)\b"
+    r"|(type|class|procedure)\s*\("
+)
+USE = re.compile(r"use(?:\s*,\s*(?:non_)?intrinsic\s*::\s*|\s*::\s*|\s+)(\w+)\s*(,.*)?$")
+STOP = re.compile(r"(error\s*)?stop\b(?!\s*[=%(])|(error\s*)?stop\s*\(.*\)$|call\s+(exit|abort)\b")
+
+
+@dataclass
+class Statement:
+    """One Fortran statement, in lower case, without comments and continuations."""
+
+    line: int
+    code: str  # strings blanked
+    strings: list[str]  # the contents of its strings
+
+
+@dataclass
+class Source:
+    """One file of the list."""
+
+    path: str  # relative to src
+    position: int
+    statements: list[Statement] = field(default_factory=list)
+
+    @property
+    def folder(self) -> str:
+        """The folder, which is the layer."""
+        return self.path.split("/")[0]
+
+    @property
+    def module(self) -> str:
+        """The name its module must have."""
+        return Path(self.path).stem + "_mod"
+
+
+def logical_statements(text: str) -> list[Statement]:
+    """Split free-form Fortran into statements."""
+    statements: list[Statement] = []
+    code: list[str] = []  # of the statement being read
+    strings: list[str] = []
+    literal: list[str] = []
+    quote = ""
+    start = 0
+    continued = False
+
+    def close() -> None:
+        joined = "".join(code).strip()
+        if joined:
+            statements.append(Statement(start, re.sub(r"\s+", " ", joined), list(strings)))
+        code.clear()
+        strings.clear()
+
+    for number, raw in enumerate(text.lower().splitlines(), start=1):
+        line = raw
+        stripped = line.lstrip()
+        if stripped.startswith("#") or (not quote and stripped.startswith("!")):
+            continue
+        if continued and not stripped:
+            continue
+        if continued and stripped.startswith("&"):
+            line = stripped[1:]
+        elif continued and quote:
+            line = stripped
+        if not continued:
+            start = number
+        continued = False
+        for i, c in enumerate(line):
+            # In a string, '&' continues only at the very end: a '!' there is no comment.
+            if c == "&":
+                rest = line[i + 1 :] if quote else line[i + 1 :].split("!")[0]
+                if not rest.strip():
+                    continued = True
+                    break
+            if quote:
+                if c == quote:
+                    quote = ""
+                    strings.append("".join(literal))
+                    literal.clear()
+                    code.append(c)
+                else:
+                    literal.append(c)
+            elif c == "!":
+                break
+            elif c == ";":
+                close()
+                start = number
+            else:
+                if c in "'\"":
+                    quote = c
+                code.append(c)
+        if not continued:
+            quote = ""
+            literal.clear()
+            close()
+        else:
+            # A continuation splits tokens only in strings, where code is blank anyway.
+            code.append("" if quote else " ")
+    close()
+    return statements
+
+
+def listed_files(text: str) -> list[tuple[int, str]]:
+    """Return the `.f90` files that src/CMakeLists.txt lists, with their lines, in order."""
+    text = re.sub(r"#[^\n]*", "", text)
+    files = []
+    commands = r"(?:set\s*\(\s*BIPOT_SOURCES|(?:add_library|add_executable)\s*\()([^()]*)\)"
+    for command in re.finditer(commands, text):
+        for name in re.finditer(r"[^\s\"]+\.f90\b", command[1]):
+            line = text.count("\n", 0, command.start(1) + name.start()) + 1
+            path = re.sub(r"^\$\{CMAKE_CURRENT_(SOURCE|LIST)_DIR\}/", "", name[0])
+            files.append((line, path))
+    return files
+
+
+def after_if(code: str) -> str:
+    """Return the statement behind a label and a one-line `if (...)`."""
+    code = re.sub(r"^\d+ ", "", code)
+    if not re.match(r"if ?\(", code):
+        return code
+    depth = 0
+    for i, c in enumerate(code):
+        depth += (c == "(") - (c == ")")
+        if c == ")" and depth == 0:
+            return code[i + 1 :].strip()
+    return code
+
+
+def n_entities(declaration: str) -> int:
+    """Count the variables of a declaration."""
+    depth = 0
+    count = 1
+    for c in declaration.split("::")[-1]:
+        depth += (c in "([") - (c in ")]")
+        count += c == "," and depth == 0
+    return count
+
+
+class Checker:
+    """Checks one source tree and collects the violations."""
+
+    def __init__(self, src: Path) -> None:
+        self.src = src
+        self.violations: list[str] = []
+        self.sources: dict[str, Source] = {}
+        self.by_module: dict[str, Source] = {}
+
+    def report(self, path: str, line: int, message: str) -> None:
+        """Note a violation."""
+        self.violations.append(f"{self.src / path}:{line}: {message}")
+
+    def run(self) -> list[str]:
+        """Check everything; return the violations."""
+        self.read_list()
+        for source in self.sources.values():
+            self.check_module(source)
+            self.check_uses(source)
+            self.check_statements(source)
+        return self.violations
+
+    def read_list(self) -> None:
+        """Read the list and the files, and compare it with the folders."""
+        cmake = "CMakeLists.txt"
+        if not (self.src / cmake).is_file():
+            self.report(cmake, 1, "there is no such file")
+            return
+        entries = listed_files((self.src / cmake).read_text(encoding="utf-8"))
+        for line, path in entries:
+            if path in self.sources:
+                self.report(cmake, line, f"{path} is listed twice")
+            elif not (self.src / path).is_file():
+                self.report(cmake, line, f"{path} is listed but absent")
+            elif path.split("/")[0] not in MAY_USE or "/" not in path:
+                self.report(cmake, line, f"{path} is in no folder of the architecture")
+            else:
+                text = (self.src / path).read_text(encoding="utf-8")
+                source = Source(path, len(self.sources), logical_statements(text))
+                self.sources[path] = source
+                if path != MAIN:
+                    if source.module in self.by_module:
+                        self.report(cmake, line, f"{path}: another file of that name is listed")
+                    self.by_module[source.module] = source
+        if not self.sources and not self.violations:
+            self.report(cmake, 1, "lists no source file")
+        listed = {path for _, path in entries}
+        for file in sorted(self.src.rglob("*.[fF]90")):
+            path = file.relative_to(self.src).as_posix()
+            if path not in listed:
+                self.report(path, 1, "is not listed in src/CMakeLists.txt")
+
+    def check_module(self, source: Source) -> None:
+        """Check that the file holds one module, closed and without variables."""
+        statements = source.statements
+        starts = [
+            (i, match[1])
+            for i, s in enumerate(statements)
+            if (match := re.match(r"module (\w+)$", s.code))
+        ]
+        if source.path == MAIN:
+            if starts:
+                self.report(source.path, statements[starts[0][0]].line, "holds a module")
+            if not any(s.code.startswith("program ") for s in statements):
+                self.report(source.path, 1, "holds no program")
+            return
+        for s in statements:
+            if re.match(r"program \w+$|submodule ?\(", s.code):
+                self.report(source.path, s.line, "only a module may stand here")
+        if len(starts) != 1:
+            self.report(source.path, 1, f"holds {len(starts)} modules instead of one")
+            return
+        first, name = starts[0]
+        if name != source.module:
+            line = statements[first].line
+            self.report(source.path, line, f"the module must be named {source.module}")
+        self.check_specification(source, first)
+
+    def check_specification(self, source: Source, first: int) -> None:
+        """Check the specification part of the module that starts at statement `first`."""
+        module_line = source.statements[first].line
+        inside = 0  # depth in type, interface and enum blocks
+        implicit_none = private = False
+        variables: list[Statement] = []
+        for s in source.statements[first + 1 :]:
+            code = s.code
+            if re.match(r"end ?(type|interface|enum)\b", code):
+                inside -= 1
+            elif re.match(r"type( ?,| ?::| (?!is\b)\w+$)|(abstract )?interface\b|enum ?,", code):
+                inside += 1
+            elif inside:
+                continue
+            elif code == "contains" or re.match(r"end( ?module\b|$)", code):
+                break
+            elif code.startswith("implicit none"):
+                implicit_none = True
+            elif code == "private":
+                private = True
+            elif re.match(r"(save|common|equivalence|data|namelist)\b", code):
+                self.report(source.path, s.line, f"module variables: '{code.split()[0]}'")
+            elif TYPE_SPEC.match(code):
+                attributes = code.split("::")[0]
+                if not re.search(r", ?parameter\b", attributes):
+                    variables.append(s)
+        if not implicit_none:
+            self.report(source.path, module_line, "the module has no 'implicit none'")
+        if not private:
+            self.report(source.path, module_line, "the module has no 'private'")
+        flags = sum(n_entities(s.code) for s in variables)
+        if source.path == SIGNAL_FILE and flags == 1:
+            return
+        for s in variables:
+            self.report(source.path, s.line, f"module variable: '{s.code}'")
+
+    def check_uses(self, source: Source) -> None:
+        """Check every `use` of the file."""
+        for s in source.statements:
+            match = USE.match(s.code)
+            if not match or re.match(r"use ?(=|\()", s.code):
+                continue
+            name, rest = match[1], match[2] or ""
+            if name in INTRINSIC:
+                continue
+            if self.check_library(source, s.line, name):
+                continue
+            used = self.by_module.get(name)
+            if used is None:
+                self.report(source.path, s.line, f"use of an unknown module {name}")
+                continue
+            if not re.match(r", ?only ?:", rest):
+                self.report(source.path, s.line, f"use of {name} without 'only'")
+            self.check_layer(source, s.line, used)
+
+    def check_library(self, source: Source, line: int, name: str) -> bool:
+        """Say whether `name` is a module of an outside library; check who uses it."""
+        if name in self.by_module:
+            return False
+        for library in LIBRARIES:
+            if re.fullmatch(library.modules, name):
+                if source.path != library.home:
+                    self.report(source.path, line, f"only {library.home} may see {library.name}")
+                return True
+        return False
+
+    def check_layer(self, source: Source, line: int, used: Source) -> None:
+        """Check the use of one project file by another."""
+
+        def refuse(reason: str) -> None:
+            self.report(source.path, line, f"use of {used.module}: {reason}")
+
+        if used.position >= source.position:
+            refuse("it is not listed before this file")
+        allowed = MAY_USE[source.folder] | {source.folder}
+        if used.folder not in allowed:
+            refuse(f"{source.folder} may not use {used.folder}")
+        to_contact = source.folder == "files" and used.folder == "contact"
+        if to_contact and (source.path, used.path) != FILES_TO_CONTACT:
+            refuse(f"only {' may use '.join(FILES_TO_CONTACT)}")
+        if source.path == CERTIFICATE and used.folder not in CERTIFICATE_MAY_USE:
+            refuse("the certificate may use only base, model and elements")
+        if used.path == PLAN and source.folder not in PLAN_FOLDERS:
+            refuse(f"{source.folder} may not see the plan")
+
+    def check_statements(self, source: Source) -> None:
+        """Check who stops, and who calls an outside library."""
+        for s in source.statements:
+            if source.path != MAIN and STOP.match(after_if(s.code)):
+                self.report(source.path, s.line, f"only {MAIN} may stop the program")
+            is_use = USE.match(s.code) is not None
+            binds = re.match(r"include\b", s.code) or re.search(r"\bbind ?\(", s.code)
+            for library in LIBRARIES:
+                if source.path == library.home:
+                    continue
+                seen = not is_use and re.search(library.code, s.code) is not None
+                if binds and any(re.search(library.strings, t) for t in s.strings):
+                    seen = True
+                if seen:
+                    self.report(source.path, s.line, f"only {library.home} may see {library.name}")
+
+
+def main(arguments: list[str]) -> int:
+    """Check the tree; return the exit status."""
+    default = Path(__file__).resolve().parents[2] / "src"
+    checker = Checker(Path(arguments[0]) if arguments else default)
+    violations = checker.run()
+    for violation in violations:
+        print(violation)
+    print(f"{len(checker.sources)} files, {len(violations)} violations")
+    return 1 if violations else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,380 @@
+#!/usr/bin/env python3
+"""Tests of check_layers.py: a clean tree passes, and each rule catches its planted violation."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+import check_layers
+
+FILES = [
+    "base/kinds",
+    "base/system",
+    "base/parallel",
+    "model/mesh",
+    "model/plan",
+    "elements/cube",
+    "deck/reader",
+    "equations/ordering",
+    "equations/sparse_factor",
+    "contact/certificate",
+    "contact/problem",
+    "contact/solve",
+    "analysis/advance",
+    "files/hdf5_io",
+    "files/fclib",
+    "app/run",
+]
+
+
+def module(path: str, specification: str = "", procedures: str = "") -> str:
+    """Return the text of a clean module with the given lines added."""
+    name = path.split("/")[1]
+    return (
+        f"!> The module {name}.\nmodule {name}_mod\n{specification}\n"
+        f"  implicit none\n  private\n  public :: n_{name}\n"
+        f"  integer, parameter :: n_{name} = 1\ncontains\n{procedures}\n"
+        f"end module {name}_mod\n"
+    )
+
+
+def clean_tree() -> dict[str, str]:
+    """Return a small source tree that keeps every rule, with traps for a careless reader."""
+    tree = {f"{path}.f90": module(path) for path in FILES}
+    tree["app/main.f90"] = (
+        "program bipot\n  use run_mod, only: n_run\n  implicit none\n"
+        "  if (n_run > 1) error stop 'no'\n  stop\nend program bipot\n"
+    )
+    tree["base/system.f90"] = module(
+        "base/system", procedures="  subroutine s()\n    integer :: i\n    i = 1\n  end subroutine"
+    ).replace("contains", "  integer, volatile, save :: flag(2) = [0, 1]\ncontains", 1)
+    tree["model/mesh.f90"] = """\
+! use plan_mod, stop, call exit(1): a comment
+module mesh_mod
+  use, intrinsic :: iso_c_binding, only: c_int
+  use kinds_mod, & ! the kinds
+
+    & only: n_kinds; use :: system_mod, only: n_system
+  implicit none ; private
+  public :: mesh_t, make
+  character(len=*), parameter :: text = 'it''s; stop & use plan_mod'
+  character(len=9), parameter :: long = 'a &
+    &stop'
+  type, abstract :: base_t
+    integer :: i
+  contains
+    procedure(make), deferred :: make
+  end type base_t
+  type mesh_t
+    type(mesh_t), pointer :: next => null()
+    real :: x
+  end type
+  abstract interface
+    subroutine make(x)
+      import :: base_t
+      class(base_t), intent(in) :: x
+      integer :: y
+    end subroutine make
+  end interface
+  interface
+    module subroutine other(x)
+      integer, intent(in) :: x
+    end subroutine other
+  end interface
+  integer(c_int), parameter :: &
+    one = 1
+contains
+  subroutine local(use_it)
+    integer, intent(inout) :: use_it
+    integer :: stop_now, exit_now
+    character(len=20) :: metis, say
+    say = "stop"
+    stop_now = use_it
+    exit_now = 1
+    if (stop_now == 1) exit_now = 2
+    print *, 'call dmumps(x)', "mpi_init" // 'error stop', metis, n_kinds
+  end subroutine local
+end module mesh_mod
+"""
+    tree["base/parallel.f90"] = module("base/parallel", "  use mpi, only: mpi_comm_world")
+    tree["equations/ordering.f90"] = module(
+        "equations/ordering",
+        procedures="  subroutine s()\n    call metis_nodend()\n  end subroutine s",
+    )
+    tree["equations/sparse_factor.f90"] = module(
+        "equations/sparse_factor",
+        procedures="  subroutine s()\n    include 'dmumps_struc.h'\n"
+        "    type(dmumps_struc) :: id\n    call dmumps(id)\n  end subroutine s",
+    )
+    tree["files/hdf5_io.f90"] = module("files/hdf5_io", "  use hdf5\n  use h5lt, only: x")
+    tree["files/fclib.f90"] = module("files/fclib", "  use problem_mod, only: n_problem")
+    tree["contact/certificate.f90"] = module(
+        "contact/certificate", "  use cube_mod, only: n_cube\n  use mesh_mod, only: mesh_t"
+    )
+    tree["analysis/advance.f90"] = module(
+        "analysis/advance", "  use plan_mod, only: n_plan\n  use solve_mod, only: n_solve"
+    )
+    tree["app/run.f90"] = module("app/run", "  use fclib_mod, only: n_fclib")
+    tree["CMakeLists.txt"] = (
+        "# base/unwanted.f90 in a comment\nset(BIPOT_SOURCES\n"
+        + "".join(f"  {path}.f90  # lowest first\n" for path in FILES)
+        + ")\nadd_library(bipot_core STATIC ${BIPOT_SOURCES})\n"
+        "set_source_files_properties(base/kinds.f90 PROPERTIES X y)\n"
+        "add_executable(bipot app/main.f90)\n"
+    )
+    return tree
+
+
+class CheckLayers(unittest.TestCase):
+    """Each test plants one violation into the clean tree."""
+
+    def violations(self, tree: dict[str, str]) -> list[str]:
+        """Write the tree and check it; paths are relative to src."""
+        with tempfile.TemporaryDirectory() as name:
+            src = Path(name)
+            for path, text in tree.items():
+                (src / path).parent.mkdir(parents=True, exist_ok=True)
+                (src / path).write_text(text)
+            found = check_layers.Checker(src).run()
+            return [v.removeprefix(f"{src}/") for v in found]
+
+    def expect(self, tree: dict[str, str], *starts: str) -> None:
+        """Expect exactly these violations, given by how they start."""
+        found = self.violations(tree)
+        self.assertEqual(len(found), len(starts), found)
+        for violation, start in zip(sorted(found), sorted(starts), strict=True):
+            self.assertTrue(violation.startswith(start), f"{violation!r} is not {start!r}")
+
+    def plant(self, path: str, specification: str, *messages: str, procedures: str = "") -> None:
+        """Give a module new lines and expect the violations, all on line 3 or in procedures."""
+        tree = clean_tree()
+        tree[f"{path}.f90"] = module(path, specification, procedures)
+        line = 3 if specification else 9
+        self.expect(tree, *(f"{path}.f90:{line}: {m}" for m in messages))
+
+    def test_a_clean_tree_passes(self) -> None:
+        self.expect(clean_tree())
+
+    def test_sources_listed_in_the_library_itself(self) -> None:
+        tree = clean_tree()
+        text = tree["CMakeLists.txt"].replace("set(BIPOT_SOURCES", "add_library(core STATIC")
+        tree["CMakeLists.txt"] = text.replace("add_library(bipot_core STATIC ${BIPOT_SOURCES})", "")
+        self.expect(tree)
+
+    def test_use_of_a_later_file(self) -> None:
+        late = "use of plan_mod: it is not listed before this file"
+        self.plant("model/mesh", "  use plan_mod, only: n_plan", late)
+        own = "use of mesh_mod: it is not listed before this file"
+        self.plant("model/mesh", "  USE Mesh_Mod, ONLY: n_mesh", own)
+
+    def test_listing(self) -> None:
+        tree = clean_tree()
+        tree["model/extra.f90"] = module("model/extra")
+        self.expect(tree, "model/extra.f90:1: is not listed")
+        tree = clean_tree()
+        del tree["base/kinds.f90"]
+        self.expect(
+            tree,
+            "CMakeLists.txt:3: base/kinds.f90 is listed but absent",
+            "model/mesh.f90:4: use of",
+        )
+        tree = clean_tree()
+        tree["CMakeLists.txt"] += "add_executable(again app/main.f90)\n"
+        self.expect(tree, "CMakeLists.txt:23: app/main.f90 is listed twice")
+        self.expect({"CMakeLists.txt": "project(x)\n"}, "CMakeLists.txt:1: lists no source")
+        self.expect({"base/kinds.f90": module("base/kinds")}, "CMakeLists.txt:1: there is no such")
+        other = {"CMakeLists.txt": "add_library(x other/a.f90)", "other/a.f90": module("other/a")}
+        self.expect(other, "CMakeLists.txt:1: other/a.f90 is in no folder")
+
+    def test_folders(self) -> None:
+        for path, used in [
+            ("elements/cube", "base/kinds"),
+            ("deck/reader", "elements/cube"),
+            ("equations/ordering", "elements/cube"),
+            ("contact/solve", "equations/ordering"),
+            ("analysis/advance", "contact/solve"),
+            ("app/run", "files/fclib"),
+        ]:
+            name = used.split("/")[1]
+            self.plant(path, f"  use {name}_mod, only: n_{name}")
+        for path, used in [
+            ("equations/ordering", "deck/reader"),
+            ("contact/solve", "deck/reader"),
+            ("analysis/advance", "deck/reader"),
+            ("files/hdf5_io", "analysis/advance"),
+            ("files/hdf5_io", "elements/cube"),
+            ("files/hdf5_io", "equations/ordering"),
+        ]:
+            name = used.split("/")[1]
+            folders = path.split("/")[0], used.split("/")[0]
+            message = f"use of {name}_mod: {folders[0]} may not use {folders[1]}"
+            self.plant(path, f"  use {name}_mod, only: n_{name}", message)
+
+    def test_analysis_never_uses_files(self) -> None:
+        tree = clean_tree()
+        tree["analysis/advance.f90"] = module("analysis/advance", "  use fclib_mod, only: n_fclib")
+        self.expect(
+            tree,
+            "analysis/advance.f90:3: use of fclib_mod: analysis may not use files",
+            "analysis/advance.f90:3: use of fclib_mod: it is not listed before",
+        )
+
+    def test_base_uses_nothing(self) -> None:
+        tree = clean_tree()
+        tree["base/kinds.f90"] = module("base/kinds", "  use mesh_mod, only: n_mesh")
+        self.expect(
+            tree,
+            "base/kinds.f90:3: use of mesh_mod: base may not use model",
+            "base/kinds.f90:3: use of mesh_mod: it is not listed before",
+        )
+
+    def test_files_sees_only_the_contact_problem(self) -> None:
+        only = "use of {}_mod: only files/fclib.f90 may use contact/problem.f90"
+        self.plant("files/fclib", "  use solve_mod, only: n_solve", only.format("solve"))
+        self.plant("files/hdf5_io", "  use problem_mod, only: n", only.format("problem"))
+
+    def test_the_certificate_is_independent(self) -> None:
+        message = "the certificate may use only base, model and elements"
+        use = "  use ordering_mod, only: n_ordering"
+        self.plant("contact/certificate", use, f"use of ordering_mod: {message}")
+        tree = clean_tree()
+        tree["CMakeLists.txt"] = (
+            tree["CMakeLists.txt"]
+            .replace("  contact/certificate.f90  # lowest first\n", "")
+            .replace("  contact/problem.f90", "  contact/problem.f90\n  contact/certificate.f90")
+        )
+        path = "contact/certificate"
+        tree[f"{path}.f90"] = module(path, "  use problem_mod, only: n_problem")
+        self.expect(tree, f"{path}.f90:3: use of problem_mod: {message}")
+
+    def test_who_sees_the_plan(self) -> None:
+        use = "  use plan_mod, only: n_plan"
+        self.plant("files/hdf5_io", use)
+        self.plant("app/run", use)
+        for path in ("deck/reader", "equations/ordering", "contact/solve"):
+            folder = path.split("/")[0]
+            self.plant(path, use, f"use of plan_mod: {folder} may not see the plan")
+
+    def test_libraries(self) -> None:
+        mumps = "only equations/sparse_factor.f90 may see MUMPS"
+        hdf5 = "only files/hdf5_io.f90 may see HDF5"
+        mpi = "only base/parallel.f90 may see MPI"
+        metis = "only equations/ordering.f90 may see METIS"
+        self.plant("contact/solve", "  use hdf5", hdf5)
+        self.plant("contact/solve", "  use h5lt, only: x", hdf5)
+        self.plant("contact/solve", "  use mpi_f08", mpi)
+        self.plant("contact/solve", "  include 'mpif.h'", mpi)
+        self.plant("contact/solve", "  use, non_intrinsic :: mpi, only: mpi_comm_world", mpi)
+        self.plant("contact/solve", "  include 'dmumps_struc.h'", mumps)
+        for line, message in [
+            ("call dmumps(id)", mumps),
+            ("if (x) call smumps(id)", mumps),
+            ("type(dmumps_struc) :: id", mumps),
+            ("call METIS_NodeND(x)", metis),
+            ("call h5open_f(i)", hdf5),
+            ("call mpi_init(i)", mpi),
+            ("subroutine a() bind(c, &\n    name='METIS_NodeND')", metis),
+        ]:
+            with self.subTest(line):
+                self.plant("contact/solve", "", message, procedures=line)
+
+    def test_unknown_modules(self) -> None:
+        unknown = "use of an unknown module "
+        self.plant("contact/solve", "  use omp_lib, only: x", unknown + "omp_lib")
+        self.plant("contact/solve", "  use gone_mod, only: x", unknown + "gone_mod")
+
+    def test_who_stops(self) -> None:
+        for line in [
+            "stop",
+            "STOP 1",
+            "stop 'text'",
+            "error stop",
+            "errorstop 3",
+            "if (a(1) > 2) stop 1",
+            "if (a) &\n    error stop 'x'",
+            "i = 1; call exit(1)",
+            "10 stop",
+            "stop (1)",
+            "call abort()",
+        ]:
+            with self.subTest(line):
+                message = "only app/main.f90 may stop"
+                self.plant("contact/solve", "", message, procedures=f"  {line}")
+
+    def test_only(self) -> None:
+        without = "use of kinds_mod without 'only'"
+        self.plant("contact/solve", "  use kinds_mod", without)
+        self.plant("contact/solve", "  use kinds_mod, n => n_kinds", without)
+        self.plant("contact/solve", "", without, procedures="  use :: kinds_mod")
+        tree = clean_tree()
+        tree["app/main.f90"] = tree["app/main.f90"].replace(", only: n_run", "")
+        self.expect(tree, "app/main.f90:2: use of run_mod without 'only'")
+
+    def test_one_module_named_after_the_file(self) -> None:
+        tree = clean_tree()
+        tree["deck/reader.f90"] = module("deck/other")
+        self.expect(tree, "deck/reader.f90:2: the module must be named reader_mod")
+        tree["deck/reader.f90"] = module("deck/reader") + module("deck/other")
+        self.expect(tree, "deck/reader.f90:1: holds 2 modules")
+        tree["deck/reader.f90"] = "subroutine x()\nend subroutine x\n"
+        self.expect(tree, "deck/reader.f90:1: holds 0 modules")
+        tree["deck/reader.f90"] = module("deck/reader") + "program x\nend program x\n"
+        self.expect(tree, "deck/reader.f90:11: only a module")
+        tree = clean_tree()
+        tree["app/main.f90"] += module("app/main")
+        self.expect(tree, "app/main.f90:8: holds a module")
+
+    def test_implicit_none_and_private(self) -> None:
+        tree = clean_tree()
+        clean = module("deck/reader")
+        tree["deck/reader.f90"] = clean.replace("  implicit none\n", "")
+        self.expect(tree, "deck/reader.f90:2: the module has no 'implicit none'")
+        tree["deck/reader.f90"] = clean.replace("  private\n", "  private :: n_reader\n")
+        self.expect(tree, "deck/reader.f90:2: the module has no 'private'")
+        # In a procedure it does not count for the module.
+        inside = "  subroutine s()\n    implicit none\n  end subroutine s"
+        text = module("deck/reader", procedures=inside).replace("  implicit none\n  private", "")
+        tree["deck/reader.f90"] = text.replace("contains", "  private\ncontains")
+        self.expect(tree, "deck/reader.f90:2: the module has no 'implicit none'")
+
+    def test_module_variables(self) -> None:
+        for line in [
+            "integer :: i",
+            "integer i",
+            "real(wp), allocatable :: parameter_of_x(:)",
+            "type(x_t), save :: x",
+            "class(x_t), pointer :: x => null()",
+            "procedure(x), pointer :: p",
+            "character(len=9), &\n    protected :: c",
+            "double precision d",
+        ]:
+            with self.subTest(line):
+                self.plant("contact/solve", f"  {line}", "module variable")
+        self.plant("contact/solve", "  save", "module variables: 'save'")
+        tree = clean_tree()
+        text = tree["base/system.f90"]
+        tree["base/system.f90"] = text.replace("[0, 1]", "[0, 1], other")
+        self.expect(tree, "base/system.f90:8: module variable")
+        tree["base/system.f90"] = text.replace("contains", "  logical :: other\ncontains", 1)
+        self.expect(
+            tree, "base/system.f90:8: module variable", "base/system.f90:9: module variable"
+        )
+
+    def test_the_command_line(self) -> None:
+        with tempfile.TemporaryDirectory() as name:
+            out = io.StringIO()
+            with contextlib.redirect_stdout(out):
+                status = check_layers.main([name])
+            self.assertEqual(status, 1)
+            self.assertIn("0 files, 1 violations", out.getvalue())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,195 @@
+"""VTK shows the increments of a result file as h5py reads them, and so does the XDMF sidecar.
+
+Environment: BIPOT, the executable; BIPOT_FORBID_SKIPS=1 makes a missing VTK a failure.
+"""
+
+import os
+import subprocess
+import tempfile
+import unittest
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+DECK = Path(__file__).resolve().parents[2] / "input" / "block.inp"
+STEPS = 10
+STRESS = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
+
+try:
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
+    MISSING = None
+except ImportError as problem:
+    MISSING = f"VTK with its HDF reader is not installed: {problem}"
+
+try:
+    from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
+
+    MISSING_XDMF = MISSING
+except ImportError as problem:
+    MISSING_XDMF = f"VTK with its XDMF reader is not installed: {problem}"
+
+
+def need(missing):
+    """Skip the test, or fail it where skips are forbidden, when something is missing."""
+    if missing and os.environ.get("BIPOT_FORBID_SKIPS") == "1":
+        raise AssertionError(missing)
+    if missing:
+        raise unittest.SkipTest(missing)
+
+
+def fields_of(grid):
+    """The arrays that a VTK data set carries, by group and name."""
+    found = {}
+    for group, data in (("PointData", grid.GetPointData()), ("CellData", grid.GetCellData())):
+        for i in range(data.GetNumberOfArrays()):
+            array = data.GetArray(i)
+            found[group, array.GetName()] = vtk_to_numpy(array)
+    return found
+
+
+def times_of(reader):
+    """The times that a VTK reader offers."""
+    reader.UpdateInformation()
+    information = reader.GetOutputInformation(0)
+    return np.array(information.Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()))
+
+
+class ResultFile(unittest.TestCase):
+    """One run of the paper's block, read in several ways."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        command = [os.environ["BIPOT"], DECK, "--set", "n=2", "--set", f"steps={STEPS}", "--quiet"]
+        run = subprocess.run(command, cwd=cls.folder.name, capture_output=True, text=True)
+        if run.returncode != 0:
+            raise AssertionError(f"the run ended with {run.returncode}:\n{run.stdout}{run.stderr}")
+        cls.path = Path(cls.folder.name) / "block.vtkhdf"
+        cls.sidecar = cls.path.with_suffix(".xdmf")
+        cls.file = h5py.File(cls.path, "r")
+        cls.addClassCleanup(cls.file.close)
+        cls.vtkhdf = cls.file["VTKHDF"]
+        cls.n_steps = int(cls.vtkhdf["Steps"].attrs["NSteps"])
+
+    def block(self, group, name, step):
+        """The block of a field that belongs to a step, by its offset."""
+        n = int(self.vtkhdf[{"PointData": "NumberOfPoints", "CellData": "NumberOfCells"}[group]][0])
+        start = int(self.vtkhdf["Steps"][group + "Offsets"][name][step])
+        return self.vtkhdf[group][name][start : start + n]
+
+    def names(self):
+        """Group and name of every field."""
+        return {(g, name) for g in ("PointData", "CellData") for name in self.vtkhdf[g]}
+
+    def assert_fields(self, found, step, names):
+        """The arrays found are exactly the named fields of a step."""
+        if ("CellData", "stress_XX") in found:  # XDMF has no fit type for our six components
+            parts = [found.pop(("CellData", "stress_" + part)) for part in STRESS]
+            found["CellData", "stress"] = np.stack([part.ravel() for part in parts], axis=1)
+        self.assertEqual(set(found), names)
+        for (group, name), values in found.items():
+            with self.subTest(step=step, field=name):
+                np.testing.assert_array_equal(values, self.block(group, name, step))
+
+    def test_every_increment_is_there(self):
+        self.assertEqual(self.n_steps, STEPS)
+        self.assertEqual(self.file["history"].attrs["finished"], STEPS)
+        self.assertEqual(self.file["run"].attrs["status"], b"finished")
+        values = self.vtkhdf["Steps/Values"][: self.n_steps]
+        np.testing.assert_array_equal(values, self.file["history/time"][:STEPS])
+        self.assertTrue(np.all(np.diff(values) > 0))
+
+    def test_default_fields_are_there(self):
+        names = {"displacement", "reaction_force", "contact_force", "contact_pressure"}
+        names |= {"contact_status", "node_id"}
+        self.assertEqual(set(self.vtkhdf["PointData"]), names)
+        self.assertLessEqual({"element_id"}, set(self.vtkhdf["CellData"]))
+
+    def test_every_dataset_is_described(self):
+        def look(name, item):
+            if isinstance(item, h5py.Dataset):
+                self.assertIn("description", item.attrs, name)
+                self.assertIn("quantity", item.attrs, name)
+
+        self.file.visititems(look)
+
+    def test_contact_forces_sum_to_the_resultant(self):
+        (pair,) = self.file["contact"].values()
+        for step in range(self.n_steps):
+            total = self.block("PointData", "contact_force", step).sum(axis=0)
+            np.testing.assert_allclose(total, pair["resultant"][step], rtol=1e-12, atol=1e-9)
+
+    def test_points_are_nodes_of_the_mesh(self):
+        (pair,) = self.file["contact"].values()
+        points = self.vtkhdf["Points"][:]
+        np.testing.assert_array_equal(pair["coordinates"][:], points[pair["node"][:]])
+
+    def test_vtk_reads_every_step(self):
+        need(MISSING)
+        reader = vtkHDFReader()
+        reader.SetFileName(str(self.path))
+        times = times_of(reader)
+        np.testing.assert_array_equal(times, self.vtkhdf["Steps/Values"][: self.n_steps])
+        # Forwards, backwards and the ends: the reader caches.
+        for step in (0, 1, self.n_steps - 1, self.n_steps // 2, 0):
+            reader.SetStep(step)
+            reader.Update()
+            grid = reader.GetOutput()
+            points = vtk_to_numpy(grid.GetPoints().GetData())
+            np.testing.assert_array_equal(points, self.vtkhdf["Points"][:])
+            connectivity = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
+            np.testing.assert_array_equal(connectivity, self.vtkhdf["Connectivity"][:])
+            self.assertEqual(grid.GetNumberOfCells(), self.vtkhdf["NumberOfCells"][0])
+            self.assertEqual(grid.GetCellType(0), 12)
+            self.assert_fields(fields_of(grid), step, self.names())
+
+    def test_xdmf_names_the_right_blocks(self):
+        steps = ElementTree.parse(self.sidecar).getroot().findall("Domain/Grid/Grid")
+        self.assertEqual(len(steps), self.n_steps)
+        for step, grid in enumerate(steps):
+            time = float(grid.find("Time").get("Value"))
+            self.assertEqual(time, self.vtkhdf["Steps/Values"][step])
+            found = {}
+            for attribute in grid.findall("Attribute"):
+                group = {"Node": "PointData", "Cell": "CellData"}[attribute.get("Center")]
+                found[group, attribute.get("Name")] = self.evaluate(attribute.find("DataItem"))
+            self.assert_fields(found, step, self.names())
+            points = self.evaluate(grid.find("Geometry/DataItem"))
+            np.testing.assert_array_equal(points, self.vtkhdf["Points"][:])
+
+    def evaluate(self, item):
+        """What a DataItem stands for."""
+        extents = [int(n) for n in item.get("Dimensions").split()]
+        if item.get("ItemType") == "HyperSlab":
+            selection, source = item.findall("DataItem")
+            start, stride, count = np.array(selection.text.split(), int).reshape(3, -1)
+            cut = tuple(
+                slice(a, a + n * d, d) for a, d, n in zip(start, stride, count, strict=True)
+            )
+            self.assertEqual(list(count), extents)
+            return self.evaluate(source)[cut]
+        name, path = item.text.split(":", 1)
+        self.assertEqual(name, self.path.name)
+        values = self.file[path]
+        self.assertEqual(int(item.get("Precision")), values.dtype.itemsize)
+        return values[:].reshape(extents)
+
+    def test_vtk_reads_xdmf(self):
+        need(MISSING_XDMF)
+        reader = vtkXdmfReader()
+        reader.SetFileName(str(self.sidecar))
+        times = times_of(reader)
+        np.testing.assert_array_equal(times, self.vtkhdf["Steps/Values"][: self.n_steps])
+        for step in (0, self.n_steps - 1, self.n_steps // 2):
+            reader.UpdateTimeStep(times[step])
+            self.assert_fields(fields_of(reader.GetOutputDataObject(0)), step, self.names())
+
+
+if __name__ == "__main__":
+    unittest.main()
