@@ -70,10 +70,12 @@ contains
     character(:), allocatable :: core
     integer(c_int) :: status
 
-    if (environment('OPENBLAS_NUM_THREADS') == '' .and. &
-      environment('OMP_NUM_THREADS') == '') call use_one_thread()
-    if (environment(core_variable) /= '' .or. environment(guard_variable) /= '') return
-    if (started_by_mpi() .or. watched()) return
+    if (.not. any_set([character(20) :: 'OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS'])) then
+      call use_one_thread()
+    end if
+    if (any_set([character(20) :: core_variable, guard_variable])) return
+    if (any_set(mpi_variables)) return
+    if (watched()) return
     core = wanted_core(blas_core_name(), processor_flags())
     if (core == '') return
     status = c_setenv(c_text(guard_variable), c_text(core), 1_c_int)
@@ -174,21 +176,18 @@ contains
     call set_threads(1_c_int)
   end subroutine use_one_thread
 
-  !> Whether an MPI launcher has started the program: its ranks must not replace themselves.
-  function started_by_mpi() result(answer)
-    logical :: answer
-
-    answer = environment('OMPI_COMM_WORLD_SIZE') /= '' .or. environment('PMI_RANK') /= '' .or. &
-      environment('PMIX_RANK') /= '' .or. environment('MPI_LOCALRANKID') /= ''
-  end function started_by_mpi
-
   !> Whether valgrind (which does not know all instructions) or a sanitizer watches.
   function watched() result(answer)
     logical :: answer
+    character(4096) :: preload
+    type(c_funptr) :: address
 
-    answer = index(environment('LD_PRELOAD'), 'vgpreload') > 0 .or. &
-      c_associated(c_dlsym(c_null_ptr, c_text('__asan_init'))) .or. &
-      c_associated(c_dlsym(c_null_ptr, c_text('__tsan_init')))
+    call get_environment_variable('LD_PRELOAD', preload)
+    answer = index(preload, 'vgpreload') > 0
+    address = c_dlsym(c_null_ptr, c_text('__asan_init'))
+    answer = answer .or. c_associated(address)
+    address = c_dlsym(c_null_ptr, c_text('__tsan_init'))
+    answer = answer .or. c_associated(address)
   end function watched
 
   !> Replace the process by itself, with the same arguments. Returns only if that fails: then all
@@ -214,15 +213,18 @@ contains
     if (status /= 0) return
   end subroutine start_again
 
-  function environment(name) result(value)
-    character(*), intent(in) :: name
-    character(:), allocatable :: value
-    integer :: length
+  !> Whether one of these environment variables has a value.
+  function any_set(names) result(answer)
+    character(*), intent(in) :: names(:)
+    logical :: answer
+    integer :: i, length
 
-    call get_environment_variable(name, length=length)
-    allocate (character(length) :: value)
-    if (length > 0) call get_environment_variable(name, value)
-  end function environment
+    answer = .false.
+    do i = 1, size(names)
+      call get_environment_variable(trim(names(i)), length=length)
+      answer = answer .or. length > 0
+    end do
+  end function any_set
 
   pure function c_text(text) result(terminated)
     character(*), intent(in) :: text
