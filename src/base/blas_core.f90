@@ -15,8 +15,11 @@ module blas_core_mod
   public :: choose_blas_core, blas_core_name, wanted_core
 
   character(*), parameter :: core_variable = 'OPENBLAS_CORETYPE'
-  character(*), parameter :: guard_variable = 'BIPOT_BLAS_CORE' !! set before the second start:
-                                                                !! never a third
+  ! Set before the second start: there is never a third.
+  character(*), parameter :: guard_variable = 'BIPOT_BLAS_CORE'
+  ! Set by MPI's launchers, whose ranks must not replace themselves.
+  character(*), parameter :: mpi_variables(4) = [character(20) :: &
+    'OMPI_COMM_WORLD_SIZE', 'PMI_RANK', 'PMIX_RANK', 'MPI_LOCALRANKID']
 
   interface
     function c_dlsym(handle, symbol) result(address) bind(c, name='dlsym')

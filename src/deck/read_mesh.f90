@@ -204,8 +204,9 @@ contains
         call integer_field(reader, fields, 1, 'the id of an element', 1, id, ok)
         if (ok) call add_skipped(draft, id, fields%start)
       end if
-      ! Gmsh ends every line with a comma: only a short line can go on in the next one.
-      continued = fields%pieces%ends_with_comma .and. fields%n >= 16
+      ! The skipped types have at most 9 entries, one line whatever ends it; what follows a longer
+      ! line that ends with a comma is the rest of a larger element.
+      continued = fields%pieces%ends_with_comma .and. fields%n > 9
     end do
   end subroutine skip_elements
 
