@@ -16,7 +16,7 @@ module operators_mod
   use sparse_factor_mod, only: sparse_factor_t, factorise
   use rigid_modes_mod, only: count_free_motions
   use search_mod, only: locate
-  use compliance_mod, only: invert_schur, rows_of_points, compliance_of_rows
+  use compliance_mod, only: invert_schur, point_stiffness, rows_of_points, compliance_of_rows
   use problem_mod, only: contact_problem_t, make_problem
   use step_loads_mod, only: step_loads_t, resolve_loads, prescribed_dofs
   implicit none
@@ -64,6 +64,7 @@ contains
                                                      !! no memory
     type(triplets_t) :: k
     integer, allocatable :: start(:), neighbours(:), place(:)
+    real(wp), allocatable :: stiffness(:, :, :)
     real(wp) :: clock
 
     call check_held(scene, prescribed, error)
@@ -83,32 +84,49 @@ contains
     if (allocated(error)) return
     operators%n_factorisations = operators%n_factorisations + 1
     call lap(clock, operators%seconds%factorise)
+    call locate_points(scene, points, operators)
+    stiffness = point_stiffness(operators%map, points, operators%frame, operators%compliance)
     call invert_schur(operators%compliance, error)
     if (allocated(error)) return
-    call make_contact(scene, points, operators)
+    call make_contact(points, stiffness, operators)
     call lap(clock, operators%seconds%condense)
   end subroutine make_operators
 
-  !> Frames, gaps, rows and compliance of the contact points.
-  subroutine make_contact(scene, points, operators)
+  !> Frames and gaps of the contact points on the undeformed mesh.
+  subroutine locate_points(scene, points, operators)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(operators_t), intent(inout) :: operators
-    real(wp), allocatable :: w(:, :)
-    integer :: row(3, points%n), i
+    integer :: i
 
     if (allocated(operators%frame)) deallocate (operators%frame, operators%initial_gap)
     allocate (operators%frame(3, 3, points%n), operators%initial_gap(points%n))
     do i = 1, points%n
-      call locate(scene%obstacles(scene%pairs(points%pair(i))%obstacle), &
-        scene%mesh%coordinates(:, points%node(i)), &
-                  operators%initial_gap(i), operators%frame(:, :, i))
+      associate (pair => scene%pairs(points%pair(i)))
+        call locate(scene%obstacles(pair%obstacle), scene%mesh%coordinates(:, points%node(i)), &
+                    operators%initial_gap(i), operators%frame(:, :, i))
+      end associate
     end do
+  end subroutine locate_points
+
+  !> Rows of the contact points, and the contact problem over those that have any.
+  subroutine make_contact(points, stiffness, operators)
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: stiffness(:, :, :)  !! (3,3,n_points) of the Schur complement at the
+                                                !! points
+    type(operators_t), intent(inout) :: operators
+    real(wp), allocatable :: w(:, :)
+    integer :: row(3, points%n), i
+
     call rows_of_points(operators%map, points, operators%frame, row)
     call compliance_of_rows(operators%map, points, operators%frame, row, operators%compliance, w)
     operators%active = pack([(i, i=1, points%n)], row(1, :) > 0)
     operators%has_friction = row(2:, :) > 0
-    call make_problem(row(:, operators%active), points%mu(operators%active), w, operators%problem)
+    if (count(row > 0) == operators%map%n_interface .and. all(row > 0)) then
+      call make_problem(row, points%mu, w, operators%problem, stiffness)
+    else
+      call make_problem(row(:, operators%active), points%mu(operators%active), w, operators%problem)
+    end if
   end subroutine make_contact
 
   !> Every body must be held by its supports: contact alone cannot hold one yet.

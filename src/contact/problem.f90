@@ -6,12 +6,14 @@ module problem_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
+  use spd_inverse_mod, only: invert_spd
   use law_mod, only: project_on_cone, augmented_gap
   implicit none
   private
 
   public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
-    relative_gaps, natural_map, force_scale
+    relative_gaps, product_with_w, natural_map, force_scale, &
+    measure
 
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
   type :: contact_problem_t
@@ -31,14 +33,17 @@ module problem_mod
                                             !! [force/length]
     real(wp), allocatable :: rho_map(:)     !! (n_points) rows/trace(W_ii), of the natural map
                                             !! [force/length]
+    real(wp), allocatable :: rho_global(:, :) !! (2,n_points) normal and tangential, of the global
+                                              !! Newton [force/length]
   end type contact_problem_t
 
   !> What a contact solver says of its solution.
   type :: contact_report_t
     integer  :: solver = solver_none
     logical  :: converged = .false.
-    integer  :: iterations = 0        !! sweeps
+    integer  :: iterations = 0        !! sweeps or Newton iterations
     integer  :: local_iterations = 0  !! summed over points and sweeps
+    integer  :: products = 0          !! of W with a vector; a sweep counts as one
     real(wp) :: residual = 0.0_wp     !! scaled natural map [-]
     integer  :: worst_point = 0       !! where it is largest
   end type contact_report_t
@@ -57,12 +62,15 @@ module problem_mod
 contains
 
   !> Complete a problem from its rows and its compliance.
-  subroutine make_problem(row, mu, w, problem)
+  subroutine make_problem(row, mu, w, problem, stiffness)
     integer,  intent(in) :: row(:, :)   !! (3,n_points) as in the type; the first is never 0
     real(wp), intent(in) :: mu(:)       !! (n_points) [-]
     real(wp), allocatable, intent(inout) :: w(:, :)   !! (n_rows,n_rows), moved into the problem
                                                       !! [length/force]
     type(contact_problem_t), intent(out) :: problem
+    real(wp), intent(in), optional :: stiffness(:, :, :) !! (3,3,n_points) blocks of W^-1 at the
+                                                         !! points, where
+                                                         !! known and all points have three rows
     real(wp) :: tangential(3, 3), smallest
     integer :: i, a, b, n
 
@@ -97,7 +105,49 @@ contains
         problem%rho_t(i) = 1.0_wp/largest_eigenvalue(tangential)
       end associate
     end do
+    call scale_global_newton(problem, stiffness)
   end subroutine make_problem
+
+  !> The two rho a point of the global Newton: sqrt(S_nn/W_nn) and sqrt(tr S_tt/tr W_tt), S = W^-1.
+  !>
+  !> Where W is singular, rows/trace(W_ii) for both. docs/theory.md (4.10).
+  subroutine scale_global_newton(problem, stiffness)
+    type(contact_problem_t), intent(inout) :: problem
+    real(wp), intent(in), optional :: stiffness(:, :, :) !! as in make_problem
+    real(wp), allocatable :: s(:, :)
+    real(wp) :: s_nn, s_tt, w_tt
+    logical :: regular
+    integer :: i, a
+
+    allocate (problem%rho_global(2, problem%n_points))
+    problem%rho_global = spread(problem%rho_map, 1, 2)
+    regular = .true.
+    if (.not. present(stiffness)) then
+      s = problem%w
+      call invert_spd(s, regular)
+    end if
+    if (.not. regular) return
+    do i = 1, problem%n_points
+      associate (row => problem%row(:, i), block => problem%block(:, :, i))
+        s_tt = 0.0_wp
+        w_tt = 0.0_wp
+        if (present(stiffness)) then
+          s_nn = stiffness(1, 1, i)
+          s_tt = stiffness(2, 2, i) + stiffness(3, 3, i)
+          w_tt = block(2, 2) + block(3, 3)
+        else
+          s_nn = s(row(1), row(1))
+          do a = 2, 3
+            if (row(a) == 0) cycle
+            s_tt = s_tt + s(row(a), row(a))
+            w_tt = w_tt + block(a, a)
+          end do
+        end if
+        problem%rho_global(1, i) = sqrt(s_nn/block(1, 1))
+        if (w_tt > 0.0_wp) problem%rho_global(2, i) = sqrt(s_tt/w_tt)
+      end associate
+    end do
+  end subroutine scale_global_newton
 
   !> From three components a point to the rows there are.
   pure function pack_rows(problem, v) result(packed)
@@ -128,16 +178,25 @@ contains
     end do
   end function unpack_rows
 
-  !> x = W r + x_free. [JFT07] eq. (11).
+  !> x = W r + x_free. [JFT07] eq. (11), docs/theory.md (2.1).
   function relative_gaps(problem, x_free, r) result(x)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:), r(:) !! (n_rows) [length], [force]
     real(wp) :: x(problem%n_rows)           !! [length]
 
-    x = x_free
-    if (problem%n_rows == 0) return
-    call dsymv('L', problem%n_rows, 1.0_wp, problem%w, problem%n_rows, r, 1, 1.0_wp, x, 1)
+    x = x_free + product_with_w(problem, r)
   end function relative_gaps
+
+  !> W v, reading one triangle of W.
+  function product_with_w(problem, v) result(w_v)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: v(:)        !! (n_rows) [force]
+    real(wp) :: w_v(problem%n_rows)     !! [length]
+
+    w_v = 0.0_wp
+    if (problem%n_rows == 0) return
+    call dsymv('L', problem%n_rows, 1.0_wp, problem%w, problem%n_rows, v, 1, 0.0_wp, w_v, 1)
+  end function product_with_w
 
   !> Z_i = r_i - P_K(r_i - rho_i x*_i) of every point, rho_i = rows/trace(W_ii): zero exactly at the
   !> solution.
@@ -177,5 +236,25 @@ contains
     end do
     scale = max(norm2(r), norm2(r_start), norm2(z))
   end function force_scale
+
+  !> The scaled residual of docs/theory.md (5.2) and the point where it is largest, into the report.
+  subroutine measure(problem, x_free, x, r, r_start, report)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)      !! (n_rows) [length]
+    real(wp), intent(in) :: x(:), r(:)     !! (n_rows) x = W r + x_free [length], [force]
+    real(wp), intent(in) :: r_start(:, :)  !! (3,n_points) at the start of the step [force]
+    type(contact_report_t), intent(inout) :: report
+    real(wp), dimension(3, problem%n_points) :: r_points, z
+    integer :: status(problem%n_points)
+    real(wp) :: scale
+
+    r_points = unpack_rows(problem, r)
+    call natural_map(problem, unpack_rows(problem, x), r_points, z, status)
+    scale = force_scale(problem, unpack_rows(problem, x_free), r_points, r_start)
+    report%residual = norm2(z)
+    if (scale > 0.0_wp) report%residual = report%residual/scale
+    report%worst_point = 0
+    if (problem%n_points > 0) report%worst_point = maxloc(sum(z**2, dim=1), dim=1)
+  end subroutine measure
 
 end module problem_mod

@@ -1,9 +1,10 @@
 !> Which contact solver runs.
 module solve_mod
   use kinds_mod, only: wp
-  use controls_mod, only: contact_controls_t
+  use controls_mod, only: contact_controls_t, solver_global_newton
   use problem_mod, only: contact_problem_t, contact_report_t
   use sweeps_mod, only: solve_by_sweeps
+  use global_newton_mod, only: solve_by_global_newton
   implicit none
   private
 
@@ -24,7 +25,12 @@ contains
       report%converged = .true.
       return
     end if
-    call solve_by_sweeps(problem, x_free, controls, r, report)
+    select case (controls%solver)
+    case (solver_global_newton)
+      call solve_by_global_newton(problem, x_free, controls, r, report)
+    case default
+      call solve_by_sweeps(problem, x_free, controls, r, report)
+    end select
   end subroutine solve_contact
 
 end module solve_mod

@@ -6,7 +6,7 @@ module sweeps_mod
     local_newton6, &
                           local_exact, stop_at_residual, stop_at_change, solver_sweeps
   use law_mod, only: project_on_cone, augmented_gap
-  use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, unpack_rows, &
+  use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, unpack_rows, &
     pack_rows, natural_map, &
                          force_scale
   use local_point_mod, only: local_point_t, local_solver
@@ -51,7 +51,8 @@ contains
     r_start = r
     packed = pack_rows(problem, r)
     free = unpack_rows(problem, x_free)
-    call measure(problem, x_free, packed, r_start, report)
+    call measure(problem, x_free, relative_gaps(problem, x_free, packed), packed, r_start, &
+        report)
     report%converged = controls%stop_rule == stop_at_residual .and. &
       report%residual <= controls%tolerance
 
@@ -67,11 +68,13 @@ contains
         scale = force_scale(problem, free, unpack_rows(problem, packed), r_start)
         if (sweep%seen_residual > 2.0_wp*controls%tolerance*scale .and. mod(report%iterations, &
           100) /= 0) cycle iterate
-        call measure(problem, x_free, packed, r_start, report)
+        call measure(problem, x_free, relative_gaps(problem, x_free, packed), packed, r_start, &
+        report)
         report%converged = report%residual <= controls%tolerance
       end if
     end do iterate
-    call measure(problem, x_free, packed, r_start, report)
+    call measure(problem, x_free, relative_gaps(problem, x_free, packed), packed, r_start, &
+        report)
     r = unpack_rows(problem, packed)
   end subroutine solve_by_sweeps
 
@@ -166,24 +169,5 @@ contains
       x(a) = x_free(row) + dot_product(problem%w(:, row), packed)
     end do
   end subroutine freeze
-
-  !> The scaled natural map at the present reactions, and the point where it is largest.
-  subroutine measure(problem, x_free, packed, r_start, report)
-    type(contact_problem_t), intent(in) :: problem
-    real(wp), intent(in) :: x_free(:), packed(:), r_start(:, :)
-    type(contact_report_t), intent(inout) :: report
-    real(wp), dimension(3, problem%n_points) :: r, x, z
-    integer :: status(problem%n_points)
-    real(wp) :: scale
-
-    r = unpack_rows(problem, packed)
-    x = unpack_rows(problem, relative_gaps(problem, x_free, packed))
-    call natural_map(problem, x, r, z, status)
-    scale = force_scale(problem, unpack_rows(problem, x_free), r, r_start)
-    report%residual = norm2(z)
-    if (scale > 0.0_wp) report%residual = report%residual/scale
-    report%worst_point = 0
-    if (problem%n_points > 0) report%worst_point = maxloc(sum(z**2, dim=1), dim=1)
-  end subroutine measure
 
 end module sweeps_mod

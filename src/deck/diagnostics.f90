@@ -68,9 +68,15 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
     character(*), intent(in) :: text
     integer, intent(in) :: position !! orders the mistakes
+    integer :: i
 
     if (.not. wants_more(diagnostics)) return
     if (.not. allocated(diagnostics%mistakes)) allocate (diagnostics%mistakes(max_collected))
+    ! A card that is looked at twice has its mistakes once.
+    do i = 1, diagnostics%n_mistakes
+      if (diagnostics%mistakes(i)%position /= position) cycle
+      if (diagnostics%mistakes(i)%text == text) return
+    end do
     diagnostics%n_mistakes = diagnostics%n_mistakes + 1
     diagnostics%mistakes(diagnostics%n_mistakes)%position = position
     diagnostics%mistakes(diagnostics%n_mistakes)%text = text

@@ -24,7 +24,8 @@ module sets_mod
   implicit none
   private
 
-  public :: set_t, set_list_t, read_sets, find_set, report_unknown, block_side_nodes
+  public :: model_t, set_list_t, read_sets, find_set, report_unknown, block_side_nodes
+  public :: referenced_nodes
 
   !> Members of all sets together, and ids looked up on the way: more than any real deck needs.
   integer(i8), parameter :: max_work = 400000000
@@ -48,22 +49,29 @@ module sets_mod
     integer, allocatable :: early(:)    !! (n) early set of the entry; 0: a card
   end type set_list_t
 
+  !> The mesh with its sets: what the rest of the deck refers to.
+  type :: model_t
+    type(mesh_draft_t) :: mesh
+    type(set_list_t) :: node_sets
+    type(set_list_t) :: element_sets
+    logical, allocatable :: used(:) !! (n_nodes) whether an element has the node
+  end type model_t
+
 contains
 
   !> Read all sets, in the order of the deck; connect_mesh comes before.
-  subroutine read_sets(reader, draft, nodes, elements)
+  subroutine read_sets(reader, model)
     type(reader_t), intent(inout) :: reader
-    type(mesh_draft_t), intent(in) :: draft
-    type(set_list_t), intent(out) :: nodes, elements
+    type(model_t), intent(inout) :: model
     integer(i8) :: work
 
-    nodes%kind = set_of_nodes
-    elements%kind = set_of_elements
-    call list_entries(reader, draft, 'NSET', nodes)
-    call list_entries(reader, draft, 'ELSET', elements)
+    model%node_sets%kind = set_of_nodes
+    model%element_sets%kind = set_of_elements
+    call list_entries(reader, model%mesh, 'NSET', model%node_sets)
+    call list_entries(reader, model%mesh, 'ELSET', model%element_sets)
     work = 0
-    call fill_sets(reader, draft, elements, elements, work)
-    call fill_sets(reader, draft, elements, nodes, work)
+    call fill_sets(reader, model%mesh, model%element_sets, work)
+    call fill_sets(reader, model%mesh, model%node_sets, work, model%element_sets)
   end subroutine read_sets
 
   !> List the early sets and the cards `keyword`, by place, with their names.
@@ -119,12 +127,12 @@ contains
   end subroutine list_entries
 
   !> Fill the sets of one kind, entry by entry.
-  subroutine fill_sets(reader, draft, elements, sets, work)
+  subroutine fill_sets(reader, draft, sets, work, elements)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
-    type(set_list_t), intent(in) :: elements !! complete when `sets` are sets of nodes
     type(set_list_t), intent(inout) :: sets
-    integer(i8), intent(inout) :: work
+    integer(i8), intent(inout) :: work                 !! members and look-ups so far
+    type(set_list_t), intent(in), optional :: elements !! the sets of elements, for sets of nodes
     integer :: entry, home
 
     do entry = 1, sets%n
@@ -133,7 +141,7 @@ contains
       if (sets%early(entry) > 0) then
         call fill_early(reader, draft, sets, entry, home)
       else
-        call fill_from_card(reader, draft, elements, sets, entry, home, work)
+        call fill_from_card(reader, draft, sets, entry, work, elements)
       end if
       work = work + sets%list(home)%n
       if (work > max_work) then
@@ -203,21 +211,22 @@ contains
   end function block_side_nodes
 
   !> The members that a *NSET or *ELSET card names.
-  subroutine fill_from_card(reader, draft, elements, sets, entry, home, work)
+  subroutine fill_from_card(reader, draft, sets, entry, work, elements)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
-    type(set_list_t), intent(in) :: elements
     type(set_list_t), intent(inout) :: sets
-    integer, intent(in) :: entry, home
+    integer, intent(in) :: entry
     integer(i8), intent(inout) :: work
+    type(set_list_t), intent(in), optional :: elements
     type(card_t) :: card
     type(fields_t) :: fields
     type(reference_t) :: reference
-    integer :: i
+    integer :: i, home
     logical :: found, ok
 
     call open_card(reader, sets%card(entry), card)
-    if (sets%kind == set_of_nodes .and. has_option(card, 'ELSET')) then
+    home = find_name(sets%lookup, sets%names, sets%names(entry)%text)
+    if (present(elements) .and. has_option(card, 'ELSET')) then
       call add_nodes_of_elements(reader, draft, elements, card, sets%list(home))
       return
     end if
@@ -355,6 +364,31 @@ contains
     end do
     call finish(set)
   end subroutine add_nodes_of_elements
+
+  !> The numbers of the nodes that a reference means; a mistake is reported where it means none.
+  subroutine referenced_nodes(reader, model, reference, nodes)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(reference_t), intent(in) :: reference
+    integer, allocatable, intent(out) :: nodes(:)
+    integer :: found
+
+    if (reference%id > 0) then
+      found = find_id(model%mesh%nodes, model%mesh%node_id, reference%id)
+      if (found == 0) call report(reader, reference%position, 'node '//to_text(reference%id)// &
+        ' is not defined')
+      if (found > 0) nodes = [found]
+    else
+      found = find_set(model%node_sets, reference%name)
+      if (found == 0) call report_unknown(reader, model%node_sets, reference%position, &
+        reference%name)
+      if (found > 0) then
+        if (allocated(model%node_sets%list(found)%members)) &
+          nodes = model%node_sets%list(found)%members
+      end if
+    end if
+    if (.not. allocated(nodes)) allocate (nodes(0))
+  end subroutine referenced_nodes
 
   !> The set `name`: its index, 0 when there is none.
   pure function find_set(sets, name) result(found)

@@ -8,7 +8,25 @@
 module hdf5_io_mod
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_char, c_int, c_size_t, &
                                          c_int64_t, c_funptr, c_funloc, c_f_pointer, c_associated
-  use hdf5
+  use hdf5, only: hid_t, hsize_t, size_t, h5kind_to_type, h5aclose_f, h5acreate_f, h5aexists_f, &
+                  h5aget_space_f, h5aget_type_f, h5aopen_by_name_f, h5aopen_f, h5aread_f, &
+                  h5awrite_f, h5dclose_f, h5dcreate_f, h5dget_space_f, h5dget_type_f, &
+                  h5dont_atexit_f, h5dopen_f, h5dread_f, h5dset_extent_f, h5dwrite_f, &
+                  h5eset_auto_f, h5fclose_f, h5fcreate_f, h5fflush_f, h5fis_hdf5_f, h5fopen_f, &
+                  h5gclose_f, h5gcreate_f, h5get_libversion_f, h5gget_obj_info_idx_f, &
+                  h5gn_members_f, h5iis_valid_f, h5ldelete_f, h5lexists_f, h5oclose_f, h5oopen_f, &
+                  h5open_f, h5pclose_f, h5pcreate_f, h5pset_chunk_f, h5pset_deflate_f, &
+                  h5pset_fclose_degree_f, h5pset_istore_k_f, h5pset_shuffle_f, h5sclose_f, &
+                  h5screate_f, h5screate_simple_f, h5sget_simple_extent_dims_f, &
+                  h5sget_simple_extent_ndims_f, h5sget_simple_extent_npoints_f, &
+                  h5sselect_hyperslab_f, h5tclose_f, h5tcopy_f, h5tequal_f, h5tget_class_f, &
+                  h5tget_size_f, h5tis_variable_str_f, h5tset_cset_f, h5tset_size_f, &
+                  h5tset_strpad_f, H5F_ACC_EXCL_F, H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, &
+                  H5F_CLOSE_STRONG_F, H5F_SCOPE_LOCAL_F, H5P_DATASET_CREATE_F, H5P_FILE_ACCESS_F, &
+                  H5P_FILE_CREATE_F, H5S_SCALAR_F, H5S_SELECT_SET_F, H5S_UNLIMITED_F, &
+                  H5T_CSET_UTF8_F, H5T_C_S1, H5T_IEEE_F64LE, H5T_STD_I32LE, H5T_STD_I64LE, &
+                  H5T_STD_I8LE, H5T_STD_U8LE, H5T_STRING_F, H5T_STR_NULLPAD_F, H5_INTEGER_KIND, &
+                  H5_REAL_KIND
   use kinds_mod, only: wp, i1, i4, i8
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: string_t, to_text
@@ -103,6 +121,7 @@ module hdf5_io_mod
   interface
     function walk_error_stack(stack, direction, visit, client) bind(c, name='H5Ewalk2')
       import :: c_int, c_int64_t, c_funptr, c_ptr
+      implicit none
       integer(c_int64_t), value :: stack
       integer(c_int), value :: direction
       type(c_funptr), value :: visit
@@ -112,6 +131,7 @@ module hdf5_io_mod
 
     pure function c_length(text) bind(c, name='strlen')
       import :: c_ptr, c_size_t
+      implicit none
       type(c_ptr), value, intent(in) :: text
       integer(c_size_t) :: c_length
     end function c_length
@@ -130,7 +150,7 @@ contains
     ! First of all: any other call starts the library as a whole.
     call h5dont_atexit_f(status)
     ! Its type numbers are 0 before it runs. Starting again would leak a set of them.
-    call h5iis_valid_f(h5t_std_i32le, running, status)
+    call h5iis_valid_f(H5T_STD_I32LE, running, status)
     if (status == 0 .and. running) return
     call h5open_f(status)
     call h5eset_auto_f(0, status)

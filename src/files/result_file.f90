@@ -72,6 +72,7 @@ module result_file_mod
   interface
     function c_rename(old, new) result(status) bind(c, name='rename')
       import :: c_char, c_int
+      implicit none
       character(c_char), intent(in) :: old(*), new(*)
       integer(c_int) :: status
     end function c_rename
@@ -334,8 +335,10 @@ contains
     character(*), intent(in) :: path
     integer :: unit, status
 
-    open (newunit=unit, file=path, status='old', iostat=status)
-    if (status == 0) close (unit, status='delete', iostat=status)
+    open (newunit=unit, file=path, status='old', action='readwrite', iostat=status)
+    if (status /= 0) return
+    close (unit, status='delete', iostat=status)
+    if (status /= 0) close (unit)
   end subroutine delete_file
 
   !> The text, or nothing.

@@ -109,6 +109,7 @@ contains
 
     path = xdmf_path(result_path)
     source = escaped(result_path(index(result_path, '/', back=.true.) + 1:))
+    reason = ''
     open (newunit=unit, file=path, access='stream', form='formatted', action='write', &
           status='replace', iostat=status, iomsg=reason)
     if (status == 0) then
@@ -143,8 +144,11 @@ contains
 
     subroutine line(text)
       character(*), intent(in) :: text
+      integer :: failure
 
-      if (status == 0) write (unit, '(a)', iostat=status, iomsg=reason) text
+      if (status /= 0) return
+      write (unit, '(a)', iostat=failure, iomsg=reason) text
+      if (failure /= 0) status = failure
     end subroutine line
 
   end subroutine write_xml
@@ -184,7 +188,7 @@ contains
     integer, intent(in) :: step
     character(*), intent(in) :: source, name, shape_name
     integer, intent(in) :: components(2) !! first, from 0, and how many
-    character(:), allocatable :: xml, start, stride, count, all
+    character(:), allocatable :: xml, location, start, stride, count, all
     character(*), parameter :: end_of_line = new_line('a')
     integer :: rank
 
@@ -199,12 +203,17 @@ contains
       count = count//' '//to_text(components(2))
       all = all//' '//to_text(attribute%n_components)
     end if
-    xml = item(all, attribute%kind, source//':'//escaped(attribute%path))
+    location = source//':'//escaped(attribute%path)
+    xml = item(all, attribute%kind, location)
     if (all /= count) then
-      xml = '<DataItem ItemType="HyperSlab" Type="HyperSlab" Dimensions="'//count//'">'// &
-            end_of_line//'<DataItem Format="XML" NumberType="Int" Dimensions="3 '// &
-            to_text(rank)//'">'//start//' '//stride//' '//count//'</DataItem>'// &
-            end_of_line//xml//end_of_line//'</DataItem>'
+      ! Xdmf2 takes the two items within, and knows them by `Type`. Xdmf3 mixes up the order of
+      ! extents in those, but not in the selection behind the location; it would go by `ItemType`.
+      xml = '<DataItem Type="HyperSlab" Format="HDF" '//number_type(attribute%kind)// &
+            ' Dimensions="'//count//'">'// &
+            location//'|'//start//':'//stride//':'//count//':'//all//end_of_line// &
+            '<DataItem Format="XML" NumberType="Int" Dimensions="3 '//to_text(rank)//'">'// &
+            start//' '//stride//' '//count//'</DataItem>'//end_of_line// &
+            xml//end_of_line//'</DataItem>'
     end if
     xml = '<Attribute Name="'//name//'" Center="'//attribute%center//'" AttributeType="'// &
           shape_name//'">'//end_of_line//xml//end_of_line//'</Attribute>'
@@ -215,23 +224,29 @@ contains
     character(*), intent(in) :: extents  !! slowest first
     integer, intent(in) :: kind          !! of_real, ...
     character(*), intent(in) :: location !! file:path, escaped
-    character(:), allocatable :: xml, number
+    character(:), allocatable :: xml
+
+    xml = '<DataItem Format="HDF" '//number_type(kind)//' Dimensions="'//extents//'">'// &
+          location//'</DataItem>'
+  end function item
+
+  pure function number_type(kind) result(xml)
+    integer, intent(in) :: kind !! of_real, ...
+    character(:), allocatable :: xml
 
     select case (kind)
     case (of_real)
-      number = 'NumberType="Float" Precision="8"'
+      xml = 'NumberType="Float" Precision="8"'
     case (of_long)
-      number = 'NumberType="Int" Precision="8"'
+      xml = 'NumberType="Int" Precision="8"'
     case (of_integer)
-      number = 'NumberType="Int" Precision="4"'
+      xml = 'NumberType="Int" Precision="4"'
     case (of_byte)
-      number = 'NumberType="Char" Precision="1"'
+      xml = 'NumberType="Char" Precision="1"'
     case default
-      number = 'NumberType="UChar" Precision="1"'
+      xml = 'NumberType="UChar" Precision="1"'
     end select
-    xml = '<DataItem Format="HDF" '//number//' Dimensions="'//extents//'">'//location// &
-          '</DataItem>'
-  end function item
+  end function number_type
 
   !> `text` with the characters that mean something to XML written as entities.
   pure function escaped(text) result(xml)

@@ -5,7 +5,7 @@ module controls_mod
   private
 
   public :: contact_controls_t, output_controls_t
-  public :: solver_none, solver_auto, solver_sweeps
+  public :: solver_none, solver_auto, solver_sweeps, solver_global_newton
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
   public :: stop_at_residual, stop_at_change
@@ -13,6 +13,7 @@ module controls_mod
   ! The first three are what /history/solver stores.
   integer, parameter :: solver_none = 0
   integer, parameter :: solver_sweeps = 1
+  integer, parameter :: solver_global_newton = 2
   integer, parameter :: solver_auto = -1
 
   integer, parameter :: formulation_bipotential = 1

@@ -8,10 +8,8 @@ module step_fields_mod
 
   !> What is not asked for is not allocated.
   type :: step_fields_t
-    real(wp), allocatable :: reaction_force(:, :) !! (3, n_nodes) of the supports on the body
-                                                  !! [force]
-    real(wp), allocatable :: stress(:, :)         !! (6, n_elements) XX YY ZZ XY YZ XZ
-                                                  !! [force/length^2]
+    real(wp), allocatable :: reaction_force(:, :) !! (3, n_nodes) of the supports [force]
+    real(wp), allocatable :: stress(:, :) !! (6, n_elements) XX YY ZZ XY YZ XZ [force/length^2]
   end type step_fields_t
 
 contains

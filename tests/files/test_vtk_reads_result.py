@@ -164,18 +164,21 @@ class ResultFile(unittest.TestCase):
             np.testing.assert_array_equal(points, self.vtkhdf["Points"][:])
 
     def evaluate(self, item):
-        """What a DataItem stands for."""
+        """What a DataItem stands for; a selection is written twice, for two readers."""
         extents = [int(n) for n in item.get("Dimensions").split()]
-        if item.get("ItemType") == "HyperSlab":
+        name, path = item.text.strip().split(":", 1)
+        self.assertEqual(name, self.path.name)
+        if item.get("Type") == "HyperSlab":
             selection, source = item.findall("DataItem")
             start, stride, count = np.array(selection.text.split(), int).reshape(3, -1)
-            cut = tuple(
-                slice(a, a + n * d, d) for a, d, n in zip(start, stride, count, strict=True)
-            )
             self.assertEqual(list(count), extents)
+            path, inline = path.split("|")
+            numbers = [[int(n) for n in part.split()] for part in inline.split(":")]
+            whole = [int(n) for n in source.get("Dimensions").split()]
+            self.assertEqual(numbers, [list(start), list(stride), list(count), whole])
+            self.assertEqual(source.text, f"{name}:{path}")
+            cut = tuple(slice(a, a + n) for a, n in zip(start, count, strict=True))
             return self.evaluate(source)[cut]
-        name, path = item.text.split(":", 1)
-        self.assertEqual(name, self.path.name)
         values = self.file[path]
         self.assertEqual(int(item.get("Precision")), values.dtype.itemsize)
         return values[:].reshape(extents)

@@ -1,0 +1,326 @@
+!> Semi-smooth Newton on all contact points at once, with a line search on the residual.
+!>
+!> 1. Residual Z of the pseudo-potential at every point, branch and derivative of every projection.
+!>   2. Points that project to 0: their correction is -r. The others: J dr = -Z.
+!>   3. Line search: halve the step until |Z| decreases.
+!>
+!> J = (I - P') + P' diag(rho) W with two rho a point: sqrt(S_nn/W_nn) and sqrt(tr S_tt/tr W_tt), S
+!> the Schur complement at the point. docs/theory.md section 4.
+module global_newton_mod
+  use kinds_mod, only: wp
+  use controls_mod, only: contact_controls_t, solver_global_newton
+  use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
+                         pack_rows, unpack_rows, measure
+  use local_point_mod, only: local_point_t
+  use pseudopotential_mod, only: pseudopotential_residual
+  use gmres_mod, only: linear_map_t, solve_by_gmres
+  implicit none
+  private
+
+  public :: solve_by_global_newton
+
+  integer,  parameter :: max_iterations = 60
+  integer,  parameter :: largest_dense = 1000   !! rows up to which a factorisation is cheaper than
+                                                !! GMRES
+  integer,  parameter :: max_products = 400     !! largest Krylov space
+  real(wp), parameter :: inner_tolerance = 1.0e-3_wp
+  real(wp), parameter :: shortest_step = 1.0e-3_wp
+  integer,  parameter :: max_stalled = 12       !! iterations without a tenth of progress
+  real(wp), parameter :: singular_condition = 1.0e-14_wp !! reciprocal condition taken for 0 [-]
+
+  !> An iterate: reactions, gaps, residual and its derivative at every point.
+  type :: iterate_t
+    real(wp), allocatable :: r(:), x(:)            !! (n_rows) [force], [length]
+    real(wp), allocatable :: z(:)                  !! (n_rows) [force]
+    real(wp), allocatable :: dz_dr(:, :, :)        !! (3,3,n_points) [-]
+    real(wp), allocatable :: dz_dx(:, :, :)        !! (3,3,n_points) [force/length]
+    real(wp) :: merit = 0.0_wp                     !! |Z|
+  end type iterate_t
+
+  !> J as a linear map: dz_dr + dz_dx W.
+  type, extends(linear_map_t) :: jacobian_t
+    type(contact_problem_t), pointer :: problem => null()
+    type(iterate_t), pointer :: at => null()
+  contains
+    procedure :: apply => apply_jacobian
+  end type jacobian_t
+
+  interface
+    !> LAPACK: LU factors of a general matrix.
+    subroutine dgetrf(m, n, a, lda, ipiv, info)
+      import :: wp
+      integer, intent(in) :: m, n, lda
+      real(wp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: ipiv(*), info
+    end subroutine dgetrf
+
+    !> LAPACK: reciprocal of the condition number, from the factors.
+    subroutine dgecon(norm, n, a, lda, anorm, rcond, work, iwork, info)
+      import :: wp
+      character, intent(in) :: norm
+      integer, intent(in) :: n, lda
+      real(wp), intent(in) :: a(lda, *), anorm
+      real(wp), intent(out) :: rcond, work(*)
+      integer, intent(out) :: iwork(*), info
+    end subroutine dgecon
+
+    !> LAPACK: solution from the factors.
+    subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+      import :: wp
+      character, intent(in) :: trans
+      integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
+      real(wp), intent(in) :: a(lda, *)
+      real(wp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine dgetrs
+
+    !> LAPACK: solution of least norm by a complete orthogonal factorisation.
+    subroutine dgelsy(m, n, nrhs, a, lda, b, ldb, jpvt, rcond, rank, work, lwork, info)
+      import :: wp
+      integer, intent(in) :: m, n, nrhs, lda, ldb, lwork
+      real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+      integer, intent(inout) :: jpvt(*)
+      real(wp), intent(in) :: rcond
+      integer, intent(out) :: rank, info
+      real(wp), intent(out) :: work(*)
+    end subroutine dgelsy
+  end interface
+
+contains
+
+  !> Iterate from the warm start until the scaled natural map is at the tolerance.
+  !>
+  !> Not converging is no error: the report says so and r is the best iterate.
+  subroutine solve_by_global_newton(problem, x_free, controls, r, report)
+    type(contact_problem_t), target, intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
+    type(contact_report_t), intent(out) :: report
+    type(iterate_t), target :: now, trial
+    type(contact_report_t) :: here
+    real(wp) :: r_start(3, problem%n_points)
+    real(wp), allocatable :: dr(:), projected(:)
+    integer :: stalled
+
+    r_start = r
+    now = start_at(problem, x_free, r)
+    trial = now
+    report%residual = huge(report%residual)
+    stalled = 0
+    newton: do
+      ! Judged is what is returned: the projections, on the cone to rounding, 0 where open.
+      projected = now%r - now%z
+      call measure(problem, x_free, relative_gaps(problem, x_free, projected), projected, r_start, here)
+      report%products = report%products + 1
+      stalled = stalled + 1
+      if (here%residual < 0.9_wp*report%residual) stalled = 0
+      if (here%residual < report%residual) then
+        report%residual = here%residual
+        report%worst_point = here%worst_point
+        r = unpack_rows(problem, projected)
+      end if
+      report%converged = report%residual <= controls%tolerance
+      if (report%converged .or. stalled > max_stalled .or. report%iterations >= max_iterations) exit newton
+
+      call find_correction(problem, now, dr, report%products)
+      call search_line(problem, now, dr, trial)
+      report%products = report%products + 1
+      report%iterations = report%iterations + 1
+      now%r = trial%r
+      now%x = trial%x
+      call evaluate(problem, now)
+    end do newton
+    report%solver = solver_global_newton
+  end subroutine solve_by_global_newton
+
+  !> The iterate at given reactions.
+  function start_at(problem, x_free, r) result(at)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:), r(:, :)
+    type(iterate_t) :: at
+
+    allocate (at%r(problem%n_rows), at%x(problem%n_rows), at%z(problem%n_rows))
+    allocate (at%dz_dr(3, 3, problem%n_points), at%dz_dx(3, 3, problem%n_points))
+    at%r = pack_rows(problem, r)
+    at%x = relative_gaps(problem, x_free, at%r)
+    call evaluate(problem, at)
+  end function start_at
+
+  !> Halve the step until |Z| decreases.
+  subroutine search_line(problem, now, dr, trial)
+    type(contact_problem_t), intent(in) :: problem
+    type(iterate_t), intent(in) :: now
+    real(wp), intent(in) :: dr(:)            !! (n_rows) full step [force]
+    type(iterate_t), intent(inout) :: trial
+    real(wp) :: dx(problem%n_rows), step
+
+    dx = product_with_w(problem, dr)
+    step = 1.0_wp
+    do
+      trial%r = now%r + step*dr
+      trial%x = now%x + step*dx
+      call evaluate(problem, trial)
+      if (trial%merit <= (1.0_wp - 1.0e-4_wp*step)*now%merit .or. step < shortest_step) exit
+      step = 0.5_wp*step
+    end do
+  end subroutine search_line
+
+  !> Residual of the pseudo-potential at every point, and its derivatives.
+  subroutine evaluate(problem, at)
+    type(contact_problem_t), intent(in) :: problem
+    type(iterate_t), intent(inout) :: at
+    real(wp), dimension(3, problem%n_points) :: r, x, z
+    type(local_point_t) :: point
+    integer :: i
+
+    r = unpack_rows(problem, at%r)
+    x = unpack_rows(problem, at%x)
+    do i = 1, problem%n_points
+      point%mu = problem%mu(i)
+      point%rho_n = problem%rho_global(1, i)
+      point%rho_t = problem%rho_global(2, i)
+      call pseudopotential_residual(point, r(:, i), x(:, i), z(:, i), at%dz_dr(:, :, i), &
+                                    at%dz_dx(:, :, i))
+    end do
+    at%z = pack_rows(problem, z)
+    at%merit = norm2(at%z)
+  end subroutine evaluate
+
+  !> The Newton correction J dr = -Z.
+  subroutine find_correction(problem, now, dr, products)
+    type(contact_problem_t), target, intent(in) :: problem
+    type(iterate_t), target, intent(in) :: now
+    real(wp), allocatable, intent(out) :: dr(:) !! (n_rows) [force]
+    integer, intent(inout) :: products          !! with W, summed
+    integer, allocatable :: moving(:)
+    real(wp), allocatable :: j(:, :), b(:)
+    type(jacobian_t) :: map
+    integer :: inner
+
+    allocate (dr(problem%n_rows))
+    if (problem%n_rows > largest_dense) then
+      map%problem => problem
+      map%at => now
+      call solve_by_gmres(map, -now%z, inner_tolerance, max_products, dr, inner)
+      products = products + inner
+      return
+    end if
+    ! Rows whose residual does not depend on x say dr = -Z at once; the others make a dense system.
+    call find_moving(problem, now, moving)
+    dr = -now%z
+    dr(moving) = 0.0_wp
+    map%problem => problem
+    map%at => now
+    allocate (b(problem%n_rows))
+    call map%apply(dr, b)
+    products = products + 1
+    b = -now%z - b
+    b = b(moving)
+    call form_jacobian(problem, now, moving, j)
+    call solve_dense(j, b)
+    dr(moving) = b
+  end subroutine find_correction
+
+  !> The rows of the points that do not project to 0.
+  subroutine find_moving(problem, now, moving)
+    type(contact_problem_t), intent(in) :: problem
+    type(iterate_t), intent(in) :: now
+    integer, allocatable, intent(out) :: moving(:)
+    logical :: moves(problem%n_rows)
+    integer :: i, a
+
+    do i = 1, problem%n_points
+      do a = 1, 3
+        if (problem%row(a, i) > 0) &
+          moves(problem%row(a, i)) = any(abs(now%dz_dx(:, :, i)) > 0.0_wp)
+      end do
+    end do
+    moving = pack([(i, i=1, problem%n_rows)], moves)
+  end subroutine find_moving
+
+  !> J over the moving rows.
+  subroutine form_jacobian(problem, now, moving, j)
+    type(contact_problem_t), intent(in) :: problem
+    type(iterate_t), intent(in) :: now
+    integer, intent(in) :: moving(:)
+    real(wp), allocatable, intent(out) :: j(:, :)
+    integer :: place(problem%n_rows), i, a, b, column
+
+    place = 0
+    do i = 1, size(moving)
+      place(moving(i)) = i
+    end do
+    allocate (j(size(moving), size(moving)), source=0.0_wp)
+    do column = 1, size(moving)
+      associate (w => problem%w(:, moving(column)))
+        do i = 1, problem%n_points
+          associate (row => problem%row(:, i), d => now%dz_dx(:, :, i))
+            if (place(row(1)) == 0) cycle
+            do b = 1, 3
+              if (row(b) == 0) cycle
+              do a = 1, 3
+                if (row(a) > 0) j(place(row(a)), column) = j(place(row(a)), column) + &
+                  d(a, b)*w(row(b))
+              end do
+            end do
+          end associate
+        end do
+      end associate
+    end do
+    do i = 1, problem%n_points
+      associate (row => problem%row(:, i))
+        if (place(row(1)) == 0) cycle
+        do b = 1, 3
+          if (row(b) == 0) cycle
+          do a = 1, 3
+            if (row(a) > 0) &
+              j(place(row(a)), place(row(b))) = j(place(row(a)), place(row(b))) + now%dz_dr(a, b, i)
+          end do
+        end do
+      end associate
+    end do
+  end subroutine form_jacobian
+
+  !> Solve J x = b; where J is singular to working precision, the x of least norm.
+  subroutine solve_dense(j, b)
+    real(wp), intent(inout) :: j(:, :) !! (n,n), destroyed
+    real(wp), intent(inout) :: b(:)    !! (n) right-hand side in, solution out
+    real(wp) :: copy(size(b), size(b)), x(size(b)), size_j, rcond
+    real(wp), allocatable :: work(:)
+    integer :: pivot(size(b)), integers(size(b)), n, info, rank
+
+    n = size(b)
+    if (n == 0) return
+    copy = j
+    x = b
+    size_j = maxval(sum(abs(j), dim=1))
+    allocate (work(max(4*n, 64*(n + 1))))
+    call dgetrf(n, n, j, n, pivot, info)
+    rcond = 0.0_wp
+    if (info == 0) call dgecon('1', n, j, n, size_j, rcond, work, integers, info)
+    if (rcond > singular_condition) then
+      call dgetrs('N', n, 1, j, n, pivot, b, n, info)
+      return
+    end if
+    pivot = 0
+    call dgelsy(n, n, 1, copy, n, x, n, pivot, singular_condition, rank, work, size(work), info)
+    b = x
+  end subroutine solve_dense
+
+  subroutine apply_jacobian(map, v, product)
+    class(jacobian_t), intent(in) :: map
+    real(wp), intent(in)  :: v(:)       !! (n_rows)
+    real(wp), intent(out) :: product(:) !! (n_rows)
+    real(wp), dimension(3, map%problem%n_points) :: r, x
+    integer :: i
+
+    r = unpack_rows(map%problem, v)
+    x = unpack_rows(map%problem, product_with_w(map%problem, v))
+    do i = 1, map%problem%n_points
+      r(:, i) = matmul(map%at%dz_dr(:, :, i), r(:, i)) + matmul(map%at%dz_dx(:, :, i), x(:, i))
+    end do
+    product = pack_rows(map%problem, r)
+  end subroutine apply_jacobian
+
+end module global_newton_mod

@@ -1,0 +1,370 @@
+!> Obstacles, friction, and what may touch what.
+!>
+!>     *OBSTACLE, NAME=GROUND, TYPE=PLANE
+!>     0., 0., 0.,  0., 0., 1.        a point of the plane, its normal towards the body
+!>     *SURFACE INTERACTION, NAME=DRY
+!>     *FRICTION
+!>     0.3
+!>     *CONTACT PAIR, INTERACTION=DRY
+!>     BODY-ZMIN, GROUND              slave surface (or set of nodes), obstacle
+module read_contact_mod
+  use cards_mod, only: note, reader_t, report
+  use diagnostics_mod, only: guess, quoted
+  use fields_mod, only: field_position, field_text, fields_t, is_empty_field, limit_fields, &
+    name_field, next_data_line, real_field
+  use kinds_mod, only: wp
+  use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
+  use obstacles_mod, only: obstacle_plane, obstacle_t
+  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
+    name_option, open_card, option_position
+  use read_surfaces_mod, only: add_node_surface, find_surface, report_unknown_surface, &
+    surface_list_t
+  use scene_mod, only: contact_pair_t
+  use sets_mod, only: find_set, model_t
+  use text_mod, only: string_t, to_text
+  implicit none
+  private
+
+  public :: read_contact
+
+  !> A list of names with its look-up.
+  type :: directory_t
+    type(string_t), allocatable :: names(:)
+    type(name_lookup_t) :: lookup
+    integer :: n = 0
+  end type directory_t
+
+contains
+
+  !> Read obstacles, interactions and contact pairs.
+  subroutine read_contact(reader, model, surfaces, obstacles, pairs)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(inout) :: surfaces !! sets of nodes named as slaves are added
+    type(obstacle_t), allocatable, intent(out) :: obstacles(:)
+    type(contact_pair_t), allocatable, intent(out) :: pairs(:)
+    type(directory_t) :: obstacle_names, interactions
+    real(wp), allocatable :: friction(:)
+
+    call read_obstacles(reader, obstacles, obstacle_names)
+    call read_interactions(reader, friction, interactions)
+    call read_pairs(reader, model, surfaces, obstacle_names, interactions, friction, pairs)
+  end subroutine read_contact
+
+  !> *OBSTACLE, NAME=name, TYPE=PLANE: point, normal
+  subroutine read_obstacles(reader, obstacles, directory)
+    type(reader_t), intent(inout) :: reader
+    type(obstacle_t), allocatable, intent(out) :: obstacles(:)
+    type(directory_t), intent(out) :: directory
+    type(card_t) :: card
+    integer, allocatable :: position(:)
+    integer :: k, most, kind
+    logical :: ok
+
+    most = count(reader%cards(:reader%n_cards)%keyword == 'OBSTACLE')
+    allocate (obstacles(most), directory%names(most), position(most))
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'OBSTACLE') cycle
+      call open_card(reader, k, card)
+      call allow_options(reader, card, ['NAME    ', 'TYPE    ', 'REF NODE', 'INNER   '])
+      directory%n = directory%n + 1
+      call name_option(reader, card, 'NAME', .true., directory%names(directory%n)%text, ok)
+      position(directory%n) = card%position
+      obstacles(directory%n)%name = directory%names(directory%n)%text
+      if (has_option(card, 'REF NODE')) call report(reader, option_position(card, 'REF NODE'), &
+        'obstacles that move (REF NODE) are not available yet')
+      kind = 0
+      call choice_option(reader, card, 'TYPE', ['PLANE   ', 'SPHERE  ', 'CYLINDER'], kind, ok)
+      if (.not. has_option(card, 'TYPE')) &
+        call report(reader, card%position, '*OBSTACLE needs TYPE=')
+      if (kind > 1) call report(reader, option_position(card, 'TYPE'), &
+        'spheres and cylinders are not available yet; PLANE is')
+      if (kind /= 1) cycle
+      if (has_option(card, 'INNER')) call report(reader, option_position(card, 'INNER'), &
+        'a plane has no INNER side')
+      call read_plane(reader, card, obstacles(directory%n))
+    end do
+    call close_directory(reader, 'obstacle', position, directory)
+  end subroutine read_obstacles
+
+  !> Six numbers over one line or two: a point of the plane, its normal.
+  subroutine read_plane(reader, card, obstacle)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(obstacle_t), intent(inout) :: obstacle
+    type(fields_t) :: fields
+    real(wp) :: value(6), largest
+    integer :: have, i, normal_position
+    logical :: found, ok, all_ok
+
+    have = 0
+    all_ok = .true.
+    normal_position = card%position
+    do
+      call next_data_line(reader, card, fields, found)
+      if (.not. found) exit
+      call limit_fields(reader, fields, 6 - have, 'a point and a normal: six numbers')
+      if (have == 6) return
+      do i = 1, min(fields%n, 6 - have)
+        have = have + 1
+        if (have == 4) normal_position = field_position(reader, fields, i)
+        call real_field(reader, fields, i, 'x, y, z of a point, then the normal', value(have), ok)
+        all_ok = all_ok .and. ok
+      end do
+    end do
+    if (have < 6) then
+      call report(reader, card%position, &
+        'a plane needs six numbers: x, y, z of a point, then of the normal')
+      return
+    end if
+    if (.not. all_ok) return
+    largest = maxval(abs(value(4:)))
+    if (largest <= 0.0_wp) then
+      call report(reader, normal_position, 'the normal of a plane must not be zero')
+      return
+    end if
+    obstacle%kind = obstacle_plane
+    obstacle%point = value(:3)
+    ! Scaled first, so that no square leaves the range of numbers.
+    obstacle%normal = value(4:)/largest
+    obstacle%normal = obstacle%normal/norm2(obstacle%normal)
+  end subroutine read_plane
+
+  !> *SURFACE INTERACTION, NAME=name with the *FRICTION below it: mu.
+  subroutine read_interactions(reader, friction, directory)
+    type(reader_t), intent(inout) :: reader
+    real(wp), allocatable, intent(out) :: friction(:) !! mu of each interaction [-]
+    type(directory_t), intent(out) :: directory
+    type(card_t) :: card
+    integer, allocatable :: position(:)
+    logical, allocatable :: has_friction(:)
+    integer :: k, n, most
+    logical :: ok
+
+    most = count(reader%cards(:reader%n_cards)%keyword == 'SURFACE INTERACTION')
+    allocate (friction(most), directory%names(most), position(most), has_friction(most))
+    friction = 0.0_wp
+    has_friction = .false.
+    n = 0
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword == 'SURFACE INTERACTION') then
+        call open_card(reader, k, card)
+        call allow_options(reader, card, ['NAME'])
+        n = n + 1
+        call name_option(reader, card, 'NAME', .true., directory%names(n)%text, ok)
+        position(n) = card%position
+        call skip_thickness(reader, card)
+      else if (reader%cards(k)%keyword == 'FRICTION') then
+        call open_card(reader, k, card)
+        if (n == 0) then
+          call report(reader, card%position, '*FRICTION belongs below a *SURFACE INTERACTION')
+        else if (has_friction(n)) then
+          call report(reader, card%position, 'interaction '//quoted(directory%names(n)%text)// &
+            ' has its *FRICTION already')
+        else
+          has_friction(n) = .true.
+          call read_friction(reader, card, friction(n))
+        end if
+      end if
+    end do
+    directory%n = n
+    call close_directory(reader, 'surface interaction', position, directory)
+  end subroutine read_interactions
+
+  !> Abaqus writes a line with a thickness below *SURFACE INTERACTION.
+  subroutine skip_thickness(reader, card)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(fields_t) :: fields
+    real(wp) :: thickness
+    logical :: found, ok
+
+    call next_data_line(reader, card, fields, found)
+    if (.not. found) return
+    call limit_fields(reader, fields, 1, 'a thickness, which is ignored')
+    call real_field(reader, fields, 1, 'a thickness, which is ignored', thickness, ok)
+    call next_data_line(reader, card, fields, found)
+    if (found) call report(reader, fields%start, '*SURFACE INTERACTION takes one data line at most')
+  end subroutine skip_thickness
+
+  !> *FRICTION: mu[, stick slope]
+  subroutine read_friction(reader, card, mu)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    real(wp), intent(inout) :: mu
+    type(fields_t) :: fields
+    real(wp) :: slope
+    logical :: found, ok
+
+    call allow_options(reader, card, [character(1) ::], &
+      ['SLIP TOLERANCE', 'ELASTIC SLIP  ', 'LAGRANGE      '])
+    call next_data_line(reader, card, fields, found)
+    if (.not. found) then
+      call report(reader, card%position, '*FRICTION needs a data line: mu')
+      return
+    end if
+    call limit_fields(reader, fields, 2, 'mu (and a stick slope, which is ignored)')
+    call real_field(reader, fields, 1, 'the friction coefficient', mu, ok)
+    if (mu < 0.0_wp) call report(reader, fields%start, &
+      'the friction coefficient must not be negative: '//quoted(field_text(reader, fields, 1)))
+    if (.not. is_empty_field(fields, 2)) then
+      call real_field(reader, fields, 2, 'the stick slope', slope, ok)
+      call note(reader, 'the stick slope of *FRICTION is ignored: sticking is exact')
+    end if
+    call next_data_line(reader, card, fields, found)
+    if (found) call report(reader, fields%start, '*FRICTION takes one data line')
+  end subroutine read_friction
+
+  !> *CONTACT PAIR, INTERACTION=name: slave surface, obstacle
+  subroutine read_pairs(reader, model, surfaces, obstacles, interactions, friction, pairs)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(inout) :: surfaces
+    type(directory_t), intent(in) :: obstacles, interactions
+    real(wp), intent(in) :: friction(:)
+    type(contact_pair_t), allocatable, intent(out) :: pairs(:)
+    type(contact_pair_t), allocatable :: found_pairs(:)
+    integer, allocatable :: position(:)
+    type(card_t) :: card
+    type(fields_t) :: fields
+    type(contact_pair_t) :: pair
+    character(:), allocatable :: name
+    integer :: k, n, most, interaction
+    logical :: ok, found
+
+    most = count(reader%cards(:reader%n_cards)%keyword == 'CONTACT PAIR')
+    allocate (found_pairs(most), position(most))
+    n = 0
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'CONTACT PAIR') cycle
+      call open_card(reader, k, card)
+      call allow_options(reader, card, ['INTERACTION', 'ADJUST     '], &
+        ['TYPE                 ', 'SMALL SLIDING        ', 'MECHANICAL CONSTRAINT'])
+      if (has_option(card, 'ADJUST')) call report(reader, option_position(card, 'ADJUST'), &
+        'ADJUST is not available yet: gaps are as meshed')
+      pair%mu = 0.0_wp
+      call name_option(reader, card, 'INTERACTION', .true., name, ok)
+      if (ok) then
+        interaction = find_name(interactions%lookup, interactions%names, name)
+        if (interaction > 0) then
+          pair%mu = friction(interaction)
+        else
+          call report(reader, option_position(card, 'INTERACTION'), 'surface interaction '// &
+            quoted(name)//' is not defined', guess(name, interactions%names))
+        end if
+      end if
+      call next_data_line(reader, card, fields, found)
+      if (.not. found) then
+        call report(reader, card%position, '*CONTACT PAIR needs a data line: slave, obstacle')
+        cycle
+      end if
+      call limit_fields(reader, fields, 2, 'a slave surface and an obstacle')
+      call find_slave(reader, model, fields, surfaces, pair)
+      call find_obstacle(reader, fields, surfaces, obstacles, pair)
+      if (pair%surface > 0 .and. pair%obstacle > 0) then
+        pair%name = surfaces%list(pair%surface)%name//':'//obstacles%names(pair%obstacle)%text
+        n = n + 1
+        found_pairs(n) = pair
+        position(n) = fields%start
+      end if
+      call next_data_line(reader, card, fields, found)
+      if (found) call report(reader, fields%start, '*CONTACT PAIR takes one data line')
+    end do
+    allocate (pairs(n))
+    do k = 1, n
+      pairs(k) = found_pairs(k)
+    end do
+    call report_repeated_pairs(reader, pairs, position)
+  end subroutine read_pairs
+
+  !> The slave: a surface, or else a set of nodes.
+  subroutine find_slave(reader, model, fields, surfaces, pair)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(fields_t), intent(in) :: fields
+    type(surface_list_t), intent(inout) :: surfaces
+    type(contact_pair_t), intent(inout) :: pair
+    character(:), allocatable :: name
+    integer :: set
+    logical :: ok
+
+    pair%surface = 0
+    call name_field(reader, fields, 1, 'the slave surface', name, ok)
+    if (.not. ok) return
+    pair%surface = find_surface(surfaces, name)
+    if (pair%surface == 0) then
+      set = find_set(model%node_sets, name)
+      if (set > 0) then
+        if (.not. allocated(model%node_sets%list(set)%members)) return
+        call add_node_surface(reader, model, set, surfaces, pair%surface)
+      else
+        call report_unknown_surface(reader, surfaces, fields%start, name)
+        return
+      end if
+    end if
+    if (size(surfaces%list(pair%surface)%nodes) > 0) return
+    call report(reader, fields%start, 'the slave surface '//quoted(name)//' is empty')
+    pair%surface = 0
+  end subroutine find_slave
+
+  !> The obstacle in the place of Abaqus' master surface.
+  subroutine find_obstacle(reader, fields, surfaces, obstacles, pair)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    type(surface_list_t), intent(in) :: surfaces
+    type(directory_t), intent(in) :: obstacles
+    type(contact_pair_t), intent(inout) :: pair
+    character(:), allocatable :: name
+    logical :: ok
+
+    pair%obstacle = 0
+    call name_field(reader, fields, 2, 'an obstacle', name, ok)
+    if (.not. ok) return
+    pair%obstacle = find_name(obstacles%lookup, obstacles%names, name)
+    if (pair%obstacle > 0) return
+    if (find_surface(surfaces, name) > 0) then
+      call report(reader, field_position(reader, fields, 2), quoted(name)// &
+        ' is a surface: contact between two bodies is not available yet, an *OBSTACLE is')
+    else
+      call report(reader, field_position(reader, fields, 2), 'obstacle '//quoted(name)// &
+        ' is not defined', guess(name, obstacles%names(:obstacles%n)))
+    end if
+  end subroutine find_obstacle
+
+  !> Report pairs of the same surface and obstacle.
+  subroutine report_repeated_pairs(reader, pairs, position)
+    type(reader_t), intent(inout) :: reader
+    type(contact_pair_t), intent(in) :: pairs(:)
+    integer, intent(in) :: position(:)
+    type(string_t), allocatable :: keys(:)
+    type(name_lookup_t) :: lookup
+    integer :: k
+
+    allocate (keys(size(pairs)))
+    do k = 1, size(pairs)
+      keys(k)%text = to_text(pairs(k)%surface)//':'//to_text(pairs(k)%obstacle)
+    end do
+    call make_name_lookup(keys, size(keys), lookup)
+    do k = 1, size(pairs)
+      if (find_name(lookup, keys, keys(k)%text) /= k) call report(reader, position(k), &
+        'duplicate contact pair '//quoted(pairs(k)%name))
+    end do
+  end subroutine report_repeated_pairs
+
+  !> Make the look-up of a list of names, and report repeated ones.
+  subroutine close_directory(reader, what, position, directory)
+    type(reader_t), intent(inout) :: reader
+    character(*), intent(in) :: what
+    integer, intent(in) :: position(:)
+    type(directory_t), intent(inout) :: directory
+    integer :: k
+
+    call make_name_lookup(directory%names, directory%n, directory%lookup)
+    do k = 1, directory%n
+      if (len(directory%names(k)%text) == 0) cycle ! was reported
+      if (find_name(directory%lookup, directory%names, directory%names(k)%text) /= k) &
+        call report(reader, position(k), 'duplicate '//what//' '//quoted(directory%names(k)%text))
+    end do
+  end subroutine close_directory
+
+end module read_contact_mod

@@ -1,0 +1,144 @@
+!> How contact is solved, and what is written.
+!>
+!>     *CONTACT SOLVER, SOLVER=SWEEPS, FORMULATION=BIPOTENTIAL, LOCAL=NEWTON, RHO=1, RELAXATION=1,
+!>     TOLERANCE=1e-8, STOP=RESIDUAL, MAX SWEEPS=20000
+!>     *NODE FILE, FREQUENCY=1        in a step
+!>     U, RF
+!>     *EL FILE
+!>     S
+!>     *CONTACT FILE
+module read_controls_mod
+  use cards_mod, only: note, reader_t, report
+  use controls_mod, only: contact_controls_t, formulation_bipotential, &
+    formulation_pseudopotential, local_exact, local_newton, local_newton6, local_uzawa, &
+    output_controls_t, solver_auto, solver_sweeps, stop_at_change, stop_at_residual
+  use diagnostics_mod, only: quoted
+  use fields_mod, only: fields_t, is_empty_field, name_field, next_data_line
+  use kinds_mod, only: wp
+  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
+    integer_option, open_card, option_position, real_option
+  implicit none
+  private
+
+  public :: read_contact_controls, read_output_controls
+
+contains
+
+  !> *CONTACT SOLVER
+  subroutine read_contact_controls(reader, controls)
+    type(reader_t), intent(inout) :: reader
+    type(contact_controls_t), intent(out) :: controls
+    type(card_t) :: card
+    integer :: k
+    logical :: given
+
+    given = .false.
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'CONTACT SOLVER') cycle
+      call open_card(reader, k, card)
+      if (given) call report(reader, card%position, 'a second *CONTACT SOLVER')
+      given = .true.
+      call read_contact_solver(reader, card, controls)
+    end do
+  end subroutine read_contact_controls
+
+  subroutine read_contact_solver(reader, card, controls)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(contact_controls_t), intent(inout) :: controls
+    integer, parameter :: formulations(2) = [formulation_bipotential, formulation_pseudopotential]
+    integer, parameter :: locals(4) = [local_uzawa, local_newton, local_newton6, local_exact]
+    integer, parameter :: stop_rules(2) = [stop_at_residual, stop_at_change]
+    integer :: choice
+    logical :: ok
+
+    call allow_options(reader, card, ['SOLVER     ', 'FORMULATION', 'LOCAL      ', 'RHO        ', &
+      'RELAXATION ', 'TOLERANCE  ', 'STOP       ', 'MAX SWEEPS '])
+    call allow_no_data(reader, card)
+    choice = 1
+    call choice_option(reader, card, 'SOLVER', ['AUTO         ', 'SWEEPS       ', &
+      'GLOBAL NEWTON'], choice, ok)
+    controls%solver = solver_auto
+    if (choice == 2) controls%solver = solver_sweeps
+    if (choice == 3) call report(reader, option_position(card, 'SOLVER'), &
+      'GLOBAL NEWTON is not available yet; AUTO and SWEEPS are')
+    call choice_option(reader, card, 'FORMULATION', ['BIPOTENTIAL    ', 'PSEUDOPOTENTIAL'], &
+      choice, ok)
+    if (ok) controls%formulation = formulations(choice)
+    call choice_option(reader, card, 'LOCAL', ['UZAWA  ', 'NEWTON ', 'NEWTON6', 'EXACT  '], &
+      choice, ok)
+    if (ok) controls%local = locals(choice)
+    call choice_option(reader, card, 'STOP', ['RESIDUAL', 'CHANGE  '], choice, ok)
+    if (ok) controls%stop_rule = stop_rules(choice)
+    call real_option(reader, card, 'RHO', 0.0_wp, 1.0e6_wp, controls%rho, ok)
+    call real_option(reader, card, 'RELAXATION', 0.0_wp, 2.0_wp, controls%relaxation, ok)
+    call real_option(reader, card, 'TOLERANCE', 0.0_wp, 1.0_wp, controls%tolerance, ok)
+    call integer_option(reader, card, 'MAX SWEEPS', 1, huge(1), controls%max_sweeps, ok)
+    ! Only sweeps know these two.
+    if (has_option(card, 'LOCAL') .or. has_option(card, 'RELAXATION')) &
+      controls%solver = solver_sweeps
+  end subroutine read_contact_solver
+
+  !> *NODE FILE, *EL FILE, *CONTACT FILE of all steps together; without any the defaults hold.
+  subroutine read_output_controls(reader, controls)
+    type(reader_t), intent(inout) :: reader
+    type(output_controls_t), intent(out) :: controls
+    type(output_controls_t) :: named
+    type(card_t) :: card
+    integer :: k
+    logical :: given, ok
+
+    named%displacement = .false.
+    named%reaction = .false.
+    named%contact = .false.
+    named%stress = .false.
+    given = .false.
+    do k = 1, reader%n_cards
+      select case (reader%cards(k)%keyword)
+      case ('NODE FILE', 'EL FILE', 'CONTACT FILE')
+        call open_card(reader, k, card)
+        call allow_options(reader, card, ['FREQUENCY'], ['NSET           ', 'ELSET          ', &
+          'OUTPUT         ', 'GLOBAL         ', 'TIME POINTS    ', 'POSITION       ', &
+          'CONTACT ELEMENT', 'LAST ITERATIONS'])
+        given = .true.
+        call integer_option(reader, card, 'FREQUENCY', 1, huge(1), named%frequency, ok)
+        if (card%keyword == 'CONTACT FILE') named%contact = .true.
+        call read_variables(reader, card, named)
+      end select
+    end do
+    if (given) controls = named
+  end subroutine read_output_controls
+
+  !> The names of what is to be written.
+  subroutine read_variables(reader, card, controls)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(output_controls_t), intent(inout) :: controls
+    type(fields_t) :: fields
+    character(:), allocatable :: name
+    integer :: i
+    logical :: found, ok
+
+    do
+      call next_data_line(reader, card, fields, found)
+      if (.not. found) exit
+      do i = 1, fields%n
+        if (is_empty_field(fields, i)) cycle
+        call name_field(reader, fields, i, 'the name of a result', name, ok)
+        if (.not. ok) return
+        select case (card%keyword//' '//name)
+        case ('NODE FILE U')
+          controls%displacement = .true.
+        case ('NODE FILE RF')
+          controls%reaction = .true.
+        case ('EL FILE S')
+          controls%stress = .true.
+        case default
+          if (card%keyword /= 'CONTACT FILE') call note(reader, '*'//card%keyword//': '// &
+            quoted(name)//' is not written')
+        end select
+      end do
+    end do
+  end subroutine read_variables
+
+end module read_controls_mod

@@ -1,0 +1,331 @@
+!> What a step prescribes.
+!>
+!>     *BOUNDARY[, AMPLITUDE=name][, OP=MOD|NEW]
+!>     BODY-ZMAX, 1, 2, 0.            set or node, first dof, last dof, displacement
+!>     BODY-XMIN, XSYMM               or XSYMM, YSYMM, ZSYMM, PINNED, ENCASTRE
+!>     *CLOAD[, AMPLITUDE=name][, OP=MOD|NEW]
+!>     17, 3, -5.                     set or node, dof, force on each node
+!>     *DSLOAD[, AMPLITUDE=name][, OP=MOD|NEW]
+!>     BODY-ZMAX, P, 2.5              surface, P, pressure
+module read_loads_mod
+  use cards_mod, only: keep_reading, note, reader_t, report
+  use diagnostics_mod, only: quoted
+  use fields_mod, only: field_position, field_text, fields_t, integer_field, is_empty_field, &
+    limit_fields, looks_like_id, name_field, next_data_line, real_field, reference_field, &
+    reference_t
+  use kinds_mod, only: i8, wp
+  use loads_mod, only: load_step_t, nodal_value_t, pressure_t
+  use options_mod, only: allow_options, card_t, choice_option
+  use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
+  use read_surfaces_mod, only: find_surface, report_unknown_surface, surface_list_t
+  use sets_mod, only: model_t, referenced_nodes
+  implicit none
+  private
+
+  public :: load_draft_t, start_step, close_step, read_boundary, read_cload, read_dsload
+
+  !> Values prescribed by all lines of a deck together, each node of a set counted: more than any
+  !> real deck needs.
+  integer(i8), parameter :: max_work = 200000000
+  integer, parameter :: op_new = 2
+
+  !> Prescribed values, and where in the list each node's are.
+  type :: value_list_t
+    type(nodal_value_t), allocatable :: values(:)
+    integer :: n = 0
+    integer, allocatable :: slot(:, :) !! (3, n_nodes) index into values; may be out of date
+  end type value_list_t
+
+  !> The loads of the step that is being read.
+  type :: load_draft_t
+    type(value_list_t) :: boundary, forces
+    type(pressure_t), allocatable :: pressures(:)
+    integer :: n_pressures = 0
+    integer(i8) :: work = 0
+  end type load_draft_t
+
+contains
+
+  !> Begin a step without loads.
+  subroutine start_step(draft, n_nodes)
+    type(load_draft_t), intent(inout) :: draft
+    integer, intent(in) :: n_nodes
+
+    if (.not. allocated(draft%pressures)) then
+      allocate (draft%pressures(4), draft%boundary%values(64), draft%forces%values(64))
+      allocate (draft%boundary%slot(3, n_nodes), draft%forces%slot(3, n_nodes))
+      draft%boundary%slot = 0
+      draft%forces%slot = 0
+    end if
+    draft%boundary%n = 0
+    draft%forces%n = 0
+    draft%n_pressures = 0
+  end subroutine start_step
+
+  !> Hand the loads of the step over.
+  subroutine close_step(draft, step)
+    type(load_draft_t), intent(in) :: draft
+    type(load_step_t), intent(inout) :: step
+
+    step%boundary = draft%boundary%values(:draft%boundary%n)
+    step%forces = draft%forces%values(:draft%forces%n)
+    step%pressures = draft%pressures(:draft%n_pressures)
+  end subroutine close_step
+
+  !> *BOUNDARY: set or node, first dof[, last dof[, value]], or set or node, XSYMM and its kin
+  subroutine read_boundary(reader, card, model, amplitudes, draft, replace)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(model_t), intent(in) :: model
+    type(amplitude_list_t), intent(in) :: amplitudes
+    type(load_draft_t), intent(inout) :: draft
+    logical, intent(inout) :: replace !! set by OP=NEW
+    type(fields_t) :: fields
+    type(reference_t) :: reference
+    type(nodal_value_t) :: value
+    integer, allocatable :: nodes(:)
+    integer :: i, choice
+    logical :: found, ok, with(3)
+
+    call allow_options(reader, card, ['AMPLITUDE', 'OP       ', 'TYPE     '])
+    choice = 1
+    call choice_option(reader, card, 'TYPE', ['DISPLACEMENT'], choice, ok)
+    call read_op(reader, card, replace)
+    call amplitude_option(reader, card, amplitudes, value%amplitude)
+    lines: do
+      call next_data_line(reader, card, fields, found)
+      if (.not. found) exit lines
+      call limit_fields(reader, fields, 4, 'a set or node, first dof, last dof, value')
+      call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, found)
+      call read_dofs(reader, fields, with, ok)
+      value%value = 0.0_wp
+      if (.not. is_empty_field(fields, 4)) &
+        call real_field(reader, fields, 4, 'the displacement', value%value, ok)
+      if (.not. found) cycle lines
+      call referenced_nodes(reader, model, reference, nodes)
+      do i = 1, 3
+        if (with(i)) call add_values(reader, model, nodes, i, value, draft%boundary, draft%work)
+      end do
+      if (draft%work > max_work) then
+        call report(reader, fields%start, 'the deck prescribes too many values')
+        return
+      end if
+    end do lines
+  end subroutine read_boundary
+
+  !> Which dofs a line of *BOUNDARY means.
+  subroutine read_dofs(reader, fields, with, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    logical, intent(out) :: with(3) !! all false after a mistake
+    logical, intent(out) :: ok
+    character(:), allocatable :: word
+    integer :: first, last
+
+    with = .false.
+    if (.not. is_empty_field(fields, 2) .and. .not. looks_like_id(reader, fields, 2)) then
+      call name_field(reader, fields, 2, 'a dof', word, ok)
+      call limit_fields(reader, fields, 2, 'a set or node and '//word)
+      select case (word)
+      case ('ENCASTRE', 'PINNED')
+        with = .true.
+      case ('XSYMM')
+        with(1) = .true.
+      case ('YSYMM')
+        with(2) = .true.
+      case ('ZSYMM')
+        with(3) = .true.
+      case ('XASYMM')
+        with(2:3) = .true.
+      case ('YASYMM')
+        with([1, 3]) = .true.
+      case ('ZASYMM')
+        with(1:2) = .true.
+      case default
+        ok = .false.
+        call report(reader, field_position(reader, fields, 2), 'expected a dof (1, 2 or 3), found '// &
+          quoted(field_text(reader, fields, 2)))
+      end select
+      return
+    end if
+    call read_dof(reader, fields, 2, 'the first dof', first, ok)
+    if (.not. ok) return
+    last = first
+    if (.not. is_empty_field(fields, 3)) then
+      call read_dof(reader, fields, 3, 'the last dof', last, ok)
+      if (.not. ok) return
+    end if
+    ok = last >= first
+    if (ok) then
+      with(first:last) = .true.
+    else
+      call report(reader, field_position(reader, fields, 3), 'the last dof is below the first')
+    end if
+  end subroutine read_dofs
+
+  subroutine read_dof(reader, fields, i, what, dof, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: i
+    character(*), intent(in) :: what
+    integer, intent(out) :: dof
+    logical, intent(out) :: ok
+
+    call integer_field(reader, fields, i, what, 1, dof, ok)
+    if (.not. ok .or. dof <= 3) return
+    ok = .false.
+    call report(reader, field_position(reader, fields, i), what// &
+      ' must be 1, 2 or 3 (the nodes of bricks do not rotate), not '// &
+      quoted(field_text(reader, fields, i)))
+  end subroutine read_dof
+
+  !> *CLOAD: set or node, dof, force
+  subroutine read_cload(reader, card, model, amplitudes, draft, replace)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(model_t), intent(in) :: model
+    type(amplitude_list_t), intent(in) :: amplitudes
+    type(load_draft_t), intent(inout) :: draft
+    logical, intent(inout) :: replace !! set by OP=NEW
+    type(fields_t) :: fields
+    type(reference_t) :: reference
+    type(nodal_value_t) :: value
+    integer, allocatable :: nodes(:)
+    integer :: dof
+    logical :: found, ok(3)
+
+    call allow_options(reader, card, ['AMPLITUDE', 'OP       '])
+    call read_op(reader, card, replace)
+    call amplitude_option(reader, card, amplitudes, value%amplitude)
+    do
+      call next_data_line(reader, card, fields, found)
+      if (.not. found) exit
+      call limit_fields(reader, fields, 3, 'a set or node, dof, force')
+      call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, ok(1))
+      call read_dof(reader, fields, 2, 'the dof', dof, ok(2))
+      call real_field(reader, fields, 3, 'the force', value%value, ok(3))
+      if (.not. ok(1)) cycle
+      call referenced_nodes(reader, model, reference, nodes)
+      if (.not. all(ok)) cycle
+      call add_values(reader, model, nodes, dof, value, draft%forces, draft%work, sum_up=.true.)
+      if (draft%work > max_work) then
+        call report(reader, fields%start, 'the deck prescribes too many values')
+        return
+      end if
+    end do
+  end subroutine read_cload
+
+  !> *DSLOAD: surface, P, pressure
+  subroutine read_dsload(reader, card, surfaces, amplitudes, draft, replace)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(surface_list_t), intent(in) :: surfaces
+    type(amplitude_list_t), intent(in) :: amplitudes
+    type(load_draft_t), intent(inout) :: draft
+    logical, intent(inout) :: replace !! set by OP=NEW
+    type(fields_t) :: fields
+    type(pressure_t) :: pressure
+    character(:), allocatable :: name, label
+    logical :: found, ok(3)
+
+    call allow_options(reader, card, ['AMPLITUDE', 'OP       '])
+    call read_op(reader, card, replace)
+    call amplitude_option(reader, card, amplitudes, pressure%amplitude)
+    do
+      call next_data_line(reader, card, fields, found)
+      if (.not. found) exit
+      call limit_fields(reader, fields, 3, 'a surface, P, a pressure')
+      call name_field(reader, fields, 1, 'a surface', name, ok(1))
+      call name_field(reader, fields, 2, 'P', label, ok(2))
+      if (ok(2) .and. label /= 'P') call report(reader, field_position(reader, fields, 2), &
+        'only P (pressure) is available, not '//quoted(label))
+      call real_field(reader, fields, 3, 'the pressure', pressure%value, ok(3))
+      if (.not. ok(1)) cycle
+      pressure%surface = find_surface(surfaces, name)
+      if (pressure%surface == 0) then
+        call report_unknown_surface(reader, surfaces, fields%start, name)
+      else if (size(surfaces%list(pressure%surface)%faces, 2) == 0) then
+        call report(reader, fields%start, 'surface '//quoted(name)//' has no faces')
+      else if (all(ok)) then
+        call add_pressure(draft, pressure)
+      end if
+    end do
+  end subroutine read_dsload
+
+  !> OP=MOD (what is not named stays) or OP=NEW (what earlier steps prescribed ends).
+  subroutine read_op(reader, card, replace)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    logical, intent(inout) :: replace
+    integer :: choice
+    logical :: ok
+
+    choice = 1
+    call choice_option(reader, card, 'OP', ['MOD', 'NEW'], choice, ok)
+    if (choice == op_new) replace = .true.
+  end subroutine read_op
+
+  !> Prescribe a value on one dof of several nodes.
+  !>
+  !> Of one node and dof the list has one entry: a displacement takes the place of an earlier one,
+  !> forces under the same amplitude add up.
+  subroutine add_values(reader, model, nodes, dof, value, list, work, sum_up)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: nodes(:)
+    integer, intent(in) :: dof
+    type(nodal_value_t), intent(in) :: value  !! its value and amplitude
+    type(value_list_t), intent(inout) :: list
+    integer(i8), intent(inout) :: work
+    logical, intent(in), optional :: sum_up
+    type(nodal_value_t), allocatable :: larger(:)
+    integer :: i, node, at
+
+    work = work + size(nodes)
+    if (work > max_work .or. .not. keep_reading(reader)) return
+    do i = 1, size(nodes)
+      node = nodes(i)
+      if (.not. model%used(node)) then
+        call note(reader, 'what is prescribed on nodes that belong to no element is ignored')
+        cycle
+      end if
+      at = list%slot(dof, node)
+      if (at >= 1 .and. at <= list%n) then
+        if (list%values(at)%node == node .and. list%values(at)%dof == dof) then
+          if (.not. present(sum_up)) then
+            list%values(at)%value = value%value
+            list%values(at)%amplitude = value%amplitude
+            cycle
+          else if (list%values(at)%amplitude == value%amplitude) then
+            list%values(at)%value = list%values(at)%value + value%value
+            cycle
+          end if
+        end if
+      end if
+      if (list%n == size(list%values)) then
+        allocate (larger(2*list%n))
+        larger(:list%n) = list%values
+        call move_alloc(larger, list%values)
+      end if
+      list%n = list%n + 1
+      list%values(list%n) = nodal_value_t(node=node, dof=dof, value=value%value, &
+        amplitude=value%amplitude)
+      list%slot(dof, node) = list%n
+    end do
+  end subroutine add_values
+
+  subroutine add_pressure(draft, pressure)
+    type(load_draft_t), intent(inout) :: draft
+    type(pressure_t), intent(in) :: pressure
+    type(pressure_t), allocatable :: larger(:)
+
+    if (draft%n_pressures == size(draft%pressures)) then
+      allocate (larger(2*draft%n_pressures))
+      larger(:draft%n_pressures) = draft%pressures
+      call move_alloc(larger, draft%pressures)
+    end if
+    draft%n_pressures = draft%n_pressures + 1
+    draft%pressures(draft%n_pressures) = pressure
+  end subroutine add_pressure
+
+end module read_loads_mod

@@ -1,0 +1,200 @@
+!> The steps of a deck.
+!>
+!>     *STEP
+!>     *STATIC, DIRECT
+!>     0.1, 1.                        increment, period
+!>     *BOUNDARY
+!>     BODY-ZMAX, 3, 3, -0.1
+!>     *END STEP
+!>
+!> A *BOUNDARY before the first step holds from the beginning: it becomes part of the first step.
+module read_steps_mod
+  use cards_mod, only: keep_reading, note, reader_t, report
+  use diagnostics_mod, only: quoted
+  use fields_mod, only: field_position, field_text, fields_t, is_empty_field, limit_fields, &
+    next_data_line, real_field
+  use kinds_mod, only: wp
+  use loads_mod, only: load_step_t
+  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
+    open_card, option_position
+  use read_amplitudes_mod, only: amplitude_list_t
+  use read_loads_mod, only: close_step, load_draft_t, read_boundary, read_cload, read_dsload, &
+    start_step
+  use read_surfaces_mod, only: surface_list_t
+  use sets_mod, only: model_t
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: read_steps
+
+  integer, parameter :: max_increments = 1000000 !! of one step
+
+contains
+
+  !> Read all steps.
+  subroutine read_steps(reader, model, surfaces, amplitudes, steps)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(in) :: surfaces
+    type(amplitude_list_t), intent(in) :: amplitudes
+    type(load_step_t), allocatable, intent(out) :: steps(:)
+    type(load_draft_t) :: draft
+    type(card_t) :: card
+    integer :: k, s, static_of, position
+    logical :: forget
+
+    allocate (steps(reader%n_steps))
+    s = 0
+    static_of = 0
+    position = 0
+    call start_step(draft, model%mesh%n_nodes)
+    do k = 1, reader%n_cards
+      if (.not. keep_reading(reader)) return
+      call open_if_needed(k)
+      select case (reader%cards(k)%keyword)
+      case ('STEP')
+        call finish_step()
+        s = reader%cards(k)%step
+        position = card%position
+        call read_step_options(reader, card)
+        if (s == 1) then
+          call forget_initial(reader, forget)
+          if (forget) call start_step(draft, model%mesh%n_nodes)
+        else
+          call start_step(draft, model%mesh%n_nodes)
+        end if
+      case ('STATIC')
+        if (static_of == s) call report(reader, card%position, 'a second *STATIC in this step')
+        static_of = s
+        call read_static(reader, card, steps(s))
+      case ('END STEP')
+        call allow_options(reader, card, [character(1) ::])
+        call allow_no_data(reader, card)
+      case ('BOUNDARY')
+        if (s == 0) then
+          forget = .false.
+          call read_boundary(reader, card, model, amplitudes, draft, forget)
+        else
+          call read_boundary(reader, card, model, amplitudes, draft, steps(s)%replace_boundary)
+        end if
+      case ('CLOAD')
+        call read_cload(reader, card, model, amplitudes, draft, steps(s)%replace_forces)
+      case ('DSLOAD')
+        call read_dsload(reader, card, surfaces, amplitudes, draft, steps(s)%replace_pressures)
+      end select
+    end do
+    call finish_step()
+
+  contains
+
+    subroutine open_if_needed(k)
+      integer, intent(in) :: k
+
+      select case (reader%cards(k)%keyword)
+      case ('STEP', 'STATIC', 'END STEP', 'BOUNDARY', 'CLOAD', 'DSLOAD')
+        call open_card(reader, k, card)
+      end select
+    end subroutine open_if_needed
+
+    subroutine finish_step()
+      if (s == 0) return
+      call close_step(draft, steps(s))
+      if (static_of /= s) call report(reader, position, 'this step has no *STATIC')
+    end subroutine finish_step
+
+  end subroutine read_steps
+
+  !> Whether the first step ends what was prescribed before it (*BOUNDARY, OP=NEW).
+  subroutine forget_initial(reader, forget)
+    type(reader_t), intent(inout) :: reader
+    logical, intent(out) :: forget
+    type(card_t) :: card
+    integer :: k, choice
+    logical :: ok
+
+    forget = .false.
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'BOUNDARY' .or. reader%cards(k)%step /= 1) cycle
+      call open_card(reader, k, card)
+      choice = 1
+      call choice_option(reader, card, 'OP', ['MOD', 'NEW'], choice, ok)
+      forget = forget .or. choice == 2
+    end do
+  end subroutine forget_initial
+
+  !> *STEP[, INC=n][, NLGEOM=NO]; data lines are a title.
+  subroutine read_step_options(reader, card)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    integer :: choice
+    logical :: ok
+
+    call allow_options(reader, card, ['NLGEOM      ', 'PERTURBATION', 'AMPLITUDE   '], &
+      ['INC          ', 'NAME         ', 'UNSYMM       ', 'EXTRAPOLATION', 'CONVERT SDI  '])
+    if (has_option(card, 'NLGEOM')) then
+      choice = 1
+      call choice_option(reader, card, 'NLGEOM', ['YES', 'NO '], choice, ok)
+      if (choice == 1) call report(reader, option_position(card, 'NLGEOM'), &
+        'NLGEOM (finite strain) is not available: strains are small here')
+    end if
+    if (has_option(card, 'PERTURBATION')) call report(reader, &
+      option_position(card, 'PERTURBATION'), 'PERTURBATION steps are not available')
+    choice = 1
+    call choice_option(reader, card, 'AMPLITUDE', ['RAMP', 'STEP'], choice, ok)
+    if (choice == 2) call report(reader, option_position(card, 'AMPLITUDE'), &
+      'loads ramp over a step; for others use *AMPLITUDE')
+  end subroutine read_step_options
+
+  !> *STATIC[, DIRECT]: increment, period
+  subroutine read_static(reader, card, step)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(load_step_t), intent(inout) :: step
+    type(fields_t) :: fields
+    integer :: position, i
+    real(wp) :: limit
+    logical :: found, ok(2)
+
+    call allow_options(reader, card, ['DIRECT'], ['SOLVER'])
+    step%direct = has_option(card, 'DIRECT')
+    call next_data_line(reader, card, fields, found)
+    if (.not. found) return
+    call limit_fields(reader, fields, 4, 'an increment and a period')
+    position = fields%start
+    ok = .true.
+    if (.not. is_empty_field(fields, 2)) &
+      call real_field(reader, fields, 2, 'the period', step%period, ok(2))
+    if (ok(2) .and. step%period <= 0.0_wp) then
+      call report(reader, field_position(reader, fields, 2), 'the period must be positive, not '// &
+        quoted(field_text(reader, fields, 2)))
+      ok(2) = .false.
+    end if
+    step%increment = step%period
+    if (.not. is_empty_field(fields, 1)) &
+      call real_field(reader, fields, 1, 'the increment', step%increment, ok(1))
+    if (ok(1) .and. step%increment <= 0.0_wp) then
+      call report(reader, position, 'the increment must be positive, not '// &
+        quoted(field_text(reader, fields, 1)))
+      ok(1) = .false.
+    end if
+    do i = 3, fields%n
+      if (is_empty_field(fields, i)) cycle
+      call real_field(reader, fields, i, 'a smallest and a largest increment', limit, found)
+      call note(reader, 'the smallest and largest increment of *STATIC are ignored')
+    end do
+    if (all(ok)) then
+      if (step%increment > step%period*(1.0_wp + 1.0e-12_wp)) then
+        call report(reader, position, 'the increment is larger than the period')
+      else if (step%period > max_increments*step%increment) then
+        call report(reader, position, 'the step has more than '//to_text(max_increments)// &
+          ' increments')
+      else
+        step%n_increments = nint(step%period/step%increment)
+      end if
+    end if
+    call next_data_line(reader, card, fields, found)
+    if (found) call report(reader, fields%start, '*STATIC takes one data line')
+  end subroutine read_static
+
+end module read_steps_mod
