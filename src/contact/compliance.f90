@@ -3,7 +3,7 @@
 module compliance_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_not_solved
-  use spd_inverse_mod, only: invert_spd
+  use dense_mod, only: invert_spd
   use dof_map_mod, only: dof_map_t
   use contact_points_mod, only: contact_points_t
   implicit none

@@ -8,9 +8,10 @@
 !> the Schur complement at the point. docs/theory.md section 4.
 module global_newton_mod
   use kinds_mod, only: wp
+  use dense_mod, only: solve_dense
   use controls_mod, only: contact_controls_t, solver_global_newton
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
-                         pack_rows, unpack_rows, measure
+                         pack_rows, unpack_rows, measure, ended_at_limit, ended_stalled
   use local_point_mod, only: local_point_t
   use pseudopotential_mod, only: pseudopotential_residual
   use gmres_mod, only: linear_map_t, solve_by_gmres
@@ -26,7 +27,6 @@ module global_newton_mod
   real(wp), parameter :: inner_tolerance = 1.0e-3_wp
   real(wp), parameter :: shortest_step = 1.0e-3_wp
   integer,  parameter :: max_stalled = 12       !! iterations without a tenth of progress
-  real(wp), parameter :: singular_condition = 1.0e-14_wp !! reciprocal condition taken for 0 [-]
 
   !> An iterate: reactions, gaps, residual and its derivative at every point.
   type :: iterate_t
@@ -45,47 +45,6 @@ module global_newton_mod
     procedure :: apply => apply_jacobian
   end type jacobian_t
 
-  interface
-    !> LAPACK: LU factors of a general matrix.
-    subroutine dgetrf(m, n, a, lda, ipiv, info)
-      import :: wp
-      integer, intent(in) :: m, n, lda
-      real(wp), intent(inout) :: a(lda, *)
-      integer, intent(out) :: ipiv(*), info
-    end subroutine dgetrf
-
-    !> LAPACK: reciprocal of the condition number, from the factors.
-    subroutine dgecon(norm, n, a, lda, anorm, rcond, work, iwork, info)
-      import :: wp
-      character, intent(in) :: norm
-      integer, intent(in) :: n, lda
-      real(wp), intent(in) :: a(lda, *), anorm
-      real(wp), intent(out) :: rcond, work(*)
-      integer, intent(out) :: iwork(*), info
-    end subroutine dgecon
-
-    !> LAPACK: solution from the factors.
-    subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
-      import :: wp
-      character, intent(in) :: trans
-      integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
-      real(wp), intent(in) :: a(lda, *)
-      real(wp), intent(inout) :: b(ldb, *)
-      integer, intent(out) :: info
-    end subroutine dgetrs
-
-    !> LAPACK: solution of least norm by a complete orthogonal factorisation.
-    subroutine dgelsy(m, n, nrhs, a, lda, b, ldb, jpvt, rcond, rank, work, lwork, info)
-      import :: wp
-      integer, intent(in) :: m, n, nrhs, lda, ldb, lwork
-      real(wp), intent(inout) :: a(lda, *), b(ldb, *)
-      integer, intent(inout) :: jpvt(*)
-      real(wp), intent(in) :: rcond
-      integer, intent(out) :: rank, info
-      real(wp), intent(out) :: work(*)
-    end subroutine dgelsy
-  end interface
-
 contains
 
   !> Iterate from the warm start until the scaled natural map is at the tolerance.
@@ -99,8 +58,8 @@ contains
     type(contact_report_t), intent(out) :: report
     type(iterate_t), target :: now, trial
     type(contact_report_t) :: here
-    real(wp) :: r_start(3, problem%n_points)
-    real(wp), allocatable :: dr(:), projected(:)
+    real(wp) :: r_start(3, problem%n_points), projected(problem%n_rows)
+    real(wp), allocatable :: dr(:)
     integer :: stalled
 
     r_start = r
@@ -111,7 +70,8 @@ contains
     newton: do
       ! Judged is what is returned: the projections, on the cone to rounding, 0 where open.
       projected = now%r - now%z
-      call measure(problem, x_free, relative_gaps(problem, x_free, projected), projected, r_start, here)
+      call measure(problem, x_free, relative_gaps(problem, x_free, projected), projected, &
+        r_start, here)
       report%products = report%products + 1
       stalled = stalled + 1
       if (here%residual < 0.9_wp*report%residual) stalled = 0
@@ -121,7 +81,8 @@ contains
         r = unpack_rows(problem, projected)
       end if
       report%converged = report%residual <= controls%tolerance
-      if (report%converged .or. stalled > max_stalled .or. report%iterations >= max_iterations) exit newton
+      if (report%converged .or. stalled > max_stalled .or. &
+        report%iterations >= max_iterations) exit newton
 
       call find_correction(problem, now, dr, report%products)
       call search_line(problem, now, dr, trial)
@@ -131,6 +92,9 @@ contains
       now%x = trial%x
       call evaluate(problem, now)
     end do newton
+    if (.not. report%converged) report%ending = ended_stalled
+    if (.not. report%converged .and. report%iterations >= max_iterations) report%ending = &
+      ended_at_limit
     report%solver = solver_global_newton
   end subroutine solve_by_global_newton
 
@@ -281,32 +245,6 @@ contains
       end associate
     end do
   end subroutine form_jacobian
-
-  !> Solve J x = b; where J is singular to working precision, the x of least norm.
-  subroutine solve_dense(j, b)
-    real(wp), intent(inout) :: j(:, :) !! (n,n), destroyed
-    real(wp), intent(inout) :: b(:)    !! (n) right-hand side in, solution out
-    real(wp) :: copy(size(b), size(b)), x(size(b)), size_j, rcond
-    real(wp), allocatable :: work(:)
-    integer :: pivot(size(b)), integers(size(b)), n, info, rank
-
-    n = size(b)
-    if (n == 0) return
-    copy = j
-    x = b
-    size_j = maxval(sum(abs(j), dim=1))
-    allocate (work(max(4*n, 64*(n + 1))))
-    call dgetrf(n, n, j, n, pivot, info)
-    rcond = 0.0_wp
-    if (info == 0) call dgecon('1', n, j, n, size_j, rcond, work, integers, info)
-    if (rcond > singular_condition) then
-      call dgetrs('N', n, 1, j, n, pivot, b, n, info)
-      return
-    end if
-    pivot = 0
-    call dgelsy(n, n, 1, copy, n, x, n, pivot, singular_condition, rank, work, size(work), info)
-    b = x
-  end subroutine solve_dense
 
   subroutine apply_jacobian(map, v, product)
     class(jacobian_t), intent(in) :: map

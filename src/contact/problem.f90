@@ -6,14 +6,20 @@ module problem_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
-  use spd_inverse_mod, only: invert_spd
+  use dense_mod, only: invert_spd
   use law_mod, only: project_on_cone, augmented_gap
   implicit none
   private
 
   public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
     relative_gaps, product_with_w, natural_map, force_scale, &
-    measure
+    measure, project_reactions, ended_well, ended_at_limit, ended_stalled, ended_diverging
+
+  ! How a solver that has not converged ended.
+  integer, parameter :: ended_well = 0       !! it did converge
+  integer, parameter :: ended_at_limit = 1   !! of its iterations
+  integer, parameter :: ended_stalled = 2    !! no progress any more
+  integer, parameter :: ended_diverging = 3  !! reactions grow without bound
 
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
   type :: contact_problem_t
@@ -46,6 +52,8 @@ module problem_mod
     integer  :: products = 0          !! of W with a vector; a sweep counts as one
     real(wp) :: residual = 0.0_wp     !! scaled natural map [-]
     integer  :: worst_point = 0       !! where it is largest
+    integer  :: ending = ended_well
+    integer  :: unimproved = 0        !! exact residuals in a row that were no progress
   end type contact_report_t
 
   interface
@@ -218,6 +226,18 @@ contains
       z(:, i) = r(:, i) - p
     end do
   end subroutine natural_map
+
+  !> Reactions projected on their cones.
+  pure function project_reactions(problem, r) result(p)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: r(:, :)          !! (3,n_points) [force]
+    real(wp) :: p(3, problem%n_points)       !! [force]
+    integer :: i, status
+
+    do i = 1, problem%n_points
+      call project_on_cone(problem%mu(i), r(:, i), p(:, i), status)
+    end do
+  end function project_reactions
 
   !> The force that residuals are measured by: the largest of |r|, |r at the start| and |P_K(-rho
   !> x*_free)|.

@@ -2,13 +2,13 @@
 !> their newest.
 module sweeps_mod
   use kinds_mod, only: wp
-  use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton, &
-    local_newton6, &
-                          local_exact, stop_at_residual, stop_at_change, solver_sweeps
+  use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton6, &
+                          local_exact, stop_at_change, solver_sweeps
   use law_mod, only: project_on_cone, augmented_gap
-  use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, unpack_rows, &
-    pack_rows, natural_map, &
-                         force_scale
+  use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
+                         unpack_rows, pack_rows, force_scale, project_reactions, &
+                         ended_at_limit, ended_diverging, ended_stalled
+  use anderson_mod, only: anderson_t, new_anderson, accelerate, forget
   use local_point_mod, only: local_point_t, local_solver
   use bipotential_mod, only: bipotential_residual
   use pseudopotential_mod, only: pseudopotential_residual
@@ -29,11 +29,17 @@ module sweeps_mod
     integer  :: local_iterations = 0
   end type sweep_t
 
+  integer,  parameter :: anderson_depth = 10
+  integer,  parameter :: check_every = 100        !! sweeps between exact residuals, at the latest
+  integer,  parameter :: patience = 20            !! such checks without a tenth of progress
+  real(wp), parameter :: exploded = 1.0e8_wp      !! times the force at the start: diverging [-]
+
 contains
 
   !> Sweep until the stopping rule holds. [JFT07] section 3, docs/theory.md sections 4 and 5.
   !>
-  !> Not converging is no error: the report says so and r is the last iterate.
+  !> Not converging is no error: the report says so, and why; r is the best of the exactly measured
+  !> iterates then.
   subroutine solve_by_sweeps(problem, x_free, controls, r, report)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
@@ -42,41 +48,106 @@ contains
     type(contact_report_t), intent(out) :: report
     procedure(local_solver), pointer :: solve_point
     type(local_point_t) :: template
+    type(anderson_t) :: memory
     type(sweep_t) :: sweep
-    real(wp) :: packed(problem%n_rows), r_start(3, problem%n_points), free(3, problem%n_points), &
-      scale
+    real(wp) :: old(problem%n_rows), new(problem%n_rows), r_start(3, problem%n_points), scale
 
     call choose_local_solver(controls, template, solve_point)
-    report%solver = solver_sweeps
+    if (controls%acceleration) memory = new_anderson(problem%n_rows, anderson_depth)
     r_start = r
-    packed = pack_rows(problem, r)
-    free = unpack_rows(problem, x_free)
-    call measure(problem, x_free, relative_gaps(problem, x_free, packed), packed, r_start, &
-        report)
-    report%converged = controls%stop_rule == stop_at_residual .and. &
-      report%residual <= controls%tolerance
+    old = pack_rows(problem, r)
+    report%residual = huge(report%residual)
+    call judge(problem, x_free, old, r_start, controls, r, report)
+    if (controls%stop_rule == stop_at_change) report%converged = .false.
+    scale = force_scale(problem, unpack_rows(problem, x_free), r_start, r_start)
 
-    iterate: do while (.not. report%converged .and. report%iterations < controls%max_sweeps)
-      call sweep_points(problem, x_free, controls, template, solve_point, packed, sweep)
+    iterate: do while (.not. report%converged)
+      if (report%iterations >= controls%max_sweeps) then
+        report%ending = ended_at_limit
+        exit iterate
+      end if
+      new = old
+      call sweep_points(problem, x_free, controls, template, solve_point, new, sweep)
       report%iterations = report%iterations + 1
+      report%products = report%products + 1
       report%local_iterations = report%local_iterations + sweep%local_iterations
+      if (.not. norm2(new) <= exploded*scale) then
+        report%ending = ended_diverging
+        exit iterate
+      end if
       if (controls%stop_rule == stop_at_change) then
-        report%converged = sweep%change <= controls%tolerance*norm2(packed)
+        report%converged = sweep%change <= controls%tolerance*norm2(new)
+        if (report%converged) call judge(problem, x_free, new, r_start, controls, r, report)
+        if (report%converged) exit iterate
+      else if (due(sweep, controls, norm2(new), scale, report%iterations)) then
+        call judge(problem, x_free, new, r_start, controls, r, report)
+        if (report%converged .or. report%ending == ended_stalled) exit iterate
+      end if
+      if (controls%acceleration) then
+        call next_start(problem, memory, sweep, new, old)
       else
-        ! What the sweep saw in passing tells when the exact residual, a product with W, is worth
-        ! its price.
-        scale = force_scale(problem, free, unpack_rows(problem, packed), r_start)
-        if (sweep%seen_residual > 2.0_wp*controls%tolerance*scale .and. mod(report%iterations, &
-          100) /= 0) cycle iterate
-        call measure(problem, x_free, relative_gaps(problem, x_free, packed), packed, r_start, &
-        report)
-        report%converged = report%residual <= controls%tolerance
+        old = new
       end if
     end do iterate
-    call measure(problem, x_free, relative_gaps(problem, x_free, packed), packed, r_start, &
-        report)
-    r = unpack_rows(problem, packed)
+    if (controls%stop_rule == stop_at_change .and. report%ending == ended_at_limit) &
+      call judge(problem, x_free, new, r_start, controls, r, report)
+    report%solver = solver_sweeps
   end subroutine solve_by_sweeps
+
+  !> Whether the exact residual, a product with W, is worth its price: what the sweep saw in passing
+  !> is small enough, or the last one is long ago.
+  pure function due(sweep, controls, size_r, scale, iterations)
+    type(sweep_t), intent(in) :: sweep
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(in) :: size_r, scale  !! |r| now, force scale at the start [force]
+    integer, intent(in) :: iterations
+    logical :: due
+
+    due = sweep%seen_residual <= 2.0_wp*controls%tolerance*max(size_r, scale) .or. &
+      mod(iterations, check_every) == 0
+  end function due
+
+  !> Measure reactions exactly; keep them when they are the best so far, notice when nothing
+  !> improves.
+  subroutine judge(problem, x_free, packed, r_start, controls, r, report)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:), packed(:)      !! (n_rows)
+    real(wp), intent(in) :: r_start(:, :)             !! (3,n_points)
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: r(:, :)                !! (3,n_points) best so far [force]
+    type(contact_report_t), intent(inout) :: report
+    type(contact_report_t) :: here
+
+    call measure(problem, x_free, relative_gaps(problem, x_free, packed), packed, r_start, here)
+    report%products = report%products + 1
+    report%unimproved = report%unimproved + 1
+    if (here%residual < 0.9_wp*report%residual) report%unimproved = 0
+    if (here%residual < report%residual .or. controls%stop_rule == stop_at_change) then
+      report%residual = here%residual
+      report%worst_point = here%worst_point
+      r = unpack_rows(problem, packed)
+    end if
+    if (controls%stop_rule == stop_at_change) return
+    report%converged = report%residual <= controls%tolerance
+    if (report%unimproved >= patience) report%ending = ended_stalled
+  end subroutine judge
+
+  !> Where the next sweep starts: Anderson's combination, made admissible; plainly at the last image
+  !> when the combination has led away.
+  subroutine next_start(problem, memory, sweep, image, r)
+    type(contact_problem_t), intent(in) :: problem
+    type(anderson_t), intent(inout) :: memory
+    type(sweep_t), intent(in) :: sweep
+    real(wp), intent(in) :: image(:)     !! (n_rows) where the sweep ended [force]
+    real(wp), intent(inout) :: r(:)      !! (n_rows) where it started in, where the next starts out
+    real(wp) :: next(size(r))
+
+    if (memory%started) then
+      if (sweep%change > 2.0_wp*norm2(memory%distance)) call forget(memory)
+    end if
+    call accelerate(memory, r, image, next)
+    r = pack_rows(problem, project_reactions(problem, unpack_rows(problem, next)))
+  end subroutine next_start
 
   !> The local solver and the formulation the deck has chosen.
   subroutine choose_local_solver(controls, template, solve_point)

@@ -7,7 +7,7 @@
 module cards_mod
   use deck_source_mod, only: source_t
   use diagnostics_mod, only: add_mistake, add_note, diagnostics_t, guess, quoted, wants_more
-  use expressions_mod, only: define_parameter
+  use substitution_mod, only: define_parameter
   use keywords_mod, only: find_keyword, in_model, in_step, is_ignored, is_missing, keyword_names, &
     keyword_t, max_keyword
   use parameters_mod, only: parameter_table_t

@@ -3,7 +3,7 @@ module options_mod
   use cards_mod, only: card_place_t, is_data_line, keep_reading, note, pieces_t, reader_t, report, &
     split_line
   use diagnostics_mod, only: guess, quoted
-  use expressions_mod, only: substitute
+  use substitution_mod, only: substitute
   use keywords_mod, only: same_word, squeeze
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, number_too_large, read_integer, read_real

@@ -1,0 +1,83 @@
+!> The mesh of the scene from the mesh as read, and what can be wrong with it as a whole.
+module build_mesh_mod
+  use cards_mod, only: keep_reading, note, reader_t, report
+  use hexahedron8_mod, only: jacobian_determinants
+  use kinds_mod, only: wp
+  use mesh_draft_mod, only: mesh_draft_t
+  use mesh_mod, only: find_bodies, kind_c3d8, mesh_t
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: mark_used_nodes, check_bricks, build_mesh
+
+contains
+
+  !> Which nodes an element has; the others are noted.
+  subroutine mark_used_nodes(reader, draft, used)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    logical, allocatable, intent(out) :: used(:) !! (n_nodes)
+    integer :: e, i, n
+
+    allocate (used(draft%n_nodes))
+    used = .false.
+    do e = 1, draft%n_elements
+      used(draft%connectivity(:, e)) = .true.
+    end do
+    n = count(.not. used)
+    if (n == 0 .or. draft%n_elements == 0) return
+    do i = 1, draft%n_nodes
+      if (.not. used(i)) exit
+    end do
+    call note(reader, to_text(n)//' of '//to_text(draft%n_nodes)// &
+      ' nodes belong to no element (the first: node '//to_text(draft%node_id(i))//')')
+  end subroutine mark_used_nodes
+
+  !> Report bricks that are turned inside out or flat.
+  subroutine check_bricks(reader, draft)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    real(wp) :: x(3, 8), determinants(16), least
+    integer :: e
+
+    do e = 1, draft%n_elements
+      ! Elements with undefined nodes were given one node eight times: they were reported.
+      if (draft%connectivity(1, e) == draft%connectivity(2, e)) cycle
+      x = draft%coordinates(:, draft%connectivity(:, e))
+      determinants = jacobian_determinants(x)
+      least = minval(determinants)
+      if (least > 0.0_wp) cycle
+      if (.not. keep_reading(reader)) return
+      if (maxval(determinants) <= 0.0_wp) then
+        call report(reader, draft%element_position(e), 'element '//to_text(draft%element_id(e))// &
+          ' is inside out or flat (Jacobian '//to_text(least, 3)//'): wrong order of its nodes?')
+      else
+        call report(reader, draft%element_position(e), 'element '//to_text(draft%element_id(e))// &
+          ' is too distorted: its Jacobian reaches '//to_text(least, 3))
+      end if
+    end do
+  end subroutine check_bricks
+
+  !> Fill the mesh; the draft is given up.
+  subroutine build_mesh(draft, material, mesh)
+    type(mesh_draft_t), intent(inout) :: draft
+    integer, allocatable, intent(inout) :: material(:) !! (n_elements), given up
+    type(mesh_t), intent(out) :: mesh
+
+    mesh%n_nodes = draft%n_nodes
+    mesh%n_elements = draft%n_elements
+    mesh%coordinates = draft%coordinates(:, :draft%n_nodes)
+    deallocate (draft%coordinates)
+    mesh%node_id = draft%node_id(:draft%n_nodes)
+    deallocate (draft%node_id)
+    mesh%connectivity = draft%connectivity(:, :draft%n_elements)
+    deallocate (draft%connectivity)
+    mesh%element_id = draft%element_id(:draft%n_elements)
+    deallocate (draft%element_id)
+    allocate (mesh%element_kind(mesh%n_elements), source=kind_c3d8)
+    call move_alloc(material, mesh%material)
+    call find_bodies(mesh)
+  end subroutine build_mesh
+
+end module build_mesh_mod

@@ -1,0 +1,228 @@
+!> A deck, from its file to a scene.
+!>
+!> The deck is cut into cards, which are read in the order of what they build on: parameters, nodes
+!> and elements, sets, surfaces, properties, contact, steps. So a card may name what stands further
+!> down. Every mistake is kept, and all are told at the end in the order of the deck.
+module read_deck_mod
+  use build_mesh_mod, only: build_mesh, check_bricks, mark_used_nodes
+  use cards_mod, only: find_cards, is_data_line, note, read_parameters, reader_t, report
+  use deck_source_mod, only: source_t
+  use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
+    mistakes_as_error, notes_as_list, quoted
+  use errors_mod, only: error_t
+  use lookup_mod, only: name_lookup_t
+  use options_mod, only: allow_options, card_t, open_card
+  use parameters_mod, only: add_override, find_parameter, parameter_table_t
+  use read_amplitudes_mod, only: amplitude_list_t, read_amplitudes
+  use read_block_mod, only: read_block
+  use read_contact_mod, only: read_contact
+  use read_controls_mod, only: read_contact_controls, read_output_controls
+  use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
+  use read_properties_mod, only: read_materials, read_sections
+  use read_sets_mod, only: read_sets
+  use read_source_mod, only: read_source, source_from_text
+  use read_steps_mod, only: read_steps
+  use read_surfaces_mod, only: read_surfaces, surface_list_t
+  use scene_mod, only: scene_t
+  use sets_mod, only: model_t
+  use text_mod, only: string_t
+  implicit none
+  private
+
+  public :: read_deck, read_deck_text
+
+contains
+
+  !> Read the deck at `path`.
+  subroutine read_deck(path, overrides, scene, error)
+    character(*), intent(in) :: path
+    type(string_t), intent(in) :: overrides(:)   !! name=value, in place of the deck's parameters
+    type(scene_t), intent(out) :: scene
+    type(error_t), allocatable, intent(out) :: error !! every mistake, one after the other
+    type(reader_t) :: reader
+
+    call read_source(path, reader%source, reader%diagnostics)
+    call read_scene(reader, overrides, scene, error)
+    scene%name = name_of(path)
+  end subroutine read_deck
+
+  !> Read a deck that is given as text; `path` is what mistakes call it.
+  subroutine read_deck_text(text, path, overrides, scene, error)
+    character(*), intent(in) :: text
+    character(*), intent(in) :: path
+    type(string_t), intent(in) :: overrides(:)
+    type(scene_t), intent(out) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    type(reader_t) :: reader
+
+    call source_from_text(text, path, reader%source, reader%diagnostics)
+    call read_scene(reader, overrides, scene, error)
+    scene%name = name_of(path)
+  end subroutine read_deck_text
+
+  !> The scene of a deck whose source is there.
+  subroutine read_scene(reader, overrides, scene, error)
+    type(reader_t), intent(inout) :: reader
+    type(string_t), intent(in) :: overrides(:)
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+
+    call take_overrides(overrides, reader%parameters, reader%diagnostics, scene%overrides)
+    ! Without its full text a deck is not worth reading: what follows would be guesses.
+    if (.not. any_mistakes(reader%diagnostics)) then
+      call find_cards(reader)
+      call read_parameters(reader)
+      call check_overrides(reader)
+      call read_cards(reader, scene)
+      call check_parameter_use(reader)
+    end if
+    call mistakes_as_error(reader%diagnostics, error)
+    call notes_as_list(reader%diagnostics, scene%notes)
+    if (allocated(error)) return
+    scene%deck = reader%source%text(:reader%source%length)
+  end subroutine read_scene
+
+  !> Everything but the parameters.
+  subroutine read_cards(reader, scene)
+    type(reader_t), intent(inout) :: reader
+    type(scene_t), intent(inout) :: scene
+    type(model_t) :: model
+    type(surface_list_t) :: surfaces
+    type(amplitude_list_t) :: amplitudes
+    type(name_lookup_t) :: material_lookup
+    type(string_t), allocatable :: material_names(:)
+    integer, allocatable :: material(:)
+
+    call read_heading(reader, scene%title)
+    call read_mesh_cards(reader, model)
+    call connect_mesh(reader, model%mesh)
+    call mark_used_nodes(reader, model%mesh, model%used)
+    call check_bricks(reader, model%mesh)
+    call read_sets(reader, model)
+    call read_surfaces(reader, model, surfaces)
+    call read_materials(reader, scene%materials, material_names, material_lookup)
+    call read_sections(reader, model, material_names, material_lookup, material)
+    call read_contact(reader, model, surfaces, scene%obstacles, scene%pairs)
+    call read_contact_controls(reader, scene%contact)
+    call read_output_controls(reader, scene%output)
+    call read_amplitudes(reader, amplitudes)
+    call read_steps(reader, model, surfaces, amplitudes, scene%steps)
+    if (model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) &
+      call report(reader, 0, 'the deck has no elements (*ELEMENT or *BLOCK)')
+    if (reader%n_steps == 0) call report(reader, 0, 'the deck has no *STEP')
+    if (any_mistakes(reader%diagnostics)) return
+
+    scene%surfaces = surfaces%list(:surfaces%n)
+    call move_alloc(amplitudes%list, scene%amplitudes)
+    call build_mesh(model%mesh, material, scene%mesh)
+  end subroutine read_cards
+
+  !> *NODE, *ELEMENT and *BLOCK, in the order of the deck.
+  subroutine read_mesh_cards(reader, model)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model
+    type(card_t) :: card
+    integer :: k
+
+    do k = 1, reader%n_cards
+      select case (reader%cards(k)%keyword)
+      case ('NODE')
+        call open_card(reader, k, card)
+        call read_nodes(reader, card, model%mesh)
+      case ('ELEMENT')
+        call open_card(reader, k, card)
+        call read_elements(reader, card, model%mesh)
+      case ('BLOCK')
+        call open_card(reader, k, card)
+        call read_block(reader, card, model%mesh)
+      end select
+    end do
+  end subroutine read_mesh_cards
+
+  !> *HEADING: the lines below it are the title.
+  subroutine read_heading(reader, title)
+    type(reader_t), intent(inout) :: reader
+    character(:), allocatable, intent(out) :: title
+    integer, parameter :: max_title = 1000 !! [byte]
+    type(card_t) :: card
+    integer :: k, line, last
+
+    title = ''
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'HEADING') cycle
+      call open_card(reader, k, card)
+      call allow_options(reader, card, [character(1) ::])
+      do line = card%place%first, card%place%last
+        if (.not. is_data_line(reader%source, line)) cycle
+        last = min(reader%source%first(line + 1) - 2, reader%source%first(line) + max_title)
+        ! Not in the middle of a UTF-8 character.
+        do while (iand(iachar(reader%source%text(last + 1:last + 1)), 192) == 128)
+          last = last - 1
+        end do
+        if (len(title) + last - reader%source%first(line) > max_title) exit
+        if (len(title) > 0) title = title//new_line('a')
+        title = title//trim(adjustl(reader%source%text(reader%source%first(line):last)))
+      end do
+    end do
+  end subroutine read_heading
+
+  !> Enter what the command line says in place of the deck's parameters.
+  subroutine take_overrides(overrides, table, diagnostics, text)
+    type(string_t), intent(in) :: overrides(:)
+    type(parameter_table_t), intent(inout) :: table
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable, intent(out) :: text !! one a line
+    integer :: i
+    logical :: ok
+
+    text = ''
+    do i = 1, size(overrides)
+      call add_override(table, overrides(i)%text, ok)
+      if (.not. ok) call add_plain_mistake(diagnostics, 'error: --set '// &
+        quoted(overrides(i)%text)//' is not of the form name=value', 0)
+      if (i > 1) text = text//new_line('a')
+      text = text//overrides(i)%text
+    end do
+  end subroutine take_overrides
+
+  !> Report overrides that name no parameter of the deck.
+  subroutine check_overrides(reader)
+    type(reader_t), intent(inout) :: reader
+    type(string_t), allocatable :: names(:)
+    integer :: i
+
+    allocate (names(reader%parameters%n))
+    do i = 1, reader%parameters%n
+      names(i)%text = reader%parameters%list(i)%name
+    end do
+    do i = 1, reader%parameters%n_overrides
+      if (find_parameter(reader%parameters, reader%parameters%overrides(i)%name) > 0) cycle
+      call report(reader, 0, 'the deck has no parameter '// &
+        quoted(reader%parameters%overrides(i)%name)//', which the command line sets', &
+        guess(reader%parameters%overrides(i)%name, names))
+    end do
+  end subroutine check_overrides
+
+  !> Note parameters that nothing uses.
+  subroutine check_parameter_use(reader)
+    type(reader_t), intent(inout) :: reader
+    integer :: i
+
+    do i = 1, reader%parameters%n
+      if (reader%parameters%list(i)%used) cycle
+      call note(reader, 'parameter '//quoted(reader%parameters%list(i)%name)//' is not used')
+    end do
+  end subroutine check_parameter_use
+
+  !> A path's file name without folder and ending.
+  pure function name_of(path) result(name)
+    character(*), intent(in) :: path
+    character(:), allocatable :: name
+    integer :: dot
+
+    name = path(index(path, '/', back=.true.) + 1:)
+    dot = index(name, '.', back=.true.)
+    if (dot > 1) name = name(:dot - 1)
+  end function name_of
+
+end module read_deck_mod

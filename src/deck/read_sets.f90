@@ -1,0 +1,342 @@
+!> Sets of nodes or elements, from *NSET, *ELSET and what *NODE, *ELEMENT and *BLOCK make.
+!>
+!>     *NSET, NSET=TOP                 ids, or names of sets defined above
+!>     1, 2, 3
+!>     *NSET, NSET=ROW, GENERATE       first, last, step
+!>     10, 90, 10
+!>     *NSET, NSET=SKIN, ELSET=BODY    the nodes of a set of elements
+!>     *ELSET, ELSET=BODY
+!>     1, CORE
+!>
+!> A second card with the same name adds to the set. A set may name only sets defined above it, so no
+!> set can hold itself.
+module read_sets_mod
+  use cards_mod, only: keep_reading, reader_t, report
+  use diagnostics_mod, only: quoted
+  use fields_mod, only: fields_t, integer_field, limit_fields, next_data_line, reference_field, &
+    reference_t
+  use kinds_mod, only: i8
+  use lookup_mod, only: find_id, find_name, make_name_lookup
+  use mesh_draft_mod, only: block_t, early_set_t, mesh_draft_t, set_of_elements, set_of_nodes
+  use options_mod, only: allow_no_data, allow_options, card_t, has_option, name_option, open_card, &
+    option_position
+  use sets_mod, only: append, append_one, find_set, finish, model_t, report_unknown, set_list_t, &
+    set_t
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: read_sets
+
+  !> Members of all sets together, and ids looked up on the way: more than any real deck needs.
+  integer(i8), parameter :: max_work = 400000000
+
+contains
+
+  !> Read all sets, in the order of the deck; connect_mesh comes before.
+  subroutine read_sets(reader, model)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model
+    integer(i8) :: work
+
+    model%node_sets%kind = set_of_nodes
+    model%element_sets%kind = set_of_elements
+    call list_entries(reader, model%mesh, 'NSET', model%node_sets)
+    call list_entries(reader, model%mesh, 'ELSET', model%element_sets)
+    work = 0
+    call fill_sets(reader, model%mesh, model%element_sets, work)
+    call fill_sets(reader, model%mesh, model%node_sets, work, model%element_sets)
+  end subroutine read_sets
+
+  !> List the early sets and the cards `keyword`, by place, with their names.
+  subroutine list_entries(reader, draft, keyword, sets)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    character(*), intent(in) :: keyword
+    type(set_list_t), intent(inout) :: sets
+    type(card_t) :: card
+    character(:), allocatable :: name
+    integer :: k, e, most, place
+    logical :: ok
+
+    most = draft%n_sets + count(reader%cards(:reader%n_cards)%keyword == keyword)
+    allocate (sets%list(most), sets%names(most), sets%card(most), sets%early(most))
+    e = 1
+    do k = 1, reader%n_cards + 1
+      place = huge(place)
+      if (k <= reader%n_cards) place = reader%source%first(reader%cards(k)%header)
+      do while (e <= draft%n_sets)
+        if (draft%sets(e)%position > place) exit
+        if (draft%sets(e)%kind == sets%kind) &
+          call add(draft%sets(e)%name, draft%sets(e)%position, 0, e)
+        e = e + 1
+      end do
+      if (k > reader%n_cards) exit
+      if (reader%cards(k)%keyword /= keyword) cycle
+      call open_card(reader, k, card)
+      if (sets%kind == set_of_nodes) then
+        call allow_options(reader, card, ['NSET    ', 'GENERATE', 'ELSET   '], &
+          ['UNSORTED', 'INTERNAL'])
+      else
+        call allow_options(reader, card, ['ELSET   ', 'GENERATE'], ['UNSORTED', 'INTERNAL'])
+      end if
+      call name_option(reader, card, keyword, .true., name, ok)
+      if (ok) call add(name, card%position, k, 0)
+    end do
+    call make_name_lookup(sets%names, sets%n, sets%lookup)
+
+  contains
+
+    subroutine add(name, position, card_number, early)
+      character(*), intent(in) :: name
+      integer, intent(in) :: position, card_number, early
+
+      sets%n = sets%n + 1
+      sets%names(sets%n)%text = name
+      sets%list(sets%n)%position = position
+      sets%card(sets%n) = card_number
+      sets%early(sets%n) = early
+    end subroutine add
+
+  end subroutine list_entries
+
+  !> Fill the sets of one kind, entry by entry.
+  subroutine fill_sets(reader, draft, sets, work, elements)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    type(set_list_t), intent(inout) :: sets
+    integer(i8), intent(inout) :: work                 !! members and look-ups so far
+    type(set_list_t), intent(in), optional :: elements !! the sets of elements, for sets of nodes
+    integer :: entry, home
+
+    do entry = 1, sets%n
+      home = find_name(sets%lookup, sets%names, sets%names(entry)%text)
+      if (.not. keep_reading(reader)) return
+      if (sets%early(entry) > 0) then
+        call fill_early(reader, draft, sets, entry, home)
+      else
+        call fill_from_card(reader, draft, sets, entry, work, elements)
+      end if
+      work = work + sets%list(home)%n
+      if (work > max_work) then
+        call report(reader, sets%list(entry)%position, 'the sets have too many members')
+        exit
+      end if
+    end do
+    do entry = 1, sets%n
+      call finish(sets%list(entry))
+    end do
+  end subroutine fill_sets
+
+  !> The members of a set made beside nodes, elements or a block.
+  subroutine fill_early(reader, draft, sets, entry, home)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    type(set_list_t), intent(inout) :: sets
+    integer, intent(in) :: entry, home
+    type(early_set_t) :: set
+    integer :: i
+
+    set = draft%sets(sets%early(entry))
+    if (set%block == 0) then
+      call append(sets%list(home), [(i, i = set%first, set%last)])
+      if (sets%kind == set_of_elements .and. set%last < set%first) &
+        sets%list(home)%has_skipped = .true.
+      return
+    end if
+    if (home < entry .and. set%side == 1) then
+      if (sets%early(home) > 0) then
+        if (draft%sets(sets%early(home))%block > 0) call report(reader, set%position, &
+          'duplicate block '//quoted(draft%blocks(set%block)%name))
+      end if
+    end if
+    call append(sets%list(home), block_side_nodes(draft%blocks(set%block), set%side))
+  end subroutine fill_early
+
+  !> The nodes on one side of a block, ascending.
+  pure function block_side_nodes(block, side) result(nodes)
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: side
+    integer, allocatable :: nodes(:)
+    integer :: axis, low(3), high(3), i, j, k, n
+
+    if (any(block%n == 0)) then
+      allocate (nodes(0))
+      return
+    end if
+    axis = (side + 1)/2
+    low = 0
+    high = block%n
+    if (mod(side, 2) == 1) then
+      high(axis) = 0
+    else
+      low(axis) = block%n(axis)
+    end if
+    allocate (nodes(product(high - low + 1)))
+    n = 0
+    do k = low(3), high(3)
+      do j = low(2), high(2)
+        do i = low(1), high(1)
+          n = n + 1
+          nodes(n) = block%first_node + i + (block%n(1) + 1)*(j + (block%n(2) + 1)*k)
+        end do
+      end do
+    end do
+  end function block_side_nodes
+
+  !> The members that a *NSET or *ELSET card names.
+  subroutine fill_from_card(reader, draft, sets, entry, work, elements)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    type(set_list_t), intent(inout) :: sets
+    integer, intent(in) :: entry
+    integer(i8), intent(inout) :: work
+    type(set_list_t), intent(in), optional :: elements
+    type(card_t) :: card
+    type(fields_t) :: fields
+    type(reference_t) :: reference
+    integer :: i, home
+    logical :: found, ok
+
+    call open_card(reader, sets%card(entry), card)
+    home = find_name(sets%lookup, sets%names, sets%names(entry)%text)
+    if (present(elements) .and. has_option(card, 'ELSET')) then
+      call add_nodes_of_elements(reader, draft, elements, card, sets%list(home))
+      return
+    end if
+    lines: do
+      call next_data_line(reader, card, fields, found)
+      if (.not. found) exit lines
+      if (has_option(card, 'GENERATE')) then
+        call generate(reader, draft, fields, sets, sets%list(home), work)
+        cycle lines
+      end if
+      do i = 1, fields%n
+        call reference_field(reader, fields, i, 'an id or the name of a set', reference, ok)
+        if (.not. ok) then
+          if (.not. keep_reading(reader)) return
+        else if (reference%id > 0) then
+          call add_id(reader, draft, sets%kind, reference%id, reference%position, &
+            sets%list(home), ok)
+        else
+          call add_set(reader, sets, reference, entry, home, work)
+        end if
+        if (work > max_work) return
+      end do
+    end do lines
+  end subroutine fill_from_card
+
+  !> Add the node or element `id`.
+  subroutine add_id(reader, draft, kind, id, position, set, ok)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: kind, id, position
+    type(set_t), intent(inout) :: set
+    logical, intent(out) :: ok  !! false: there is no such id
+    integer :: number
+
+    if (kind == set_of_nodes) then
+      number = find_id(draft%nodes, draft%node_id, id)
+    else
+      number = find_id(draft%elements, draft%element_id, id)
+      if (number == 0) then
+        if (find_id(draft%skipped, draft%skipped_id, id) > 0) then
+          set%has_skipped = .true.
+          ok = .true.
+          return
+        end if
+      end if
+    end if
+    ok = number > 0
+    if (ok) then
+      call append_one(set, number)
+    else if (kind == set_of_nodes) then
+      call report(reader, position, 'node '//to_text(id)//' is not defined')
+    else
+      call report(reader, position, 'element '//to_text(id)//' is not defined')
+    end if
+  end subroutine add_id
+
+  !> Add the members of another set.
+  subroutine add_set(reader, sets, reference, entry, home, work)
+    type(reader_t), intent(inout) :: reader
+    type(set_list_t), intent(inout) :: sets
+    type(reference_t), intent(in) :: reference
+    integer, intent(in) :: entry, home
+    integer(i8), intent(inout) :: work
+    integer, allocatable :: members(:)
+    integer :: other
+
+    other = find_set(sets, reference%name)
+    if (other == 0) then
+      call report_unknown(reader, sets, reference%position, reference%name)
+    else if (other >= entry .or. other == home) then
+      call report(reader, reference%position, 'set '//quoted(reference%name)// &
+        ' is not complete here: a set may only name sets defined above it')
+    else
+      call finish(sets%list(other))
+      work = work + sets%list(other)%n
+      if (work > max_work) return
+      members = sets%list(other)%members(:sets%list(other)%n)
+      call append(sets%list(home), members)
+      if (sets%list(other)%has_skipped) sets%list(home)%has_skipped = .true.
+    end if
+  end subroutine add_set
+
+  !> Add first, first + step, ... last.
+  subroutine generate(reader, draft, fields, sets, set, work)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    type(fields_t), intent(in) :: fields
+    type(set_list_t), intent(in) :: sets
+    type(set_t), intent(inout) :: set
+    integer(i8), intent(inout) :: work
+    integer :: first, last, step
+    integer(i8) :: id
+    logical :: ok(3)
+
+    call limit_fields(reader, fields, 3, 'first, last and step')
+    call integer_field(reader, fields, 1, 'the first id', 1, first, ok(1))
+    call integer_field(reader, fields, 2, 'the last id', 1, last, ok(2))
+    step = 1
+    ok(3) = .true.
+    if (fields%n >= 3) call integer_field(reader, fields, 3, 'the step', 1, step, ok(3))
+    if (.not. all(ok)) return
+    if (last < first) then
+      call report(reader, fields%start, 'the last id is below the first')
+      return
+    end if
+    ! Ends at the first id that does not exist, so it takes no longer than there are ids.
+    do id = first, last, step
+      work = work + 1
+      call add_id(reader, draft, sets%kind, int(id), fields%start, set, ok(1))
+      if (.not. ok(1) .or. work > max_work) return
+    end do
+  end subroutine generate
+
+  !> Add the nodes of the elements in the set that ELSET= names.
+  subroutine add_nodes_of_elements(reader, draft, elements, card, set)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    type(set_list_t), intent(in) :: elements
+    type(card_t), intent(in) :: card
+    type(set_t), intent(inout) :: set
+    character(:), allocatable :: name
+    integer :: other, i
+    logical :: ok
+
+    call allow_no_data(reader, card)
+    call name_option(reader, card, 'ELSET', .true., name, ok)
+    if (.not. ok) return
+    other = find_set(elements, name)
+    if (other == 0) then
+      call report_unknown(reader, elements, option_position(card, 'ELSET'), name)
+      return
+    end if
+    do i = 1, elements%list(other)%n
+      call append(set, draft%connectivity(:, elements%list(other)%members(i)))
+    end do
+    call finish(set)
+  end subroutine add_nodes_of_elements
+
+end module read_sets_mod
