@@ -10,7 +10,7 @@
 Rows are increments of the whole run, counted from 0 here; the console counts from 1. The start of
 the run (no load, no displacement) is not in the file. Whatever an interrupted run was still writing
 is left out. All numbers are in the unit system of the deck: the program has none of its own.
-docs/result-file.md describes the layout.
+docs/results.md describes the layout.
 """
 
 from functools import cached_property

@@ -53,7 +53,7 @@ module problem_mod
     real(wp) :: residual = 0.0_wp     !! scaled natural map [-]
     integer  :: worst_point = 0       !! where it is largest
     integer  :: ending = ended_well
-    integer  :: unimproved = 0        !! exact residuals in a row that were no progress
+    integer  :: improved_at = 0       !! iteration of the last real progress
   end type contact_report_t
 
   interface

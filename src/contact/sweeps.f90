@@ -31,7 +31,7 @@ module sweeps_mod
 
   integer,  parameter :: anderson_depth = 10
   integer,  parameter :: check_every = 100        !! sweeps between exact residuals, at the latest
-  integer,  parameter :: patience = 20            !! such checks without a tenth of progress
+  integer,  parameter :: patience = 2000          !! sweeps without a tenth of progress
   real(wp), parameter :: exploded = 1.0e8_wp      !! times the force at the start: diverging [-]
 
 contains
@@ -103,7 +103,7 @@ contains
     integer, intent(in) :: iterations
     logical :: due
 
-    due = sweep%seen_residual <= 2.0_wp*controls%tolerance*max(size_r, scale) .or. &
+    due = sweep%seen_residual <= controls%tolerance*max(size_r, scale) .or. &
       mod(iterations, check_every) == 0
   end function due
 
@@ -120,8 +120,7 @@ contains
 
     call measure(problem, x_free, relative_gaps(problem, x_free, packed), packed, r_start, here)
     report%products = report%products + 1
-    report%unimproved = report%unimproved + 1
-    if (here%residual < 0.9_wp*report%residual) report%unimproved = 0
+    if (here%residual < 0.9_wp*report%residual) report%improved_at = report%iterations
     if (here%residual < report%residual .or. controls%stop_rule == stop_at_change) then
       report%residual = here%residual
       report%worst_point = here%worst_point
@@ -129,7 +128,7 @@ contains
     end if
     if (controls%stop_rule == stop_at_change) return
     report%converged = report%residual <= controls%tolerance
-    if (report%unimproved >= patience) report%ending = ended_stalled
+    if (report%iterations - report%improved_at >= patience) report%ending = ended_stalled
   end subroutine judge
 
   !> Where the next sweep starts: Anderson's combination, made admissible; plainly at the last image

@@ -3,7 +3,7 @@ module build_mesh_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use hexahedron8_mod, only: jacobian_determinants
   use kinds_mod, only: wp
-  use mesh_draft_mod, only: mesh_draft_t
+  use mesh_draft_mod, only: mesh_draft_t, not_a_coordinate
   use mesh_mod, only: find_bodies, kind_c3d8, mesh_t
   use text_mod, only: to_text
   implicit none
@@ -45,6 +45,7 @@ contains
       ! Elements with undefined nodes were given one node eight times: they were reported.
       if (draft%connectivity(1, e) == draft%connectivity(2, e)) cycle
       x = draft%coordinates(:, draft%connectivity(:, e))
+      if (any(x >= not_a_coordinate)) cycle
       determinants = jacobian_determinants(x)
       least = minval(determinants)
       if (least > 0.0_wp) cycle

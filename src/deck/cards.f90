@@ -7,11 +7,10 @@
 module cards_mod
   use deck_source_mod, only: source_t
   use diagnostics_mod, only: add_mistake, add_note, diagnostics_t, guess, quoted, wants_more
-  use substitution_mod, only: define_parameter
   use keywords_mod, only: find_keyword, in_model, in_step, is_ignored, is_missing, keyword_names, &
-    keyword_t, max_keyword
+    keyword_t, max_keyword, same_word
   use parameters_mod, only: parameter_table_t
-  use text_mod, only: to_text
+  use substitution_mod, only: define_parameter
   implicit none
   private
 
@@ -19,6 +18,10 @@ module cards_mod
   public :: report, note, keep_reading, split_line, is_data_line
 
   character, parameter :: tab = achar(9)
+
+  !> Options without a value.
+  character(*), parameter :: flags(*) = [character(13) :: 'GENERATE', 'DIRECT', 'NLGEOM', &
+    'UNSORTED', 'INTERNAL', 'INNER', 'SMALL SLIDING', 'PERTURBATION', 'NO THICKNESS', 'LAGRANGE']
 
   integer, parameter :: blank_line = 0, keyword_line = 1, data_line = 2
 
@@ -188,13 +191,13 @@ contains
 
   !> Move card%first over the lines that continue the keyword line.
   !>
-  !> A keyword line that ends with a comma goes on in the next line that is not a comment, unless
-  !> that line looks like data: a number or a parameter.
+  !> A keyword line that ends with a comma goes on in the next line that is not a comment, if that
+  !> holds an option: NAME=VALUE, or a word that can be one by itself.
   subroutine skip_continuation(source, card)
     type(source_t), intent(in) :: source
     type(card_place_t), intent(inout) :: card
     type(pieces_t) :: pieces
-    integer :: line, first
+    integer :: line
 
     call split_line(source, card%header, pieces)
     line = card%header
@@ -204,12 +207,22 @@ contains
         if (line > card%last) return
         if (kind_of_line(source, line) == data_line) exit
       end do
-      first = first_letter(source, line)
-      if (scan(source%text(first:first), '0123456789+-.<,') == 1) return
-      card%first = line + 1
       call split_line(source, line, pieces)
+      if (.not. is_option(source%text(pieces%first(1):pieces%last(1)))) return
+      card%first = line + 1
     end do
   end subroutine skip_continuation
+
+  pure function is_option(text) result(is)
+    character(*), intent(in) :: text
+    logical :: is
+    integer :: i
+
+    is = index(text, '=') > 0
+    do i = 1, size(flags)
+      is = is .or. same_word(text, flags(i))
+    end do
+  end function is_option
 
   !> Put the parameters of all *PARAMETER cards into the table, in the order of the deck.
   subroutine read_parameters(reader)

@@ -141,7 +141,8 @@ contains
       text = text//diagnostics%mistakes(order(k))%text
     end do
     if (size(order) >= max_collected) then
-      text = text//new_line('a')//'and more: reading ended after '//to_text(size(order))//' mistakes'
+      text = text//new_line('a')//'and more: reading ended after '//to_text(size(order))// &
+        ' mistakes'
     else if (size(order) > max_printed) then
       text = text//new_line('a')//'and '//to_text(size(order) - max_printed)//' more mistakes'
     end if
@@ -193,7 +194,8 @@ contains
     hint = ''
     if (len(word) > max_quoted .or. size(words) > max_candidates) return
     nearest = nearest_word(word, words)
-    if (nearest > 0) hint = 'did you mean '//words(nearest)%text//'?'
+    if (nearest == 0) return
+    if (len(words(nearest)%text) > 0) hint = 'did you mean '//words(nearest)%text//'?'
   end function guess
 
   !> The source line around `position` and a caret under it, indented by two blanks.

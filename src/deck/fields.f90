@@ -4,11 +4,11 @@
 module fields_mod
   use cards_mod, only: is_data_line, keep_reading, pieces_t, reader_t, report, split_line
   use diagnostics_mod, only: quoted
-  use substitution_mod, only: substitute
   use kinds_mod, only: wp
   use numbers_mod, only: largest_number, number_not_finite, number_ok, number_too_large, &
     read_integer, read_real
   use options_mod, only: card_t, checked_name, unquote
+  use substitution_mod, only: substitute
   use text_mod, only: string_t, to_text
   implicit none
   private

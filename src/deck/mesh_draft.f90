@@ -2,14 +2,19 @@
 module mesh_draft_mod
   use kinds_mod, only: i8, wp
   use lookup_mod, only: id_lookup_t
+  use numbers_mod, only: largest_number
   implicit none
   private
 
   public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, reserve_elements
   public :: add_early_set, add_skipped, add_block, max_nodes, set_of_nodes, set_of_elements
+  public :: not_a_coordinate
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
   integer, parameter :: max_nodes = 100000000
+
+  !> In the place of a coordinate that could not be read.
+  real(wp), parameter :: not_a_coordinate = 2.0_wp*largest_number
 
   integer, parameter :: set_of_nodes = 1, set_of_elements = 2
 

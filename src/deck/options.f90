@@ -3,15 +3,15 @@ module options_mod
   use cards_mod, only: card_place_t, is_data_line, keep_reading, note, pieces_t, reader_t, report, &
     split_line
   use diagnostics_mod, only: guess, quoted
-  use substitution_mod, only: substitute
   use keywords_mod, only: same_word, squeeze
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, number_too_large, read_integer, read_real
+  use substitution_mod, only: substitute
   use text_mod, only: string_t, upper
   implicit none
   private
 
-  public :: card_t, open_card, allow_options, has_option, option_position
+  public :: card_t, open_card, allow_options, has_option, has_value, option_position
   public :: name_option, integer_option, real_option, choice_option, choice_list
   public :: allow_no_data, unquote, checked_name, max_name
 
@@ -97,9 +97,7 @@ contains
       option%has_value = .true.
       if (start > last) then
         call report(reader, first, quoted(option%name)//' has no value behind its equal sign')
-        return
-      end if
-      if (index(reader%source%text(start:last), '<') > 0) then
+      else if (index(reader%source%text(start:last), '<') > 0) then
         call substitute(reader%source%text(start:last), start, reader%parameters, option%value, &
           problem, at)
         if (allocated(problem)) then
@@ -166,6 +164,18 @@ contains
 
     has = find_option(card, name) > 0
   end function has_option
+
+  !> Whether the card has the option with a value behind it.
+  pure function has_value(card, name) result(has)
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    logical :: has
+    integer :: i
+
+    i = find_option(card, name)
+    has = i > 0
+    if (has) has = card%options(i)%has_value
+  end function has_value
 
   !> The place of an option's value (or name); of the card when it has no such option.
   pure function option_position(card, name) result(position)

@@ -161,8 +161,8 @@ contains
     ok = int(draft%highest_node, i8) + n_nodes <= huge(n_nodes) .and. &
       int(draft%highest_element, i8) + n_bricks <= huge(n_nodes)
     if (.not. ok) then
-      call report(reader, card%position, 'the ids of this block, which follow the highest before '// &
-        'it, would pass '//to_text(huge(n_nodes)))
+      call report(reader, card%position, 'the ids of this block, which follow the highest '// &
+        'before it, would pass '//to_text(huge(n_nodes)))
       return
     end if
     call reserve_nodes(draft, n_nodes, ok)

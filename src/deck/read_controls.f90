@@ -11,7 +11,8 @@ module read_controls_mod
   use cards_mod, only: note, reader_t, report
   use controls_mod, only: contact_controls_t, formulation_bipotential, &
     formulation_pseudopotential, local_exact, local_newton, local_newton6, local_uzawa, &
-    output_controls_t, solver_auto, solver_sweeps, stop_at_change, stop_at_residual
+    output_controls_t, solver_auto, solver_global_newton, solver_sweeps, stop_at_change, &
+    stop_at_residual
   use diagnostics_mod, only: quoted
   use fields_mod, only: fields_t, is_empty_field, name_field, next_data_line
   use kinds_mod, only: wp
@@ -46,6 +47,7 @@ contains
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(contact_controls_t), intent(inout) :: controls
+    integer, parameter :: solvers(3) = [solver_auto, solver_sweeps, solver_global_newton]
     integer, parameter :: formulations(2) = [formulation_bipotential, formulation_pseudopotential]
     integer, parameter :: locals(4) = [local_uzawa, local_newton, local_newton6, local_exact]
     integer, parameter :: stop_rules(2) = [stop_at_residual, stop_at_change]
@@ -58,8 +60,7 @@ contains
     choice = 1
     call choice_option(reader, card, 'SOLVER', ['AUTO         ', 'SWEEPS       ', &
       'GLOBAL NEWTON'], choice, ok)
-    controls%solver = solver_auto
-    if (choice == 2) controls%solver = solver_sweeps
+    controls%solver = solvers(choice)
     if (choice == 3) call report(reader, option_position(card, 'SOLVER'), &
       'GLOBAL NEWTON is not available yet; AUTO and SWEEPS are')
     call choice_option(reader, card, 'FORMULATION', ['BIPOTENTIAL    ', 'PSEUDOPOTENTIAL'], &

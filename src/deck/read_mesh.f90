@@ -12,7 +12,7 @@ module read_mesh_mod
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
   use mesh_draft_mod, only: add_early_set, add_skipped, early_set_t, max_nodes, mesh_draft_t, &
-    reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
+    not_a_coordinate, reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
   use options_mod, only: allow_options, card_t, has_option, name_option, option_position
   use text_mod, only: string_t, to_text
   implicit none
@@ -24,6 +24,7 @@ module read_mesh_mod
   integer, parameter :: unknown_type = 0, brick_type = 1, skipped_type = 2
 
   integer, parameter :: brick_entries = 9 !! id and nodes
+  integer, parameter :: max_wrong = 5     !! elements with undefined nodes told one by one
 
 contains
 
@@ -58,7 +59,7 @@ contains
       draft%n_nodes = n
       draft%node_id(n) = id
       draft%node_position(n) = fields%start
-      draft%coordinates(:, n) = x
+      draft%coordinates(:, n) = merge(x, not_a_coordinate, ok(2:))
       draft%highest_node = max(draft%highest_node, id)
     end do
     call add_option_set(reader, card, 'NSET', set_of_nodes, [first, draft%n_nodes], draft)
@@ -234,7 +235,7 @@ contains
   subroutine connect_mesh(reader, draft)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(inout) :: draft
-    integer :: e, k, node
+    integer :: e, k, node, n_wrong
     logical :: ok
 
     ! Lists that no card filled exist nevertheless.
@@ -258,34 +259,41 @@ contains
         to_text(draft%skipped_id(k)))
     end do
 
+    n_wrong = 0
     do e = 1, draft%n_elements
       ok = .true.
       do k = 1, 8
         node = find_id(draft%nodes, draft%node_id, draft%connectivity(k, e))
-        if (node == 0) then
+        if (node == 0 .and. ok .and. n_wrong < max_wrong) then
           call report(reader, draft%element_position(e), 'element '// &
             to_text(draft%element_id(e))//' names node '//to_text(draft%connectivity(k, e))// &
             ', which is not defined')
-          ok = .false.
         end if
+        ok = ok .and. node > 0
         draft%connectivity(k, e) = node
       end do
-      if (ok) call report_repeated_node(reader, draft, e)
+      if (.not. ok) n_wrong = n_wrong + 1
+      if (ok) call report_repeated_node(reader, draft, e, ok)
       if (.not. ok) draft%connectivity(:, e) = min(1, draft%n_nodes)
     end do
+    if (n_wrong > max_wrong) call report(reader, draft%element_position(draft%n_elements), &
+      to_text(n_wrong - max_wrong)//' more elements name nodes that are not defined')
     if (draft%n_nodes == 0) draft%n_elements = 0
   end subroutine connect_mesh
 
-  subroutine report_repeated_node(reader, draft, e)
+  subroutine report_repeated_node(reader, draft, e, ok)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
     integer, intent(in) :: e
+    logical, intent(out) :: ok !! all eight nodes are different
     integer :: k
 
+    ok = .true.
     do k = 2, 8
       if (all(draft%connectivity(:k - 1, e) /= draft%connectivity(k, e))) cycle
       call report(reader, draft%element_position(e), 'element '//to_text(draft%element_id(e))// &
         ' names node '//to_text(draft%node_id(draft%connectivity(k, e)))//' twice')
+      ok = .false.
       return
     end do
   end subroutine report_repeated_node

@@ -8,8 +8,8 @@
 !>     *ELSET, ELSET=BODY
 !>     1, CORE
 !>
-!> A second card with the same name adds to the set. A set may name only sets defined above it, so no
-!> set can hold itself.
+!> A second card with the same name adds to the set. A set may name only sets defined above it, so
+!> no set can hold itself.
 module read_sets_mod
   use cards_mod, only: keep_reading, reader_t, report
   use diagnostics_mod, only: quoted
@@ -30,6 +30,7 @@ module read_sets_mod
 
   !> Members of all sets together, and ids looked up on the way: more than any real deck needs.
   integer(i8), parameter :: max_work = 400000000
+  integer, parameter :: max_wrong = 5 !! undefined ids of one card that are told
 
 contains
 
@@ -195,7 +196,7 @@ contains
     type(card_t) :: card
     type(fields_t) :: fields
     type(reference_t) :: reference
-    integer :: i, home
+    integer :: i, home, n_wrong
     logical :: found, ok
 
     call open_card(reader, sets%card(entry), card)
@@ -204,6 +205,7 @@ contains
       call add_nodes_of_elements(reader, draft, elements, card, sets%list(home))
       return
     end if
+    n_wrong = 0
     lines: do
       call next_data_line(reader, card, fields, found)
       if (.not. found) exit lines
@@ -218,6 +220,8 @@ contains
         else if (reference%id > 0) then
           call add_id(reader, draft, sets%kind, reference%id, reference%position, &
             sets%list(home), ok)
+          if (.not. ok) n_wrong = n_wrong + 1
+          if (n_wrong == max_wrong) return ! the same mistake over and over, most likely
         else
           call add_set(reader, sets, reference, entry, home, work)
         end if

@@ -106,8 +106,9 @@ contains
       return
     end if
     if (len(raw) > max_deck_length - source%length) then
-      call add_plain_mistake(diagnostics, chain(depth)%text//': error: with this file the deck is '// &
-        'larger than '//to_text(max_deck_length/1000000)//' MB', source%length)
+      call add_plain_mistake(diagnostics, chain(depth)%text// &
+        ': error: with this file the deck is larger than '//to_text(max_deck_length/1000000)// &
+        ' MB', source%length)
       return
     end if
     call reserve_text(source, len(raw) + 1)

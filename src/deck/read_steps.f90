@@ -16,7 +16,7 @@ module read_steps_mod
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
-    open_card, option_position
+    has_value, open_card, option_position
   use read_amplitudes_mod, only: amplitude_list_t
   use read_loads_mod, only: close_step, load_draft_t, read_boundary, read_cload, read_dsload, &
     start_step
@@ -134,7 +134,8 @@ contains
       ['INC          ', 'NAME         ', 'UNSYMM       ', 'EXTRAPOLATION', 'CONVERT SDI  '])
     if (has_option(card, 'NLGEOM')) then
       choice = 1
-      call choice_option(reader, card, 'NLGEOM', ['YES', 'NO '], choice, ok)
+      if (has_value(card, 'NLGEOM')) &
+        call choice_option(reader, card, 'NLGEOM', ['YES', 'NO '], choice, ok)
       if (choice == 1) call report(reader, option_position(card, 'NLGEOM'), &
         'NLGEOM (finite strain) is not available: strains are small here')
     end if

@@ -214,8 +214,8 @@ contains
       if (is_empty_field(fields, 2)) then
         call report(reader, field_position(reader, fields, 2), 'expected a face, S1 to S6')
       else
-        call report(reader, field_position(reader, fields, 2), 'expected a face, S1 to S6, found '// &
-          quoted(label))
+        call report(reader, field_position(reader, fields, 2), &
+          'expected a face, S1 to S6, found '//quoted(label))
       end if
     end if
   end subroutine read_face

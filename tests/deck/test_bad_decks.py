@@ -1,0 +1,123 @@
+"""Every deck in bad/ is refused, for the mistakes it announces and no others.
+
+A deck says in its first lines what must be found:
+
+    ** expect: 12: unknown parameter 'NU'
+
+the line of the mistake (0: the deck as a whole) and a part of the message. The program must name
+that line, end with exit status 1, and leave no file behind.
+
+BIPOT is the program; BIPOT_DECKS, if given, the folder of the decks.
+"""
+
+import os
+import pathlib
+import re
+import subprocess
+import tempfile
+import unittest
+
+BIPOT = os.environ.get("BIPOT", "bipot")
+DECKS = pathlib.Path(__file__).resolve().parent / "bad"
+EXPECT = re.compile(rb"^\*\* expect: (\d+): (.*?)\r?$", re.MULTILINE)
+MISTAKE = re.compile(r"^(?:[^:]*[/.][^:]*:)?(?:(\d+):(\d+): |)\s?error: (.*)$")
+TIME_LIMIT = 5  # seconds
+
+
+def run(deck, *arguments):
+    """Run the program on a deck in an empty folder: status, mistakes, text, files left."""
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(
+            [BIPOT, str(deck), *arguments],
+            cwd=folder, capture_output=True, timeout=TIME_LIMIT, check=False,
+        )
+        left = sorted(os.listdir(folder))
+    text = done.stderr.decode() + done.stdout.decode()
+    found = []
+    for line in text.splitlines():
+        mistake = MISTAKE.match(line)
+        if mistake:
+            found.append((int(mistake.group(1) or 0), mistake.group(3)))
+    return done.returncode, found, text, left
+
+
+class BadDecks(unittest.TestCase):
+    """One test a deck, made below."""
+
+    def check(self, deck):
+        """Run one deck and hold what is said against what it expects."""
+        expected = [
+            (int(line), text.decode("latin-1")) for line, text in EXPECT.findall(deck.read_bytes())
+        ]
+        self.assertTrue(expected, "the deck expects nothing")
+        status, found, text, left = run(deck)
+        self.assertEqual(status, 1, text)
+        self.assertEqual(left, [], "files were left behind")
+        for line, message in expected:
+            self.assertTrue(
+                any(line == at and message in said for at, said in found),
+                f"not found: {line}: {message}\n{text}",
+            )
+        self.assertEqual(len(found), len(expected), f"more mistakes than expected:\n{text}")
+
+
+def add_test(deck):
+    """Give the class a test for one deck, under the deck's name."""
+
+    def test(self):
+        self.check(deck)
+
+    test.__doc__ = None
+    setattr(BadDecks, "test_" + deck.stem, test)
+
+
+for path in sorted(DECKS.glob("*.inp")):
+    add_test(path)
+
+
+class OtherInput(unittest.TestCase):
+    """What is wrong before or beside the text of a deck."""
+
+    def refused(self, content, message, *arguments):
+        """Write a deck, run it, and expect one mistake without a line."""
+        with tempfile.TemporaryDirectory() as folder:
+            deck = pathlib.Path(folder) / "deck.inp"
+            deck.write_bytes(content)
+            status, found, text, left = run(deck, *arguments)
+        self.assertEqual(status, 1, text)
+        self.assertEqual(left, [])
+        self.assertEqual(len(found), 1, text)
+        self.assertIn(message, found[0][1])
+
+    def test_there_must_be_a_file(self):
+        status, found, text, _ = run("/no/such/deck.inp")
+        self.assertEqual((status, len(found)), (1, 1), text)
+        self.assertIn("there is no such file", text)
+
+    def test_a_folder_is_no_deck(self):
+        status, found, text, _ = run(DECKS)
+        self.assertEqual((status, len(found)), (1, 1), text)
+
+    def test_an_empty_file_is_no_deck(self):
+        self.refused(b"", "the file is empty")
+
+    def test_a_binary_file_is_no_deck(self):
+        self.refused(bytes(range(256)) * 16, "a control character")
+
+    def test_utf16_is_named_as_not_utf8(self):
+        self.refused("*HEADING\n".encode("utf-16"), "not UTF-8")
+
+    def test_an_override_needs_its_parameter(self):
+        deck = (DECKS / "no_step.inp").read_bytes() + b"*STEP\n*STATIC\n1., 1.\n*END STEP\n"
+        self.refused(deck, "the deck has no parameter 'M'", "--set", "m=3")
+
+    def test_a_pipe_does_not_hang(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pipe = os.path.join(folder, "pipe.inp")
+            os.mkfifo(pipe)
+            status, found, text, _ = run(pipe)
+        self.assertEqual((status, len(found)), (1, 1), text)
+
+
+if __name__ == "__main__":
+    unittest.main()
