@@ -18,7 +18,7 @@ module advance_mod
   use plan_mod, only: plan_t
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t, contact_fields_t, status_open, status_slide
-  use mesh_forces_mod, only: internal_force
+  use mesh_forces_mod, only: internal_force, force_rounding
   use certificate_mod, only: certify, energy_balance, step_forces_t
   use problem_mod, only: pack_rows, natural_map, contact_report_t
   use solve_mod, only: solve_contact
@@ -82,6 +82,7 @@ contains
 
       ! 5. Out-of-balance force
       call internal_force(scene%mesh, scene%materials, new%displacement, forces%internal)
+      forces%rounding = force_rounding(scene%mesh, scene%materials, new%displacement)
       call out_of_balance(plan%points, new%reaction, forces, correction, imbalance)
       if (imbalance <= scene%contact%tolerance .or. &
         imbalance > 0.5_wp*last_imbalance) exit newton_raphson
@@ -187,7 +188,7 @@ contains
     where (forces%prescribed) residual(:, :, 1) = 0.0_wp
     scale = sqrt(max(maxval(sum(forces%internal**2, dim=1)), &
       maxval(sum(forces%external**2, dim=1))))
-    relative = sqrt(maxval(sum(residual(:, :, 1)**2, dim=1)))
+    relative = max(0.0_wp, sqrt(maxval(sum(residual(:, :, 1)**2, dim=1))) - forces%rounding)
     if (scale > 0.0_wp) relative = relative/scale
   end subroutine out_of_balance
 

@@ -27,6 +27,7 @@ module mesh_draft_mod
     integer :: last = 0    !! last member
     integer :: block = 0   !! > 0: the nodes on a side of this block instead
     integer :: side = 0    !! face_xmin .. face_zmax
+    logical :: flawed = .false. !! members are missing because of mistakes
   end type early_set_t
 
   !> A *BLOCK.

@@ -205,6 +205,7 @@ contains
     logical :: ok
 
     set%position = card%position
+    set%flawed = .not. made
     set%kind = set_of_elements
     set%first = block%first_element
     set%last = draft%n_elements

@@ -303,7 +303,8 @@ contains
       end if
     end if
     if (size(surfaces%list(pair%surface)%nodes) > 0) return
-    call report(reader, fields%start, 'the slave surface '//quoted(name)//' is empty')
+    if (.not. surfaces%flawed(pair%surface)) &
+      call report(reader, fields%start, 'the slave surface '//quoted(name)//' is empty')
     pair%surface = 0
   end subroutine find_slave
 

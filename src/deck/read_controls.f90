@@ -52,7 +52,7 @@ contains
     integer, parameter :: locals(4) = [local_uzawa, local_newton, local_newton6, local_exact]
     integer, parameter :: stop_rules(2) = [stop_at_residual, stop_at_change]
     integer :: choice
-    logical :: ok
+    logical :: ok, of_sweeps
 
     call allow_options(reader, card, ['SOLVER     ', 'FORMULATION', 'LOCAL      ', 'RHO        ', &
       'RELAXATION ', 'TOLERANCE  ', 'STOP       ', 'MAX SWEEPS '])
@@ -61,23 +61,28 @@ contains
     call choice_option(reader, card, 'SOLVER', ['AUTO         ', 'SWEEPS       ', &
       'GLOBAL NEWTON'], choice, ok)
     controls%solver = solvers(choice)
-    if (choice == 3) call report(reader, option_position(card, 'SOLVER'), &
-      'GLOBAL NEWTON is not available yet; AUTO and SWEEPS are')
     call choice_option(reader, card, 'FORMULATION', ['BIPOTENTIAL    ', 'PSEUDOPOTENTIAL'], &
       choice, ok)
     if (ok) controls%formulation = formulations(choice)
-    call choice_option(reader, card, 'LOCAL', ['UZAWA  ', 'NEWTON ', 'NEWTON6', 'EXACT  '], &
-      choice, ok)
-    if (ok) controls%local = locals(choice)
+    choice = size(locals) + 1
+    call choice_option(reader, card, 'LOCAL', ['UZAWA  ', 'NEWTON ', 'NEWTON6', 'EXACT  ', &
+      'AUTO   '], choice, ok)
+    of_sweeps = ok .and. choice <= size(locals)
+    if (of_sweeps) controls%local = locals(choice)
     call choice_option(reader, card, 'STOP', ['RESIDUAL', 'CHANGE  '], choice, ok)
     if (ok) controls%stop_rule = stop_rules(choice)
     call real_option(reader, card, 'RHO', 0.0_wp, 1.0e6_wp, controls%rho, ok)
     call real_option(reader, card, 'RELAXATION', 0.0_wp, 2.0_wp, controls%relaxation, ok)
     call real_option(reader, card, 'TOLERANCE', 0.0_wp, 1.0_wp, controls%tolerance, ok)
     call integer_option(reader, card, 'MAX SWEEPS', 1, huge(1), controls%max_sweeps, ok)
-    ! Only sweeps know these two.
-    if (has_option(card, 'LOCAL') .or. has_option(card, 'RELAXATION')) &
-      controls%solver = solver_sweeps
+    ! Only sweeps know these two; LOCAL=AUTO is as good as not given.
+    if (has_option(card, 'RELAXATION')) of_sweeps = .true.
+    if (.not. of_sweeps) return
+    if (controls%solver == solver_global_newton) then
+      call report(reader, option_position(card, 'SOLVER'), &
+        'LOCAL and RELAXATION belong to SWEEPS, not to GLOBAL NEWTON')
+    end if
+    controls%solver = solver_sweeps
   end subroutine read_contact_solver
 
   !> *NODE FILE, *EL FILE, *CONTACT FILE of all steps together; without any the defaults hold.

@@ -245,7 +245,8 @@ contains
       if (pressure%surface == 0) then
         call report_unknown_surface(reader, surfaces, fields%start, name)
       else if (size(surfaces%list(pressure%surface)%faces, 2) == 0) then
-        call report(reader, fields%start, 'surface '//quoted(name)//' has no faces')
+        if (.not. surfaces%flawed(pressure%surface)) &
+          call report(reader, fields%start, 'surface '//quoted(name)//' has no faces')
       else if (all(ok)) then
         call add_pressure(draft, pressure)
       end if

@@ -34,12 +34,13 @@ contains
     type(card_t), intent(in) :: card
     type(mesh_draft_t), intent(inout) :: draft
     type(fields_t) :: fields
-    integer :: id, i, n, first
+    integer :: id, i, n, first, before
     real(wp) :: x(3)
     logical :: found, ok(4), room
 
     call allow_options(reader, card, ['NSET'])
     first = draft%n_nodes + 1
+    before = reader%diagnostics%n_mistakes
     do
       call next_data_line(reader, card, fields, found)
       if (.not. found) exit
@@ -62,7 +63,8 @@ contains
       draft%coordinates(:, n) = merge(x, not_a_coordinate, ok(2:))
       draft%highest_node = max(draft%highest_node, id)
     end do
-    call add_option_set(reader, card, 'NSET', set_of_nodes, [first, draft%n_nodes], draft)
+    call add_option_set(reader, card, 'NSET', [first, draft%n_nodes], &
+      reader%diagnostics%n_mistakes > before, draft)
   end subroutine read_nodes
 
   !> *ELEMENT, TYPE=type[, ELSET=name]: id, nodes, over one line or more
@@ -70,17 +72,19 @@ contains
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(mesh_draft_t), intent(inout) :: draft
-    integer :: first, kind
+    integer :: first, kind, before
 
     call allow_options(reader, card, ['TYPE ', 'ELSET'])
     first = draft%n_elements + 1
+    before = reader%diagnostics%n_mistakes
     call check_element_type(reader, card, .true., kind)
     if (kind == brick_type) then
       call read_bricks(reader, card, draft)
     else
       call skip_elements(reader, card, draft)
     end if
-    call add_option_set(reader, card, 'ELSET', set_of_elements, [first, draft%n_elements], draft)
+    call add_option_set(reader, card, 'ELSET', [first, draft%n_elements], &
+      reader%diagnostics%n_mistakes > before, draft)
   end subroutine read_elements
 
   !> Say what the TYPE= of a card is to us, reporting what is not available.
@@ -109,18 +113,31 @@ contains
       kind = brick_type
       call report(reader, option_position(card, 'TYPE'), 'element type '//name// &
         ' is not available yet; C3D8 is')
-    case ('CPS3', 'CPS4', 'CPS4R', 'CPS6', 'CPS8', 'CPS8R', 'CPE3', 'CPE4', 'CPE4R', 'CPE6', &
-          'CPE8', 'CPE8R', 'CAX3', 'CAX4', 'CAX6', 'CAX8', 'S3', 'S3R', 'S4', 'S4R', 'S6', 'S8', &
-          'S8R', 'STRI3', 'STRI65', 'M3D3', 'M3D4', 'M3D4R', 'M3D6', 'M3D8', 'SFM3D3', 'SFM3D4', &
-          'T2D2', 'T3D2', 'T3D3', 'B21', 'B31', 'B32')
-      kind = skipped_type
-      call note(reader, name//' elements are skipped: only bricks are computed')
     case default
-      words(1)%text = 'C3D8'
-      call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
-        ' is not available; C3D8 is', guess(name, words))
+      if (is_skipped(name)) then
+        kind = skipped_type
+        call note(reader, name//' elements are skipped: only bricks are computed')
+      else
+        words(1)%text = 'C3D8'
+        call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
+          ' is not available; C3D8 is', guess(name, words))
+      end if
     end select
   end subroutine check_element_type
+
+  !> Whether a type is of lines or faces, which mesh generators write beside the bricks.
+  pure function is_skipped(name) result(is)
+    character(*), intent(in) :: name !! upper case
+    logical :: is
+    character(4), parameter :: beginnings(*) = ['CPS ', 'CPE ', 'CAX ', 'CGAX', 'STRI', 'M3D ', &
+      'SFM ', 'R2D ', 'R3D ', 'T2D ', 'T3D ', 'B2  ', 'B3  ', 'S3  ', 'S4  ', 'S6  ', 'S8  ', 'DS  ']
+    integer :: i
+
+    is = .false.
+    do i = 1, size(beginnings)
+      is = is .or. index(name, trim(beginnings(i))) == 1
+    end do
+  end function is_skipped
 
   !> Read the bricks of a card. An id and eight nodes may go over several lines.
   subroutine read_bricks(reader, card, draft)
@@ -212,20 +229,22 @@ contains
   end subroutine skip_elements
 
   !> Make the set that an option of *NODE or *ELEMENT names.
-  subroutine add_option_set(reader, card, option, kind, range, draft)
+  subroutine add_option_set(reader, card, option, range, flawed, draft)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
-    character(*), intent(in) :: option
-    integer, intent(in) :: kind      !! set_of_nodes or set_of_elements
-    integer, intent(in) :: range(2)  !! first and last member
+    character(*), intent(in) :: option  !! NSET or ELSET
+    integer, intent(in) :: range(2)     !! first and last member
+    logical, intent(in) :: flawed       !! there were mistakes in the card
     type(mesh_draft_t), intent(inout) :: draft
     type(early_set_t) :: set
     logical :: ok
 
     call name_option(reader, card, option, .false., set%name, ok)
     if (.not. ok) return
-    set%kind = kind
+    set%kind = set_of_elements
+    if (option == 'NSET') set%kind = set_of_nodes
     set%position = card%position
+    set%flawed = flawed
     set%first = range(1)
     set%last = range(2)
     call add_early_set(draft, set)

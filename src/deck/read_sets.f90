@@ -11,7 +11,7 @@
 !> A second card with the same name adds to the set. A set may name only sets defined above it, so
 !> no set can hold itself.
 module read_sets_mod
-  use cards_mod, only: keep_reading, reader_t, report
+  use cards_mod, only: keep_reading, note, reader_t, report
   use diagnostics_mod, only: quoted
   use fields_mod, only: fields_t, integer_field, limit_fields, next_data_line, reference_field, &
     reference_t
@@ -108,7 +108,7 @@ contains
     type(set_list_t), intent(inout) :: sets
     integer(i8), intent(inout) :: work                 !! members and look-ups so far
     type(set_list_t), intent(in), optional :: elements !! the sets of elements, for sets of nodes
-    integer :: entry, home
+    integer :: entry, home, before
 
     do entry = 1, sets%n
       home = find_name(sets%lookup, sets%names, sets%names(entry)%text)
@@ -116,7 +116,9 @@ contains
       if (sets%early(entry) > 0) then
         call fill_early(reader, draft, sets, entry, home)
       else
+        before = reader%diagnostics%n_mistakes
         call fill_from_card(reader, draft, sets, entry, work, elements)
+        if (reader%diagnostics%n_mistakes > before) sets%list(home)%flawed = .true.
       end if
       work = work + sets%list(home)%n
       if (work > max_work) then
@@ -139,6 +141,7 @@ contains
     integer :: i
 
     set = draft%sets(sets%early(entry))
+    if (set%flawed) sets%list(home)%flawed = .true.
     if (set%block == 0) then
       call append(sets%list(home), [(i, i = set%first, set%last)])
       if (sets%kind == set_of_elements .and. set%last < set%first) &
@@ -284,6 +287,7 @@ contains
       members = sets%list(other)%members(:sets%list(other)%n)
       call append(sets%list(home), members)
       if (sets%list(other)%has_skipped) sets%list(home)%has_skipped = .true.
+      if (sets%list(other)%flawed) sets%list(home)%flawed = .true.
     end if
   end subroutine add_set
 
@@ -337,6 +341,9 @@ contains
       call report_unknown(reader, elements, option_position(card, 'ELSET'), name)
       return
     end if
+    if (elements%list(other)%flawed) set%flawed = .true.
+    if (elements%list(other)%has_skipped) call note(reader, 'the nodes of skipped elements are '// &
+      'not in the set '//quoted(name)//' of *NSET, ELSET=')
     do i = 1, elements%list(other)%n
       call append(set, draft%connectivity(:, elements%list(other)%members(i)))
     end do

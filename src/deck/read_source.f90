@@ -6,7 +6,8 @@
 !> directory. In the text the line itself becomes a comment, followed by the lines of the file.
 module read_source_mod
   use deck_source_mod, only: add_file_name, add_line, max_deck_length, reserve_text, source_t
-  use diagnostics_mod, only: add_mistake, add_plain_mistake, any_mistakes, diagnostics_t, quoted
+  use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, quoted, &
+    wants_more
   use text_mod, only: string_t, to_text, upper
   implicit none
   private
@@ -16,6 +17,7 @@ module read_source_mod
   integer, parameter :: max_depth = 16       !! files within files
   integer, parameter :: max_files = 1000     !! files put in, in all
   integer, parameter :: max_path = 4000      !! [byte]
+  integer, parameter :: max_shown = 200      !! of a line, in a message [byte]
   character, parameter :: tab = achar(9), line_feed = achar(10), return = achar(13)
   character(*), parameter :: blanks = ' '//tab
 
@@ -94,7 +96,7 @@ contains
     integer, intent(in) :: depth
     type(source_t), intent(inout) :: source
     type(diagnostics_t), intent(inout) :: diagnostics
-    integer :: first, last, next, number, file, bad
+    integer :: first, last, next, number, file, bad, card_line
     character(:), allocatable :: reason, card
 
     card = ''
@@ -125,6 +127,7 @@ contains
       if (is_include(raw(first:last))) then
         call add_line(source, '** '//raw(first:last), file, number)
         card = raw(first:last)
+        card_line = number
         if (index(card, '=') == 0 .and. ends_with_comma(card) .and. next <= len(raw)) then
           ! The keyword line goes on in the next one.
           first = next
@@ -133,8 +136,8 @@ contains
           call add_line(source, '** '//raw(first:last), file, number)
           card = card//' '//raw(first:last)
         end if
-        call put_in(card)
-        if (any_mistakes(diagnostics)) return
+        call put_in(card, card_line)
+        if (source%n_files >= max_files .or. .not. wants_more(diagnostics)) return
       else
         call add_line(source, raw(first:last), file, number)
       end if
@@ -144,16 +147,16 @@ contains
   contains
 
     !> Read the file that `card` names and add its lines.
-    subroutine put_in(card)
+    recursive subroutine put_in(card, line)
       character(*), intent(in) :: card
+      integer, intent(in) :: line  !! its number in the file
       character(:), allocatable :: path, inner, problem
-      integer :: k, position
+      integer :: k
       logical :: exists
 
-      position = source%first(source%n_lines) + 3 ! behind the comment's stars
       call included_path(card, path, problem)
       if (allocated(problem)) then
-        call add_mistake(diagnostics, source, position, problem)
+        call report_include(card, line, problem)
         return
       end if
       if (path(1:1) /= '/') then
@@ -173,12 +176,26 @@ contains
         if (allocated(problem)) problem = 'cannot include '//quoted(path)//': '//problem
       end if
       if (allocated(problem)) then
-        call add_mistake(diagnostics, source, position, problem)
+        call report_include(card, line, problem)
         return
       end if
       chain(depth + 1)%text = path
       call add_text(inner, chain, depth + 1, source, diagnostics)
     end subroutine put_in
+
+    !> Report a mistake of *INCLUDE, which the source holds as a comment only.
+    subroutine report_include(card, line, problem)
+      character(*), intent(in) :: card
+      integer, intent(in) :: line
+      character(*), intent(in) :: problem
+      integer :: star
+
+      star = verify(card, blanks)
+      call add_plain_mistake(diagnostics, chain(depth)%text//':'//to_text(line)//':'// &
+        to_text(star)//': error: '//problem//new_line('a')//'  '// &
+        without_tabs(card(:min(len(card), max_shown)))//new_line('a')// &
+        repeat(' ', min(star, max_shown) + 1)//'^', source%length)
+    end subroutine report_include
 
   end subroutine add_text
 
@@ -244,7 +261,7 @@ contains
     character(*), intent(in) :: card
     character(:), allocatable, intent(out) :: path
     character(:), allocatable, intent(out) :: problem !! allocated when there is no usable path
-    integer :: comma, equal, last, length
+    integer :: comma, equal, last
 
     comma = index(card, ',')
     equal = index(card, '=')
@@ -256,12 +273,15 @@ contains
         if (last > 1) then
           if (path(last:last) == ',') path = trim(path(:last - 1))
         end if
-        length = len(path)
-        if (length >= 2) then
-          if (scan(path(1:1), '"''') == 1 .and. path(1:1) == path(length:length)) &
-            path = path(2:length - 1)
+        last = len(path)
+        if (last >= 2) then
+          if (scan(path(1:1), '"''') == 1 .and. path(1:1) == path(last:last)) &
+            path = path(2:last - 1)
         end if
       end if
+    end if
+    if (len(path) > 2) then
+      if (path(:2) == './') path = path(3:)
     end if
     if (len(path) == 0) then
       problem = '*INCLUDE needs INPUT=path and nothing else'

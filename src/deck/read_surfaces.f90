@@ -37,6 +37,7 @@ module read_surfaces_mod
     integer :: n = 0
     integer :: n_named = 0 !! the first ones: from *BLOCK and *SURFACE, found by name
     type(name_lookup_t) :: lookup
+    logical, allocatable :: flawed(:) !! nodes are missing because of mistakes
     integer, allocatable :: of_set(:) !! for each set of nodes its surface; 0: none
   end type surface_list_t
 
@@ -50,18 +51,20 @@ contains
     type(card_t) :: card
     character(:), allocatable :: name
     integer, allocatable :: position(:)
-    integer :: b, side, k, most
+    integer :: b, side, k, most, before
     integer(i8) :: work
-    logical :: ok
+    logical :: ok, flawed
 
     most = 6*model%mesh%n_blocks + count(reader%cards(:reader%n_cards)%keyword == 'SURFACE')
     allocate (surfaces%names(most), position(most))
     ! A contact pair may make one more of a set of nodes.
     allocate (surfaces%list(most + count(reader%cards(:reader%n_cards)%keyword == 'CONTACT PAIR')))
+    allocate (surfaces%flawed(size(surfaces%list)))
     do b = 1, model%mesh%n_blocks
       do side = 1, face_zmax
         call add_surface(surfaces, side_name(model%mesh%blocks(b)%name, side))
         position(surfaces%n) = 0
+        surfaces%flawed(surfaces%n) = any(model%mesh%blocks(b)%n == 0)
         call fill_block_side(model%mesh, model%mesh%blocks(b), side, surfaces%list(surfaces%n))
       end do
     end do
@@ -74,7 +77,10 @@ contains
       if (.not. ok) cycle
       call add_surface(surfaces, name)
       position(surfaces%n) = card%position
-      call read_surface(reader, model, card, surfaces%list(surfaces%n), work)
+      before = reader%diagnostics%n_mistakes
+      flawed = .false.
+      call read_surface(reader, model, card, surfaces%list(surfaces%n), work, flawed)
+      surfaces%flawed(surfaces%n) = flawed .or. reader%diagnostics%n_mistakes > before
     end do
     surfaces%n_named = surfaces%n
     call make_name_lookup(surfaces%names, surfaces%n_named, surfaces%lookup)
@@ -124,12 +130,13 @@ contains
   end subroutine find_nodes
 
   !> *SURFACE, NAME=name[, TYPE=ELEMENT|NODE]
-  subroutine read_surface(reader, model, card, surface, work)
+  subroutine read_surface(reader, model, card, surface, work, flawed)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(card_t), intent(in) :: card
     type(surface_t), intent(inout) :: surface
     integer(i8), intent(inout) :: work !! faces and nodes named so far
+    logical, intent(inout) :: flawed   !! set where it names a set that is flawed
     integer :: kind
     logical :: ok
 
@@ -137,20 +144,21 @@ contains
     kind = of_elements
     call choice_option(reader, card, 'TYPE', ['ELEMENT', 'NODE   '], kind, ok)
     if (kind == of_nodes) then
-      call read_node_surface(reader, model, card, surface, work)
+      call read_node_surface(reader, model, card, surface, work, flawed)
     else
-      call read_face_surface(reader, model, card, surface, work)
+      call read_face_surface(reader, model, card, surface, work, flawed)
     end if
     if (work > max_work) call report(reader, card%position, 'the surfaces have too many faces')
   end subroutine read_surface
 
   !> Lines `element or set, S1..S6`.
-  subroutine read_face_surface(reader, model, card, surface, work)
+  subroutine read_face_surface(reader, model, card, surface, work, flawed)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(card_t), intent(in) :: card
     type(surface_t), intent(inout) :: surface
     integer(i8), intent(inout) :: work
+    logical, intent(inout) :: flawed
     type(fields_t) :: fields
     type(reference_t) :: reference
     integer, allocatable :: keys(:), elements(:)
@@ -166,7 +174,7 @@ contains
       call reference_field(reader, fields, 1, 'an element or a set of elements', reference, ok)
       call read_face(reader, fields, face)
       if (.not. ok) cycle
-      call referenced_elements(reader, model, reference, elements)
+      call referenced_elements(reader, model, reference, elements, flawed)
       if (face == 0) cycle
       work = work + size(elements)
       if (work > max_work) return
@@ -221,11 +229,12 @@ contains
   end subroutine read_face
 
   !> The numbers of the elements that a reference means; a mistake is reported where it means none.
-  subroutine referenced_elements(reader, model, reference, elements)
+  subroutine referenced_elements(reader, model, reference, elements, flawed)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(reference_t), intent(in) :: reference
     integer, allocatable, intent(out) :: elements(:)
+    logical, intent(inout) :: flawed !! set where the set is flawed
     integer :: found
 
     if (reference%id > 0) then
@@ -241,6 +250,7 @@ contains
       if (found == 0) call report_unknown(reader, model%element_sets, reference%position, &
         reference%name)
       if (found > 0) then
+        if (model%element_sets%list(found)%flawed) flawed = .true.
         if (allocated(model%element_sets%list(found)%members)) &
           elements = model%element_sets%list(found)%members
       end if
@@ -249,12 +259,13 @@ contains
   end subroutine referenced_elements
 
   !> Lines `node or set`; an area behind it is ignored.
-  subroutine read_node_surface(reader, model, card, surface, work)
+  subroutine read_node_surface(reader, model, card, surface, work, flawed)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(card_t), intent(in) :: card
     type(surface_t), intent(inout) :: surface
     integer(i8), intent(inout) :: work
+    logical, intent(inout) :: flawed
     type(fields_t) :: fields
     type(reference_t) :: reference
     integer, allocatable :: nodes(:)
@@ -273,7 +284,7 @@ contains
         call note(reader, 'areas in *SURFACE, TYPE=NODE are ignored')
       end if
       if (.not. ok) cycle
-      call referenced_nodes(reader, model, reference, nodes)
+      call referenced_nodes(reader, model, reference, nodes, flawed)
       work = work + size(nodes)
       if (work > max_work) return
       call make_room(surface%nodes, n, size(nodes))
@@ -321,6 +332,7 @@ contains
     surfaces%n = surfaces%n + 1
     index = surfaces%n
     surfaces%of_set(set) = index
+    surfaces%flawed(index) = model%node_sets%list(set)%flawed
     surfaces%list(index)%name = model%node_sets%names(set)%text
     allocate (surfaces%list(index)%faces(2, 0))
     surfaces%list(index)%nodes = model%node_sets%list(set)%members

@@ -18,6 +18,7 @@ module sets_mod
     integer :: n = 0
     integer :: position = 0             !! of the card
     logical :: has_skipped = .false.    !! names elements that are not computed
+    logical :: flawed = .false.         !! members are missing because of mistakes
   end type set_t
 
   !> All sets of one kind.
@@ -42,11 +43,12 @@ module sets_mod
 contains
 
   !> The numbers of the nodes that a reference means; a mistake is reported where it means none.
-  subroutine referenced_nodes(reader, model, reference, nodes)
+  subroutine referenced_nodes(reader, model, reference, nodes, flawed)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(reference_t), intent(in) :: reference
     integer, allocatable, intent(out) :: nodes(:)
+    logical, intent(inout), optional :: flawed !! set where the set is flawed
     integer :: found
 
     if (reference%id > 0) then
@@ -59,6 +61,7 @@ contains
       if (found == 0) call report_unknown(reader, model%node_sets, reference%position, &
         reference%name)
       if (found > 0) then
+        if (present(flawed)) flawed = flawed .or. model%node_sets%list(found)%flawed
         if (allocated(model%node_sets%list(found)%members)) &
           nodes = model%node_sets%list(found)%members
       end if

@@ -9,7 +9,7 @@ module mesh_forces_mod
   implicit none
   private
 
-  public :: internal_force, element_stress, pressure_force, nodal_areas
+  public :: internal_force, force_rounding, element_stress, pressure_force, nodal_areas
 
 contains
 
@@ -32,6 +32,31 @@ contains
       f(:, nodes) = f(:, nodes) + force
     end do
   end subroutine internal_force
+
+  !> The rounding that internal forces carry: what the displacements' last bits make of forces.
+  !>
+  !> A body moved far as a whole has internal forces of this size and no others.
+  pure function force_rounding(mesh, materials, u) result(rounding)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: u(:, :)   !! (3,n_nodes) displacement [length]
+    real(wp) :: rounding              !! [force]
+    real(wp), parameter :: operations = 32.0_wp ! rounded ones that add up in a nodal force
+    real(wp) :: lambda, shear, extent, stiffest
+    integer :: e, nodes(8)
+
+    stiffest = 0.0_wp
+    do e = 1, mesh%n_elements
+      nodes = mesh%connectivity(:, e)
+      associate (material => materials(mesh%material(e)))
+        call lame_constants(material%young, material%poisson, lambda, shear)
+      end associate
+      extent = maxval(maxval(mesh%coordinates(:, nodes), dim=2) - &
+        minval(mesh%coordinates(:, nodes), dim=2))
+      stiffest = max(stiffest, (abs(lambda) + 2.0_wp*shear)*extent*maxval(abs(u(:, nodes))))
+    end do
+    rounding = operations*epsilon(1.0_wp)*stiffest
+  end function force_rounding
 
   !> The mean stress of every brick.
   pure subroutine element_stress(mesh, materials, u, stress)

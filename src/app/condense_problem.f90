@@ -1,0 +1,490 @@
+!> From an FCLIB problem to the condensed one that the solvers take.
+!>
+!> A local problem has its W; a global one gets W = H^T M^-1 H and q = w + H^T M^-1 f from one sparse
+!> factorisation of M, whose solution also gives v back.
+module condense_problem_mod
+  use kinds_mod, only: wp, i8
+  use errors_mod, only: error_t, raise, exit_wrong_input, exit_not_solved, exit_machine
+  use text_mod, only: to_text
+  use assembly_mod, only: triplets_t
+  use dof_map_mod, only: dof_map_t
+  use ordering_mod, only: order_equations
+  use sparse_factor_mod, only: sparse_factor_t, factorise
+  use problem_mod, only: contact_problem_t, make_problem
+  use fclib_mod, only: fclib_problem_t
+  use fclib_matrix_mod, only: sparse_matrix_t, times, transposed_times, is_usable
+  implicit none
+  private
+
+  public :: condensed_t, condense_problem, motion_of, gaps_of, rank_of, imbalance_of
+
+  real(wp), parameter :: asymmetric = 1.0e-6_wp    !! M beyond this is refused [-]
+  real(wp), parameter :: negligible = 1.0e-20_wp   !! of W's largest entry: not a diagonal [-]
+  real(wp), parameter :: smallest_w = 1.0e-40_wp   !! of W's largest entry
+  integer,  parameter :: block_size = 64           !! right-hand sides at once
+
+  !> A problem and what leads to it.
+  type :: condensed_t
+    type(contact_problem_t) :: problem           !! with the symmetric part of W
+    real(wp), allocatable :: q(:)                !! (3 n_points) u without reactions [length]
+    real(wp) :: asymmetry = 0.0_wp               !! largest of W - W^T over largest of W [-]
+    type(sparse_factor_t) :: factor              !! of M, global only
+  end type condensed_t
+
+  interface
+    !> LAPACK: Cholesky factor with pivoting of a positive semi-definite matrix.
+    subroutine dpstrf(uplo, n, a, lda, piv, rank, tol, work, info)
+      import :: wp
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, lda
+      real(wp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: piv(*), rank, info
+      real(wp), intent(in) :: tol
+      real(wp), intent(out) :: work(*)
+    end subroutine dpstrf
+  end interface
+
+contains
+
+  !> Make the condensed problem.
+  subroutine condense_problem(path, given, condensed, error)
+    character(*), intent(in) :: path               !! for messages
+    type(fclib_problem_t), intent(in) :: given
+    type(condensed_t), intent(inout) :: condensed
+    type(error_t), allocatable, intent(out) :: error !! M not positive definite, W without a
+                                                     !! diagonal, no memory
+    real(wp), allocatable :: w(:, :)
+    integer :: n, status
+
+    n = 3*given%n_points
+    if (.not. given%is_global) call check_diagonal(path, diagonal_of(given%w), given, error)
+    if (.not. allocated(error)) call check_memory(path, n, error)
+    if (allocated(error)) return
+    allocate (w(n, n), source=0.0_wp, stat=status)
+    if (status /= 0) then
+      call raise(error, exit_machine, path//': error: not enough memory for '//to_text(n)//' rows')
+      return
+    end if
+    if (given%is_global) then
+      call factorise_m(path, given%m, condensed%factor, error)
+      if (.not. allocated(error)) call condense_global(given, condensed, w, error)
+    else
+      call fill(given%w, w)
+      condensed%q = given%q
+    end if
+    if (.not. allocated(error)) call check_usable(path, w, condensed%q, error)
+    if (.not. allocated(error) .and. given%is_global) &
+      call check_diagonal(path, [(w(status, status), status=1, n)], given, error)
+    if (allocated(error)) return
+    call symmetrise(w, condensed%asymmetry)
+    call make_rows(path, given, w, condensed%q, condensed%problem, error)
+  end subroutine condense_problem
+
+  !> u = W r + q, by the file's own W or through v.
+  subroutine gaps_of(given, condensed, r, u)
+    type(fclib_problem_t), intent(in) :: given
+    type(condensed_t), intent(in) :: condensed
+    real(wp), intent(in) :: r(:)    !! (3 n_points) [force]
+    real(wp), intent(out) :: u(:)   !! (3 n_points) [length]
+
+    if (given%is_global) then
+      u = condensed%q + full_product(condensed%problem, r)
+    else
+      u = condensed%q + times(given%w, r)
+    end if
+  end subroutine gaps_of
+
+  !> v = M^-1 (H r + f) of a global problem, and u = H^T v + w from it.
+  subroutine motion_of(given, condensed, r, v, u, error)
+    type(fclib_problem_t), intent(in) :: given
+    type(condensed_t), intent(inout) :: condensed
+    real(wp), intent(in) :: r(:)                  !! (3 n_points) [force]
+    real(wp), allocatable, intent(out) :: v(:)    !! (n) [length]
+    real(wp), intent(out) :: u(:)                 !! (3 n_points) [length]
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: b(given%m%m, 1)
+
+    b(:, 1) = times(given%h, r) + given%f
+    call condensed%factor%solve(b, error)
+    v = b(:, 1)
+    u = transposed_times(given%h, v) + given%q
+  end subroutine motion_of
+
+  !> |M v - H r - f| over the largest of |H r| and |f|, largest entries.
+  function imbalance_of(given, r, v) result(relative)
+    type(fclib_problem_t), intent(in) :: given
+    real(wp), intent(in) :: r(:), v(:)
+    real(wp) :: relative, hr(given%m%m), scale
+    type(triplets_t) :: lower
+    integer :: k
+
+    call lower_triangle(given%m, lower)
+    hr = times(given%h, r)
+    scale = max(maxval(abs(hr)), maxval(abs(given%f)))
+    hr = -hr - given%f
+    do k = 1, size(lower%value)
+      associate (i => lower%row(k), j => lower%column(k), value => lower%value(k))
+        hr(i) = hr(i) + value*v(j)
+        if (i /= j) hr(j) = hr(j) + value*v(i)
+      end associate
+    end do
+    relative = maxval(abs(hr))
+    if (scale > 0.0_wp) relative = relative/scale
+  end function imbalance_of
+
+  !> The rank of W by a pivoted Cholesky factorisation.
+  function rank_of(problem) result(rank)
+    type(contact_problem_t), intent(in) :: problem
+    integer :: rank
+    real(wp), allocatable :: a(:, :), work(:)
+    integer :: pivot(problem%n_rows), info, i
+    real(wp) :: largest
+
+    a = problem%w
+    allocate (work(2*problem%n_rows))
+    largest = maxval([(a(i, i), i=1, problem%n_rows)])
+    call dpstrf('L', problem%n_rows, a, problem%n_rows, pivot, rank, 1.0e-10_wp*largest, work, info)
+  end function rank_of
+
+  ! ------------------------------------------------------------------ global problems
+
+  !> One triangle of a symmetric matrix that is given by one triangle or by both.
+  subroutine lower_triangle(m, lower)
+    type(sparse_matrix_t), intent(in) :: m
+    type(triplets_t), intent(out) :: lower
+    logical :: one_triangle
+
+    one_triangle = .not. (any(m%row > m%column .and. abs(m%value) > 0.0_wp) .and. &
+      any(m%row < m%column .and. abs(m%value) > 0.0_wp))
+    lower%n = m%m
+    lower%row = max(m%row, m%column)
+    lower%column = min(m%row, m%column)
+    lower%value = m%value
+    ! Of both triangles each gives its half: what they sum to is the symmetric part.
+    if (.not. one_triangle) where (m%row /= m%column) lower%value = 0.5_wp*lower%value
+  end subroutine lower_triangle
+
+  !> Factorise M, in METIS's order.
+  subroutine factorise_m(path, m, factor, error)
+    character(*), intent(in) :: path
+    type(sparse_matrix_t), intent(in) :: m
+    type(sparse_factor_t), intent(inout) :: factor
+    type(error_t), allocatable, intent(out) :: error
+    type(triplets_t) :: lower
+    integer, allocatable :: place(:)
+    real(wp), allocatable :: schur(:, :)
+    real(wp) :: probe(m%m), difference
+    integer :: i
+
+    call lower_triangle(m, lower)
+    if (any(m%row > m%column .and. abs(m%value) > 0.0_wp) .and. &
+        any(m%row < m%column .and. abs(m%value) > 0.0_wp)) then
+      probe = [(sin(real(i, wp)), i=1, m%m)]
+      difference = norm2(times(m, probe) - transposed_times(m, probe))
+      if (difference > asymmetric*norm2(times(m, probe))) then
+        call raise(error, exit_wrong_input, path//': error: the matrix M is not symmetric')
+        return
+      end if
+    end if
+    call order_by_graph(lower, place, error)
+    if (allocated(error)) return
+    call factorise(lower, place, 0, factor, schur, error)
+    if (.not. allocated(error)) return
+    if (error%exit_status == exit_not_solved) call raise(error, exit_wrong_input, &
+      path//': error: the matrix M is not positive definite')
+  end subroutine factorise_m
+
+  !> The order of elimination of a matrix without nodes: each equation is its own.
+  subroutine order_by_graph(lower, place, error)
+    type(triplets_t), intent(in) :: lower
+    integer, allocatable, intent(out) :: place(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(dof_map_t) :: map
+    type(triplets_t) :: edges
+    integer, allocatable :: start(:), neighbours(:)
+    integer :: i
+
+    map%n_free = lower%n
+    map%node = [(i, i=1, lower%n)]
+    allocate (map%equation(3, lower%n), source=0)
+    map%equation(1, :) = map%node
+    edges = lower
+    call list_neighbours(edges, start, neighbours)
+    call order_equations(map, start, neighbours, place, error)
+  end subroutine order_by_graph
+
+  !> The neighbours of each equation, each once: METIS takes no edge twice.
+  subroutine list_neighbours(lower, start, neighbours)
+    type(triplets_t), intent(in) :: lower
+    integer, allocatable, intent(out) :: start(:), neighbours(:)
+    integer, allocatable :: first(:), other(:), seen(:)
+    integer :: i, k, n, pass
+
+    ! All of them, line by line.
+    allocate (first(lower%n + 2), source=0)
+    do k = 1, size(lower%value)
+      first(lower%row(k) + 2) = first(lower%row(k) + 2) + 1
+      first(lower%column(k) + 2) = first(lower%column(k) + 2) + 1
+    end do
+    first(1:2) = 1
+    do i = 2, lower%n + 1
+      first(i + 1) = first(i) + first(i + 1)
+    end do
+    allocate (other(first(lower%n + 2) - 1))
+    do k = 1, size(lower%value)
+      other(first(lower%row(k) + 1)) = lower%column(k)
+      first(lower%row(k) + 1) = first(lower%row(k) + 1) + 1
+      other(first(lower%column(k) + 1)) = lower%row(k)
+      first(lower%column(k) + 1) = first(lower%column(k) + 1) + 1
+    end do
+    ! Then each once: counted, and put down.
+    allocate (start(lower%n + 1), seen(lower%n))
+    do pass = 1, 2
+      seen = 0
+      n = 0
+      do i = 1, lower%n
+        start(i) = n + 1
+        do k = first(i), first(i + 1) - 1
+          if (seen(other(k)) == i .or. other(k) == i) cycle
+          seen(other(k)) = i
+          n = n + 1
+          if (pass == 2) neighbours(n) = other(k)
+        end do
+      end do
+      start(lower%n + 1) = n + 1
+      if (pass == 1) allocate (neighbours(n))
+    end do
+  end subroutine list_neighbours
+
+  !> W = H^T M^-1 H, a block of columns at a time, and q = w + H^T M^-1 f.
+  subroutine condense_global(given, condensed, w, error)
+    type(fclib_problem_t), intent(in) :: given
+    type(condensed_t), intent(inout) :: condensed
+    real(wp), intent(inout) :: w(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: b(:, :)
+    integer, allocatable :: start(:), entry(:)
+    integer :: first, last, column, k
+
+    call entries_by_column(given%h, start, entry)
+    do first = 1, size(w, 2), block_size
+      last = min(first + block_size - 1, size(w, 2))
+      if (allocated(b)) deallocate (b)
+      allocate (b(given%m%m, first:last), source=0.0_wp)
+      do column = first, last
+        do k = start(column), start(column + 1) - 1
+          associate (row => given%h%row(entry(k)))
+            b(row, column) = b(row, column) + given%h%value(entry(k))
+          end associate
+        end do
+      end do
+      call condensed%factor%solve(b, error)
+      if (allocated(error)) return
+      do column = first, last
+        w(:, column) = transposed_times(given%h, b(:, column))
+      end do
+    end do
+    b = reshape(given%f, [size(given%f), 1])
+    call condensed%factor%solve(b, error)
+    if (allocated(error)) return
+    condensed%q = given%q + transposed_times(given%h, b(:, 1))
+  end subroutine condense_global
+
+  subroutine entries_by_column(a, start, entry)
+    type(sparse_matrix_t), intent(in) :: a
+    integer, allocatable, intent(out) :: start(:), entry(:)
+    integer :: k, column, place(a%n)
+
+    allocate (start(a%n + 1), source=0)
+    do k = 1, size(a%column)
+      start(a%column(k) + 1) = start(a%column(k) + 1) + 1
+    end do
+    start(1) = 1
+    do column = 1, a%n
+      start(column + 1) = start(column) + start(column + 1)
+    end do
+    place = start(:a%n)
+    allocate (entry(size(a%column)))
+    do k = 1, size(a%column)
+      entry(place(a%column(k))) = k
+      place(a%column(k)) = place(a%column(k)) + 1
+    end do
+  end subroutine entries_by_column
+
+  ! ------------------------------------------------------------------ W
+
+  subroutine fill(a, w)
+    type(sparse_matrix_t), intent(in) :: a
+    real(wp), intent(inout) :: w(:, :) !! 0 on entry
+    integer :: k
+
+    do k = 1, size(a%value)
+      w(a%row(k), a%column(k)) = w(a%row(k), a%column(k)) + a%value(k)
+    end do
+  end subroutine fill
+
+  pure function diagonal_of(a) result(diagonal)
+    type(sparse_matrix_t), intent(in) :: a
+    real(wp) :: diagonal(a%n)
+    integer :: k
+
+    diagonal = 0.0_wp
+    do k = 1, size(a%value)
+      if (a%row(k) == a%column(k)) diagonal(a%row(k)) = diagonal(a%row(k)) + a%value(k)
+    end do
+  end function diagonal_of
+
+  !> Every point needs a normal compliance, and a tangential one unless nothing happens there.
+  subroutine check_diagonal(path, diagonal, given, error)
+    character(*), intent(in) :: path
+    real(wp), intent(in) :: diagonal(:)   !! (3 n_points) of W [length/force]
+    type(fclib_problem_t), intent(in) :: given
+    type(error_t), allocatable, intent(inout) :: error
+    real(wp) :: largest
+    integer :: k
+
+    largest = maxval(diagonal)
+    do k = 1, size(diagonal)
+      if (diagonal(k) > negligible*largest) cycle
+      if (mod(k, 3) /= 1 .and. may_be_missing(given, diagonal(k), k)) cycle
+      call raise(error, exit_wrong_input, path//': error: point '//to_text((k + 2)/3)// &
+        ': the diagonal of W is '//to_text(diagonal(k), 3)//' along '// &
+        trim(merge('n ', merge('t1', 't2', mod(k, 3) == 2), mod(k, 3) == 1))// &
+        ', where a point must be able to move')
+      return
+    end do
+  end subroutine check_diagonal
+
+  !> Without friction, or where nothing moves, a tangent needs no row.
+  pure function may_be_missing(given, diagonal, k) result(missing)
+    type(fclib_problem_t), intent(in) :: given
+    real(wp), intent(in) :: diagonal
+    integer, intent(in) :: k
+    logical :: missing
+
+    missing = abs(diagonal) <= 0.0_wp .and. abs(given%q(k)) <= 0.0_wp
+    missing = missing .or. given%mu((k + 2)/3) <= 0.0_wp
+  end function may_be_missing
+
+  !> Too large for this machine is said before it is tried: W, its inverse, and what works on them.
+  subroutine check_memory(path, n, error)
+    character(*), intent(in) :: path
+    integer, intent(in) :: n !! rows
+    type(error_t), allocatable, intent(out) :: error
+    integer(i8) :: needed, available
+    integer :: unit, status
+    character(256) :: line
+
+    needed = 3_i8*8_i8*int(n, i8)**2
+    available = huge(available)
+    open (newunit=unit, file='/proc/meminfo', action='read', status='old', iostat=status)
+    if (status /= 0) return
+    do
+      read (unit, '(a)', iostat=status) line
+      if (status /= 0) exit
+      if (line(:13) /= 'MemAvailable:') cycle
+      read (line(14:index(line, 'kB') - 1), *, iostat=status) available
+      available = 1024*available
+      exit
+    end do
+    close (unit)
+    if (needed <= available) return
+    call raise(error, exit_machine, path//': error: '//to_text(n)//' rows need '// &
+      to_text(real(needed, wp)*1.0e-9_wp, 2)//' GB of memory, and '// &
+      to_text(real(available, wp)*1.0e-9_wp, 2)//' GB are free')
+  end subroutine check_memory
+
+  subroutine check_usable(path, w, q, error)
+    character(*), intent(in) :: path
+    real(wp), intent(in) :: w(:, :), q(:)
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. (all(is_usable(w)) .and. all(is_usable(q)))) then
+      call raise(error, exit_wrong_input, path//': error: W or q has numbers beyond 1e40')
+    else if (maxval(abs(w)) < smallest_w) then
+      call raise(error, exit_wrong_input, path//': error: the entries of W are 0, or below 1e-40')
+    end if
+  end subroutine check_usable
+
+  !> Replace W by its symmetric part.
+  subroutine symmetrise(w, asymmetry)
+    real(wp), intent(inout) :: w(:, :)
+    real(wp), intent(out) :: asymmetry !! largest of W - W^T over largest of W [-]
+    integer :: i, j
+    real(wp) :: largest
+
+    asymmetry = 0.0_wp
+    largest = maxval(abs(w))
+    do j = 1, size(w, 2)
+      do i = j + 1, size(w, 1)
+        asymmetry = max(asymmetry, abs(w(i, j) - w(j, i)))
+        w(i, j) = 0.5_wp*(w(i, j) + w(j, i))
+        w(j, i) = w(i, j)
+      end do
+    end do
+    asymmetry = asymmetry/largest
+  end subroutine symmetrise
+
+  !> The rows there are: without friction the normal alone; no tangent that cannot move.
+  subroutine make_rows(path, given, w, q, problem, error)
+    character(*), intent(in) :: path
+    type(fclib_problem_t), intent(in) :: given
+    real(wp), allocatable, intent(inout) :: w(:, :)  !! moved, or copied in part
+    real(wp), intent(in) :: q(:)
+    type(contact_problem_t), intent(out) :: problem
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: part(:, :)
+    integer, allocatable :: kept(:)
+    integer :: row(3, given%n_points), i, a, k
+
+    row = 0
+    allocate (kept(0))
+    do i = 1, given%n_points
+      do a = 1, 3
+        k = 3*(i - 1) + a
+        if (a > 1 .and. given%mu(i) <= 0.0_wp) exit
+        if (.not. w(k, k) > 0.0_wp) then
+          if (all(abs(w(:, k)) <= 0.0_wp) .and. abs(q(k)) <= 0.0_wp) cycle
+          call raise(error, exit_wrong_input, path//': error: point '//to_text(i)// &
+            ': W has no positive diagonal, but other entries or q')
+          return
+        end if
+        row(a, i) = 1
+      end do
+    end do
+    kept = pack([(k, k=1, size(row))], reshape(row > 0, [size(row)]))
+    row = unpack([(k, k=1, size(kept))], row > 0, 0)
+    if (size(kept) == size(w, 1)) then
+      call make_problem(row, given%mu, w, problem)
+    else
+      part = w(kept, kept)
+      deallocate (w)
+      call make_problem(row, given%mu, part, problem)
+    end if
+  end subroutine make_rows
+
+  !> W r by a loop of its own, over three rows a point.
+  pure function full_product(problem, r) result(product)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: r(:)  !! (3 n_points)
+    real(wp) :: product(size(r)), packed(problem%n_rows), sum_of_row(problem%n_rows)
+    integer :: i, a, k
+
+    do i = 1, problem%n_points
+      do a = 1, 3
+        if (problem%row(a, i) > 0) packed(problem%row(a, i)) = r(3*(i - 1) + a)
+      end do
+    end do
+    sum_of_row = 0.0_wp
+    do k = 1, problem%n_rows
+      sum_of_row = sum_of_row + problem%w(:, k)*packed(k)
+    end do
+    product = 0.0_wp
+    do i = 1, problem%n_points
+      do a = 1, 3
+        if (problem%row(a, i) > 0) product(3*(i - 1) + a) = sum_of_row(problem%row(a, i))
+      end do
+    end do
+  end function full_product
+
+end module condense_problem_mod

@@ -1,0 +1,400 @@
+!> FCLIB's HDF5 files: frictional contact problems and their solutions, exchanged with others.
+!>
+!>     /fclib_local/{spacedim, W/..., vectors/{q, mu}, info/...}            u = W r + q
+!>     /fclib_global/{spacedim, M/..., H/..., vectors/{f, w, mu}, info/...} M v = H r + f, u = H^T v + w
+!>     /guesses/{number_of_guesses, 1/{r, u}}    /solution/{r, u[, v]}
+!>
+!> Components in the order n, t1, t2. A file that this module writes is a complete problem with its
+!> solution; docs/fclib.md.
+module fclib_mod
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
+  use kinds_mod, only: wp, i8
+  use errors_mod, only: error_t, raise, exit_wrong_input, exit_machine
+  use text_mod, only: string_t
+  use hdf5_io_mod, only: hdf5_file_t, look_at_file, create_file, open_file, close_file, &
+                         create_group, exists, copy_object, write_attribute, read_attribute, &
+                         write_dataset, write_text, file_absent, file_readable, file_locked, &
+                         file_foreign
+  use fclib_matrix_mod, only: sparse_matrix_t, read_matrix, write_symmetric, read_numbers, &
+                              read_count, blame, most_rows
+  use problem_mod, only: contact_problem_t
+  implicit none
+  private
+
+  public :: fclib_problem_t, fclib_solution_t, is_fclib_path, read_fclib, write_fclib_solution, &
+            export_fclib
+
+  character(*), parameter :: local_group = '/fclib_local'
+  character(*), parameter :: global_group = '/fclib_global'
+  character(*), parameter :: program_name = 'bipot'
+
+  !> A problem as it stands in its file.
+  type :: fclib_problem_t
+    logical :: is_global = .false.
+    integer :: n_points = 0
+    real(wp), allocatable :: mu(:)      !! (n_points) [-]
+    type(sparse_matrix_t) :: w          !! (3 n_points)^2, local only [length/force]
+    real(wp), allocatable :: q(:)       !! (3 n_points) u without reactions; in a global problem
+                                        !! the file's w [length]
+    type(sparse_matrix_t) :: m          !! (n,n) both triangles or one, global only [force/length]
+    type(sparse_matrix_t) :: h          !! (n,3 n_points) global only [-]
+    real(wp), allocatable :: f(:)       !! (n) global only [force]
+  end type fclib_problem_t
+
+  !> What is written beside a problem.
+  type :: fclib_solution_t
+    real(wp), allocatable :: r(:)               !! (3 n_points) reactions [force]
+    real(wp), allocatable :: u(:)               !! (3 n_points) gaps and slips [length]
+    real(wp), allocatable :: v(:)               !! (n) of a global problem [length]
+    type(string_t), allocatable :: fact_name(:) !! attributes of /solution
+    real(wp), allocatable :: fact(:)            !! and their values
+    character(:), allocatable :: solver         !! in words
+    logical :: converged = .false.
+  end type fclib_solution_t
+
+  interface
+    function c_rename(old, new) result(status) bind(c, name='rename')
+      import :: c_char, c_int
+      implicit none
+      character(c_char), intent(in) :: old(*), new(*)
+      integer(c_int) :: status
+    end function c_rename
+  end interface
+
+contains
+
+  ! ------------------------------------------------------------------ reading
+
+  !> Say whether a path names an HDF5 file, by its signature or, where there is none, its ending.
+  function is_fclib_path(path) result(yes)
+    character(*), intent(in) :: path
+    logical :: yes
+    integer :: found
+
+    yes = ends_with(path, '.hdf5') .or. ends_with(path, '.h5')
+    if (yes) return
+    found = look_at_file(path)
+    yes = found /= file_absent .and. found /= file_foreign
+  end function is_fclib_path
+
+  pure function ends_with(text, ending) result(yes)
+    character(*), intent(in) :: text, ending
+    logical :: yes
+
+    yes = .false.
+    if (len(text) > len(ending)) yes = text(len(text) - len(ending) + 1:) == ending
+  end function ends_with
+
+  !> Read a problem and check everything that a solver relies on.
+  subroutine read_fclib(path, problem, error)
+    character(*), intent(in) :: path
+    type(fclib_problem_t), intent(out) :: problem
+    type(error_t), allocatable, intent(out) :: error !! wrong file
+    type(hdf5_file_t) :: file
+    type(error_t), allocatable :: closing
+
+    select case (look_at_file(path))
+    case (file_absent)
+      call raise(error, exit_wrong_input, path//': error: there is no such file')
+    case (file_locked)
+      call raise(error, exit_machine, path//': error: another program has the file open')
+    case (file_foreign)
+      call raise(error, exit_wrong_input, path//': error: this is not an HDF5 file')
+    case (file_readable)
+      call open_file(path, .false., file, error)
+      if (.not. allocated(error)) call read_problem(file, problem, error)
+      call close_file(file, closing)
+    case default
+      call raise(error, exit_wrong_input, path//': error: the file is damaged or cut off')
+    end select
+  end subroutine read_fclib
+
+  subroutine read_problem(file, problem, error)
+    type(hdf5_file_t), intent(in) :: file
+    type(fclib_problem_t), intent(inout) :: problem
+    type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: group
+    integer :: dimensions
+
+    group = local_group
+    problem%is_global = exists(file, global_group)
+    if (problem%is_global) group = global_group
+    if (.not. exists(file, group)) then
+      call blame(error, file, 'neither /fclib_local nor /fclib_global is in it, so it is no FCLIB '// &
+        'problem')
+      return
+    end if
+    call read_count(file, group//'/spacedim', 2_i8, 3_i8, dimensions, error)
+    if (allocated(error)) return
+    if (dimensions /= 3) then
+      call blame(error, file, 'the problem is two-dimensional (spacedim 2); bipot solves '// &
+        'three-dimensional ones')
+      return
+    end if
+    call refuse_equalities(file, group, error)
+    call read_numbers(file, group//'/vectors/mu', problem%mu, error)
+    if (problem%is_global) then
+      call read_matrix(file, group//'/M', problem%m, error)
+      call read_matrix(file, group//'/H', problem%h, error)
+      call read_numbers(file, group//'/vectors/f', problem%f, error)
+      call read_numbers(file, group//'/vectors/w', problem%q, error)
+    else
+      call read_matrix(file, group//'/W', problem%w, error)
+      call read_numbers(file, group//'/vectors/q', problem%q, error)
+    end if
+    if (allocated(error)) return
+    problem%n_points = size(problem%mu)
+    call check_shapes(file, problem, error)
+  end subroutine read_problem
+
+  !> Equality constraints beside the contacts are a part of FCLIB that is not solved here.
+  subroutine refuse_equalities(file, group, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+
+    if (allocated(error)) return
+    if (exists(file, group//'/G') .or. exists(file, group//'/V') .or. exists(file, group//'/R')) &
+      call blame(error, file, 'the problem has equality constraints (G, V or R) beside the '// &
+      'contacts, which bipot does not solve')
+  end subroutine refuse_equalities
+
+  subroutine check_shapes(file, problem, error)
+    type(hdf5_file_t), intent(in) :: file
+    type(fclib_problem_t), intent(in) :: problem
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: n_rows
+
+    if (problem%n_points < 1 .or. int(problem%n_points, i8) > most_rows/3) then
+      call blame(error, file, 'vectors/mu has no points, or too many')
+      return
+    end if
+    n_rows = 3*problem%n_points
+    if (any(problem%mu < 0.0_wp)) call blame(error, file, 'a friction coefficient in vectors/mu '// &
+      'is negative')
+    if (problem%is_global) then
+      if (problem%m%m /= problem%m%n) call blame(error, file, 'the matrix M is not square')
+      if (problem%h%m /= problem%m%m .or. problem%h%n /= n_rows) call blame(error, file, &
+        'the matrix H has not as many rows as M and three columns a point of vectors/mu')
+      if (size(problem%f) /= problem%m%m) call blame(error, file, &
+        'vectors/f has not as many numbers as M has rows')
+      if (size(problem%q) /= n_rows) call blame(error, file, &
+        'vectors/w has not three numbers a point of vectors/mu')
+    else
+      if (problem%w%m /= n_rows .or. problem%w%n /= n_rows) call blame(error, file, &
+        'the matrix W has not three rows and columns a point of vectors/mu')
+      if (size(problem%q) /= n_rows) call blame(error, file, &
+        'vectors/q has not three numbers a point of vectors/mu')
+    end if
+  end subroutine check_shapes
+
+  ! ------------------------------------------------------------------ writing
+
+  !> Write a copy of the problem in `source` with a solution, at `path`.
+  !>
+  !> The file takes its place when it is complete: `path` may be `source` itself.
+  subroutine write_fclib_solution(path, source, solution, overwrite, error)
+    character(*), intent(in) :: path, source
+    type(fclib_solution_t), intent(in) :: solution
+    logical, intent(in) :: overwrite  !! replace whatever stands at `path`
+    type(error_t), allocatable, intent(out) :: error !! in the way, or the machine failed
+    type(hdf5_file_t) :: from, file
+    type(error_t), allocatable :: ignored
+    character(13), parameter :: kept(3) = [character(13) :: local_group, global_group, '/guesses']
+    integer :: i
+
+    call begin(path, overwrite, file, error)
+    if (allocated(error)) return
+    call open_file(source, .false., from, error)
+    do i = 1, size(kept)
+      if (allocated(error)) exit
+      if (exists(from, trim(kept(i)))) call copy_object(from, trim(kept(i)), file, error)
+    end do
+    call close_file(from, ignored)
+    call put_solution(file, solution, error)
+    call finish(path, file, error)
+  end subroutine write_fclib_solution
+
+  !> Write a condensed contact problem with its start and its solution, all points with three rows.
+  !>
+  !> A direction without a row (held by a support, or without friction) gets a diagonal entry of W
+  !> alone and q = 0. Its u is W_aa r_a, and Coulomb's law wants r_a against u_a or u_a = 0: r_a = 0
+  !> follows, so reactions are those of the smaller problem. u_a = 0 then says nothing of the slip.
+  subroutine export_fclib(path, problem, x_free, guess, r, labels, overwrite, error)
+    character(*), intent(in) :: path
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)              !! (n_rows) [length]
+    real(wp), intent(in) :: guess(:, :), r(:, :)   !! (3,n_points) [force]
+    type(string_t), intent(in) :: labels(2)        !! title, description
+    logical, intent(in) :: overwrite
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: q(3*problem%n_points)
+    real(wp), allocatable :: w(:, :)
+    type(fclib_solution_t) :: solution
+    type(hdf5_file_t) :: file
+
+    call embed(problem, x_free, w, q)
+    call begin(path, overwrite, file, error)
+    if (allocated(error)) return
+    call create_group(file, local_group, error)
+    call write_dataset(file, local_group//'/spacedim', [3], 'dimension of space', 'count', error)
+    call write_symmetric(file, local_group//'/W', w, 'compliance of the contact points', &
+      'length/force', error)
+    call create_group(file, local_group//'/vectors', error)
+    call write_dataset(file, local_group//'/vectors/q', q, &
+      'gap and slip of each point without reactions: n, t1, t2', 'length', error)
+    call write_dataset(file, local_group//'/vectors/mu', problem%mu, 'friction coefficient', &
+      'ratio', error)
+    call create_group(file, local_group//'/info', error)
+    ! FCLIB's readers want texts with the NUL of C at their end.
+    call write_text(file, local_group//'/info/title', labels(1)%text//achar(0), 'title', error)
+    call write_text(file, local_group//'/info/description', labels(2)%text//achar(0), &
+      'where the problem comes from', error)
+    call write_text(file, local_group//'/info/math_info', &
+      'W symmetric'//achar(0), 'properties of W', error)
+    call create_group(file, '/guesses', error)
+    call write_dataset(file, '/guesses/number_of_guesses', [1], 'guesses', 'count', error)
+    call create_group(file, '/guesses/1', error)
+    solution%r = reshape(guess, [size(guess)])
+    solution%u = matmul(w, solution%r) + q
+    call put_vectors(file, '/guesses/1', solution, error)
+    solution%r = reshape(r, [size(r)])
+    solution%u = matmul(w, solution%r) + q
+    call create_group(file, '/solution', error)
+    call write_attribute(file, '/solution', 'program', program_name, error)
+    call put_vectors(file, '/solution', solution, error)
+    call finish(path, file, error)
+  end subroutine export_fclib
+
+  !> Compliance and free gaps with three rows at every point.
+  subroutine embed(problem, x_free, w, q)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)
+    real(wp), allocatable, intent(out) :: w(:, :) !! (3 n_points,3 n_points) [length/force]
+    real(wp), intent(out) :: q(:)                 !! (3 n_points) [length]
+    integer :: place(problem%n_rows), i, a, k, l
+
+    allocate (w(size(q), size(q)), source=0.0_wp)
+    q = 0.0_wp
+    do i = 1, problem%n_points
+      do a = 1, 3
+        k = 3*(i - 1) + a
+        if (problem%row(a, i) > 0) then
+          place(problem%row(a, i)) = k
+          q(k) = x_free(problem%row(a, i))
+        else
+          w(k, k) = problem%block(a, a, i)
+        end if
+      end do
+    end do
+    do l = 1, problem%n_rows
+      do k = 1, problem%n_rows
+        ! The lower triangle is the one that the solvers read.
+        w(place(k), place(l)) = problem%w(max(k, l), min(k, l))
+      end do
+    end do
+  end subroutine embed
+
+  subroutine put_solution(file, solution, error)
+    type(hdf5_file_t), intent(in) :: file
+    type(fclib_solution_t), intent(in) :: solution
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: i
+
+    call create_group(file, '/solution', error)
+    call write_attribute(file, '/solution', 'program', program_name, error)
+    call write_attribute(file, '/solution', 'solver', solution%solver, error)
+    call write_attribute(file, '/solution', 'converged', merge(1_i8, 0_i8, solution%converged), &
+      error)
+    do i = 1, size(solution%fact)
+      call write_attribute(file, '/solution', solution%fact_name(i)%text, solution%fact(i), error)
+    end do
+    call put_vectors(file, '/solution', solution, error)
+  end subroutine put_solution
+
+  subroutine put_vectors(file, group, solution, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(fclib_solution_t), intent(in) :: solution
+    type(error_t), allocatable, intent(inout) :: error
+
+    call write_dataset(file, group//'/r', solution%r, 'reactions: n, t1, t2 of each point', &
+      'force', error)
+    call write_dataset(file, group//'/u', solution%u, 'gaps and slips: n, t1, t2 of each point', &
+      'length', error)
+    if (allocated(solution%v)) call write_dataset(file, group//'/v', solution%v, &
+      'motion of all degrees of freedom', 'length', error)
+  end subroutine put_vectors
+
+  ! ------------------------------------------------------------------ the file's place
+
+  !> Begin a file beside its place, unless something of another kind stands there.
+  subroutine begin(path, overwrite, file, error)
+    character(*), intent(in) :: path
+    logical, intent(in) :: overwrite
+    type(hdf5_file_t), intent(out) :: file
+    type(error_t), allocatable, intent(out) :: error
+    integer :: unit, status
+    logical :: is_folder
+
+    inquire (file=path//'/.', exist=is_folder)
+    if (is_folder) then
+      call raise(error, exit_wrong_input, "'"//path//"' is a folder")
+    else if (.not. overwrite .and. .not. is_ours(path)) then
+      call raise(error, exit_wrong_input, "'"//path//"' is there already and is not a solution "// &
+        'of '//program_name//' (--overwrite replaces it)')
+    end if
+    if (allocated(error)) return
+    ! What a killed run has left behind.
+    open (newunit=unit, file=beginning_of(path), status='old', action='readwrite', iostat=status)
+    if (status == 0) close (unit, status='delete', iostat=status)
+    call create_file(beginning_of(path), file, error)
+  end subroutine begin
+
+  !> Close a file that was begun and move it to its place; after an error, take it away.
+  subroutine finish(path, file, error)
+    character(*), intent(in) :: path
+    type(hdf5_file_t), intent(inout) :: file
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: unit, status
+
+    call close_file(file, error)
+    if (allocated(error)) then
+      open (newunit=unit, file=beginning_of(path), status='old', action='readwrite', iostat=status)
+      if (status == 0) close (unit, status='delete', iostat=status)
+    else if (c_rename(beginning_of(path)//c_null_char, path//c_null_char) /= 0) then
+      call raise(error, exit_machine, "cannot rename '"//beginning_of(path)//"' to '"//path//"'")
+    end if
+  end subroutine finish
+
+  pure function beginning_of(path) result(beginning)
+    character(*), intent(in) :: path
+    character(:), allocatable :: beginning
+
+    beginning = path//'.new'
+  end function beginning_of
+
+  !> Say whether nothing stands at a path, or a solution that this program has written.
+  function is_ours(path) result(ours)
+    character(*), intent(in) :: path
+    logical :: ours
+    type(hdf5_file_t) :: file
+    type(error_t), allocatable :: error
+    character(:), allocatable :: program
+
+    ours = .true.
+    select case (look_at_file(path))
+    case (file_absent)
+      return
+    case (file_readable)
+      call open_file(path, .false., file, error)
+      call read_attribute(file, '/solution', 'program', program, error)
+      ours = .not. allocated(error)
+      if (ours) ours = program == program_name
+      call close_file(file, error)
+    case default
+      ours = .false.
+    end select
+  end function is_ours
+
+end module fclib_mod
