@@ -155,8 +155,8 @@ contains
       x(1, k) = operators%initial_gap(i) + dot_product(operators%frame(:, 1, i), u_free(:, node))
       r(:, k) = matmul(reaction(:, i), operators%frame(:, :, i))
     end do
-    call solve_contact(operators%problem, pack_rows(operators%problem, x), scene%contact, r, &
-      contact)
+    report%x_free = pack_rows(operators%problem, x)
+    call solve_contact(operators%problem, report%x_free, scene%contact, r, contact)
     reaction = 0.0_wp
     do k = 1, size(operators%active)
       i = operators%active(k)
@@ -166,6 +166,9 @@ contains
     report%solver = contact%solver
     report%contact_iterations = report%contact_iterations + contact%iterations
     report%local_iterations = report%local_iterations + contact%local_iterations
+    report%compliance_products = report%compliance_products + contact%products
+    report%solver_stages = max(report%solver_stages, contact%stages, 1)
+    report%ending = contact%ending
     report%residual = contact%residual
     report%worst_point = 0
     if (contact%worst_point > 0) report%worst_point = operators%active(contact%worst_point)

@@ -3,8 +3,8 @@ module make_plan_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t, to_text
   use scene_mod, only: scene_t
-  use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton, &
-    local_newton6, &
+  use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
+                          formulation_bipotential, local_uzawa, local_newton, local_newton6, &
                           stop_at_change
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: count_increments
@@ -126,6 +126,24 @@ contains
     type(contact_controls_t), intent(in) :: controls
     character(:), allocatable :: words
 
+    select case (controls%solver)
+    case (solver_auto)
+      words = 'automatic: global Newton, else accelerated sweeps; '
+    case (solver_global_newton)
+      words = 'global Newton, '
+    case default
+      words = sweeps_in_words(controls)
+    end select
+    words = words//'tolerance '//to_text(controls%tolerance)
+    if (controls%stop_rule == stop_at_change) words = words//' on the change of a sweep'
+    if (controls%solver /= solver_global_newton) words = words//', at most '// &
+      to_text(controls%max_sweeps)//' sweeps'
+  end function solver_in_words
+
+  pure function sweeps_in_words(controls) result(words)
+    type(contact_controls_t), intent(in) :: controls
+    character(:), allocatable :: words
+
     words = 'sweeps, pseudo-potential, local '
     if (controls%formulation == formulation_bipotential) words = 'sweeps, bi-potential, local '
     select case (controls%local)
@@ -139,10 +157,7 @@ contains
       words = words//'exact'
     end select
     words = words//', rho '//to_text(controls%rho)//', relaxation '// &
-      to_text(controls%relaxation)//', tolerance '// &
-      to_text(controls%tolerance)
-    if (controls%stop_rule == stop_at_change) words = words//' on the change of a sweep'
-    words = words//', at most '//to_text(controls%max_sweeps)//' sweeps'
-  end function solver_in_words
+      to_text(controls%relaxation)//', '
+  end function sweeps_in_words
 
 end module make_plan_mod

@@ -1,20 +1,27 @@
 !> The command line.
 !>
-!>     bipot DECK [-o FILE] [--set name=value ...] [--plan] [--overwrite] [--quiet]
+!>     bipot DECK [-o FILE] [--set name=value ...] [--plan] [--export-fclib STEPS] [--overwrite]
+!>                [--quiet]
+!>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite] [--quiet]
 !>     bipot --help | --version
 module command_line_mod
   use errors_mod, only: error_t, raise, exit_wrong_input
   use text_mod, only: string_t, nearest_word
+  use controls_mod, only: contact_controls_t
+  use solver_options_mod, only: is_solver_option, set_solver_option, settle_solver
   implicit none
   private
 
-  public :: options_t, read_command_line, help_text, command_text
+  public :: options_t, read_command_line, check_kind, help_text, command_text
 
   !> What the user asked for.
   type :: options_t
-    character(:), allocatable :: deck            !! path of the deck
+    character(:), allocatable :: deck            !! path of the deck or problem
     character(:), allocatable :: output          !! -o; empty: NAME.vtkhdf in the working directory
     type(string_t), allocatable :: overrides(:)  !! --set
+    character(:), allocatable :: exported        !! --export-fclib: increments, empty for none
+    type(contact_controls_t) :: controls         !! of an FCLIB problem; a deck has its own
+    character(:), allocatable :: solver_option   !! one that set them, empty for none
     logical :: plan = .false.
     logical :: overwrite = .false.
     logical :: quiet = .false.
@@ -29,11 +36,14 @@ contains
     type(options_t), intent(out) :: options
     type(error_t), allocatable, intent(out) :: error !! an unknown option, a missing value, no deck
                                                      !! or two
-    character(:), allocatable :: word
+    character(:), allocatable :: word, value, sweeps_option
     integer :: i
 
     options%deck = ''
     options%output = ''
+    options%exported = ''
+    options%solver_option = ''
+    sweeps_option = ''
     allocate (options%overrides(0))
     i = 0
     do while (i < command_argument_count())
@@ -54,15 +64,51 @@ contains
         call take_value(word, i, options%output, error)
       case ('--set')
         call take_override(i, options, error)
+      case ('--export-fclib')
+        call take_value(word, i, options%exported, error)
+      case ('--acceleration')
+        options%solver_option = word
+        sweeps_option = word
+        options%controls%acceleration = .true.
       case default
-        call take_deck(word, options, error)
+        if (is_solver_option(word)) then
+          options%solver_option = word
+          if (word == '--local' .or. word == '--relaxation') sweeps_option = word
+          call take_value(word, i, value, error)
+          if (.not. allocated(error)) call set_solver_option(word, value, options%controls, error)
+        else
+          call take_deck(word, options, error)
+        end if
       end select
       if (allocated(error)) return
     end do
+    call settle_solver(sweeps_option, options%controls, error)
+    if (allocated(error)) return
     if (options%deck == '' .and. .not. (options%help .or. options%version)) call raise(error, &
       exit_wrong_input, &
       'bipot: error: no deck given (bipot --help tells what there is)')
   end subroutine read_command_line
+
+  !> Refuse options that belong to a deck beside a problem, and the reverse.
+  subroutine check_kind(options, is_problem, error)
+    type(options_t), intent(in) :: options
+    logical, intent(in) :: is_problem !! an FCLIB problem, not a deck
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: misplaced
+
+    misplaced = options%solver_option
+    if (is_problem) then
+      misplaced = ''
+      if (options%plan) misplaced = '--plan'
+      if (options%exported /= '') misplaced = '--export-fclib'
+      if (size(options%overrides) > 0) misplaced = '--set'
+      if (misplaced /= '') call raise(error, exit_wrong_input, 'bipot: error: '//misplaced// &
+        " belongs to decks, and '"//options%deck//"' is a contact problem")
+    else if (misplaced /= '') then
+      call raise(error, exit_wrong_input, 'bipot: error: '//misplaced// &
+        ' belongs to contact problems (PROBLEM.hdf5); a deck says it in *CONTACT SOLVER')
+    end if
+  end subroutine check_kind
 
   subroutine take_value(option, i, value, error)
     character(*), intent(in) :: option
@@ -96,13 +142,16 @@ contains
     character(*), intent(in) :: word
     type(options_t), intent(inout) :: options
     type(error_t), allocatable, intent(out) :: error
-    type(string_t) :: known(7)
+    type(string_t) :: known(16)
     integer :: nearest
 
     if (word(:min(1, len(word))) == '-') then
       known = [string_t('--help'), string_t('--version'), string_t('--plan'), &
         string_t('--overwrite'), &
-               string_t('--quiet'), string_t('--output'), string_t('--set')]
+        string_t('--quiet'), string_t('--output'), string_t('--set'), &
+        string_t('--export-fclib'), string_t('--solver'), string_t('--formulation'), &
+        string_t('--local'), string_t('--rho'), string_t('--relaxation'), &
+        string_t('--tolerance'), string_t('--max-sweeps'), string_t('--acceleration')]
       nearest = nearest_word(word, known)
       if (nearest > 0) then
         call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word// &
@@ -148,14 +197,21 @@ contains
 
     text = 'bipot: contact with friction of three-dimensional bodies, every step certified'//nl// &
       nl// &
-      'usage: bipot DECK [options]'//nl//nl// &
+      'usage: bipot DECK [options]'//nl// &
+      '       bipot PROBLEM.hdf5 [options]   a contact problem in FCLIB''s layout'//nl//nl// &
       '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory)'//nl// &
       '  --set name=value    give a parameter of the deck another value; may be repeated'//nl// &
       '  --plan              check the deck, print what a run would do, and stop'//nl// &
+      '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32 or all,'//nl// &
+      '                      to NAME-<increment>.fclib.hdf5'//nl// &
       '  --overwrite         replace a result file that is unfinished or of another deck'//nl// &
       '  -q, --quiet         print only the closing sentence'//nl// &
       '  -h, --help          print this'//nl// &
       '  --version           print the version'//nl//nl// &
+      'of a contact problem (a deck says these in *CONTACT SOLVER):'//nl// &
+      '  --solver auto|sweeps|global-newton   --formulation bipotential|pseudopotential'//nl// &
+      '  --local uzawa|newton|newton6|exact   --rho X   --relaxation X   --acceleration'//nl// &
+      '  --tolerance X   --max-sweeps N   -o FILE (default: PROBLEM.solution.hdf5)'//nl//nl// &
       'exit status: 0 every step certified; 1 wrong command line or deck; 2 a step did not converge or certify;'//nl// &
       '3 the machine failed (memory, disk, a library). docs/deck.md and docs/results.md describe deck and result.'
   end function help_text

@@ -1,7 +1,7 @@
 !> From an FCLIB problem to the condensed one that the solvers take.
 !>
-!> A local problem has its W; a global one gets W = H^T M^-1 H and q = w + H^T M^-1 f from one sparse
-!> factorisation of M, whose solution also gives v back.
+!> A local problem has its W; a global one gets W = H^T M^-1 H and q = w + H^T M^-1 f from one
+!> sparse factorisation of M, whose solution also gives v back.
 module condense_problem_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_not_solved, exit_machine
@@ -16,7 +16,7 @@ module condense_problem_mod
   implicit none
   private
 
-  public :: condensed_t, condense_problem, motion_of, gaps_of, rank_of, imbalance_of
+  public :: condensed_t, condense_problem, motion_of, rank_of, imbalance_of
 
   real(wp), parameter :: asymmetric = 1.0e-6_wp    !! M beyond this is refused [-]
   real(wp), parameter :: negligible = 1.0e-20_wp   !! of W's largest entry: not a diagonal [-]
@@ -54,10 +54,11 @@ contains
     type(error_t), allocatable, intent(out) :: error !! M not positive definite, W without a
                                                      !! diagonal, no memory
     real(wp), allocatable :: w(:, :)
-    integer :: n, status
+    integer :: n, i, status
 
     n = 3*given%n_points
-    if (.not. given%is_global) call check_diagonal(path, diagonal_of(given%w), given, error)
+    if (.not. given%is_global) call check_diagonal(path, diagonal_of(given%w), &
+      given%mu, given%q, error)
     if (.not. allocated(error)) call check_memory(path, n, error)
     if (allocated(error)) return
     allocate (w(n, n), source=0.0_wp, stat=status)
@@ -74,25 +75,11 @@ contains
     end if
     if (.not. allocated(error)) call check_usable(path, w, condensed%q, error)
     if (.not. allocated(error) .and. given%is_global) &
-      call check_diagonal(path, [(w(status, status), status=1, n)], given, error)
+      call check_diagonal(path, [(w(i, i), i=1, n)], given%mu, condensed%q, error)
     if (allocated(error)) return
     call symmetrise(w, condensed%asymmetry)
     call make_rows(path, given, w, condensed%q, condensed%problem, error)
   end subroutine condense_problem
-
-  !> u = W r + q, by the file's own W or through v.
-  subroutine gaps_of(given, condensed, r, u)
-    type(fclib_problem_t), intent(in) :: given
-    type(condensed_t), intent(in) :: condensed
-    real(wp), intent(in) :: r(:)    !! (3 n_points) [force]
-    real(wp), intent(out) :: u(:)   !! (3 n_points) [length]
-
-    if (given%is_global) then
-      u = condensed%q + full_product(condensed%problem, r)
-    else
-      u = condensed%q + times(given%w, r)
-    end if
-  end subroutine gaps_of
 
   !> v = M^-1 (H r + f) of a global problem, and u = H^T v + w from it.
   subroutine motion_of(given, condensed, r, v, u, error)
@@ -335,36 +322,29 @@ contains
   end function diagonal_of
 
   !> Every point needs a normal compliance, and a tangential one unless nothing happens there.
-  subroutine check_diagonal(path, diagonal, given, error)
+  subroutine check_diagonal(path, diagonal, mu, q, error)
     character(*), intent(in) :: path
     real(wp), intent(in) :: diagonal(:)   !! (3 n_points) of W [length/force]
-    type(fclib_problem_t), intent(in) :: given
+    real(wp), intent(in) :: mu(:)         !! (n_points)
+    real(wp), intent(in) :: q(:)          !! (3 n_points)
     type(error_t), allocatable, intent(inout) :: error
+    character(2), parameter :: direction(3) = ['n ', 't1', 't2']
     real(wp) :: largest
-    integer :: k
+    integer :: k, point, a
 
     largest = maxval(diagonal)
     do k = 1, size(diagonal)
       if (diagonal(k) > negligible*largest) cycle
-      if (mod(k, 3) /= 1 .and. may_be_missing(given, diagonal(k), k)) cycle
-      call raise(error, exit_wrong_input, path//': error: point '//to_text((k + 2)/3)// &
-        ': the diagonal of W is '//to_text(diagonal(k), 3)//' along '// &
-        trim(merge('n ', merge('t1', 't2', mod(k, 3) == 2), mod(k, 3) == 1))// &
-        ', where a point must be able to move')
+      point = (k + 2)/3
+      a = k - 3*(point - 1)
+      if (a > 1 .and. mu(point) <= 0.0_wp) cycle
+      if (a > 1 .and. max(abs(diagonal(k)), abs(q(k))) <= 0.0_wp) cycle
+      call raise(error, exit_wrong_input, path//': error: point '//to_text(point)// &
+        ': the diagonal of W along '//trim(direction(a))//' is '//to_text(diagonal(k), 3)// &
+        ', so that no reaction can move the point')
       return
     end do
   end subroutine check_diagonal
-
-  !> Without friction, or where nothing moves, a tangent needs no row.
-  pure function may_be_missing(given, diagonal, k) result(missing)
-    type(fclib_problem_t), intent(in) :: given
-    real(wp), intent(in) :: diagonal
-    integer, intent(in) :: k
-    logical :: missing
-
-    missing = abs(diagonal) <= 0.0_wp .and. abs(given%q(k)) <= 0.0_wp
-    missing = missing .or. given%mu((k + 2)/3) <= 0.0_wp
-  end function may_be_missing
 
   !> Too large for this machine is said before it is tried: W, its inverse, and what works on them.
   subroutine check_memory(path, n, error)
@@ -462,29 +442,5 @@ contains
       call make_problem(row, given%mu, part, problem)
     end if
   end subroutine make_rows
-
-  !> W r by a loop of its own, over three rows a point.
-  pure function full_product(problem, r) result(product)
-    type(contact_problem_t), intent(in) :: problem
-    real(wp), intent(in) :: r(:)  !! (3 n_points)
-    real(wp) :: product(size(r)), packed(problem%n_rows), sum_of_row(problem%n_rows)
-    integer :: i, a, k
-
-    do i = 1, problem%n_points
-      do a = 1, 3
-        if (problem%row(a, i) > 0) packed(problem%row(a, i)) = r(3*(i - 1) + a)
-      end do
-    end do
-    sum_of_row = 0.0_wp
-    do k = 1, problem%n_rows
-      sum_of_row = sum_of_row + problem%w(:, k)*packed(k)
-    end do
-    product = 0.0_wp
-    do i = 1, problem%n_points
-      do a = 1, 3
-        if (problem%row(a, i) > 0) product(3*(i - 1) + a) = sum_of_row(problem%row(a, i))
-      end do
-    end do
-  end function full_product
 
 end module condense_problem_mod

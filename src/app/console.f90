@@ -6,12 +6,13 @@ module console_mod
   use text_mod, only: string_t, to_text
   use system_mod, only: output_is_terminal, wall_seconds
   use increments_mod, only: increment_t
+  use controls_mod, only: solver_sweeps, solver_global_newton
   use step_report_mod, only: step_report_t, worst_entry, status_open, status_stick, status_slide
   implicit none
   private
 
   public :: console_t, open_console, say, print_lines, print_increment, print_warning, clear_bar, &
-    seconds_in_words
+    seconds_in_words, solver_name
 
   !> Where and how to print.
   type :: console_t
@@ -76,7 +77,7 @@ contains
     if (console%quiet) return
     call clear_bar(console)
     if (.not. console%headed) call say( &
-      'step   inc        time    open   stick   slide  iterations   residual  worst error      s')
+      'step   inc        time    open   stick   slide  iterations   residual  worst error      s  solver')
     console%headed = .true.
     associate (status => report%contact%status)
       write (line, '(i4,i6,a12,3i8,i12,2es11.1,f11.2)') increment%step, increment%number, &
@@ -84,6 +85,9 @@ contains
         count(status == status_slide), report%contact_iterations, report%residual, &
         worst_entry(report%certificate), report%wall_time
     end associate
+    line = trim(line)//'  '//solver_name(report%solver)
+    if (report%solver_stages > 1) line = trim(line)//', after '// &
+      to_text(report%solver_stages - 1)//' that did not reach the tolerance'
     if (.not. report%certificate%certified) line = trim(line)//'  not certified'
     call say(trim(line))
     if (.not. console%terminal .or. increment%row == n_increments) return
@@ -91,6 +95,21 @@ contains
     call draw_bar(real(increment%row, wp)/real(n_increments, wp), &
                   elapsed*real(n_increments - increment%row, wp)/real(increment%row, wp))
   end subroutine print_increment
+
+  !> A contact solver as the console calls it.
+  pure function solver_name(solver) result(name)
+    integer, intent(in) :: solver !! as in /history/solver
+    character(:), allocatable :: name
+
+    select case (solver)
+    case (solver_sweeps)
+      name = 'sweeps'
+    case (solver_global_newton)
+      name = 'global Newton'
+    case default
+      name = 'none'
+    end select
+  end function solver_name
 
   subroutine draw_bar(share, left)
     real(wp), intent(in) :: share !! done, 0 to 1

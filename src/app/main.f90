@@ -5,9 +5,11 @@ program bipot
   use, intrinsic :: iso_fortran_env, only: error_unit
   use errors_mod, only: error_t, exit_ok
   use blas_core_mod, only: choose_blas_core
-  use command_line_mod, only: options_t, read_command_line, help_text
+  use fclib_mod, only: is_fclib_path
+  use command_line_mod, only: options_t, read_command_line, check_kind, help_text
   use console_mod, only: say
   use run_mod, only: run_deck
+  use solve_problem_mod, only: run_problem
   use version_mod, only: version
   implicit none
 
@@ -32,7 +34,7 @@ program bipot
     else if (options%version) then
       call say('bipot '//version)
     else
-      call run_deck(options, error)
+      call run(is_fclib_path(options%deck))
     end if
   end if
   if (allocated(error)) then
@@ -40,4 +42,19 @@ program bipot
     exit_status = error%exit_status
   end if
   call c_exit(int(exit_status, c_int))
+
+contains
+
+  subroutine run(is_problem)
+    logical, intent(in) :: is_problem
+
+    call check_kind(options, is_problem, error)
+    if (allocated(error)) return
+    if (is_problem) then
+      call run_problem(options, error)
+    else
+      call run_deck(options, error)
+    end if
+  end subroutine run
+
 end program bipot

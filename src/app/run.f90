@@ -10,7 +10,7 @@ module run_mod
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t, next_increment
   use state_mod, only: state_t, initial_state
-  use step_report_mod, only: step_report_t, worst_entry
+  use step_report_mod, only: step_report_t, worst_entry, ended_at_limit, ended_stalled
   use step_fields_mod, only: step_fields_t, fields_due
   use read_deck_mod, only: read_deck
   use mesh_forces_mod, only: element_stress
@@ -22,8 +22,9 @@ module run_mod
     finish_result, &
                              run_finished, run_not_solved, run_failed
   use command_line_mod, only: options_t, command_text
+  use export_problems_mod, only: choose_rows, export_increment
   use console_mod, only: console_t, open_console, say, print_lines, print_increment, &
-    print_warning, clear_bar, &
+    print_warning, clear_bar, solver_name, &
                          seconds_in_words
   use version_mod, only: version
   implicit none
@@ -35,7 +36,9 @@ module run_mod
   type :: tally_t
     integer  :: increments = 0          !! in the file
     integer  :: certified = 0
-    integer  :: sweeps = 0
+    integer  :: contact_iterations = 0
+    integer  :: products = 0            !! of the compliance with a vector
+    integer  :: fallbacks = 0           !! increments that AUTO's first choice did not solve
     integer  :: local_iterations = 0
     integer  :: newton_raphson = 0
     integer  :: worst_row = 0
@@ -183,10 +186,10 @@ contains
     if (report%converged .and. report%certificate%certified) return
     where_and_what = 'step '//to_text(increment%step)//', increment '//to_text(increment%number)
     if (.not. report%converged) then
-      where_and_what = where_and_what//': the contact solver did not reach '// &
-        to_text(scene%contact%tolerance)// &
-        ' in '//to_text(report%contact_iterations)//' sweeps (residual '// &
-        to_text(report%residual, 3)
+      where_and_what = where_and_what//': '//solver_name(report%solver)// &
+        ' did not reach the tolerance '//to_text(scene%contact%tolerance)//' in '// &
+        to_text(report%contact_iterations)//' iterations, '//ending_in_words(report%ending)// &
+        ' (best residual '//to_text(report%residual, 3)
       if (report%worst_point > 0) where_and_what = where_and_what//', largest at node '// &
         to_text(scene%mesh%node_id(plan%points%node(report%worst_point)))
       where_and_what = where_and_what//')'
@@ -197,6 +200,22 @@ contains
     end if
     call raise(error, exit_not_solved, where_and_what)
   end subroutine refuse_unsolved
+
+  !> Why a contact solver gave up.
+  pure function ending_in_words(ending) result(words)
+    integer, intent(in) :: ending
+    character(:), allocatable :: words
+
+    select case (ending)
+    case (ended_at_limit)
+      words = 'their limit'
+    case (ended_stalled)
+      words = 'without progress any more'
+    case default
+      words = 'its reactions growing without bound: rho is outside the range in which the local '// &
+        'solver converges (for Uzawa below about 2/lambda_max, a factor below 2)'
+    end select
+  end function ending_in_words
 
   pure function certificate_in_words(report) result(words)
     type(step_report_t), intent(in) :: report
@@ -236,7 +255,9 @@ contains
       tally%worst = worst_entry(report%certificate)
       tally%worst_row = increment%row
     end if
-    tally%sweeps = tally%sweeps + report%contact_iterations
+    tally%contact_iterations = tally%contact_iterations + report%contact_iterations
+    tally%products = tally%products + report%compliance_products
+    if (report%solver_stages > 1) tally%fallbacks = tally%fallbacks + 1
     tally%local_iterations = tally%local_iterations + report%local_iterations
     tally%newton_raphson = tally%newton_raphson + report%newton_raphson_iterations
     tally%contact_time = tally%contact_time + report%contact_time
@@ -302,7 +323,9 @@ contains
     names = [string_t('equations'), string_t('interface_equations'), string_t('contact_rows'), &
              string_t('factorisations'), string_t('factor_entries'), &
              string_t('newton_raphson_iterations'), &
-             string_t('sweeps'), string_t('local_iterations'), string_t('peak_memory_bytes'), &
+             string_t('contact_iterations'), string_t('compliance_products'), &
+             string_t('solver_fallbacks'), string_t('local_iterations'), &
+             string_t('peak_memory_bytes'), &
              string_t('seconds_read'), string_t('seconds_assemble'), string_t('seconds_order'), &
              string_t('seconds_factorise'), string_t('seconds_condense'), &
              string_t('seconds_loads'), &
@@ -321,7 +344,9 @@ contains
       values = [real(plan%n_equations, wp), real(plan%n_interface, wp), &
         real(operators%problem%n_rows, wp), &
                 real(operators%n_factorisations, wp), real(operators%factor%entries, wp), &
-                real(tally%newton_raphson, wp), real(tally%sweeps, wp), &
+                real(tally%newton_raphson, wp), real(tally%contact_iterations, wp), &
+                real(tally%products, wp), &
+                real(tally%fallbacks, wp), &
                 real(tally%local_iterations, wp), &
                 real(peak_memory_bytes(), wp), tally%read_time, s%assemble, s%order, s%factorise, &
                 s%condense, &

@@ -10,8 +10,9 @@ module global_newton_mod
   use kinds_mod, only: wp
   use dense_mod, only: solve_dense
   use controls_mod, only: contact_controls_t, solver_global_newton
+  use step_report_mod, only: ended_at_limit, ended_stalled
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
-                         pack_rows, unpack_rows, measure, ended_at_limit, ended_stalled
+                         pack_rows, unpack_rows, measure
   use local_point_mod, only: local_point_t
   use pseudopotential_mod, only: pseudopotential_residual
   use gmres_mod, only: linear_map_t, solve_by_gmres

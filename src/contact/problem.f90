@@ -6,6 +6,7 @@ module problem_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
+  use step_report_mod, only: ended_well
   use dense_mod, only: invert_spd
   use law_mod, only: project_on_cone, augmented_gap
   implicit none
@@ -13,13 +14,7 @@ module problem_mod
 
   public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
     relative_gaps, product_with_w, natural_map, force_scale, &
-    measure, project_reactions, ended_well, ended_at_limit, ended_stalled, ended_diverging
-
-  ! How a solver that has not converged ended.
-  integer, parameter :: ended_well = 0       !! it did converge
-  integer, parameter :: ended_at_limit = 1   !! of its iterations
-  integer, parameter :: ended_stalled = 2    !! no progress any more
-  integer, parameter :: ended_diverging = 3  !! reactions grow without bound
+    measure, project_reactions
 
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
   type :: contact_problem_t
@@ -53,6 +48,7 @@ module problem_mod
     real(wp) :: residual = 0.0_wp     !! scaled natural map [-]
     integer  :: worst_point = 0       !! where it is largest
     integer  :: ending = ended_well
+    integer  :: stages = 0            !! of AUTO: 1 when its first choice did it
     integer  :: improved_at = 0       !! iteration of the last real progress
   end type contact_report_t
 

@@ -5,9 +5,9 @@ module sweeps_mod
   use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton6, &
                           local_exact, stop_at_change, solver_sweeps
   use law_mod, only: project_on_cone, augmented_gap
+  use step_report_mod, only: ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
-                         unpack_rows, pack_rows, force_scale, project_reactions, &
-                         ended_at_limit, ended_diverging, ended_stalled
+                         unpack_rows, pack_rows, force_scale, project_reactions
   use anderson_mod, only: anderson_t, new_anderson, accelerate, forget
   use local_point_mod, only: local_point_t, local_solver
   use bipotential_mod, only: bipotential_residual

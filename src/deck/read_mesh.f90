@@ -297,8 +297,22 @@ contains
     end do
     if (n_wrong > max_wrong) call report(reader, draft%element_position(draft%n_elements), &
       to_text(n_wrong - max_wrong)//' more elements name nodes that are not defined')
-    if (draft%n_nodes == 0) draft%n_elements = 0
+    if (draft%n_nodes == 0) call drop_elements(draft)
   end subroutine connect_mesh
+
+  !> Forget all elements: there is no node that they could have.
+  subroutine drop_elements(draft)
+    type(mesh_draft_t), intent(inout) :: draft
+    integer :: i
+
+    draft%n_elements = 0
+    draft%elements%n = 0
+    do i = 1, draft%n_sets
+      if (draft%sets(i)%kind /= set_of_elements) cycle
+      draft%sets(i)%last = draft%sets(i)%first - 1
+      draft%sets(i)%flawed = .true.
+    end do
+  end subroutine drop_elements
 
   subroutine report_repeated_node(reader, draft, e, ok)
     type(reader_t), intent(inout) :: reader

@@ -137,7 +137,7 @@ contains
           card = card//' '//raw(first:last)
         end if
         call put_in(card, card_line)
-        if (source%n_files >= max_files .or. .not. wants_more(diagnostics)) return
+        if (.not. wants_more(diagnostics)) return
       else
         call add_line(source, raw(first:last), file, number)
       end if

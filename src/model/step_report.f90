@@ -7,7 +7,14 @@ module step_report_mod
 
   public :: step_report_t, certificate_t, energy_t, contact_fields_t
   public :: status_open, status_stick, status_slide
+  public :: ended_well, ended_at_limit, ended_stalled, ended_diverging
   public :: worst_entry
+
+  ! How a contact solver that has not converged ended.
+  integer, parameter :: ended_well = 0       !! it did converge
+  integer, parameter :: ended_at_limit = 1   !! of its iterations
+  integer, parameter :: ended_stalled = 2    !! no progress any more
+  integer, parameter :: ended_diverging = 3  !! reactions grow without bound
 
   integer, parameter :: status_open = 0, status_stick = 1, status_slide = 2
 
@@ -46,12 +53,17 @@ module step_report_mod
     logical  :: converged = .false.
     integer  :: solver = solver_none
     integer  :: newton_raphson_iterations = 0
-    integer  :: contact_iterations = 0  !! sweeps
+    integer  :: contact_iterations = 0  !! sweeps, or iterations of the global Newton
+    integer  :: compliance_products = 0 !! products of W with a vector; a sweep counts as one
+    integer  :: solver_stages = 0       !! solvers tried one after the other
+    integer  :: ending = ended_well     !! how the last contact solver ended
     integer  :: local_iterations = 0    !! summed over points and sweeps
     real(wp) :: residual = 0.0_wp       !! scaled natural map [-]
     real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]
     real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
+    real(wp), allocatable :: x_free(:)  !! (n_rows) of the last contact problem: gaps and slips
+                                        !! without reactions [length]
     type(certificate_t)    :: certificate
     type(energy_t)         :: energy
     type(contact_fields_t) :: contact

@@ -1,0 +1,104 @@
+!> --export-fclib: the condensed contact problems of chosen increments, as files for other programs.
+module export_problems_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, raise, exit_wrong_input
+  use text_mod, only: string_t, to_text
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use increments_mod, only: increment_t
+  use step_report_mod, only: step_report_t
+  use operators_mod, only: operators_t
+  use fclib_mod, only: export_fclib
+  implicit none
+  private
+
+  public :: choose_rows, export_increment
+
+contains
+
+  !> Read which increments of the run are meant: `1,15,30-32` or `all`; nothing for an empty text.
+  subroutine choose_rows(text, n_increments, chosen, error)
+    character(*), intent(in) :: text
+    integer, intent(in) :: n_increments
+    logical, allocatable, intent(out) :: chosen(:)   !! (n_increments)
+    type(error_t), allocatable, intent(out) :: error !! not such a list, or outside the run
+    integer :: first, last, i, comma, dash
+    logical :: ok
+
+    allocate (chosen(n_increments), source=text == 'all')
+    if (text == '' .or. text == 'all') return
+    i = 1
+    do while (i <= len(text) + 1)
+      comma = index(text(i:)//',', ',') + i - 1
+      associate (part => text(i:comma - 1))
+        dash = index(part, '-')
+        if (dash == 0) then
+          call read_row(part, first, ok)
+          last = first
+        else
+          call read_row(part(:dash - 1), first, ok)
+          if (ok) call read_row(part(dash + 1:), last, ok)
+        end if
+        if (ok) ok = first <= last
+        if (ok .and. last > n_increments) then
+          call raise(error, exit_wrong_input, 'bipot: error: --export-fclib: the run has '// &
+            to_text(n_increments)//" increments, so there is no '"//part//"'")
+        else if (.not. ok) then
+          call raise(error, exit_wrong_input, "bipot: error: --export-fclib: '"//part// &
+            "' is not an increment or a range; expected is a list as 1,15,30-32, or all")
+        end if
+        if (allocated(error)) return
+        chosen(first:last) = .true.
+      end associate
+      i = comma + 1
+    end do
+  end subroutine choose_rows
+
+  !> A whole number from 1 on, of at most nine digits.
+  pure subroutine read_row(text, row, ok)
+    character(*), intent(in) :: text
+    integer, intent(out) :: row
+    logical, intent(out) :: ok
+    integer :: i
+
+    row = 0
+    ok = len(text) > 0 .and. len(text) < 10 .and. verify(text, '0123456789') == 0
+    if (.not. ok) return
+    do i = 1, len(text)
+      row = 10*row + iachar(text(i:i)) - iachar('0')
+    end do
+    ok = row > 0
+  end subroutine read_row
+
+  !> Write NAME-<row>.fclib.hdf5 in the working directory, with the start and the reactions found.
+  subroutine export_increment(scene, operators, increment, old, report, overwrite, error)
+    type(scene_t), intent(in) :: scene
+    type(operators_t), intent(in) :: operators
+    type(increment_t), intent(in) :: increment
+    type(state_t), intent(in) :: old           !! whose reactions the solver started from
+    type(step_report_t), intent(in) :: report
+    logical, intent(in) :: overwrite
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: start(3, size(operators%active))
+    type(string_t) :: labels(2)
+    character(:), allocatable :: path
+    integer :: i, k
+
+    path = scene%name//'-'//to_text(increment%row)//'.fclib.hdf5'
+    if (size(operators%active) == 0) then
+      call raise(error, exit_wrong_input, 'bipot: error: --export-fclib: no contact point can '// &
+        'have a reaction in increment '//to_text(increment%row))
+      return
+    end if
+    do k = 1, size(operators%active)
+      i = operators%active(k)
+      start(:, k) = matmul(old%reaction(:, i), operators%frame(:, :, i))
+    end do
+    labels = [string_t(scene%title), string_t('bipot: condensed contact problem of '// &
+      scene%name//', step '//to_text(increment%step)//', increment '//to_text(increment%number))]
+    call export_fclib(path, operators%problem, report%x_free, start, &
+      report%contact%reaction(:, operators%active), labels, overwrite, error)
+  end subroutine export_increment
+
+end module export_problems_mod

@@ -1,0 +1,263 @@
+!> A run on an FCLIB problem: read, condense, solve, certify, write.
+module solve_problem_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, raise, exit_not_solved
+  use text_mod, only: string_t, to_text
+  use system_mod, only: wall_seconds
+  use controls_mod, only: contact_controls_t, solver_sweeps, solver_global_newton
+  use step_report_mod, only: certificate_t, worst_entry
+  use certify_problem_mod, only: certify_problem
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, measure, relative_gaps, &
+                         unpack_rows, ended_at_limit, ended_diverging
+  use solve_mod, only: solve_contact
+  use fclib_mod, only: fclib_problem_t, fclib_solution_t, read_fclib, write_fclib_solution
+  use fclib_matrix_mod, only: times
+  use condense_problem_mod, only: condensed_t, condense_problem, motion_of, rank_of, imbalance_of
+  use command_line_mod, only: options_t
+  use console_mod, only: console_t, open_console, say, print_lines, seconds_in_words
+  use version_mod, only: version
+  implicit none
+  private
+
+  public :: run_problem
+
+  integer,  parameter :: max_corrections = 30        !! for a W that is not symmetric
+  integer,  parameter :: largest_ranked = 3000       !! rows up to which the rank is worth its time
+  real(wp), parameter :: rounding = 1.0e-12_wp       !! asymmetry of W below this is none [-]
+
+contains
+
+  !> Solve the problem in a file.
+  subroutine run_problem(options, error)
+    type(options_t), intent(in) :: options
+    type(error_t), allocatable, intent(out) :: error !! wrong file, not solved, or the machine
+                                                     !! failed
+    type(console_t) :: console
+    type(fclib_problem_t) :: given
+    type(condensed_t) :: condensed
+    type(contact_report_t) :: report
+    type(fclib_solution_t) :: solution
+    type(certificate_t) :: certificate
+    character(:), allocatable :: path
+    real(wp) :: seconds
+
+    console = open_console(options%quiet)
+    path = options%output
+    if (path == '') path = solution_path(options%deck)
+    call read_fclib(options%deck, given, error)
+    if (allocated(error)) return
+    call condense_problem(options%deck, given, condensed, error)
+    if (allocated(error)) return
+    call print_lines(console, describe(options%deck, given, condensed))
+
+    seconds = wall_seconds()
+    call solve(given, condensed, options%controls, solution, report)
+    seconds = wall_seconds() - seconds
+    call certify(given, condensed, options%controls, solution, certificate, error)
+    if (allocated(error)) return
+    call add_facts(options%controls, report, certificate, condensed%asymmetry, seconds, solution)
+    call print_lines(console, [ &
+      string_t(solver_in_words(report)//': '//to_text(report%iterations)//' iterations, '// &
+        to_text(report%local_iterations)//' local iterations, '//to_text(report%products)// &
+        ' products, residual '//to_text(report%residual, 3)//', '//seconds_in_words(seconds)), &
+      string_t('penetration '//to_text(certificate%penetration, 2)//', adhesion '// &
+        to_text(certificate%adhesion, 2)//', complementarity '// &
+        to_text(certificate%complementarity, 2)//', cone '//to_text(certificate%cone, 2)// &
+        ', law '//to_text(certificate%law, 2)//equilibrium_in_words(given, certificate))])
+    call write_fclib_solution(path, options%deck, solution, options%overwrite, error)
+    if (allocated(error)) return
+    call close_run(options, report, certificate, path, error)
+  end subroutine run_problem
+
+  !> PROBLEM.hdf5 -> PROBLEM.solution.hdf5, in the working directory.
+  pure function solution_path(problem) result(path)
+    character(*), intent(in) :: problem
+    character(:), allocatable :: path
+    integer :: point
+
+    path = problem(index(problem, '/', back=.true.) + 1:)
+    point = index(path, '.', back=.true.)
+    if (point > 1) path = path(:point - 1)
+    path = path//'.solution.hdf5'
+  end function solution_path
+
+  !> What the file holds.
+  function describe(path, given, condensed) result(lines)
+    character(*), intent(in) :: path
+    type(fclib_problem_t), intent(in) :: given
+    type(condensed_t), intent(in) :: condensed
+    type(string_t), allocatable :: lines(:)
+    character(:), allocatable :: text
+
+    text = 'bipot '//version//': '//path//': '//to_text(given%n_points)//' points, '// &
+      to_text(condensed%problem%n_rows)//' rows'
+    if (given%is_global) text = text//' condensed from '//to_text(given%m%m)//' equations'
+    if (condensed%problem%n_rows <= largest_ranked) text = text//', rank '// &
+      to_text(rank_of(condensed%problem))
+    if (minval(given%mu) < maxval(given%mu)) then
+      text = text//', mu '//to_text(minval(given%mu))//' to '//to_text(maxval(given%mu))
+    else
+      text = text//', mu '//to_text(given%mu(1))
+    end if
+    lines = [string_t(text)]
+    if (condensed%asymmetry > rounding) lines = [lines, string_t('W is not symmetric: '// &
+      to_text(condensed%asymmetry, 2)//' of its largest entry; its symmetric part is solved, '// &
+      'and corrected until the W of the file holds')]
+  end function describe
+
+  !> Reactions from a start at 0.
+  !>
+  !> A W that is not quite symmetric: its symmetric part is solved again and again, with what it
+  !> leaves out taken from the reactions before. The residual is that of the file's own W.
+  subroutine solve(given, condensed, controls, solution, report)
+    type(fclib_problem_t), intent(in) :: given
+    type(condensed_t), intent(in) :: condensed
+    type(contact_controls_t), intent(in) :: controls
+    type(fclib_solution_t), intent(inout) :: solution
+    type(contact_report_t), intent(out) :: report
+    type(contact_report_t) :: total
+    type(contact_controls_t) :: tighter
+    real(wp), dimension(3, given%n_points) :: r, best, start, u, x_free
+    real(wp) :: last
+    integer :: i
+
+    associate (problem => condensed%problem)
+      r = 0.0_wp
+      x_free = reshape(condensed%q, shape(x_free))
+      if (condensed%asymmetry <= rounding) then
+        call solve_contact(problem, pack_rows(problem, x_free), controls, r, report)
+        solution%r = reshape(r, [size(r)])
+        return
+      end if
+      tighter = controls
+      tighter%tolerance = 0.3_wp*controls%tolerance
+      start = 0.0_wp
+      best = 0.0_wp
+      total%residual = huge(last)
+      corrections: do i = 1, max_corrections
+        call solve_contact(problem, pack_rows(problem, x_free), tighter, r, report)
+        total%iterations = total%iterations + report%iterations
+        total%local_iterations = total%local_iterations + report%local_iterations
+        total%products = total%products + report%products
+        total%solver = report%solver
+        total%ending = report%ending
+        u = reshape(times(given%w, reshape(r, [size(r)])), shape(u))
+        last = total%residual
+        call measure(problem, pack_rows(problem, reshape(condensed%q, shape(u))), &
+          pack_rows(problem, u + reshape(condensed%q, shape(u))), pack_rows(problem, r), start, &
+          report)
+        if (report%residual < total%residual) then
+          total%residual = report%residual
+          total%worst_point = report%worst_point
+          best = r
+        end if
+        total%converged = total%residual <= controls%tolerance
+        if (total%converged .or. total%residual > 0.5_wp*last) exit corrections
+        x_free = u + reshape(condensed%q, shape(u)) - unpack_rows(problem, &
+          relative_gaps(problem, 0.0_wp*pack_rows(problem, u), pack_rows(problem, r)))
+      end do corrections
+      report = total
+      solution%r = reshape(best, [size(best)])
+    end associate
+  end subroutine solve
+
+  !> u and v from the file's own matrices, and what they are worth.
+  subroutine certify(given, condensed, controls, solution, certificate, error)
+    type(fclib_problem_t), intent(in) :: given
+    type(condensed_t), intent(inout) :: condensed
+    type(contact_controls_t), intent(in) :: controls
+    type(fclib_solution_t), intent(inout) :: solution
+    type(certificate_t), intent(out) :: certificate
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: imbalance
+    integer :: shape_of_points(2)
+
+    imbalance = 0.0_wp
+    allocate (solution%u(size(solution%r)))
+    if (given%is_global) then
+      call motion_of(given, condensed, solution%r, solution%v, solution%u, error)
+      if (allocated(error)) return
+      imbalance = imbalance_of(given, solution%r, solution%v)
+    else
+      solution%u = times(given%w, solution%r) + given%q
+    end if
+    shape_of_points = [3, given%n_points]
+    certificate = certify_problem(given%mu, reshape(solution%r, shape_of_points), &
+      reshape(solution%u, shape_of_points), reshape(condensed%q, shape_of_points), imbalance, &
+      controls%tolerance)
+  end subroutine certify
+
+  !> What the solution file says of the solution.
+  subroutine add_facts(controls, report, certificate, asymmetry, seconds, solution)
+    type(contact_controls_t), intent(in) :: controls
+    type(contact_report_t), intent(in) :: report
+    type(certificate_t), intent(in) :: certificate
+    real(wp), intent(in) :: asymmetry, seconds
+    type(fclib_solution_t), intent(inout) :: solution
+
+    solution%solver = solver_in_words(report)
+    solution%converged = report%converged
+    solution%fact_name = [string_t('tolerance'), string_t('residual'), string_t('iterations'), &
+      string_t('local_iterations'), string_t('products'), string_t('seconds'), &
+      string_t('asymmetry'), string_t('penetration'), string_t('adhesion'), &
+      string_t('complementarity'), string_t('cone'), string_t('law'), string_t('equilibrium')]
+    solution%fact = [controls%tolerance, report%residual, real(report%iterations, wp), &
+      real(report%local_iterations, wp), real(report%products, wp), seconds, asymmetry, &
+      certificate%penetration, certificate%adhesion, certificate%complementarity, &
+      certificate%cone, certificate%law, certificate%equilibrium]
+  end subroutine add_facts
+
+  !> The one sentence that says how it went.
+  subroutine close_run(options, report, certificate, path, error)
+    type(options_t), intent(in) :: options
+    type(contact_report_t), intent(in) :: report
+    type(certificate_t), intent(in) :: certificate
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+
+    if (report%converged) then
+      call say('solved to '//to_text(options%controls%tolerance)//' by '// &
+        solver_in_words(report)//', residual '//to_text(report%residual, 3)// &
+        ', worst error '//to_text(worst_entry(certificate), 2)//': '//path)
+      return
+    end if
+    call raise(error, exit_not_solved, options%deck//': not solved to '// &
+      to_text(options%controls%tolerance)//': '//solver_in_words(report)//' '// &
+      ending_in_words(report)//' after '//to_text(report%iterations)// &
+      ' iterations, residual '//to_text(report%residual, 3)//', largest at point '// &
+      to_text(report%worst_point)//'; the best found is in '//path)
+  end subroutine close_run
+
+  pure function solver_in_words(report) result(words)
+    type(contact_report_t), intent(in) :: report
+    character(:), allocatable :: words
+
+    select case (report%solver)
+    case (solver_sweeps)
+      words = 'sweeps'
+    case (solver_global_newton)
+      words = 'global Newton'
+    case default
+      words = 'nothing to iterate'
+    end select
+  end function solver_in_words
+
+  pure function ending_in_words(report) result(words)
+    type(contact_report_t), intent(in) :: report
+    character(:), allocatable :: words
+
+    words = 'made no more progress'
+    if (report%ending == ended_at_limit) words = 'came to its limit'
+    if (report%ending == ended_diverging) words = 'diverged'
+  end function ending_in_words
+
+  pure function equilibrium_in_words(given, certificate) result(words)
+    type(fclib_problem_t), intent(in) :: given
+    type(certificate_t), intent(in) :: certificate
+    character(:), allocatable :: words
+
+    words = ''
+    if (given%is_global) words = ', equilibrium '//to_text(certificate%equilibrium, 2)
+  end function equilibrium_in_words
+
+end module solve_problem_mod
