@@ -13,20 +13,28 @@ module export_problems_mod
   implicit none
   private
 
-  public :: choose_rows, export_increment
+  public :: exports_t, choose_rows, export_increment
+
+  !> Which increments are exported.
+  type :: exports_t
+    logical, allocatable :: chosen(:) !! (n_increments of the run)
+    logical :: overwrite = .false.    !! files of another kind too
+  end type exports_t
 
 contains
 
   !> Read which increments of the run are meant: `1,15,30-32` or `all`; nothing for an empty text.
-  subroutine choose_rows(text, n_increments, chosen, error)
+  subroutine choose_rows(text, n_increments, overwrite, exports, error)
     character(*), intent(in) :: text
     integer, intent(in) :: n_increments
-    logical, allocatable, intent(out) :: chosen(:)   !! (n_increments)
+    logical, intent(in) :: overwrite
+    type(exports_t), intent(out) :: exports
     type(error_t), allocatable, intent(out) :: error !! not such a list, or outside the run
     integer :: first, last, i, comma, dash
     logical :: ok
 
-    allocate (chosen(n_increments), source=text == 'all')
+    exports%overwrite = overwrite
+    allocate (exports%chosen(n_increments), source=text == 'all')
     if (text == '' .or. text == 'all') return
     i = 1
     do while (i <= len(text) + 1)
@@ -49,7 +57,7 @@ contains
             "' is not an increment or a range; expected is a list as 1,15,30-32, or all")
         end if
         if (allocated(error)) return
-        chosen(first:last) = .true.
+        exports%chosen(first:last) = .true.
       end associate
       i = comma + 1
     end do
@@ -71,20 +79,22 @@ contains
     ok = row > 0
   end subroutine read_row
 
-  !> Write NAME-<row>.fclib.hdf5 in the working directory, with the start and the reactions found.
-  subroutine export_increment(scene, operators, increment, old, report, overwrite, error)
+  !> Where an increment is chosen, write NAME-<row>.fclib.hdf5 in the working directory, with the
+  !> start and the reactions found.
+  subroutine export_increment(scene, operators, increment, old, report, exports, error)
     type(scene_t), intent(in) :: scene
     type(operators_t), intent(in) :: operators
     type(increment_t), intent(in) :: increment
     type(state_t), intent(in) :: old           !! whose reactions the solver started from
     type(step_report_t), intent(in) :: report
-    logical, intent(in) :: overwrite
+    type(exports_t), intent(in) :: exports
     type(error_t), allocatable, intent(out) :: error
     real(wp) :: start(3, size(operators%active))
     type(string_t) :: labels(2)
     character(:), allocatable :: path
     integer :: i, k
 
+    if (.not. exports%chosen(increment%row)) return
     path = scene%name//'-'//to_text(increment%row)//'.fclib.hdf5'
     if (size(operators%active) == 0) then
       call raise(error, exit_wrong_input, 'bipot: error: --export-fclib: no contact point can '// &
@@ -98,7 +108,8 @@ contains
     labels = [string_t(scene%title), string_t('bipot: condensed contact problem of '// &
       scene%name//', step '//to_text(increment%step)//', increment '//to_text(increment%number))]
     call export_fclib(path, operators%problem, report%x_free, start, &
-      report%contact%reaction(:, operators%active), labels, overwrite, error)
+      report%contact%reaction(:, operators%active), labels, exports%overwrite, &
+      error)
   end subroutine export_increment
 
 end module export_problems_mod

@@ -22,7 +22,7 @@ module run_mod
     finish_result, &
                              run_finished, run_not_solved, run_failed
   use command_line_mod, only: options_t, command_text
-  use export_problems_mod, only: choose_rows, export_increment
+  use export_problems_mod, only: exports_t, choose_rows, export_increment
   use console_mod, only: console_t, open_console, say, print_lines, print_increment, &
     print_warning, clear_bar, solver_name, &
                          seconds_in_words
@@ -61,24 +61,28 @@ contains
     type(plan_t) :: plan
     type(console_t) :: console
     type(tally_t) :: tally
+    type(exports_t) :: exports
 
     console = open_console(options%quiet)
     call read_deck(options%deck, options%overrides, scene, error)
     if (allocated(error)) return
     call make_plan(scene, plan)
+    call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
+    if (allocated(error)) return
     tally%read_time = wall_seconds() - console%started
     call print_lines(console, [string_t('bipot '//version//': '//scene%title)])
     call print_lines(console, scene%notes)
     call print_lines(console, plan%lines)
     if (options%plan) return
-    call run_scene(options, scene, plan, console, tally, error)
+    call run_scene(options, scene, plan, exports, console, tally, error)
   end subroutine run_deck
 
   !> Open the file, go through the increments, close the file whatever happened.
-  subroutine run_scene(options, scene, plan, console, tally, error)
+  subroutine run_scene(options, scene, plan, exports, console, tally, error)
     type(options_t), intent(in) :: options
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
+    type(exports_t), intent(in) :: exports
     type(console_t), intent(inout) :: console
     type(tally_t), intent(inout) :: tally
     type(error_t), allocatable, intent(out) :: error
@@ -91,7 +95,7 @@ contains
     if (path == '') path = scene%name//'.vtkhdf'
     call open_result(path, scene, plan, provenance(), options%overwrite, file, error)
     if (allocated(error)) return
-    call go_through(scene, plan, operators, file, console, tally, error)
+    call go_through(scene, plan, exports, operators, file, console, tally, error)
     tally%total_time = wall_seconds() - console%started
 
     status = run_finished
@@ -115,9 +119,10 @@ contains
   end subroutine run_scene
 
   !> The loop: advance, append, report.
-  subroutine go_through(scene, plan, operators, file, console, tally, error)
+  subroutine go_through(scene, plan, exports, operators, file, console, tally, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
+    type(exports_t), intent(in) :: exports
     type(operators_t), intent(inout) :: operators
     type(result_file_t), intent(inout) :: file
     type(console_t), intent(inout) :: console
@@ -138,6 +143,9 @@ contains
         if (allocated(error)) return
       end if
       call advance(scene, plan, operators, old, increment, new, report, error)
+      if (allocated(error)) return
+      ! Also where the increment is not solved: others may want to try.
+      call export_increment(scene, operators, increment, old, report, exports, error)
       if (allocated(error)) return
       call refuse_unsolved(scene, plan, increment, report, error)
       if (allocated(error)) return

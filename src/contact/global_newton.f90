@@ -22,7 +22,7 @@ module global_newton_mod
   public :: solve_by_global_newton
 
   integer,  parameter :: max_iterations = 60
-  integer,  parameter :: largest_dense = 1000   !! rows up to which a factorisation is cheaper than
+  integer,  parameter :: largest_dense = 300   !! rows up to which a factorisation is cheaper than
                                                 !! GMRES
   integer,  parameter :: max_products = 400     !! largest Krylov space
   real(wp), parameter :: inner_tolerance = 1.0e-3_wp

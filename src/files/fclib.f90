@@ -153,10 +153,14 @@ contains
     character(*), intent(in) :: group
     type(error_t), allocatable, intent(inout) :: error
 
-    if (allocated(error)) return
-    if (exists(file, group//'/G') .or. exists(file, group//'/V') .or. exists(file, group//'/R')) &
-      call blame(error, file, 'the problem has equality constraints (G, V or R) beside the '// &
-      'contacts, which bipot does not solve')
+    character, parameter :: matrix(3) = ['G', 'V', 'R']
+    integer :: i
+
+    do i = 1, size(matrix)
+      if (allocated(error)) return
+      if (exists(file, group//'/'//matrix(i))) call blame(error, file, 'the problem has equality '// &
+        "constraints beside the contacts (the matrix '"//matrix(i)//"'), which bipot does not solve")
+    end do
   end subroutine refuse_equalities
 
   subroutine check_shapes(file, problem, error)
@@ -165,7 +169,7 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer :: n_rows
 
-    if (problem%n_points < 1 .or. int(problem%n_points, i8) > most_rows/3) then
+    if (problem%n_points < 1 .or. 3*int(problem%n_points, i8) > most_rows) then
       call blame(error, file, 'vectors/mu has no points, or too many')
       return
     end if
@@ -335,12 +339,14 @@ contains
     type(hdf5_file_t), intent(out) :: file
     type(error_t), allocatable, intent(out) :: error
     integer :: unit, status
-    logical :: is_folder
+    logical :: is_folder, replaceable
 
     inquire (file=path//'/.', exist=is_folder)
+    replaceable = overwrite
+    if (.not. (is_folder .or. replaceable)) replaceable = is_ours(path)
     if (is_folder) then
       call raise(error, exit_wrong_input, "'"//path//"' is a folder")
-    else if (.not. overwrite .and. .not. is_ours(path)) then
+    else if (.not. replaceable) then
       call raise(error, exit_wrong_input, "'"//path//"' is there already and is not a solution "// &
         'of '//program_name//' (--overwrite replaces it)')
     end if
