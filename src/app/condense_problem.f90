@@ -6,6 +6,7 @@ module condense_problem_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_not_solved, exit_machine
   use text_mod, only: to_text
+  use system_mod, only: wall_seconds
   use assembly_mod, only: triplets_t
   use dof_map_mod, only: dof_map_t
   use ordering_mod, only: order_equations
@@ -29,6 +30,7 @@ module condense_problem_mod
     real(wp), allocatable :: q(:)                !! (3 n_points) u without reactions [length]
     real(wp) :: asymmetry = 0.0_wp               !! largest of W - W^T over largest of W [-]
     type(sparse_factor_t) :: factor              !! of M, global only
+    real(wp) :: seconds = 0.0_wp                 !! for the solvers' scales, W^-1 among them
   end type condensed_t
 
   interface
@@ -78,7 +80,9 @@ contains
       call check_diagonal(path, [(w(i, i), i=1, n)], given%mu, condensed%q, error)
     if (allocated(error)) return
     call symmetrise(w, condensed%asymmetry)
+    condensed%seconds = wall_seconds()
     call make_rows(path, given, w, condensed%q, condensed%problem, error)
+    condensed%seconds = wall_seconds() - condensed%seconds
   end subroutine condense_problem
 
   !> v = M^-1 (H r + f) of a global problem, and u = H^T v + w from it.

@@ -105,8 +105,9 @@ contains
       i = operators%active(k)
       start(:, k) = matmul(old%reaction(:, i), operators%frame(:, :, i))
     end do
-    labels = [string_t(scene%title), string_t('bipot: condensed contact problem of '// &
-      scene%name//', step '//to_text(increment%step)//', increment '//to_text(increment%number))]
+    labels(1)%text = scene%title
+    labels(2)%text = 'bipot: condensed contact problem of '//scene%name//', step '// &
+      to_text(increment%step)//', increment '//to_text(increment%number)
     call export_fclib(path, operators%problem, report%x_free, start, &
       report%contact%reaction(:, operators%active), labels, exports%overwrite, &
       error)

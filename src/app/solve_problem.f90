@@ -52,7 +52,7 @@ contains
 
     seconds = wall_seconds()
     call solve(given, condensed, options%controls, solution, report)
-    seconds = wall_seconds() - seconds
+    seconds = wall_seconds() - seconds + condensed%seconds
     call certify(given, condensed, options%controls, solution, certificate, error)
     if (allocated(error)) return
     call add_facts(options%controls, report, certificate, condensed%asymmetry, seconds, solution)
@@ -99,10 +99,11 @@ contains
     else
       text = text//', mu '//to_text(given%mu(1))
     end if
-    lines = [string_t(text)]
-    if (condensed%asymmetry > rounding) lines = [lines, string_t('W is not symmetric: '// &
+    allocate (lines(merge(2, 1, condensed%asymmetry > rounding)))
+    lines(1)%text = text
+    if (size(lines) > 1) lines(2)%text = 'W is not symmetric: '// &
       to_text(condensed%asymmetry, 2)//' of its largest entry; its symmetric part is solved, '// &
-      'and corrected until the W of the file holds')]
+      'and corrected until the W of the file holds'
   end function describe
 
   !> Reactions from a start at 0.

@@ -39,7 +39,8 @@ contains
     call read_sum(value)
     if (allocated(problem)) return
     call skip_blanks()
-    if (at <= len(text)) problem = 'unexpected '//quoted(text(at:at))//' in an expression'
+    if (at <= len(text)) problem = 'unexpected '//quoted(one_letter(text(at:)))// &
+      ' in an expression'
 
   contains
 
@@ -221,7 +222,8 @@ contains
       length = number_token(text(at:))
       call read_real(text(at:at + length - 1), value, status)
       if (length == 0) then
-        problem = 'expected a number, a parameter or a function, found '//quoted(text(at:at))
+        problem = 'expected a number, a parameter or a function, found '// &
+          quoted(one_letter(text(at:)))
       else if (status == number_too_large) then
         problem = 'the number '//quoted(text(at:at + length - 1))//' is too large'
       else if (status /= number_ok) then
@@ -248,6 +250,20 @@ contains
     end subroutine skip_blanks
 
   end subroutine evaluate
+
+  !> The first character of a text, which may have several bytes.
+  pure function one_letter(text) result(letter)
+    character(*), intent(in) :: text !! UTF-8, not empty
+    character(:), allocatable :: letter
+    integer :: last
+
+    last = 1
+    do while (last < len(text))
+      if (iand(iachar(text(last + 1:last + 1)), 192) /= 128) exit
+      last = last + 1
+    end do
+    letter = text(:last)
+  end function one_letter
 
   pure function is_function(name) result(is)
     character(*), intent(in) :: name !! upper case

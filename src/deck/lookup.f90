@@ -117,11 +117,12 @@ contains
     end do
   end subroutine order_of
 
-  !> Sort a list and keep each value once.
+  !> Sort a list of positive numbers and keep each once.
   pure subroutine sort_unique(list)
     integer, allocatable, intent(inout) :: list(:)
+    logical, allocatable :: present_in(:)
     integer, allocatable :: order(:), sorted(:)
-    integer :: i, n
+    integer :: i, n, highest
     logical :: ascending
 
     ascending = .true.
@@ -131,9 +132,23 @@ contains
       exit
     end do
     if (ascending) return
+    highest = maxval(list)
+    n = 0
+    if (highest/4 <= size(list)) then
+      ! Dense: one pass over the values that there can be.
+      allocate (present_in(highest), sorted(min(highest, size(list))))
+      present_in = .false.
+      present_in(list) = .true.
+      do i = 1, highest
+        if (.not. present_in(i)) cycle
+        n = n + 1
+        sorted(n) = i
+      end do
+      list = sorted(:n)
+      return
+    end if
     call order_of(list, order)
     allocate (sorted(size(list)))
-    n = 0
     do i = 1, size(list)
       if (n > 0) then
         if (sorted(n) == list(order(i))) cycle

@@ -1,5 +1,6 @@
 !> Numbers as decks write them: `12`, `-1.`, `.5`, `1e-3`, `2.1D+05`, `2.1+5`.
 module numbers_mod
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_null_char, c_null_ptr, c_ptr
   use kinds_mod, only: i8, wp
   implicit none
   private
@@ -17,6 +18,16 @@ module numbers_mod
   integer, parameter :: largest_exponent = 60
   integer, parameter :: smallest_exponent = -290 !! smaller numbers become 0
   integer, parameter :: max_digits = 40          !! digits that can matter; later ones are dropped
+
+  interface
+    !> The number that a text ended by a null character begins with.
+    pure function c_strtod(text, ending) result(number) bind(c, name='strtod')
+      import :: c_char, c_double, c_ptr
+      character(kind=c_char), intent(in) :: text(*)
+      type(c_ptr), value, intent(in) :: ending !! null: where the number ends is not asked for
+      real(c_double) :: number
+    end function c_strtod
+  end interface
 
 contains
 
@@ -60,7 +71,7 @@ contains
       1e16_wp, 1e17_wp, 1e18_wp, 1e19_wp, 1e20_wp, 1e21_wp, 1e22_wp]
     character(max_digits) :: digits
     integer(i8) :: mantissa
-    integer :: n_digits, exponent, read_status
+    integer :: n_digits, exponent
     logical :: negative
 
     value = 0.0_wp
@@ -79,8 +90,7 @@ contains
         value = real(mantissa, wp)/power(-exponent)
       end if
     else
-      call read_slowly(digits(:n_digits), exponent, value, read_status)
-      if (read_status /= 0) status = number_malformed
+      value = convert(digits(:n_digits), exponent)
     end if
     if (value > largest_number) then
       status = number_too_large
@@ -176,18 +186,27 @@ contains
     end do
   end subroutine read_digits
 
-  !> digits * 10**exponent by the run-time library, which rounds correctly.
-  pure subroutine read_slowly(digits, exponent, value, status)
-    character(*), intent(in) :: digits
-    integer, intent(in) :: exponent
-    real(wp), intent(out) :: value
-    integer, intent(out) :: status
-    character(max_digits + 16) :: buffer
+  !> digits * 10**exponent by the C library, which rounds correctly and is quick.
+  pure function convert(digits, exponent) result(value)
+    character(*), intent(in) :: digits  !! at most max_digits
+    integer, intent(in) :: exponent     !! |exponent| < 1000
+    real(wp) :: value
+    character(kind=c_char) :: buffer(max_digits + 6)
+    integer :: i, n
 
-    value = 0.0_wp
-    write (buffer, '(a, "E", i0)', iostat=status) digits, exponent
-    if (status == 0) read (buffer, '(f56.0)', iostat=status) value
-  end subroutine read_slowly
+    n = len(digits)
+    do i = 1, n
+      buffer(i) = digits(i:i)
+    end do
+    buffer(n + 1) = 'e'
+    buffer(n + 2) = '+'
+    if (exponent < 0) buffer(n + 2) = '-'
+    buffer(n + 3) = achar(iachar('0') + abs(exponent)/100)
+    buffer(n + 4) = achar(iachar('0') + mod(abs(exponent)/10, 10))
+    buffer(n + 5) = achar(iachar('0') + mod(abs(exponent), 10))
+    buffer(n + 6) = c_null_char
+    value = c_strtod(buffer, c_null_ptr)
+  end function convert
 
   pure function spells_no_number(text) result(spells)
     character(*), intent(in) :: text

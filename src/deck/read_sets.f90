@@ -108,11 +108,12 @@ contains
     type(set_list_t), intent(inout) :: sets
     integer(i8), intent(inout) :: work                 !! members and look-ups so far
     type(set_list_t), intent(in), optional :: elements !! the sets of elements, for sets of nodes
-    integer :: entry, home, before
+    integer :: entry, home, before, had
 
     do entry = 1, sets%n
       home = find_name(sets%lookup, sets%names, sets%names(entry)%text)
       if (.not. keep_reading(reader)) return
+      had = sets%list(home)%n
       if (sets%early(entry) > 0) then
         call fill_early(reader, draft, sets, entry, home)
       else
@@ -120,7 +121,7 @@ contains
         call fill_from_card(reader, draft, sets, entry, work, elements)
         if (reader%diagnostics%n_mistakes > before) sets%list(home)%flawed = .true.
       end if
-      work = work + sets%list(home)%n
+      work = work + max(1, sets%list(home)%n - had)
       if (work > max_work) then
         call report(reader, sets%list(entry)%position, 'the sets have too many members')
         exit
@@ -205,7 +206,7 @@ contains
     call open_card(reader, sets%card(entry), card)
     home = find_name(sets%lookup, sets%names, sets%names(entry)%text)
     if (present(elements) .and. has_option(card, 'ELSET')) then
-      call add_nodes_of_elements(reader, draft, elements, card, sets%list(home))
+      call add_nodes_of_elements(reader, draft, elements, card, sets%list(home), work)
       return
     end if
     n_wrong = 0
@@ -323,12 +324,13 @@ contains
   end subroutine generate
 
   !> Add the nodes of the elements in the set that ELSET= names.
-  subroutine add_nodes_of_elements(reader, draft, elements, card, set)
+  subroutine add_nodes_of_elements(reader, draft, elements, card, set, work)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
     type(set_list_t), intent(in) :: elements
     type(card_t), intent(in) :: card
     type(set_t), intent(inout) :: set
+    integer(i8), intent(inout) :: work
     character(:), allocatable :: name
     integer :: other, i
     logical :: ok
@@ -344,6 +346,8 @@ contains
     if (elements%list(other)%flawed) set%flawed = .true.
     if (elements%list(other)%has_skipped) call note(reader, 'the nodes of skipped elements are '// &
       'not in the set '//quoted(name)//' of *NSET, ELSET=')
+    work = work + set%n + 8_i8*elements%list(other)%n
+    if (work > max_work) return
     do i = 1, elements%list(other)%n
       call append(set, draft%connectivity(:, elements%list(other)%members(i)))
     end do
