@@ -153,6 +153,23 @@ def figure_3(runs, n, path):
     )
 
 
+def show_block(runs, folder):
+    """Pictures of the block on a finer mesh, by scripts/show; return their text."""
+    result = runs(n=8, solver="AUTO", local="AUTO")
+    show = Path(__file__).with_name("show")
+    command = [show, result.path, "-o", folder, "--no-animation"]
+    result.close()
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    text = []
+    for name, caption in (
+        ("deformed", "The block at the end of the push (8 x 8 x 8 bricks, displacements to scale)."),
+        ("contact", "Its lower face: points that stick, slide and have opened; arrows are friction."),
+        ("forces", "Resultants over the increments."),
+    ):
+        text += [f"![{name}]({name}.png)", "", f"{caption} By `scripts/show`.", ""]
+    return text
+
+
 def command_line():
     """Return the command line's options."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -176,6 +193,7 @@ def main():
                 path = options.folder / f"figure-{number}.png"
                 caption = draw(runs, options.n, path)
                 text += [f"![Figure {number}]({path.name})", "", f"Figure {number}. {caption}", ""]
+            text += show_block(runs, options.folder)
         except ResultError as error:
             sys.exit(f"figures_paper: {error}")
     text += ["The runs:", "", *(f"    {command}" for command in runs.commands)]
