@@ -44,9 +44,9 @@ SICONOS_SOLVERS = [
     ("NSGS", "dense"),
     ("NSN_AC", "blocks"),
     ("NSN_AC", "dense"),
-    ("NSN_AC-HYBRID", "blocks"),
+    ("NSN_FB", "blocks"),
     ("NSN_FB", "dense"),
-    ("NSN_NM", "dense"),
+    ("ADMM", "blocks"),
     ("ADMM", "dense"),
 ]
 REPEATS = 3
@@ -300,13 +300,17 @@ def export_block(bench: Bench, n: int, steps: str) -> list[Path]:
     if done.returncode != 0:
         sys.exit(f"the block with n={n} could not be exported: {done.stderr.strip()}")
     files = sorted(folder.glob("*.fclib.hdf5"), key=lambda path: int(path.name.split("-")[1][:-11]))
-    return [path.rename(path.with_name(path.name.replace("block-", f"block-n{n}-"))) for path in files]
+    named = [path.with_name(path.name.replace("block-", f"block-n{n}-step")) for path in files]
+    return [path.rename(name) for path, name in zip(files, named, strict=True)]
 
 
 def table(rows: list[list[str]]) -> list[str]:
     """Rows as a table in Markdown, the columns aligned."""
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    lines = ["| " + " | ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)) + " |" for row in rows]
+    lines = []
+    for row in rows:
+        cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        lines.append("| " + " | ".join(cells) + " |")
     rule = "|" + "|".join("-" * (w + 2) for w in widths) + "|"
     return [lines[0], rule, *lines[1:]]
 

@@ -31,7 +31,6 @@ static const struct choice choices[] = {
   {"NSGS", SICONOS_FRICTION_3D_NSGS, 1},
   {"NSGS-EXACT-ERROR", SICONOS_FRICTION_3D_NSGS, 1},
   {"NSN_AC", SICONOS_FRICTION_3D_NSN_AC, 100},
-  {"NSN_AC-HYBRID", SICONOS_FRICTION_3D_NSN_AC, 100},
   {"NSN_FB", SICONOS_FRICTION_3D_NSN_FB, 100},
   {"NSN_NM", SICONOS_FRICTION_3D_NSN_NM, 100},
   {"PROX", SICONOS_FRICTION_3D_PROX, 100},
@@ -179,9 +178,6 @@ int main(int argc, char **argv)
   if (strcmp(chosen->name, "NSGS-EXACT-ERROR") == 0)
     options->iparam[SICONOS_FRICTION_3D_IPARAM_ERROR_EVALUATION] =
       SICONOS_FRICTION_3D_NSGS_ERROR_EVALUATION_FULL;
-  if (strcmp(chosen->name, "NSN_AC-HYBRID") == 0)
-    options->iparam[SICONOS_FRICTION_3D_NSN_HYBRID_STRATEGY] =
-      SICONOS_FRICTION_3D_NSN_HYBRID_STRATEGY_NSN_AND_PLI_NSN_LOOP;
 
   double start = now();
   int info = fc3d_driver(problem, r, u, options);

@@ -36,6 +36,14 @@ module advance_mod
   integer,  parameter :: max_attempts = 4                   !! with ever smaller residuals
   real(wp), parameter :: smallest_tolerance = 1.0e-14_wp    !! that an attempt asks for [-]
 
+  !> What an increment is solved with.
+  type :: attempt_t
+    type(contact_controls_t) :: controls       !! the deck's, with the residual that is asked for
+                                               !! now
+    type(step_forces_t) :: forces
+    real(wp), allocatable :: u_free(:, :)      !! (3,n_nodes) displacement without contact [length]
+  end type attempt_t
+
 contains
 
   !> Bring `old` to the end of `increment`, in `new`; `old` is never altered.
@@ -51,11 +59,9 @@ contains
                                                     !! said here
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed; a node is prescribed into an
                                                      !! obstacle
-    real(wp), allocatable :: u_free(:, :)
-    type(step_forces_t) :: forces
-    type(contact_controls_t) :: controls
+    type(attempt_t) :: now
     real(wp) :: clock
-    integer :: attempt
+    integer :: i
 
     clock = wall_seconds()
 
@@ -65,50 +71,49 @@ contains
     new%step = increment%step
     new%increment = increment%number
     new%time = increment%time
-    call sum_patterns(scene, operators, increment, u_free, forces%external)
-    forces%prescribed = operators%prescribed
-    allocate (forces%internal, mold=old%displacement)
+    call sum_patterns(scene, operators, increment, now%u_free, now%forces%external)
+    now%forces%prescribed = operators%prescribed
+    allocate (now%forces%internal, mold=old%displacement)
 
-    controls = scene%contact
-    attempts: do attempt = 1, max_attempts
+    now%controls = scene%contact
+    attempts: do i = 1, max_attempts
       ! 2. to 5. Equilibrium
-      call equilibrate(scene, plan, operators, controls, old, u_free, new, forces, report, error)
+      call equilibrate(scene, plan%points, operators, old, now, new, report, error)
       if (allocated(error)) return
 
       ! 6. Certificate
       call describe_contact(plan%points, operators, old, new, report%contact)
       call refuse_prescribed_penetration(scene, plan%points, operators, new, report%contact, error)
       if (allocated(error)) return
-      report%certificate = certify(scene%mesh, plan%points, report%contact, operators%has_friction, &
-                                   old, new, forces, scene%contact%tolerance)
+      report%certificate = certify(scene%mesh, plan%points, report%contact, &
+        operators%has_friction, &
+                                   old, new, now%forces, scene%contact%tolerance)
       if (report%certificate%certified .or. .not. report%converged) exit attempts
-      if (controls%stop_rule == stop_at_change) exit attempts
+      if (now%controls%stop_rule == stop_at_change) exit attempts
       ! The residual is measured by forces. Where these are large beside what they move (nearly
       ! incompressible bodies) the gaps need a smaller one.
-      controls%tolerance = max(smallest_tolerance, controls%tolerance*max(1.0e-4_wp, &
+      now%controls%tolerance = max(smallest_tolerance, now%controls%tolerance*max(1.0e-4_wp, &
         scene%contact%tolerance/worst_entry(report%certificate)))
     end do attempts
 
     ! 7. Energies
     new%slip = old%slip + report%contact%slip_increment
-    new%external_force = forces%external
-    new%support_force = forces%internal - forces%external &
-      - nodal(plan%points, new%reaction, size(u_free, 2))
-    where (.not. forces%prescribed) new%support_force = 0.0_wp
-    call energy_balance(report%contact, old, new, forces%internal, report%energy)
+    new%external_force = now%forces%external
+    new%support_force = now%forces%internal - now%forces%external &
+      - nodal(plan%points, new%reaction, size(new%displacement, 2))
+    where (.not. now%forces%prescribed) new%support_force = 0.0_wp
+    call energy_balance(report%contact, old, new, now%forces%internal, report%energy)
     report%wall_time = wall_seconds() - clock
   end subroutine advance
 
   !> Newton-Raphson until the forces balance: reactions and displacement from u_free.
-  subroutine equilibrate(scene, plan, operators, controls, old, u_free, new, forces, report, error)
+  subroutine equilibrate(scene, points, operators, old, now, new, report, error)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
+    type(contact_points_t), intent(in) :: points
     type(operators_t), intent(inout) :: operators
-    type(contact_controls_t), intent(in) :: controls
     type(state_t), intent(in) :: old
-    real(wp), intent(inout) :: u_free(:, :)          !! (3,n_nodes) takes the corrections [length]
+    type(attempt_t), intent(inout) :: now            !! u_free takes the corrections
     type(state_t), intent(inout) :: new              !! gets reaction and displacement
-    type(step_forces_t), intent(inout) :: forces     !! gets internal and rounding
     type(step_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), allocatable :: correction(:, :, :), residual(:, :, :)
@@ -120,26 +125,27 @@ contains
       report%newton_raphson_iterations = report%newton_raphson_iterations + 1
 
       ! 2. and 3. Reactions
-      call solve_reactions(plan%points, operators, controls, old, u_free, new%reaction, report)
+      call solve_reactions(points, operators, now%controls, old, now%u_free, new%reaction, report)
 
       ! 4. Displacement
-      new%displacement = u_free
+      new%displacement = now%u_free
       if (any(abs(new%reaction) > 0.0_wp)) then
-        call apply_inverse(operators, reshape(nodal(plan%points, new%reaction, size(u_free, 2)), &
-                                              [3, size(u_free, 2), 1]), correction, error)
+        call apply_inverse(operators, reshape(nodal(points, new%reaction, size(now%u_free, 2)), &
+                                              [3, size(now%u_free, 2), 1]), correction, error)
         if (allocated(error)) return
-        new%displacement = u_free + correction(:, :, 1)
+        new%displacement = now%u_free + correction(:, :, 1)
       end if
 
       ! 5. Out-of-balance force
-      call internal_force(scene%mesh, scene%materials, new%displacement, forces%internal)
-      forces%rounding = force_rounding(scene%mesh, scene%materials, new%displacement)
-      call out_of_balance(plan%points, new%reaction, forces, residual, imbalance)
-      if (imbalance <= controls%tolerance .or. imbalance > 0.5_wp*last_imbalance) exit newton_raphson
+      call internal_force(scene%mesh, scene%materials, new%displacement, now%forces%internal)
+      now%forces%rounding = force_rounding(scene%mesh, scene%materials, new%displacement)
+      call out_of_balance(points, new%reaction, now%forces, residual, imbalance)
+      if (imbalance <= now%controls%tolerance .or. &
+        imbalance > 0.5_wp*last_imbalance) exit newton_raphson
       last_imbalance = imbalance
       call apply_inverse(operators, residual, correction, error)
       if (allocated(error)) return
-      u_free = u_free + correction(:, :, 1)
+      now%u_free = now%u_free + correction(:, :, 1)
     end do newton_raphson
   end subroutine equilibrate
 

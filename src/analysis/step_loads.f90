@@ -144,8 +144,9 @@ contains
     do g = pattern_hold, size(scene%amplitudes)
       force(:, :, g) = reshape(concentrated(:, g), [3, scene%mesh%n_nodes])
       do i = 1, size(scene%surfaces)
-        if (abs(pressure(i, g)) > 0.0_wp) &
+        if (abs(pressure(i, g)) > 0.0_wp) then
           call pressure_force(scene%mesh, scene%surfaces(i), pressure(i, g), force(:, :, g))
+        end if
       end do
     end do
   end subroutine resolve_forces

@@ -202,8 +202,8 @@ contains
       '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory)'//nl// &
       '  --set name=value    give a parameter of the deck another value; may be repeated'//nl// &
       '  --plan              check the deck, print what a run would do, and stop'//nl// &
-      '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32 or all,'//nl// &
-      '                      to NAME-<increment>.fclib.hdf5'//nl// &
+      '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32'//nl// &
+      '                      or all, to NAME-<increment>.fclib.hdf5'//nl// &
       '  --overwrite         replace a result file that is unfinished or of another deck'//nl// &
       '  -q, --quiet         print only the closing sentence'//nl// &
       '  -h, --help          print this'//nl// &
@@ -212,8 +212,10 @@ contains
       '  --solver auto|sweeps|global-newton   --formulation bipotential|pseudopotential'//nl// &
       '  --local uzawa|newton|newton6|exact   --rho X   --relaxation X   --acceleration'//nl// &
       '  --tolerance X   --max-sweeps N   -o FILE (default: PROBLEM.solution.hdf5)'//nl//nl// &
-      'exit status: 0 every step certified; 1 wrong command line or deck; 2 a step did not converge or certify;'//nl// &
-      '3 the machine failed (memory, disk, a library). docs/deck.md and docs/results.md describe deck and result.'
+      'exit status: 0 every step certified; 1 wrong command line or deck; 2 a step did not '// &
+      'converge or certify;'//nl// &
+      '3 the machine failed (memory, disk, a library). docs/deck.md, docs/results.md and '// &
+      'docs/fclib.md describe the files.'
   end function help_text
 
 end module command_line_mod

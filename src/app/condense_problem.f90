@@ -37,6 +37,7 @@ module condense_problem_mod
     !> LAPACK: Cholesky factor with pivoting of a positive semi-definite matrix.
     subroutine dpstrf(uplo, n, a, lda, piv, rank, tol, work, info)
       import :: wp
+      implicit none
       character, intent(in) :: uplo
       integer, intent(in) :: n, lda
       real(wp), intent(inout) :: a(lda, *)
@@ -53,14 +54,14 @@ contains
     character(*), intent(in) :: path               !! for messages
     type(fclib_problem_t), intent(in) :: given
     type(condensed_t), intent(inout) :: condensed
-    type(error_t), allocatable, intent(out) :: error !! M not positive definite, W without a
-                                                     !! diagonal, no memory
+    type(error_t), allocatable, intent(out) :: error !! M or W cannot be used, no memory
     real(wp), allocatable :: w(:, :)
     integer :: n, i, status
 
     n = 3*given%n_points
-    if (.not. given%is_global) call check_diagonal(path, diagonal_of(given%w), &
-      given%mu, given%q, error)
+    if (.not. given%is_global) then
+      call check_diagonal(path, diagonal_of(given%w), given%mu, given%q, error)
+    end if
     if (.not. allocated(error)) call check_memory(path, n, error)
     if (allocated(error)) return
     allocate (w(n, n), source=0.0_wp, stat=status)
@@ -76,9 +77,11 @@ contains
       condensed%q = given%q
     end if
     if (.not. allocated(error)) call check_usable(path, w, condensed%q, error)
-    if (.not. allocated(error) .and. given%is_global) &
-      call check_diagonal(path, [(w(i, i), i=1, n)], given%mu, condensed%q, error)
     if (allocated(error)) return
+    if (given%is_global) then
+      call check_diagonal(path, [(w(i, i), i=1, n)], given%mu, condensed%q, error)
+      if (allocated(error)) return
+    end if
     call symmetrise(w, condensed%asymmetry)
     condensed%seconds = wall_seconds()
     call make_rows(path, given, w, condensed%q, condensed%problem, error)
@@ -368,7 +371,7 @@ contains
       if (status /= 0) exit
       if (line(:13) /= 'MemAvailable:') cycle
       read (line(14:index(line, 'kB') - 1), *, iostat=status) available
-      available = 1024*available
+      if (status == 0) available = 1024*available
       exit
     end do
     close (unit)

@@ -77,7 +77,8 @@ contains
     if (console%quiet) return
     call clear_bar(console)
     if (.not. console%headed) call say( &
-      'step   inc        time    open   stick   slide  iterations   residual  worst error      s  solver')
+      'step   inc        time    open   stick   slide  iterations   residual  worst error'// &
+      '      s  solver')
     console%headed = .true.
     associate (status => report%contact%status)
       write (line, '(i4,i6,a12,3i8,i12,2es11.1,f11.2)') increment%step, increment%number, &

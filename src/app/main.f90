@@ -17,6 +17,7 @@ program bipot
     !> C's exit: Fortran 2008 takes no variable behind STOP.
     subroutine c_exit(status) bind(c, name='exit')
       import :: c_int
+      implicit none
       integer(c_int), value :: status
     end subroutine c_exit
   end interface

@@ -30,8 +30,7 @@ contains
   !> Solve the problem in a file.
   subroutine run_problem(options, error)
     type(options_t), intent(in) :: options
-    type(error_t), allocatable, intent(out) :: error !! wrong file, not solved, or the machine
-                                                     !! failed
+    type(error_t), allocatable, intent(out) :: error !! wrong file, not solved, machine failed
     type(console_t) :: console
     type(fclib_problem_t) :: given
     type(condensed_t) :: condensed

@@ -62,7 +62,7 @@ contains
       call take_real(option, value, 2.0_wp, controls%relaxation, error)
     case ('--tolerance')
       call take_real(option, value, 1.0_wp, controls%tolerance, error)
-    case ('--max-sweeps')
+    case default ! --max-sweeps
       call take_integer(option, value, controls%max_sweeps, error)
     end select
   end subroutine set_solver_option

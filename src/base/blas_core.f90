@@ -24,6 +24,7 @@ module blas_core_mod
   interface
     function c_dlsym(handle, symbol) result(address) bind(c, name='dlsym')
       import :: c_ptr, c_funptr, c_char
+      implicit none
       type(c_ptr), value :: handle
       character(c_char), intent(in) :: symbol(*)
       type(c_funptr) :: address
@@ -31,6 +32,7 @@ module blas_core_mod
 
     function c_setenv(name, value, overwrite) result(status) bind(c, name='setenv')
       import :: c_char, c_int
+      implicit none
       character(c_char), intent(in) :: name(*), value(*)
       integer(c_int), value :: overwrite
       integer(c_int) :: status
@@ -38,6 +40,7 @@ module blas_core_mod
 
     function c_execv(path, arguments) result(status) bind(c, name='execv')
       import :: c_char, c_int, c_ptr
+      implicit none
       character(c_char), intent(in) :: path(*)
       type(c_ptr), intent(in) :: arguments(*)
       integer(c_int) :: status
@@ -45,6 +48,7 @@ module blas_core_mod
 
     function c_strlen(text) result(length) bind(c, name='strlen')
       import :: c_ptr, c_int
+      implicit none
       type(c_ptr), value :: text
       integer(c_int) :: length
     end function c_strlen
@@ -53,11 +57,13 @@ module blas_core_mod
   abstract interface
     function core_name_function() result(name) bind(c)
       import :: c_ptr
+      implicit none
       type(c_ptr) :: name
     end function core_name_function
 
     subroutine set_threads_function(n) bind(c)
       import :: c_int
+      implicit none
       integer(c_int), value :: n
     end subroutine set_threads_function
   end interface

@@ -12,6 +12,7 @@ module dense_mod
     !> LAPACK: Cholesky factor of a symmetric positive definite matrix.
     subroutine dpotrf(uplo, n, a, lda, info)
       import :: wp
+      implicit none
       character, intent(in) :: uplo
       integer, intent(in) :: n, lda
       real(wp), intent(inout) :: a(lda, *)
@@ -21,6 +22,7 @@ module dense_mod
     !> LAPACK: inverse from the Cholesky factor.
     subroutine dpotri(uplo, n, a, lda, info)
       import :: wp
+      implicit none
       character, intent(in) :: uplo
       integer, intent(in) :: n, lda
       real(wp), intent(inout) :: a(lda, *)
@@ -30,6 +32,7 @@ module dense_mod
     !> LAPACK: LU factors of a general matrix.
     subroutine dgetrf(m, n, a, lda, ipiv, info)
       import :: wp
+      implicit none
       integer, intent(in) :: m, n, lda
       real(wp), intent(inout) :: a(lda, *)
       integer, intent(out) :: ipiv(*), info
@@ -38,6 +41,7 @@ module dense_mod
     !> LAPACK: reciprocal of the condition number, from the factors.
     subroutine dgecon(norm, n, a, lda, anorm, rcond, work, iwork, info)
       import :: wp
+      implicit none
       character, intent(in) :: norm
       integer, intent(in) :: n, lda
       real(wp), intent(in) :: a(lda, *), anorm
@@ -48,6 +52,7 @@ module dense_mod
     !> LAPACK: solution from the factors.
     subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
       import :: wp
+      implicit none
       character, intent(in) :: trans
       integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
       real(wp), intent(in) :: a(lda, *)
@@ -58,6 +63,7 @@ module dense_mod
     !> LAPACK: solution of least norm by a complete orthogonal factorisation.
     subroutine dgelsy(m, n, nrhs, a, lda, b, ldb, jpvt, rcond, rank, work, lwork, info)
       import :: wp
+      implicit none
       integer, intent(in) :: m, n, nrhs, lda, ldb, lwork
       real(wp), intent(inout) :: a(lda, *), b(ldb, *)
       integer, intent(inout) :: jpvt(*)

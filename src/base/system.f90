@@ -13,6 +13,7 @@ module system_mod
     !> POSIX: 1 when the file descriptor is a terminal.
     function c_isatty(descriptor) result(answer) bind(c, name='isatty')
       import :: c_int
+      implicit none
       integer(c_int), value :: descriptor
       integer(c_int) :: answer
     end function c_isatty
@@ -50,6 +51,7 @@ contains
       if (status /= 0) exit
       if (line(:6) /= 'VmHWM:') cycle
       read (line(7:index(line, 'kB') - 1), *, iostat=status) bytes
+      if (status /= 0) bytes = 0
       bytes = 1024*bytes
       exit
     end do

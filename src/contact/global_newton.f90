@@ -197,8 +197,9 @@ contains
 
     do i = 1, problem%n_points
       do a = 1, 3
-        if (problem%row(a, i) > 0) &
+        if (problem%row(a, i) > 0) then
           moves(problem%row(a, i)) = any(abs(now%dz_dx(:, :, i)) > 0.0_wp)
+        end if
       end do
     end do
     moving = pack([(i, i=1, problem%n_rows)], moves)
@@ -239,8 +240,9 @@ contains
         do b = 1, 3
           if (row(b) == 0) cycle
           do a = 1, 3
-            if (row(a) > 0) &
+            if (row(a) > 0) then
               j(place(row(a)), place(row(b))) = j(place(row(a)), place(row(b))) + now%dz_dr(a, b, i)
+            end if
           end do
         end do
       end associate

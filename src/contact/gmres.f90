@@ -15,6 +15,7 @@ module gmres_mod
   abstract interface
     subroutine apply_map(map, v, product)
       import :: linear_map_t, wp
+      implicit none
       class(linear_map_t), intent(in) :: map
       real(wp), intent(in)  :: v(:)       !! (n)
       real(wp), intent(out) :: product(:) !! (n)

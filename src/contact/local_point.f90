@@ -27,6 +27,7 @@ module local_point_mod
     !> A formulation's residual Z(r, x) at a point, and its two derivatives.
     pure subroutine local_residual(point, r, x, z, dz_dr, dz_dx)
       import :: local_point_t, wp
+      implicit none
       type(local_point_t), intent(in) :: point
       real(wp), intent(in)  :: r(3)        !! reaction [force]
       real(wp), intent(in)  :: x(3)        !! gap and slip increment [length]
@@ -40,6 +41,7 @@ module local_point_mod
     !> Improve the reaction of one point.
     pure subroutine local_solver(point, r, iterations, converged)
       import :: local_point_t, wp
+      implicit none
       type(local_point_t), intent(in) :: point
       real(wp), intent(inout) :: r(3)       !! reaction: a guess in, the new value out [force]
       integer,  intent(out)   :: iterations !! evaluations of the law

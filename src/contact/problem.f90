@@ -56,6 +56,7 @@ module problem_mod
     !> BLAS: y = alpha A x + beta y, A symmetric.
     subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
       import :: wp
+      implicit none
       character, intent(in) :: uplo
       integer, intent(in) :: n, lda, incx, incy
       real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)

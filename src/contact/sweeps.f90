@@ -89,8 +89,9 @@ contains
         old = new
       end if
     end do iterate
-    if (controls%stop_rule == stop_at_change .and. report%ending == ended_at_limit) &
+    if (controls%stop_rule == stop_at_change .and. report%ending == ended_at_limit) then
       call judge(problem, x_free, new, r_start, controls, r, report)
+    end if
     report%solver = solver_sweeps
   end subroutine solve_by_sweeps
 

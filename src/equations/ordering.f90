@@ -18,6 +18,7 @@ module ordering_mod
     function metis_nodend(nvtxs, xadj, adjncy, vwgt, options, perm, iperm) result(status) &
       bind(c, name='METIS_NodeND')
       import :: c_int, c_ptr
+      implicit none
       integer(c_int), intent(in) :: nvtxs, xadj(*), adjncy(*)
       type(c_ptr), value :: vwgt, options
       integer(c_int), intent(out) :: perm(*), iperm(*)

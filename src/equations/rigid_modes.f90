@@ -12,6 +12,7 @@ module rigid_modes_mod
     !> LAPACK: eigenvalues of a symmetric matrix.
     subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
       import :: wp
+      implicit none
       character, intent(in) :: jobz, uplo
       integer, intent(in) :: n, lda, lwork
       real(wp), intent(inout) :: a(lda, *)
@@ -60,7 +61,7 @@ contains
         case (2)
           mode(4) = -x(3)
           mode(6) = x(1)
-        case (3)
+        case default
           mode(4:5) = [x(2), -x(1)]
         end select
         gram = gram + spread(mode, 2, 6)*spread(mode, 1, 6)

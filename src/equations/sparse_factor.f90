@@ -19,7 +19,8 @@ module sparse_factor_mod
   interface
     subroutine dmumps(id)
       import :: dmumps_struc
-      type(dmumps_struc) :: id
+      implicit none
+      type(dmumps_struc), intent(inout) :: id
     end subroutine dmumps
   end interface
 

@@ -1,11 +1,11 @@
 !> FCLIB's HDF5 files: frictional contact problems and their solutions, exchanged with others.
 !>
-!>     /fclib_local/{spacedim, W/..., vectors/{q, mu}, info/...}            u = W r + q
-!>     /fclib_global/{spacedim, M/..., H/..., vectors/{f, w, mu}, info/...} M v = H r + f, u = H^T v + w
+!>     /fclib_local/{spacedim, W/..., vectors/{q, mu}, info/...}
+!>     /fclib_global/{spacedim, M/..., H/..., vectors/{f, w, mu}, info/...}
 !>     /guesses/{number_of_guesses, 1/{r, u}}    /solution/{r, u[, v]}
 !>
-!> Components in the order n, t1, t2. A file that this module writes is a complete problem with its
-!> solution; docs/fclib.md.
+!> Local: u = W r + q; global: M v = H r + f, u = H^T v + w. Components in the order n, t1, t2.
+!> A file that this module writes is a complete problem with its solution; docs/fclib.md.
 module fclib_mod
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
   use kinds_mod, only: wp, i8
@@ -34,8 +34,7 @@ module fclib_mod
     integer :: n_points = 0
     real(wp), allocatable :: mu(:)      !! (n_points) [-]
     type(sparse_matrix_t) :: w          !! (3 n_points)^2, local only [length/force]
-    real(wp), allocatable :: q(:)       !! (3 n_points) u without reactions; in a global problem
-                                        !! the file's w [length]
+    real(wp), allocatable :: q(:)       !! (3 n_points) u without reactions; global: w [length]
     type(sparse_matrix_t) :: m          !! (n,n) both triangles or one, global only [force/length]
     type(sparse_matrix_t) :: h          !! (n,3 n_points) global only [-]
     real(wp), allocatable :: f(:)       !! (n) global only [force]
@@ -120,8 +119,8 @@ contains
     problem%is_global = exists(file, global_group)
     if (problem%is_global) group = global_group
     if (.not. exists(file, group)) then
-      call blame(error, file, 'neither /fclib_local nor /fclib_global is in it, so it is no FCLIB '// &
-        'problem')
+      call blame(error, file, 'neither /fclib_local nor /fclib_global is in it, so it is no '// &
+        'FCLIB problem')
       return
     end if
     call read_count(file, group//'/spacedim', 2_i8, 3_i8, dimensions, error)
@@ -158,8 +157,9 @@ contains
 
     do i = 1, size(matrix)
       if (allocated(error)) return
-      if (exists(file, group//'/'//matrix(i))) call blame(error, file, 'the problem has equality '// &
-        "constraints beside the contacts (the matrix '"//matrix(i)//"'), which bipot does not solve")
+      if (exists(file, group//'/'//matrix(i))) call blame(error, file, 'the problem has '// &
+        "equality constraints beside the contacts (the matrix '"//matrix(i)// &
+        "'), which bipot does not solve")
     end do
   end subroutine refuse_equalities
 
@@ -174,8 +174,8 @@ contains
       return
     end if
     n_rows = 3*problem%n_points
-    if (any(problem%mu < 0.0_wp)) call blame(error, file, 'a friction coefficient in vectors/mu '// &
-      'is negative')
+    if (any(problem%mu < 0.0_wp)) call blame(error, file, &
+      'a friction coefficient in vectors/mu is negative')
     if (problem%is_global) then
       if (problem%m%m /= problem%m%n) call blame(error, file, 'the matrix M is not square')
       if (problem%h%m /= problem%m%m .or. problem%h%n /= n_rows) call blame(error, file, &
@@ -353,7 +353,7 @@ contains
     if (allocated(error)) return
     ! What a killed run has left behind.
     open (newunit=unit, file=beginning_of(path), status='old', action='readwrite', iostat=status)
-    if (status == 0) close (unit, status='delete', iostat=status)
+    if (status == 0) close (unit, status='delete')
     call create_file(beginning_of(path), file, error)
   end subroutine begin
 
@@ -367,7 +367,7 @@ contains
     call close_file(file, error)
     if (allocated(error)) then
       open (newunit=unit, file=beginning_of(path), status='old', action='readwrite', iostat=status)
-      if (status == 0) close (unit, status='delete', iostat=status)
+      if (status == 0) close (unit, status='delete')
     else if (c_rename(beginning_of(path)//c_null_char, path//c_null_char) /= 0) then
       call raise(error, exit_machine, "cannot rename '"//beginning_of(path)//"' to '"//path//"'")
     end if

@@ -209,7 +209,8 @@ contains
     if (allocated(error)) return
     inquire (file=file%path, size=bytes)
     if (product(real(extents, wp)) > min(real(most_packed, wp)*real(bytes, wp), &
-        real(huge(1), wp))) call blame(error, file, path//' claims more numbers than the file holds')
+        real(huge(1), wp))) call blame(error, file, path// &
+        ' claims more numbers than the file holds')
   end subroutine check_extents
 
   !> Say whether a number is finite and at most 1e40 in size, so that no product of a few overflows.

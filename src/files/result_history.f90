@@ -41,9 +41,11 @@ contains
                   'Newton method', history%contact_iterations)
     call integers('local_iterations', 'iterations of the local solver, summed over points and '// &
                   'sweeps', history%local_iterations)
-    call integers('compliance_products', 'products of the compliance with a vector; a sweep counts '// &
+    call integers('compliance_products', &
+      'products of the compliance with a vector; a sweep counts '// &
                   'as one', history%compliance_products)
-    call integers('solver_stages', 'solvers that were tried one after the other: 1 when the first '// &
+    call integers('solver_stages', &
+      'solvers that were tried one after the other: 1 when the first '// &
                   'reached the tolerance', history%solver_stages)
     call integers('newton_raphson_iterations', 'equilibrium iterations', &
                   history%newton_raphson_iterations)
