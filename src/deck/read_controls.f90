@@ -71,7 +71,7 @@ contains
     if (of_sweeps) controls%local = locals(choice)
     call choice_option(reader, card, 'STOP', ['RESIDUAL', 'CHANGE  '], choice, ok)
     if (ok) controls%stop_rule = stop_rules(choice)
-    call real_option(reader, card, 'RHO', 0.0_wp, 1.0e6_wp, controls%rho, ok)
+    call real_option(reader, card, 'RHO', 0.0_wp, 1.0e15_wp, controls%rho, ok)
     call real_option(reader, card, 'RELAXATION', 0.0_wp, 2.0_wp, controls%relaxation, ok)
     call real_option(reader, card, 'TOLERANCE', 0.0_wp, 1.0_wp, controls%tolerance, ok)
     call integer_option(reader, card, 'MAX SWEEPS', 1, huge(1), controls%max_sweeps, ok)

@@ -1,9 +1,11 @@
 """Run the program under test on a deck and read its result; what all whole-program cases share."""
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
+import weakref
 from pathlib import Path
 
 SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
@@ -21,8 +23,8 @@ class Run:
 
     def __init__(self, deck, *options, name=None, **overrides):
         """Run `deck` (a path, or a text to be written to `name`.inp) with --set for `overrides`."""
-        self._folder = tempfile.TemporaryDirectory()
-        self.folder = Path(self._folder.name)
+        self.folder = Path(tempfile.mkdtemp(prefix="bipot-"))
+        weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
         if name is not None:
             text, deck = deck, self.folder / f"{name}.inp"
             deck.write_text(text)

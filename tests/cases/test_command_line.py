@@ -1,0 +1,146 @@
+"""The command line, the exit statuses, and what happens to result files."""
+
+import os
+import re
+import subprocess
+import unittest
+
+import h5py
+from program import INPUT, PROGRAM, SOURCE, Run
+
+BLOCK = INPUT / "block.inp"
+SMALL = {"n": 1, "steps": 10}
+
+
+class CommandLine(unittest.TestCase):
+    def call(self, *words, **environment):
+        return subprocess.run(
+            [PROGRAM, *words], capture_output=True, text=True, timeout=60, check=False,
+            env={**os.environ, **environment},
+        )
+
+    def test_help_and_version(self):
+        answer = self.call("--help")
+        self.assertEqual(answer.returncode, 0)
+        for option in ("--set", "--plan", "--overwrite", "--quiet", "--output"):
+            self.assertIn(option, answer.stdout)
+        declared = re.search(r"VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text().split("\n", 1)[1])
+        self.assertEqual(self.call("--version").stdout.strip(), f"bipot {declared[1]}")
+
+    def test_wrong_words_end_with_1_and_say_why(self):
+        for words, expected in (
+            ((), "no deck"),
+            (("--plans", "x.inp"), "--plan"),
+            (("-o",), "needs a value"),
+            (("a.inp", "b.inp"), "one deck"),
+            (("--set", "n", "a.inp"), "name=value"),
+            (("nowhere.inp",), "nowhere.inp"),
+            ((str(INPUT),), "input"),
+        ):
+            with self.subTest(words=words):
+                answer = self.call(*words)
+                self.assertEqual(answer.returncode, 1, answer.stderr)
+                self.assertIn(expected, answer.stderr)
+                self.assertEqual(answer.stdout, "")
+
+    def test_an_override_must_name_a_parameter(self):
+        run = Run(BLOCK, nn=3)
+        self.assertEqual(run.status, 1)
+        self.assertIn("nn", run.errors.lower())
+        self.assertFalse(run.file.exists())
+
+    def test_the_kernels_of_the_user_win(self):
+        answer = self.call("--version", OPENBLAS_CORETYPE="Haswell")
+        self.assertEqual(answer.returncode, 0)
+
+    def test_quiet_prints_one_sentence(self):
+        run = Run(BLOCK, "--quiet", **SMALL)
+        self.assertEqual(len(run.output.strip().split("\n")), 1)
+        self.assertIn("10 of 10 increments certified", run.output)
+
+    def test_the_plan_alone_writes_nothing(self):
+        run = Run(BLOCK, "--plan")
+        self.assertEqual(run.status, 0)
+        self.assertFalse(run.file.exists())
+
+
+class ResultFiles(unittest.TestCase):
+    def again(self, run, *options):
+        command = [PROGRAM, str(run.deck), "--set", "n=1", "--quiet", *options]
+        return subprocess.run(
+            command, cwd=run.folder, capture_output=True, text=True, timeout=60, check=False
+        )
+
+    def test_a_finished_result_of_the_same_deck_is_replaced(self):
+        run = Run(BLOCK, **SMALL)
+        self.assertEqual(self.again(run, "--set", "steps=20").returncode, 0)
+        with run.result() as result:
+            self.assertEqual(result.finished, 20)
+
+    def test_anything_else_is_kept(self):
+        run = Run(BLOCK, **SMALL)
+        with h5py.File(run.file, "r+") as file:
+            file["run"].attrs.modify("status", b"running")
+        answer = self.again(run)
+        self.assertEqual(answer.returncode, 1)
+        self.assertIn("--overwrite", answer.stderr)
+        run.file.write_bytes(b"not a result")
+        self.assertEqual(self.again(run).returncode, 1)
+        self.assertEqual(run.file.read_bytes(), b"not a result")
+        self.assertEqual(self.again(run, "--overwrite").returncode, 0)
+
+    def test_a_run_that_solves_nothing_leaves_the_old_result(self):
+        run = Run(BLOCK, **SMALL)
+        before = run.file.read_bytes()
+        deck = run.folder / "block.inp"
+        deck.write_text(BLOCK.read_text().replace("BODY-ZMAX, 1, 2, 0.", "BODY-ZMAX, 1, 1, 0."))
+        answer = subprocess.run(
+            [PROGRAM, str(deck), "--set", "n=1"], cwd=run.folder, capture_output=True, text=True,
+            timeout=60, check=False,
+        )
+        self.assertNotEqual(answer.returncode, 0)
+        self.assertIn("not held", answer.stderr)
+        self.assertEqual(run.file.read_bytes(), before)
+
+
+class NotSolved(unittest.TestCase):
+    def test_too_few_sweeps_end_with_2_and_name_the_step(self):
+        deck = BLOCK.read_text().replace("STOP=<stop>", "STOP=<stop>, MAX SWEEPS=70")
+        run = Run(deck, name="few", n=4)
+        self.assertEqual(run.status, 2)
+        self.assertRegex(run.errors, r"step 1, increment 1: .*70")
+
+    def test_the_increments_before_are_in_the_file(self):
+        deck = BLOCK.read_text().replace("STOP=<stop>", "STOP=<stop>, MAX SWEEPS=121")
+        run = Run(deck, name="few", n=4, tolerance=1e-10)
+        self.assertEqual(run.status, 2)
+        deck = deck.replace("MAX SWEEPS=121", "MAX SWEEPS=125")
+        run = Run(deck, name="few", n=4, tolerance=1e-10)
+        self.assertEqual(run.status, 2)
+        self.assertIn("step 2, increment 1", run.errors)
+        with run.result() as result:
+            self.assertEqual(result.finished, 10)
+            self.assertEqual(result.run["status"], "not solved")
+
+    def test_uzawa_outside_its_range_is_stopped_and_told(self):
+        run = Run(BLOCK, n=4, local="UZAWA", rho=100)
+        self.assertEqual(run.status, 2)
+        self.assertIn("rho", run.errors)
+
+    def test_newton_works_at_any_rho(self):
+        for rho in (1e-6, 1e-3, 10, 1e3, 1e6):
+            with self.subTest(rho=rho):
+                run = Run(BLOCK, n=2, rho=rho, steps=20, tolerance=1e-8)
+                self.assertEqual(run.status, 0, run.errors)
+
+    def test_a_node_driven_into_the_plane_is_named(self):
+        deck = BLOCK.read_text().replace(
+            "BODY-ZMAX, 3, 3, -0.1\n", "BODY-ZMAX, 3, 3, -0.1\n1, 3, 3, -0.01\n"
+        )
+        run = Run(deck, name="driven", n=2)
+        self.assertEqual(run.status, 2)
+        self.assertRegex(run.errors, r"node 1 is prescribed to move .* into GROUND")
+
+
+if __name__ == "__main__":
+    unittest.main()
