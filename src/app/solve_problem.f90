@@ -37,6 +37,7 @@ contains
     type(contact_report_t) :: report
     type(fclib_solution_t) :: solution
     type(certificate_t) :: certificate
+    type(string_t) :: labels(2)
     character(:), allocatable :: path
     real(wp) :: seconds
 
@@ -63,7 +64,9 @@ contains
         to_text(certificate%adhesion, 2)//', complementarity '// &
         to_text(certificate%complementarity, 2)//', cone '//to_text(certificate%cone, 2)// &
         ', law '//to_text(certificate%law, 2)//equilibrium_in_words(given, certificate))])
-    call write_fclib_solution(path, options%deck, solution, options%overwrite, error)
+    labels(1)%text = file_name(options%deck)
+    labels(2)%text = 'bipot '//version//': the problem of '//file_name(options%deck)//', solved'
+    call write_fclib_solution(path, given, labels, solution, options%overwrite, error)
     if (allocated(error)) return
     call close_run(options, report, certificate, path, error)
   end subroutine run_problem
@@ -74,11 +77,19 @@ contains
     character(:), allocatable :: path
     integer :: point
 
-    path = problem(index(problem, '/', back=.true.) + 1:)
+    path = file_name(problem)
     point = index(path, '.', back=.true.)
     if (point > 1) path = path(:point - 1)
     path = path//'.solution.hdf5'
   end function solution_path
+
+  !> A path without its folders.
+  pure function file_name(path) result(name)
+    character(*), intent(in) :: path
+    character(:), allocatable :: name
+
+    name = path(index(path, '/', back=.true.) + 1:)
+  end function file_name
 
   !> What the file holds.
   function describe(path, given, condensed) result(lines)

@@ -9,7 +9,7 @@
 module global_newton_mod
   use kinds_mod, only: wp
   use dense_mod, only: solve_dense
-  use controls_mod, only: contact_controls_t, solver_global_newton
+  use controls_mod, only: contact_controls_t, solver_global_newton, linear_auto, linear_gmres
   use step_report_mod, only: ended_at_limit, ended_stalled
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
                          pack_rows, unpack_rows, measure
@@ -22,10 +22,11 @@ module global_newton_mod
   public :: solve_by_global_newton
 
   integer,  parameter :: max_iterations = 60
-  integer,  parameter :: largest_dense = 300   !! rows up to which a factorisation is cheaper than
-                                                !! GMRES
+  integer,  parameter :: small_dense = 100      !! rows up to which a factorisation is cheaper
+  integer,  parameter :: largest_dense = 3000   !! rows up to which it replaces GMRES that fails
   integer,  parameter :: max_products = 400     !! largest Krylov space
-  real(wp), parameter :: inner_tolerance = 1.0e-3_wp
+  real(wp), parameter :: tightest_inner = 1.0e-3_wp  !! residuals of GMRES, relative [-]
+  real(wp), parameter :: loosest_inner = 1.0e-1_wp
   real(wp), parameter :: shortest_step = 1.0e-3_wp
   integer,  parameter :: max_stalled = 12       !! iterations without a tenth of progress
 
@@ -85,7 +86,7 @@ contains
       if (report%converged .or. stalled > max_stalled .or. &
         report%iterations >= max_iterations) exit newton
 
-      call find_correction(problem, now, dr, report%products)
+      call find_correction(problem, now, controls, report%residual, dr, report%products)
       call search_line(problem, now, dr, trial)
       report%products = report%products + 1
       report%iterations = report%iterations + 1
@@ -153,30 +154,36 @@ contains
   end subroutine evaluate
 
   !> The Newton correction J dr = -Z.
-  subroutine find_correction(problem, now, dr, products)
+  subroutine find_correction(problem, now, controls, residual, dr, products)
     type(contact_problem_t), target, intent(in) :: problem
     type(iterate_t), target, intent(in) :: now
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(in) :: residual            !! reached so far [-]
     real(wp), allocatable, intent(out) :: dr(:) !! (n_rows) [force]
     integer, intent(inout) :: products          !! with W, summed
     integer, allocatable :: moving(:)
     real(wp), allocatable :: j(:, :), b(:)
     type(jacobian_t) :: map
     integer :: inner
+    logical :: reached
 
     allocate (dr(problem%n_rows))
-    if (problem%n_rows > largest_dense) then
-      map%problem => problem
-      map%at => now
-      call solve_by_gmres(map, -now%z, inner_tolerance, max_products, dr, inner)
+    map%problem => problem
+    map%at => now
+    if (controls%linear == linear_gmres .or. &
+        (controls%linear == linear_auto .and. problem%n_rows > small_dense)) then
+      ! No tighter than the outer residual needs.
+      call solve_by_gmres(map, -now%z, min(loosest_inner, max(tightest_inner, &
+        0.3_wp*controls%tolerance/residual)), max_products, dr, inner, reached)
       products = products + inner
-      return
+      ! A system that GMRES does not solve is factorised, as far as that can be paid for.
+      if (reached .or. controls%linear == linear_gmres) return
+      if (problem%n_rows > largest_dense) return
     end if
     ! Rows whose residual does not depend on x say dr = -Z at once; the others make a dense system.
     call find_moving(problem, now, moving)
     dr = -now%z
     dr(moving) = 0.0_wp
-    map%problem => problem
-    map%at => now
     allocate (b(problem%n_rows))
     call map%apply(dr, b)
     products = products + 1

@@ -28,13 +28,14 @@ contains
   !>
   !> Arnoldi by modified Gram-Schmidt, the small least-squares problem by Givens rotations. A
   !> singular matrix ends at the best x of the Krylov space built so far.
-  subroutine solve_by_gmres(map, b, tolerance, max_products, x, products)
+  subroutine solve_by_gmres(map, b, tolerance, max_products, x, products, reached)
     class(linear_map_t), intent(in) :: map
     real(wp), intent(in)  :: b(:)         !! (n)
     real(wp), intent(in)  :: tolerance    !! of the residual, relative to b [-]
     integer,  intent(in)  :: max_products !! largest Krylov space
     real(wp), intent(out) :: x(:)         !! (n)
     integer,  intent(out) :: products     !! products with A
+    logical,  intent(out) :: reached      !! the tolerance
     real(wp), allocatable :: v(:, :), h(:, :)
     real(wp) :: cosine(max_products), sine(max_products), g(max_products + 1), w(size(b)), size_b
     integer :: i, j, k
@@ -42,7 +43,8 @@ contains
     x = 0.0_wp
     products = 0
     size_b = norm2(b)
-    if (size_b <= 0.0_wp) return
+    reached = size_b <= 0.0_wp
+    if (reached) return
     allocate (v(size(b), max_products + 1), h(max_products + 1, max_products))
     v(:, 1) = b/size_b
     g = 0.0_wp
@@ -66,7 +68,8 @@ contains
       call rotate(cosine(j), sine(j), h(j, j), h(j + 1, j))
       call rotate(cosine(j), sine(j), g(j), g(j + 1))
       k = j
-      if (abs(g(j + 1)) <= tolerance*size_b) exit arnoldi
+      reached = abs(g(j + 1)) <= tolerance*size_b
+      if (reached) exit arnoldi
     end do arnoldi
     do i = k, 1, -1
       g(i) = (g(i) - dot_product(h(i, i + 1:k), g(i + 1:k)))/h(i, i)

@@ -192,7 +192,7 @@ contains
     integer :: nearest
 
     hint = ''
-    if (len(word) > max_quoted .or. size(words) > max_candidates) return
+    if (len(word) < 2 .or. len(word) > max_quoted .or. size(words) > max_candidates) return
     nearest = nearest_word(word, words)
     if (nearest == 0) return
     if (len(words(nearest)%text) > 0) hint = 'did you mean '//words(nearest)%text//'?'

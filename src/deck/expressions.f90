@@ -194,7 +194,7 @@ contains
     end subroutine read_name
 
     subroutine apply(name, value, place)
-      character(*), intent(in) :: name
+      character(*), intent(in) :: name       !! one of those of is_function
       real(wp), intent(inout) :: value
       integer, intent(in) :: place
 
@@ -210,7 +210,7 @@ contains
         value = sin(value)
       case ('COS')
         value = cos(value)
-      case ('TAN')
+      case default
         value = tan(value)
       end select
     end subroutine apply

@@ -58,8 +58,9 @@ contains
     found = 0
     if (lookup%n == 0) return
     if (.not. allocated(lookup%order)) then
-      if (id >= lookup%first_id .and. id - lookup%first_id < lookup%n) &
+      if (id >= lookup%first_id .and. id - lookup%first_id < lookup%n) then
         found = id - lookup%first_id + 1
+      end if
       return
     end if
     low = 1

@@ -121,8 +121,9 @@ contains
     integer, intent(in) :: id, position
     logical :: ok
 
-    if (.not. allocated(draft%skipped_id)) &
+    if (.not. allocated(draft%skipped_id)) then
       allocate (draft%skipped_id(1024), draft%skipped_position(1024))
+    end if
     if (draft%n_skipped == size(draft%skipped_id)) then
       call enlarge(draft%skipped_id, draft%n_skipped, 2*draft%n_skipped, ok)
       if (ok) call enlarge(draft%skipped_position, draft%n_skipped, 2*draft%n_skipped, ok)

@@ -2,6 +2,7 @@
 module numbers_mod
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_null_char, c_null_ptr, c_ptr
   use kinds_mod, only: i8, wp
+  use text_mod, only: upper
   implicit none
   private
 
@@ -23,6 +24,7 @@ module numbers_mod
     !> The number that a text ended by a null character begins with.
     pure function c_strtod(text, ending) result(number) bind(c, name='strtod')
       import :: c_char, c_double, c_ptr
+      implicit none
       character(kind=c_char), intent(in) :: text(*)
       type(c_ptr), value, intent(in) :: ending !! null: where the number ends is not asked for
       real(c_double) :: number
@@ -213,11 +215,8 @@ contains
     logical :: spells
 
     spells = .false.
-    if (len(text) < 3) return
-    select case (text(1:3))
-    case ('nan', 'NaN', 'NAN', 'Nan', 'inf', 'Inf', 'INF')
-      spells = len(text) == 3 .or. len(text) == 8
-    end select
+    if (len(text) > 8) return
+    spells = upper(text) == 'NAN' .or. upper(text) == 'INF' .or. upper(text) == 'INFINITY'
   end function spells_no_number
 
   !> `value` as text that reads back to the same bits; whole numbers without point and exponent.

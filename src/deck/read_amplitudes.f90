@@ -50,8 +50,9 @@ contains
     call make_name_lookup(amplitudes%names, n, amplitudes%lookup)
     do k = 1, n
       if (len(amplitudes%names(k)%text) == 0) cycle ! was reported
-      if (find_name(amplitudes%lookup, amplitudes%names, amplitudes%names(k)%text) /= k) &
+      if (find_name(amplitudes%lookup, amplitudes%names, amplitudes%names(k)%text) /= k) then
         call report(reader, position(k), 'duplicate amplitude '//quoted(amplitudes%names(k)%text))
+      end if
     end do
   end subroutine read_amplitudes
 

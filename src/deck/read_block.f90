@@ -7,8 +7,8 @@
 !> Makes the sets of nodes and elements BODY, and for each side, BODY-XMIN to BODY-ZMAX, the set of
 !> its nodes and the surface of its faces.
 module read_block_mod
-  use block_mesh_mod, only: block_connectivity, block_coordinates, face_xmax, face_xmin, &
-    face_ymax, face_ymin, face_zmax, face_zmin, graded_positions
+  use block_mesh_mod, only: block_connectivity, block_coordinates, face_xmin, face_zmax, &
+    graded_positions
   use cards_mod, only: reader_t, report
   use diagnostics_mod, only: quoted
   use fields_mod, only: field_position, field_text, fields_t, limit_fields, name_field, &
@@ -240,24 +240,10 @@ contains
     character(*), intent(in) :: block
     integer, intent(in) :: side !! face_xmin .. face_zmax
     character(:), allocatable :: name
-    character(5) :: ending
+    character(5), parameter :: endings(face_xmin:face_zmax) = &
+      ['-XMIN', '-XMAX', '-YMIN', '-YMAX', '-ZMIN', '-ZMAX']
 
-    ending = ''
-    select case (side)
-    case (face_xmin)
-      ending = '-XMIN'
-    case (face_xmax)
-      ending = '-XMAX'
-    case (face_ymin)
-      ending = '-YMIN'
-    case (face_ymax)
-      ending = '-YMAX'
-    case (face_zmin)
-      ending = '-ZMIN'
-    case (face_zmax)
-      ending = '-ZMAX'
-    end select
-    name = block//ending
+    name = block//endings(side)
   end function side_name
 
 end module read_block_mod

@@ -75,8 +75,9 @@ contains
         'obstacles that move (REF NODE) are not available yet')
       kind = 0
       call choice_option(reader, card, 'TYPE', ['PLANE   ', 'SPHERE  ', 'CYLINDER'], kind, ok)
-      if (.not. has_option(card, 'TYPE')) &
+      if (.not. has_option(card, 'TYPE')) then
         call report(reader, card%position, '*OBSTACLE needs TYPE=')
+      end if
       if (kind > 1) call report(reader, option_position(card, 'TYPE'), &
         'spheres and cylinders are not available yet; PLANE is')
       if (kind /= 1) cycle
@@ -303,8 +304,9 @@ contains
       end if
     end if
     if (size(surfaces%list(pair%surface)%nodes) > 0) return
-    if (.not. surfaces%flawed(pair%surface)) &
+    if (.not. surfaces%flawed(pair%surface)) then
       call report(reader, fields%start, 'the slave surface '//quoted(name)//' is empty')
+    end if
     pair%surface = 0
   end subroutine find_slave
 
@@ -363,8 +365,9 @@ contains
     call make_name_lookup(directory%names, directory%n, directory%lookup)
     do k = 1, directory%n
       if (len(directory%names(k)%text) == 0) cycle ! was reported
-      if (find_name(directory%lookup, directory%names, directory%names(k)%text) /= k) &
+      if (find_name(directory%lookup, directory%names, directory%names(k)%text) /= k) then
         call report(reader, position(k), 'duplicate '//what//' '//quoted(directory%names(k)%text))
+      end if
     end do
   end subroutine close_directory
 

@@ -1,7 +1,7 @@
 !> How contact is solved, and what is written.
 !>
 !>     *CONTACT SOLVER, SOLVER=SWEEPS, FORMULATION=BIPOTENTIAL, LOCAL=NEWTON, RHO=1, RELAXATION=1,
-!>     TOLERANCE=1e-8, STOP=RESIDUAL, MAX SWEEPS=20000
+!>     TOLERANCE=1e-8, STOP=RESIDUAL, MAX SWEEPS=20000, LINEAR=AUTO, ANDERSON=NO
 !>     *NODE FILE, FREQUENCY=1        in a step
 !>     U, RF
 !>     *EL FILE
@@ -10,7 +10,8 @@
 module read_controls_mod
   use cards_mod, only: note, reader_t, report
   use controls_mod, only: contact_controls_t, formulation_bipotential, &
-    formulation_pseudopotential, local_exact, local_newton, local_newton6, local_uzawa, &
+    formulation_pseudopotential, linear_auto, linear_direct, linear_gmres, local_exact, &
+    local_newton, local_newton6, local_uzawa, &
     output_controls_t, solver_auto, solver_global_newton, solver_sweeps, stop_at_change, &
     stop_at_residual
   use diagnostics_mod, only: quoted
@@ -50,12 +51,13 @@ contains
     integer, parameter :: solvers(3) = [solver_auto, solver_sweeps, solver_global_newton]
     integer, parameter :: formulations(2) = [formulation_bipotential, formulation_pseudopotential]
     integer, parameter :: locals(4) = [local_uzawa, local_newton, local_newton6, local_exact]
+    integer, parameter :: linears(3) = [linear_auto, linear_direct, linear_gmres]
     integer, parameter :: stop_rules(2) = [stop_at_residual, stop_at_change]
     integer :: choice
     logical :: ok, of_sweeps
 
     call allow_options(reader, card, ['SOLVER     ', 'FORMULATION', 'LOCAL      ', 'RHO        ', &
-      'RELAXATION ', 'TOLERANCE  ', 'STOP       ', 'MAX SWEEPS '])
+      'RELAXATION ', 'TOLERANCE  ', 'STOP       ', 'MAX SWEEPS ', 'LINEAR     ', 'ANDERSON   '])
     call allow_no_data(reader, card)
     choice = 1
     call choice_option(reader, card, 'SOLVER', ['AUTO         ', 'SWEEPS       ', &
@@ -69,6 +71,10 @@ contains
       'AUTO   '], choice, ok)
     of_sweeps = ok .and. choice <= size(locals)
     if (of_sweeps) controls%local = locals(choice)
+    call choice_option(reader, card, 'LINEAR', ['AUTO  ', 'DIRECT', 'GMRES '], choice, ok)
+    if (ok) controls%linear = linears(choice)
+    call choice_option(reader, card, 'ANDERSON', ['NO ', 'YES'], choice, ok)
+    if (ok) controls%acceleration = choice == 2
     call choice_option(reader, card, 'STOP', ['RESIDUAL', 'CHANGE  '], choice, ok)
     if (ok) controls%stop_rule = stop_rules(choice)
     call real_option(reader, card, 'RHO', 0.0_wp, 1.0e15_wp, controls%rho, ok)
@@ -110,6 +116,8 @@ contains
         call integer_option(reader, card, 'FREQUENCY', 1, huge(1), named%frequency, ok)
         if (card%keyword == 'CONTACT FILE') named%contact = .true.
         call read_variables(reader, card, named)
+      case default
+        cycle
       end select
     end do
     if (given) controls = named

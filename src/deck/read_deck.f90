@@ -107,8 +107,9 @@ contains
     call read_output_controls(reader, scene%output)
     call read_amplitudes(reader, amplitudes)
     call read_steps(reader, model, surfaces, amplitudes, scene%steps)
-    if (model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) &
+    if (model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) then
       call report(reader, 0, 'the deck has no elements (*ELEMENT or *BLOCK)')
+    end if
     if (reader%n_steps == 0) call report(reader, 0, 'the deck has no *STEP')
     if (any_mistakes(reader%diagnostics)) return
 
@@ -135,6 +136,8 @@ contains
       case ('BLOCK')
         call open_card(reader, k, card)
         call read_block(reader, card, model%mesh)
+      case default
+        cycle
       end select
     end do
   end subroutine read_mesh_cards

@@ -99,8 +99,9 @@ contains
       call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, found)
       call read_dofs(reader, fields, with, ok)
       value%value = 0.0_wp
-      if (.not. is_empty_field(fields, 4)) &
+      if (.not. is_empty_field(fields, 4)) then
         call real_field(reader, fields, 4, 'the displacement', value%value, ok)
+      end if
       if (.not. found) cycle lines
       call referenced_nodes(reader, model, reference, nodes)
       do i = 1, 3
@@ -245,8 +246,9 @@ contains
       if (pressure%surface == 0) then
         call report_unknown_surface(reader, surfaces, fields%start, name)
       else if (size(surfaces%list(pressure%surface)%faces, 2) == 0) then
-        if (.not. surfaces%flawed(pressure%surface)) &
+        if (.not. surfaces%flawed(pressure%surface)) then
           call report(reader, fields%start, 'surface '//quoted(name)//' has no faces')
+        end if
       else if (all(ok)) then
         call add_pressure(draft, pressure)
       end if

@@ -130,7 +130,8 @@ contains
     character(*), intent(in) :: name !! upper case
     logical :: is
     character(4), parameter :: beginnings(*) = ['CPS ', 'CPE ', 'CAX ', 'CGAX', 'STRI', 'M3D ', &
-      'SFM ', 'R2D ', 'R3D ', 'T2D ', 'T3D ', 'B2  ', 'B3  ', 'S3  ', 'S4  ', 'S6  ', 'S8  ', 'DS  ']
+      'SFM ', 'R2D ', 'R3D ', 'T2D ', 'T3D ', 'B2  ', 'B3  ', 'S3  ', 'S4  ', 'S6  ', 'S8  ', &
+      'DS  ']
     integer :: i
 
     is = .false.
@@ -260,8 +261,9 @@ contains
     ! Lists that no card filled exist nevertheless.
     call reserve_nodes(draft, 1, ok)
     call reserve_elements(draft, 1, ok)
-    if (.not. allocated(draft%skipped_id)) &
+    if (.not. allocated(draft%skipped_id)) then
       allocate (draft%skipped_id(1), draft%skipped_position(1))
+    end if
 
     call make_id_lookup(draft%node_id(:draft%n_nodes), draft%nodes)
     call report_duplicates(reader, 'node', draft%node_id, draft%node_position, draft%nodes)
@@ -273,9 +275,10 @@ contains
       draft%skipped)
     do k = 1, draft%n_skipped
       if (.not. keep_reading(reader)) exit
-      if (find_id(draft%elements, draft%element_id, draft%skipped_id(k)) > 0) &
+      if (find_id(draft%elements, draft%element_id, draft%skipped_id(k)) > 0) then
         call report(reader, draft%skipped_position(k), 'duplicate element '// &
         to_text(draft%skipped_id(k)))
+      end if
     end do
 
     n_wrong = 0

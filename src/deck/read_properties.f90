@@ -64,6 +64,8 @@ contains
           elastic(n) = .true.
           call read_elastic(reader, card, materials(n))
         end if
+      case default
+        cycle
       end select
     end do
     call make_name_lookup(names, n, lookup)
@@ -99,9 +101,10 @@ contains
     if (ok .and. material%young <= 0.0_wp) call report(reader, fields%start, &
       "Young's modulus must be positive, not "//quoted(field_text(reader, fields, 1)))
     call real_field(reader, fields, 2, "Poisson's ratio", material%poisson, ok)
-    if (ok .and. (material%poisson <= -1.0_wp .or. material%poisson >= 0.5_wp)) &
+    if (ok .and. (material%poisson <= -1.0_wp .or. material%poisson >= 0.5_wp)) then
       call report(reader, field_position(reader, fields, 2), &
       "Poisson's ratio must lie between -1 and 0.5, not "//quoted(field_text(reader, fields, 2)))
+    end if
     if (fields%n >= 3) call real_field(reader, fields, 3, 'the temperature', temperature, ok)
     call next_data_line(reader, card, fields, found)
     if (found) call report(reader, fields%start, &

@@ -68,8 +68,9 @@ contains
       if (k <= reader%n_cards) place = reader%source%first(reader%cards(k)%header)
       do while (e <= draft%n_sets)
         if (draft%sets(e)%position > place) exit
-        if (draft%sets(e)%kind == sets%kind) &
+        if (draft%sets(e)%kind == sets%kind) then
           call add(draft%sets(e)%name, draft%sets(e)%position, 0, e)
+        end if
         e = e + 1
       end do
       if (k > reader%n_cards) exit
@@ -145,8 +146,9 @@ contains
     if (set%flawed) sets%list(home)%flawed = .true.
     if (set%block == 0) then
       call append(sets%list(home), [(i, i = set%first, set%last)])
-      if (sets%kind == set_of_elements .and. set%last < set%first) &
+      if (sets%kind == set_of_elements .and. set%last < set%first) then
         sets%list(home)%has_skipped = .true.
+      end if
       return
     end if
     if (home < entry .and. set%side == 1) then

@@ -117,8 +117,9 @@ contains
     first = 1
     ! A byte order mark says nothing that the check above did not find out.
     if (len(raw) >= 3) then
-      if (iachar(raw(1:1)) == 239 .and. iachar(raw(2:2)) == 187 .and. iachar(raw(3:3)) == 191) &
+      if (iachar(raw(1:1)) == 239 .and. iachar(raw(2:2)) == 187 .and. iachar(raw(3:3)) == 191) then
         first = 4
+      end if
     end if
     number = 0
     lines: do while (first <= len(raw))
@@ -275,8 +276,9 @@ contains
         end if
         last = len(path)
         if (last >= 2) then
-          if (scan(path(1:1), '"''') == 1 .and. path(1:1) == path(last:last)) &
+          if (scan(path(1:1), '"''') == 1 .and. path(1:1) == path(last:last)) then
             path = path(2:last - 1)
+          end if
         end if
       end if
     end if

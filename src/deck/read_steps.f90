@@ -82,6 +82,8 @@ contains
         call read_cload(reader, card, model, amplitudes, draft, steps(s)%replace_forces)
       case ('DSLOAD')
         call read_dsload(reader, card, surfaces, amplitudes, draft, steps(s)%replace_pressures)
+      case default
+        cycle
       end select
     end do
     call finish_step()
@@ -94,6 +96,8 @@ contains
       select case (reader%cards(k)%keyword)
       case ('STEP', 'STATIC', 'END STEP', 'BOUNDARY', 'CLOAD', 'DSLOAD')
         call open_card(reader, k, card)
+      case default
+        return
       end select
     end subroutine open_if_needed
 
@@ -134,8 +138,9 @@ contains
       ['INC          ', 'NAME         ', 'UNSYMM       ', 'EXTRAPOLATION', 'CONVERT SDI  '])
     if (has_option(card, 'NLGEOM')) then
       choice = 1
-      if (has_value(card, 'NLGEOM')) &
+      if (has_value(card, 'NLGEOM')) then
         call choice_option(reader, card, 'NLGEOM', ['YES', 'NO '], choice, ok)
+      end if
       if (choice == 1) call report(reader, option_position(card, 'NLGEOM'), &
         'NLGEOM (finite strain) is not available: strains are small here')
     end if
@@ -164,16 +169,18 @@ contains
     call limit_fields(reader, fields, 4, 'an increment and a period')
     position = fields%start
     ok = .true.
-    if (.not. is_empty_field(fields, 2)) &
+    if (.not. is_empty_field(fields, 2)) then
       call real_field(reader, fields, 2, 'the period', step%period, ok(2))
+    end if
     if (ok(2) .and. step%period <= 0.0_wp) then
       call report(reader, field_position(reader, fields, 2), 'the period must be positive, not '// &
         quoted(field_text(reader, fields, 2)))
       ok(2) = .false.
     end if
     step%increment = step%period
-    if (.not. is_empty_field(fields, 1)) &
+    if (.not. is_empty_field(fields, 1)) then
       call real_field(reader, fields, 1, 'the increment', step%increment, ok(1))
+    end if
     if (ok(1) .and. step%increment <= 0.0_wp) then
       call report(reader, position, 'the increment must be positive, not '// &
         quoted(field_text(reader, fields, 1)))

@@ -85,8 +85,9 @@ contains
     surfaces%n_named = surfaces%n
     call make_name_lookup(surfaces%names, surfaces%n_named, surfaces%lookup)
     do k = 1, surfaces%n
-      if (position(k) > 0 .and. find_surface(surfaces, surfaces%names(k)%text) /= k) &
+      if (position(k) > 0 .and. find_surface(surfaces, surfaces%names(k)%text) /= k) then
         call report(reader, position(k), 'duplicate surface '//quoted(surfaces%names(k)%text))
+      end if
     end do
   end subroutine read_surfaces
 
@@ -251,8 +252,9 @@ contains
         reference%name)
       if (found > 0) then
         if (model%element_sets%list(found)%flawed) flawed = .true.
-        if (allocated(model%element_sets%list(found)%members)) &
+        if (allocated(model%element_sets%list(found)%members)) then
           elements = model%element_sets%list(found)%members
+        end if
       end if
     end if
     if (.not. allocated(elements)) allocate (elements(0))

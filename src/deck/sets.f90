@@ -62,8 +62,9 @@ contains
         reference%name)
       if (found > 0) then
         if (present(flawed)) flawed = flawed .or. model%node_sets%list(found)%flawed
-        if (allocated(model%node_sets%list(found)%members)) &
+        if (allocated(model%node_sets%list(found)%members)) then
           nodes = model%node_sets%list(found)%members
+        end if
       end if
     end if
     if (.not. allocated(nodes)) allocate (nodes(0))

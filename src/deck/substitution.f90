@@ -76,8 +76,9 @@ contains
     at = 1
     value = ''
     found = 0
-    if (len_trim(expression) > 0 .and. len_trim(expression) <= max_value) &
+    if (len_trim(expression) > 0 .and. len_trim(expression) <= max_value) then
       found = find_parameter(table, upper(trim(adjustl(expression))))
+    end if
     if (found > 0) then
       if (table%list(found)%position > position) then
         problem = 'parameter '//quoted(trim(adjustl(expression)))//' is defined below this place'

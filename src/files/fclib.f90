@@ -12,11 +12,11 @@ module fclib_mod
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_machine
   use text_mod, only: string_t
   use hdf5_io_mod, only: hdf5_file_t, look_at_file, create_file, open_file, close_file, &
-                         create_group, exists, copy_object, write_attribute, read_attribute, &
+                         create_group, exists, write_attribute, read_attribute, &
                          write_dataset, write_text, file_absent, file_readable, file_locked, &
                          file_foreign
-  use fclib_matrix_mod, only: sparse_matrix_t, read_matrix, write_symmetric, read_numbers, &
-                              read_count, blame, most_rows
+  use fclib_matrix_mod, only: sparse_matrix_t, read_matrix, write_matrix, sparse_of, &
+                              read_numbers, read_count, times, blame, most_rows
   use problem_mod, only: contact_problem_t
   implicit none
   private
@@ -194,27 +194,21 @@ contains
 
   ! ------------------------------------------------------------------ writing
 
-  !> Write a copy of the problem in `source` with a solution, at `path`.
+  !> Write a problem with a solution.
   !>
-  !> The file takes its place when it is complete: `path` may be `source` itself.
-  subroutine write_fclib_solution(path, source, solution, overwrite, error)
-    character(*), intent(in) :: path, source
+  !> The file takes its place when it is complete: `path` may be where the problem was read from.
+  subroutine write_fclib_solution(path, problem, labels, solution, overwrite, error)
+    character(*), intent(in) :: path
+    type(fclib_problem_t), intent(in) :: problem
+    type(string_t), intent(in) :: labels(2)   !! title, description
     type(fclib_solution_t), intent(in) :: solution
-    logical, intent(in) :: overwrite  !! replace whatever stands at `path`
+    logical, intent(in) :: overwrite          !! replace whatever stands at `path`
     type(error_t), allocatable, intent(out) :: error !! in the way, or the machine failed
-    type(hdf5_file_t) :: from, file
-    type(error_t), allocatable :: ignored
-    character(13), parameter :: kept(3) = [character(13) :: local_group, global_group, '/guesses']
-    integer :: i
+    type(hdf5_file_t) :: file
 
     call begin(path, overwrite, file, error)
     if (allocated(error)) return
-    call open_file(source, .false., from, error)
-    do i = 1, size(kept)
-      if (allocated(error)) exit
-      if (exists(from, trim(kept(i)))) call copy_object(from, trim(kept(i)), file, error)
-    end do
-    call close_file(from, ignored)
+    call put_problem(file, problem, labels, error)
     call put_solution(file, solution, error)
     call finish(path, file, error)
   end subroutine write_fclib_solution
@@ -232,60 +226,77 @@ contains
     type(string_t), intent(in) :: labels(2)        !! title, description
     logical, intent(in) :: overwrite
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: q(3*problem%n_points)
-    real(wp), allocatable :: w(:, :)
-    type(fclib_solution_t) :: solution
+    type(fclib_problem_t) :: whole
+    type(fclib_solution_t) :: start, solution
     type(hdf5_file_t) :: file
 
-    call embed(problem, x_free, w, q)
+    call embed(problem, x_free, whole)
+    start%r = reshape(guess, [size(guess)])
+    start%u = times(whole%w, start%r) + whole%q
+    solution%r = reshape(r, [size(r)])
+    solution%u = times(whole%w, solution%r) + whole%q
     call begin(path, overwrite, file, error)
     if (allocated(error)) return
-    call create_group(file, local_group, error)
-    call write_dataset(file, local_group//'/spacedim', [3], 'dimension of space', 'count', error)
-    call write_symmetric(file, local_group//'/W', w, 'compliance of the contact points', &
-      'length/force', error)
-    call create_group(file, local_group//'/vectors', error)
-    call write_dataset(file, local_group//'/vectors/q', q, &
-      'gap and slip of each point without reactions: n, t1, t2', 'length', error)
-    call write_dataset(file, local_group//'/vectors/mu', problem%mu, 'friction coefficient', &
-      'ratio', error)
-    call create_group(file, local_group//'/info', error)
-    ! FCLIB's readers want texts with the NUL of C at their end.
-    call write_text(file, local_group//'/info/title', labels(1)%text//achar(0), 'title', error)
-    call write_text(file, local_group//'/info/description', labels(2)%text//achar(0), &
-      'where the problem comes from', error)
-    call write_text(file, local_group//'/info/math_info', &
-      'W symmetric'//achar(0), 'properties of W', error)
+    call put_problem(file, whole, labels, error)
     call create_group(file, '/guesses', error)
     call write_dataset(file, '/guesses/number_of_guesses', [1], 'guesses', 'count', error)
     call create_group(file, '/guesses/1', error)
-    solution%r = reshape(guess, [size(guess)])
-    solution%u = matmul(w, solution%r) + q
-    call put_vectors(file, '/guesses/1', solution, error)
-    solution%r = reshape(r, [size(r)])
-    solution%u = matmul(w, solution%r) + q
+    call put_vectors(file, '/guesses/1', start, error)
     call create_group(file, '/solution', error)
     call write_attribute(file, '/solution', 'program', program_name, error)
     call put_vectors(file, '/solution', solution, error)
     call finish(path, file, error)
   end subroutine export_fclib
 
-  !> Compliance and free gaps with three rows at every point.
-  subroutine embed(problem, x_free, w, q)
+  subroutine put_problem(file, problem, labels, error)
+    type(hdf5_file_t), intent(in) :: file
+    type(fclib_problem_t), intent(in) :: problem
+    type(string_t), intent(in) :: labels(2)
+    type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: group
+
+    group = local_group
+    if (problem%is_global) group = global_group
+    call create_group(file, group, error)
+    call write_dataset(file, group//'/spacedim', [3], 'dimension of space', 'count', error)
+    call create_group(file, group//'/vectors', error)
+    call write_dataset(file, group//'/vectors/mu', problem%mu, 'friction coefficient', 'ratio', &
+      error)
+    if (problem%is_global) then
+      call write_matrix(file, group//'/M', problem%m, 'M of M v = H r + f', 'force/length', error)
+      call write_matrix(file, group//'/H', problem%h, 'H of u = H^T v + w', 'ratio', error)
+      call write_dataset(file, group//'/vectors/f', problem%f, 'forces on v', 'force', error)
+      call write_dataset(file, group//'/vectors/w', problem%q, 'u where v = 0', 'length', error)
+    else
+      call write_matrix(file, group//'/W', problem%w, 'W of u = W r + q', 'length/force', error)
+      call write_dataset(file, group//'/vectors/q', problem%q, &
+        'gap and slip of each point without reactions: n, t1, t2', 'length', error)
+    end if
+    ! FCLIB's readers want texts with the NUL of C at their end.
+    call create_group(file, group//'/info', error)
+    call write_text(file, group//'/info/title', labels(1)%text//achar(0), 'title', error)
+    call write_text(file, group//'/info/description', labels(2)%text//achar(0), &
+      'where the problem comes from', error)
+    call write_text(file, group//'/info/math_info', 'unknown'//achar(0), 'what is known of it', &
+      error)
+  end subroutine put_problem
+
+  !> A condensed problem with three rows at every point.
+  subroutine embed(problem, x_free, whole)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)
-    real(wp), allocatable, intent(out) :: w(:, :) !! (3 n_points,3 n_points) [length/force]
-    real(wp), intent(out) :: q(:)                 !! (3 n_points) [length]
-    integer :: place(problem%n_rows), i, a, k, l
+    type(fclib_problem_t), intent(out) :: whole
+    real(wp), allocatable :: w(:, :)
+    integer :: place(problem%n_rows), i, a, k, l, n
 
-    allocate (w(size(q), size(q)), source=0.0_wp)
-    q = 0.0_wp
+    n = 3*problem%n_points
+    allocate (w(n, n), whole%q(n), source=0.0_wp)
     do i = 1, problem%n_points
       do a = 1, 3
         k = 3*(i - 1) + a
         if (problem%row(a, i) > 0) then
           place(problem%row(a, i)) = k
-          q(k) = x_free(problem%row(a, i))
+          whole%q(k) = x_free(problem%row(a, i))
         else
           w(k, k) = problem%block(a, a, i)
         end if
@@ -297,6 +308,9 @@ contains
         w(place(k), place(l)) = problem%w(max(k, l), min(k, l))
       end do
     end do
+    whole%n_points = problem%n_points
+    whole%mu = problem%mu
+    whole%w = sparse_of(w)
   end subroutine embed
 
   subroutine put_solution(file, solution, error)

@@ -13,8 +13,8 @@ module fclib_matrix_mod
   implicit none
   private
 
-  public :: sparse_matrix_t, read_matrix, write_symmetric, read_numbers, read_count, blame, &
-            times, transposed_times, is_usable, most_rows
+  public :: sparse_matrix_t, read_matrix, write_matrix, sparse_of, read_numbers, read_count, &
+            blame, times, transposed_times, is_usable, most_rows
 
   integer, parameter :: compressed_columns = -1
   integer, parameter :: compressed_rows = -2
@@ -242,39 +242,65 @@ contains
 
   ! ------------------------------------------------------------------ writing
 
-  !> Write a symmetric matrix by compressed rows, which are its compressed columns too.
-  subroutine write_symmetric(file, path, w, description, quantity, error)
+  !> Write a matrix by compressed rows, which all readers take alike.
+  subroutine write_matrix(file, path, matrix, description, quantity, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path
-    real(wp), intent(in) :: w(:, :)  !! (n,n) both triangles
+    type(sparse_matrix_t), intent(in) :: matrix
     character(*), intent(in) :: description, quantity
     type(error_t), allocatable, intent(inout) :: error
     integer(i4), allocatable :: p(:), i(:)
     real(wp), allocatable :: x(:)
-    integer :: row, column, n
+    integer :: place(matrix%m), k, n
 
-    n = count(abs(w) > 0.0_wp)
-    allocate (p(size(w, 2) + 1), i(n), x(n))
-    n = 0
-    p(1) = 0
-    do row = 1, size(w, 2)
-      do column = 1, size(w, 1)
-        if (.not. abs(w(column, row)) > 0.0_wp) cycle
-        n = n + 1
-        i(n) = column - 1
-        x(n) = w(column, row)
-      end do
-      p(row + 1) = n
+    n = size(matrix%value)
+    allocate (p(matrix%m + 1), source=0)
+    do k = 1, n
+      p(matrix%row(k) + 1) = p(matrix%row(k) + 1) + 1
+    end do
+    do k = 1, matrix%m
+      p(k + 1) = p(k) + p(k + 1)
+    end do
+    place = p(:matrix%m)
+    allocate (i(n), x(n))
+    do k = 1, n
+      associate (next => place(matrix%row(k)))
+        next = next + 1
+        i(next) = matrix%column(k) - 1
+        x(next) = matrix%value(k)
+      end associate
     end do
     call create_group(file, path, error)
-    call write_dataset(file, path//'/m', [size(w, 1)], 'rows', 'count', error)
-    call write_dataset(file, path//'/n', [size(w, 2)], 'columns', 'count', error)
+    call write_dataset(file, path//'/m', [matrix%m], 'rows', 'count', error)
+    call write_dataset(file, path//'/n', [matrix%n], 'columns', 'count', error)
     call write_dataset(file, path//'/nzmax', [n], 'entries', 'count', error)
     call write_dataset(file, path//'/nz', [compressed_rows], '-2: compressed rows', 'code', error)
     call write_dataset(file, path//'/p', p, 'first entry of each row, from 0', 'index', error)
     call write_dataset(file, path//'/i', i, 'column of each entry, from 0', 'index', error)
     call write_dataset(file, path//'/x', x, description, quantity, error)
-  end subroutine write_symmetric
+  end subroutine write_matrix
+
+  !> The entries of a dense matrix that are not 0, row by row.
+  pure function sparse_of(a) result(matrix)
+    real(wp), intent(in) :: a(:, :)
+    type(sparse_matrix_t) :: matrix
+    integer :: row, column, n
+
+    n = count(abs(a) > 0.0_wp)
+    matrix%m = size(a, 1)
+    matrix%n = size(a, 2)
+    allocate (matrix%row(n), matrix%column(n), matrix%value(n))
+    n = 0
+    do row = 1, matrix%m
+      do column = 1, matrix%n
+        if (.not. abs(a(row, column)) > 0.0_wp) cycle
+        n = n + 1
+        matrix%row(n) = row
+        matrix%column(n) = column
+        matrix%value(n) = a(row, column)
+      end do
+    end do
+  end function sparse_of
 
   ! ------------------------------------------------------------------ products
 

@@ -14,8 +14,7 @@ module hdf5_io_mod
                   h5dont_atexit_f, h5dopen_f, h5dread_f, h5dset_extent_f, h5dwrite_f, &
                   h5eset_auto_f, h5fclose_f, h5fcreate_f, h5fflush_f, h5fis_hdf5_f, h5fopen_f, &
                   h5gclose_f, h5gcreate_f, h5get_libversion_f, h5gget_obj_info_idx_f, &
-                  h5gn_members_f, h5iis_valid_f, h5ldelete_f, h5lexists_f, h5oclose_f, &
-                  h5ocopy_f, h5oopen_f, &
+                  h5gn_members_f, h5iis_valid_f, h5ldelete_f, h5lexists_f, h5oclose_f, h5oopen_f, &
                   h5open_f, h5pclose_f, h5pcreate_f, h5pset_chunk_f, h5pset_deflate_f, &
                   h5pset_fclose_degree_f, h5pset_istore_k_f, h5pset_shuffle_f, h5sclose_f, &
                   h5screate_f, h5screate_simple_f, h5sget_simple_extent_dims_f, &
@@ -38,7 +37,7 @@ module hdf5_io_mod
   public :: of_real, of_integer, of_long, of_byte, of_unsigned_byte
   public :: file_absent, file_readable, file_locked, file_foreign, file_damaged
   public :: look_at_file, create_file, open_file, flush_file, close_file, is_open, hdf5_version
-  public :: create_group, exists, delete_object, list_members, copy_object
+  public :: create_group, exists, delete_object, list_members
   public :: write_attribute, read_attribute, write_dataset, write_text
   public :: dataset_extents, dataset_kind, read_dataset, read_text
   public :: create_rows, create_stack, append_row
@@ -1176,20 +1175,6 @@ contains
       text(i:i) = bytes(i)
     end do
   end function text_of
-
-  !> Copy a group with everything in it, or a dataset, to the same path of another file.
-  subroutine copy_object(from, path, to, error)
-    type(hdf5_file_t), intent(in) :: from
-    character(*), intent(in) :: path
-    type(hdf5_file_t), intent(in) :: to
-    type(error_t), allocatable, intent(inout) :: error
-    integer :: status
-
-    if (allocated(error)) return
-    call h5ocopy_f(from%id, path, to%id, path, status)
-    if (status < 0) call fail(error, "cannot copy '"//path//"' from '"//from%path//"' to '"// &
-                              to%path//"'")
-  end subroutine copy_object
 
   ! ------------------------------------------------------------------ failures
 

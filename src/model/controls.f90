@@ -9,6 +9,7 @@ module controls_mod
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
   public :: stop_at_residual, stop_at_change
+  public :: linear_auto, linear_direct, linear_gmres
 
   ! The first three are what /history/solver stores.
   integer, parameter :: solver_none = 0
@@ -27,6 +28,10 @@ module controls_mod
   integer, parameter :: stop_at_residual = 1 !! scaled natural map
   integer, parameter :: stop_at_change = 2   !! relative change of r in a sweep
 
+  integer, parameter :: linear_auto = 1    !! direct up to a size, GMRES above
+  integer, parameter :: linear_direct = 2
+  integer, parameter :: linear_gmres = 3
+
   !> *CONTACT SOLVER.
   type :: contact_controls_t
     integer  :: solver = solver_auto
@@ -37,6 +42,7 @@ module controls_mod
     logical  :: acceleration = .false. !! Anderson's, of the sweeps
     real(wp) :: tolerance = 1.0e-8_wp !! > 0 [-]
     integer  :: stop_rule = stop_at_residual
+    integer  :: linear = linear_auto  !! linear systems of the global Newton
     integer  :: max_sweeps = 20000
   end type contact_controls_t
 

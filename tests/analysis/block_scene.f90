@@ -19,8 +19,8 @@ module block_scene
   implicit none
   private
 
-  public :: new_scene, add_step, hold_nodes, paper_block, side_nodes, run_scene, start_run, next_step
-  public :: run_t
+  public :: run_t, new_scene, add_step, hold_nodes, paper_block, side_nodes
+  public :: run_scene, start_run, next_step
 
   integer, parameter, public :: bottom = 1, top = 2 !! surfaces of every scene
 
@@ -35,8 +35,8 @@ module block_scene
 
 contains
 
-  !> A block of n(1) x n(2) x n(3) bricks, E = 210000, its bottom at z = 0 before the plane z = 0; no
-  !> steps yet.
+  !> A block of n(1) x n(2) x n(3) bricks, E = 210000, its bottom at z = 0 before the plane z = 0;
+  !> no steps yet.
   function new_scene(n, length, nu, mu) result(scene)
     integer, intent(in) :: n(3)
     real(wp), intent(in) :: length(3), nu, mu

@@ -12,8 +12,8 @@ module sample_blocks
 
 contains
 
-  !> n(1) x n(2) x n(3) bricks filling 2 x 1 x 1.5, their nodes moved at random by at most a fifth of
-  !> a brick.
+  !> n(1) x n(2) x n(3) bricks filling 2 x 1 x 1.5, their nodes moved at random by at most a fifth
+  !> of a brick.
   function sample_block(n) result(mesh)
     integer, intent(in) :: n(3)
     type(mesh_t) :: mesh

@@ -1,0 +1,96 @@
+"""The default solver, global Newton, against its promises and against the paper's sweeps."""
+
+import unittest
+
+import numpy as np
+from program import INPUT, Run
+
+BLOCK = INPUT / "block.inp"
+GLOBAL = {"solver": "GLOBAL NEWTON", "local": "AUTO"}
+AUTO = {"solver": "AUTO", "local": "AUTO"}
+
+
+def with_linear(kind):
+    """The block's deck with a choice of linear solver for the global Newton."""
+    return BLOCK.read_text().replace("STOP=<stop>", f"STOP=<stop>, LINEAR={kind}")
+
+
+class GlobalNewton(unittest.TestCase):
+    def test_iterations_hardly_depend_on_the_mesh(self):
+        """At most 4.5 a step and 10 at worst with direct solves, 5.5 and 12 with inexact ones."""
+        for kind, mean, worst in (("DIRECT", 4.5, 10), ("GMRES", 5.5, 12)):
+            for n in (4, 8):
+                with self.subTest(linear=kind, n=n):
+                    run = Run(with_linear(kind), name="linear", n=n, **GLOBAL)
+                    self.assertEqual(run.status, 0, run.errors)
+                    with run.result() as result:
+                        iterations = result.history("contact_iterations")
+                    self.assertLessEqual(iterations.mean(), mean)
+                    self.assertLessEqual(iterations.max(), worst)
+
+    def test_forces_are_those_of_the_sweeps(self):
+        for n in (4, 8):
+            with self.subTest(n=n):
+                with Run(BLOCK, n=n, **AUTO).result() as one, Run(BLOCK, n=n).result() as two:
+                    scale = abs(two.pairs[0].reaction).max()
+                    difference = abs(one.pairs[0].reaction - two.pairs[0].reaction).max()
+                    self.assertLess(difference / scale, 1e-8)
+
+    def test_reactions_are_admissible_to_rounding(self):
+        with Run(BLOCK, n=8, tolerance=1e-4, **GLOBAL).result() as result:
+            reaction = result.pairs[0].reaction
+            tangential = np.hypot(reaction[:, :, 1], reaction[:, :, 2])
+            self.assertGreaterEqual(reaction[:, :, 0].min(), 0.0)
+            excess = tangential - 0.3 * reaction[:, :, 0]
+            self.assertLess(excess.max(), 1e-13 * reaction.max())
+
+    def test_a_local_solver_beside_it_is_refused(self):
+        run = Run(BLOCK, solver="GLOBAL NEWTON", local="NEWTON")
+        self.assertEqual(run.status, 1)
+        self.assertIn("GLOBAL NEWTON", run.errors)
+
+
+class Automatic(unittest.TestCase):
+    def test_nearly_incompressible_blocks_are_certified(self):
+        for nu in (0.4999, 0.4999999):
+            for n in (4, 8):
+                with self.subTest(nu=nu, n=n):
+                    run = Run(BLOCK, n=n, nu=nu, tolerance=1e-8, **AUTO)
+                    self.assertEqual(run.status, 0, run.errors)
+
+    def test_any_friction_is_certified(self):
+        # Above mu = 2.07 Coulomb's problem may have several solutions (theory): any of them will do.
+        for mu in (0, 1e-8, 0.3, 1, 2.5, 10, 1e6):
+            with self.subTest(mu=mu):
+                run = Run(BLOCK, n=4, mu=mu, tolerance=1e-8, **AUTO)
+                self.assertEqual(run.status, 0, run.errors)
+
+    def test_the_file_says_what_was_used(self):
+        run = Run(BLOCK, n=4, **AUTO)
+        with run.result() as result:
+            self.assertTrue(np.all(result.history("solver") == 2))
+            self.assertTrue(np.all(result.history("solver_stages") == 1))
+        self.assertIn("global Newton", run.output)
+
+
+class Sweeps(unittest.TestCase):
+    def test_acceleration_takes_fewer_sweeps(self):
+        plain = Run(BLOCK, n=8, tolerance=1e-8)
+        deck = BLOCK.read_text().replace(
+            "STOP=<stop>", "STOP=<stop>, RELAXATION=0.4, ANDERSON=YES"
+        )
+        fast = Run(deck, name="fast", n=8, tolerance=1e-8)
+        self.assertEqual(fast.status, 0, fast.errors)
+        with plain.result() as one, fast.result() as two:
+            slow = one.history("contact_iterations").sum()
+            self.assertLess(two.history("contact_iterations").sum(), 0.5 * slow)
+
+    def test_newton_sweeps_stall_at_no_mu(self):
+        for mu in (0, 0.01, 1):
+            with self.subTest(mu=mu):
+                run = Run(BLOCK, n=2, mu=mu, tolerance=1e-8)
+                self.assertEqual(run.status, 0, run.errors)
+
+
+if __name__ == "__main__":
+    unittest.main()
