@@ -6,32 +6,27 @@ same runs. The program is built first: scripts/run builds it.
 """
 
 import argparse
-import shlex
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 try:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
     import numpy as np
     from matplotlib.ticker import MaxNLocator
 
     from bipot_result import Result, ResultError
+    from block_runs import (
+        BLUE, GREEN, GRID, INK, ORANGE, ROOT, command_text, new_axes, run_block, save,
+    )
 except ImportError as error:
     sys.exit(
         f"figures_paper: {error};"
         " on Debian: apt-get install python3-numpy python3-h5py python3-matplotlib"
     )
 
-ROOT = Path(__file__).resolve().parent.parent
-DECK = ROOT / "input" / "block.inp"
 # The two corners of the lower face whose forces the paper follows.
 CORNERS = {"F": (1.0, 0.0, 0.0), "H": (0.0, 1.0, 0.0)}
-INK, BLUE, ORANGE, GREEN, GRID = "#303030", "#2f6db0", "#e8813a", "#2a9d6f", "#c9c9c9"
 
 # The sweeps that figure 3 counts, ended by the relative change of the reactions as in the paper.
 COUNTED = {"formulation": "BIPOTENTIAL", "solver": "SWEEPS", "stop": "CHANGE", "tolerance": "1e-6"}
@@ -53,39 +48,18 @@ class Runs:
     def __call__(self, **parameters):
         """Run the block with these parameters and return its result, open for reading."""
         path = self.folder / f"run-{len(self.commands) + 1}.vtkhdf"
-        words = [DECK.relative_to(ROOT)]
-        for name, value in parameters.items():
-            words += ["--set", f"{name}={value}"]
-        self.commands.append(shlex.join(map(str, ["build/bipot", *words])))
+        self.commands.append(command_text(parameters))
         print(self.commands[-1])
-        done = subprocess.run(
-            [self.program, *words, "-o", path, "--quiet"],
-            cwd=ROOT, stdin=subprocess.DEVNULL,
-        )
+        done = run_block(self.program, path, parameters)
         if done.returncode != 0:
             sys.exit(f"figures_paper: bipot ended with status {done.returncode}")
         return Result(path)
 
 
-def new_axes():
-    """Return the figure and axes that both figures use."""
-    plt.rcParams.update({"font.size": 9, "axes.edgecolor": INK, "legend.frameon": False})
-    figure, axes = plt.subplots(figsize=(6.4, 3.9))
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.grid(color=GRID, linewidth=0.4)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    return figure, axes
-
-
-def save(figure, path):
-    figure.savefig(path, dpi=120, bbox_inches="tight", facecolor="white")
-    plt.close(figure)
-    print(path)
-
-
 def figure_2(runs, n, path):
     """Draw the normal forces of F and H over the load steps; return the caption."""
     figure, axes = new_axes()
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     values = {}
     for local, line, mark in (("NEWTON", "-", ""), ("UZAWA", "none", "o")):
         with runs(n=n, local=local) as result:
@@ -131,6 +105,7 @@ def figure_2(runs, n, path):
 def figure_3(runs, n, path):
     """Draw contact iterations over cumulative Newton-Raphson iterations; return the caption."""
     figure, axes = new_axes()
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     totals = []
     for name, parameters, colour, line in METHODS:
         with runs(n=n, **COUNTED, **parameters) as result:
