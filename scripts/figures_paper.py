@@ -17,7 +17,16 @@ try:
 
     from bipot_result import Result, ResultError
     from block_runs import (
-        BLUE, GREEN, GRID, INK, ORANGE, ROOT, command_text, new_axes, run_block, save,
+        BLUE,
+        GREEN,
+        GRID,
+        INK,
+        ORANGE,
+        ROOT,
+        command_text,
+        new_axes,
+        run_block,
+        save,
     )
 except ImportError as error:
     sys.exit(
@@ -137,8 +146,14 @@ def show_block(runs, folder):
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     text = []
     for name, caption in (
-        ("deformed", "The block at the end of the push (8 x 8 x 8 bricks, displacements to scale)."),
-        ("contact", "Its lower face: points that stick, slide and have opened; arrows are friction."),
+        (
+            "deformed",
+            "The block at the end of the push (8 x 8 x 8 bricks, displacements to scale).",
+        ),
+        (
+            "contact",
+            "Its lower face: points that stick, slide and have opened; arrows are friction.",
+        ),
         ("forces", "Resultants over the increments."),
     ):
         text += [f"![{name}]({name}.png)", "", f"{caption} By `scripts/show`.", ""]

@@ -138,7 +138,8 @@ contains
 
       ! 5. Out-of-balance force
       call internal_force(scene%mesh, scene%materials, new%displacement, now%forces%internal)
-      now%forces%rounding = force_rounding(scene%mesh, scene%materials, new%displacement)
+      now%forces%rounding = force_rounding(scene%mesh, scene%materials, &
+        max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(points, new%reaction, now%forces, residual, imbalance)
       if (imbalance <= now%controls%tolerance .or. &
         imbalance > 0.5_wp*last_imbalance) exit newton_raphson

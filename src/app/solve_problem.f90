@@ -141,12 +141,11 @@ contains
         return
       end if
       tighter = controls
+      tighter%tolerance = 0.3_wp*controls%tolerance
       start = 0.0_wp
       best = 0.0_wp
       total%residual = huge(last)
       corrections: do i = 1, max_corrections
-        ! What is left out shrinks by the asymmetry each time: no earlier need be more exact.
-        tighter%tolerance = max(0.3_wp*controls%tolerance, 0.1_wp*condensed%asymmetry**i)
         call solve_contact(problem, pack_rows(problem, x_free), tighter, r, report)
         total%iterations = total%iterations + report%iterations
         total%local_iterations = total%local_iterations + report%local_iterations

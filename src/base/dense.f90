@@ -126,17 +126,17 @@ contains
 
   !> The x of least norm among those for which |A x - b| is least.
   function solve_least_squares(a, b) result(x)
-    real(wp), intent(in) :: a(:, :) !! (m,n), m >= n
+    real(wp), intent(in) :: a(:, :) !! (m,n)
     real(wp), intent(in) :: b(:)    !! (m)
     real(wp) :: x(size(a, 2))
     real(wp), parameter :: dependent = 1.0e-10_wp ! columns closer than this count as one
-    real(wp) :: copy(size(a, 1), size(a, 2)), rhs(size(b)), work(64*(size(a, 2) + 1) + size(a, 2))
+    real(wp) :: copy(size(a, 1), size(a, 2)), rhs(max(size(b), size(a, 2))), work(65*(size(a, 2) + size(b) + 1))
     integer :: pivot(size(a, 2)), rank, info
 
     copy = a
-    rhs = b
+    rhs(:size(b)) = b
     pivot = 0
-    call dgelsy(size(a, 1), size(a, 2), 1, copy, size(a, 1), rhs, size(b), pivot, dependent, &
+    call dgelsy(size(a, 1), size(a, 2), 1, copy, size(a, 1), rhs, size(rhs), pivot, dependent, &
       rank, work, size(work), &
                 info)
     x = rhs(:size(a, 2))

@@ -42,7 +42,10 @@ contains
     integer :: i
 
     ! max() forgets NaN: it must be caught before.
-    if (.not. (all(abs(new%displacement) <= huge(f)) .and. all(abs(new%reaction) <= huge(f)))) then
+    if (.not. (are_finite(new%displacement) .and. are_finite(new%reaction) .and. &
+               are_finite(contact%reaction) .and. are_finite(contact%slip_increment) .and. &
+               all(abs(contact%gap) <= huge(f)) .and. are_finite(forces%internal) .and. &
+               are_finite(forces%external))) then
       certificate = certificate_t(huge(f), huge(f), huge(f), huge(f), huge(f), huge(f), .false.)
       return
     end if
@@ -97,6 +100,12 @@ contains
     energy%dissipation = new%dissipation
     energy%balance = energy%external_work - energy%strain - energy%dissipation
   end subroutine energy_balance
+
+  pure logical function are_finite(v)
+    real(wp), intent(in) :: v(:, :)
+
+    are_finite = all(abs(v) <= huge(v))
+  end function are_finite
 
   !> The largest vector of a list.
   pure function largest(v) result(size_of_largest)

@@ -77,7 +77,7 @@ contains
     do
       call evaluate(slide, high, r, h, dh)
       evaluations = evaluations + 1
-      if (h <= 0.0_wp .or. evaluations > max_evaluations) exit
+      if (h <= 0.0_wp .or. evaluations > max_evaluations .or. high > 0.1_wp*huge(high)) exit
       low = high
       high = 4.0_wp*high
     end do
@@ -129,12 +129,16 @@ contains
     if (size_t > 0.0_wp) dh = dh + dot_product(r(2:)/size_t, dr)
   end subroutine evaluate
 
+  !> Cramer's rule on the matrix beside its largest entry: s may be near the end of the range.
   pure function solve_2x2(m, b) result(x)
     real(wp), intent(in) :: m(2, 2), b(2) !! m symmetric positive definite
-    real(wp) :: x(2)
+    real(wp) :: x(2), n(2, 2), scale
 
-    x = [m(2, 2)*b(1) - m(1, 2)*b(2), m(1, 1)*b(2) - m(2, 1)*b(1)]/(m(1, 1)*m(2, 2) - &
-      m(1, 2)*m(2, 1))
+    scale = max(m(1, 1), m(2, 2))
+    n = m/scale
+    x = [n(2, 2)*b(1) - n(1, 2)*b(2), n(1, 1)*b(2) - n(2, 1)*b(1)]/(n(1, 1)*n(2, 2) - &
+      n(1, 2)*n(2, 1))
+    x = x/scale
   end function solve_2x2
 
 end module local_exact_mod

@@ -11,7 +11,7 @@ module mesh_draft_mod
   public :: not_a_coordinate
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
-  integer, parameter :: max_nodes = 100000000
+  integer, parameter :: max_nodes = 20000000
 
   !> In the place of a coordinate that could not be read.
   real(wp), parameter :: not_a_coordinate = 2.0_wp*largest_number

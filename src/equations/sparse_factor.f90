@@ -171,6 +171,7 @@ contains
                                                                  !! right-hand sides
     type(error_t), allocatable, intent(out) :: error
 
+    if (size(b, 2) == 0) return
     if (factor%n_schur == factor%n) then
       reduced = b
       return
@@ -191,6 +192,7 @@ contains
     real(wp), contiguous, target, intent(inout) :: x(:, :)       !! (n,m) out: solutions
     type(error_t), allocatable, intent(out) :: error
 
+    if (size(x, 2) == 0) return
     if (factor%n_schur == factor%n) then
       x = reduced
       return

@@ -162,11 +162,15 @@ contains
     integer :: found, status
     logical :: there, is_hdf5
     integer(hid_t) :: id
+    integer(i8) :: bytes
     type(reason_t) :: reason
 
     found = file_absent
-    inquire (file=path, exist=there)
+    inquire (file=path, exist=there, size=bytes)
     if (.not. there) return
+    ! HDF5 would wait for ever at the end of a pipe.
+    found = file_foreign
+    if (bytes <= 0) return
     call start_library()
     call open_strongly(path, H5F_ACC_RDONLY_F, id, status)
     if (status >= 0) then

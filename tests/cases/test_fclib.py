@@ -214,6 +214,15 @@ class Solve(Folder):
         self.assertEqual(solved.status, 0, solved.errors)
         np.testing.assert_allclose(solved.read("r"), [0.5, -0.1, 0], rtol=0, atol=1e-11)
 
+    # Anderson's memory is longer than the problem has rows.
+    def test_acceleration_with_few_rows(self):
+        w, q, mu = two_points()
+        mixed = ("--acceleration", "--relaxation", "0.2", "--tolerance", "1e-12")
+        write_local(self.path, w, q, mu)
+        solved = Solved(self.path, *mixed)
+        self.assertEqual(solved.status, 0, solved.errors)
+        self.assertLess(residual(w, q, np.array(mu), solved.read("r")), 1.01e-12)
+
     def test_frictionless_points_slip_freely(self):
         write_local(self.path, [[2, 1, 0], [1, 2, 0], [0, 0, 0]], [-1, 0.2, 3], [0])
         solved = Solved(self.path, "--tolerance", "1e-12")
@@ -367,7 +376,8 @@ class Hostile(Folder):
         for m in (np.diag([1.0, -1, 1]), [[1, 2, 0], [2, 1, 0], [0, 0, 1]]):
             write_global(self.path, m, np.eye(3), [-4, 1, 0], [1, 0, 0], [1])
             self.check_refused("M is not positive definite")
-        write_global(self.path, [[2, 1, 0], [0.5, 2, 0], [0, 0, 1]], np.eye(3), [1, 1, 0], [1] * 3, [1])
+        m = [[2, 1, 0], [0.5, 2, 0], [0, 0, 1]]
+        write_global(self.path, m, np.eye(3), [1, 1, 0], [1, 1, 1], [1])
         self.check_refused("M is not symmetric")
 
     def test_points_that_cannot_move_are_named(self):
