@@ -19,7 +19,9 @@ from pathlib import Path
 import h5py
 
 ROOT = Path(__file__).resolve().parents[1]
-PHASES = ("read", "assemble", "order", "factorise", "condense", "loads", "contact", "recover", "write")
+PHASES = (
+    "read", "assemble", "order", "factorise", "condense", "loads", "contact", "recover", "write",
+)
 SOLVERS = (("AUTO", "AUTO"), ("SWEEPS", "NEWTON"))
 REPEATS = 3
 
@@ -36,7 +38,7 @@ def run(program, n, solver, local, folder):
     with h5py.File(result) as file:
         table = file["run/counters"]
         names = [name.decode() for name in table.attrs["name"]]
-        counters = dict(zip(names, table[()]))
+        counters = dict(zip(names, table[()], strict=True))
         counters["worst"] = max(entry[()].max() for entry in file["history/certificate"].values())
     return counters
 
@@ -58,10 +60,11 @@ def table(program, meshes):
     lines = [
         "# Time and memory of the block by phase",
         "",
-        "Written by `benchmarks/block_phases.py`: 50 increments, tolerance 1e-8, one BLAS thread, medians of",
-        f"{REPEATS} runs, seconds. *Once* is assemble + order + factorise + condense; *ratio* is the whole run over it.",
+        "Written by `benchmarks/block_phases.py`: 50 increments, tolerance 1e-8, one BLAS thread,",
+        f"medians of {REPEATS} runs, seconds. The ratio is the whole run over what any program does",
+        "once: assemble + order + factorise + condense.",
         "",
-        "| n | solver | equations | " + " | ".join(PHASES) + " | total | ratio | MB | worst certificate |",
+        f"| n | solver | equations | {' | '.join(PHASES)} | total | ratio | MB | worst certificate |",
         "|" + "---|" * (len(PHASES) + 7),
     ]
     for n, solver, counters in rows(program, meshes):

@@ -387,7 +387,7 @@ def figure_rho(study, path, meshes):
                 RHOS, values, look.line, marker="o", markersize=4, color=look.colour,
                 label=look.name,
             )
-            top = max(top, np.nanmax(values, initial=0))
+            top = max(top, np.nan_to_num(values).max())
         relaxed = solved(study, Case("relaxed", n), "iterations")
         axes.axhline(relaxed, color=GREEN, linestyle="--", label=VARIANTS["relaxed"].name)
         axes.set_title(f"n = {n}", fontsize=9)
@@ -580,7 +580,7 @@ def uzawa_or_newton(study):
         ),
         "",
         claim(
-            at_1[1] == [4, 8, 16, 24] and 0.85 < low and high < 1,
+            at_1[1] == [4, 8, 16, 24] and low > 0.85 and high < 1,
             f"**It makes no difference with rho = 1 from n = 4 on**: Uzawa takes {low:.2f} to"
             f" {high:.2f} of Newton's sweeps. One visit of Uzawa with that rho all but solves"
             " the local problem.",

@@ -38,8 +38,7 @@ module advance_mod
 
   !> What an increment is solved with.
   type :: attempt_t
-    type(contact_controls_t) :: controls       !! the deck's, with the residual that is asked for
-                                               !! now
+    type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
     type(step_forces_t) :: forces
     real(wp), allocatable :: u_free(:, :)      !! (3,n_nodes) displacement without contact [length]
   end type attempt_t
@@ -50,15 +49,15 @@ contains
   subroutine advance(scene, plan, operators, old, increment, new, report, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    type(operators_t), intent(inout) :: operators   !! MUMPS works in its own memory; nothing else
-                                                    !! changes
+    type(operators_t), intent(inout) :: operators
+    !! MUMPS works in its own memory; nothing else changes
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     type(state_t), intent(out) :: new
-    type(step_report_t), intent(out) :: report      !! not converged, not certified: no error, it is
-                                                    !! said here
-    type(error_t), allocatable, intent(out) :: error !! MUMPS failed; a node is prescribed into an
-                                                     !! obstacle
+    type(step_report_t), intent(out) :: report
+    !! not converged, not certified: no error, it is said here
+    type(error_t), allocatable, intent(out) :: error
+    !! MUMPS failed; a node is prescribed into an obstacle
     type(attempt_t) :: now
     real(wp) :: clock
     integer :: i

@@ -41,13 +41,12 @@ module operators_mod
     real(wp), allocatable :: compliance(:, :)     !! (n_interface,n_interface) [length/force]
     real(wp), allocatable :: frame(:, :, :)       !! (3,3,n_points) columns n, t1, t2
     real(wp), allocatable :: initial_gap(:)       !! (n_points) of the undeformed mesh [length]
-    integer, allocatable :: active(:)             !! points that have rows, in the order of the
-                                                  !! problem
+    integer, allocatable :: active(:) !! points that have rows, in the order of the problem
     logical, allocatable :: has_friction(:, :)    !! (2,n_points) tangents along which the law acts
     type(contact_problem_t) :: problem            !! over the active points
     type(step_loads_t) :: loads                   !! of the present *STEP
-    real(wp), allocatable :: response(:, :, :)    !! (3,n_nodes,n_patterns) displacements under each
-                                                  !! pattern [length]
+    real(wp), allocatable :: response(:, :, :)
+    !! (3,n_nodes,n_patterns) displacements under each pattern [length]
     type(phase_seconds_t) :: seconds              !! summed over the run
     integer :: n_factorisations = 0
   end type operators_t
@@ -60,8 +59,8 @@ contains
     type(contact_points_t), intent(in) :: points
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     type(operators_t), intent(inout) :: operators
-    type(error_t), allocatable, intent(out) :: error !! a body that is not held; a singular matrix;
-                                                     !! no memory
+    type(error_t), allocatable, intent(out) :: error
+    !! a body that is not held; a singular matrix; no memory
     type(triplets_t) :: k
     integer, allocatable :: start(:), neighbours(:), place(:)
     real(wp), allocatable :: stiffness(:, :, :)
@@ -112,8 +111,8 @@ contains
   !> Rows of the contact points, and the contact problem over those that have any.
   subroutine make_contact(points, stiffness, operators)
     type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: stiffness(:, :, :)  !! (3,3,n_points) of the Schur complement at the
-                                                !! points
+    real(wp), intent(in) :: stiffness(:, :, :)
+    !! (3,3,n_points) of the Schur complement at the points
     type(operators_t), intent(inout) :: operators
     real(wp), allocatable :: w(:, :)
     integer :: row(3, points%n), i

@@ -19,8 +19,7 @@ module step_loads_mod
   !> The patterns of one *STEP; those that are zero throughout are left out.
   type :: step_loads_t
     integer :: n_patterns = 0
-    integer,  allocatable :: kind(:)               !! (n_patterns) pattern_hold, pattern_ramp or an
-                                                   !! amplitude
+    integer,  allocatable :: kind(:) !! (n_patterns) pattern_hold, pattern_ramp or an amplitude
     real(wp), allocatable :: displacement(:, :, :) !! (3,n_nodes,n_patterns) prescribed [length]
     real(wp), allocatable :: force(:, :, :)        !! (3,n_nodes,n_patterns) [force]
   end type step_loads_t

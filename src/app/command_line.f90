@@ -34,8 +34,8 @@ contains
   !> Read the arguments of the program.
   subroutine read_command_line(options, error)
     type(options_t), intent(out) :: options
-    type(error_t), allocatable, intent(out) :: error !! an unknown option, a missing value, no deck
-                                                     !! or two
+    type(error_t), allocatable, intent(out) :: error
+    !! an unknown option, a missing value, no deck or two
     character(:), allocatable :: word, value, sweeps_option
     integer :: i
 

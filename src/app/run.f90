@@ -55,8 +55,8 @@ contains
   !> Read the deck, plan, and unless only the plan is wanted, run.
   subroutine run_deck(options, error)
     type(options_t), intent(in) :: options
-    type(error_t), allocatable, intent(out) :: error !! wrong deck, nothing solved, or the machine
-                                                     !! failed
+    type(error_t), allocatable, intent(out) :: error
+    !! wrong deck, nothing solved, or the machine failed
     type(scene_t) :: scene
     type(plan_t) :: plan
     type(console_t) :: console
@@ -220,8 +220,8 @@ contains
     case (ended_stalled)
       words = 'without progress any more'
     case default
-      words = 'its reactions growing without bound: rho is outside the range in which the local '// &
-        'solver converges (for Uzawa below about 2/lambda_max, a factor below 2)'
+      words = 'its reactions growing without bound: rho is outside the range in which the '// &
+        'local solver converges (for Uzawa below about 2/lambda_max, a factor below 2)'
     end select
   end function ending_in_words
 

@@ -119,8 +119,8 @@ contains
   !> OpenBLAS's.
   pure function wanted_core(current, flags) result(core)
     character(*), intent(in) :: current !! OpenBLAS's name of the kernels in use
-    character(*), intent(in) :: flags   !! the processor's flags as in /proc/cpuinfo, blanks around
-                                        !! each
+    character(*), intent(in) :: flags
+    !! the processor's flags as in /proc/cpuinfo, blanks around each
     character(:), allocatable :: core
     logical :: avx2, avx512
 

@@ -130,15 +130,15 @@ contains
     real(wp), intent(in) :: b(:)    !! (m)
     real(wp) :: x(size(a, 2))
     real(wp), parameter :: dependent = 1.0e-10_wp ! columns closer than this count as one
-    real(wp) :: copy(size(a, 1), size(a, 2)), rhs(max(size(b), size(a, 2))), work(65*(size(a, 2) + size(b) + 1))
+    real(wp) :: copy(size(a, 1), size(a, 2)), rhs(max(size(b), size(a, 2)))
+    real(wp) :: work(65*(size(a, 2) + size(b) + 1))
     integer :: pivot(size(a, 2)), rank, info
 
     copy = a
     rhs(:size(b)) = b
     pivot = 0
     call dgelsy(size(a, 1), size(a, 2), 1, copy, size(a, 1), rhs, size(rhs), pivot, dependent, &
-      rank, work, size(work), &
-                info)
+      rank, work, size(work), info)
     x = rhs(:size(a, 2))
   end function solve_least_squares
 

@@ -31,8 +31,8 @@ contains
     tolerance) result(certificate)
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
-    type(contact_fields_t), intent(in) :: contact  !! frames, local reactions, gaps and slip
-                                                   !! increments
+    type(contact_fields_t), intent(in) :: contact
+    !! frames, local reactions, gaps and slip increments
     logical, intent(in) :: has_friction(:, :)      !! (2,n_points) tangents along which the law acts
     type(state_t), intent(in) :: old, new          !! before and after the step
     type(step_forces_t), intent(in) :: forces

@@ -15,8 +15,8 @@ contains
 
   !> Replace the Schur complement by its inverse, both triangles.
   subroutine invert_schur(s, error)
-    real(wp), intent(inout) :: s(:, :) !! (n,n) stiffness [force/length], compliance out
-                                       !! [length/force]
+    real(wp), intent(inout) :: s(:, :)
+    !! (n,n) stiffness [force/length], compliance out [length/force]
     type(error_t), allocatable, intent(out) :: error !! not positive definite
     logical :: positive_definite
 
@@ -92,8 +92,8 @@ contains
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
     integer, intent(in)  :: row(:, :)       !! (3,n_points)
-    real(wp), intent(in) :: c(:, :)         !! (n_interface,n_interface) compliance of the interface
-                                            !! [length/force]
+    real(wp), intent(in) :: c(:, :)
+    !! (n_interface,n_interface) compliance of the interface [length/force]
     real(wp), allocatable, intent(out) :: w(:, :) !! (n_rows,n_rows) [length/force]
     real(wp) :: block(3, 3)
     integer :: i, j, a, b

@@ -8,8 +8,8 @@ module local_exact_mod
 
   public :: solve_exact
 
-  integer, parameter :: max_evaluations = 2200 !! bisection over the whole range of exponents ends
-                                               !! before
+  integer, parameter :: max_evaluations = 2200
+  !! bisection over the whole range of exponents ends before
 
   !> The point with x_n = 0 eliminated: (A + s I) r_t = -c, r_n = r_free - slope . r_t.
   type :: slide_t
@@ -28,8 +28,8 @@ contains
     type(local_point_t), intent(in) :: point
     real(wp), intent(inout) :: r(3)       !! reaction; its value on entry does not matter [force]
     integer,  intent(out)   :: iterations !! evaluations of the law
-    logical,  intent(out)   :: converged  !! false only for a W_ii that is not positive definite; r
-                                          !! is kept then
+    logical,  intent(out)   :: converged
+    !! false only for a W_ii that is not positive definite; r is kept then
     real(wp) :: stick(3)
     type(slide_t) :: slide
     logical :: regular

@@ -9,8 +9,8 @@ module local_point_mod
 
   public :: local_point_t, local_solver, local_residual, zero_level
 
-  real(wp), parameter :: local_tolerance = 1.0e-12_wp !! to which an iterated local solver solves
-                                                      !! its point [-]
+  real(wp), parameter :: local_tolerance = 1.0e-12_wp
+  !! to which an iterated local solver solves its point [-]
 
   !> What a local solver is given.
   type :: local_point_t
@@ -45,8 +45,8 @@ module local_point_mod
       type(local_point_t), intent(in) :: point
       real(wp), intent(inout) :: r(3)       !! reaction: a guess in, the new value out [force]
       integer,  intent(out)   :: iterations !! evaluations of the law
-      logical,  intent(out)   :: converged  !! when false r is the guess; always true for solvers
-                                            !! that do one visit
+      logical,  intent(out)   :: converged
+      !! when false r is the guess; always true for solvers that do one visit
     end subroutine local_solver
   end interface
 

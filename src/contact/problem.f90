@@ -20,22 +20,20 @@ module problem_mod
   type :: contact_problem_t
     integer :: n_points = 0
     integer :: n_rows = 0
-    integer,  allocatable :: row(:, :)      !! (3,n_points) row of each component, 0 where there is
-                                            !! none
+    integer,  allocatable :: row(:, :) !! (3,n_points) row of each component, 0 where there is none
     real(wp), allocatable :: mu(:)          !! (n_points) [-]
-    real(wp), allocatable :: w(:, :)        !! (n_rows,n_rows) compliance, both triangles
-                                            !! [length/force]
-    real(wp), allocatable :: block(:, :, :) !! (3,3,n_points) W_ii; a missing row has its diagonal
-                                            !! alone
-    real(wp), allocatable :: rho(:)         !! (n_points) 1/lambda_max(W_ii), scale of the
-                                            !! bi-potential [force/length]
+    real(wp), allocatable :: w(:, :) !! (n_rows,n_rows) compliance, both triangles [length/force]
+    real(wp), allocatable :: block(:, :, :)
+    !! (3,3,n_points) W_ii; a missing row has its diagonal alone
+    real(wp), allocatable :: rho(:)
+    !! (n_points) 1/lambda_max(W_ii), scale of the bi-potential [force/length]
     real(wp), allocatable :: rho_n(:)       !! (n_points) 1/W_nn, of the normal part [force/length]
-    real(wp), allocatable :: rho_t(:)       !! (n_points) 1/lambda_max(W_tt), of the tangential part
-                                            !! [force/length]
-    real(wp), allocatable :: rho_map(:)     !! (n_points) rows/trace(W_ii), of the natural map
-                                            !! [force/length]
-    real(wp), allocatable :: rho_global(:, :) !! (2,n_points) normal and tangential, of the global
-                                              !! Newton [force/length]
+    real(wp), allocatable :: rho_t(:)
+    !! (n_points) 1/lambda_max(W_tt), of the tangential part [force/length]
+    real(wp), allocatable :: rho_map(:)
+    !! (n_points) rows/trace(W_ii), of the natural map [force/length]
+    real(wp), allocatable :: rho_global(:, :)
+    !! (2,n_points) normal and tangential, of the global Newton [force/length]
   end type contact_problem_t
 
   !> What a contact solver says of its solution.
@@ -70,12 +68,11 @@ contains
   subroutine make_problem(row, mu, w, problem, stiffness)
     integer,  intent(in) :: row(:, :)   !! (3,n_points) as in the type; the first is never 0
     real(wp), intent(in) :: mu(:)       !! (n_points) [-]
-    real(wp), allocatable, intent(inout) :: w(:, :)   !! (n_rows,n_rows), moved into the problem
-                                                      !! [length/force]
+    real(wp), allocatable, intent(inout) :: w(:, :)
+    !! (n_rows,n_rows), moved into the problem [length/force]
     type(contact_problem_t), intent(out) :: problem
-    real(wp), intent(in), optional :: stiffness(:, :, :) !! (3,3,n_points) blocks of W^-1 at the
-                                                         !! points, where
-                                                         !! known and all points have three rows
+    real(wp), intent(in), optional :: stiffness(:, :, :)
+    !! (3,3,n_points) blocks of W^-1 at the points, where known and all points have three rows
     real(wp) :: tangential(3, 3), smallest
     integer :: i, a, b, n
 

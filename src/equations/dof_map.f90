@@ -9,8 +9,8 @@ module dof_map_mod
   type :: dof_map_t
     integer :: n_free = 0
     integer :: n_interface = 0
-    integer, allocatable :: equation(:, :)  !! (3,n_nodes) number of each unknown, 0 where
-                                            !! prescribed or unused
+    integer, allocatable :: equation(:, :)
+    !! (3,n_nodes) number of each unknown, 0 where prescribed or unused
     integer, allocatable :: node(:)         !! (n_free) node of each equation
   end type dof_map_t
 

@@ -35,8 +35,8 @@ contains
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from node_neighbours
     integer, intent(in) :: neighbours(:)
-    integer, allocatable, intent(out) :: place(:) !! (n_free) 1..n_free; the interface keeps the
-                                                  !! last places
+    integer, allocatable, intent(out) :: place(:)
+    !! (n_free) 1..n_free; the interface keeps the last places
     type(error_t), allocatable, intent(out) :: error !! METIS failed (memory)
     integer, allocatable :: vertex(:), node_of(:), node_order(:)
     integer :: n_interior, node, i, n, position

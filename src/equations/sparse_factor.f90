@@ -55,14 +55,13 @@ contains
   !> variables.
   subroutine factorise(k, place, n_schur, factor, schur, error)
     type(triplets_t), intent(in) :: k         !! one triangle
-    integer, intent(in) :: place(:)           !! (n) place of every equation, the Schur variables
-                                              !! last
+    integer, intent(in) :: place(:) !! (n) place of every equation, the Schur variables last
     integer, intent(in) :: n_schur            !! size of the Schur complement, may be 0
     type(sparse_factor_t), intent(inout) :: factor !! what it held before is released
-    real(wp), allocatable, target, intent(out) :: schur(:, :) !! (n_schur,n_schur) both triangles
-                                                              !! [force/length]
-    type(error_t), allocatable, intent(out) :: error !! not positive definite (exit_not_solved), or
-                                                     !! no memory
+    real(wp), allocatable, target, intent(out) :: schur(:, :)
+    !! (n_schur,n_schur) both triangles [force/length]
+    type(error_t), allocatable, intent(out) :: error
+    !! not positive definite (exit_not_solved), or no memory
     integer :: i
 
     call release(factor)
@@ -152,8 +151,8 @@ contains
   !> Solution of K x = b for matrices without Schur complement, several right-hand sides at once.
   subroutine solve(factor, b, error)
     class(sparse_factor_t), intent(inout) :: factor
-    real(wp), contiguous, target, intent(inout) :: b(:, :) !! (n,m) right-hand sides in, solutions
-                                                           !! out
+    real(wp), contiguous, target, intent(inout) :: b(:, :)
+    !! (n,m) right-hand sides in, solutions out
     type(error_t), allocatable, intent(out) :: error
 
     if (factor%n == 0 .or. size(b, 2) == 0) return
@@ -167,8 +166,8 @@ contains
   subroutine condense(factor, b, reduced, error)
     class(sparse_factor_t), intent(inout) :: factor
     real(wp), contiguous, target, intent(inout) :: b(:, :)       !! (n,m) right-hand sides
-    real(wp), contiguous, target, intent(inout) :: reduced(:, :) !! (n_schur,m) out: condensed
-                                                                 !! right-hand sides
+    real(wp), contiguous, target, intent(inout) :: reduced(:, :)
+    !! (n_schur,m) out: condensed right-hand sides
     type(error_t), allocatable, intent(out) :: error
 
     if (size(b, 2) == 0) return
@@ -187,8 +186,8 @@ contains
   !> Last part of a solution: from the Schur variables to all.
   subroutine expand(factor, reduced, x, error)
     class(sparse_factor_t), intent(inout) :: factor
-    real(wp), contiguous, target, intent(inout) :: reduced(:, :) !! (n_schur,m) solutions on the
-                                                                 !! Schur variables
+    real(wp), contiguous, target, intent(inout) :: reduced(:, :)
+    !! (n_schur,m) solutions on the Schur variables
     real(wp), contiguous, target, intent(inout) :: x(:, :)       !! (n,m) out: solutions
     type(error_t), allocatable, intent(out) :: error
 

@@ -12,8 +12,8 @@ module contact_points_mod
     integer,  allocatable :: pair(:)  !! (n) index into the scene's pairs
     integer,  allocatable :: node(:)  !! (n) slave node
     real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
-    real(wp), allocatable :: area(:)  !! (n) the node's share of the slave surface, 0 for a surface
-                                      !! of nodes [length^2]
+    real(wp), allocatable :: area(:)
+    !! (n) the node's share of the slave surface, 0 for a surface of nodes [length^2]
     integer,  allocatable :: first(:) !! (n_pairs+1) first point of each pair
   end type contact_points_t
 

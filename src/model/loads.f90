@@ -18,8 +18,7 @@ module loads_mod
     integer  :: node = 0            !! node number
     integer  :: dof = 0             !! 1, 2, 3
     real(wp) :: value = 0.0_wp      !! at the end of the step, or times the amplitude
-    integer  :: amplitude = 0       !! index into the scene's amplitudes; 0: ramp from the last
-                                    !! value
+    integer  :: amplitude = 0 !! index into the scene's amplitudes; 0: ramp from the last value
   end type nodal_value_t
 
   !> A pressure on a surface of faces, positive into the body.

@@ -12,13 +12,12 @@ module mesh_mod
   type :: mesh_t
     real(wp), allocatable :: coordinates(:, :)  !! (3, n_nodes) [length]
     integer,  allocatable :: node_id(:)         !! (n_nodes) the deck's ids
-    integer,  allocatable :: connectivity(:, :) !! (8, n_elements) node numbers, order as in
-                                                !! elements/
+    integer,  allocatable :: connectivity(:, :)
+    !! (8, n_elements) node numbers, order as in elements/
     integer,  allocatable :: element_id(:)      !! (n_elements) the deck's ids
     integer,  allocatable :: element_kind(:)    !! (n_elements) kind_c3d8
     integer,  allocatable :: material(:)        !! (n_elements) index into the scene's materials
-    integer,  allocatable :: body(:)            !! (n_nodes) body of each node, 0 where no element
-                                                !! uses it
+    integer,  allocatable :: body(:) !! (n_nodes) body of each node, 0 where no element uses it
     integer :: n_nodes = 0
     integer :: n_elements = 0
     integer :: n_bodies = 0
@@ -80,8 +79,7 @@ contains
   !> ascending.
   pure subroutine node_neighbours(mesh, start, neighbours)
     type(mesh_t), intent(in) :: mesh
-    integer, allocatable, intent(out) :: start(:)      !! (n_nodes+1) first entry of each node's
-                                                       !! list
+    integer, allocatable, intent(out) :: start(:) !! (n_nodes+1) first entry of each node's list
     integer, allocatable, intent(out) :: neighbours(:) !! the lists, one after the other
     integer, allocatable :: element_start(:), elements(:), fill(:), marked(:), list(:)
     integer :: e, k, l, m, node, other, n_list

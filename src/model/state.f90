@@ -14,14 +14,13 @@ module state_mod
     integer  :: increment = 0  !! and its number within the step
     real(wp) :: time = 0.0_wp  !! total, in the deck's unit
     real(wp), allocatable :: displacement(:, :)   !! (3, n_nodes) [length]
-    real(wp), allocatable :: reaction(:, :)       !! (3, n_points) on the slave body, x, y, z
-                                                  !! [force]
-    real(wp), allocatable :: slip(:, :)           !! (2, n_points) sum of the slip increments along
-                                                  !! t1, t2 [length]
-    real(wp), allocatable :: external_force(:, :) !! (3, n_nodes) loads; with the supports kept for
-                                                  !! the next step's work [force]
-    real(wp), allocatable :: support_force(:, :)  !! (3, n_nodes) of the supports on the body, 0
-                                                  !! where none is [force]
+    real(wp), allocatable :: reaction(:, :) !! (3, n_points) on the slave body, x, y, z [force]
+    real(wp), allocatable :: slip(:, :)
+    !! (2, n_points) sum of the slip increments along t1, t2 [length]
+    real(wp), allocatable :: external_force(:, :)
+    !! (3, n_nodes) loads; with the supports kept for the next step's work [force]
+    real(wp), allocatable :: support_force(:, :)
+    !! (3, n_nodes) of the supports on the body, 0 where none is [force]
     real(wp) :: external_work = 0.0_wp            !! cumulative [energy]
     real(wp) :: dissipation = 0.0_wp              !! cumulative, by friction [energy]
   end type state_t

@@ -40,12 +40,10 @@ module step_report_mod
   !> The contact as it stands at the end of the increment, point by point, in the local frames.
   type :: contact_fields_t
     real(wp), allocatable :: frame(:, :, :)       !! (3,3,n_points) columns n, t1, t2 in x, y, z [-]
-    real(wp), allocatable :: reaction(:, :)       !! (3,n_points) n, t1, t2, on the slave body
-                                                  !! [force]
+    real(wp), allocatable :: reaction(:, :) !! (3,n_points) n, t1, t2, on the slave body [force]
     real(wp), allocatable :: gap(:)               !! (n_points) [length]
     real(wp), allocatable :: slip_increment(:, :) !! (2,n_points) along t1, t2 [length]
-    integer,  allocatable :: status(:)            !! (n_points) status_open, status_stick,
-                                                  !! status_slide
+    integer,  allocatable :: status(:) !! (n_points) status_open, status_stick, status_slide
   end type contact_fields_t
 
   !> One increment's report.
@@ -62,8 +60,8 @@ module step_report_mod
     real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]
     real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
-    real(wp), allocatable :: x_free(:)  !! (n_rows) of the last contact problem: gaps and slips
-                                        !! without reactions [length]
+    real(wp), allocatable :: x_free(:)
+    !! (n_rows) of the last contact problem: gaps and slips without reactions [length]
     type(certificate_t)    :: certificate
     type(energy_t)         :: energy
     type(contact_fields_t) :: contact

@@ -3,6 +3,7 @@
 import csv
 import math
 import unittest
+from itertools import pairwise
 
 import numpy as np
 from program import DATA, INPUT, Run
@@ -106,7 +107,7 @@ class PaperBlock(unittest.TestCase):
                 self.assertLess(abs(force - image).max() / scale, 1e-8)
 
     def test_the_whole_block_slides_at_the_end(self):
-        # verification: all points slide from step 20-22, and the friction is mu times the normal force.
+        # All points slide from step 20-22, and friction is mu times the normal force (tests/data).
         with Run(BLOCK, n=4).result() as result:
             pair = result.pairs[0]
             self.assertTrue(np.all(pair.status[22:] == 2))
@@ -127,7 +128,7 @@ class Quarter(unittest.TestCase):
                 mine = force_at(part, position)
                 other = force_at(whole, position)[:10]
                 self.assertLess(abs(mine - other).max(), 1e-7 * abs(other).max())
-            # Nodes on a plane carry half of what they carry in the whole block, and nothing along it.
+            # Nodes on a plane carry half of what the whole block's do, and nothing across it.
             middle = force_at(part, (0.5, 0.25, 0))
             other = force_at(whole, (0.5, 0.25, 0))[:10]
             np.testing.assert_allclose(2 * middle[:, 2], other[:, 2], rtol=1e-7)
@@ -147,7 +148,7 @@ class Energy(unittest.TestCase):
                 dissipation = np.diff(energy["dissipation"][()])
                 self.assertGreaterEqual(dissipation.min(), -1e-12 * work)
         self.assertLess(left[0], 0.05)
-        for coarse, fine in zip(left, left[1:]):
+        for coarse, fine in pairwise(left):
             self.assertLess(abs(fine / coarse - 0.5), 0.1)
 
     def test_without_friction_nothing_is_dissipated(self):
@@ -224,7 +225,7 @@ class PaperSweeps(unittest.TestCase):
 
     def test_counts(self):
         for variant, *expected in self.ROWS:
-            for n, count in zip((4, 8), expected):
+            for n, count in zip((4, 8), expected, strict=True):
                 with self.subTest(n=n, **variant):
                     run = Run(BLOCK, n=n, stop="CHANGE", tolerance=1e-6, **variant)
                     self.assertEqual(run.status, 0, run.errors)

@@ -24,7 +24,8 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(answer.returncode, 0)
         for option in ("--set", "--plan", "--overwrite", "--quiet", "--output"):
             self.assertIn(option, answer.stdout)
-        declared = re.search(r"VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text().split("\n", 1)[1])
+        project = (SOURCE / "CMakeLists.txt").read_text()
+        declared = re.search(r"project\(bipot VERSION (\S+)", project)
         self.assertEqual(self.call("--version").stdout.strip(), f"bipot {declared[1]}")
 
     def test_wrong_words_end_with_1_and_say_why(self):

@@ -59,7 +59,7 @@ class Automatic(unittest.TestCase):
                     self.assertEqual(run.status, 0, run.errors)
 
     def test_any_friction_is_certified(self):
-        # Above mu = 2.07 Coulomb's problem may have several solutions (theory): any of them will do.
+        # Above mu = 2.07 Coulomb's problem may have several solutions: any of them will do.
         for mu in (0, 1e-8, 0.3, 1, 2.5, 10, 1e6):
             with self.subTest(mu=mu):
                 run = Run(BLOCK, n=4, mu=mu, tolerance=1e-8, **AUTO)
