@@ -103,9 +103,13 @@ contains
       if (abs(next - s) <= 2.0_wp*epsilon(1.0_wp)*s) exit root
       s = next
     end do root
-    ! On the cone to rounding.
-    r(1) = max(r(1), 0.0_wp)
-    if (norm2(r(2:)) > 0.0_wp) r(2:) = (slide%mu*r(1)/norm2(r(2:)))*r(2:)
+    ! On the cone to rounding, from the component that has lost nothing in a difference.
+    if (slide%mu > 1.0_wp) then
+      r(1) = norm2(r(2:))/slide%mu
+    else
+      r(1) = max(r(1), 0.0_wp)
+      if (norm2(r(2:)) > 0.0_wp) r(2:) = (slide%mu*r(1)/norm2(r(2:)))*r(2:)
+    end if
   end subroutine find_slide
 
   !> The reaction at s, and h(s) with its derivative.

@@ -14,7 +14,6 @@ module plan_mod
     integer :: n_equations = 0                !! free degrees of freedom in the first step
     integer :: n_interface = 0                !! of them, on slave nodes
     integer :: n_factorisations = 0 !! one, and one more whenever other dofs are prescribed
-    integer :: n_fields_written = 0           !! increments whose fields reach the file
     type(string_t), allocatable :: lines(:)   !! the table as printed and stored
   end type plan_t
 
