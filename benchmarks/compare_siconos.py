@@ -345,7 +345,7 @@ def compare(bench: Bench, problem: Problem, kind: str) -> tuple[list[str], list[
 def introduction(arguments: argparse.Namespace, bench: Bench, has_files: bool) -> list[str]:
     """What the page says before its tables."""
     shown = ["benchmarks/compare_siconos.py", "--n", arguments.n, "--steps", arguments.steps]
-    shown += ["--tolerance", f"{arguments.tolerance:g}"]
+    shown += ["--tolerance", f"{arguments.tolerance:g}", "--timeout", f"{arguments.timeout:g}"]
     command = shlex.join(shown) + (" FCLIB-FILES" if has_files else "")
     siconos = "Siconos is not installed here, so these are bipot's figures alone."
     if bench.driver:

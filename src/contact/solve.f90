@@ -4,7 +4,7 @@
 !>
 !>   1. global Newton from the last step's reactions
 !>   2. sweeps, exact local solutions, relaxed and accelerated, then global Newton again
-!>   3. the same sweeps, as many as MAX SWEEPS allows
+!>   3. plain sweeps, neither relaxed nor accelerated, as many as MAX SWEEPS allows
 !>
 !> docs/theory.md section 4.
 module solve_mod
@@ -75,6 +75,8 @@ contains
     call stage(problem, x_free, newton, r, report)
     if (report%converged) return
     sweeps%max_sweeps = controls%max_sweeps
+    sweeps%relaxation = 1.0_wp
+    sweeps%acceleration = .false.
     call stage(problem, x_free, sweeps, r, report)
   end subroutine solve_automatically
 

@@ -31,7 +31,7 @@ module sweeps_mod
 
   integer,  parameter :: anderson_depth = 10
   integer,  parameter :: check_every = 100        !! sweeps between exact residuals, at the latest
-  integer,  parameter :: patience = 2000          !! sweeps without a tenth of progress
+  integer,  parameter :: patience = 5000          !! sweeps without a tenth of progress
   real(wp), parameter :: exploded = 1.0e8_wp      !! times the force at the start: diverging [-]
 
 contains
