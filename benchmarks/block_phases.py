@@ -60,11 +60,11 @@ def table(program, meshes):
     lines = [
         "# Time and memory of the block by phase",
         "",
-        "Written by `benchmarks/block_phases.py`: 50 increments, tolerance 1e-8, one BLAS thread,",
-        f"medians of {REPEATS} runs, seconds. The ratio is the whole run over what any program does",
-        "once: assemble + order + factorise + condense.",
+        "By `benchmarks/block_phases.py`: 50 increments, tolerance 1e-8, one BLAS thread,",
+        f"medians of {REPEATS} runs, seconds. The ratio is the whole run over what any program",
+        "does once: assemble + order + factorise + condense.",
         "",
-        f"| n | solver | equations | {' | '.join(PHASES)} | total | ratio | MB | worst certificate |",
+        f"| n | solver | equations | {' | '.join(PHASES)} | total | ratio | MB | worst error |",
         "|" + "---|" * (len(PHASES) + 7),
     ]
     for n, solver, counters in rows(program, meshes):

@@ -6,7 +6,7 @@ module run_mod
   use system_mod, only: wall_seconds, peak_memory_bytes, utc_now, build_description
   use blas_core_mod, only: blas_core_name
   use scene_mod, only: scene_t
-  use controls_mod, only: stop_at_change
+  use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t, next_increment
   use state_mod, only: state_t, initial_state
@@ -181,7 +181,7 @@ contains
   end subroutine enter_step
 
   !> A step that did not converge or is not certified ends the run; only comparisons (STOP=CHANGE)
-  !> go on.
+  !> go on past one that converged and is not certified.
   subroutine refuse_unsolved(scene, plan, increment, report, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
@@ -190,7 +190,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: where_and_what
 
-    if (scene%contact%stop_rule == stop_at_change) return
+    if (report%converged .and. scene%contact%stop_rule == stop_at_change) return
     if (report%converged .and. report%certificate%certified) return
     where_and_what = 'step '//to_text(increment%step)//', increment '//to_text(increment%number)
     if (.not. report%converged) then
@@ -201,6 +201,9 @@ contains
       if (report%worst_point > 0) where_and_what = where_and_what//', largest at node '// &
         to_text(scene%mesh%node_id(plan%points%node(report%worst_point)))
       where_and_what = where_and_what//')'
+      if (scene%contact%local == local_uzawa .and. report%solver == solver_sweeps) &
+        where_and_what = where_and_what//'; rho = '//to_text(scene%contact%rho)//' times its '// &
+        'natural scale is outside the range in which Uzawa converges here: below 2, often less'
     else
       where_and_what = where_and_what//': not certified, '//certificate_in_words(report)// &
         ', allowed '// &
@@ -220,8 +223,7 @@ contains
     case (ended_stalled)
       words = 'without progress any more'
     case default
-      words = 'its reactions growing without bound: rho is outside the range in which the '// &
-        'local solver converges (for Uzawa below about 2/lambda_max, a factor below 2)'
+      words = 'the reactions growing without bound'
     end select
   end function ending_in_words
 

@@ -47,8 +47,8 @@ contains
     text = trim(buffer)
   end function long_to_text
 
-  !> `number` rounded to `digits` significant digits, without trailing zeros; plain from 1e-4 to 1e7,
-  !> where whole numbers keep all their digits.
+  !> `number` rounded to `digits` significant digits, without trailing zeros; plain from 1e-4 to
+  !> 1e7, where whole numbers keep all their digits.
   pure function real_to_text(number, digits) result(text)
     real(wp), intent(in) :: number
     integer, intent(in), optional :: digits !! 1 to 17 (default 6)

@@ -48,6 +48,7 @@ module problem_mod
     integer  :: ending = ended_well
     integer  :: stages = 0            !! of AUTO: 1 when its first choice did it
     integer  :: improved_at = 0       !! iteration of the last real progress
+    real(wp) :: lowest_residual = huge(1.0_wp) !! then [-]
   end type contact_report_t
 
   interface

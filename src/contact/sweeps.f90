@@ -5,7 +5,7 @@ module sweeps_mod
   use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton6, &
                           local_exact, stop_at_change, solver_sweeps
   use law_mod, only: project_on_cone, augmented_gap
-  use step_report_mod, only: ended_at_limit, ended_stalled, ended_diverging
+  use step_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
                          unpack_rows, pack_rows, force_scale, project_reactions
   use anderson_mod, only: anderson_t, new_anderson, accelerate, forget
@@ -79,6 +79,10 @@ contains
         report%converged = sweep%change <= controls%tolerance*norm2(new)
         if (report%converged) call judge(problem, x_free, new, r_start, controls, r, report)
         if (report%converged) exit iterate
+        if (mod(report%iterations, check_every) == 0) then
+          call judge(problem, x_free, new, r_start, controls, r, report)
+          if (report%ending == ended_stalled) exit iterate
+        end if
       else if (due(sweep, controls, norm2(new), scale, report%iterations)) then
         call judge(problem, x_free, new, r_start, controls, r, report)
         if (report%converged .or. report%ending == ended_stalled) exit iterate
@@ -121,15 +125,19 @@ contains
 
     call measure(problem, x_free, relative_gaps(problem, x_free, packed), packed, r_start, here)
     report%products = report%products + 1
-    if (here%residual < 0.9_wp*report%residual) report%improved_at = report%iterations
+    if (here%residual < 0.9_wp*report%lowest_residual) then
+      report%lowest_residual = here%residual
+      report%improved_at = report%iterations
+    end if
     if (here%residual < report%residual .or. controls%stop_rule == stop_at_change) then
       report%residual = here%residual
       report%worst_point = here%worst_point
       r = unpack_rows(problem, packed)
     end if
+    if (report%iterations - report%improved_at >= patience) report%ending = ended_stalled
     if (controls%stop_rule == stop_at_change) return
     report%converged = report%residual <= controls%tolerance
-    if (report%iterations - report%improved_at >= patience) report%ending = ended_stalled
+    if (report%converged) report%ending = ended_well
   end subroutine judge
 
   !> Where the next sweep starts: Anderson's combination, made admissible; plainly at the last image

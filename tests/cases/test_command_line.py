@@ -124,9 +124,16 @@ class NotSolved(unittest.TestCase):
             self.assertEqual(result.run["status"], "not solved")
 
     def test_uzawa_outside_its_range_is_stopped_and_told(self):
-        run = Run(BLOCK, n=4, local="UZAWA", rho=100)
-        self.assertEqual(run.status, 2)
-        self.assertIn("rho", run.errors)
+        for settings in (
+            {"rho": 100},
+            {"rho": 2.5},
+            {"rho": 2, "mu": 0, "stop": "CHANGE", "tolerance": 1e-6},
+        ):
+            with self.subTest(**settings):
+                run = Run(BLOCK, n=4, local="UZAWA", **settings)
+                self.assertEqual(run.status, 2)
+                self.assertIn("rho", run.errors)
+                self.assertIn("Uzawa", run.errors)
 
     def test_newton_works_at_any_rho(self):
         for rho in (1e-6, 1e-3, 10, 1e3, 1e6):
