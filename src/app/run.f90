@@ -201,9 +201,10 @@ contains
       if (report%worst_point > 0) where_and_what = where_and_what//', largest at node '// &
         to_text(scene%mesh%node_id(plan%points%node(report%worst_point)))
       where_and_what = where_and_what//')'
-      if (scene%contact%local == local_uzawa .and. report%solver == solver_sweeps) &
+      if (scene%contact%local == local_uzawa .and. report%solver == solver_sweeps) then
         where_and_what = where_and_what//'; rho = '//to_text(scene%contact%rho)//' times its '// &
         'natural scale is outside the range in which Uzawa converges here: below 2, often less'
+      end if
     else
       where_and_what = where_and_what//': not certified, '//certificate_in_words(report)// &
         ', allowed '// &
