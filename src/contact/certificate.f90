@@ -11,7 +11,11 @@ module certificate_mod
   implicit none
   private
 
-  public :: certify, energy_balance, step_forces_t
+  public :: certify, judge_contact, energy_balance, step_forces_t
+
+  !> Of numbers that are none.
+  type(certificate_t), parameter :: nothing_true = certificate_t(huge(1.0_wp), huge(1.0_wp), &
+    huge(1.0_wp), huge(1.0_wp), huge(1.0_wp), huge(1.0_wp), .false.)
 
   !> The forces of a step, all (3,n_nodes) in x, y, z.
   type :: step_forces_t
@@ -38,17 +42,9 @@ contains
     type(step_forces_t), intent(in) :: forces
     real(wp), intent(in) :: tolerance              !! contact tolerance [-]
     type(certificate_t) :: certificate
-    real(wp) :: f, u, x(3), r(3), defect, total, residual(3, mesh%n_nodes), support(3, mesh%n_nodes)
+    real(wp) :: f, u, x(3, points%n), residual(3, mesh%n_nodes), support(3, mesh%n_nodes)
     integer :: i
 
-    ! max() forgets NaN: it must be caught before.
-    if (.not. (are_finite(new%displacement) .and. are_finite(new%reaction) .and. &
-               are_finite(contact%reaction) .and. are_finite(contact%slip_increment) .and. &
-               all(abs(contact%gap) <= huge(f)) .and. are_finite(forces%internal) .and. &
-               are_finite(forces%external))) then
-      certificate = certificate_t(huge(f), huge(f), huge(f), huge(f), huge(f), huge(f), .false.)
-      return
-    end if
     residual = forces%internal - forces%external
     do i = 1, points%n
       residual(:, points%node(i)) = residual(:, points%node(i)) - new%reaction(:, i)
@@ -59,27 +55,47 @@ contains
       largest(forces%internal))
     u = max(largest(new%displacement - old%displacement), largest_spread(mesh, new%displacement))
 
+    x(1, :) = contact%gap
+    x(2:, :) = merge(contact%slip_increment, 0.0_wp, has_friction)
+    certificate = judge_contact(points%mu, contact%reaction, x, f, u)
+    ! A body that moves as a whole has forces of rounding alone: they are no imbalance.
+    certificate%equilibrium = ratio(max(0.0_wp, largest(residual) - forces%rounding), f)
+    certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance
+    if (are_finite(new%displacement) .and. are_finite(new%reaction) .and. &
+        are_finite(contact%slip_increment) .and. are_finite(forces%internal) .and. &
+        are_finite(forces%external)) return
+    certificate = nothing_true
+  end function certify
+
+  !> The five entries that concern contact, of reactions and the gaps and slips that belong to them.
+  pure function judge_contact(mu, r, x, f, u) result(certificate)
+    real(wp), intent(in) :: mu(:)    !! (n_points) [-]
+    real(wp), intent(in) :: r(:, :)  !! (3,n_points) n, t1, t2 [force]
+    real(wp), intent(in) :: x(:, :)  !! (3,n_points) [length]
+    real(wp), intent(in) :: f, u     !! scales of force and length
+    type(certificate_t) :: certificate !! equilibrium is 0 in it
+    real(wp) :: defect, total
+    integer :: i
+
+    certificate = nothing_true
+    if (.not. (are_finite(r) .and. are_finite(x))) return ! max() would forget NaN
+    certificate = certificate_t()
     defect = 0.0_wp
     total = 0.0_wp
-    do i = 1, points%n
-      r = contact%reaction(:, i)
-      x = [contact%gap(i), merge(contact%slip_increment(:, i), 0.0_wp, has_friction(:, i))]
-      certificate%penetration = max(certificate%penetration, -x(1))
-      certificate%adhesion = max(certificate%adhesion, -r(1))
-      certificate%complementarity = max(certificate%complementarity, abs(x(1)*r(1)))
-      certificate%cone = max(certificate%cone, norm2(r(2:)) - points%mu(i)*r(1))
-      defect = defect + abs(points%mu(i)*r(1)*norm2(x(2:)) + dot_product(x, r))
-      total = total + norm2(r)
+    do i = 1, size(mu)
+      certificate%penetration = max(certificate%penetration, -x(1, i))
+      certificate%adhesion = max(certificate%adhesion, -r(1, i))
+      certificate%complementarity = max(certificate%complementarity, abs(x(1, i)*r(1, i)))
+      certificate%cone = max(certificate%cone, norm2(r(2:, i)) - mu(i)*r(1, i))
+      defect = defect + abs(mu(i)*r(1, i)*norm2(x(2:, i)) + dot_product(x(:, i), r(:, i)))
+      total = total + norm2(r(:, i))
     end do
     certificate%penetration = ratio(certificate%penetration, u)
     certificate%adhesion = ratio(certificate%adhesion, f)
     certificate%complementarity = ratio(ratio(certificate%complementarity, f), u)
     certificate%cone = ratio(certificate%cone, f)
     certificate%law = ratio(ratio(defect, total), u)
-    ! A body that moves as a whole has forces of rounding alone: they are no imbalance.
-    certificate%equilibrium = ratio(max(0.0_wp, largest(residual) - forces%rounding), f)
-    certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance
-  end function certify
+  end function judge_contact
 
   !> Work, strain energy and dissipation up to the end of the step, and what is left over.
   !>

@@ -7,7 +7,6 @@
 !> Local: u = W r + q; global: M v = H r + f, u = H^T v + w. Components in the order n, t1, t2.
 !> A file that this module writes is a complete problem with its solution; docs/fclib.md.
 module fclib_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_machine
   use text_mod, only: string_t
@@ -17,6 +16,7 @@ module fclib_mod
                          file_foreign
   use fclib_matrix_mod, only: sparse_matrix_t, read_matrix, write_matrix, sparse_of, &
                               read_numbers, read_count, times, blame, most_rows
+  use fresh_file_mod, only: beginning_of, take_place, delete_file
   use problem_mod, only: contact_problem_t
   implicit none
   private
@@ -50,15 +50,6 @@ module fclib_mod
     character(:), allocatable :: solver         !! in words
     logical :: converged = .false.
   end type fclib_solution_t
-
-  interface
-    function c_rename(old, new) result(status) bind(c, name='rename')
-      import :: c_char, c_int
-      implicit none
-      character(c_char), intent(in) :: old(*), new(*)
-      integer(c_int) :: status
-    end function c_rename
-  end interface
 
 contains
 
@@ -352,7 +343,6 @@ contains
     logical, intent(in) :: overwrite
     type(hdf5_file_t), intent(out) :: file
     type(error_t), allocatable, intent(out) :: error
-    integer :: unit, status
     logical :: is_folder, replaceable
 
     inquire (file=path//'/.', exist=is_folder)
@@ -366,8 +356,7 @@ contains
     end if
     if (allocated(error)) return
     ! What a killed run has left behind.
-    open (newunit=unit, file=beginning_of(path), status='old', action='readwrite', iostat=status)
-    if (status == 0) close (unit, status='delete')
+    call delete_file(beginning_of(path))
     call create_file(beginning_of(path), file, error)
   end subroutine begin
 
@@ -376,23 +365,14 @@ contains
     character(*), intent(in) :: path
     type(hdf5_file_t), intent(inout) :: file
     type(error_t), allocatable, intent(inout) :: error
-    integer :: unit, status
 
     call close_file(file, error)
     if (allocated(error)) then
-      open (newunit=unit, file=beginning_of(path), status='old', action='readwrite', iostat=status)
-      if (status == 0) close (unit, status='delete')
-    else if (c_rename(beginning_of(path)//c_null_char, path//c_null_char) /= 0) then
-      call raise(error, exit_machine, "cannot rename '"//beginning_of(path)//"' to '"//path//"'")
+      call delete_file(beginning_of(path))
+    else
+      call take_place(path, error)
     end if
   end subroutine finish
-
-  pure function beginning_of(path) result(beginning)
-    character(*), intent(in) :: path
-    character(:), allocatable :: beginning
-
-    beginning = path//'.new'
-  end function beginning_of
 
   !> Say whether nothing stands at a path, or a solution that this program has written.
   function is_ours(path) result(ours)

@@ -14,7 +14,6 @@
 !> Order within an increment: data, then a flush, then the counts that make it valid, then a flush.
 !> What a killed program leaves behind holds every increment that was counted.
 module result_file_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_machine
   use text_mod, only: string_t, to_text
@@ -31,6 +30,7 @@ module result_file_mod
   use result_contact_mod, only: pair_rows_t, nodal_contact_t, create_contact, append_contact, &
                                 contact_at_nodes
   use result_view_mod, only: view_t, create_view, append_step, count_step
+  use fresh_file_mod, only: beginning_of, take_place, delete_file
   use xdmf_mod, only: write_xdmf, xdmf_path
   implicit none
   private
@@ -68,15 +68,6 @@ module result_file_mod
     type(view_t),      private :: view
     type(pair_rows_t), private, allocatable :: pairs(:)
   end type result_file_t
-
-  interface
-    function c_rename(old, new) result(status) bind(c, name='rename')
-      import :: c_char, c_int
-      implicit none
-      character(c_char), intent(in) :: old(*), new(*)
-      integer(c_int) :: status
-    end function c_rename
-  end interface
 
 contains
 
@@ -265,11 +256,8 @@ contains
     type(result_file_t), intent(inout) :: file
     type(error_t), allocatable, intent(out) :: error
 
-    if (c_rename(beginning_of(file%path)//c_null_char, file%path//c_null_char) /= 0) then
-      call raise(error, exit_machine, "cannot rename '"//beginning_of(file%path)//"' to '"// &
-                 file%path//"'")
-      return
-    end if
+    call take_place(file%path, error)
+    if (allocated(error)) return
     file%hdf5%path = file%path
     ! An older sidecar would lead readers beyond the end of the new file.
     call delete_file(xdmf_path(file%path))
@@ -304,14 +292,6 @@ contains
 
   ! ------------------------------------------------------------------ helpers
 
-  !> Where the file stands until its first increment is complete.
-  pure function beginning_of(path) result(beginning)
-    character(*), intent(in) :: path
-    character(:), allocatable :: beginning
-
-    beginning = path//'.new'
-  end function beginning_of
-
   !> A status with room for the longest one: an attribute keeps the length it began with.
   pure function padded(status) result(text)
     character(*), intent(in) :: status
@@ -329,17 +309,6 @@ contains
     call close_file(file%hdf5, ignored)
     call delete_file(beginning_of(file%path))
   end subroutine discard
-
-  !> Delete a file if it is there. That it cannot be deleted shows when its name is used again.
-  subroutine delete_file(path)
-    character(*), intent(in) :: path
-    integer :: unit, status
-
-    open (newunit=unit, file=path, status='old', action='readwrite', iostat=status)
-    if (status /= 0) return
-    close (unit, status='delete', iostat=status)
-    if (status /= 0) close (unit)
-  end subroutine delete_file
 
   !> The text, or nothing.
   pure function text_of(text) result(given)
