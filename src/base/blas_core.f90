@@ -5,9 +5,8 @@
 !> decides at that moment, so the program looks at what was picked, and if the processor can do
 !> better it starts itself again with the variable set.
 module blas_core_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_funptr, c_null_ptr, c_null_char, &
-    c_associated, &
-                                         c_f_pointer, c_f_procpointer, c_loc
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t, c_ptr, c_funptr, &
+    c_null_ptr, c_null_char, c_associated, c_f_pointer, c_f_procpointer, c_loc
   use text_mod, only: string_t, upper
   implicit none
   private
@@ -46,6 +45,15 @@ module blas_core_mod
       integer(c_int) :: status
     end function c_execv
 
+    function c_readlink(path, target, room) result(length) bind(c, name='readlink')
+      import :: c_char, c_size_t
+      implicit none
+      character(c_char), intent(in) :: path(*)
+      character(c_char), intent(out) :: target(*)
+      integer(c_size_t), value :: room
+      integer(c_size_t) :: length
+    end function c_readlink
+
     function c_strlen(text) result(length) bind(c, name='strlen')
       import :: c_ptr, c_int
       implicit none
@@ -73,23 +81,29 @@ contains
   !> Take care of OpenBLAS's kernels and threads. Returns, or does not: then the program starts
   !> again.
   !>
-  !> Nothing is done when the user has set the variable, under MPI, valgrind or a sanitizer, or with
-  !> another BLAS.
+  !> What the user has set in the environment wins. The program does not start again under MPI,
+  !> valgrind or a sanitizer, or with another BLAS.
   subroutine choose_blas_core()
     character(:), allocatable :: core
     integer(c_int) :: status
+    logical :: threads_given
 
-    if (.not. any_set([character(20) :: 'OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS'])) then
-      call use_one_thread()
-    end if
-    if (any_set([character(20) :: core_variable, guard_variable])) return
+    threads_given = any_set([character(20) :: 'OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS'])
+    if (.not. threads_given) call use_one_thread()
+    core = blas_core_name()
+    if (core == '') return
+    if (any_set([character(20) :: guard_variable])) return
     if (any_set(mpi_variables)) return
     if (watched()) return
-    core = wanted_core(blas_core_name(), processor_flags())
-    if (core == '') return
-    status = c_setenv(c_text(guard_variable), c_text(core), 1_c_int)
+    core = wanted_core(core, processor_flags())
+    if (any_set([character(20) :: core_variable])) core = ''
+    if (core == '' .and. threads_given) return
+    status = c_setenv(c_text(guard_variable), c_text('chosen'), 1_c_int)
     if (status /= 0) return
-    status = c_setenv(c_text(core_variable), c_text(core), 1_c_int)
+    if (core /= '') status = c_setenv(c_text(core_variable), c_text(core), 1_c_int)
+    if (status /= 0) return
+    ! Threads that would wait in a loop for work are then not even made.
+    if (.not. threads_given) status = c_setenv(c_text('OPENBLAS_NUM_THREADS'), c_text('1'), 1_c_int)
     if (status /= 0) return
     call start_again()
   end subroutine choose_blas_core
@@ -207,6 +221,7 @@ contains
     integer :: i, length
     integer(c_int) :: status
     character(:), allocatable :: argument
+    character(4096) :: path
 
     allocate (arguments(0:command_argument_count()), pointers(0:command_argument_count() + 1))
     do i = 0, command_argument_count()
@@ -218,7 +233,10 @@ contains
       pointers(i) = c_loc(arguments(i)%text(1:1))
     end do
     pointers(command_argument_count() + 1) = c_null_ptr
-    status = c_execv(c_text('/proc/self/exe'), pointers)
+    ! By its own path, not by /proc/self/exe: the process keeps its name in lists of processes.
+    length = int(c_readlink(c_text('/proc/self/exe'), path, int(len(path), c_size_t)))
+    if (length <= 0 .or. length >= len(path)) return
+    status = c_execv(path(:length)//c_null_char, pointers)
     if (status /= 0) return
   end subroutine start_again
 
