@@ -46,10 +46,10 @@ module blas_core_mod
     end function c_execv
 
     function c_readlink(path, target, room) result(length) bind(c, name='readlink')
-      import :: c_char, c_size_t
+      import :: c_char, c_size_t, c_ptr
       implicit none
       character(c_char), intent(in) :: path(*)
-      character(c_char), intent(out) :: target(*)
+      type(c_ptr), value :: target
       integer(c_size_t), value :: room
       integer(c_size_t) :: length
     end function c_readlink
@@ -221,7 +221,7 @@ contains
     integer :: i, length
     integer(c_int) :: status
     character(:), allocatable :: argument
-    character(4096) :: path
+    character(4096), target :: path
 
     allocate (arguments(0:command_argument_count()), pointers(0:command_argument_count() + 1))
     do i = 0, command_argument_count()
@@ -234,7 +234,8 @@ contains
     end do
     pointers(command_argument_count() + 1) = c_null_ptr
     ! By its own path, not by /proc/self/exe: the process keeps its name in lists of processes.
-    length = int(c_readlink(c_text('/proc/self/exe'), path, int(len(path), c_size_t)))
+    length = int(c_readlink(c_text('/proc/self/exe'), c_loc(path(1:1)), &
+      int(len(path), c_size_t)))
     if (length <= 0 .or. length >= len(path)) return
     status = c_execv(path(:length)//c_null_char, pointers)
     if (status /= 0) return
