@@ -62,6 +62,8 @@ contains
     !! (n_schur,n_schur) both triangles [force/length]
     type(error_t), allocatable, intent(out) :: error
     !! not positive definite (exit_not_solved), or no memory
+    ! Static storage begins as zeros: MUMPS looks at parts of its structure before it sets them.
+    type(dmumps_struc), save :: blank
     integer :: i
 
     call release(factor)
@@ -78,7 +80,7 @@ contains
       end do
       return
     end if
-    allocate (factor%id)
+    allocate (factor%id, source=blank)
     associate (id => factor%id)
       id%comm = 0 ! any number will do in the sequential library
       id%par = 1
