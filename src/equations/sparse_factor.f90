@@ -177,12 +177,7 @@ contains
       reduced = b
       return
     end if
-    call give_right_hand_sides(factor, b)
-    factor%id%redrhs(1:size(reduced)) => reduced
-    factor%id%lredrhs = factor%n_schur
-    factor%id%icntl(icntl_reduced) = reduced_condense
-    call run_solution(factor, error)
-    factor%id%icntl(icntl_reduced) = 0
+    call run_part(factor, reduced_condense, b, reduced, error)
   end subroutine condense
 
   !> Last part of a solution: from the Schur variables to all.
@@ -198,13 +193,24 @@ contains
       x = reduced
       return
     end if
-    call give_right_hand_sides(factor, x)
+    call run_part(factor, reduced_expand, x, reduced, error)
+  end subroutine expand
+
+  !> One of the two parts of a solution by way of the Schur variables.
+  subroutine run_part(factor, part, b, reduced, error)
+    class(sparse_factor_t), intent(inout) :: factor
+    integer, intent(in) :: part !! reduced_condense or reduced_expand
+    real(wp), contiguous, target, intent(inout) :: b(:, :)       !! (n,m)
+    real(wp), contiguous, target, intent(inout) :: reduced(:, :) !! (n_schur,m)
+    type(error_t), allocatable, intent(out) :: error
+
+    call give_right_hand_sides(factor, b)
     factor%id%redrhs(1:size(reduced)) => reduced
     factor%id%lredrhs = factor%n_schur
-    factor%id%icntl(icntl_reduced) = reduced_expand
+    factor%id%icntl(icntl_reduced) = part
     call run_solution(factor, error)
     factor%id%icntl(icntl_reduced) = 0
-  end subroutine expand
+  end subroutine run_part
 
   subroutine give_right_hand_sides(factor, b)
     class(sparse_factor_t), intent(inout) :: factor
