@@ -51,7 +51,11 @@ module controls_mod
     logical :: displacement = .true.
     logical :: reaction = .true.      !! reaction_force of the supports
     logical :: contact = .true.       !! contact_force, contact_pressure, contact_status
-    logical :: stress = .false.       !! one tensor a brick
+    logical :: stress = .false.       !! *EL FILE, S
+    logical :: strain = .false.       !! *EL FILE, E
+    logical :: at_centroids = .true.  !! of stress and strain: the mean of a brick
+    logical :: at_nodes = .false.     !! extrapolated from the Gauss points, averaged over bricks
+    logical :: at_gauss_points = .false. !! eight tensors a brick
     integer :: frequency = 1          !! every so many increments, and the last of a step
   end type output_controls_t
 

@@ -4,7 +4,7 @@ module loads_mod
   implicit none
   private
 
-  public :: amplitude_t, nodal_value_t, pressure_t, load_step_t, amplitude_value
+  public :: amplitude_t, nodal_value_t, pressure_t, gravity_t, load_step_t, amplitude_value
 
   !> A table of values over a step's own time, linear between its points, constant outside.
   type :: amplitude_t
@@ -28,6 +28,13 @@ module loads_mod
     integer  :: amplitude = 0       !! as above
   end type pressure_t
 
+  !> The weight of some elements: density times acceleration a unit of volume.
+  type :: gravity_t
+    integer  :: region = 0               !! index into the scene's regions
+    real(wp) :: acceleration(3) = 0.0_wp !! [length/time^2]
+    integer  :: amplitude = 0            !! as above
+  end type gravity_t
+
   !> One *STEP: its increments, and what it changes. What it does not name stays as it was.
   type :: load_step_t
     real(wp) :: period = 1.0_wp
@@ -37,9 +44,12 @@ module loads_mod
     logical  :: replace_boundary = .false.      !! OP=NEW: earlier ones end here
     logical  :: replace_forces = .false.
     logical  :: replace_pressures = .false.
+    logical  :: replace_element_loads = .false. !! OP=NEW of *DLOAD
     type(nodal_value_t), allocatable :: boundary(:)  !! of one node and dof the last counts
     type(nodal_value_t), allocatable :: forces(:)    !! of one node and dof they add up
-    type(pressure_t),    allocatable :: pressures(:) !! of one surface they add up
+    type(pressure_t),    allocatable :: pressures(:) !! *DSLOAD; of one surface they add up
+    type(pressure_t),    allocatable :: face_pressures(:) !! *DLOAD P1..P6; they add up as well
+    type(gravity_t),     allocatable :: gravity(:)   !! *DLOAD GRAV; of one region they add up
   end type load_step_t
 
 contains

@@ -4,9 +4,11 @@ module mesh_mod
   implicit none
   private
 
-  public :: mesh_t, find_bodies, node_neighbours, kind_c3d8
+  public :: mesh_t, find_bodies, node_neighbours, kind_c3d8, kind_c3d8i, kind_c3d8b
 
-  integer, parameter :: kind_c3d8 = 1 !! full integration
+  integer, parameter :: kind_c3d8 = 1  !! full integration
+  integer, parameter :: kind_c3d8i = 2 !! incompatible modes
+  integer, parameter :: kind_c3d8b = 3 !! B-bar: the mean dilatation of the brick
 
   !> Nodes and bricks, numbered from 1 in the order of the deck; the deck's own ids beside them.
   type :: mesh_t
@@ -15,7 +17,7 @@ module mesh_mod
     integer,  allocatable :: connectivity(:, :)
     !! (8, n_elements) node numbers, order as in elements/
     integer,  allocatable :: element_id(:)      !! (n_elements) the deck's ids
-    integer,  allocatable :: element_kind(:)    !! (n_elements) kind_c3d8
+    integer,  allocatable :: element_kind(:)    !! (n_elements) kind_c3d8 and its kin
     integer,  allocatable :: material(:)        !! (n_elements) index into the scene's materials
     integer,  allocatable :: body(:) !! (n_nodes) body of each node, 0 where no element uses it
     integer :: n_nodes = 0

@@ -10,14 +10,32 @@ module scene_mod
   implicit none
   private
 
-  public :: scene_t, material_t, contact_pair_t
+  public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t
 
   !> Isotropic linear elasticity.
   type :: material_t
     character(:), allocatable :: name
     real(wp) :: young = 0.0_wp    !! Young's modulus E > 0 [force/length^2]
     real(wp) :: poisson = 0.0_wp  !! Poisson's ratio nu, -1 < nu < 0.5 [-]
+    real(wp) :: density = 0.0_wp  !! > 0 where gravity acts, 0 where not given [mass/length^3]
   end type material_t
+
+  !> Elements that a load names.
+  type :: region_t
+    integer, allocatable :: elements(:) !! element numbers, ascending, each once
+  end type region_t
+
+  !> *CONTACT GAP: nodes that are further from every obstacle than the mesh says.
+  !>
+  !> Constant, or a paraboloid: distance^2/(2 radius), the distance from `centre` measured across
+  !> the obstacle's normal. Gaps of several cards add up.
+  type :: contact_gap_t
+    integer, allocatable :: nodes(:)   !! node numbers
+    logical  :: parabola = .false.
+    real(wp) :: value = 0.0_wp         !! where constant [length]
+    real(wp) :: centre(3) = 0.0_wp     !! of the paraboloid [length]
+    real(wp) :: radius = 1.0_wp        !! of its curvature, not 0 [length]
+  end type contact_gap_t
 
   !> A slave surface that may touch an obstacle.
   type :: contact_pair_t
@@ -38,6 +56,8 @@ module scene_mod
     type(surface_t),      allocatable :: surfaces(:)
     type(obstacle_t),     allocatable :: obstacles(:)
     type(contact_pair_t), allocatable :: pairs(:)
+    type(contact_gap_t),  allocatable :: gaps(:)
+    type(region_t),       allocatable :: regions(:)
     type(amplitude_t),    allocatable :: amplitudes(:)
     type(load_step_t),    allocatable :: steps(:)
     type(contact_controls_t) :: contact
