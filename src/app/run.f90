@@ -12,9 +12,9 @@ module run_mod
   use state_mod, only: state_t, initial_state
   use step_report_mod, only: step_report_t, worst_entry, ended_at_limit, ended_stalled, &
     ended_unbalanced, ended_moving
-  use step_fields_mod, only: step_fields_t, fields_due
+  use step_fields_mod, only: step_fields_t, tensor_field_t, fields_due
   use read_deck_mod, only: read_deck
-  use mesh_forces_mod, only: element_stress
+  use mesh_fields_mod, only: fill_tensor_fields
   use make_plan_mod, only: make_plan
   use initial_overlaps_mod, only: overlaps
   use operators_mod, only: operators_t, make_operators, prepare_step
@@ -279,11 +279,25 @@ contains
     if (.not. fields_due(scene%output%frequency, state%increment, &
       scene%steps(state%step)%n_increments)) return
     if (scene%output%reaction) fields%reaction_force = state%support_force
-    if (scene%output%stress) then
-      allocate (fields%stress(6, scene%mesh%n_elements))
-      call element_stress(scene%mesh, scene%materials, state%displacement, fields%stress)
+    if (scene%output%stress) call allocate_tensors(scene, fields%stress)
+    if (scene%output%strain) call allocate_tensors(scene, fields%strain)
+    if (scene%output%stress .or. scene%output%strain) then
+      call fill_tensor_fields(scene%mesh, scene%materials, state%displacement, fields%strain, &
+        fields%stress)
     end if
   end subroutine make_fields
+
+  !> Room for a tensor wherever the deck wants it.
+  subroutine allocate_tensors(scene, field)
+    type(scene_t), intent(in) :: scene
+    type(tensor_field_t), intent(inout) :: field
+
+    associate (mesh => scene%mesh, output => scene%output)
+      if (output%at_centroids) allocate (field%at_centroids(6, mesh%n_elements))
+      if (output%at_gauss_points) allocate (field%at_gauss_points(6, 8, mesh%n_elements))
+      if (output%at_nodes) allocate (field%at_nodes(6, mesh%n_nodes))
+    end associate
+  end subroutine allocate_tensors
 
   subroutine add_up(increment, report, tally)
     type(increment_t), intent(in) :: increment
