@@ -159,8 +159,10 @@ contains
       report%ending = ended_unbalanced
       if (all(abs(left) <= nearly*small)) report%ending = ended_stalled
       left_seen = matmul(matmul(floating%q, e), floating%g)
-      drift = left - left_seen
-      if (all(abs(drift) <= small)) drift = matmul(floating%back, e)
+      if (norm2(e) < best .or. i == 1) then
+        drift = left - left_seen
+        if (all(abs(drift) <= small)) drift = matmul(floating%back, e)
+      end if
       if (all(abs(left_seen) <= small)) exit recentre
       idle = idle + 1
       if (norm2(e) < 0.99_wp*best) idle = 0
