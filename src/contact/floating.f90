@@ -33,6 +33,7 @@ module floating_mod
   real(wp), parameter :: unseen = 1.0e-10_wp   !! of the largest singular value of G: not seen
   real(wp), parameter :: nearly = 10.0_wp      !! of what counts as balance: no drift yet
   integer,  parameter :: max_recentrings = 100
+  real(wp), parameter :: stiffer = 1.0e-3_wp   !! of the pinned compliance: the least of theta
   integer,  parameter :: max_worse = 4         !! leaps without gain
   integer,  parameter :: patience = 16         !! recentrings that balance nothing
   real(wp), parameter :: longest_leap = 1000.0_wp !! of the way so far
@@ -72,10 +73,13 @@ contains
     type(floating_t), intent(out) :: floating
     real(wp) :: s(size(g, 2)), v(size(g, 2), size(g, 2))
     real(wp), allocatable :: q_w(:, :), both(:, :)
+    real(wp) :: pinned
     integer :: i, n
     logical :: ok
 
     n = size(g, 1)
+    pinned = 0.0_wp
+    if (n > 0) pinned = maxval(sum(abs(w), dim=1))
     floating%n = size(g, 2)
     floating%g = g
     call singular_values(g, s, v, ok)
@@ -98,8 +102,9 @@ contains
       call dgemm('N', 'T', n, n, m, -1.0_wp, floating%q, n, both, n, 1.0_wp, w, n)
       call dgemm('N', 'T', n, n, m, -1.0_wp, both, n, floating%q, n, 1.0_wp, w, n)
     end associate
-    ! As compliant as the bodies themselves at their softest; of bodies that do not give, any.
-    floating%theta = maxval(sum(abs(w), dim=1))
+    ! As compliant as the bodies themselves at their softest. Where statics alone determines the
+    ! reactions W_c is 0 and the pinned bodies give the scale; of bodies that do not give, any.
+    floating%theta = max(maxval(sum(abs(w), dim=1)), stiffer*pinned)
     if (floating%theta <= 0.0_wp) floating%theta = 1.0_wp
     call dgemm('N', 'T', n, n, floating%n_seen, floating%theta, floating%q, n, floating%q, n, &
       1.0_wp, w, n)
