@@ -6,7 +6,7 @@
 !> Pair after pair in the order of the deck, each where the ones before it left the nodes.
 module adjust_mod
   use cards_mod, only: keep_reading, note, reader_t, report
-  use hexahedron8_mod, only: jacobian_determinants
+  use brick8_mod, only: jacobian_determinants
   use kinds_mod, only: i8, wp
   use numbers_mod, only: number_not_finite, number_ok, number_too_large, read_real
   use obstacles_mod, only: locate_point, obstacle_t

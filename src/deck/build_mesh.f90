@@ -1,7 +1,7 @@
 !> The mesh of the scene from the mesh as read, and what can be wrong with it as a whole.
 module build_mesh_mod
   use cards_mod, only: keep_reading, note, reader_t, report
-  use hexahedron8_mod, only: jacobian_determinants
+  use brick8_mod, only: jacobian_determinants
   use kinds_mod, only: wp
   use mesh_draft_mod, only: mesh_draft_t, not_a_coordinate
   use mesh_mod, only: find_bodies, mesh_t

@@ -1,0 +1,234 @@
+!> Contact that must also hold bodies: their free rigid motions are unknowns beside the reactions.
+!>
+!>     x = W_p r + G a + x_free,      G^T r + load = 0
+!>
+!> W_p is the compliance with the bodies pinned, G what the motions do at the contact rows, a how
+!> far they go. With Q an orthonormal basis of the range of G and P = I - Q Q^T this is
+!>
+!>     x = W_c r + Q b + x',   W_c = P W_p P,   Q^T r + q = 0
+!>
+!> where the pins have no influence any more. The motions are found by a proximal iteration,
+!>
+!>     b = c + theta (Q^T r + q),      so that x = (W_c + theta Q Q^T) r + x' + Q (c + theta q),
+!>
+!> a contact problem like any other. Its centre c follows b until the forces balance, or takes a
+!> Newton step on Q^T r(c) + q = 0 with the derivative of the solved contact problem where that
+!> balances more. A motion that contact does not see (in the null space of G) stays where it is; so
+!> does one that nothing drives. Where the force out of balance stays whatever the motion, nothing
+!> balances it.
+!> docs/theory.md section 8.
+module floating_mod
+  use kinds_mod, only: wp
+  use dense_mod, only: singular_values, solve_least_squares
+  use controls_mod, only: contact_controls_t
+  use step_report_mod, only: ended_unbalanced, ended_stalled
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows
+  use global_newton_mod, only: response_to_shifts
+  use solve_mod, only: solve_contact
+  implicit none
+  private
+
+  public :: floating_t, free_the_motions, solve_floating
+
+  real(wp), parameter :: unseen = 1.0e-10_wp   !! of the largest singular value of G: not seen
+  real(wp), parameter :: nearly = 10.0_wp      !! of what counts as balance: no drift yet
+  integer,  parameter :: max_recentrings = 100
+  integer,  parameter :: patience = 8          !! recentrings that balance nothing
+  real(wp), parameter :: longest_leap = 1000.0_wp !! of the way so far
+  real(wp), parameter :: tightest = 1.0e-14_wp    !! tolerance of the proximal problems [-]
+  real(wp), parameter :: least_resistance = 1.0e-12_wp !! of that of the proximal term
+
+  !> What belongs to the motions of a contact problem, beside its compliance.
+  type :: floating_t
+    integer :: n = 0        !! motions
+    integer :: n_seen = 0   !! independent ones that contact sees
+    real(wp), allocatable :: g(:, :)     !! (n_rows,n) [-]
+    real(wp), allocatable :: q(:, :)     !! (n_rows,n_seen) orthonormal [-]
+    real(wp), allocatable :: back(:, :)  !! (n,n_seen) a = back b: G back = Q [-]
+    real(wp), allocatable :: w_q(:, :)   !! (n_rows,n_seen) W_p Q [length/force]
+    real(wp) :: theta = 0.0_wp           !! of the proximal term [length/force]
+  end type floating_t
+
+  interface
+    !> BLAS: C = alpha op(A) op(B) + beta C.
+    subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+      import :: wp
+      implicit none
+      character, intent(in) :: transa, transb
+      integer, intent(in) :: m, n, k, lda, ldb, ldc
+      real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
+      real(wp), intent(inout) :: c(ldc, *)
+    end subroutine dgemm
+  end interface
+
+contains
+
+  !> From the pinned compliance to that of the proximal problem.
+  subroutine free_the_motions(g, w, floating)
+    real(wp), intent(in) :: g(:, :)     !! (n_rows,n) what each motion does at the rows [-]
+    real(wp), intent(inout) :: w(:, :)
+    !! (n_rows,n_rows) W_p in, W_c + theta Q Q^T out, both triangles [length/force]
+    type(floating_t), intent(out) :: floating
+    real(wp) :: s(size(g, 2)), v(size(g, 2), size(g, 2))
+    real(wp), allocatable :: q_w(:, :), both(:, :)
+    integer :: i, n
+    logical :: ok
+
+    n = size(g, 1)
+    floating%n = size(g, 2)
+    floating%g = g
+    call singular_values(g, s, v, ok)
+    if (.not. ok) s = 0.0_wp
+    if (floating%n > 0) floating%n_seen = count(s > unseen*s(1))
+    associate (m => floating%n_seen)
+      allocate (floating%back(floating%n, m), floating%q(n, m), floating%w_q(n, m))
+      do i = 1, m
+        floating%back(:, i) = v(:, i)/s(i)
+      end do
+      if (m == 0) return
+      call dgemm('N', 'N', n, m, floating%n, 1.0_wp, g, n, floating%back, floating%n, 0.0_wp, &
+        floating%q, n)
+      call dgemm('N', 'N', n, m, n, 1.0_wp, w, n, floating%q, n, 0.0_wp, floating%w_q, n)
+      ! P W P = W - Q (W Q)^T - (W Q) Q^T + Q (Q^T W Q) Q^T
+      allocate (q_w(m, m), both(n, m))
+      call dgemm('T', 'N', m, m, n, 1.0_wp, floating%q, n, floating%w_q, n, 0.0_wp, q_w, m)
+      both = floating%w_q
+      call dgemm('N', 'N', n, m, m, -0.5_wp, floating%q, n, q_w, m, 1.0_wp, both, n)
+      call dgemm('N', 'T', n, n, m, -1.0_wp, floating%q, n, both, n, 1.0_wp, w, n)
+      call dgemm('N', 'T', n, n, m, -1.0_wp, both, n, floating%q, n, 1.0_wp, w, n)
+    end associate
+    ! As compliant as the bodies themselves at their softest; of bodies that do not give, any.
+    floating%theta = maxval(sum(abs(w), dim=1))
+    if (floating%theta <= 0.0_wp) floating%theta = 1.0_wp
+    call dgemm('N', 'T', n, n, floating%n_seen, floating%theta, floating%q, n, floating%q, n, &
+      1.0_wp, w, n)
+  end subroutine free_the_motions
+
+  !> Reactions and motions together.
+  !>
+  !> Where nothing balances a motion the report says ended_unbalanced, and `drift` which motion.
+  subroutine solve_floating(problem, floating, x_free, load, controls, a, r, drift, report)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(inout) :: x_free(:)
+    !! (n_rows) at a = 0, in; that of the last proximal problem, out [length]
+    real(wp), intent(in) :: load(:)         !! (n) work of the loads on a unit of each motion [force]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: a(:)         !! (n) start in, how far the motions go out [length]
+    real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
+    real(wp), intent(out) :: drift(:)       !! (n) direction in which nothing balances the loads
+    type(contact_report_t), intent(out) :: report
+    real(wp), dimension(floating%n_seen) :: q, first, centre, image, best_image, e
+    real(wp) :: best_r(3, problem%n_points)
+    real(wp), dimension(problem%n_rows) :: x_start, packed
+    real(wp), dimension(floating%n) :: left, left_seen
+    type(contact_report_t) :: here
+    type(contact_controls_t) :: inner
+    real(wp) :: best, small
+    integer :: i, idle
+    logical :: balanced, plain
+
+    inner = controls
+    inner%tolerance = max(tightest, 0.01_wp*controls%tolerance)
+    q = matmul(load, floating%back)
+    x_start = x_free + matmul(floating%g, a) - matmul(floating%w_q, q)
+    packed = pack_rows(problem, r)
+    centre = shift_of(floating, packed)
+    first = centre
+    best = huge(1.0_wp)
+    idle = 0
+    plain = .true.
+    drift = 0.0_wp
+    recentre: do i = 1, max_recentrings
+      x_free = x_start + matmul(floating%q, centre + floating%theta*q)
+      call solve_contact(problem, x_free, inner, r, here)
+      call add_up(here, report)
+      packed = pack_rows(problem, r)
+      e = matmul(packed, floating%q) + q
+      image = centre + floating%theta*e
+      left = matmul(packed, floating%g) + load
+      small = 0.0_wp
+      if (problem%n_points > 0) small = sqrt(maxval(sum(r**2, dim=1)))
+      small = max(controls%tolerance*small, 1.0e-14_wp*(sum(abs(packed)) + sum(abs(load))))
+      balanced = all(abs(left) <= small)
+      report%converged = here%converged .and. balanced
+      report%ending = here%ending
+      if (balanced .or. .not. here%converged) exit recentre
+
+      ! What contact does not see it cannot balance; what it sees it has not balanced yet.
+      report%ending = ended_unbalanced
+      if (all(abs(left) <= nearly*small)) report%ending = ended_stalled
+      left_seen = matmul(matmul(floating%q, e), floating%g)
+      if (norm2(e) < best .or. i == 1) then
+        drift = left - left_seen
+        if (all(abs(drift) <= small)) drift = matmul(floating%back, e)
+      end if
+      if (all(abs(left_seen) <= small)) exit recentre
+      idle = idle + 1
+      if (norm2(e) < 0.99_wp*best) idle = 0
+      if (idle >= patience) exit recentre
+      ! A leap that has not paid is taken back; the plain step follows from before it.
+      if (norm2(e) < best .or. plain) then
+        best = norm2(e)
+        best_image = image
+        best_r = r
+        plain = .false.
+        call leap(problem, floating, x_free, controls, r, e, centre)
+        if (norm2(centre - first) > longest_leap*norm2(image - first)) then
+          centre = first + (centre - first)*(longest_leap*norm2(image - first)/ &
+            norm2(centre - first))
+        end if
+      else
+        plain = .true.
+        centre = best_image
+        r = best_r
+      end if
+    end do recentre
+    a = a + matmul(floating%back, image - shift_of(floating, packed))
+  end subroutine solve_floating
+
+  !> One Newton step of the centre on Q^T r(c) + q = 0.
+  subroutine leap(problem, floating, x_free, controls, r, e, centre)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(in) :: x_free(:)      !! (n_rows) [length]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(in) :: r(:, :)        !! (3,n_points) solution at the centre [force]
+    real(wp), intent(in) :: e(:)           !! (n_seen) Q^T r + q [force]
+    real(wp), intent(inout) :: centre(:)   !! (n_seen) [length]
+    real(wp) :: response(problem%n_rows, size(e)), resistance(size(e), size(e))
+    integer :: i
+
+    call response_to_shifts(problem, x_free, controls, r, floating%q, response)
+    resistance = -matmul(transpose(floating%q), response)
+    ! Never quite 0, so that a motion that nothing resists goes far, not infinitely far.
+    do i = 1, size(e)
+      resistance(i, i) = resistance(i, i) + least_resistance/floating%theta
+    end do
+    centre = centre + solve_least_squares(resistance, e)
+  end subroutine leap
+
+  !> Q^T W P r: by how much b differs from the motion proper.
+  pure function shift_of(floating, packed) result(shift)
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(in) :: packed(:)    !! (n_rows) reactions [force]
+    real(wp) :: shift(floating%n_seen)   !! [length]
+
+    shift = matmul(packed - matmul(floating%q, matmul(packed, floating%q)), floating%w_q)
+  end function shift_of
+
+  !> The counts of one proximal problem, added to those before; its state in their place.
+  pure subroutine add_up(here, report)
+    type(contact_report_t), intent(in) :: here
+    type(contact_report_t), intent(inout) :: report
+
+    report%solver = here%solver
+    report%residual = here%residual
+    report%worst_point = here%worst_point
+    report%iterations = report%iterations + here%iterations
+    report%local_iterations = report%local_iterations + here%local_iterations
+    report%products = report%products + here%products
+    report%stages = max(report%stages, here%stages)
+  end subroutine add_up
+
+end module floating_mod
