@@ -8,7 +8,7 @@ module motion_words_mod
   implicit none
   private
 
-  public :: free_in_words, motion_in_words, body_in_words, motions_together
+  public :: free_in_words, unresisted_part, motion_in_words, body_in_words, motions_together
 
   real(wp), parameter :: unresisted = 1.0e-8_wp !! of the largest singular value
   real(wp), parameter :: small = 1.0e-6_wp      !! a part that is not worth naming
@@ -19,7 +19,8 @@ contains
   subroutine free_in_words(mesh, motions, stiff, n_free, words)
     type(mesh_t), intent(in) :: mesh
     type(free_motions_t), intent(in) :: motions
-    real(wp), intent(in) :: stiff(:, :)    !! (m,n) what the motions do where there is resistance [-]
+    real(wp), intent(in) :: stiff(:, :)    !! (m,n) what the motions do where there is resistance
+                                           !! [-]
     integer, intent(out) :: n_free
     character(:), allocatable, intent(out) :: words
     real(wp) :: s(motions%n), v(motions%n, motions%n), six(6, motions%n)
@@ -47,6 +48,23 @@ contains
       first = last + 1
     end do
   end subroutine free_in_words
+
+  !> The part of a combination of motions that nothing resists; all of it where there is none.
+  function unresisted_part(stiff, share) result(part)
+    real(wp), intent(in) :: stiff(:, :)  !! (m,n) what the motions do where there is resistance [-]
+    real(wp), intent(in) :: share(:)     !! (n) of each motion
+    real(wp) :: part(size(share))
+    real(wp) :: s(size(share)), v(size(share), size(share))
+    integer :: k
+    logical :: ok
+
+    part = 0.0_wp
+    call singular_values(stiff, s, v, ok)
+    do k = 1, size(share)
+      if (ok .and. s(k) <= unresisted*s(1)) part = part + dot_product(v(:, k), share)*v(:, k)
+    end do
+    if (norm2(part) <= small*norm2(share)) part = share
+  end function unresisted_part
 
   !> A combination of the motions, body by body.
   function motion_in_words(mesh, motions, share) result(words)

@@ -33,7 +33,8 @@ module floating_mod
   real(wp), parameter :: unseen = 1.0e-10_wp   !! of the largest singular value of G: not seen
   real(wp), parameter :: nearly = 10.0_wp      !! of what counts as balance: no drift yet
   integer,  parameter :: max_recentrings = 100
-  integer,  parameter :: patience = 8          !! recentrings that balance nothing
+  integer,  parameter :: max_worse = 4         !! leaps without gain
+  integer,  parameter :: patience = 16         !! recentrings that balance nothing
   real(wp), parameter :: longest_leap = 1000.0_wp !! of the way so far
   real(wp), parameter :: tightest = 1.0e-14_wp    !! tolerance of the proximal problems [-]
   real(wp), parameter :: least_resistance = 1.0e-12_wp !! of that of the proximal term
@@ -125,8 +126,8 @@ contains
     type(contact_report_t) :: here
     type(contact_controls_t) :: inner
     real(wp) :: best, small
-    integer :: i, idle
-    logical :: balanced, plain
+    integer :: i, idle, since_best
+    logical :: balanced
 
     inner = controls
     inner%tolerance = max(tightest, 0.01_wp*controls%tolerance)
@@ -137,7 +138,7 @@ contains
     first = centre
     best = huge(1.0_wp)
     idle = 0
-    plain = .true.
+    since_best = 0
     drift = 0.0_wp
     recentre: do i = 1, max_recentrings
       x_free = x_start + matmul(floating%q, centre + floating%theta*q)
@@ -167,21 +168,25 @@ contains
       idle = idle + 1
       if (norm2(e) < 0.99_wp*best) idle = 0
       if (idle >= patience) exit recentre
-      ! A leap that has not paid is taken back; the plain step follows from before it.
-      if (norm2(e) < best .or. plain) then
+      ! Leaps may pass through worse balance: one too far into an obstacle is brought back by the
+      ! next. Where several have not paid, a plain step from the best so far.
+      since_best = since_best + 1
+      if (norm2(e) < best) then
         best = norm2(e)
         best_image = image
         best_r = r
-        plain = .false.
-        call leap(problem, floating, x_free, controls, r, e, centre)
-        if (norm2(centre - first) > longest_leap*norm2(image - first)) then
-          centre = first + (centre - first)*(longest_leap*norm2(image - first)/ &
-            norm2(centre - first))
-        end if
-      else
-        plain = .true.
+        since_best = 0
+      end if
+      if (since_best == max_worse) then
         centre = best_image
         r = best_r
+        since_best = 0
+        cycle recentre
+      end if
+      call leap(problem, floating, x_free, controls, r, e, centre)
+      if (norm2(centre - first) > longest_leap*norm2(image - first)) then
+        centre = first + (centre - first)*(longest_leap*norm2(image - first)/ &
+          norm2(centre - first))
       end if
     end do recentre
     a = a + matmul(floating%back, image - shift_of(floating, packed))

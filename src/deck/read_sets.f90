@@ -386,7 +386,8 @@ contains
     end if
     if (elements%list(other)%flawed) set%flawed = .true.
     if (elements%list(other)%has_skipped) call note(reader, &
-      'the nodes of elements that are skipped or not in the deck are not in the set '//quoted(name)//' of *NSET, ELSET=')
+      'the nodes of elements that are skipped or not in the deck are not in the set '// &
+      quoted(name)//' of *NSET, ELSET=')
     work = work + set%n + 8_i8*elements%list(other)%n
     if (work > max_work) return
     do i = 1, elements%list(other)%n

@@ -14,7 +14,7 @@ module block_scene
   use step_report_mod, only: step_report_t
   use make_plan_mod, only: make_plan
   use step_loads_mod, only: prescribed_dofs
-  use operators_mod, only: operators_t, make_operators, prepare_step
+  use operators_mod, only: operators_t, make_operators, change_supports, prepare_step
   use advance_mod, only: advance
   implicit none
   private
@@ -158,11 +158,8 @@ contains
 
     increment = next_increment(scene%steps, run%state)
     if (increment%first_of_step) then
-      associate (prescribed => prescribed_dofs(scene, increment%step))
-        if (any(prescribed .neqv. run%operators%prescribed)) then
-          call make_operators(scene, run%plan%points, prescribed, run%operators, run%error)
-        end if
-      end associate
+      call change_supports(scene, run%plan%points, prescribed_dofs(scene, increment%step), &
+        run%operators, run%error)
       if (allocated(run%error)) return
       call prepare_step(scene, increment%step, run%state, run%operators, run%error)
       if (allocated(run%error)) return
