@@ -13,6 +13,7 @@ module advance_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
   use system_mod, only: wall_seconds
+  use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use controls_mod, only: contact_controls_t, stop_at_change
   use contact_points_mod, only: contact_points_t
@@ -20,19 +21,23 @@ module advance_mod
   use plan_mod, only: plan_t
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t, contact_fields_t, worst_entry, &
-                             status_open, status_slide
+                             status_open, status_stick, status_slide, ended_unbalanced, ended_moving
   use mesh_forces_mod, only: internal_force, force_rounding
   use certificate_mod, only: certify, energy_balance, step_forces_t
-  use problem_mod, only: pack_rows, natural_map, contact_report_t
+  use problem_mod, only: pack_rows, unpack_rows, relative_gaps, natural_map, contact_report_t
+  use rigid_modes_mod, only: generalised_loads, add_motions
+  use search_mod, only: locate, carry
   use solve_mod, only: solve_contact
+  use floating_mod, only: solve_floating
+  use motion_words_mod, only: free_in_words, unbalanced_in_words
   use step_loads_mod, only: pattern_factors
-  use operators_mod, only: operators_t, apply_inverse
+  use operators_mod, only: operators_t, apply_inverse, locate_points, update_contact
   implicit none
   private
 
   public :: advance
 
-  integer,  parameter :: max_newton_raphson = 10
+  integer,  parameter :: max_newton_raphson = 40
   integer,  parameter :: max_attempts = 4                   !! with ever smaller residuals
   real(wp), parameter :: smallest_tolerance = 1.0e-14_wp    !! that an attempt asks for [-]
 
@@ -40,7 +45,11 @@ module advance_mod
   type :: attempt_t
     type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
     type(step_forces_t) :: forces
-    real(wp), allocatable :: u_free(:, :)      !! (3,n_nodes) displacement without contact [length]
+    real(wp), allocatable :: u_free(:, :)
+    !! (3,n_nodes) displacement without contact and free motions [length]
+    real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
+    real(wp), allocatable :: start(:, :)
+    !! (3,n_nodes) displacement where curved obstacles are linearised [length]
   end type attempt_t
 
 contains
@@ -75,12 +84,21 @@ contains
     allocate (now%forces%internal, mold=old%displacement)
 
     now%controls = scene%contact
+    allocate (now%motion(operators%motions%n))
+    do i = 1, operators%motions%n
+      now%motion(i) = old%displacement(operators%motions%dof(i), operators%motions%node(i))
+    end do
+    ! Obstacles are where they will be, nodes where they were.
+    now%start = old%displacement
+    where (now%forces%prescribed) now%start = now%u_free
     attempts: do i = 1, max_attempts
       ! 2. to 5. Equilibrium
       call equilibrate(scene, plan%points, operators, old, now, new, report, error)
       if (allocated(error)) return
+      if (report%ending == ended_unbalanced) exit attempts
 
       ! 6. Certificate
+      call locate_points(scene, plan%points, operators%is_curved, new%displacement, operators)
       call describe_contact(plan%points, operators, old, new, report%contact)
       call refuse_prescribed_penetration(scene, plan%points, operators, new, report%contact, error)
       if (allocated(error)) return
@@ -93,10 +111,13 @@ contains
       ! incompressible bodies) the gaps need a smaller one.
       now%controls%tolerance = max(smallest_tolerance, now%controls%tolerance*max(1.0e-4_wp, &
         scene%contact%tolerance/worst_entry(report%certificate)))
+      now%start = new%displacement
     end do attempts
+    report%wall_time = wall_seconds() - clock
+    if (report%ending == ended_unbalanced) return
 
     ! 7. Energies
-    new%slip = old%slip + report%contact%slip_increment
+    new%slip = carried_slip(scene, plan%points, operators, old) + report%contact%slip_increment
     new%external_force = now%forces%external
     new%support_force = now%forces%internal - now%forces%external &
       - nodal(plan%points, new%reaction, size(new%displacement, 2))
@@ -105,7 +126,31 @@ contains
     report%wall_time = wall_seconds() - clock
   end subroutine advance
 
-  !> Newton-Raphson until the forces balance: reactions and displacement from u_free.
+  !> The slip before the increment, in the tangent planes of its end.
+  pure function carried_slip(scene, points, operators, old) result(slip)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    type(state_t), intent(in) :: old
+    real(wp) :: slip(2, points%n) !! along t1, t2 [length]
+    real(wp) :: shift(3), gap, frame(3, 3)
+    integer :: i
+
+    slip = old%slip
+    do i = 1, points%n
+      if (.not. operators%is_curved(i)) cycle
+      shift = 0.0_wp
+      if (points%ref_node(i) > 0) shift = old%displacement(:, points%ref_node(i))
+      call locate(scene%obstacles(scene%pairs(points%pair(i))%obstacle), shift, &
+        scene%mesh%coordinates(:, points%node(i)) + old%displacement(:, points%node(i)), gap, &
+        frame)
+      slip(:, i) = matmul(carry(matmul(frame(:, 2:), old%slip(:, i)), frame(:, 1), &
+        operators%frame(:, 1, i)), operators%frame(:, 2:, i))
+    end do
+  end function carried_slip
+
+  !> Newton-Raphson until the forces balance and the points on curved obstacles have settled:
+  !> reactions and displacement from u_free.
   subroutine equilibrate(scene, points, operators, old, now, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -116,15 +161,23 @@ contains
     type(step_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), allocatable :: correction(:, :, :), residual(:, :, :)
-    real(wp) :: imbalance, last_imbalance
+    real(wp) :: imbalance, last_imbalance, moved, last_moved
     integer :: i
+    logical :: balanced, settled
 
     last_imbalance = huge(1.0_wp)
+    last_moved = huge(1.0_wp)
     newton_raphson: do i = 1, max_newton_raphson
       report%newton_raphson_iterations = report%newton_raphson_iterations + 1
 
-      ! 2. and 3. Reactions
-      call solve_reactions(points, operators, now%controls, old, now%u_free, new%reaction, report)
+      ! 2. and 3. Reactions, and the free motions with them
+      if (operators%floating%is_raised .or. any(operators%is_curved)) then
+        if (i > 1) now%start = new%displacement
+        call locate_points(scene, points, operators%is_curved, now%start, operators)
+        call update_contact(scene, points, operators)
+      end if
+      call solve_reactions(scene, points, operators, old, now, new%reaction, report)
+      if (report%ending == ended_unbalanced) return
 
       ! 4. Displacement
       new%displacement = now%u_free
@@ -134,20 +187,65 @@ contains
         if (allocated(error)) return
         new%displacement = now%u_free + correction(:, :, 1)
       end if
+      call add_motions(operators%motions, scene%mesh, now%motion, new%displacement)
 
-      ! 5. Out-of-balance force
+      ! 5. Out-of-balance force, and how far the closest points have moved
       call internal_force(scene%mesh, scene%materials, new%displacement, now%forces%internal)
       now%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(points, new%reaction, now%forces, residual, imbalance)
-      if (imbalance <= now%controls%tolerance .or. &
-        imbalance > 0.5_wp*last_imbalance) exit newton_raphson
+      call measure_points(scene, points, operators, old, new, moved)
+      balanced = imbalance <= now%controls%tolerance .or. imbalance > 0.5_wp*last_imbalance
+      settled = moved <= now%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. i > 10)
+      if (balanced .and. settled) exit newton_raphson
       last_imbalance = imbalance
+      last_moved = moved
+      if (imbalance <= now%controls%tolerance) cycle newton_raphson
       call apply_inverse(operators, residual, correction, error)
       if (allocated(error)) return
       now%u_free = now%u_free + correction(:, :, 1)
     end do newton_raphson
+    if (moved > 10.0_wp*now%controls%tolerance .and. report%converged) then
+      report%converged = .false.
+      report%ending = ended_moving
+      report%residual = moved
+    end if
   end subroutine equilibrate
+
+  !> How far the contact on curved obstacles is from where it was linearised: gaps of points that
+  !> press and penetrations beside the displacements, and turns of their normals.
+  subroutine measure_points(scene, points, operators, old, new, moved)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    type(state_t), intent(in) :: old, new
+    real(wp), intent(out) :: moved !! [-]
+    real(wp) :: shift(3), gap, frame(3, 3), turn, length
+    integer :: i
+
+    moved = 0.0_wp
+    if (.not. any(operators%is_curved)) return
+    turn = 0.0_wp
+    do i = 1, points%n
+      if (.not. operators%is_curved(i)) cycle
+      shift = 0.0_wp
+      if (points%ref_node(i) > 0) shift = new%displacement(:, points%ref_node(i))
+      call locate(scene%obstacles(scene%pairs(points%pair(i))%obstacle), shift, &
+        scene%mesh%coordinates(:, points%node(i)) + new%displacement(:, points%node(i)), gap, &
+        frame)
+      gap = gap + points%extra_gap(i)
+      if (any(abs(new%reaction(:, i)) > 0.0_wp)) then
+        moved = max(moved, abs(gap))
+        turn = max(turn, norm2(frame(:, 1) - operators%frame(:, 1, i)))
+      else
+        moved = max(moved, -gap)
+      end if
+    end do
+    length = maxval(abs(new%displacement - old%displacement))
+    if (length <= 0.0_wp) length = maxval(abs(new%displacement))
+    if (length > 0.0_wp) moved = moved/length
+    moved = max(moved, turn)
+  end subroutine measure_points
 
   !> Displacement without contact and loads at the end of the increment, from the patterns of its
   !> *STEP.
@@ -169,30 +267,41 @@ contains
   end subroutine sum_patterns
 
   !> The contact problem of the increment: gaps and slips that u_free would give, then the
-  !> reactions.
-  subroutine solve_reactions(points, operators, controls, old, u_free, reaction, report)
+  !> reactions, and the free motions.
+  subroutine solve_reactions(scene, points, operators, old, now, reaction, report)
+    type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(in) :: operators
-    type(contact_controls_t), intent(in) :: controls
+    type(operators_t), intent(inout) :: operators
     type(state_t), intent(in) :: old
-    real(wp), intent(in) :: u_free(:, :)         !! (3,n_nodes) [length]
+    type(attempt_t), intent(inout) :: now        !! gets how far the motions go
     real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z; warm start in [force]
     type(step_report_t), intent(inout) :: report
     real(wp), dimension(3, size(operators%active)) :: x, r
+    real(wp) :: imbalance(operators%motions%n)
     type(contact_report_t) :: contact
     real(wp) :: clock
-    integer :: i, k, node
+    integer :: i, k
 
     clock = wall_seconds()
     do k = 1, size(operators%active)
       i = operators%active(k)
-      node = points%node(i)
-      x(:, k) = matmul(u_free(:, node) - old%displacement(:, node), operators%frame(:, :, i))
-      x(1, k) = operators%initial_gap(i) + dot_product(operators%frame(:, 1, i), u_free(:, node))
+      x(:, k) = matmul(relative(points, i, now%u_free) - relative(points, i, old%displacement), &
+        operators%frame(:, :, i))
+      x(1, k) = operators%gap(i) + dot_product(operators%frame(:, 1, i), &
+        relative(points, i, now%u_free) - operators%place(:, i))
       r(:, k) = matmul(reaction(:, i), operators%frame(:, :, i))
     end do
     report%x_free = pack_rows(operators%problem, x)
-    call solve_contact(operators%problem, report%x_free, controls, r, contact)
+    if (operators%motions%n == 0) then
+      call solve_contact(operators%problem, report%x_free, now%controls, r, contact)
+    else
+      call solve_floating(operators%problem, operators%floating, report%x_free, &
+        generalised_loads(operators%motions, scene%mesh, now%forces%external), now%controls, &
+        now%motion, r, imbalance, contact)
+      if (contact%ending == ended_unbalanced) report%unbalanced = unbalanced_in_words(scene%mesh, &
+        operators%motions, imbalance)
+      call note_unheld(scene%mesh, operators, r, contact, report)
+    end if
     reaction = 0.0_wp
     do k = 1, size(operators%active)
       i = operators%active(k)
@@ -210,6 +319,45 @@ contains
     if (contact%worst_point > 0) report%worst_point = operators%active(contact%worst_point)
     report%contact_time = report%contact_time + wall_seconds() - clock
   end subroutine solve_reactions
+
+  !> The motions that nothing resists: no point that presses moves against them, nor one that
+  !> sticks.
+  subroutine note_unheld(mesh, operators, r, contact, report)
+    type(mesh_t), intent(in) :: mesh
+    type(operators_t), intent(in) :: operators
+    real(wp), intent(in) :: r(:, :)               !! (3,n_active) n, t1, t2 [force]
+    type(contact_report_t), intent(in) :: contact
+    type(step_report_t), intent(inout) :: report
+    real(wp), dimension(size(r, 1), size(r, 2)) :: x, z
+    logical :: resists(operators%problem%n_rows)
+    integer :: status(size(r, 2)), k, a
+
+    if (.not. contact%converged) return
+    x = unpack_rows(operators%problem, relative_gaps(operators%problem, report%x_free, &
+      pack_rows(operators%problem, r)))
+    call natural_map(operators%problem, x, r, z, status)
+    resists = .false.
+    do k = 1, size(r, 2)
+      if (.not. any(abs(r(:, k)) > 0.0_wp)) cycle
+      do a = 1, 3
+        if (operators%problem%row(a, k) == 0) cycle
+        resists(operators%problem%row(a, k)) = a == 1 .or. status(k) == status_stick
+      end do
+    end do
+    call free_in_words(mesh, operators%motions, operators%floating%g, resists, report%n_unheld, &
+      report%unheld)
+  end subroutine note_unheld
+
+  !> Displacement of a point's node less that of its obstacle.
+  pure function relative(points, i, u) result(d)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: i
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) [length]
+    real(wp) :: d(3)
+
+    d = u(:, points%node(i))
+    if (points%ref_node(i) > 0) d = d - u(:, points%ref_node(i))
+  end function relative
 
   !> f_ext + B^T r - f_int on the free degrees of freedom, and its largest node beside the largest
   !> force.
@@ -242,6 +390,8 @@ contains
     force = 0.0_wp
     do i = 1, points%n
       force(:, points%node(i)) = force(:, points%node(i)) + reaction(:, i)
+      if (points%ref_node(i) == 0) cycle
+      force(:, points%ref_node(i)) = force(:, points%ref_node(i)) - reaction(:, i)
     end do
   end function nodal
 
@@ -251,7 +401,7 @@ contains
     type(operators_t), intent(in) :: operators
     type(state_t), intent(in) :: old, new
     type(contact_fields_t), intent(out) :: contact
-    real(wp) :: z(3, size(operators%active)), x(3, size(operators%active)), du(3)
+    real(wp) :: z(3, size(operators%active)), x(3, size(operators%active))
     integer :: status(size(operators%active)), i
 
     contact%frame = operators%frame
@@ -259,10 +409,10 @@ contains
       points%n))
     allocate (contact%status(points%n), source=status_open)
     do i = 1, points%n
-      du = new%displacement(:, points%node(i)) - old%displacement(:, points%node(i))
-      contact%slip_increment(:, i) = matmul(du, contact%frame(:, 2:, i))
-      contact%gap(i) = operators%initial_gap(i) &
-        + dot_product(contact%frame(:, 1, i), new%displacement(:, points%node(i)))
+      contact%slip_increment(:, i) = matmul(relative(points, i, new%displacement) &
+        - relative(points, i, old%displacement), contact%frame(:, 2:, i))
+      contact%gap(i) = operators%gap(i) + dot_product(contact%frame(:, 1, i), &
+        relative(points, i, new%displacement) - operators%place(:, i))
       contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
     end do
     x(1, :) = contact%gap(operators%active)

@@ -2,10 +2,10 @@
 !> to the loads.
 module operators_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t, raise, exit_wrong_input
-  use text_mod, only: to_text
+  use errors_mod, only: error_t
   use system_mod, only: wall_seconds
   use mesh_mod, only: node_neighbours
+  use obstacles_mod, only: obstacle_t, is_flat
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -14,15 +14,17 @@ module operators_mod
   use assembly_mod, only: triplets_t, assemble_stiffness
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: sparse_factor_t, factorise
-  use rigid_modes_mod, only: count_free_motions
+  use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins, motion_at
   use search_mod, only: locate
   use compliance_mod, only: invert_schur, point_stiffness, rows_of_points, compliance_of_rows
   use problem_mod, only: contact_problem_t, make_problem
+  use floating_mod, only: floating_t, free_the_motions
   use step_loads_mod, only: step_loads_t, resolve_loads, prescribed_dofs
   implicit none
   private
 
-  public :: operators_t, make_operators, prepare_step, apply_inverse
+  public :: operators_t, make_operators, prepare_step, apply_inverse, locate_points, update_contact, &
+    ref_nodes
 
   !> Wall time of the phases [s].
   type :: phase_seconds_t
@@ -33,17 +35,25 @@ module operators_mod
     real(wp) :: loads = 0.0_wp     !! responses to the load patterns
   end type phase_seconds_t
 
-  !> Made once for as long as the same degrees of freedom are prescribed.
+  !> Made once for as long as the same degrees of freedom are prescribed; `update_contact` follows
+  !> points on curved obstacles.
   type :: operators_t
-    logical, allocatable :: prescribed(:, :)      !! (3,n_nodes)
+    logical, allocatable :: prescribed(:, :)      !! (3,n_nodes) reference nodes included
+    type(free_motions_t) :: motions               !! rigid motions that supports leave free
     type(dof_map_t) :: map
-    type(sparse_factor_t) :: factor
+    type(sparse_factor_t) :: factor               !! with the motions pinned
     real(wp), allocatable :: compliance(:, :)     !! (n_interface,n_interface) [length/force]
+    real(wp), allocatable :: stiffness(:, :, :)
+    !! (3,3,n_points) of the Schur complement at the points, x, y, z [force/length]
+    logical, allocatable :: is_curved(:)          !! (n_points) the obstacle of the point is
     real(wp), allocatable :: frame(:, :, :)       !! (3,3,n_points) columns n, t1, t2
-    real(wp), allocatable :: initial_gap(:)       !! (n_points) of the undeformed mesh [length]
+    real(wp), allocatable :: gap(:)               !! (n_points) where the frames hold [length]
+    real(wp), allocatable :: place(:, :)
+    !! (3,n_points) displacement of the node less that of the obstacle there [length]
     integer, allocatable :: active(:) !! points that have rows, in the order of the problem
     logical, allocatable :: has_friction(:, :)    !! (2,n_points) tangents along which the law acts
     type(contact_problem_t) :: problem            !! over the active points
+    type(floating_t) :: floating                  !! what the motions do to it
     type(step_loads_t) :: loads                   !! of the present *STEP
     real(wp), allocatable :: response(:, :, :)
     !! (3,n_nodes,n_patterns) displacements under each pattern [length]
@@ -60,18 +70,44 @@ contains
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     type(operators_t), intent(inout) :: operators
     type(error_t), allocatable, intent(out) :: error
-    !! a body that is not held; a singular matrix; no memory
+    !! a singular matrix; no memory
+    logical :: same
+    real(wp) :: clock
+    integer :: i
+
+    same = .false.
+    if (allocated(operators%prescribed)) then
+      same = all((prescribed .eqv. operators%prescribed) .or. &
+        spread(scene%mesh%body == 0, 1, 3))
+    end if
+    operators%prescribed = prescribed
+    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), points%node, &
+      operators%motions, error)
+    if (allocated(error)) return
+    if (.not. same) call make_factor(scene, points, operators, error)
+    if (allocated(error)) return
+    clock = wall_seconds()
+    operators%is_curved = [(.not. is_flat(scene%obstacles(scene%pairs(points%pair(i))%obstacle)), &
+      i=1, points%n)]
+    call locate_points(scene, points, spread(.true., 1, points%n), &
+      spread([0.0_wp, 0.0_wp, 0.0_wp], 2, scene%mesh%n_nodes), operators)
+    call update_contact(scene, points, operators)
+    call lap(clock, operators%seconds%condense)
+  end subroutine make_operators
+
+  !> Factorise the stiffness and condense it to the contact nodes.
+  subroutine make_factor(scene, points, operators, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(inout) :: operators
+    type(error_t), allocatable, intent(out) :: error
     type(triplets_t) :: k
     integer, allocatable :: start(:), neighbours(:), place(:)
-    real(wp), allocatable :: stiffness(:, :, :)
     real(wp) :: clock
 
-    call check_held(scene, prescribed, error)
-    if (allocated(error)) return
-    operators%prescribed = prescribed
-    operators%map = make_dof_map(scene%mesh%body, prescribed, points%node)
-
     clock = wall_seconds()
+    operators%map = make_dof_map(scene%mesh%body, hold_pins(operators%motions, &
+      operators%prescribed), points%node)
     call node_neighbours(scene%mesh, start, neighbours)
     call assemble_stiffness(scene%mesh, scene%materials, operators%map, start, neighbours, k)
     call lap(clock, operators%seconds%assemble)
@@ -83,80 +119,88 @@ contains
     if (allocated(error)) return
     operators%n_factorisations = operators%n_factorisations + 1
     call lap(clock, operators%seconds%factorise)
-    call locate_points(scene, points, operators)
-    stiffness = point_stiffness(operators%map, points, operators%frame, operators%compliance)
+    operators%stiffness = point_stiffness(operators%map, points, operators%compliance)
     call invert_schur(operators%compliance, error)
-    if (allocated(error)) return
-    call make_contact(points, stiffness, operators)
     call lap(clock, operators%seconds%condense)
-  end subroutine make_operators
+  end subroutine make_factor
 
-  !> Frames and gaps of the contact points on the undeformed mesh.
-  subroutine locate_points(scene, points, operators)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(inout) :: operators
+  !> The reference nodes of all obstacles, each once.
+  pure function ref_nodes(obstacles) result(nodes)
+    type(obstacle_t), intent(in) :: obstacles(:)
+    integer, allocatable :: nodes(:)
     integer :: i
 
-    if (allocated(operators%frame)) deallocate (operators%frame, operators%initial_gap)
-    allocate (operators%frame(3, 3, points%n), operators%initial_gap(points%n))
+    allocate (nodes(0))
+    do i = 1, size(obstacles)
+      if (obstacles(i)%ref_node == 0 .or. any(nodes == obstacles(i)%ref_node)) cycle
+      nodes = [nodes, obstacles(i)%ref_node]
+    end do
+  end function ref_nodes
+
+  !> Frames and gaps of some contact points where displacement `u` takes them.
+  subroutine locate_points(scene, points, which, u, operators)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    logical, intent(in) :: which(:)      !! (n_points)
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
+    type(operators_t), intent(inout) :: operators
+    real(wp) :: shift(3)
+    integer :: i
+
+    if (allocated(operators%frame)) then
+      if (size(operators%gap) /= points%n) deallocate (operators%frame, operators%gap, &
+        operators%place)
+    end if
+    if (.not. allocated(operators%frame)) then
+      allocate (operators%frame(3, 3, points%n), operators%gap(points%n))
+      allocate (operators%place(3, points%n))
+    end if
     do i = 1, points%n
-      associate (pair => scene%pairs(points%pair(i)))
-        call locate(scene%obstacles(pair%obstacle), scene%mesh%coordinates(:, points%node(i)), &
-                    operators%initial_gap(i), operators%frame(:, :, i))
-      end associate
+      if (.not. which(i)) cycle
+      shift = 0.0_wp
+      if (points%ref_node(i) > 0) shift = u(:, points%ref_node(i))
+      call locate(scene%obstacles(scene%pairs(points%pair(i))%obstacle), shift, &
+        scene%mesh%coordinates(:, points%node(i)) + u(:, points%node(i)), operators%gap(i), &
+        operators%frame(:, :, i))
+      operators%gap(i) = operators%gap(i) + points%extra_gap(i)
+      operators%place(:, i) = u(:, points%node(i)) - shift
     end do
   end subroutine locate_points
 
-  !> Rows of the contact points, and the contact problem over those that have any.
-  subroutine make_contact(points, stiffness, operators)
+  !> Rows of the contact points as they are located, and the contact problem over those that have
+  !> any.
+  subroutine update_contact(scene, points, operators)
+    type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: stiffness(:, :, :)
-    !! (3,3,n_points) of the Schur complement at the points
     type(operators_t), intent(inout) :: operators
-    real(wp), allocatable :: w(:, :)
-    integer :: row(3, points%n), i
+    real(wp), allocatable :: w(:, :), g(:, :), stiffness(:, :, :)
+    real(wp) :: motion(3)
+    integer :: row(3, points%n), i, j, k, a
 
-    call rows_of_points(operators%map, points, operators%frame, row)
+    call rows_of_points(operators%prescribed, points, operators%frame, row)
     call compliance_of_rows(operators%map, points, operators%frame, row, operators%compliance, w)
     operators%active = pack([(i, i=1, points%n)], row(1, :) > 0)
     operators%has_friction = row(2:, :) > 0
-    if (count(row > 0) == operators%map%n_interface .and. all(row > 0)) then
-      call make_problem(row, points%mu, w, operators%problem, stiffness)
-    else
-      call make_problem(row(:, operators%active), points%mu(operators%active), w, operators%problem)
-    end if
-  end subroutine make_contact
-
-  !> Every body must be held by its supports: contact alone cannot hold one yet.
-  subroutine check_held(scene, prescribed, error)
-    type(scene_t), intent(in) :: scene
-    logical, intent(in) :: prescribed(:, :)
-    type(error_t), allocatable, intent(out) :: error
-    integer :: body, n_free, first
-
-    do body = 1, scene%mesh%n_bodies
-      call count_free_motions(scene%mesh, body, prescribed, n_free, error)
-      if (allocated(error)) return
-      if (n_free == 0) cycle
-      first = findloc_first(scene%mesh%body, body)
-      call raise(error, exit_wrong_input, 'the body of node '// &
-        to_text(scene%mesh%node_id(first))// &
-        ' is not held: its prescribed displacements leave '//to_text(n_free)// &
-        ' of its 6 rigid motions free, '// &
-        'and contact alone cannot hold a body')
-      return
+    allocate (g(count(row > 0), operators%motions%n), stiffness(3, 3, size(operators%active)))
+    do k = 1, size(operators%active)
+      i = operators%active(k)
+      associate (frame => operators%frame(:, :, i))
+        stiffness(:, :, k) = matmul(transpose(frame), matmul(operators%stiffness(:, :, i), frame))
+        do j = 1, operators%motions%n
+          motion = motion_at(operators%motions, scene%mesh, j, points%node(i))
+          if (points%ref_node(i) > 0) motion = motion - motion_at(operators%motions, scene%mesh, &
+            j, points%ref_node(i))
+          do a = 1, 3
+            if (row(a, i) > 0) g(row(a, i), j) = dot_product(frame(:, a), motion)
+          end do
+        end do
+      end associate
     end do
-  end subroutine check_held
-
-  pure function findloc_first(list, value) result(first)
-    integer, intent(in) :: list(:), value
-    integer :: first
-
-    do first = 1, size(list)
-      if (list(first) == value) return
-    end do
-  end function findloc_first
+    if (operators%motions%n > 0) call free_the_motions(g, w, operators%floating)
+    call make_problem(row(:, operators%active), points%mu(operators%active), w, &
+      operators%problem, stiffness)
+    operators%problem%is_proximal = operators%motions%n > 0
+  end subroutine update_contact
 
   !> At the start of a *STEP: its load patterns and the displacements they cause without contact.
   subroutine prepare_step(scene, step, state, operators, error)

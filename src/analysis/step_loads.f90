@@ -8,7 +8,7 @@ module step_loads_mod
   use kinds_mod, only: wp
   use loads_mod, only: amplitude_value
   use scene_mod, only: scene_t
-  use mesh_forces_mod, only: pressure_force
+  use mesh_forces_mod, only: pressure_force, gravity_force
   implicit none
   private
 
@@ -115,36 +115,56 @@ contains
     end do
   end subroutine resolve_boundary
 
-  !> The nodal forces of the step: concentrated forces, and pressures turned into forces.
+  !> The nodal forces of the step: concentrated forces, pressures and weights turned into forces.
   pure subroutine resolve_forces(scene, step, force)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
     real(wp), intent(inout) :: force(:, :, pattern_hold:) !! (3,n_nodes,patterns) [force]
-    real(wp), allocatable :: concentrated(:, :), pressure(:, :)
-    integer :: k, g, i
+    real(wp), allocatable, dimension(:, :) :: concentrated, pressure, face_pressure
+    real(wp), allocatable :: gravity(:, :, :)
+    integer :: k, g, i, n
 
     ! Level by level from the first step: what a step starts from is what the one before it ended
     ! with.
-    allocate (concentrated(3*scene%mesh%n_nodes, pattern_hold:size(scene%amplitudes)), &
-      source=0.0_wp)
-    allocate (pressure(size(scene%surfaces), pattern_hold:size(scene%amplitudes)), source=0.0_wp)
+    n = size(scene%amplitudes)
+    allocate (concentrated(3*scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
+    allocate (pressure(size(scene%surfaces), pattern_hold:n), source=0.0_wp)
+    allocate (face_pressure(size(scene%surfaces), pattern_hold:n), source=0.0_wp)
+    allocate (gravity(size(scene%regions), pattern_hold:n, 3), source=0.0_wp)
     do k = 1, step
       associate (s => scene%steps(k))
         if (k > 1) then
           call settle(scene, k - 1, concentrated)
           call settle(scene, k - 1, pressure)
+          call settle(scene, k - 1, face_pressure)
+          do i = 1, 3
+            call settle(scene, k - 1, gravity(:, :, i))
+          end do
         end if
         call change_levels([(3*s%forces(i)%node - 3 + s%forces(i)%dof, i=1, size(s%forces))], &
                            s%forces%value, s%forces%amplitude, s%replace_forces, concentrated)
         call change_levels(s%pressures%surface, s%pressures%value, s%pressures%amplitude, &
           s%replace_pressures, pressure)
+        call change_levels(s%face_pressures%surface, s%face_pressures%value, &
+          s%face_pressures%amplitude, s%replace_element_loads, face_pressure)
+        do i = 1, 3
+          call change_levels(s%gravity%region, s%gravity%acceleration(i), s%gravity%amplitude, &
+            s%replace_element_loads, gravity(:, :, i))
+        end do
       end associate
     end do
-    do g = pattern_hold, size(scene%amplitudes)
+    pressure = pressure + face_pressure
+    do g = pattern_hold, n
       force(:, :, g) = reshape(concentrated(:, g), [3, scene%mesh%n_nodes])
       do i = 1, size(scene%surfaces)
         if (abs(pressure(i, g)) > 0.0_wp) then
           call pressure_force(scene%mesh, scene%surfaces(i), pressure(i, g), force(:, :, g))
+        end if
+      end do
+      do i = 1, size(scene%regions)
+        if (any(abs(gravity(i, g, :)) > 0.0_wp)) then
+          call gravity_force(scene%mesh, scene%materials, scene%regions(i)%elements, &
+            gravity(i, g, :), force(:, :, g))
         end if
       end do
     end do

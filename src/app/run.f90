@@ -10,11 +10,13 @@ module run_mod
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t, next_increment
   use state_mod, only: state_t, initial_state
-  use step_report_mod, only: step_report_t, worst_entry, ended_at_limit, ended_stalled
-  use step_fields_mod, only: step_fields_t, fields_due
+  use step_report_mod, only: step_report_t, worst_entry, ended_at_limit, ended_stalled, &
+    ended_unbalanced, ended_moving
+  use step_fields_mod, only: step_fields_t, tensor_field_t, fields_due
   use read_deck_mod, only: read_deck
-  use mesh_forces_mod, only: element_stress
+  use mesh_fields_mod, only: fill_tensor_fields
   use make_plan_mod, only: make_plan
+  use initial_overlaps_mod, only: overlaps
   use operators_mod, only: operators_t, make_operators, prepare_step
   use step_loads_mod, only: prescribed_dofs
   use advance_mod, only: advance
@@ -66,13 +68,15 @@ contains
     console = open_console(options%quiet)
     call read_deck(options%deck, options%overrides, scene, error)
     if (allocated(error)) return
-    call make_plan(scene, plan)
+    call make_plan(scene, plan, error)
+    if (allocated(error)) return
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
     tally%read_time = wall_seconds() - console%started
     call print_lines(console, [string_t('bipot '//version//': '//scene%title)])
     call print_lines(console, scene%notes)
     call print_lines(console, plan%lines)
+    call print_lines(console, overlaps(scene, plan%points))
     if (options%plan) return
     call run_scene(options, scene, plan, exports, console, tally, error)
   end subroutine run_deck
@@ -132,8 +136,10 @@ contains
     type(increment_t) :: increment
     type(step_report_t) :: report
     type(step_fields_t) :: fields
+    character(:), allocatable :: unheld !! motions that nothing held in the increment before
     real(wp) :: clock
 
+    unheld = ''
     old = initial_state(scene%mesh%n_nodes, plan%points%n)
     increments: do
       increment = next_increment(scene%steps, old)
@@ -149,6 +155,7 @@ contains
       if (allocated(error)) return
       call refuse_unsolved(scene, plan, increment, report, error)
       if (allocated(error)) return
+      call tell_unheld(console, increment, report, unheld)
 
       clock = wall_seconds()
       call make_fields(scene, new, fields)
@@ -160,6 +167,24 @@ contains
       old = new
     end do increments
   end subroutine go_through
+
+  !> Say which rigid motions nothing holds, where that has changed.
+  subroutine tell_unheld(console, increment, report, before)
+    type(console_t), intent(inout) :: console
+    type(increment_t), intent(in) :: increment
+    type(step_report_t), intent(in) :: report
+    character(:), allocatable, intent(inout) :: before
+    character(:), allocatable :: now
+
+    now = ''
+    if (allocated(report%unheld)) now = report%unheld
+    if (now == before) return
+    before = now
+    if (now == '') now = 'none any more'
+    call clear_bar(console)
+    call say('note: step '//to_text(increment%step)//', increment '//to_text(increment%number)// &
+      ': motions that nothing holds and nothing drives stay where they are: '//now)
+  end subroutine tell_unheld
 
   !> New operators where a step holds other degrees of freedom than the one before; its loads in any
   !> case.
@@ -193,7 +218,12 @@ contains
     if (report%converged .and. scene%contact%stop_rule == stop_at_change) return
     if (report%converged .and. report%certificate%certified) return
     where_and_what = 'step '//to_text(increment%step)//', increment '//to_text(increment%number)
-    if (.not. report%converged) then
+    if (report%ending == ended_unbalanced) then
+      where_and_what = where_and_what//': nothing balances the loads along '//report%unbalanced
+    else if (report%ending == ended_moving) then
+      where_and_what = where_and_what//': the contact points on curved obstacles do not settle '// &
+        '(they still move by '//to_text(report%residual, 3)//'); smaller increments may help'
+    else if (.not. report%converged) then
       where_and_what = where_and_what//': '//solver_name(report%solver)// &
         ' did not reach the tolerance '//to_text(scene%contact%tolerance)//' in '// &
         to_text(report%contact_iterations)//' iterations, '//ending_in_words(report%ending)// &
@@ -249,11 +279,25 @@ contains
     if (.not. fields_due(scene%output%frequency, state%increment, &
       scene%steps(state%step)%n_increments)) return
     if (scene%output%reaction) fields%reaction_force = state%support_force
-    if (scene%output%stress) then
-      allocate (fields%stress(6, scene%mesh%n_elements))
-      call element_stress(scene%mesh, scene%materials, state%displacement, fields%stress)
+    if (scene%output%stress) call allocate_tensors(scene, fields%stress)
+    if (scene%output%strain) call allocate_tensors(scene, fields%strain)
+    if (scene%output%stress .or. scene%output%strain) then
+      call fill_tensor_fields(scene%mesh, scene%materials, state%displacement, fields%strain, &
+        fields%stress)
     end if
   end subroutine make_fields
+
+  !> Room for a tensor wherever the deck wants it.
+  subroutine allocate_tensors(scene, field)
+    type(scene_t), intent(in) :: scene
+    type(tensor_field_t), intent(inout) :: field
+
+    associate (mesh => scene%mesh, output => scene%output)
+      if (output%at_centroids) allocate (field%at_centroids(6, mesh%n_elements))
+      if (output%at_gauss_points) allocate (field%at_gauss_points(6, 8, mesh%n_elements))
+      if (output%at_nodes) allocate (field%at_nodes(6, mesh%n_nodes))
+    end associate
+  end subroutine allocate_tensors
 
   subroutine add_up(increment, report, tally)
     type(increment_t), intent(in) :: increment

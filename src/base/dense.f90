@@ -1,10 +1,11 @@
-!> Dense linear algebra by LAPACK: inverse, solution, least squares.
+!> Dense linear algebra by LAPACK: inverse, solution, least squares, eigenvectors, singular values.
 module dense_mod
   use kinds_mod, only: wp
   implicit none
   private
 
-  public :: invert_spd, solve_dense, solve_least_squares
+  public :: invert_spd, solve_dense, solve_least_squares, invert_general, symmetric_eigenvectors, &
+    singular_values
 
   real(wp), parameter :: singular = 1.0e-14_wp !! reciprocal condition taken for 0 [-]
 
@@ -71,6 +72,38 @@ module dense_mod
       integer, intent(out) :: rank, info
       real(wp), intent(out) :: work(*)
     end subroutine dgelsy
+
+    !> LAPACK: inverse from the LU factors.
+    subroutine dgetri(n, a, lda, ipiv, work, lwork, info)
+      import :: wp
+      implicit none
+      integer, intent(in) :: n, lda, ipiv(*), lwork
+      real(wp), intent(inout) :: a(lda, *)
+      real(wp), intent(out) :: work(*)
+      integer, intent(out) :: info
+    end subroutine dgetri
+
+    !> LAPACK: eigenvalues and eigenvectors of a symmetric matrix.
+    subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+      import :: wp
+      implicit none
+      character, intent(in) :: jobz, uplo
+      integer, intent(in) :: n, lda, lwork
+      real(wp), intent(inout) :: a(lda, *)
+      real(wp), intent(out) :: w(*), work(*)
+      integer, intent(out) :: info
+    end subroutine dsyev
+
+    !> LAPACK: singular value decomposition.
+    subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
+      import :: wp
+      implicit none
+      character, intent(in) :: jobu, jobvt
+      integer, intent(in) :: m, n, lda, ldu, ldvt, lwork
+      real(wp), intent(inout) :: a(lda, *)
+      real(wp), intent(out) :: s(*), u(ldu, *), vt(ldvt, *), work(*)
+      integer, intent(out) :: info
+    end subroutine dgesvd
   end interface
 
 contains
@@ -141,5 +174,53 @@ contains
       rank, work, size(work), info)
     x = rhs(:size(a, 2))
   end function solve_least_squares
+
+  !> Replace a square matrix by its inverse.
+  subroutine invert_general(a, regular)
+    real(wp), intent(inout) :: a(:, :) !! (n,n); destroyed where singular
+    logical, intent(out) :: regular
+    real(wp) :: work(64*size(a, 1))
+    integer :: pivot(size(a, 1)), n, info
+
+    n = size(a, 1)
+    call dgetrf(n, n, a, n, pivot, info)
+    if (info == 0) call dgetri(n, a, n, pivot, work, size(work), info)
+    regular = info == 0
+  end subroutine invert_general
+
+  !> Eigenvalues, ascending, and eigenvectors of a symmetric matrix.
+  subroutine symmetric_eigenvectors(a, eigenvalue, ok)
+    real(wp), intent(inout) :: a(:, :)      !! (n,n) matrix in, eigenvectors (columns) out
+    real(wp), intent(out) :: eigenvalue(:)  !! (n)
+    logical, intent(out) :: ok              !! false: LAPACK did not converge
+    real(wp) :: work(64*size(a, 1))
+    integer :: info
+
+    call dsyev('V', 'U', size(a, 1), a, size(a, 1), eigenvalue, work, size(work), info)
+    ok = info == 0
+  end subroutine symmetric_eigenvectors
+
+  !> Singular values, descending, with the right singular vectors: A = U diag(s) V^T.
+  subroutine singular_values(a, s, v, ok)
+    real(wp), intent(in) :: a(:, :)   !! (m,n)
+    real(wp), intent(out) :: s(:)     !! (n) those beyond m are 0
+    real(wp), intent(out) :: v(:, :)  !! (n,n) columns, a basis of the whole space
+    logical, intent(out) :: ok        !! false: LAPACK did not converge
+    real(wp) :: copy(max(1, size(a, 1)), size(a, 2)), u(1, 1), vt(size(a, 2), size(a, 2))
+    real(wp) :: work(10*(size(a, 1) + size(a, 2)) + 64)
+    integer :: m, n, info
+
+    m = size(a, 1)
+    n = size(a, 2)
+    s = 0.0_wp
+    ok = .true.
+    if (n == 0) return
+    copy = 0.0_wp
+    copy(:m, :) = a
+    ! One row of zeros stands for none.
+    call dgesvd('N', 'A', max(1, m), n, copy, max(1, m), s, u, 1, vt, n, work, size(work), info)
+    ok = info == 0
+    v = transpose(vt)
+  end subroutine singular_values
 
 end module dense_mod

@@ -43,16 +43,22 @@ contains
     real(wp), intent(in) :: tolerance              !! contact tolerance [-]
     type(certificate_t) :: certificate
     real(wp) :: f, u, x(3, points%n), residual(3, mesh%n_nodes), support(3, mesh%n_nodes)
+    logical :: is_mesh(mesh%n_nodes)
     integer :: i
 
     residual = forces%internal - forces%external
     do i = 1, points%n
       residual(:, points%node(i)) = residual(:, points%node(i)) - new%reaction(:, i)
+      if (points%ref_node(i) == 0) cycle
+      residual(:, points%ref_node(i)) = residual(:, points%ref_node(i)) + new%reaction(:, i)
     end do
     support = merge(residual, 0.0_wp, forces%prescribed)
     residual = residual - support
-    f = max(largest(new%reaction), largest(support), largest(forces%external), &
+    ! Of an obstacle's reference node the forces are resultants, not those of a node.
+    is_mesh = mesh%body > 0
+    f = max(largest(new%reaction), largest(support, is_mesh), largest(forces%external, is_mesh), &
       largest(forces%internal))
+    if (f <= 0.0_wp) f = largest(forces%external)
     u = max(largest(new%displacement - old%displacement), largest_spread(mesh, new%displacement))
 
     x(1, :) = contact%gap
@@ -124,12 +130,20 @@ contains
   end function are_finite
 
   !> The largest vector of a list.
-  pure function largest(v) result(size_of_largest)
+  pure function largest(v, among) result(size_of_largest)
     real(wp), intent(in) :: v(:, :) !! (3,n)
+    logical, intent(in), optional :: among(:) !! (n) those that count
     real(wp) :: size_of_largest
+    integer :: i
 
     size_of_largest = 0.0_wp
-    if (size(v, 2) > 0) size_of_largest = sqrt(maxval(sum(v**2, dim=1)))
+    do i = 1, size(v, 2)
+      if (present(among)) then
+        if (.not. among(i)) cycle
+      end if
+      size_of_largest = max(size_of_largest, sum(v(:, i)**2))
+    end do
+    size_of_largest = sqrt(size_of_largest)
   end function largest
 
   !> Largest minus smallest of a displacement component over a body: its deformation, free of

@@ -26,18 +26,16 @@ contains
       'held, or the material is at the limit of what double precision holds')
   end subroutine invert_schur
 
-  !> The Schur complement's 3x3 block at every point, in its frame; 0 along prescribed directions.
-  pure function point_stiffness(map, points, frame, s) result(stiffness)
+  !> The Schur complement's 3x3 block at the node of every point; 0 along prescribed directions.
+  pure function point_stiffness(map, points, s) result(stiffness)
     type(dof_map_t), intent(in) :: map
     type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: frame(:, :, :)       !! (3,3,n_points) columns n, t1, t2
     real(wp), intent(in) :: s(:, :)              !! (n_interface,n_interface) [force/length]
-    real(wp) :: stiffness(3, 3, points%n)        !! [force/length]
+    real(wp) :: stiffness(3, 3, points%n)        !! x, y, z [force/length]
     integer :: i
 
     do i = 1, points%n
-      stiffness(:, :, i) = matmul(transpose(frame(:, :, i)), matmul( &
-        interface_block(map, s, points%node(i), points%node(i)), frame(:, :, i)))
+      stiffness(:, :, i) = interface_block(map, s, points%node(i), points%node(i))
     end do
   end function point_stiffness
 
@@ -62,10 +60,11 @@ contains
   !> Number the rows of every point: a row wherever the point can move along its frame and the law
   !> has a reaction.
   !>
-  !> A direction that is prescribed has no compliance and no row; without friction there are no
-  !> tangential rows; a point whose normal is prescribed has none at all (docs/theory.md section 2).
-  pure subroutine rows_of_points(map, points, frame, row)
-    type(dof_map_t), intent(in) :: map
+  !> A direction that is prescribed, of the node as of the obstacle, has no compliance and no row;
+  !> without friction there are no tangential rows; a point whose normal is prescribed has none at
+  !> all (docs/theory.md section 2).
+  pure subroutine rows_of_points(prescribed, points, frame, row)
+    logical, intent(in) :: prescribed(:, :)       !! (3,n_nodes) reference nodes included
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: frame(:, :, :)        !! (3,3,n_points) columns n, t1, t2
     integer, intent(out) :: row(:, :)             !! (3,n_points) 0 where there is none
@@ -76,7 +75,8 @@ contains
     row = 0
     n = 0
     do i = 1, points%n
-      free = map%equation(:, points%node(i)) > 0
+      free = .not. prescribed(:, points%node(i))
+      if (points%ref_node(i) > 0) free = free .or. .not. prescribed(:, points%ref_node(i))
       do a = 1, 3
         if (a > 1 .and. (row(1, i) == 0 .or. points%mu(i) <= 0.0_wp)) exit
         if (.not. any(free .and. abs(frame(:, a, i)) > straight)) cycle
@@ -100,12 +100,14 @@ contains
 
     allocate (w(count(row > 0), count(row > 0)))
     do j = 1, points%n
-      do i = 1, points%n
+      do i = j, points%n
         block = matmul(transpose(frame(:, :, i)), matmul( &
           interface_block(map, c, points%node(i), points%node(j)), frame(:, :, j)))
         do b = 1, 3
           do a = 1, 3
-            if (row(a, i) > 0 .and. row(b, j) > 0) w(row(a, i), row(b, j)) = block(a, b)
+            if (row(a, i) == 0 .or. row(b, j) == 0) cycle
+            w(row(a, i), row(b, j)) = block(a, b)
+            w(row(b, j), row(a, i)) = block(a, b)
           end do
         end do
       end do

@@ -14,12 +14,13 @@ module problem_mod
 
   public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
     relative_gaps, product_with_w, natural_map, force_scale, &
-    measure, project_reactions
+    measure, project_reactions, add_rank
 
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
   type :: contact_problem_t
     integer :: n_points = 0
     integer :: n_rows = 0
+    logical :: is_proximal = .false. !! x_free holds a proximal term and says nothing of forces
     integer,  allocatable :: row(:, :) !! (3,n_points) row of each component, 0 where there is none
     real(wp), allocatable :: mu(:)          !! (n_points) [-]
     real(wp), allocatable :: w(:, :) !! (n_rows,n_rows) compliance, both triangles [length/force]
@@ -52,6 +53,16 @@ module problem_mod
   end type contact_report_t
 
   interface
+    !> BLAS: C = alpha op(A) op(B) + beta C.
+    subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+      import :: wp
+      implicit none
+      character, intent(in) :: transa, transb
+      integer, intent(in) :: m, n, k, lda, ldb, ldc
+      real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
+      real(wp), intent(inout) :: c(ldc, *)
+    end subroutine dgemm
+
     !> BLAS: y = alpha A x + beta y, A symmetric.
     subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
       import :: wp
@@ -73,32 +84,48 @@ contains
     !! (n_rows,n_rows), moved into the problem [length/force]
     type(contact_problem_t), intent(out) :: problem
     real(wp), intent(in), optional :: stiffness(:, :, :)
-    !! (3,3,n_points) blocks of W^-1 at the points, where known and all points have three rows
-    real(wp) :: tangential(3, 3), smallest
-    integer :: i, a, b, n
+    !! (3,3,n_points) blocks of W^-1 at the points, where known
+    integer :: i
 
     problem%n_points = size(mu)
     problem%n_rows = count(row > 0)
     problem%row = row
     problem%mu = mu
     call move_alloc(w, problem%w)
-    allocate (problem%block(3, 3, size(mu)), source=0.0_wp)
-    allocate (problem%rho(size(mu)), problem%rho_n(size(mu)), problem%rho_t(size(mu)), &
-      problem%rho_map(size(mu)))
+    call set_blocks(problem)
+    allocate (problem%rho_map(size(mu)))
     do i = 1, size(mu)
-      associate (block => problem%block(:, :, i))
+      associate (block => problem%block(:, :, i), has => row(:, i) > 0)
+        problem%rho_map(i) = real(count(has), wp)/sum([block(1, 1), block(2, 2), block(3, 3)], &
+          mask=has)
+      end associate
+    end do
+    call scale_global_newton(problem, stiffness)
+  end subroutine make_problem
+
+  !> Blocks of W on its diagonal, and the rho of the local solvers.
+  pure subroutine set_blocks(problem)
+    type(contact_problem_t), intent(inout) :: problem
+    real(wp) :: tangential(3, 3), smallest
+    integer :: i, a, b, n
+
+    n = problem%n_points
+    if (.not. allocated(problem%block)) then
+      allocate (problem%block(3, 3, n), problem%rho(n), problem%rho_n(n), problem%rho_t(n))
+    end if
+    problem%block = 0.0_wp
+    do i = 1, n
+      associate (block => problem%block(:, :, i), row => problem%row(:, i))
         do b = 1, 3
           do a = 1, 3
-            if (row(a, i) > 0 .and. row(b, i) > 0) block(a, b) = problem%w(row(a, i), row(b, i))
+            if (row(a) > 0 .and. row(b) > 0) block(a, b) = problem%w(row(a), row(b))
           end do
         end do
-        n = count(row(:, i) > 0)
-        problem%rho_map(i) = real(n, wp)/(block(1, 1) + block(2, 2) + block(3, 3))
         ! A positive diagonal keeps the 3x3 systems regular and the missing reaction at 0; the
         ! smallest of the others does not enter the largest eigenvalues.
-        smallest = minval([(block(a, a), a=1, 3)], mask=row(:, i) > 0)
+        smallest = minval([(block(a, a), a=1, 3)], mask=row > 0)
         do a = 2, 3
-          if (row(a, i) == 0) block(a, a) = smallest
+          if (row(a) == 0) block(a, a) = smallest
         end do
         problem%rho(i) = 1.0_wp/largest_eigenvalue(block)
         problem%rho_n(i) = 1.0_wp/block(1, 1)
@@ -108,8 +135,19 @@ contains
         problem%rho_t(i) = 1.0_wp/largest_eigenvalue(tangential)
       end associate
     end do
-    call scale_global_newton(problem, stiffness)
-  end subroutine make_problem
+  end subroutine set_blocks
+
+  !> Add theta Q Q^T to the compliance.
+  subroutine add_rank(problem, q, theta)
+    type(contact_problem_t), intent(inout) :: problem
+    real(wp), intent(in) :: q(:, :)  !! (n_rows,m) [-]
+    real(wp), intent(in) :: theta    !! [length/force]
+
+    if (problem%n_rows == 0) return
+    call dgemm('N', 'T', problem%n_rows, problem%n_rows, size(q, 2), theta, q, problem%n_rows, q, &
+      problem%n_rows, 1.0_wp, problem%w, problem%n_rows)
+    call set_blocks(problem)
+  end subroutine add_rank
 
   !> The two rho a point of the global Newton: sqrt(S_nn/W_nn) and sqrt(tr S_tt/tr W_tt), S = W^-1.
   !>
@@ -134,20 +172,16 @@ contains
       associate (row => problem%row(:, i), block => problem%block(:, :, i))
         s_tt = 0.0_wp
         w_tt = 0.0_wp
-        if (present(stiffness)) then
-          s_nn = stiffness(1, 1, i)
-          s_tt = stiffness(2, 2, i) + stiffness(3, 3, i)
-          w_tt = block(2, 2) + block(3, 3)
-        else
-          s_nn = s(row(1), row(1))
-          do a = 2, 3
-            if (row(a) == 0) cycle
-            s_tt = s_tt + s(row(a), row(a))
-            w_tt = w_tt + block(a, a)
-          end do
-        end if
-        problem%rho_global(1, i) = sqrt(s_nn/block(1, 1))
-        if (w_tt > 0.0_wp) problem%rho_global(2, i) = sqrt(s_tt/w_tt)
+        if (present(stiffness)) s_nn = stiffness(1, 1, i)
+        if (.not. present(stiffness)) s_nn = s(row(1), row(1))
+        do a = 2, 3
+          if (row(a) == 0) cycle
+          if (present(stiffness)) s_tt = s_tt + stiffness(a, a, i)
+          if (.not. present(stiffness)) s_tt = s_tt + s(row(a), row(a))
+          w_tt = w_tt + block(a, a)
+        end do
+        if (s_nn > 0.0_wp) problem%rho_global(1, i) = sqrt(s_nn/block(1, 1))
+        if (min(s_tt, w_tt) > 0.0_wp) problem%rho_global(2, i) = sqrt(s_tt/w_tt)
       end associate
     end do
   end subroutine scale_global_newton
@@ -235,7 +269,7 @@ contains
   end function project_reactions
 
   !> The force that residuals are measured by: the largest of |r|, |r at the start| and |P_K(-rho
-  !> x*_free)|.
+  !> x*_free)|, the last not where x_free holds a proximal term.
   pure function force_scale(problem, x_free, r, r_start) result(scale)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:, :)          !! (3,n_points) [length]
@@ -244,12 +278,14 @@ contains
     real(wp) :: p(3), z(3, problem%n_points)
     integer :: i, status
 
+    scale = max(norm2(r), norm2(r_start))
+    if (problem%is_proximal) return
     do i = 1, problem%n_points
       call project_on_cone(problem%mu(i), -problem%rho_map(i)*augmented_gap(problem%mu(i), &
         x_free(:, i)), p, status)
       z(:, i) = p
     end do
-    scale = max(norm2(r), norm2(r_start), norm2(z))
+    scale = max(scale, norm2(z))
   end function force_scale
 
   !> The scaled residual of docs/theory.md (5.2) and the point where it is largest, into the report.

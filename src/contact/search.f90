@@ -2,23 +2,25 @@
 module search_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
-  use obstacles_mod, only: obstacle_t
+  use obstacles_mod, only: obstacle_t, locate_point
   implicit none
   private
 
-  public :: locate, local_frame
+  public :: locate, local_frame, carry
 
 contains
 
   !> Gap and local frame of a point in space before an obstacle.
-  pure subroutine locate(obstacle, x, gap, frame)
+  pure subroutine locate(obstacle, shift, x, gap, frame)
     type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in)  :: shift(3)     !! how far the obstacle has moved [length]
     real(wp), intent(in)  :: x(3)         !! the point [length]
     real(wp), intent(out) :: gap          !! signed distance, negative inside the obstacle [length]
     real(wp), intent(out) :: frame(3, 3)  !! columns n, t1, t2
+    real(wp) :: normal(3)
 
-    gap = dot_product(obstacle%normal, x - obstacle%point)
-    frame = local_frame(obstacle%normal)
+    call locate_point(obstacle, shift, x, gap, normal)
+    frame = local_frame(normal)
   end subroutine locate
 
   !> The local frame of a normal: t1 is the global x axis projected on the tangent plane (the y axis
@@ -36,5 +38,18 @@ contains
     frame(:, 2) = t1
     frame(:, 3) = cross(normal, t1)
   end function local_frame
+
+  !> A tangent vector carried from one tangent plane to another by the smallest rotation.
+  pure function carry(v, from, to) result(carried)
+    real(wp), intent(in) :: v(3)        !! tangential to the plane of `from`
+    real(wp), intent(in) :: from(3)     !! unit normal
+    real(wp), intent(in) :: to(3)       !! unit normal, not opposite
+    real(wp) :: carried(3), cosine
+
+    cosine = dot_product(from, to)
+    carried = v
+    if (cosine <= -1.0_wp) return
+    carried = v - dot_product(v, to)/(1.0_wp + cosine)*(from + to)
+  end function carry
 
 end module search_mod

@@ -1,38 +1,52 @@
 !> The mesh of the scene from the mesh as read, and what can be wrong with it as a whole.
 module build_mesh_mod
   use cards_mod, only: keep_reading, note, reader_t, report
-  use hexahedron8_mod, only: jacobian_determinants
+  use brick8_mod, only: jacobian_determinants
   use kinds_mod, only: wp
   use mesh_draft_mod, only: mesh_draft_t, not_a_coordinate
-  use mesh_mod, only: find_bodies, kind_c3d8, mesh_t
+  use mesh_mod, only: find_bodies, mesh_t
+  use sets_mod, only: model_t
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: mark_used_nodes, check_bricks, build_mesh
+  public :: mark_used_nodes, note_unused_nodes, check_bricks, build_mesh
 
 contains
 
-  !> Which nodes an element has; the others are noted.
-  subroutine mark_used_nodes(reader, draft, used)
-    type(reader_t), intent(inout) :: reader
-    type(mesh_draft_t), intent(in) :: draft
-    logical, allocatable, intent(out) :: used(:) !! (n_nodes)
-    integer :: e, i, n
+  !> Which nodes an element has. None is a reference node yet.
+  subroutine mark_used_nodes(model)
+    type(model_t), intent(inout) :: model
+    integer :: e
 
-    allocate (used(draft%n_nodes))
-    used = .false.
-    do e = 1, draft%n_elements
-      used(draft%connectivity(:, e)) = .true.
+    allocate (model%used(model%mesh%n_nodes), model%reference(model%mesh%n_nodes))
+    model%used = .false.
+    model%reference = .false.
+    do e = 1, model%mesh%n_elements
+      model%used(model%mesh%connectivity(:, e)) = .true.
     end do
-    n = count(.not. used)
-    if (n == 0 .or. draft%n_elements == 0) return
-    do i = 1, draft%n_nodes
-      if (.not. used(i)) exit
-    end do
-    call note(reader, to_text(n)//' of '//to_text(draft%n_nodes)// &
-      ' nodes belong to no element (the first: node '//to_text(draft%node_id(i))//')')
   end subroutine mark_used_nodes
+
+  !> Note the nodes that neither an element nor an obstacle has.
+  !>
+  !> They, or an *ELEMENT card without data, say that elements were taken out of the deck.
+  subroutine note_unused_nodes(reader, model)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model
+    integer :: i, n, first
+
+    n = 0
+    first = 0
+    do i = 1, model%mesh%n_nodes
+      if (model%used(i) .or. model%reference(i)) cycle
+      n = n + 1
+      if (first == 0) first = i
+    end do
+    model%taken_out = n > 0 .or. model%mesh%emptied
+    if (n == 0 .or. model%mesh%n_elements == 0) return
+    call note(reader, to_text(n)//' of '//to_text(model%mesh%n_nodes)// &
+      ' nodes belong to no element (the first: node '//to_text(model%mesh%node_id(first))//')')
+  end subroutine note_unused_nodes
 
   !> Report bricks that are turned inside out or flat.
   subroutine check_bricks(reader, draft)
@@ -76,7 +90,8 @@ contains
     deallocate (draft%connectivity)
     mesh%element_id = draft%element_id(:draft%n_elements)
     deallocate (draft%element_id)
-    allocate (mesh%element_kind(mesh%n_elements), source=kind_c3d8)
+    mesh%element_kind = draft%element_kind(:draft%n_elements)
+    deallocate (draft%element_kind)
     call move_alloc(material, mesh%material)
     call find_bodies(mesh)
   end subroutine build_mesh

@@ -21,7 +21,8 @@ module cards_mod
 
   !> Options without a value.
   character(*), parameter :: flags(*) = [character(13) :: 'GENERATE', 'DIRECT', 'NLGEOM', &
-    'UNSORTED', 'INTERNAL', 'INNER', 'SMALL SLIDING', 'PERTURBATION', 'NO THICKNESS', 'LAGRANGE']
+    'UNSORTED', 'INTERNAL', 'INNER', 'SMALL SLIDING', 'PERTURBATION', 'NO THICKNESS', 'LAGRANGE', &
+    'PARABOLA']
 
   integer, parameter :: blank_line = 0, keyword_line = 1, data_line = 2
 

@@ -41,6 +41,7 @@ module keywords_mod
     keyword_t('SURFACE INTERACTION', in_model, is_read), &
     keyword_t('FRICTION', in_model, is_read), &
     keyword_t('CONTACT PAIR', in_model, is_read), &
+    keyword_t('CONTACT GAP', in_model, is_read), &
     keyword_t('CONTACT SOLVER', in_model, is_read), &
     keyword_t('AMPLITUDE', in_model, is_read), &
     keyword_t('STEP', anywhere, is_read), &
@@ -48,6 +49,7 @@ module keywords_mod
     keyword_t('END STEP', in_step, is_read), &
     keyword_t('BOUNDARY', anywhere, is_read), &
     keyword_t('CLOAD', in_step, is_read), &
+    keyword_t('DLOAD', in_step, is_read), &
     keyword_t('DSLOAD', in_step, is_read), &
     keyword_t('NODE FILE', in_step, is_read), &
     keyword_t('EL FILE', in_step, is_read), &
@@ -75,9 +77,7 @@ module keywords_mod
     keyword_t('EXPANSION', anywhere, is_ignored), &
     keyword_t('CONDUCTIVITY', anywhere, is_ignored), &
     keyword_t('SPECIFIC HEAT', anywhere, is_ignored), &
-    keyword_t('CONTACT GAP', anywhere, is_missing), &
     keyword_t('ACCURACY', anywhere, is_missing), &
-    keyword_t('DLOAD', anywhere, is_missing), &
     keyword_t('PART', anywhere, is_missing), &
     keyword_t('END PART', anywhere, is_missing), &
     keyword_t('ASSEMBLY', anywhere, is_missing), &

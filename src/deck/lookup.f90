@@ -7,7 +7,7 @@ module lookup_mod
   private
 
   public :: id_lookup_t, name_lookup_t, make_id_lookup, make_name_lookup
-  public :: find_id, find_name, sort_unique
+  public :: find_id, find_name, sort_unique, order_of
 
   !> From ids to their index in a list.
   type :: id_lookup_t

@@ -49,8 +49,10 @@ module mesh_draft_mod
     integer :: n_elements = 0
     integer, allocatable :: element_id(:)
     integer, allocatable :: element_position(:)
+    integer, allocatable :: element_kind(:)      !! kind_c3d8 and its kin
     integer, allocatable :: connectivity(:, :)   !! ids, later numbers, of nodes
     integer :: highest_element = 0
+    logical :: emptied = .false. !! an *ELEMENT card has no data: its elements were taken out
     integer :: n_skipped = 0
     integer, allocatable :: skipped_id(:)        !! elements of types that carry nothing here
     integer, allocatable :: skipped_position(:)
@@ -101,6 +103,7 @@ contains
     ok = want > 0
     if (ok) call enlarge(draft%element_id, draft%n_elements, want, ok)
     if (ok) call enlarge(draft%element_position, draft%n_elements, want, ok)
+    if (ok) call enlarge(draft%element_kind, draft%n_elements, want, ok)
     if (ok) call enlarge(draft%connectivity, draft%n_elements, want, ok)
   end subroutine reserve_elements
 

@@ -4,14 +4,12 @@
 !>     0., 0.,  0.5, 1.,  1., 0.      time, value, any number of pairs a line
 module read_amplitudes_mod
   use cards_mod, only: keep_reading, reader_t, report
-  use diagnostics_mod, only: guess, quoted
+  use directory_mod, only: add_name, close_directory, directory_t, find_named, open_directory
   use fields_mod, only: field_position, fields_t, next_data_line, real_field
   use kinds_mod, only: wp
   use loads_mod, only: amplitude_t
-  use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
   use options_mod, only: allow_options, card_t, choice_option, name_option, open_card, &
     option_position
-  use text_mod, only: string_t
   implicit none
   private
 
@@ -20,8 +18,7 @@ module read_amplitudes_mod
   !> The amplitudes of a deck, found by name.
   type :: amplitude_list_t
     type(amplitude_t), allocatable :: list(:)
-    type(string_t), allocatable :: names(:)
-    type(name_lookup_t) :: lookup
+    type(directory_t) :: names
   end type amplitude_list_t
 
 contains
@@ -31,29 +28,23 @@ contains
     type(reader_t), intent(inout) :: reader
     type(amplitude_list_t), intent(out) :: amplitudes
     type(card_t) :: card
-    integer, allocatable :: position(:)
-    integer :: k, n, most
+    character(:), allocatable :: name
+    integer :: k, n
     logical :: ok
 
-    most = count(reader%cards(:reader%n_cards)%keyword == 'AMPLITUDE')
-    allocate (amplitudes%list(most), amplitudes%names(most), position(most))
-    n = 0
+    n = count(reader%cards(:reader%n_cards)%keyword == 'AMPLITUDE')
+    allocate (amplitudes%list(n))
+    call open_directory('amplitude', n, amplitudes%names)
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'AMPLITUDE') cycle
       call open_card(reader, k, card)
-      n = n + 1
-      position(n) = card%position
-      call name_option(reader, card, 'NAME', .true., amplitudes%names(n)%text, ok)
-      amplitudes%list(n)%name = amplitudes%names(n)%text
+      call name_option(reader, card, 'NAME', .true., name, ok)
+      call add_name(amplitudes%names, name, card%position)
+      n = amplitudes%names%n
+      amplitudes%list(n)%name = name
       call read_table(reader, card, amplitudes%list(n))
     end do
-    call make_name_lookup(amplitudes%names, n, amplitudes%lookup)
-    do k = 1, n
-      if (len(amplitudes%names(k)%text) == 0) cycle ! was reported
-      if (find_name(amplitudes%lookup, amplitudes%names, amplitudes%names(k)%text) /= k) then
-        call report(reader, position(k), 'duplicate amplitude '//quoted(amplitudes%names(k)%text))
-      end if
-    end do
+    call close_directory(reader, amplitudes%names)
   end subroutine read_amplitudes
 
   !> The pairs of one card, times ascending; continued where a line ends with half a pair.
@@ -128,10 +119,8 @@ contains
 
     index = 0
     call name_option(reader, card, 'AMPLITUDE', .false., name, ok)
-    if (.not. ok) return
-    index = find_name(amplitudes%lookup, amplitudes%names, name)
-    if (index == 0) call report(reader, option_position(card, 'AMPLITUDE'), 'amplitude '// &
-      quoted(name)//' is not defined', guess(name, amplitudes%names))
+    if (ok) call find_named(reader, amplitudes%names, option_position(card, 'AMPLITUDE'), name, &
+      index)
   end subroutine amplitude_option
 
 end module read_amplitudes_mod

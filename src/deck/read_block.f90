@@ -65,6 +65,7 @@ contains
     block%first_node = draft%n_nodes + 1
     block%first_element = draft%n_elements + 1
     if (ok) call make_bricks(reader, card, block, corner, length, ratio, draft, ok)
+    if (ok) draft%element_kind(block%first_element:draft%n_elements) = kind
     call make_sets(reader, card, block, ok, draft)
   end subroutine read_block
 

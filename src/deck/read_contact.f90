@@ -1,7 +1,5 @@
-!> Obstacles, friction, and what may touch what.
+!> Friction, and what may touch what.
 !>
-!>     *OBSTACLE, NAME=GROUND, TYPE=PLANE
-!>     0., 0., 0.,  0., 0., 1.        a point of the plane, its normal towards the body
 !>     *SURFACE INTERACTION, NAME=DRY
 !>     *FRICTION
 !>     0.3
@@ -9,127 +7,38 @@
 !>     BODY-ZMIN, GROUND              slave surface (or set of nodes), obstacle
 module read_contact_mod
   use cards_mod, only: note, reader_t, report
-  use diagnostics_mod, only: guess, quoted
+  use diagnostics_mod, only: quoted
+  use directory_mod, only: add_name, close_directory, directory_t, find_named, open_directory
   use fields_mod, only: field_position, field_text, fields_t, is_empty_field, limit_fields, &
     name_field, next_data_line, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
-  use obstacles_mod, only: obstacle_plane, obstacle_t
-  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
-    name_option, open_card, option_position
-  use read_surfaces_mod, only: add_node_surface, find_surface, report_unknown_surface, &
+  use options_mod, only: allow_options, card_t, has_option, name_option, open_card, option_position
+  use read_surfaces_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, &
     surface_list_t
   use scene_mod, only: contact_pair_t
-  use sets_mod, only: find_set, model_t
+  use sets_mod, only: model_t
   use text_mod, only: string_t, to_text
   implicit none
   private
 
   public :: read_contact
 
-  !> A list of names with its look-up.
-  type :: directory_t
-    type(string_t), allocatable :: names(:)
-    type(name_lookup_t) :: lookup
-    integer :: n = 0
-  end type directory_t
-
 contains
 
-  !> Read obstacles, interactions and contact pairs.
+  !> Read interactions and contact pairs.
   subroutine read_contact(reader, model, surfaces, obstacles, pairs)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(surface_list_t), intent(inout) :: surfaces !! sets of nodes named as slaves are added
-    type(obstacle_t), allocatable, intent(out) :: obstacles(:)
+    type(directory_t), intent(in) :: obstacles
     type(contact_pair_t), allocatable, intent(out) :: pairs(:)
-    type(directory_t) :: obstacle_names, interactions
+    type(directory_t) :: interactions
     real(wp), allocatable :: friction(:)
 
-    call read_obstacles(reader, obstacles, obstacle_names)
     call read_interactions(reader, friction, interactions)
-    call read_pairs(reader, model, surfaces, obstacle_names, interactions, friction, pairs)
+    call read_pairs(reader, model, surfaces, obstacles, interactions, friction, pairs)
   end subroutine read_contact
-
-  !> *OBSTACLE, NAME=name, TYPE=PLANE: point, normal
-  subroutine read_obstacles(reader, obstacles, directory)
-    type(reader_t), intent(inout) :: reader
-    type(obstacle_t), allocatable, intent(out) :: obstacles(:)
-    type(directory_t), intent(out) :: directory
-    type(card_t) :: card
-    integer, allocatable :: position(:)
-    integer :: k, most, kind
-    logical :: ok
-
-    most = count(reader%cards(:reader%n_cards)%keyword == 'OBSTACLE')
-    allocate (obstacles(most), directory%names(most), position(most))
-    do k = 1, reader%n_cards
-      if (reader%cards(k)%keyword /= 'OBSTACLE') cycle
-      call open_card(reader, k, card)
-      call allow_options(reader, card, ['NAME    ', 'TYPE    ', 'REF NODE', 'INNER   '])
-      directory%n = directory%n + 1
-      call name_option(reader, card, 'NAME', .true., directory%names(directory%n)%text, ok)
-      position(directory%n) = card%position
-      obstacles(directory%n)%name = directory%names(directory%n)%text
-      if (has_option(card, 'REF NODE')) call report(reader, option_position(card, 'REF NODE'), &
-        'obstacles that move (REF NODE) are not available yet')
-      kind = 0
-      call choice_option(reader, card, 'TYPE', ['PLANE   ', 'SPHERE  ', 'CYLINDER'], kind, ok)
-      if (.not. has_option(card, 'TYPE')) then
-        call report(reader, card%position, '*OBSTACLE needs TYPE=')
-      end if
-      if (kind > 1) call report(reader, option_position(card, 'TYPE'), &
-        'spheres and cylinders are not available yet; PLANE is')
-      if (kind /= 1) cycle
-      if (has_option(card, 'INNER')) call report(reader, option_position(card, 'INNER'), &
-        'a plane has no INNER side')
-      call read_plane(reader, card, obstacles(directory%n))
-    end do
-    call close_directory(reader, 'obstacle', position, directory)
-  end subroutine read_obstacles
-
-  !> Six numbers over one line or two: a point of the plane, its normal.
-  subroutine read_plane(reader, card, obstacle)
-    type(reader_t), intent(inout) :: reader
-    type(card_t), intent(in) :: card
-    type(obstacle_t), intent(inout) :: obstacle
-    type(fields_t) :: fields
-    real(wp) :: value(6), largest
-    integer :: have, i, normal_position
-    logical :: found, ok, all_ok
-
-    have = 0
-    all_ok = .true.
-    normal_position = card%position
-    do
-      call next_data_line(reader, card, fields, found)
-      if (.not. found) exit
-      call limit_fields(reader, fields, 6 - have, 'a point and a normal: six numbers')
-      if (have == 6) return
-      do i = 1, min(fields%n, 6 - have)
-        have = have + 1
-        if (have == 4) normal_position = field_position(reader, fields, i)
-        call real_field(reader, fields, i, 'x, y, z of a point, then the normal', value(have), ok)
-        all_ok = all_ok .and. ok
-      end do
-    end do
-    if (have < 6) then
-      call report(reader, card%position, &
-        'a plane needs six numbers: x, y, z of a point, then of the normal')
-      return
-    end if
-    if (.not. all_ok) return
-    largest = maxval(abs(value(4:)))
-    if (largest <= 0.0_wp) then
-      call report(reader, normal_position, 'the normal of a plane must not be zero')
-      return
-    end if
-    obstacle%kind = obstacle_plane
-    obstacle%point = value(:3)
-    ! Scaled first, so that no square leaves the range of numbers.
-    obstacle%normal = value(4:)/largest
-    obstacle%normal = obstacle%normal/norm2(obstacle%normal)
-  end subroutine read_plane
 
   !> *SURFACE INTERACTION, NAME=name with the *FRICTION below it: mu.
   subroutine read_interactions(reader, friction, directory)
@@ -137,26 +46,26 @@ contains
     real(wp), allocatable, intent(out) :: friction(:) !! mu of each interaction [-]
     type(directory_t), intent(out) :: directory
     type(card_t) :: card
-    integer, allocatable :: position(:)
     logical, allocatable :: has_friction(:)
-    integer :: k, n, most
+    character(:), allocatable :: name
+    integer :: k, n
     logical :: ok
 
-    most = count(reader%cards(:reader%n_cards)%keyword == 'SURFACE INTERACTION')
-    allocate (friction(most), directory%names(most), position(most), has_friction(most))
+    n = count(reader%cards(:reader%n_cards)%keyword == 'SURFACE INTERACTION')
+    call open_directory('surface interaction', n, directory)
+    allocate (friction(n), has_friction(n))
     friction = 0.0_wp
     has_friction = .false.
-    n = 0
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword == 'SURFACE INTERACTION') then
         call open_card(reader, k, card)
         call allow_options(reader, card, ['NAME'])
-        n = n + 1
-        call name_option(reader, card, 'NAME', .true., directory%names(n)%text, ok)
-        position(n) = card%position
+        call name_option(reader, card, 'NAME', .true., name, ok)
+        call add_name(directory, name, card%position)
         call skip_thickness(reader, card)
       else if (reader%cards(k)%keyword == 'FRICTION') then
         call open_card(reader, k, card)
+        n = directory%n
         if (n == 0) then
           call report(reader, card%position, '*FRICTION belongs below a *SURFACE INTERACTION')
         else if (has_friction(n)) then
@@ -168,8 +77,7 @@ contains
         end if
       end if
     end do
-    directory%n = n
-    call close_directory(reader, 'surface interaction', position, directory)
+    call close_directory(reader, directory)
   end subroutine read_interactions
 
   !> Abaqus writes a line with a thickness below *SURFACE INTERACTION.
@@ -246,13 +154,9 @@ contains
       pair%mu = 0.0_wp
       call name_option(reader, card, 'INTERACTION', .true., name, ok)
       if (ok) then
-        interaction = find_name(interactions%lookup, interactions%names, name)
-        if (interaction > 0) then
-          pair%mu = friction(interaction)
-        else
-          call report(reader, option_position(card, 'INTERACTION'), 'surface interaction '// &
-            quoted(name)//' is not defined', guess(name, interactions%names))
-        end if
+        call find_named(reader, interactions, option_position(card, 'INTERACTION'), name, &
+          interaction)
+        if (interaction > 0) pair%mu = friction(interaction)
       end if
       call next_data_line(reader, card, fields, found)
       if (.not. found) then
@@ -286,23 +190,14 @@ contains
     type(surface_list_t), intent(inout) :: surfaces
     type(contact_pair_t), intent(inout) :: pair
     character(:), allocatable :: name
-    integer :: set
     logical :: ok
 
     pair%surface = 0
     call name_field(reader, fields, 1, 'the slave surface', name, ok)
     if (.not. ok) return
-    pair%surface = find_surface(surfaces, name)
-    if (pair%surface == 0) then
-      set = find_set(model%node_sets, name)
-      if (set > 0) then
-        if (.not. allocated(model%node_sets%list(set)%members)) return
-        call add_node_surface(reader, model, set, surfaces, pair%surface)
-      else
-        call report_unknown_surface(reader, surfaces, fields%start, name)
-        return
-      end if
-    end if
+    call find_surface_or_set(reader, model, fields%start, name, surfaces, pair%surface)
+    if (pair%surface == 0) return
+    call find_faces_of_nodes(reader, model, surfaces, pair%surface)
     if (size(surfaces%list(pair%surface)%nodes) > 0) return
     if (.not. surfaces%flawed(pair%surface)) then
       call report(reader, fields%start, 'the slave surface '//quoted(name)//' is empty')
@@ -323,14 +218,12 @@ contains
     pair%obstacle = 0
     call name_field(reader, fields, 2, 'an obstacle', name, ok)
     if (.not. ok) return
-    pair%obstacle = find_name(obstacles%lookup, obstacles%names, name)
-    if (pair%obstacle > 0) return
-    if (find_surface(surfaces, name) > 0) then
+    if (find_name(obstacles%lookup, obstacles%names, name) == 0 .and. &
+        find_surface(surfaces, name) > 0) then
       call report(reader, field_position(reader, fields, 2), quoted(name)// &
         ' is a surface: contact between two bodies is not available yet, an *OBSTACLE is')
     else
-      call report(reader, field_position(reader, fields, 2), 'obstacle '//quoted(name)// &
-        ' is not defined', guess(name, obstacles%names(:obstacles%n)))
+      call find_named(reader, obstacles, field_position(reader, fields, 2), name, pair%obstacle)
     end if
   end subroutine find_obstacle
 
@@ -353,22 +246,5 @@ contains
         'duplicate contact pair '//quoted(pairs(k)%name))
     end do
   end subroutine report_repeated_pairs
-
-  !> Make the look-up of a list of names, and report repeated ones.
-  subroutine close_directory(reader, what, position, directory)
-    type(reader_t), intent(inout) :: reader
-    character(*), intent(in) :: what
-    integer, intent(in) :: position(:)
-    type(directory_t), intent(inout) :: directory
-    integer :: k
-
-    call make_name_lookup(directory%names, directory%n, directory%lookup)
-    do k = 1, directory%n
-      if (len(directory%names(k)%text) == 0) cycle ! was reported
-      if (find_name(directory%lookup, directory%names, directory%names(k)%text) /= k) then
-        call report(reader, position(k), 'duplicate '//what//' '//quoted(directory%names(k)%text))
-      end if
-    end do
-  end subroutine close_directory
 
 end module read_contact_mod

@@ -4,8 +4,8 @@
 !>     TOLERANCE=1e-8, STOP=RESIDUAL, MAX SWEEPS=20000, LINEAR=AUTO, ANDERSON=NO
 !>     *NODE FILE, FREQUENCY=1        in a step
 !>     U, RF
-!>     *EL FILE
-!>     S
+!>     *EL FILE, POSITION=CENTROIDAL
+!>     S, E
 !>     *CONTACT FILE
 module read_controls_mod
   use cards_mod, only: note, reader_t, report
@@ -103,25 +103,50 @@ contains
     named%displacement = .false.
     named%reaction = .false.
     named%contact = .false.
-    named%stress = .false.
+    named%at_centroids = .false.
     given = .false.
     do k = 1, reader%n_cards
       select case (reader%cards(k)%keyword)
       case ('NODE FILE', 'EL FILE', 'CONTACT FILE')
         call open_card(reader, k, card)
-        call allow_options(reader, card, ['FREQUENCY'], ['NSET           ', 'ELSET          ', &
-          'OUTPUT         ', 'GLOBAL         ', 'TIME POINTS    ', 'POSITION       ', &
+        call allow_options(reader, card, ['FREQUENCY', 'POSITION '], ['NSET           ', &
+          'ELSET          ', 'OUTPUT         ', 'GLOBAL         ', 'TIME POINTS    ', &
           'CONTACT ELEMENT', 'LAST ITERATIONS'])
         given = .true.
         call integer_option(reader, card, 'FREQUENCY', 1, huge(1), named%frequency, ok)
         if (card%keyword == 'CONTACT FILE') named%contact = .true.
+        if (card%keyword == 'EL FILE') call read_position(reader, card, named)
         call read_variables(reader, card, named)
       case default
         cycle
       end select
     end do
-    if (given) controls = named
+    if (.not. given) return
+    controls = named
+    ! Without stresses and strains it does not matter where they are.
+    if (.not. (named%stress .or. named%strain)) controls%at_centroids = .true.
   end subroutine read_output_controls
+
+  !> Where the stresses and strains of an *EL FILE are written; several cards add up.
+  subroutine read_position(reader, card, controls)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(output_controls_t), intent(inout) :: controls
+    integer :: choice
+    logical :: ok
+
+    choice = 1
+    call choice_option(reader, card, 'POSITION', ['CENTROIDAL        ', 'INTEGRATION POINTS', &
+      'AVERAGED AT NODES '], choice, ok)
+    select case (choice)
+    case (1)
+      controls%at_centroids = .true.
+    case (2)
+      controls%at_gauss_points = .true.
+    case default
+      controls%at_nodes = .true.
+    end select
+  end subroutine read_position
 
   !> The names of what is to be written.
   subroutine read_variables(reader, card, controls)
@@ -147,6 +172,8 @@ contains
           controls%reaction = .true.
         case ('EL FILE S')
           controls%stress = .true.
+        case ('EL FILE E')
+          controls%strain = .true.
         case default
           if (card%keyword /= 'CONTACT FILE') call note(reader, '*'//card%keyword//': '// &
             quoted(name)//' is not written')

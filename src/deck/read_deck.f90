@@ -4,21 +4,23 @@
 !> and elements, sets, surfaces, properties, contact, steps. So a card may name what stands further
 !> down. Every mistake is kept, and all are told at the end in the order of the deck.
 module read_deck_mod
-  use build_mesh_mod, only: build_mesh, check_bricks, mark_used_nodes
+  use build_mesh_mod, only: build_mesh, check_bricks, mark_used_nodes, note_unused_nodes
   use cards_mod, only: find_cards, is_data_line, note, read_parameters, reader_t, report
   use deck_source_mod, only: source_t
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
     mistakes_as_error, notes_as_list, quoted
   use errors_mod, only: error_t
-  use lookup_mod, only: name_lookup_t
+  use directory_mod, only: directory_t
   use options_mod, only: allow_options, card_t, open_card
   use parameters_mod, only: add_override, find_parameter, parameter_table_t
   use read_amplitudes_mod, only: amplitude_list_t, read_amplitudes
   use read_block_mod, only: read_block
   use read_contact_mod, only: read_contact
   use read_controls_mod, only: read_contact_controls, read_output_controls
+  use read_gaps_mod, only: read_gaps
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
-  use read_properties_mod, only: read_materials, read_sections
+  use read_obstacles_mod, only: read_obstacles
+  use read_properties_mod, only: find_weights, read_materials, read_sections
   use read_sets_mod, only: read_sets
   use read_source_mod, only: read_source, source_from_text
   use read_steps_mod, only: read_steps
@@ -89,24 +91,27 @@ contains
     type(model_t) :: model
     type(surface_list_t) :: surfaces
     type(amplitude_list_t) :: amplitudes
-    type(name_lookup_t) :: material_lookup
-    type(string_t), allocatable :: material_names(:)
+    type(directory_t) :: obstacles, materials
     integer, allocatable :: material(:)
 
     call read_heading(reader, scene%title)
     call read_mesh_cards(reader, model)
     call connect_mesh(reader, model%mesh)
-    call mark_used_nodes(reader, model%mesh, model%used)
+    call mark_used_nodes(model)
+    call read_obstacles(reader, model, scene%obstacles, obstacles)
+    call note_unused_nodes(reader, model)
     call check_bricks(reader, model%mesh)
     call read_sets(reader, model)
     call read_surfaces(reader, model, surfaces)
-    call read_materials(reader, scene%materials, material_names, material_lookup)
-    call read_sections(reader, model, material_names, material_lookup, material)
-    call read_contact(reader, model, surfaces, scene%obstacles, scene%pairs)
+    call read_materials(reader, scene%materials, materials)
+    call read_sections(reader, model, materials, material)
+    call find_weights(scene%materials, material, model%weighs)
+    call read_contact(reader, model, surfaces, obstacles, scene%pairs)
+    call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
     call read_contact_controls(reader, scene%contact)
     call read_output_controls(reader, scene%output)
     call read_amplitudes(reader, amplitudes)
-    call read_steps(reader, model, surfaces, amplitudes, scene%steps)
+    call read_steps(reader, model, amplitudes, surfaces, scene%steps, scene%regions)
     if (model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) then
       call report(reader, 0, 'the deck has no elements (*ELEMENT or *BLOCK)')
     end if

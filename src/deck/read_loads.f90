@@ -17,17 +17,19 @@ module read_loads_mod
   use loads_mod, only: load_step_t, nodal_value_t, pressure_t
   use options_mod, only: allow_options, card_t, choice_option
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
-  use read_surfaces_mod, only: find_surface, report_unknown_surface, surface_list_t
+  use read_surfaces_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
   use sets_mod, only: model_t, referenced_nodes
   implicit none
   private
 
   public :: load_draft_t, start_step, close_step, read_boundary, read_cload, read_dsload
+  public :: add_pressure, read_op
 
   !> Values prescribed by all lines of a deck together, each node of a set counted: more than any
   !> real deck needs.
   integer(i8), parameter :: max_work = 200000000
   integer, parameter :: op_new = 2
+  integer, parameter :: max_dof = 6 !! 4 to 6 are rotations, which nothing here has
 
   !> Prescribed values, and where in the list each node's are.
   type :: value_list_t
@@ -85,7 +87,7 @@ contains
     type(nodal_value_t) :: value
     integer, allocatable :: nodes(:)
     integer :: i, choice
-    logical :: found, ok, with(3)
+    logical :: found, ok, with(max_dof)
 
     call allow_options(reader, card, ['AMPLITUDE', 'OP       ', 'TYPE     '])
     choice = 1
@@ -104,6 +106,7 @@ contains
       end if
       if (.not. found) cycle lines
       call referenced_nodes(reader, model, reference, nodes)
+      call check_rotations(reader, model, fields, nodes, with, value%value)
       do i = 1, 3
         if (with(i)) call add_values(reader, model, nodes, i, value, draft%boundary, draft%work)
       end do
@@ -118,7 +121,7 @@ contains
   subroutine read_dofs(reader, fields, with, ok)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
-    logical, intent(out) :: with(3) !! all false after a mistake
+    logical, intent(out) :: with(max_dof) !! all false after a mistake
     logical, intent(out) :: ok
     character(:), allocatable :: word
     integer :: first, last
@@ -129,7 +132,7 @@ contains
       call limit_fields(reader, fields, 2, 'a set or node and '//word)
       select case (word)
       case ('ENCASTRE', 'PINNED')
-        with = .true.
+        with(:3) = .true.
       case ('XSYMM')
         with(1) = .true.
       case ('YSYMM')
@@ -149,11 +152,11 @@ contains
       end select
       return
     end if
-    call read_dof(reader, fields, 2, 'the first dof', first, ok)
+    call read_dof(reader, fields, 2, 'the first dof', max_dof, first, ok)
     if (.not. ok) return
     last = first
     if (.not. is_empty_field(fields, 3)) then
-      call read_dof(reader, fields, 3, 'the last dof', last, ok)
+      call read_dof(reader, fields, 3, 'the last dof', max_dof, last, ok)
       if (.not. ok) return
     end if
     ok = last >= first
@@ -164,21 +167,59 @@ contains
     end if
   end subroutine read_dofs
 
-  subroutine read_dof(reader, fields, i, what, dof, ok)
+  subroutine read_dof(reader, fields, i, what, highest, dof, ok)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
     integer, intent(in) :: i
     character(*), intent(in) :: what
+    integer, intent(in) :: highest
     integer, intent(out) :: dof
     logical, intent(out) :: ok
 
     call integer_field(reader, fields, i, what, 1, dof, ok)
-    if (.not. ok .or. dof <= 3) return
+    if (.not. ok .or. dof <= highest) return
     ok = .false.
-    call report(reader, field_position(reader, fields, i), what// &
-      ' must be 1, 2 or 3 (the nodes of bricks do not rotate), not '// &
-      quoted(field_text(reader, fields, i)))
+    call report_rotation(reader, fields, i, what)
   end subroutine read_dof
+
+  subroutine report_rotation(reader, fields, i, what)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: i
+    character(*), intent(in) :: what
+
+    call report(reader, field_position(reader, fields, i), what// &
+      ' must be 1, 2 or 3 (nodes and obstacles do not turn), not '// &
+      quoted(field_text(reader, fields, i)))
+  end subroutine report_rotation
+
+  !> Rotations may be held at 0 on reference nodes, as other programs need it; else they are a
+  !> mistake.
+  subroutine check_rotations(reader, model, fields, nodes, with, value)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: nodes(:)
+    logical, intent(in) :: with(max_dof)
+    real(wp), intent(in) :: value
+
+    if (.not. any(with(4:))) return
+    if (any(model%used(nodes))) then
+      if (is_empty_field(fields, 3)) then
+        call report_rotation(reader, fields, 2, 'the dof')
+      else
+        call report_rotation(reader, fields, 3, 'the last dof')
+      end if
+    else if (any(model%reference(nodes))) then
+      if (abs(value) > 0.0_wp) then
+        call report(reader, field_position(reader, fields, 4), &
+          'an obstacle does not turn: dofs 4 to 6 of its reference node can only be held at 0')
+      else
+        call note(reader, &
+          'dofs 4 to 6 of reference nodes are held at 0 anyway: obstacles do not turn')
+      end if
+    end if
+  end subroutine check_rotations
 
   !> *CLOAD: set or node, dof, force
   subroutine read_cload(reader, card, model, amplitudes, draft, replace)
@@ -203,7 +244,7 @@ contains
       if (.not. found) exit
       call limit_fields(reader, fields, 3, 'a set or node, dof, force')
       call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, ok(1))
-      call read_dof(reader, fields, 2, 'the dof', dof, ok(2))
+      call read_dof(reader, fields, 2, 'the dof', 3, dof, ok(2))
       call real_field(reader, fields, 3, 'the force', value%value, ok(3))
       if (.not. ok(1)) cycle
       call referenced_nodes(reader, model, reference, nodes)
@@ -217,11 +258,12 @@ contains
   end subroutine read_cload
 
   !> *DSLOAD: surface, P, pressure
-  subroutine read_dsload(reader, card, surfaces, amplitudes, draft, replace)
+  subroutine read_dsload(reader, card, model, amplitudes, surfaces, draft, replace)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
-    type(surface_list_t), intent(in) :: surfaces
+    type(model_t), intent(in) :: model
     type(amplitude_list_t), intent(in) :: amplitudes
+    type(surface_list_t), intent(inout) :: surfaces !! sets of nodes named here are added
     type(load_draft_t), intent(inout) :: draft
     logical, intent(inout) :: replace !! set by OP=NEW
     type(fields_t) :: fields
@@ -242,15 +284,18 @@ contains
         'only P (pressure) is available, not '//quoted(label))
       call real_field(reader, fields, 3, 'the pressure', pressure%value, ok(3))
       if (.not. ok(1)) cycle
-      pressure%surface = find_surface(surfaces, name)
-      if (pressure%surface == 0) then
-        call report_unknown_surface(reader, surfaces, fields%start, name)
-      else if (size(surfaces%list(pressure%surface)%faces, 2) == 0) then
-        if (.not. surfaces%flawed(pressure%surface)) then
+      call find_surface_or_set(reader, model, fields%start, name, surfaces, pressure%surface)
+      if (pressure%surface == 0) cycle
+      call find_faces_of_nodes(reader, model, surfaces, pressure%surface)
+      if (size(surfaces%list(pressure%surface)%faces, 2) == 0) then
+        if (surfaces%flawed(pressure%surface)) cycle
+        if (model%taken_out) then
+          call note(reader, 'surface '//quoted(name)//' has no faces: its pressure is ignored')
+        else
           call report(reader, fields%start, 'surface '//quoted(name)//' has no faces')
         end if
       else if (all(ok)) then
-        call add_pressure(draft, pressure)
+        call add_pressure(draft%pressures, draft%n_pressures, pressure)
       end if
     end do
   end subroutine read_dsload
@@ -288,7 +333,7 @@ contains
     if (work > max_work .or. .not. keep_reading(reader)) return
     do i = 1, size(nodes)
       node = nodes(i)
-      if (.not. model%used(node)) then
+      if (.not. (model%used(node) .or. model%reference(node))) then
         call note(reader, 'what is prescribed on nodes that belong to no element is ignored')
         cycle
       end if
@@ -317,18 +362,20 @@ contains
     end do
   end subroutine add_values
 
-  subroutine add_pressure(draft, pressure)
-    type(load_draft_t), intent(inout) :: draft
+  !> Add a pressure to the first `n` of a list.
+  subroutine add_pressure(list, n, pressure)
+    type(pressure_t), allocatable, intent(inout) :: list(:)
+    integer, intent(inout) :: n
     type(pressure_t), intent(in) :: pressure
     type(pressure_t), allocatable :: larger(:)
 
-    if (draft%n_pressures == size(draft%pressures)) then
-      allocate (larger(2*draft%n_pressures))
-      larger(:draft%n_pressures) = draft%pressures
-      call move_alloc(larger, draft%pressures)
+    if (n == size(list)) then
+      allocate (larger(2*n))
+      larger(:n) = list
+      call move_alloc(larger, list)
     end if
-    draft%n_pressures = draft%n_pressures + 1
-    draft%pressures(draft%n_pressures) = pressure
+    n = n + 1
+    list(n) = pressure
   end subroutine add_pressure
 
 end module read_loads_mod

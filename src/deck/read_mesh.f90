@@ -11,6 +11,7 @@ module read_mesh_mod
     real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
+  use mesh_mod, only: kind_c3d8, kind_c3d8b, kind_c3d8i
   use mesh_draft_mod, only: add_early_set, add_skipped, early_set_t, max_nodes, mesh_draft_t, &
     not_a_coordinate, reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
   use options_mod, only: allow_options, card_t, has_option, name_option, option_position
@@ -20,8 +21,8 @@ module read_mesh_mod
 
   public :: read_nodes, read_elements, connect_mesh, check_element_type
 
-  ! What a type of element is to us.
-  integer, parameter :: unknown_type = 0, brick_type = 1, skipped_type = 2
+  ! What a type of element is to us, beside the kinds of bricks.
+  integer, parameter :: unknown_type = 0, skipped_type = -1
 
   integer, parameter :: brick_entries = 9 !! id and nodes
   integer, parameter :: max_wrong = 5     !! elements with undefined nodes told one by one
@@ -78,8 +79,8 @@ contains
     first = draft%n_elements + 1
     before = reader%diagnostics%n_mistakes
     call check_element_type(reader, card, .true., kind)
-    if (kind == brick_type) then
-      call read_bricks(reader, card, draft)
+    if (kind > 0) then
+      call read_bricks(reader, card, kind, draft)
     else
       call skip_elements(reader, card, draft)
     end if
@@ -92,35 +93,37 @@ contains
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     logical, intent(in) :: required !! its absence is a mistake
-    integer, intent(out) :: kind    !! brick_type, skipped_type or unknown_type
+    integer, intent(out) :: kind    !! of brick (> 0), skipped_type or unknown_type
     character(:), allocatable :: name
-    type(string_t) :: words(1)
+    type(string_t) :: words(3)
     logical :: ok
 
     kind = unknown_type
     call name_option(reader, card, 'TYPE', required, name, ok)
     if (.not. ok) then
-      if (.not. has_option(card, 'TYPE') .and. .not. required) kind = brick_type
+      if (.not. has_option(card, 'TYPE') .and. .not. required) kind = kind_c3d8
       return
     end if
     select case (name)
     case ('C3D8')
-      kind = brick_type
+      kind = kind_c3d8
+    case ('C3D8I')
+      kind = kind_c3d8i
+    case ('C3D8B')
+      kind = kind_c3d8b
     case ('C3D8R', 'C3D8H', 'C3D8RH')
-      kind = brick_type
+      kind = kind_c3d8
       call note(reader, name//' elements are taken as C3D8: 8-node bricks with full integration')
-    case ('C3D8I', 'C3D8B')
-      kind = brick_type
-      call report(reader, option_position(card, 'TYPE'), 'element type '//name// &
-        ' is not available yet; C3D8 is')
     case default
       if (is_skipped(name)) then
         kind = skipped_type
         call note(reader, name//' elements are skipped: only bricks are computed')
       else
         words(1)%text = 'C3D8'
+        words(2)%text = 'C3D8I'
+        words(3)%text = 'C3D8B'
         call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
-          ' is not available; C3D8 is', guess(name, words))
+          ' is not available; C3D8, C3D8I and C3D8B are', guess(name, words))
       end if
     end select
   end subroutine check_element_type
@@ -141,9 +144,10 @@ contains
   end function is_skipped
 
   !> Read the bricks of a card. An id and eight nodes may go over several lines.
-  subroutine read_bricks(reader, card, draft)
+  subroutine read_bricks(reader, card, kind, draft)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
+    integer, intent(in) :: kind !! of brick
     type(mesh_draft_t), intent(inout) :: draft
     type(fields_t) :: fields
     integer :: entries(brick_entries), have, i, position
@@ -191,6 +195,7 @@ contains
       i = draft%n_elements + 1
       draft%n_elements = i
       draft%element_id(i) = entries(1)
+      draft%element_kind(i) = kind
       draft%connectivity(:, i) = entries(2:)
       draft%element_position(i) = position
       draft%highest_element = max(draft%highest_element, entries(1))

@@ -8,57 +8,56 @@
 !>     *SOLID SECTION, ELSET=BODY, MATERIAL=STEEL
 module read_properties_mod
   use cards_mod, only: note, reader_t, report
-  use diagnostics_mod, only: guess, quoted
+  use diagnostics_mod, only: quoted
+  use directory_mod, only: add_name, close_directory, directory_t, find_named, open_directory
   use fields_mod, only: field_position, field_text, fields_t, limit_fields, next_data_line, &
     real_field
   use kinds_mod, only: wp
-  use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, name_option, &
     open_card, option_position
   use scene_mod, only: material_t
   use sets_mod, only: find_set, model_t, report_unknown
-  use text_mod, only: string_t, to_text
+  use text_mod, only: to_text
   implicit none
   private
 
-  public :: read_materials, read_sections
+  public :: read_materials, read_sections, find_weights
 
 contains
 
   !> *MATERIAL with the *ELASTIC and *DENSITY below it.
-  subroutine read_materials(reader, materials, names, lookup)
+  subroutine read_materials(reader, materials, names)
     type(reader_t), intent(inout) :: reader
     type(material_t), allocatable, intent(out) :: materials(:)
-    type(string_t), allocatable, intent(out) :: names(:) !! their names, for the look-up
-    type(name_lookup_t), intent(out) :: lookup
+    type(directory_t), intent(out) :: names
     type(card_t) :: card
-    integer, allocatable :: position(:)
+    character(:), allocatable :: name
     logical, allocatable :: elastic(:)
-    integer :: k, n, most
+    integer :: k, n
     logical :: ok
 
-    most = count(reader%cards(:reader%n_cards)%keyword == 'MATERIAL')
-    allocate (materials(most), names(most), position(most), elastic(most))
+    n = count(reader%cards(:reader%n_cards)%keyword == 'MATERIAL')
+    call open_directory('material', n, names)
+    allocate (materials(n), elastic(n))
     elastic = .false.
-    n = 0
     do k = 1, reader%n_cards
+      n = names%n
       select case (reader%cards(k)%keyword)
       case ('MATERIAL')
         call open_card(reader, k, card)
         call allow_options(reader, card, ['NAME'])
         call allow_no_data(reader, card)
-        n = n + 1
-        call name_option(reader, card, 'NAME', .true., names(n)%text, ok)
-        materials(n)%name = names(n)%text
-        position(n) = card%position
+        call name_option(reader, card, 'NAME', .true., name, ok)
+        call add_name(names, name, card%position)
+        materials(n + 1)%name = name
       case ('ELASTIC', 'DENSITY')
         call open_card(reader, k, card)
         if (n == 0) then
           call report(reader, card%position, '*'//card%keyword//' belongs below a *MATERIAL')
         else if (card%keyword == 'DENSITY') then
-          call read_density(reader, card)
+          call read_density(reader, card, materials(n)%density)
         else if (elastic(n)) then
-          call report(reader, card%position, 'material '//quoted(names(n)%text)// &
+          call report(reader, card%position, 'material '//quoted(names%names(n)%text)// &
             ' has its *ELASTIC already')
         else
           elastic(n) = .true.
@@ -68,12 +67,10 @@ contains
         cycle
       end select
     end do
-    call make_name_lookup(names, n, lookup)
-    do k = 1, n
-      if (len(names(k)%text) == 0) cycle ! was reported
-      if (find_name(lookup, names, names(k)%text) /= k) call report(reader, position(k), &
-        'duplicate material '//quoted(names(k)%text))
-      if (.not. elastic(k)) call report(reader, position(k), 'material '//quoted(names(k)%text)// &
+    call close_directory(reader, names)
+    do k = 1, names%n
+      if (elastic(k) .or. len(names%names(k)%text) == 0) cycle
+      call report(reader, names%position(k), 'material '//quoted(names%names(k)%text)// &
         ' has no *ELASTIC')
     end do
   end subroutine read_materials
@@ -111,12 +108,13 @@ contains
       'properties that depend on temperature are not available: one line E, nu')
   end subroutine read_elastic
 
-  !> *DENSITY: a number. Nothing uses it while there is no gravity.
-  subroutine read_density(reader, card)
+  !> *DENSITY: a number greater than 0.
+  subroutine read_density(reader, card, density)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
+    real(wp), intent(inout) :: density !! [mass/length^3]
     type(fields_t) :: fields
-    real(wp) :: density, temperature
+    real(wp) :: temperature
     logical :: found, ok
 
     call allow_options(reader, card, [character(1) ::])
@@ -130,15 +128,16 @@ contains
     if (ok .and. density <= 0.0_wp) call report(reader, fields%start, &
       'the density must be positive, not '//quoted(field_text(reader, fields, 1)))
     if (fields%n >= 2) call real_field(reader, fields, 2, 'the temperature', temperature, ok)
-    call note(reader, '*DENSITY is not used: no load depends on it')
+    call next_data_line(reader, card, fields, found)
+    if (found) call report(reader, fields%start, &
+      'a density that depends on temperature is not available: one line')
   end subroutine read_density
 
   !> *SOLID SECTION, ELSET=set, MATERIAL=name: the material of every element.
-  subroutine read_sections(reader, model, names, lookup, material)
+  subroutine read_sections(reader, model, materials, material)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
-    type(string_t), intent(in) :: names(:) !! of the materials
-    type(name_lookup_t), intent(in) :: lookup
+    type(directory_t), intent(in) :: materials
     integer, allocatable, intent(out) :: material(:) !! (n_elements) index, 0 where there is none
     type(card_t) :: card
     integer :: k, e, first, without
@@ -149,7 +148,7 @@ contains
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'SOLID SECTION') cycle
       call open_card(reader, k, card)
-      call read_section(reader, model, card, names, lookup, material, any_unknown)
+      call read_section(reader, model, card, materials, material, any_unknown)
     end do
     ! Where a section names no known set, its elements are not the mistake.
     if (any_unknown) return
@@ -170,15 +169,14 @@ contains
     end if
   end subroutine read_sections
 
-  subroutine read_section(reader, model, card, names, lookup, material, any_unknown)
+  subroutine read_section(reader, model, card, materials, material, any_unknown)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(card_t), intent(in) :: card
-    type(string_t), intent(in) :: names(:)
-    type(name_lookup_t), intent(in) :: lookup
+    type(directory_t), intent(in) :: materials
     integer, intent(inout) :: material(:)
     logical, intent(inout) :: any_unknown !! set where the section's elements are not known
-    character(:), allocatable :: name
+    character(:), allocatable :: name, name_of_set
     type(fields_t) :: fields
     integer :: set, this, i, e
     real(wp) :: thickness
@@ -193,6 +191,7 @@ contains
     end if
     call name_option(reader, card, 'ELSET', .true., name, ok)
     set = 0
+    name_of_set = name
     if (ok) then
       set = find_set(model%element_sets, name)
       if (set == 0) call report_unknown(reader, model%element_sets, &
@@ -202,15 +201,15 @@ contains
     call name_option(reader, card, 'MATERIAL', .true., name, ok)
     this = -1 ! so that the elements count as having a section
     if (ok) then
-      this = find_name(lookup, names, name)
-      if (this == 0) then
-        call report(reader, option_position(card, 'MATERIAL'), 'material '//quoted(name)// &
-          ' is not defined', guess(name, names))
-        this = -1
-      end if
+      call find_named(reader, materials, option_position(card, 'MATERIAL'), name, this)
+      if (this == 0) this = -1
     end if
     if (set == 0) return
     if (.not. allocated(model%element_sets%list(set)%members)) return
+    if (model%element_sets%list(set)%n == 0 .and. .not. model%element_sets%list(set)%flawed) then
+      call note(reader, '*SOLID SECTION of the set '//quoted(name_of_set)// &
+        ', which holds no bricks')
+    end if
     do i = 1, model%element_sets%list(set)%n
       e = model%element_sets%list(set)%members(i)
       if (material(e) > 0 .and. this > 0 .and. material(e) /= this) then
@@ -221,5 +220,19 @@ contains
       material(e) = this
     end do
   end subroutine read_section
+
+  !> Which elements have a density; one whose material is not known counts as having it.
+  subroutine find_weights(materials, material, weighs)
+    type(material_t), intent(in) :: materials(:)
+    integer, intent(in) :: material(:)           !! (n_elements) index; < 1: not known
+    logical, allocatable, intent(out) :: weighs(:)
+    integer :: e
+
+    allocate (weighs(size(material)))
+    weighs = .true.
+    do e = 1, size(material)
+      if (material(e) > 0) weighs(e) = materials(material(e))%density > 0.0_wp
+    end do
+  end subroutine find_weights
 
 end module read_properties_mod

@@ -18,9 +18,12 @@ module read_steps_mod
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
     has_value, open_card, option_position
   use read_amplitudes_mod, only: amplitude_list_t
+  use read_element_loads_mod, only: close_element_loads, element_load_draft_t, read_dload, &
+    start_element_loads
   use read_loads_mod, only: close_step, load_draft_t, read_boundary, read_cload, read_dsload, &
     start_step
   use read_surfaces_mod, only: surface_list_t
+  use scene_mod, only: region_t
   use sets_mod, only: model_t
   use text_mod, only: to_text
   implicit none
@@ -33,13 +36,15 @@ module read_steps_mod
 contains
 
   !> Read all steps.
-  subroutine read_steps(reader, model, surfaces, amplitudes, steps)
+  subroutine read_steps(reader, model, amplitudes, surfaces, steps, regions)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
-    type(surface_list_t), intent(in) :: surfaces
     type(amplitude_list_t), intent(in) :: amplitudes
+    type(surface_list_t), intent(inout) :: surfaces !! those of loaded faces are added
     type(load_step_t), allocatable, intent(out) :: steps(:)
+    type(region_t), allocatable, intent(out) :: regions(:) !! elements whose weight counts
     type(load_draft_t) :: draft
+    type(element_load_draft_t) :: element_draft
     type(card_t) :: card
     integer :: k, s, static_of, position
     logical :: forget
@@ -49,8 +54,9 @@ contains
     static_of = 0
     position = 0
     call start_step(draft, model%mesh%n_nodes)
+    call start_element_loads(element_draft, model)
     do k = 1, reader%n_cards
-      if (.not. keep_reading(reader)) return
+      if (.not. keep_reading(reader)) exit
       call open_if_needed(k)
       select case (reader%cards(k)%keyword)
       case ('STEP')
@@ -63,6 +69,7 @@ contains
           if (forget) call start_step(draft, model%mesh%n_nodes)
         else
           call start_step(draft, model%mesh%n_nodes)
+          call start_element_loads(element_draft, model)
         end if
       case ('STATIC')
         if (static_of == s) call report(reader, card%position, 'a second *STATIC in this step')
@@ -81,12 +88,17 @@ contains
       case ('CLOAD')
         call read_cload(reader, card, model, amplitudes, draft, steps(s)%replace_forces)
       case ('DSLOAD')
-        call read_dsload(reader, card, surfaces, amplitudes, draft, steps(s)%replace_pressures)
+        call read_dsload(reader, card, model, amplitudes, surfaces, draft, &
+          steps(s)%replace_pressures)
+      case ('DLOAD')
+        call read_dload(reader, card, model, amplitudes, surfaces, element_draft, &
+          steps(s)%replace_element_loads)
       case default
         cycle
       end select
     end do
     call finish_step()
+    regions = element_draft%regions(:element_draft%n_regions)
 
   contains
 
@@ -94,7 +106,7 @@ contains
       integer, intent(in) :: k
 
       select case (reader%cards(k)%keyword)
-      case ('STEP', 'STATIC', 'END STEP', 'BOUNDARY', 'CLOAD', 'DSLOAD')
+      case ('STEP', 'STATIC', 'END STEP', 'BOUNDARY', 'CLOAD', 'DLOAD', 'DSLOAD')
         call open_card(reader, k, card)
       case default
         return
@@ -104,6 +116,7 @@ contains
     subroutine finish_step()
       if (s == 0) return
       call close_step(draft, steps(s))
+      call close_element_loads(element_draft, steps(s))
       if (static_of /= s) call report(reader, position, 'this step has no *STATIC')
     end subroutine finish_step
 

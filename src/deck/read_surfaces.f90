@@ -10,25 +10,29 @@ module read_surfaces_mod
   use block_mesh_mod, only: block_face, face_zmax
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: guess, quoted
+  use find_faces_mod, only: find_outer_faces
   use fields_mod, only: field_position, field_text, fields_t, is_empty_field, limit_fields, &
     next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
-  use lookup_mod, only: find_id, find_name, make_name_lookup, name_lookup_t, sort_unique
+  use lookup_mod, only: find_name, make_name_lookup, name_lookup_t, sort_unique
   use mesh_draft_mod, only: block_t, mesh_draft_t
   use options_mod, only: allow_options, card_t, choice_option, name_option, open_card
   use read_block_mod, only: side_name
-  use sets_mod, only: find_set, model_t, referenced_nodes, report_unknown
+  use sets_mod, only: find_set, model_t, referenced_elements, referenced_nodes
   use surfaces_mod, only: face_nodes, surface_t
   use text_mod, only: string_t, to_text, upper
   implicit none
   private
 
-  public :: surface_list_t, read_surfaces, find_surface, add_node_surface, report_unknown_surface
+  public :: surface_list_t, read_surfaces, find_surface, add_surface_of_sides
+  public :: find_faces_of_nodes, find_surface_or_set
 
   integer, parameter :: of_elements = 1, of_nodes = 2
 
   !> Faces and nodes named by all surfaces of a deck together: more than any real deck needs.
   integer(i8), parameter :: max_work = 200000000
+  !> Elements looked at to find the faces of nodes, for all surfaces together: likewise.
+  integer(i8), parameter :: max_search = 1000000000
 
   !> All surfaces. There may be more room in the arrays than surfaces.
   type :: surface_list_t
@@ -39,6 +43,8 @@ module read_surfaces_mod
     type(name_lookup_t) :: lookup
     logical, allocatable :: flawed(:) !! nodes are missing because of mistakes
     integer, allocatable :: of_set(:) !! for each set of nodes its surface; 0: none
+    logical, allocatable :: of_nodes(:) !! made of nodes, and its faces are not found yet
+    integer(i8) :: work = 0 !! elements looked at to find faces
   end type surface_list_t
 
 contains
@@ -56,10 +62,8 @@ contains
     logical :: ok, flawed
 
     most = 6*model%mesh%n_blocks + count(reader%cards(:reader%n_cards)%keyword == 'SURFACE')
-    allocate (surfaces%names(most), position(most))
-    ! A contact pair may make one more of a set of nodes.
-    allocate (surfaces%list(most + count(reader%cards(:reader%n_cards)%keyword == 'CONTACT PAIR')))
-    allocate (surfaces%flawed(size(surfaces%list)))
+    allocate (surfaces%names(most), position(most), surfaces%list(most), surfaces%of_nodes(most))
+    allocate (surfaces%flawed(most))
     do b = 1, model%mesh%n_blocks
       do side = 1, face_zmax
         call add_surface(surfaces, side_name(model%mesh%blocks(b)%name, side))
@@ -79,7 +83,8 @@ contains
       position(surfaces%n) = card%position
       before = reader%diagnostics%n_mistakes
       flawed = .false.
-      call read_surface(reader, model, card, surfaces%list(surfaces%n), work, flawed)
+      call read_surface(reader, model, card, surfaces%list(surfaces%n), work, flawed, &
+        surfaces%of_nodes(surfaces%n))
       surfaces%flawed(surfaces%n) = flawed .or. reader%diagnostics%n_mistakes > before
     end do
     surfaces%n_named = surfaces%n
@@ -95,11 +100,95 @@ contains
     type(surface_list_t), intent(inout) :: surfaces
     character(*), intent(in) :: name
 
-    surfaces%n = surfaces%n + 1
+    call add_unnamed(surfaces)
     surfaces%names(surfaces%n)%text = name
     surfaces%list(surfaces%n)%name = name
-    allocate (surfaces%list(surfaces%n)%faces(2, 0), surfaces%list(surfaces%n)%nodes(0))
+    allocate (surfaces%list(surfaces%n)%nodes(0))
   end subroutine add_surface
+
+  !> Make room for one more surface, without name and faces.
+  subroutine add_unnamed(surfaces)
+    type(surface_list_t), intent(inout) :: surfaces
+    type(surface_t), allocatable :: larger(:)
+    logical, allocatable :: flags(:)
+    integer :: i
+
+    if (surfaces%n == size(surfaces%list)) then
+      allocate (larger(2*surfaces%n + 4), flags(2*surfaces%n + 4))
+      do i = 1, surfaces%n
+        larger(i)%name = surfaces%list(i)%name
+        call move_alloc(surfaces%list(i)%faces, larger(i)%faces)
+        call move_alloc(surfaces%list(i)%nodes, larger(i)%nodes)
+      end do
+      call move_alloc(larger, surfaces%list)
+      flags = .false.
+      flags(:surfaces%n) = surfaces%flawed
+      surfaces%flawed = flags
+      flags(:surfaces%n) = surfaces%of_nodes
+      call move_alloc(flags, surfaces%of_nodes)
+    end if
+    surfaces%n = surfaces%n + 1
+    surfaces%list(surfaces%n)%name = ''
+    allocate (surfaces%list(surfaces%n)%faces(2, 0))
+    surfaces%flawed(surfaces%n) = .false.
+    surfaces%of_nodes(surfaces%n) = .false.
+  end subroutine add_unnamed
+
+  !> Add the surface of one and the same face of several elements; `index` is its index.
+  subroutine add_surface_of_sides(mesh, elements, face, surfaces, index)
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, intent(in) :: elements(:)
+    integer, intent(in) :: face          !! 1..6
+    type(surface_list_t), intent(inout) :: surfaces
+    integer, intent(out) :: index
+
+    call add_unnamed(surfaces)
+    index = surfaces%n
+    deallocate (surfaces%list(index)%faces)
+    allocate (surfaces%list(index)%faces(2, size(elements)))
+    surfaces%list(index)%faces(1, :) = elements
+    surfaces%list(index)%faces(2, :) = face
+    call find_nodes(mesh, surfaces%list(index))
+  end subroutine add_surface_of_sides
+
+  !> Find the faces of a surface of nodes, when something needs them.
+  subroutine find_faces_of_nodes(reader, model, surfaces, index)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(inout) :: surfaces
+    integer, intent(in) :: index
+    integer, allocatable :: faces(:, :)
+    integer :: n
+
+    if (.not. surfaces%of_nodes(index)) return
+    surfaces%of_nodes(index) = .false.
+    surfaces%work = surfaces%work + model%mesh%n_elements
+    if (surfaces%work > max_search) then
+      call report(reader, 0, 'the deck uses too many surfaces of nodes')
+      return
+    end if
+    call find_outer_faces(model%mesh, surfaces%list(index)%nodes, faces)
+    call move_alloc(faces, surfaces%list(index)%faces)
+    n = count_without_face(model%mesh, surfaces%list(index))
+    if (n > 0 .and. n < size(surfaces%list(index)%nodes)) call note(reader, 'surface '// &
+      quoted(surfaces%list(index)%name)//': '//to_text(n)//' of its nodes are on no outer face '// &
+      'whose four nodes it has: they count for no area')
+  end subroutine find_faces_of_nodes
+
+  !> How many nodes of a surface none of its faces has.
+  pure function count_without_face(mesh, surface) result(n)
+    type(mesh_draft_t), intent(in) :: mesh
+    type(surface_t), intent(in) :: surface
+    integer :: n, i
+    logical, allocatable :: on_face(:)
+
+    allocate (on_face(mesh%n_nodes))
+    on_face = .false.
+    do i = 1, size(surface%faces, 2)
+      on_face(mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))) = .true.
+    end do
+    n = count(.not. on_face(surface%nodes))
+  end function count_without_face
 
   !> The faces of the bricks on one side of a block, and their nodes.
   subroutine fill_block_side(mesh, block, side, surface)
@@ -131,20 +220,22 @@ contains
   end subroutine find_nodes
 
   !> *SURFACE, NAME=name[, TYPE=ELEMENT|NODE]
-  subroutine read_surface(reader, model, card, surface, work, flawed)
+  subroutine read_surface(reader, model, card, surface, work, flawed, nodes)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(card_t), intent(in) :: card
     type(surface_t), intent(inout) :: surface
     integer(i8), intent(inout) :: work !! faces and nodes named so far
     logical, intent(inout) :: flawed   !! set where it names a set that is flawed
+    logical, intent(out) :: nodes      !! it is made of nodes
     integer :: kind
     logical :: ok
 
     call allow_options(reader, card, ['NAME', 'TYPE'], ['INTERNAL'])
     kind = of_elements
     call choice_option(reader, card, 'TYPE', ['ELEMENT', 'NODE   '], kind, ok)
-    if (kind == of_nodes) then
+    nodes = kind == of_nodes
+    if (nodes) then
       call read_node_surface(reader, model, card, surface, work, flawed)
     else
       call read_face_surface(reader, model, card, surface, work, flawed)
@@ -229,37 +320,6 @@ contains
     end if
   end subroutine read_face
 
-  !> The numbers of the elements that a reference means; a mistake is reported where it means none.
-  subroutine referenced_elements(reader, model, reference, elements, flawed)
-    type(reader_t), intent(inout) :: reader
-    type(model_t), intent(in) :: model
-    type(reference_t), intent(in) :: reference
-    integer, allocatable, intent(out) :: elements(:)
-    logical, intent(inout) :: flawed !! set where the set is flawed
-    integer :: found
-
-    if (reference%id > 0) then
-      found = find_id(model%mesh%elements, model%mesh%element_id, reference%id)
-      if (found > 0) then
-        elements = [found]
-      else if (find_id(model%mesh%skipped, model%mesh%skipped_id, reference%id) == 0) then
-        call report(reader, reference%position, 'element '//to_text(reference%id)// &
-          ' is not defined')
-      end if
-    else
-      found = find_set(model%element_sets, reference%name)
-      if (found == 0) call report_unknown(reader, model%element_sets, reference%position, &
-        reference%name)
-      if (found > 0) then
-        if (model%element_sets%list(found)%flawed) flawed = .true.
-        if (allocated(model%element_sets%list(found)%members)) then
-          elements = model%element_sets%list(found)%members
-        end if
-      end if
-    end if
-    if (.not. allocated(elements)) allocate (elements(0))
-  end subroutine referenced_elements
-
   !> Lines `node or set`; an area behind it is ignored.
   subroutine read_node_surface(reader, model, card, surface, work, flawed)
     type(reader_t), intent(inout) :: reader
@@ -331,15 +391,35 @@ contains
 
     index = surfaces%of_set(set)
     if (index > 0) return
-    surfaces%n = surfaces%n + 1
+    call add_unnamed(surfaces)
     index = surfaces%n
     surfaces%of_set(set) = index
+    surfaces%of_nodes(index) = .true.
     surfaces%flawed(index) = model%node_sets%list(set)%flawed
     surfaces%list(index)%name = model%node_sets%names(set)%text
-    allocate (surfaces%list(index)%faces(2, 0))
     surfaces%list(index)%nodes = model%node_sets%list(set)%members
     call drop_unused(reader, model, surfaces%list(index))
   end subroutine add_node_surface
+
+  !> The surface `name`, or else the one of the nodes of the set `name`.
+  subroutine find_surface_or_set(reader, model, position, name, surfaces, index)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: position
+    character(*), intent(in) :: name
+    type(surface_list_t), intent(inout) :: surfaces
+    integer, intent(out) :: index !! 0: there is none
+    integer :: set
+
+    index = find_surface(surfaces, name)
+    if (index > 0) return
+    set = find_set(model%node_sets, name)
+    if (set == 0) then
+      call report_unknown_surface(reader, surfaces, position, name)
+    else if (allocated(model%node_sets%list(set)%members)) then
+      call add_node_surface(reader, model, set, surfaces, index)
+    end if
+  end subroutine find_surface_or_set
 
   subroutine report_unknown_surface(reader, surfaces, position, name)
     type(reader_t), intent(inout) :: reader

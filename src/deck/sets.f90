@@ -1,6 +1,6 @@
 !> Named sets of nodes or elements, and what they belong to.
 module sets_mod
-  use cards_mod, only: reader_t, report
+  use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: guess, quoted
   use fields_mod, only: reference_t
   use lookup_mod, only: find_id, find_name, name_lookup_t, sort_unique
@@ -10,7 +10,7 @@ module sets_mod
   private
 
   public :: set_t, set_list_t, model_t, find_set, report_unknown, referenced_nodes
-  public :: append, append_one, finish
+  public :: referenced_elements, append, append_one, finish
 
   !> A set. Only the first card of a name holds it; later ones add to that.
   type :: set_t
@@ -38,6 +38,10 @@ module sets_mod
     type(set_list_t) :: node_sets
     type(set_list_t) :: element_sets
     logical, allocatable :: used(:) !! (n_nodes) whether an element has the node
+    logical, allocatable :: reference(:) !! (n_nodes) whether an obstacle moves with the node
+    logical, allocatable :: weighs(:)    !! (n_elements) whether its material has a density
+    logical :: taken_out = .false.
+    !! elements seem to have been taken out of the deck: what names them is not a mistake
   end type model_t
 
 contains
@@ -69,6 +73,41 @@ contains
     end if
     if (.not. allocated(nodes)) allocate (nodes(0))
   end subroutine referenced_nodes
+
+  !> The numbers of the elements that a reference means; a mistake is reported where it means none.
+  subroutine referenced_elements(reader, model, reference, elements, flawed)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(reference_t), intent(in) :: reference
+    integer, allocatable, intent(out) :: elements(:)
+    logical, intent(inout) :: flawed !! set where the set is flawed
+    integer :: found
+
+    if (reference%id > 0) then
+      found = find_id(model%mesh%elements, model%mesh%element_id, reference%id)
+      if (found > 0) then
+        elements = [found]
+      else if (find_id(model%mesh%skipped, model%mesh%skipped_id, reference%id) > 0) then
+        continue
+      else if (model%taken_out) then
+        call note(reader, 'element '//to_text(reference%id)//' is named and not in the deck')
+      else
+        call report(reader, reference%position, 'element '//to_text(reference%id)// &
+          ' is not defined')
+      end if
+    else
+      found = find_set(model%element_sets, reference%name)
+      if (found == 0) call report_unknown(reader, model%element_sets, reference%position, &
+        reference%name)
+      if (found > 0) then
+        if (model%element_sets%list(found)%flawed) flawed = .true.
+        if (allocated(model%element_sets%list(found)%members)) then
+          elements = model%element_sets%list(found)%members
+        end if
+      end if
+    end if
+    if (.not. allocated(elements)) allocate (elements(0))
+  end subroutine referenced_elements
 
   !> The set `name`: its index, 0 when there is none.
   pure function find_set(sets, name) result(found)

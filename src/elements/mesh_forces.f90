@@ -1,15 +1,16 @@
-!> Sums over the whole mesh: internal forces, stresses, pressures, surface areas.
+!> Sums over the whole mesh: internal forces, pressures, weight, surface areas.
 module mesh_forces_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
   use surfaces_mod, only: surface_t, face_nodes
   use scene_mod, only: material_t
-  use hexahedron8_mod, only: nodal_force, mean_stress, lame_constants
+  use brick8_mod, only: lame_constants, node_volumes
+  use elements_mod, only: nodal_force
   use face4_mod, only: face_area_vectors, face_node_areas
   implicit none
   private
 
-  public :: internal_force, force_rounding, element_stress, pressure_force, nodal_areas
+  public :: internal_force, force_rounding, pressure_force, gravity_force, nodal_areas
 
 contains
 
@@ -28,7 +29,8 @@ contains
       associate (material => materials(mesh%material(e)))
         call lame_constants(material%young, material%poisson, lambda, shear)
       end associate
-      force = nodal_force(mesh%coordinates(:, nodes), u(:, nodes), lambda, shear)
+      force = nodal_force(mesh%element_kind(e), mesh%coordinates(:, nodes), u(:, nodes), lambda, &
+        shear)
       f(:, nodes) = f(:, nodes) + force
     end do
   end subroutine internal_force
@@ -58,24 +60,6 @@ contains
     rounding = operations*epsilon(1.0_wp)*stiffest
   end function force_rounding
 
-  !> The mean stress of every brick.
-  pure subroutine element_stress(mesh, materials, u, stress)
-    type(mesh_t), intent(in) :: mesh
-    type(material_t), intent(in) :: materials(:)
-    real(wp), intent(in)  :: u(:, :)      !! (3,n_nodes) displacement [length]
-    real(wp), intent(out) :: stress(:, :) !! (6,n_elements) XX YY ZZ XY YZ XZ [force/length^2]
-    real(wp) :: lambda, shear
-    integer :: e, nodes(8)
-
-    do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
-      associate (material => materials(mesh%material(e)))
-        call lame_constants(material%young, material%poisson, lambda, shear)
-      end associate
-      stress(:, e) = mean_stress(mesh%coordinates(:, nodes), u(:, nodes), lambda, shear)
-    end do
-  end subroutine element_stress
-
   !> Add the nodal forces of a pressure (positive into the body) on a surface of faces.
   pure subroutine pressure_force(mesh, surface, pressure, f)
     type(mesh_t), intent(in) :: mesh
@@ -89,6 +73,25 @@ contains
       f(:, nodes) = f(:, nodes) - pressure*face_area_vectors(mesh%coordinates(:, nodes))
     end do
   end subroutine pressure_force
+
+  !> Add the nodal forces of the weight of some bricks, int N_a density acceleration dV.
+  pure subroutine gravity_force(mesh, materials, elements, acceleration, f)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    integer,  intent(in) :: elements(:)      !! element numbers
+    real(wp), intent(in) :: acceleration(3)  !! [length/time^2]
+    real(wp), intent(inout) :: f(:, :)       !! (3,n_nodes) [force]
+    real(wp) :: mass(8)
+    integer :: i, a, nodes(8)
+
+    do i = 1, size(elements)
+      nodes = mesh%connectivity(:, elements(i))
+      mass = materials(mesh%material(elements(i)))%density*node_volumes(mesh%coordinates(:, nodes))
+      do a = 1, 8
+        f(:, nodes(a)) = f(:, nodes(a)) + mass(a)*acceleration
+      end do
+    end do
+  end subroutine gravity_force
 
   !> Each node's share of a surface of faces; 0 for a surface of nodes.
   pure subroutine nodal_areas(mesh, surface, area)

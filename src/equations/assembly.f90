@@ -3,7 +3,8 @@ module assembly_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
-  use hexahedron8_mod, only: stiffness, lame_constants
+  use brick8_mod, only: lame_constants
+  use elements_mod, only: stiffness
   use dof_map_mod, only: dof_map_t
   implicit none
   private
@@ -47,7 +48,7 @@ contains
       associate (material => materials(mesh%material(e)))
         call lame_constants(material%young, material%poisson, lambda, shear)
       end associate
-      ke = stiffness(mesh%coordinates(:, nodes), lambda, shear)
+      ke = stiffness(mesh%element_kind(e), mesh%coordinates(:, nodes), lambda, shear)
       do a = 1, 8
         do b = 1, 8
           if (nodes(b) > nodes(a)) cycle

@@ -1,78 +1,292 @@
-!> The rigid motions of a body, and which of them its supports leave free.
+!> The rigid motions that supports leave free, and the degrees of freedom that stand for them.
+!>
+!> A body that its supports do not hold has up to six rigid motions, an obstacle under force its
+!> free translations. Every motion is scaled so that it moves one degree of freedom, its pin, by 1
+!> and the other pins of the body not at all: the displacement of the pin is how far the motion has
+!> gone. The stiffness is factorised with the pins held (statically determinate, so that nothing
+!> is held too much); docs/theory.md section 8.
 module rigid_modes_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_machine
   use mesh_mod, only: mesh_t
+  use small_matrix_mod, only: cross
+  use dense_mod, only: symmetric_eigenvectors, invert_general
   implicit none
   private
 
-  public :: count_free_motions
+  public :: free_motions_t, find_free_motions, motion_at, hold_pins, generalised_loads, add_motions
 
-  interface
-    !> LAPACK: eigenvalues of a symmetric matrix.
-    subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
-      import :: wp
-      implicit none
-      character, intent(in) :: jobz, uplo
-      integer, intent(in) :: n, lda, lwork
-      real(wp), intent(inout) :: a(lda, *)
-      real(wp), intent(out) :: w(*), work(*)
-      integer, intent(out) :: info
-    end subroutine dsyev
-  end interface
+  ! of the largest eigenvalue: sines of 1e-5 count as held
+  real(wp), parameter :: rank_tolerance = 1.0e-10_wp
+
+  !> Motions u(x) = translation + rotation x (x - centre).
+  type :: free_motions_t
+    integer :: n = 0
+    integer,  allocatable :: body(:)           !! (n) body that moves; 0: an obstacle
+    integer,  allocatable :: node(:), dof(:)   !! (n) the pin
+    real(wp), allocatable :: translation(:, :) !! (3,n) [-]
+    real(wp), allocatable :: rotation(:, :)    !! (3,n) [1/length]
+    real(wp), allocatable :: centre(:, :)      !! (3,n) of the body [length]
+    real(wp), allocatable :: extent(:)         !! (n) of the body, 0 of an obstacle [length]
+  end type free_motions_t
 
 contains
 
-  !> How many of a body's six rigid motions its prescribed degrees of freedom leave free.
+  !> All free motions: of the bodies first, then of the reference nodes.
+  subroutine find_free_motions(mesh, prescribed, ref_nodes, contact_nodes, motions, error)
+    type(mesh_t), intent(in) :: mesh
+    logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
+    integer, intent(in) :: ref_nodes(:)      !! of obstacles, each once
+    integer, intent(in) :: contact_nodes(:)  !! less welcome as pins
+    type(free_motions_t), intent(out) :: motions
+    type(error_t), allocatable, intent(out) :: error !! LAPACK failed
+    logical :: welcome(mesh%n_nodes)
+    integer :: body, i, k
+
+    allocate (motions%body(0), motions%node(0), motions%dof(0), motions%extent(0))
+    allocate (motions%translation(3, 0), motions%rotation(3, 0), motions%centre(3, 0))
+    welcome = .true.
+    welcome(contact_nodes) = .false.
+    do body = 1, mesh%n_bodies
+      call find_body_motions(mesh, body, prescribed, welcome, motions, error)
+      if (allocated(error)) return
+    end do
+    do k = 1, size(ref_nodes)
+      do i = 1, 3
+        if (prescribed(i, ref_nodes(k))) cycle
+        call add_motion(motions, 0, ref_nodes(k), i, mesh%coordinates(:, ref_nodes(k)), 0.0_wp)
+        motions%translation(i, motions%n) = 1.0_wp
+      end do
+    end do
+  end subroutine find_free_motions
+
+  !> The motions of one body.
   !>
-  !> The modes, taken about the body's centre and scaled by its size so that turning and shifting
-  !> compare, restricted to the prescribed degrees of freedom: the rank of their 6x6 Gram matrix is
-  !> what is held.
-  subroutine count_free_motions(mesh, body, prescribed, n_free, error)
+  !> Taken about the body's centre and scaled by its size so that turning and shifting compare: what
+  !> the 6x6 Gram matrix of the prescribed degrees of freedom does not see is free.
+  subroutine find_body_motions(mesh, body, prescribed, welcome, motions, error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: body
-    logical, intent(in) :: prescribed(:, :) !! (3,n_nodes)
-    integer, intent(out) :: n_free          !! 0 (held) to 6
-    type(error_t), allocatable, intent(out) :: error !! LAPACK failed
-    ! of the largest eigenvalue: sines of 1e-5 count as held
-    real(wp), parameter :: rank_tolerance = 1.0e-10_wp
-    real(wp) :: gram(6, 6), eigenvalue(6), work(64), centre(3), extent, x(3), mode(6)
-    integer :: node, i, info
+    logical, intent(in) :: prescribed(:, :), welcome(:)
+    type(free_motions_t), intent(inout) :: motions
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: gram(6, 6), eigenvalue(6), centre(3), extent, mode(6)
+    real(wp), allocatable :: z(:, :)
+    integer :: pin_node(6), pin_dof(6), node, i, j, k
+    logical :: ok
 
-    centre = 0.0_wp
-    extent = 0.0_wp
-    do i = 1, 3
-      associate (c => mesh%coordinates(i, :))
-        centre(i) = 0.5_wp*(minval(c, mask=mesh%body == body) + maxval(c, mask=mesh%body == body))
-        extent = max(extent, maxval(c, mask=mesh%body == body) - minval(c, mask=mesh%body == body))
-      end associate
-    end do
+    call measure_body(mesh, body, centre, extent)
     gram = 0.0_wp
     do node = 1, mesh%n_nodes
       if (mesh%body(node) /= body) cycle
-      x = (mesh%coordinates(:, node) - centre)/extent
       do i = 1, 3
         if (.not. prescribed(i, node)) cycle
-        mode = 0.0_wp
-        mode(i) = 1.0_wp
-        select case (i) ! displacement of a rotation about axis k: e_k x (x - centre)
-        case (1)
-          mode(5:6) = [x(3), -x(2)]
-        case (2)
-          mode(4) = -x(3)
-          mode(6) = x(1)
-        case default
-          mode(4:5) = [x(2), -x(1)]
-        end select
+        mode = rigid_mode((mesh%coordinates(:, node) - centre)/extent, i)
         gram = gram + spread(mode, 2, 6)*spread(mode, 1, 6)
       end do
     end do
-    call dsyev('N', 'U', 6, gram, 6, eigenvalue, work, size(work), info)
-    if (info /= 0) then
-      call raise(error, exit_machine, 'LAPACK dsyev failed on the rigid motions of a body')
+    call symmetric_eigenvectors(gram, eigenvalue, ok)
+    k = count(eigenvalue <= rank_tolerance*max(eigenvalue(6), tiny(1.0_wp)))
+    if (ok .and. k == 0) return
+    if (ok) then
+      allocate (z(6, k))
+      z = gram(:, :k) ! eigenvalues ascend
+      call choose_pins(mesh, body, prescribed, welcome, z, pin_node, pin_dof)
+      call scale_to_pins(mesh, (centre), extent, pin_node(:k), pin_dof(:k), z, ok)
+    end if
+    if (.not. ok) then
+      call raise(error, exit_machine, 'LAPACK failed on the rigid motions of a body')
       return
     end if
-    n_free = count(eigenvalue <= rank_tolerance*max(eigenvalue(6), tiny(1.0_wp)))
-  end subroutine count_free_motions
+    do j = 1, k
+      call add_motion(motions, body, pin_node(j), pin_dof(j), centre, extent)
+      motions%translation(:, motions%n) = z(:3, j)
+      motions%rotation(:, motions%n) = z(4:, j)/extent
+    end do
+  end subroutine find_body_motions
+
+  !> Centre and largest side of a body's box.
+  pure subroutine measure_body(mesh, body, centre, extent)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: body
+    real(wp), intent(out) :: centre(3), extent !! [length]
+    real(wp) :: low(3), high(3)
+    integer :: node
+
+    low = huge(1.0_wp)
+    high = -huge(1.0_wp)
+    do node = 1, mesh%n_nodes
+      if (mesh%body(node) /= body) cycle
+      low = min(low, mesh%coordinates(:, node))
+      high = max(high, mesh%coordinates(:, node))
+    end do
+    centre = 0.5_wp*(low + high)
+    extent = maxval(high - low)
+  end subroutine measure_body
+
+  !> What the six rigid motions (three translations, three rotations about the origin) do to degree
+  !> of freedom `i` of a point.
+  pure function rigid_mode(x, i) result(mode)
+    real(wp), intent(in) :: x(3) !! [-]
+    integer, intent(in) :: i     !! 1, 2, 3
+    real(wp) :: mode(6)
+
+    mode = 0.0_wp
+    mode(i) = 1.0_wp
+    select case (i) ! displacement of a rotation about axis k: e_k x x
+    case (1)
+      mode(5:6) = [x(3), -x(2)]
+    case (2)
+      mode(4) = -x(3)
+      mode(6) = x(1)
+    case default
+      mode(4:5) = [x(2), -x(1)]
+    end select
+  end function rigid_mode
+
+  !> Choose as many degrees of freedom as there are motions, one after the other the one that the
+  !> motions not yet pinned move most.
+  pure subroutine choose_pins(mesh, body, prescribed, welcome, z, pin_node, pin_dof)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: body
+    logical, intent(in) :: prescribed(:, :), welcome(:)
+    real(wp), intent(in) :: z(:, :)                    !! (6,k) the free motions, orthonormal
+    integer, intent(out) :: pin_node(:), pin_dof(:)    !! (6) the first k are set
+    real(wp), parameter :: reluctance = 0.1_wp         ! weight of nodes that are less welcome
+    real(wp), dimension(size(z, 2), size(z, 2)) :: chosen
+    real(wp) :: centre(3), extent, row(size(z, 2)), best_row(size(z, 2)), weight, best
+    integer :: j, l, node, i
+
+    call measure_body(mesh, body, centre, extent)
+    pin_node = 0
+    pin_dof = 0
+    do j = 1, size(z, 2)
+      best = -1.0_wp
+      best_row = 0.0_wp
+      do node = 1, mesh%n_nodes
+        if (mesh%body(node) /= body) cycle
+        do i = 1, 3
+          if (prescribed(i, node)) cycle
+          row = matmul(rigid_mode((mesh%coordinates(:, node) - centre)/extent, i), z)
+          do l = 1, j - 1
+            row = row - dot_product(row, chosen(:, l))*chosen(:, l)
+          end do
+          weight = norm2(row)
+          if (.not. welcome(node)) weight = reluctance*weight
+          if (weight <= best) cycle
+          best = weight
+          best_row = row
+          pin_node(j) = node
+          pin_dof(j) = i
+        end do
+      end do
+      chosen(:, j) = best_row/max(norm2(best_row), tiny(1.0_wp))
+    end do
+  end subroutine choose_pins
+
+  !> Combine the motions so that each moves its own pin by 1 and the others not at all.
+  subroutine scale_to_pins(mesh, centre, extent, pin_node, pin_dof, z, ok)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: centre(3), extent
+    integer, intent(in) :: pin_node(:), pin_dof(:) !! (k)
+    real(wp), intent(inout) :: z(:, :)             !! (6,k)
+    logical, intent(out) :: ok                     !! false: the pins do not hold the body
+    real(wp) :: p(size(z, 2), size(z, 2))
+    integer :: j
+
+    do j = 1, size(z, 2)
+      p(j, :) = matmul(rigid_mode((mesh%coordinates(:, pin_node(j)) - centre)/extent, &
+        pin_dof(j)), z)
+    end do
+    call invert_general(p, ok)
+    if (ok) z = matmul(z, p)
+  end subroutine scale_to_pins
+
+  !> Make room for one more motion, all zero so far.
+  pure subroutine add_motion(motions, body, node, dof, centre, extent)
+    type(free_motions_t), intent(inout) :: motions
+    integer, intent(in) :: body, node, dof
+    real(wp), intent(in) :: centre(3), extent
+
+    motions%body = [motions%body, body]
+    motions%node = [motions%node, node]
+    motions%dof = [motions%dof, dof]
+    motions%extent = [motions%extent, extent]
+    call add_column(motions%translation, [0.0_wp, 0.0_wp, 0.0_wp])
+    call add_column(motions%rotation, [0.0_wp, 0.0_wp, 0.0_wp])
+    call add_column(motions%centre, centre)
+    motions%n = motions%n + 1
+  end subroutine add_motion
+
+  pure subroutine add_column(a, column)
+    real(wp), allocatable, intent(inout) :: a(:, :)
+    real(wp), intent(in) :: column(3)
+    real(wp), allocatable :: larger(:, :)
+
+    allocate (larger(3, size(a, 2) + 1))
+    larger(:, :size(a, 2)) = a
+    larger(:, size(larger, 2)) = column
+    call move_alloc(larger, a)
+  end subroutine add_column
+
+  !> The prescribed degrees of freedom and the pins of the bodies.
+  pure function hold_pins(motions, prescribed) result(held)
+    type(free_motions_t), intent(in) :: motions
+    logical, intent(in) :: prescribed(:, :)                         !! (3,n_nodes)
+    logical :: held(3, size(prescribed, 2))
+    integer :: j
+
+    held = prescribed
+    do j = 1, motions%n
+      held(motions%dof(j), motions%node(j)) = .true.
+    end do
+  end function hold_pins
+
+  !> What motion `j` does to a node.
+  pure function motion_at(motions, mesh, j, node) result(u)
+    type(free_motions_t), intent(in) :: motions
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: j, node
+    real(wp) :: u(3) !! displacement a unit of the motion [-]
+
+    u = 0.0_wp
+    if (motions%body(j) == 0) then
+      if (node == motions%node(j)) u = motions%translation(:, j)
+    else if (mesh%body(node) == motions%body(j)) then
+      u = motions%translation(:, j) + cross(motions%rotation(:, j), &
+        mesh%coordinates(:, node) - motions%centre(:, j))
+    end if
+  end function motion_at
+
+  !> The work that nodal forces do on a unit of every motion.
+  pure function generalised_loads(motions, mesh, force) result(load)
+    type(free_motions_t), intent(in) :: motions
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: force(:, :) !! (3,n_nodes) [force]
+    real(wp) :: load(motions%n)         !! [force]
+    integer :: j, node
+
+    load = 0.0_wp
+    do node = 1, mesh%n_nodes
+      do j = 1, motions%n
+        load(j) = load(j) + dot_product(motion_at(motions, mesh, j, node), force(:, node))
+      end do
+    end do
+  end function generalised_loads
+
+  !> Add the motions, gone as far as `a` says, to a displacement.
+  pure subroutine add_motions(motions, mesh, a, u)
+    type(free_motions_t), intent(in) :: motions
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: a(:)        !! (n) [length]
+    real(wp), intent(inout) :: u(:, :)  !! (3,n_nodes) [length]
+    integer :: j, node
+
+    do node = 1, mesh%n_nodes
+      do j = 1, motions%n
+        u(:, node) = u(:, node) + a(j)*motion_at(motions, mesh, j, node)
+      end do
+    end do
+  end subroutine add_motions
 
 end module rigid_modes_mod

@@ -11,7 +11,7 @@ module result_view_mod
   use mesh_mod, only: mesh_t
   use controls_mod, only: output_controls_t
   use state_mod, only: state_t
-  use step_fields_mod, only: step_fields_t
+  use step_fields_mod, only: step_fields_t, tensor_field_t
   use result_contact_mod, only: nodal_contact_t
   implicit none
   private
@@ -19,6 +19,7 @@ module result_view_mod
   public :: view_t, create_view, append_step, count_step
 
   integer(i1), parameter :: vtk_hexahedron = 12_i1
+  character(*), parameter :: tensor_order = 'XX, YY, ZZ, XY, YZ, XZ'
 
   !> A field: its blocks, and where each increment's block begins.
   type :: field_t
@@ -26,13 +27,19 @@ module result_view_mod
     type(rows_t) :: blocks, offsets
   end type field_t
 
+  !> A stress or strain, by where the deck wants it.
+  type :: tensor_rows_t
+    type(field_t) :: at_centroids, at_gauss_points, at_nodes
+  end type tensor_rows_t
+
   !> The open datasets of the group.
   type :: view_t
     integer :: n_steps = 0 !! increments with fields
     integer :: n_nodes = 0, n_elements = 0
     type(rows_t) :: values, parts, part_offsets, point_offsets, cell_offsets, connectivity_offsets
     type(field_t) :: displacement, reaction_force, contact_force, contact_pressure, contact_status
-    type(field_t) :: stress, node_id, element_id
+    type(field_t) :: node_id, element_id
+    type(tensor_rows_t) :: stress, strain
   end type view_t
 
 contains
@@ -53,7 +60,8 @@ contains
     view%contact_force%is_asked = output%contact .and. has_contact
     view%contact_pressure%is_asked = view%contact_force%is_asked
     view%contact_status%is_asked = view%contact_force%is_asked
-    view%stress%is_asked = output%stress
+    call ask_tensor(output%stress, output, view%stress)
+    call ask_tensor(output%strain, output, view%strain)
     view%node_id%is_asked = .true.
     view%element_id%is_asked = .true.
 
@@ -84,11 +92,25 @@ contains
                      'area of the node', 'pressure', view%contact_pressure)
     call point_field('contact_status', of_byte, [mesh%n_nodes], '0: open, 1: stick, 2: slide, '// &
                      '-1: can touch nothing', 'code', view%contact_status)
+    call point_field('stress', of_real, [6, mesh%n_nodes], tensor_order//'; extrapolated from '// &
+                     'the Gauss points, averaged over the bricks at the node', 'pressure', &
+                     view%stress%at_nodes)
+    call point_field('strain', of_real, [6, mesh%n_nodes], tensor_order//' as tensor '// &
+                     'components; extrapolated from the Gauss points, averaged over the '// &
+                     'bricks at the node', 'strain', view%strain%at_nodes)
 
     call create_group(file, '/VTKHDF/CellData', error)
     call create_group(file, steps//'CellDataOffsets', error)
-    call cell_field('stress', [6, mesh%n_elements], 'XX, YY, ZZ, XY, YZ, XZ', 'pressure', &
-                    view%stress)
+    call cell_field('stress', [6, mesh%n_elements], tensor_order//'; mean of the brick', &
+                    'pressure', view%stress%at_centroids)
+    call cell_field('strain', [6, mesh%n_elements], tensor_order//' as tensor components; '// &
+                    'mean of the brick', 'strain', view%strain%at_centroids)
+    call cell_field('stress_gauss_points', [48, mesh%n_elements], tensor_order//' at each of '// &
+                    'the eight Gauss points, placed like the nodes', 'pressure', &
+                    view%stress%at_gauss_points)
+    call cell_field('strain_gauss_points', [48, mesh%n_elements], tensor_order//' as tensor '// &
+                    'components at each of the eight Gauss points, placed like the nodes', &
+                    'strain', view%strain%at_gauss_points)
 
     ! The ids never change: one block, where every increment's offset points to.
     call write_dataset(file, '/VTKHDF/PointData/node_id', int(mesh%node_id, i8), &
@@ -135,6 +157,17 @@ contains
 
   end subroutine create_view
 
+  !> Say where a tensor is wanted.
+  pure subroutine ask_tensor(is_asked, output, rows)
+    logical, intent(in) :: is_asked
+    type(output_controls_t), intent(in) :: output
+    type(tensor_rows_t), intent(inout) :: rows
+
+    rows%at_centroids%is_asked = is_asked .and. output%at_centroids
+    rows%at_gauss_points%is_asked = is_asked .and. output%at_gauss_points
+    rows%at_nodes%is_asked = is_asked .and. output%at_nodes
+  end subroutine ask_tensor
+
   subroutine write_mesh(file, mesh, error)
     type(hdf5_file_t), intent(in) :: file
     type(mesh_t), intent(in) :: mesh
@@ -171,7 +204,7 @@ contains
 
     if (allocated(error)) return
     if ((view%reaction_force%is_asked .and. .not. allocated(fields%reaction_force)) .or. &
-        (view%stress%is_asked .and. .not. allocated(fields%stress))) then
+        is_missing(view%stress, fields%stress) .or. is_missing(view%strain, fields%strain)) then
       call raise(error, exit_machine, 'internal error: a field to be written was not computed')
       return
     end if
@@ -194,10 +227,8 @@ contains
       call append_row(view%contact_status%blocks, nodal%status, error)
       call append_row(view%contact_status%offsets, node_offset, error)
     end if
-    if (view%stress%is_asked) then
-      call append_row(view%stress%blocks, fields%stress, error)
-      call append_row(view%stress%offsets, element_offset, error)
-    end if
+    call append_tensor(view%stress, fields%stress, node_offset, element_offset, error)
+    call append_tensor(view%strain, fields%strain, node_offset, element_offset, error)
     call append_row(view%node_id%offsets, 0_i8, error)
     call append_row(view%element_id%offsets, 0_i8, error)
 
@@ -207,6 +238,39 @@ contains
     call append_row(view%cell_offsets, 0_i8, error)
     call append_row(view%connectivity_offsets, 0_i8, error)
   end subroutine append_step
+
+  !> Something of a tensor is asked for and was not computed.
+  pure function is_missing(rows, field) result(missing)
+    type(tensor_rows_t), intent(in) :: rows
+    type(tensor_field_t), intent(in) :: field
+    logical :: missing
+
+    missing = (rows%at_centroids%is_asked .and. .not. allocated(field%at_centroids)) .or. &
+      (rows%at_gauss_points%is_asked .and. .not. allocated(field%at_gauss_points)) .or. &
+      (rows%at_nodes%is_asked .and. .not. allocated(field%at_nodes))
+  end function is_missing
+
+  !> Append what is asked for of a tensor.
+  subroutine append_tensor(rows, field, node_offset, element_offset, error)
+    type(tensor_rows_t), intent(inout) :: rows
+    type(tensor_field_t), intent(in) :: field
+    integer(i8), intent(in) :: node_offset, element_offset
+    type(error_t), allocatable, intent(inout) :: error
+
+    if (rows%at_centroids%is_asked) then
+      call append_row(rows%at_centroids%blocks, field%at_centroids, error)
+      call append_row(rows%at_centroids%offsets, element_offset, error)
+    end if
+    if (rows%at_gauss_points%is_asked) then
+      call append_row(rows%at_gauss_points%blocks, &
+        reshape(field%at_gauss_points, [48, size(field%at_gauss_points, 3)]), error)
+      call append_row(rows%at_gauss_points%offsets, element_offset, error)
+    end if
+    if (rows%at_nodes%is_asked) then
+      call append_row(rows%at_nodes%blocks, field%at_nodes, error)
+      call append_row(rows%at_nodes%offsets, node_offset, error)
+    end if
+  end subroutine append_tensor
 
   !> Make the appended fields count: to be called when they are on disk.
   subroutine count_step(file, time, view, error)

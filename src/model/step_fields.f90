@@ -4,12 +4,20 @@ module step_fields_mod
   implicit none
   private
 
-  public :: step_fields_t, fields_due
+  public :: step_fields_t, tensor_field_t, fields_due
+
+  !> A symmetric tensor over the bodies, XX YY ZZ XY YZ XZ. What is not asked for is not allocated.
+  type :: tensor_field_t
+    real(wp), allocatable :: at_centroids(:, :)       !! (6, n_elements) mean of each brick
+    real(wp), allocatable :: at_gauss_points(:, :, :) !! (6, 8, n_elements) points as the nodes
+    real(wp), allocatable :: at_nodes(:, :)           !! (6, n_nodes) averaged over the bricks
+  end type tensor_field_t
 
   !> What is not asked for is not allocated.
   type :: step_fields_t
     real(wp), allocatable :: reaction_force(:, :) !! (3, n_nodes) of the supports [force]
-    real(wp), allocatable :: stress(:, :) !! (6, n_elements) XX YY ZZ XY YZ XZ [force/length^2]
+    type(tensor_field_t)  :: stress               !! [force/length^2]
+    type(tensor_field_t)  :: strain               !! shear as tensor components [-]
   end type step_fields_t
 
 contains

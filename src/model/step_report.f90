@@ -7,7 +7,8 @@ module step_report_mod
 
   public :: step_report_t, certificate_t, energy_t, contact_fields_t
   public :: status_open, status_stick, status_slide
-  public :: ended_well, ended_at_limit, ended_stalled, ended_diverging
+  public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
+    ended_moving
   public :: worst_entry
 
   ! How a contact solver that has not converged ended.
@@ -15,6 +16,8 @@ module step_report_mod
   integer, parameter :: ended_at_limit = 1   !! of its iterations
   integer, parameter :: ended_stalled = 2    !! no progress any more
   integer, parameter :: ended_diverging = 3  !! reactions grow without bound
+  integer, parameter :: ended_unbalanced = 4 !! nothing balances a rigid motion
+  integer, parameter :: ended_moving = 5     !! the closest points on curved obstacles do not settle
 
   integer, parameter :: status_open = 0, status_stick = 1, status_slide = 2
 
@@ -60,6 +63,9 @@ module step_report_mod
     real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]
     real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
+    integer  :: n_unheld = 0            !! rigid motions that nothing resists
+    character(:), allocatable :: unheld     !! those, in words
+    character(:), allocatable :: unbalanced !! motions that nothing balances, in words
     real(wp), allocatable :: x_free(:)
     !! (n_rows) of the last contact problem: gaps and slips without reactions [length]
     type(certificate_t)    :: certificate

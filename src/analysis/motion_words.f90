@@ -1,0 +1,220 @@
+!> Rigid motions in words: which nothing holds, which nothing balances.
+module motion_words_mod
+  use kinds_mod, only: wp
+  use text_mod, only: to_text
+  use dense_mod, only: singular_values
+  use mesh_mod, only: mesh_t
+  use rigid_modes_mod, only: free_motions_t
+  implicit none
+  private
+
+  public :: free_in_words, unbalanced_in_words, body_in_words, motions_together
+
+  real(wp), parameter :: unresisted = 1.0e-8_wp !! of the largest singular value
+  real(wp), parameter :: small = 1.0e-6_wp      !! a part that is not worth naming
+
+contains
+
+  !> The motions that no resisting row sees, body by body.
+  subroutine free_in_words(mesh, motions, g, resists, n_free, words)
+    type(mesh_t), intent(in) :: mesh
+    type(free_motions_t), intent(in) :: motions
+    real(wp), intent(in) :: g(:, :)        !! (n_rows,n) what the motions do at the rows [-]
+    logical, intent(in) :: resists(:)      !! (n_rows)
+    integer, intent(out) :: n_free
+    character(:), allocatable, intent(out) :: words
+    real(wp) :: stiff(count(resists), motions%n), s(motions%n), v(motions%n, motions%n)
+    real(wp) :: six(6, motions%n)
+    integer :: i, j, k, first, last, of_body
+    logical :: ok
+
+    words = ''
+    j = 0
+    do i = 1, size(resists)
+      if (.not. resists(i)) cycle
+      j = j + 1
+      stiff(j, :) = g(i, :)
+    end do
+    call singular_values(stiff, s, v, ok)
+    if (.not. ok) s = 1.0_wp
+    n_free = 0
+    if (motions%n > 0) n_free = count(s <= unresisted*s(1))
+    if (n_free == 0) return
+    ! Motions of several bodies may be coupled; each body's part of them is named.
+    first = 1
+    do while (first <= motions%n)
+      last = last_of_body(motions, first)
+      of_body = 0
+      do k = motions%n - n_free + 1, motions%n
+        if (norm2(v(first:last, k)) <= small) cycle
+        of_body = of_body + 1
+        six(:, of_body) = six_of(motions, first, last, v(first:last, k))
+      end do
+      if (of_body > 0) call append(words, body_in_words(mesh, motions, first)//': '// &
+        span_in_words(six(:, :of_body)))
+      first = last + 1
+    end do
+  end subroutine free_in_words
+
+  !> The motions along which forces are left over.
+  function unbalanced_in_words(mesh, motions, imbalance) result(words)
+    type(mesh_t), intent(in) :: mesh
+    type(free_motions_t), intent(in) :: motions
+    real(wp), intent(in) :: imbalance(:) !! (n) of each motion [force]
+    character(:), allocatable :: words
+    real(wp) :: six(6, 6), gram(6, 6), force(6, 1), v(6, 6), s(6), part(6), largest
+    integer :: first, last, j, k, m
+    logical :: ok
+
+    words = ''
+    largest = maxval(abs(imbalance))
+    first = 1
+    do while (first <= motions%n)
+      last = last_of_body(motions, first)
+      m = last - first + 1
+      if (maxval(abs(imbalance(first:last))) > small*largest) then
+        ! The motion of this body that the force left over does most work on.
+        six = 0.0_wp
+        do j = 1, m
+          six(:, j) = six_of(motions, j + first - 1, j + first - 1, [1.0_wp])
+        end do
+        gram = matmul(transpose(six), six)
+        call singular_values(gram(:m, :m), s(:m), v(:m, :m), ok)
+        part = 0.0_wp
+        do k = 1, m
+          if (s(k) > 0.0_wp) part(:m) = part(:m) + v(:m, k)*(dot_product(v(:m, k), &
+            imbalance(first:last))/s(k))
+        end do
+        force(:, 1) = matmul(six, part)
+        call append(words, body_in_words(mesh, motions, first)//': '//span_in_words(force))
+      end if
+      first = last + 1
+    end do
+  end function unbalanced_in_words
+
+  pure function last_of_body(motions, first) result(last)
+    type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: first
+    integer :: last
+
+    last = first
+    do while (last < motions%n)
+      if (motions%body(last + 1) /= motions%body(first)) exit
+      if (motions%body(first) == 0 .and. motions%node(last + 1) /= motions%node(first)) exit
+      last = last + 1
+    end do
+  end function last_of_body
+
+  !> How many motions, from `first` on, are of one body or obstacle.
+  pure function motions_together(motions, first) result(n)
+    type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: first
+    integer :: n
+
+    n = last_of_body(motions, first) - first + 1
+  end function motions_together
+
+  !> Translation of the centre and rotation times the body's size, of a combination of motions.
+  pure function six_of(motions, first, last, share) result(six)
+    type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: first, last
+    real(wp), intent(in) :: share(:)
+    real(wp) :: six(6)
+    integer :: j
+
+    six = 0.0_wp
+    do j = first, last
+      six(:3) = six(:3) + share(j - first + 1)*motions%translation(:, j)
+      six(4:) = six(4:) + share(j - first + 1)*motions%extent(j)*motions%rotation(:, j)
+    end do
+  end function six_of
+
+  !> A space of motions: the axes that lie in it, else its vectors.
+  function span_in_words(six) result(words)
+    real(wp), intent(in) :: six(:, :) !! (6,k) translations and scaled rotations
+    character(:), allocatable :: words
+    character(*), parameter :: name(6) = ['translation along x', 'translation along y', &
+      'translation along z', 'rotation about x   ', 'rotation about y   ', 'rotation about z   ']
+    real(wp) :: v(6, 6), s(6), rest(6)
+    integer :: i, k, rank, named
+    logical :: ok
+
+    words = ''
+    call singular_values(transpose(six), s, v, ok)
+    rank = count(s(:min(6, size(six, 2))) > small*s(1))
+    named = 0
+    do i = 1, 6
+      if (1.0_wp - norm2(v(i, :rank)) > small) cycle
+      named = named + 1
+      call append(words, trim(name(i)))
+    end do
+    if (named == rank) return
+    ! What the axes do not span, one direction after the other.
+    do k = 1, rank
+      rest = v(:, k)
+      do i = 1, 6
+        if (1.0_wp - norm2(v(i, :rank)) <= small) rest(i) = 0.0_wp
+      end do
+      if (norm2(rest) <= small) cycle
+      call append(words, direction_in_words(rest))
+    end do
+  end function span_in_words
+
+  pure function direction_in_words(six) result(words)
+    real(wp), intent(in) :: six(6)
+    character(:), allocatable :: words
+
+    words = ''
+    if (norm2(six(:3)) > small*norm2(six)) words = 'translation along '//vector(six(:3))
+    if (norm2(six(4:)) <= small*norm2(six)) return
+    if (len(words) > 0) words = words//' with '
+    words = words//'rotation about '//vector(six(4:))
+  end function direction_in_words
+
+  pure function vector(v) result(words)
+    real(wp), intent(in) :: v(3)
+    character(:), allocatable :: words
+    real(wp) :: unit(3)
+    integer :: i
+
+    unit = v/norm2(v)
+    if (unit(maxloc(abs(unit), dim=1)) < 0.0_wp) unit = -unit
+    words = '('
+    do i = 1, 3
+      if (i > 1) words = words//', '
+      if (abs(unit(i)) <= small) then
+        words = words//'0'
+      else
+        words = words//to_text(unit(i), 4)
+      end if
+    end do
+    words = words//')'
+  end function vector
+
+  !> Which body or obstacle motion `j` moves.
+  pure function body_in_words(mesh, motions, j) result(words)
+    type(mesh_t), intent(in) :: mesh
+    type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: j
+    character(:), allocatable :: words
+    integer :: node
+
+    if (motions%body(j) == 0) then
+      words = 'obstacle of reference node '//to_text(mesh%node_id(motions%node(j)))
+      return
+    end if
+    do node = 1, mesh%n_nodes
+      if (mesh%body(node) == motions%body(j)) exit
+    end do
+    words = 'body '//to_text(motions%body(j))//' (of node '//to_text(mesh%node_id(node))//')'
+  end function body_in_words
+
+  pure subroutine append(words, more)
+    character(:), allocatable, intent(inout) :: words
+    character(*), intent(in) :: more
+
+    if (len(words) > 0) words = words//', '
+    words = words//more
+  end subroutine append
+
+end module motion_words_mod

@@ -1,0 +1,72 @@
+!> Lists of named things - obstacles, materials, amplitudes - found by name.
+module directory_mod
+  use cards_mod, only: reader_t, report
+  use diagnostics_mod, only: guess, quoted
+  use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
+  use text_mod, only: string_t
+  implicit none
+  private
+
+  public :: directory_t, open_directory, add_name, close_directory, find_named
+
+  !> The names of things of one kind, in the order of the deck.
+  type :: directory_t
+    character(:), allocatable :: what !! what a name names, for the messages
+    type(string_t), allocatable :: names(:)
+    integer, allocatable :: position(:) !! of the card
+    type(name_lookup_t) :: lookup
+    integer :: n = 0
+  end type directory_t
+
+contains
+
+  !> Begin a list, with room for `most` names.
+  subroutine open_directory(what, most, directory)
+    character(*), intent(in) :: what
+    integer, intent(in) :: most
+    type(directory_t), intent(out) :: directory
+
+    directory%what = what
+    allocate (directory%names(most), directory%position(most))
+  end subroutine open_directory
+
+  !> Add a name; one of no letters was reported and is not looked at.
+  subroutine add_name(directory, name, position)
+    type(directory_t), intent(inout) :: directory
+    character(*), intent(in) :: name !! upper case
+    integer, intent(in) :: position
+
+    directory%n = directory%n + 1
+    directory%names(directory%n)%text = name
+    directory%position(directory%n) = position
+  end subroutine add_name
+
+  !> Make the look-up, and report repeated names.
+  subroutine close_directory(reader, directory)
+    type(reader_t), intent(inout) :: reader
+    type(directory_t), intent(inout) :: directory
+    integer :: k
+
+    call make_name_lookup(directory%names, directory%n, directory%lookup)
+    do k = 1, directory%n
+      if (len(directory%names(k)%text) == 0) cycle
+      if (find_name(directory%lookup, directory%names, directory%names(k)%text) == k) cycle
+      call report(reader, directory%position(k), 'duplicate '//directory%what//' '// &
+        quoted(directory%names(k)%text))
+    end do
+  end subroutine close_directory
+
+  !> Find `name`; a mistake is reported where there is none.
+  subroutine find_named(reader, directory, position, name, found)
+    type(reader_t), intent(inout) :: reader
+    type(directory_t), intent(in) :: directory
+    integer, intent(in) :: position     !! where the deck uses the name
+    character(*), intent(in) :: name    !! upper case
+    integer, intent(out) :: found       !! its index; 0: there is none
+
+    found = find_name(directory%lookup, directory%names, name)
+    if (found == 0) call report(reader, position, directory%what//' '//quoted(name)// &
+      ' is not defined', guess(name, directory%names(:directory%n)))
+  end subroutine find_named
+
+end module directory_mod

@@ -1,0 +1,92 @@
+!> The faces that a set of nodes means.
+module find_faces_mod
+  use lookup_mod, only: order_of
+  use mesh_draft_mod, only: mesh_draft_t
+  use surfaces_mod, only: face_nodes
+  implicit none
+  private
+
+  public :: find_outer_faces
+
+contains
+
+  !> The faces of bricks on the outside of the mesh whose four nodes are all among `nodes`.
+  subroutine find_outer_faces(mesh, nodes, faces)
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, intent(in) :: nodes(:)
+    integer, allocatable, intent(out) :: faces(:, :) !! (2, n) element, face 1..6; by element
+    integer, allocatable :: key(:, :), order(:), candidate(:, :)
+    logical, allocatable :: named(:), outer(:)
+    integer :: e, face, i, n, pass
+
+    allocate (named(mesh%n_nodes))
+    named = .false.
+    named(nodes) = .true.
+    ! Twice over the bricks: once to count, once to store.
+    do pass = 1, 2
+      n = 0
+      do e = 1, mesh%n_elements
+        if (count(named(mesh%connectivity(:, e))) < 4) cycle
+        do face = 1, 6
+          if (.not. all(named(mesh%connectivity(face_nodes(:, face), e)))) cycle
+          n = n + 1
+          if (pass == 1) cycle
+          candidate(:, n) = [e, face]
+          key(:, n) = ascending(mesh%connectivity(face_nodes(:, face), e))
+        end do
+      end do
+      if (pass == 1) allocate (candidate(2, n), key(4, n))
+    end do
+
+    ! Two bricks that meet in a face both have it among the candidates: then it is inside.
+    allocate (outer(n))
+    outer = .true.
+    call order_of_columns(key, order)
+    do i = 2, n
+      if (any(key(:, order(i)) /= key(:, order(i - 1)))) cycle
+      outer(order(i - 1:i)) = .false.
+    end do
+    allocate (faces(2, count(outer)))
+    n = 0
+    do i = 1, size(outer)
+      if (.not. outer(i)) cycle
+      n = n + 1
+      faces(:, n) = candidate(:, i)
+    end do
+  end subroutine find_outer_faces
+
+  !> The order that sorts columns by their first, second, ... entry.
+  subroutine order_of_columns(key, order)
+    integer, intent(in) :: key(:, :)
+    integer, allocatable, intent(out) :: order(:)
+    integer, allocatable :: of_entry(:)
+    integer :: i
+
+    allocate (order(size(key, 2)))
+    order(:) = [(i, i=1, size(order))]
+    ! The last entry first: each sort keeps the order of equal entries.
+    do i = size(key, 1), 1, -1
+      call order_of(key(i, order), of_entry)
+      order(:) = order(of_entry)
+    end do
+  end subroutine order_of_columns
+
+  !> Four numbers in ascending order.
+  pure function ascending(list) result(sorted)
+    integer, intent(in) :: list(4)
+    integer :: sorted(4), i, j, value
+
+    sorted = list
+    do i = 2, 4
+      value = sorted(i)
+      j = i - 1
+      do while (j >= 1)
+        if (sorted(j) <= value) exit
+        sorted(j + 1) = sorted(j)
+        j = j - 1
+      end do
+      sorted(j + 1) = value
+    end do
+  end function ascending
+
+end module find_faces_mod

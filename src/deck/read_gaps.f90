@@ -1,0 +1,157 @@
+!> Gaps beside those of the mesh: a curved profile without a curved mesh.
+!>
+!>     *CONTACT GAP
+!>     BODY-ZMIN, 0.01                          node or set, gap
+!>     BODY-ZMIN, PARABOLA, 0., 0., 0., 50.     node or set, centre, radius
+!>     *CONTACT GAP, PARABOLA
+!>     BODY-ZMIN, 0., 0., 0., 50.               the same
+module read_gaps_mod
+  use cards_mod, only: note, reader_t, report
+  use diagnostics_mod, only: quoted
+  use fields_mod, only: field_position, field_text, fields_t, limit_fields, next_data_line, &
+    real_field, reference_field, reference_t
+  use keywords_mod, only: same_word
+  use kinds_mod, only: i8, wp
+  use options_mod, only: allow_options, card_t, has_option, has_value, open_card, option_position
+  use read_surfaces_mod, only: surface_list_t
+  use scene_mod, only: contact_gap_t, contact_pair_t
+  use sets_mod, only: model_t, referenced_nodes
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: read_gaps
+
+  !> Nodes named by all lines of a deck together: more than any real deck needs.
+  integer(i8), parameter :: max_work = 50000000
+
+contains
+
+  !> *CONTACT GAP[, PARABOLA]
+  subroutine read_gaps(reader, model, surfaces, pairs, gaps)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(in) :: surfaces
+    type(contact_pair_t), intent(in) :: pairs(:)
+    type(contact_gap_t), allocatable, intent(out) :: gaps(:)
+    type(contact_gap_t), allocatable :: list(:)
+    type(card_t) :: card
+    logical, allocatable :: slave(:)
+    integer(i8) :: work
+    integer :: k, n
+
+    allocate (list(4), slave(model%mesh%n_nodes))
+    slave = .false.
+    do k = 1, size(pairs)
+      slave(surfaces%list(pairs(k)%surface)%nodes) = .true.
+    end do
+    n = 0
+    work = 0
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'CONTACT GAP') cycle
+      call open_card(reader, k, card)
+      call read_card(reader, card, model, slave, list, n, work)
+    end do
+    gaps = list(:n)
+  end subroutine read_gaps
+
+  !> Lines `node or set, gap` or `node or set[, PARABOLA], x, y, z, R`.
+  subroutine read_card(reader, card, model, slave, list, n, work)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(model_t), intent(in) :: model
+    logical, intent(in) :: slave(:)        !! (n_nodes) whether the node may touch an obstacle
+    type(contact_gap_t), allocatable, intent(inout) :: list(:)
+    integer, intent(inout) :: n            !! gaps so far
+    integer(i8), intent(inout) :: work     !! nodes named so far
+    type(fields_t) :: fields
+    type(reference_t) :: reference
+    type(contact_gap_t) :: gap
+    logical :: found, ok, named
+
+    call allow_options(reader, card, ['PARABOLA'])
+    if (has_value(card, 'PARABOLA')) call report(reader, option_position(card, 'PARABOLA'), &
+      'PARABOLA takes no value')
+    do
+      call next_data_line(reader, card, fields, found)
+      if (.not. found) exit
+      call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, named)
+      call read_gap(reader, fields, has_option(card, 'PARABOLA'), gap, ok)
+      if (.not. named) cycle
+      call referenced_nodes(reader, model, reference, gap%nodes)
+      if (size(gap%nodes) == 0 .or. .not. ok) cycle
+      work = work + size(gap%nodes)
+      if (work > max_work) then
+        call report(reader, fields%start, 'the gaps name too many nodes')
+        return
+      end if
+      if (.not. any(slave(gap%nodes))) call note(reader, '*CONTACT GAP of '//name_of(reference)// &
+        ' changes nothing: none of its nodes is on a slave surface')
+      call add_gap(list, n, gap)
+    end do
+  end subroutine read_card
+
+  !> What stands behind the node or set.
+  subroutine read_gap(reader, fields, parabola, gap, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    logical, intent(in) :: parabola      !! the card says so
+    type(contact_gap_t), intent(inout) :: gap
+    logical, intent(out) :: ok           !! false: a mistake was reported
+    integer :: first, i
+    logical :: field_ok
+
+    first = 2
+    gap%parabola = parabola
+    if (same_word(field_text(reader, fields, 2), 'PARABOLA')) then
+      gap%parabola = .true.
+      first = 3
+    end if
+    if (.not. gap%parabola) then
+      call limit_fields(reader, fields, 2, 'a node or a set of nodes, and a gap')
+      call real_field(reader, fields, 2, 'the gap', gap%value, ok)
+      return
+    end if
+    call limit_fields(reader, fields, first + 3, 'a node or a set of nodes, a centre and a radius')
+    ok = .true.
+    do i = 1, 3
+      call real_field(reader, fields, first + i - 1, 'x, y, z of the centre', gap%centre(i), &
+        field_ok)
+      ok = ok .and. field_ok
+    end do
+    call real_field(reader, fields, first + 3, 'the radius', gap%radius, field_ok)
+    ok = ok .and. field_ok
+    if (field_ok .and. abs(gap%radius) <= 0.0_wp) then
+      call report(reader, field_position(reader, fields, first + 3), &
+        'the radius of a parabola must not be zero')
+      ok = .false.
+    end if
+  end subroutine read_gap
+
+  subroutine add_gap(list, n, gap)
+    type(contact_gap_t), allocatable, intent(inout) :: list(:)
+    integer, intent(inout) :: n
+    type(contact_gap_t), intent(in) :: gap
+    type(contact_gap_t), allocatable :: larger(:)
+
+    if (n == size(list)) then
+      allocate (larger(2*n))
+      larger(:n) = list
+      call move_alloc(larger, list)
+    end if
+    n = n + 1
+    list(n) = gap
+  end subroutine add_gap
+
+  pure function name_of(reference) result(name)
+    type(reference_t), intent(in) :: reference
+    character(:), allocatable :: name
+
+    if (reference%id > 0) then
+      name = 'node '//to_text(reference%id)
+    else
+      name = quoted(reference%name)
+    end if
+  end function name_of
+
+end module read_gaps_mod

@@ -1,0 +1,189 @@
+!> Rigid obstacles.
+!>
+!>     *OBSTACLE, NAME=GROUND, TYPE=PLANE
+!>     0., 0., 0.,  0., 0., 1.        a point of the plane, its normal towards the body
+!>     *OBSTACLE, NAME=BALL, TYPE=SPHERE, REF NODE=1000
+!>     0., 0., 5.,  5.                centre, radius
+!>     *OBSTACLE, NAME=BORE, TYPE=CYLINDER, INNER
+!>     0., 0., 0.,  0., 0., 1.,  2.   a point of the axis, its direction, radius
+module read_obstacles_mod
+  use cards_mod, only: reader_t, report
+  use diagnostics_mod, only: quoted
+  use directory_mod, only: add_name, close_directory, directory_t, open_directory
+  use fields_mod, only: field_position, fields_t, limit_fields, next_data_line, real_field
+  use kinds_mod, only: wp
+  use lookup_mod, only: find_id
+  use obstacles_mod, only: obstacle_cylinder, obstacle_plane, obstacle_sphere, obstacle_t
+  use options_mod, only: allow_options, card_t, choice_option, has_option, has_value, &
+    integer_option, name_option, open_card, option_position
+  use sets_mod, only: model_t
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: read_obstacles
+
+  integer, parameter :: kinds(3) = [obstacle_plane, obstacle_sphere, obstacle_cylinder]
+  integer, parameter :: max_numbers = 7 !! of any kind
+
+contains
+
+  !> *OBSTACLE, NAME=name, TYPE=PLANE|SPHERE|CYLINDER[, REF NODE=id][, INNER]
+  subroutine read_obstacles(reader, model, obstacles, names)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model     !! its reference nodes are marked
+    type(obstacle_t), allocatable, intent(out) :: obstacles(:)
+    type(directory_t), intent(out) :: names
+    type(card_t) :: card
+    character(:), allocatable :: name
+    integer :: k, n, kind
+    logical :: ok
+
+    n = count(reader%cards(:reader%n_cards)%keyword == 'OBSTACLE')
+    allocate (obstacles(n))
+    call open_directory('obstacle', n, names)
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'OBSTACLE') cycle
+      call open_card(reader, k, card)
+      call allow_options(reader, card, ['NAME    ', 'TYPE    ', 'REF NODE', 'INNER   '])
+      call name_option(reader, card, 'NAME', .true., name, ok)
+      call add_name(names, name, card%position)
+      obstacles(names%n)%name = name
+      call read_reference_node(reader, card, model, obstacles(names%n)%ref_node)
+      obstacles(names%n)%inner = has_option(card, 'INNER')
+      if (has_value(card, 'INNER')) call report(reader, option_position(card, 'INNER'), &
+        'INNER takes no value')
+      kind = 0
+      call choice_option(reader, card, 'TYPE', ['PLANE   ', 'SPHERE  ', 'CYLINDER'], kind, ok)
+      if (.not. has_option(card, 'TYPE')) call report(reader, card%position, &
+        '*OBSTACLE needs TYPE=')
+      if (kind == 0) cycle
+      obstacles(names%n)%kind = kinds(kind)
+      call read_shape(reader, card, obstacles(names%n))
+    end do
+    call close_directory(reader, names)
+  end subroutine read_obstacles
+
+  !> REF NODE=id: a node that no brick has.
+  subroutine read_reference_node(reader, card, model, node)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(model_t), intent(inout) :: model
+    integer, intent(inout) :: node !! its number; unchanged where the option is absent or wrong
+    integer :: id, found
+    logical :: ok
+
+    id = 0
+    call integer_option(reader, card, 'REF NODE', 1, huge(id), id, ok)
+    if (.not. ok) return
+    found = find_id(model%mesh%nodes, model%mesh%node_id, id)
+    if (found == 0) then
+      call report(reader, option_position(card, 'REF NODE'), 'node '//to_text(id)// &
+        ' is not defined')
+    else if (model%used(found)) then
+      call report(reader, option_position(card, 'REF NODE'), 'node '//to_text(id)// &
+        ' belongs to an element: the reference node of an obstacle must be a node by itself')
+    else
+      node = found
+      model%reference(found) = .true.
+    end if
+  end subroutine read_reference_node
+
+  !> The numbers of an obstacle, over one line or more.
+  subroutine read_shape(reader, card, obstacle)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(obstacle_t), intent(inout) :: obstacle
+    real(wp) :: value(max_numbers)
+    integer :: position(max_numbers)
+    logical :: ok
+
+    select case (obstacle%kind)
+    case (obstacle_plane)
+      if (obstacle%inner) call report(reader, option_position(card, 'INNER'), &
+        'a plane has no INNER side')
+      call read_numbers(reader, card, 'a plane', 'six numbers: x, y, z of a point, then of the '// &
+        'normal', value(:6), position(:6), ok)
+      if (ok) call read_direction(reader, 'the normal of a plane', position(4), value(4:6), &
+        obstacle%normal)
+    case (obstacle_sphere)
+      call read_numbers(reader, card, 'a sphere', 'four numbers: x, y, z of its centre, then '// &
+        'its radius', value(:4), position(:4), ok)
+      if (ok) call read_radius(reader, position(4), value(4), obstacle)
+    case default
+      call read_numbers(reader, card, 'a cylinder', 'seven numbers: x, y, z of a point of its '// &
+        'axis, then of the direction of the axis, then its radius', value, position, ok)
+      if (ok) call read_direction(reader, 'the axis of a cylinder', position(4), value(4:6), &
+        obstacle%normal)
+      if (ok) call read_radius(reader, position(7), value(7), obstacle)
+    end select
+    if (ok) obstacle%point = value(:3)
+  end subroutine read_shape
+
+  !> Read as many numbers as `value` has.
+  subroutine read_numbers(reader, card, what, form, value, position, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: what, form !! what needs which numbers, for the messages
+    real(wp), intent(out) :: value(:)
+    integer, intent(out) :: position(:)
+    logical, intent(out) :: ok             !! false: a mistake was reported
+    type(fields_t) :: fields
+    integer :: have, i
+    logical :: found, field_ok
+
+    have = 0
+    ok = .true.
+    value = 0.0_wp
+    position = card%position
+    do
+      call next_data_line(reader, card, fields, found)
+      if (.not. found) exit
+      call limit_fields(reader, fields, size(value) - have, form)
+      if (have == size(value)) exit
+      do i = 1, min(fields%n, size(value) - have)
+        have = have + 1
+        position(have) = field_position(reader, fields, i)
+        call real_field(reader, fields, i, 'a number', value(have), field_ok)
+        ok = ok .and. field_ok
+      end do
+    end do
+    if (have == size(value)) return
+    ok = .false.
+    call report(reader, card%position, what//' needs '//form)
+  end subroutine read_numbers
+
+  !> A vector of any length but zero, made a unit vector.
+  subroutine read_direction(reader, what, position, vector, direction)
+    type(reader_t), intent(inout) :: reader
+    character(*), intent(in) :: what
+    integer, intent(in) :: position
+    real(wp), intent(in) :: vector(3)
+    real(wp), intent(inout) :: direction(3) !! unchanged after a mistake
+    real(wp) :: largest
+
+    largest = maxval(abs(vector))
+    if (largest <= 0.0_wp) then
+      call report(reader, position, what//' must not be zero')
+      return
+    end if
+    ! Scaled first, so that no square leaves the range of numbers.
+    direction = vector/largest
+    direction = direction/norm2(direction)
+  end subroutine read_direction
+
+  subroutine read_radius(reader, position, radius, obstacle)
+    type(reader_t), intent(inout) :: reader
+    integer, intent(in) :: position
+    real(wp), intent(in) :: radius
+    type(obstacle_t), intent(inout) :: obstacle
+
+    if (radius > 0.0_wp) then
+      obstacle%radius = radius
+    else
+      call report(reader, position, 'the radius of obstacle '//quoted(obstacle%name)// &
+        ' must be positive')
+    end if
+  end subroutine read_radius
+
+end module read_obstacles_mod

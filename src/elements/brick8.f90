@@ -1,0 +1,255 @@
+!> What all 8-node bricks share: trilinear shape functions, 2x2x2 Gauss points, isotropic material.
+!>
+!>        8-------7        zeta
+!>       /|      /|         |  eta
+!>      5-------6 |         | /
+!>      | 4-----|-3         |/
+!>      |/      |/          +---- xi
+!>      1-------2        node 1 at (-1,-1,-1), node 7 at (1,1,1)
+!>
+!> Gauss point g is the one near node g. Stresses and strains are ordered XX YY ZZ XY YZ XZ; shear
+!> strains are tensor components (half of the engineering ones). docs/theory.md, section 8.
+module brick8_mod
+  use kinds_mod, only: wp
+  use small_matrix_mod, only: determinant, inverse
+  implicit none
+  private
+
+  public :: shape_gradients, jacobian_determinants, volume, node_volumes
+  public :: lame_constants, strain_of, stress_of, force_of, isotropic_stiffness
+  public :: volume_mean, extrapolate_to_nodes
+  public :: xi_node, eta_node, zeta_node, gauss
+
+  real(wp), parameter :: xi_node(8) = [-1, 1, 1, -1, -1, 1, 1, -1]
+  real(wp), parameter :: eta_node(8) = [-1, -1, 1, 1, -1, -1, 1, 1]
+  real(wp), parameter :: zeta_node(8) = [-1, -1, -1, -1, 1, 1, 1, 1]
+  real(wp), parameter :: gauss = 1.0_wp/sqrt(3.0_wp) !! coordinate of the Gauss points, weight 1
+
+contains
+
+  ! ------------------------------------------------------------------ geometry
+
+  !> Gradients of the shape functions at the eight Gauss points, and the volumes these stand for.
+  pure subroutine shape_gradients(x, gradient, weight)
+    real(wp), intent(in)  :: x(3, 8)           !! nodes [length]
+    real(wp), intent(out) :: gradient(3, 8, 8) !! dN_a/dx_i at point g: (i,a,g) [1/length]
+    real(wp), intent(out) :: weight(8)         !! the Jacobian's determinants [length^3/8]
+    real(wp) :: d(3, 8), jacobian(3, 3), b(3, 3)
+    integer :: g, a
+
+    do g = 1, 8
+      d = local_gradients(gauss*xi_node(g), gauss*eta_node(g), gauss*zeta_node(g))
+      jacobian = jacobian_of(x, d)
+      weight(g) = determinant(jacobian)
+      b = transpose(inverse(jacobian))
+      do a = 1, 8
+        gradient(:, a, g) = b(:, 1)*d(1, a) + b(:, 2)*d(2, a) + b(:, 3)*d(3, a)
+      end do
+    end do
+  end subroutine shape_gradients
+
+  !> dx_i/dxi_j.
+  pure function jacobian_of(x, d) result(jacobian)
+    real(wp), intent(in) :: x(3, 8), d(3, 8) !! nodes; dN_a/dxi_j
+    real(wp) :: jacobian(3, 3)
+    integer :: a
+
+    jacobian = 0.0_wp
+    do a = 1, 8
+      jacobian(:, 1) = jacobian(:, 1) + x(:, a)*d(1, a)
+      jacobian(:, 2) = jacobian(:, 2) + x(:, a)*d(2, a)
+      jacobian(:, 3) = jacobian(:, 3) + x(:, a)*d(3, a)
+    end do
+  end function jacobian_of
+
+  !> dN_a/dxi_j anywhere in the brick.
+  pure function local_gradients(xi, eta, zeta) result(d)
+    real(wp), intent(in) :: xi, eta, zeta !! from -1 to 1
+    real(wp) :: d(3, 8)
+    real(wp) :: a(8), b(8), c(8)
+
+    a = 1.0_wp + xi*xi_node
+    b = 1.0_wp + eta*eta_node
+    c = 1.0_wp + zeta*zeta_node
+    d(1, :) = 0.125_wp*xi_node*b*c
+    d(2, :) = 0.125_wp*a*eta_node*c
+    d(3, :) = 0.125_wp*a*b*zeta_node
+  end function local_gradients
+
+  !> The Jacobian's determinant at the eight Gauss points and the eight nodes; all positive in a
+  !> usable brick.
+  pure function jacobian_determinants(x) result(d)
+    real(wp), intent(in) :: x(3, 8) !! nodes [length]
+    real(wp) :: d(16)               !! [length^3/8]
+    integer :: g
+
+    do g = 1, 8
+      d(g) = determinant(jacobian_of(x, &
+        local_gradients(gauss*xi_node(g), gauss*eta_node(g), gauss*zeta_node(g))))
+      d(8 + g) = determinant(jacobian_of(x, &
+        local_gradients(xi_node(g), eta_node(g), zeta_node(g))))
+    end do
+  end function jacobian_determinants
+
+  !> Volume of the brick.
+  pure function volume(x) result(v)
+    real(wp), intent(in) :: x(3, 8) !! nodes [length]
+    real(wp) :: v                   !! [length^3]
+    real(wp) :: d(16)
+
+    d = jacobian_determinants(x)
+    v = sum(d(:8))
+  end function volume
+
+  !> Each node's share of the volume, int N_a dV.
+  !>
+  !> Exact for any brick: the integrand is of third degree in each coordinate.
+  pure function node_volumes(x) result(v)
+    real(wp), intent(in) :: x(3, 8) !! nodes [length]
+    real(wp) :: v(8)                !! [length^3]
+    real(wp) :: d(16)
+    integer :: g
+
+    d = jacobian_determinants(x)
+    v = 0.0_wp
+    do g = 1, 8
+      v = v + 0.125_wp*d(g)*(1.0_wp + gauss*xi_node(g)*xi_node)* &
+        (1.0_wp + gauss*eta_node(g)*eta_node)*(1.0_wp + gauss*zeta_node(g)*zeta_node)
+    end do
+  end function node_volumes
+
+  ! ------------------------------------------------------------------ strain, stress, force
+
+  !> Lame's constants lambda and G of an isotropic material.
+  pure subroutine lame_constants(young, poisson, lambda, shear)
+    real(wp), intent(in)  :: young    !! E > 0 [force/length^2]
+    real(wp), intent(in)  :: poisson  !! -1 < nu < 0.5 [-]
+    real(wp), intent(out) :: lambda   !! [force/length^2]
+    real(wp), intent(out) :: shear    !! G [force/length^2]
+
+    lambda = young*poisson/((1.0_wp + poisson)*(1.0_wp - 2.0_wp*poisson))
+    shear = young/(2.0_wp*(1.0_wp + poisson))
+  end subroutine lame_constants
+
+  !> Strain at the Gauss points, the symmetric part of sum u_a g_a^T.
+  pure function strain_of(n, gradient, u) result(strain)
+    integer,  intent(in) :: n                 !! shape functions
+    real(wp), intent(in) :: gradient(3, n, 8) !! their gradients [1/length]
+    real(wp), intent(in) :: u(3, n)           !! their factors [length]
+    real(wp) :: strain(6, 8)                  !! [-]
+    real(wp) :: h(3, 3) ! displacement gradient du_i/dx_j
+    integer :: g, a
+
+    do g = 1, 8
+      h = 0.0_wp
+      do a = 1, n
+        h(:, 1) = h(:, 1) + u(:, a)*gradient(1, a, g)
+        h(:, 2) = h(:, 2) + u(:, a)*gradient(2, a, g)
+        h(:, 3) = h(:, 3) + u(:, a)*gradient(3, a, g)
+      end do
+      strain(1, g) = h(1, 1)
+      strain(2, g) = h(2, 2)
+      strain(3, g) = h(3, 3)
+      strain(4, g) = 0.5_wp*(h(1, 2) + h(2, 1))
+      strain(5, g) = 0.5_wp*(h(2, 3) + h(3, 2))
+      strain(6, g) = 0.5_wp*(h(1, 3) + h(3, 1))
+    end do
+  end function strain_of
+
+  !> sigma = lambda tr(eps) I + 2 G eps at the Gauss points.
+  pure function stress_of(strain, lambda, shear) result(stress)
+    real(wp), intent(in) :: strain(6, 8)  !! [-]
+    real(wp), intent(in) :: lambda, shear !! Lame's constants [force/length^2]
+    real(wp) :: stress(6, 8)              !! [force/length^2]
+    integer :: g
+
+    do g = 1, 8
+      stress(:, g) = 2.0_wp*shear*strain(:, g)
+      stress(:3, g) = stress(:3, g) + lambda*(strain(1, g) + strain(2, g) + strain(3, g))
+    end do
+  end function stress_of
+
+  !> int sigma g_a, the forces that stresses at the Gauss points exert on the shape functions.
+  pure function force_of(n, gradient, weight, stress) result(f)
+    integer,  intent(in) :: n                 !! shape functions
+    real(wp), intent(in) :: gradient(3, n, 8) !! their gradients [1/length]
+    real(wp), intent(in) :: weight(8)         !! [length^3]
+    real(wp), intent(in) :: stress(6, 8)      !! [force/length^2]
+    real(wp) :: f(3, n)                       !! [force]
+    real(wp) :: s(6)
+    integer :: g, a
+
+    f = 0.0_wp
+    do g = 1, 8
+      s = weight(g)*stress(:, g)
+      do a = 1, n
+        associate (d => gradient(:, a, g))
+          f(1, a) = f(1, a) + s(1)*d(1) + s(4)*d(2) + s(6)*d(3)
+          f(2, a) = f(2, a) + s(4)*d(1) + s(2)*d(2) + s(5)*d(3)
+          f(3, a) = f(3, a) + s(6)*d(1) + s(5)*d(2) + s(3)*d(3)
+        end associate
+      end do
+    end do
+  end function force_of
+
+  !> K_ab = int lambda g_a g_b^T + G (g_b g_a^T + g_a.g_b I), for any set of shape functions.
+  pure function isotropic_stiffness(n, gradient, weight, lambda, shear) result(k)
+    integer,  intent(in) :: n                 !! shape functions
+    real(wp), intent(in) :: gradient(3*n, 8)  !! their gradients at the Gauss points [1/length]
+    real(wp), intent(in) :: weight(8)         !! [length^3]
+    real(wp), intent(in) :: lambda, shear     !! Lame's constants [force/length^2]
+    real(wp) :: k(3*n, 3*n)                   !! node by node, x y z [force/length]
+    real(wp) :: moment(3*n, 3*n), block(3, 3), trace
+    integer :: g, a, b, i, j
+
+    ! All products g_a g_b^T summed over the points first: the material enters once a pair of nodes.
+    moment = 0.0_wp
+    do g = 1, 8
+      do b = 1, n
+        do j = 3*b - 2, 3*b
+          moment(:3*b, j) = moment(:3*b, j) + weight(g)*gradient(j, g)*gradient(:3*b, g)
+        end do
+      end do
+    end do
+    do b = 1, n
+      do a = 1, b
+        block = moment(3*a - 2:3*a, 3*b - 2:3*b)
+        trace = shear*(block(1, 1) + block(2, 2) + block(3, 3))
+        block = lambda*block + shear*transpose(block)
+        do i = 1, 3
+          block(i, i) = block(i, i) + trace
+        end do
+        k(3*a - 2:3*a, 3*b - 2:3*b) = block
+        k(3*b - 2:3*b, 3*a - 2:3*a) = transpose(block)
+      end do
+    end do
+  end function isotropic_stiffness
+
+  ! ------------------------------------------------------------------ fields
+
+  !> Average over the brick's volume of what is known at its Gauss points.
+  pure function volume_mean(x, values) result(mean)
+    real(wp), intent(in) :: x(3, 8)      !! nodes [length]
+    real(wp), intent(in) :: values(6, 8) !! at the Gauss points
+    real(wp) :: mean(6)
+    real(wp) :: d(16)
+
+    d = jacobian_determinants(x)
+    mean = matmul(values, d(:8))/sum(d(:8))
+  end function volume_mean
+
+  !> Values at the nodes: trilinear in the brick's coordinates through those at the Gauss points.
+  pure function extrapolate_to_nodes(values) result(at_nodes)
+    real(wp), intent(in) :: values(6, 8) !! at the Gauss points
+    real(wp) :: at_nodes(6, 8)
+    real(wp) :: factor(8)
+    integer :: a
+
+    do a = 1, 8
+      factor = 0.125_wp*(1.0_wp + xi_node(a)*xi_node/gauss)*(1.0_wp + eta_node(a)*eta_node/gauss)* &
+        (1.0_wp + zeta_node(a)*zeta_node/gauss)
+      at_nodes(:, a) = matmul(values, factor)
+    end do
+  end function extrapolate_to_nodes
+
+end module brick8_mod

@@ -1,0 +1,44 @@
+!> C3D8: the brick with full integration. Stiff in bending and where it is nearly incompressible.
+module c3d8_mod
+  use kinds_mod, only: wp
+  use brick8_mod, only: shape_gradients, strain_of, stress_of, force_of, isotropic_stiffness
+  implicit none
+  private
+
+  public :: stiffness, nodal_force, gauss_strain
+
+contains
+
+  !> Stiffness of the brick.
+  pure function stiffness(x, lambda, shear) result(k)
+    real(wp), intent(in) :: x(3, 8)       !! nodes [length]
+    real(wp), intent(in) :: lambda, shear !! Lame's constants [force/length^2]
+    real(wp) :: k(24, 24)                 !! node by node, x y z [force/length]
+    real(wp) :: gradient(3, 8, 8), weight(8)
+
+    call shape_gradients(x, gradient, weight)
+    k = isotropic_stiffness(8, gradient, weight, lambda, shear)
+  end function stiffness
+
+  !> Internal force of the brick, from the displacements themselves (no stiffness matrix).
+  pure function nodal_force(x, u, lambda, shear) result(f)
+    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
+    real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
+    real(wp) :: f(3, 8)                      !! [force]
+    real(wp) :: gradient(3, 8, 8), weight(8)
+
+    call shape_gradients(x, gradient, weight)
+    f = force_of(8, gradient, weight, stress_of(strain_of(8, gradient, u), lambda, shear))
+  end function nodal_force
+
+  !> Strain at the Gauss points.
+  pure function gauss_strain(x, u) result(strain)
+    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
+    real(wp) :: strain(6, 8)                 !! XX YY ZZ XY YZ XZ [-]
+    real(wp) :: gradient(3, 8, 8), weight(8)
+
+    call shape_gradients(x, gradient, weight)
+    strain = strain_of(8, gradient, u)
+  end function gauss_strain
+
+end module c3d8_mod

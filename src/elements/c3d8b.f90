@@ -1,0 +1,92 @@
+!> C3D8B: the brick with the mean dilatation (B-bar), for nearly incompressible material.
+!>
+!> The dilatation at every Gauss point is replaced by its average over the brick,
+!>
+!>     tr(eps) -> sum u_a . mean_a,      mean_a = int g_a dV / V
+!>
+!> so that a brick has one volume to keep, not eight. Source: T.J.R. Hughes (1980),
+!> docs/theory.md (8.8).
+module c3d8b_mod
+  use kinds_mod, only: wp
+  use brick8_mod, only: shape_gradients, strain_of, stress_of, force_of, isotropic_stiffness
+  implicit none
+  private
+
+  public :: stiffness, nodal_force, gauss_strain
+
+contains
+
+  !> Stiffness of the brick: deviatoric part as in C3D8, volumetric part of the mean dilatation.
+  pure function stiffness(x, lambda, shear) result(k)
+    real(wp), intent(in) :: x(3, 8)       !! nodes [length]
+    real(wp), intent(in) :: lambda, shear !! Lame's constants [force/length^2]
+    real(wp) :: k(24, 24)                 !! node by node, x y z [force/length]
+    real(wp) :: gradient(3, 8, 8), weight(8), mean(24), bulk
+    integer :: j
+
+    call shape_gradients(x, gradient, weight)
+    ! With lambda = -2 G/3 the isotropic material resists the deviator alone.
+    k = isotropic_stiffness(8, gradient, weight, -2.0_wp*shear/3.0_wp, shear)
+    mean = reshape(mean_gradient(gradient, weight), [24])
+    bulk = (lambda + 2.0_wp*shear/3.0_wp)*sum(weight)
+    do j = 1, 24
+      k(:, j) = k(:, j) + bulk*mean(j)*mean
+    end do
+  end function stiffness
+
+  !> Internal force of the brick, from the displacements themselves (no stiffness matrix).
+  pure function nodal_force(x, u, lambda, shear) result(f)
+    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
+    real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
+    real(wp) :: f(3, 8)                      !! [force]
+    real(wp) :: gradient(3, 8, 8), weight(8), mean(3, 8), stress(6, 8), pressure(8)
+    integer :: g
+
+    call shape_gradients(x, gradient, weight)
+    mean = mean_gradient(gradient, weight)
+    stress = stress_of(mean_dilatation_strain(gradient, mean, u), lambda, shear)
+    do g = 1, 8
+      pressure(g) = (stress(1, g) + stress(2, g) + stress(3, g))/3.0_wp
+      stress(:3, g) = stress(:3, g) - pressure(g)
+    end do
+    f = force_of(8, gradient, weight, stress) + sum(weight*pressure)*mean
+  end function nodal_force
+
+  !> Strain at the Gauss points; its trace is the same at all of them.
+  pure function gauss_strain(x, u) result(strain)
+    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
+    real(wp) :: strain(6, 8)                 !! XX YY ZZ XY YZ XZ [-]
+    real(wp) :: gradient(3, 8, 8), weight(8)
+
+    call shape_gradients(x, gradient, weight)
+    strain = mean_dilatation_strain(gradient, mean_gradient(gradient, weight), u)
+  end function gauss_strain
+
+  !> Gradients of the shape functions averaged over the volume.
+  pure function mean_gradient(gradient, weight) result(mean)
+    real(wp), intent(in) :: gradient(3, 8, 8), weight(8)
+    real(wp) :: mean(3, 8) !! [1/length]
+    integer :: g
+
+    mean = 0.0_wp
+    do g = 1, 8
+      mean = mean + weight(g)*gradient(:, :, g)
+    end do
+    mean = mean/sum(weight)
+  end function mean_gradient
+
+  !> C3D8's strain with the dilatation exchanged.
+  pure function mean_dilatation_strain(gradient, mean, u) result(strain)
+    real(wp), intent(in) :: gradient(3, 8, 8), mean(3, 8), u(3, 8)
+    real(wp) :: strain(6, 8)
+    real(wp) :: dilatation
+    integer :: g
+
+    strain = strain_of(8, gradient, u)
+    dilatation = sum(mean*u)
+    do g = 1, 8
+      strain(:3, g) = strain(:3, g) + (dilatation - sum(strain(:3, g)))/3.0_wp
+    end do
+  end function mean_dilatation_strain
+
+end module c3d8b_mod

@@ -1,0 +1,74 @@
+!> Stress and strain over the mesh: means of the bricks, at their Gauss points, at the nodes.
+module mesh_fields_mod
+  use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t
+  use scene_mod, only: material_t
+  use step_fields_mod, only: tensor_field_t
+  use brick8_mod, only: lame_constants, stress_of, volume_mean, extrapolate_to_nodes
+  use elements_mod, only: gauss_strain
+  implicit none
+  private
+
+  public :: fill_tensor_fields
+
+contains
+
+  !> Fill those parts of the two fields that are allocated.
+  !>
+  !> A node's value is the plain average over all bricks at the node, whatever their material, of
+  !> what each extrapolates; 0 where no brick uses the node.
+  pure subroutine fill_tensor_fields(mesh, materials, u, strain, stress)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: u(:, :)                !! (3,n_nodes) displacement [length]
+    type(tensor_field_t), intent(inout) :: strain  !! [-]
+    type(tensor_field_t), intent(inout) :: stress  !! [force/length^2]
+    real(wp) :: x(3, 8), values(6, 8), lambda, shear
+    integer :: e, nodes(8)
+
+    if (allocated(strain%at_nodes)) strain%at_nodes = 0.0_wp
+    if (allocated(stress%at_nodes)) stress%at_nodes = 0.0_wp
+    do e = 1, mesh%n_elements
+      nodes = mesh%connectivity(:, e)
+      x = mesh%coordinates(:, nodes)
+      associate (material => materials(mesh%material(e)))
+        call lame_constants(material%young, material%poisson, lambda, shear)
+      end associate
+      values = gauss_strain(mesh%element_kind(e), x, u(:, nodes), lambda, shear)
+      call store_brick(e, nodes, x, values, strain)
+      call store_brick(e, nodes, x, stress_of(values, lambda, shear), stress)
+    end do
+    if (allocated(strain%at_nodes)) call divide_by_bricks(mesh, strain%at_nodes)
+    if (allocated(stress%at_nodes)) call divide_by_bricks(mesh, stress%at_nodes)
+  end subroutine fill_tensor_fields
+
+  !> Put a brick's values where they belong; at the nodes they are summed.
+  pure subroutine store_brick(e, nodes, x, values, field)
+    integer,  intent(in) :: e, nodes(8)          !! the brick and its nodes
+    real(wp), intent(in) :: x(3, 8)              !! coordinates of these [length]
+    real(wp), intent(in) :: values(6, 8)         !! at the Gauss points
+    type(tensor_field_t), intent(inout) :: field
+
+    if (allocated(field%at_centroids)) field%at_centroids(:, e) = volume_mean(x, values)
+    if (allocated(field%at_gauss_points)) field%at_gauss_points(:, :, e) = values
+    if (allocated(field%at_nodes)) then
+      field%at_nodes(:, nodes) = field%at_nodes(:, nodes) + extrapolate_to_nodes(values)
+    end if
+  end subroutine store_brick
+
+  !> Turn sums over the bricks at each node into averages.
+  pure subroutine divide_by_bricks(mesh, values)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(inout) :: values(:, :) !! (6,n_nodes)
+    integer :: bricks(mesh%n_nodes), e, node
+
+    bricks = 0
+    do e = 1, mesh%n_elements
+      bricks(mesh%connectivity(:, e)) = bricks(mesh%connectivity(:, e)) + 1
+    end do
+    do node = 1, mesh%n_nodes
+      if (bricks(node) > 0) values(:, node) = values(:, node)/bricks(node)
+    end do
+  end subroutine divide_by_bricks
+
+end module mesh_fields_mod
