@@ -29,7 +29,7 @@ module advance_mod
   use search_mod, only: locate, carry
   use solve_mod, only: solve_contact
   use floating_mod, only: solve_floating
-  use motion_words_mod, only: free_in_words, unbalanced_in_words
+  use motion_words_mod, only: free_in_words, motion_in_words, unresisted_part
   use step_loads_mod, only: pattern_factors
   use operators_mod, only: operators_t, apply_inverse, locate_points, update_contact
   implicit none
@@ -171,7 +171,7 @@ contains
       report%newton_raphson_iterations = report%newton_raphson_iterations + 1
 
       ! 2. and 3. Reactions, and the free motions with them
-      if (operators%floating%is_raised .or. any(operators%is_curved)) then
+      if (any(operators%is_curved)) then
         if (i > 1) now%start = new%displacement
         call locate_points(scene, points, operators%is_curved, now%start, operators)
         call update_contact(scene, points, operators)
@@ -277,7 +277,8 @@ contains
     real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z; warm start in [force]
     type(step_report_t), intent(inout) :: report
     real(wp), dimension(3, size(operators%active)) :: x, r
-    real(wp) :: imbalance(operators%motions%n)
+    real(wp) :: drift(operators%motions%n)
+    real(wp), allocatable :: resisting(:, :)
     type(contact_report_t) :: contact
     real(wp) :: clock
     integer :: i, k
@@ -297,10 +298,12 @@ contains
     else
       call solve_floating(operators%problem, operators%floating, report%x_free, &
         generalised_loads(operators%motions, scene%mesh, now%forces%external), now%controls, &
-        now%motion, r, imbalance, contact)
-      if (contact%ending == ended_unbalanced) report%unbalanced = unbalanced_in_words(scene%mesh, &
-        operators%motions, imbalance)
-      call note_unheld(scene%mesh, operators, r, contact, report)
+        now%motion, r, drift, contact)
+      call find_resistance(operators, r, report%x_free, contact%converged, resisting)
+      if (contact%ending == ended_unbalanced) report%unbalanced = motion_in_words(scene%mesh, &
+        operators%motions, unresisted_part(resisting, drift))
+      if (contact%converged) call free_in_words(scene%mesh, operators%motions, resisting, &
+        report%n_unheld, report%unheld)
     end if
     reaction = 0.0_wp
     do k = 1, size(operators%active)
@@ -320,33 +323,43 @@ contains
     report%contact_time = report%contact_time + wall_seconds() - clock
   end subroutine solve_reactions
 
-  !> The motions that nothing resists: no point that presses moves against them, nor one that
-  !> sticks.
-  subroutine note_unheld(mesh, operators, r, contact, report)
-    type(mesh_t), intent(in) :: mesh
+  !> What the free motions do where there is resistance: a row a direction in which a point presses
+  !> or sticks, and, where asked for, in which one that slides would slide another way.
+  subroutine find_resistance(operators, r, x_free, with_sliding, resisting)
     type(operators_t), intent(in) :: operators
-    real(wp), intent(in) :: r(:, :)               !! (3,n_active) n, t1, t2 [force]
-    type(contact_report_t), intent(in) :: contact
-    type(step_report_t), intent(inout) :: report
+    real(wp), intent(in) :: r(:, :)         !! (3,n_active) n, t1, t2 [force]
+    real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
+    logical, intent(in) :: with_sliding
+    real(wp), allocatable, intent(out) :: resisting(:, :) !! (m,n_motions) [-]
     real(wp), dimension(size(r, 1), size(r, 2)) :: x, z
-    logical :: resists(operators%problem%n_rows)
-    integer :: status(size(r, 2)), k, a
+    real(wp) :: rows(3*size(r, 2), operators%motions%n)
+    integer :: status(size(r, 2)), k, a, n
 
-    if (.not. contact%converged) return
-    x = unpack_rows(operators%problem, relative_gaps(operators%problem, report%x_free, &
+    x = unpack_rows(operators%problem, relative_gaps(operators%problem, x_free, &
       pack_rows(operators%problem, r)))
     call natural_map(operators%problem, x, r, z, status)
-    resists = .false.
+    n = 0
     do k = 1, size(r, 2)
       if (.not. any(abs(r(:, k)) > 0.0_wp)) cycle
-      do a = 1, 3
-        if (operators%problem%row(a, k) == 0) cycle
-        resists(operators%problem%row(a, k)) = a == 1 .or. status(k) == status_stick
-      end do
+      associate (row => operators%problem%row(:, k), g => operators%floating%g)
+        n = n + 1
+        rows(n, :) = g(row(1), :)
+        if (status(k) == status_slide .and. all(row > 0) .and. with_sliding) then
+          n = n + 1
+          rows(n, :) = (r(2, k)*g(row(3), :) - r(3, k)*g(row(2), :))/ &
+            max(norm2(r(2:, k)), tiny(1.0_wp))
+        else if (status(k) == status_stick) then
+          do a = 2, 3
+            if (row(a) == 0) cycle
+            n = n + 1
+            rows(n, :) = g(row(a), :)
+          end do
+        end if
+      end associate
     end do
-    call free_in_words(mesh, operators%motions, operators%floating%g, resists, report%n_unheld, &
-      report%unheld)
-  end subroutine note_unheld
+    allocate (resisting(n, operators%motions%n))
+    resisting = rows(:n, :)
+  end subroutine find_resistance
 
   !> Displacement of a point's node less that of its obstacle.
   pure function relative(points, i, u) result(d)

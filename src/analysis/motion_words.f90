@@ -8,33 +8,26 @@ module motion_words_mod
   implicit none
   private
 
-  public :: free_in_words, unbalanced_in_words, body_in_words, motions_together
+  public :: free_in_words, unresisted_part, motion_in_words, body_in_words, motions_together
 
   real(wp), parameter :: unresisted = 1.0e-8_wp !! of the largest singular value
   real(wp), parameter :: small = 1.0e-6_wp      !! a part that is not worth naming
 
 contains
 
-  !> The motions that no resisting row sees, body by body.
-  subroutine free_in_words(mesh, motions, g, resists, n_free, words)
+  !> The motions that nothing which resists sees, body by body.
+  subroutine free_in_words(mesh, motions, stiff, n_free, words)
     type(mesh_t), intent(in) :: mesh
     type(free_motions_t), intent(in) :: motions
-    real(wp), intent(in) :: g(:, :)        !! (n_rows,n) what the motions do at the rows [-]
-    logical, intent(in) :: resists(:)      !! (n_rows)
+    real(wp), intent(in) :: stiff(:, :)    !! (m,n) what the motions do where there is resistance
+                                           !! [-]
     integer, intent(out) :: n_free
     character(:), allocatable, intent(out) :: words
-    real(wp) :: stiff(count(resists), motions%n), s(motions%n), v(motions%n, motions%n)
-    real(wp) :: six(6, motions%n)
-    integer :: i, j, k, first, last, of_body
+    real(wp) :: s(motions%n), v(motions%n, motions%n), six(6, motions%n)
+    integer :: k, first, last, of_body
     logical :: ok
 
     words = ''
-    j = 0
-    do i = 1, size(resists)
-      if (.not. resists(i)) cycle
-      j = j + 1
-      stiff(j, :) = g(i, :)
-    end do
     call singular_values(stiff, s, v, ok)
     if (.not. ok) s = 1.0_wp
     n_free = 0
@@ -56,41 +49,43 @@ contains
     end do
   end subroutine free_in_words
 
-  !> The motions along which forces are left over.
-  function unbalanced_in_words(mesh, motions, imbalance) result(words)
-    type(mesh_t), intent(in) :: mesh
-    type(free_motions_t), intent(in) :: motions
-    real(wp), intent(in) :: imbalance(:) !! (n) of each motion [force]
-    character(:), allocatable :: words
-    real(wp) :: six(6, 6), gram(6, 6), force(6, 1), v(6, 6), s(6), part(6), largest
-    integer :: first, last, j, k, m
+  !> The part of a combination of motions that nothing resists; all of it where there is none.
+  function unresisted_part(stiff, share) result(part)
+    real(wp), intent(in) :: stiff(:, :)  !! (m,n) what the motions do where there is resistance [-]
+    real(wp), intent(in) :: share(:)     !! (n) of each motion
+    real(wp) :: part(size(share))
+    real(wp) :: s(size(share)), v(size(share), size(share))
+    integer :: k
     logical :: ok
 
+    part = 0.0_wp
+    call singular_values(stiff, s, v, ok)
+    do k = 1, size(share)
+      if (ok .and. s(k) <= unresisted*s(1)) part = part + dot_product(v(:, k), share)*v(:, k)
+    end do
+    if (norm2(part) <= small*norm2(share)) part = share
+  end function unresisted_part
+
+  !> A combination of the motions, body by body.
+  function motion_in_words(mesh, motions, share) result(words)
+    type(mesh_t), intent(in) :: mesh
+    type(free_motions_t), intent(in) :: motions
+    real(wp), intent(in) :: share(:) !! (n) of each motion
+    character(:), allocatable :: words
+    real(wp) :: six(6, 1)
+    integer :: first, last
+
     words = ''
-    largest = maxval(abs(imbalance))
     first = 1
     do while (first <= motions%n)
       last = last_of_body(motions, first)
-      m = last - first + 1
-      if (maxval(abs(imbalance(first:last))) > small*largest) then
-        ! The motion of this body that the force left over does most work on.
-        six = 0.0_wp
-        do j = 1, m
-          six(:, j) = six_of(motions, j + first - 1, j + first - 1, [1.0_wp])
-        end do
-        gram = matmul(transpose(six), six)
-        call singular_values(gram(:m, :m), s(:m), v(:m, :m), ok)
-        part = 0.0_wp
-        do k = 1, m
-          if (s(k) > 0.0_wp) part(:m) = part(:m) + v(:m, k)*(dot_product(v(:m, k), &
-            imbalance(first:last))/s(k))
-        end do
-        force(:, 1) = matmul(six, part)
-        call append(words, body_in_words(mesh, motions, first)//': '//span_in_words(force))
+      six(:, 1) = six_of(motions, first, last, share(first:last))
+      if (norm2(six) > 1.0e-3_wp*norm2(share)) then
+        call append(words, body_in_words(mesh, motions, first)//': '//span_in_words(six))
       end if
       first = last + 1
     end do
-  end function unbalanced_in_words
+  end function motion_in_words
 
   pure function last_of_body(motions, first) result(last)
     type(free_motions_t), intent(in) :: motions

@@ -23,7 +23,8 @@ module operators_mod
   implicit none
   private
 
-  public :: operators_t, make_operators, prepare_step, apply_inverse, locate_points, update_contact, &
+  public :: operators_t, make_operators, change_supports, prepare_step, apply_inverse, &
+    locate_points, update_contact, &
     ref_nodes
 
   !> Wall time of the phases [s].
@@ -71,29 +72,57 @@ contains
     type(operators_t), intent(inout) :: operators
     type(error_t), allocatable, intent(out) :: error
     !! a singular matrix; no memory
-    logical :: same
-    real(wp) :: clock
-    integer :: i
 
-    same = .false.
-    if (allocated(operators%prescribed)) then
-      same = all((prescribed .eqv. operators%prescribed) .or. &
-        spread(scene%mesh%body == 0, 1, 3))
+    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), points%node, &
+      operators%motions, error)
+    if (allocated(error)) return
+    operators%prescribed = prescribed
+    call make_factor(scene, points, operators, error)
+    if (allocated(error)) return
+    call make_contact(scene, points, operators)
+  end subroutine make_operators
+
+  !> Keep what still holds when a *STEP prescribes other degrees of freedom than the one before:
+  !> all where there are none, the factor where they are those of obstacles alone.
+  subroutine change_supports(scene, points, prescribed, operators, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
+    type(operators_t), intent(inout) :: operators
+    type(error_t), allocatable, intent(out) :: error !! as of make_operators
+    logical :: changed(3, size(prescribed, 2))
+
+    changed = prescribed .neqv. operators%prescribed
+    if (.not. any(changed)) return
+    if (any(changed .and. spread(scene%mesh%body > 0, 1, 3))) then
+      call make_operators(scene, points, prescribed, operators, error)
+      return
     end if
     operators%prescribed = prescribed
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), points%node, &
       operators%motions, error)
     if (allocated(error)) return
-    if (.not. same) call make_factor(scene, points, operators, error)
-    if (allocated(error)) return
+    call make_contact(scene, points, operators)
+  end subroutine change_supports
+
+  !> Locate the contact points on the undeformed mesh, and make their problem.
+  subroutine make_contact(scene, points, operators)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(inout) :: operators
+    logical :: all_points(points%n)
+    real(wp) :: clock
+    integer :: i
+
     clock = wall_seconds()
+    all_points = .true.
     operators%is_curved = [(.not. is_flat(scene%obstacles(scene%pairs(points%pair(i))%obstacle)), &
       i=1, points%n)]
-    call locate_points(scene, points, spread(.true., 1, points%n), &
+    call locate_points(scene, points, all_points, &
       spread([0.0_wp, 0.0_wp, 0.0_wp], 2, scene%mesh%n_nodes), operators)
     call update_contact(scene, points, operators)
     call lap(clock, operators%seconds%condense)
-  end subroutine make_operators
+  end subroutine make_contact
 
   !> Factorise the stiffness and condense it to the contact nodes.
   subroutine make_factor(scene, points, operators, error)

@@ -17,7 +17,7 @@ module run_mod
   use mesh_fields_mod, only: fill_tensor_fields
   use make_plan_mod, only: make_plan
   use initial_overlaps_mod, only: overlaps
-  use operators_mod, only: operators_t, make_operators, prepare_step
+  use operators_mod, only: operators_t, make_operators, change_supports, prepare_step
   use step_loads_mod, only: prescribed_dofs
   use advance_mod, only: advance
   use result_file_mod, only: result_file_t, provenance_t, open_result, append_increment, &
@@ -195,12 +195,12 @@ contains
     type(state_t), intent(in) :: state
     type(operators_t), intent(inout) :: operators
     type(error_t), allocatable, intent(out) :: error
-    logical :: prescribed(3, scene%mesh%n_nodes), same
 
-    prescribed = prescribed_dofs(scene, step)
-    same = .false.
-    if (allocated(operators%prescribed)) same = all(prescribed .eqv. operators%prescribed)
-    if (.not. same) call make_operators(scene, plan%points, prescribed, operators, error)
+    if (step == 1) then
+      call make_operators(scene, plan%points, prescribed_dofs(scene, step), operators, error)
+    else
+      call change_supports(scene, plan%points, prescribed_dofs(scene, step), operators, error)
+    end if
     if (allocated(error)) return
     call prepare_step(scene, step, state, operators, error)
   end subroutine enter_step

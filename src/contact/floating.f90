@@ -11,28 +11,33 @@
 !>
 !>     b = c + theta (Q^T r + q),      so that x = (W_c + theta Q Q^T) r + x' + Q (c + theta q),
 !>
-!> a contact problem like any other, whose centre c follows b until the forces balance. A motion
-!> that contact does not see (in the null space of G) stays where it is; so does one that nothing
-!> drives. Where b keeps growing at the same force out of balance, nothing balances the motion.
+!> a contact problem like any other. Its centre c follows b until the forces balance, or takes a
+!> Newton step on Q^T r(c) + q = 0 with the derivative of the solved contact problem where that
+!> balances more. A motion that contact does not see (in the null space of G) stays where it is; so
+!> does one that nothing drives. Where the force out of balance stays whatever the motion, nothing
+!> balances it.
 !> docs/theory.md section 8.
 module floating_mod
   use kinds_mod, only: wp
-  use dense_mod, only: singular_values
+  use dense_mod, only: singular_values, solve_least_squares
   use controls_mod, only: contact_controls_t
-  use step_report_mod, only: ended_unbalanced
-  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, add_rank
+  use step_report_mod, only: ended_unbalanced, ended_stalled
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows
+  use global_newton_mod, only: response_to_shifts
   use solve_mod, only: solve_contact
   implicit none
   private
 
   public :: floating_t, free_the_motions, solve_floating
 
-  real(wp), parameter :: unseen = 1.0e-10_wp    !! of the largest singular value of G: not seen
-  real(wp), parameter :: slow = 0.3_wp          !! contraction of the imbalance that is too slow
-  real(wp), parameter :: steeper = 10.0_wp      !! factor of theta where it is
-  integer,  parameter :: max_recentrings = 60
-  integer,  parameter :: max_raises = 6
-  integer,  parameter :: patience = 3           !! raises without effect: nothing balances
+  real(wp), parameter :: unseen = 1.0e-10_wp   !! of the largest singular value of G: not seen
+  real(wp), parameter :: nearly = 10.0_wp      !! of what counts as balance: no drift yet
+  integer,  parameter :: max_recentrings = 100
+  integer,  parameter :: max_worse = 4         !! leaps without gain
+  integer,  parameter :: patience = 16         !! recentrings that balance nothing
+  real(wp), parameter :: longest_leap = 1000.0_wp !! of the way so far
+  real(wp), parameter :: tightest = 1.0e-14_wp    !! tolerance of the proximal problems [-]
+  real(wp), parameter :: least_resistance = 1.0e-12_wp !! of that of the proximal term
 
   !> What belongs to the motions of a contact problem, beside its compliance.
   type :: floating_t
@@ -43,7 +48,6 @@ module floating_mod
     real(wp), allocatable :: back(:, :)  !! (n,n_seen) a = back b: G back = Q [-]
     real(wp), allocatable :: w_q(:, :)   !! (n_rows,n_seen) W_p Q [length/force]
     real(wp) :: theta = 0.0_wp           !! of the proximal term [length/force]
-    logical  :: is_raised = .false.      !! the problem's W holds a larger theta: make it anew
   end type floating_t
 
   interface
@@ -103,65 +107,111 @@ contains
 
   !> Reactions and motions together.
   !>
-  !> Where nothing balances a motion the report says ended_unbalanced, and `imbalance` what is left.
-  subroutine solve_floating(problem, floating, x_free, load, controls, a, r, imbalance, report)
-    type(contact_problem_t), intent(inout) :: problem !! a larger theta may be left in its W
-    type(floating_t), intent(inout) :: floating
+  !> Where nothing balances a motion the report says ended_unbalanced, and `drift` which motion.
+  subroutine solve_floating(problem, floating, x_free, load, controls, a, r, drift, report)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
     real(wp), intent(inout) :: x_free(:)
     !! (n_rows) at a = 0, in; that of the last proximal problem, out [length]
     real(wp), intent(in) :: load(:)         !! (n) work of the loads on a unit of each motion [force]
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: a(:)         !! (n) start in, how far the motions go out [length]
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
-    real(wp), intent(out) :: imbalance(:)   !! (n) G^T r + load [force]
+    real(wp), intent(out) :: drift(:)       !! (n) direction in which nothing balances the loads
     type(contact_report_t), intent(out) :: report
-    real(wp), dimension(floating%n_seen) :: q, centre, e
+    real(wp), dimension(floating%n_seen) :: q, first, centre, image, best_image, e
+    real(wp) :: best_r(3, problem%n_points)
     real(wp), dimension(problem%n_rows) :: x_start, packed
+    real(wp), dimension(floating%n) :: left, left_seen
     type(contact_report_t) :: here
-    real(wp) :: size_e, last, small
-    integer :: i, raises, idle
+    type(contact_controls_t) :: inner
+    real(wp) :: best, small
+    integer :: i, idle, since_best
     logical :: balanced
 
+    inner = controls
+    inner%tolerance = max(tightest, 0.01_wp*controls%tolerance)
     q = matmul(load, floating%back)
     x_start = x_free + matmul(floating%g, a) - matmul(floating%w_q, q)
     packed = pack_rows(problem, r)
     centre = shift_of(floating, packed)
-    last = huge(1.0_wp)
-    raises = 0
+    first = centre
+    best = huge(1.0_wp)
     idle = 0
+    since_best = 0
+    drift = 0.0_wp
     recentre: do i = 1, max_recentrings
       x_free = x_start + matmul(floating%q, centre + floating%theta*q)
-      call solve_contact(problem, x_free, controls, r, here)
+      call solve_contact(problem, x_free, inner, r, here)
       call add_up(here, report)
       packed = pack_rows(problem, r)
       e = matmul(packed, floating%q) + q
-      imbalance = matmul(packed, floating%g) + load
-      centre = centre + floating%theta*e
+      image = centre + floating%theta*e
+      left = matmul(packed, floating%g) + load
       small = 0.0_wp
       if (problem%n_points > 0) small = sqrt(maxval(sum(r**2, dim=1)))
-      small = max(0.1_wp*controls%tolerance*small, 1.0e-14_wp*(sum(abs(packed)) + sum(abs(load))))
-      balanced = all(abs(imbalance) <= small)
+      small = max(controls%tolerance*small, 1.0e-14_wp*(sum(abs(packed)) + sum(abs(load))))
+      balanced = all(abs(left) <= small)
       report%converged = here%converged .and. balanced
       report%ending = here%ending
       if (balanced .or. .not. here%converged) exit recentre
 
-      report%ending = ended_unbalanced ! unless this goes on
-      ! Only motions that contact does not see are left: no iteration helps.
-      if (all(abs(matmul(matmul(floating%q, e), floating%g)) <= small)) exit recentre
-      size_e = norm2(e)
-      if (size_e > slow*last .and. i > 2) then
-        if (size_e > 0.99_wp*last) idle = idle + 1
-        if (size_e <= 0.99_wp*last) idle = 0
-        if (idle >= patience) exit recentre
-        if (raises < max_raises) then
-          call raise_theta(problem, floating)
-          raises = raises + 1
-        end if
+      ! What contact does not see it cannot balance; what it sees it has not balanced yet.
+      report%ending = ended_unbalanced
+      if (all(abs(left) <= nearly*small)) report%ending = ended_stalled
+      left_seen = matmul(matmul(floating%q, e), floating%g)
+      if (norm2(e) < best .or. i == 1) then
+        drift = left - left_seen
+        if (all(abs(drift) <= small)) drift = matmul(floating%back, e)
       end if
-      last = size_e
+      if (all(abs(left_seen) <= small)) exit recentre
+      idle = idle + 1
+      if (norm2(e) < 0.99_wp*best) idle = 0
+      if (idle >= patience) exit recentre
+      ! Leaps may pass through worse balance: one too far into an obstacle is brought back by the
+      ! next. Where several have not paid, a plain step from the best so far.
+      since_best = since_best + 1
+      if (norm2(e) < best) then
+        best = norm2(e)
+        best_image = image
+        best_r = r
+        since_best = 0
+      end if
+      if (since_best == max_worse) then
+        centre = best_image
+        r = best_r
+        since_best = 0
+        cycle recentre
+      end if
+      call leap(problem, floating, x_free, controls, r, e, centre)
+      if (norm2(centre - first) > longest_leap*norm2(image - first)) then
+        centre = first + (centre - first)*(longest_leap*norm2(image - first)/ &
+          norm2(centre - first))
+      end if
     end do recentre
-    a = a + matmul(floating%back, centre - shift_of(floating, packed))
+    a = a + matmul(floating%back, image - shift_of(floating, packed))
   end subroutine solve_floating
+
+  !> One Newton step of the centre on Q^T r(c) + q = 0.
+  subroutine leap(problem, floating, x_free, controls, r, e, centre)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(in) :: x_free(:)      !! (n_rows) [length]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(in) :: r(:, :)        !! (3,n_points) solution at the centre [force]
+    real(wp), intent(in) :: e(:)           !! (n_seen) Q^T r + q [force]
+    real(wp), intent(inout) :: centre(:)   !! (n_seen) [length]
+    real(wp) :: response(problem%n_rows, size(e)), resistance(size(e), size(e))
+    integer :: i
+
+    call response_to_shifts(problem, x_free, controls, r, floating%q, response)
+    resistance = -matmul(transpose(floating%q), response)
+    ! Never quite 0, so that a motion that nothing resists goes far, not infinitely far.
+    do i = 1, size(e)
+      resistance(i, i) = resistance(i, i) + least_resistance/floating%theta
+    end do
+    centre = centre + solve_least_squares(resistance, e)
+  end subroutine leap
 
   !> Q^T W P r: by how much b differs from the motion proper.
   pure function shift_of(floating, packed) result(shift)
@@ -171,16 +221,6 @@ contains
 
     shift = matmul(packed - matmul(floating%q, matmul(packed, floating%q)), floating%w_q)
   end function shift_of
-
-  !> A weaker proximal term: fewer recentrings, a harder problem.
-  subroutine raise_theta(problem, floating)
-    type(contact_problem_t), intent(inout) :: problem
-    type(floating_t), intent(inout) :: floating
-
-    call add_rank(problem, floating%q, (steeper - 1.0_wp)*floating%theta)
-    floating%theta = steeper*floating%theta
-    floating%is_raised = .true.
-  end subroutine raise_theta
 
   !> The counts of one proximal problem, added to those before; its state in their place.
   pure subroutine add_up(here, report)

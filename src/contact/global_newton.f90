@@ -19,7 +19,7 @@ module global_newton_mod
   implicit none
   private
 
-  public :: solve_by_global_newton
+  public :: solve_by_global_newton, response_to_shifts
 
   integer,  parameter :: max_iterations = 60
   integer,  parameter :: small_dense = 100      !! rows up to which a factorisation is cheaper
@@ -99,6 +99,32 @@ contains
       ended_at_limit
     report%solver = solver_global_newton
   end subroutine solve_by_global_newton
+
+  !> How the reactions of a solved problem answer small changes of x_free: dr/dx_free times `q`.
+  subroutine response_to_shifts(problem, x_free, controls, r, q, response)
+    type(contact_problem_t), target, intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)           !! (n_rows) [length]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(in) :: r(:, :)             !! (3,n_points) the solution [force]
+    real(wp), intent(in) :: q(:, :)             !! (n_rows,m) changes [-]
+    real(wp), intent(out) :: response(:, :)     !! (n_rows,m) [force/length]
+    type(iterate_t), target :: at
+    real(wp), dimension(3, problem%n_points) :: change
+    real(wp), allocatable :: dr(:)
+    integer :: i, j, products
+
+    at = start_at(problem, x_free, r)
+    products = 0
+    do j = 1, size(q, 2)
+      change = unpack_rows(problem, q(:, j))
+      do i = 1, problem%n_points
+        change(:, i) = matmul(at%dz_dx(:, :, i), change(:, i))
+      end do
+      at%z = pack_rows(problem, change)
+      call find_correction(problem, at, controls, controls%tolerance, dr, products)
+      response(:, j) = dr
+    end do
+  end subroutine response_to_shifts
 
   !> The iterate at given reactions.
   function start_at(problem, x_free, r) result(at)

@@ -14,7 +14,7 @@ module problem_mod
 
   public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
     relative_gaps, product_with_w, natural_map, force_scale, &
-    measure, project_reactions, add_rank
+    measure, project_reactions
 
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
   type :: contact_problem_t
@@ -53,16 +53,6 @@ module problem_mod
   end type contact_report_t
 
   interface
-    !> BLAS: C = alpha op(A) op(B) + beta C.
-    subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
-      import :: wp
-      implicit none
-      character, intent(in) :: transa, transb
-      integer, intent(in) :: m, n, k, lda, ldb, ldc
-      real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
-      real(wp), intent(inout) :: c(ldc, *)
-    end subroutine dgemm
-
     !> BLAS: y = alpha A x + beta y, A symmetric.
     subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
       import :: wp
@@ -136,18 +126,6 @@ contains
       end associate
     end do
   end subroutine set_blocks
-
-  !> Add theta Q Q^T to the compliance.
-  subroutine add_rank(problem, q, theta)
-    type(contact_problem_t), intent(inout) :: problem
-    real(wp), intent(in) :: q(:, :)  !! (n_rows,m) [-]
-    real(wp), intent(in) :: theta    !! [length/force]
-
-    if (problem%n_rows == 0) return
-    call dgemm('N', 'T', problem%n_rows, problem%n_rows, size(q, 2), theta, q, problem%n_rows, q, &
-      problem%n_rows, 1.0_wp, problem%w, problem%n_rows)
-    call set_blocks(problem)
-  end subroutine add_rank
 
   !> The two rho a point of the global Newton: sqrt(S_nn/W_nn) and sqrt(tr S_tt/tr W_tt), S = W^-1.
   !>
@@ -303,7 +281,11 @@ contains
     call natural_map(problem, unpack_rows(problem, x), r_points, z, status)
     scale = force_scale(problem, unpack_rows(problem, x_free), r_points, r_start)
     report%residual = norm2(z)
-    if (scale > 0.0_wp) report%residual = report%residual/scale
+    if (scale > 0.0_wp) then
+      report%residual = report%residual/scale
+    else if (report%residual > 0.0_wp) then
+      report%residual = 1.0_wp ! forces are needed and there are none
+    end if
     report%worst_point = 0
     if (problem%n_points > 0) report%worst_point = maxloc(sum(z**2, dim=1), dim=1)
   end subroutine measure

@@ -71,6 +71,7 @@ contains
       report%iterations = report%iterations + 1
       report%products = report%products + 1
       report%local_iterations = report%local_iterations + sweep%local_iterations
+      if (scale <= 0.0_wp) scale = norm2(new)
       if (.not. norm2(new) <= exploded*scale) then
         report%ending = ended_diverging
         exit iterate

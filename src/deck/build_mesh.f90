@@ -29,7 +29,7 @@ contains
 
   !> Note the nodes that neither an element nor an obstacle has.
   !>
-  !> They, or an *ELEMENT card without data, say that elements were taken out of the deck.
+  !> They, as an *ELEMENT card without data does, say that elements were taken out of the deck.
   subroutine note_unused_nodes(reader, model)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
@@ -42,8 +42,8 @@ contains
       n = n + 1
       if (first == 0) first = i
     end do
-    model%taken_out = n > 0 .or. model%mesh%emptied
     if (n == 0 .or. model%mesh%n_elements == 0) return
+    model%mesh%taken_out = .true.
     call note(reader, to_text(n)//' of '//to_text(model%mesh%n_nodes)// &
       ' nodes belong to no element (the first: node '//to_text(model%mesh%node_id(first))//')')
   end subroutine note_unused_nodes

@@ -15,34 +15,20 @@ contains
     type(mesh_draft_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)
     integer, allocatable, intent(out) :: faces(:, :) !! (2, n) element, face 1..6; by element
-    integer, allocatable :: key(:, :), order(:), candidate(:, :)
-    logical, allocatable :: named(:), outer(:)
-    integer :: e, face, i, n, pass
+    integer, allocatable :: candidate(:, :), key(:, :), order(:)
+    logical, allocatable :: outer(:)
+    integer :: i, n
 
-    allocate (named(mesh%n_nodes))
-    named = .false.
-    named(nodes) = .true.
-    ! Twice over the bricks: once to count, once to store.
-    do pass = 1, 2
-      n = 0
-      do e = 1, mesh%n_elements
-        if (count(named(mesh%connectivity(:, e))) < 4) cycle
-        do face = 1, 6
-          if (.not. all(named(mesh%connectivity(face_nodes(:, face), e)))) cycle
-          n = n + 1
-          if (pass == 1) cycle
-          candidate(:, n) = [e, face]
-          key(:, n) = ascending(mesh%connectivity(face_nodes(:, face), e))
-        end do
-      end do
-      if (pass == 1) allocate (candidate(2, n), key(4, n))
+    call find_candidates(mesh, nodes, candidate)
+    allocate (key(4, size(candidate, 2)), outer(size(candidate, 2)))
+    do i = 1, size(candidate, 2)
+      key(:, i) = ascending(mesh%connectivity(face_nodes(:, candidate(2, i)), candidate(1, i)))
     end do
 
     ! Two bricks that meet in a face both have it among the candidates: then it is inside.
-    allocate (outer(n))
     outer = .true.
     call order_of_columns(key, order)
-    do i = 2, n
+    do i = 2, size(order)
       if (any(key(:, order(i)) /= key(:, order(i - 1)))) cycle
       outer(order(i - 1:i)) = .false.
     end do
@@ -54,6 +40,35 @@ contains
       faces(:, n) = candidate(:, i)
     end do
   end subroutine find_outer_faces
+
+  !> All faces of bricks whose four nodes are among `nodes`.
+  subroutine find_candidates(mesh, nodes, faces)
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, intent(in) :: nodes(:)
+    integer, allocatable, intent(out) :: faces(:, :) !! (2, n) element, face 1..6
+    logical, allocatable :: named(:)
+    integer, allocatable :: larger(:, :)
+    integer :: e, face, n
+
+    allocate (named(mesh%n_nodes), faces(2, 64))
+    named = .false.
+    named(nodes) = .true.
+    n = 0
+    do e = 1, mesh%n_elements
+      if (count(named(mesh%connectivity(:, e))) < 4) cycle
+      do face = 1, 6
+        if (.not. all(named(mesh%connectivity(face_nodes(:, face), e)))) cycle
+        if (n == size(faces, 2)) then
+          allocate (larger(2, 2*n))
+          larger(:, :n) = faces
+          call move_alloc(larger, faces)
+        end if
+        n = n + 1
+        faces(:, n) = [e, face]
+      end do
+    end do
+    faces = faces(:, :n)
+  end subroutine find_candidates
 
   !> The order that sorts columns by their first, second, ... entry.
   subroutine order_of_columns(key, order)

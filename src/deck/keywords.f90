@@ -73,6 +73,7 @@ module keywords_mod
     keyword_t('PREPRINT', anywhere, is_ignored), &
     keyword_t('PRINT', anywhere, is_ignored), &
     keyword_t('MONITOR', anywhere, is_ignored), &
+    keyword_t('TIME POINTS', anywhere, is_ignored), &
     keyword_t('RESTART', anywhere, is_ignored), &
     keyword_t('EXPANSION', anywhere, is_ignored), &
     keyword_t('CONDUCTIVITY', anywhere, is_ignored), &

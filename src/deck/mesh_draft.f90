@@ -52,7 +52,8 @@ module mesh_draft_mod
     integer, allocatable :: element_kind(:)      !! kind_c3d8 and its kin
     integer, allocatable :: connectivity(:, :)   !! ids, later numbers, of nodes
     integer :: highest_element = 0
-    logical :: emptied = .false. !! an *ELEMENT card has no data: its elements were taken out
+    logical :: taken_out = .false.
+    !! elements seem to have been taken out of the deck: what names them is not a mistake
     integer :: n_skipped = 0
     integer, allocatable :: skipped_id(:)        !! elements of types that carry nothing here
     integer, allocatable :: skipped_position(:)

@@ -4,6 +4,7 @@
 !> and elements, sets, surfaces, properties, contact, steps. So a card may name what stands further
 !> down. Every mistake is kept, and all are told at the end in the order of the deck.
 module read_deck_mod
+  use adjust_mod, only: adjust_nodes, adjust_t
   use build_mesh_mod, only: build_mesh, check_bricks, mark_used_nodes, note_unused_nodes
   use cards_mod, only: find_cards, is_data_line, note, read_parameters, reader_t, report
   use deck_source_mod, only: source_t
@@ -92,6 +93,7 @@ contains
     type(surface_list_t) :: surfaces
     type(amplitude_list_t) :: amplitudes
     type(directory_t) :: obstacles, materials
+    type(adjust_t), allocatable :: adjusts(:)
     integer, allocatable :: material(:)
 
     call read_heading(reader, scene%title)
@@ -106,7 +108,11 @@ contains
     call read_materials(reader, scene%materials, materials)
     call read_sections(reader, model, materials, material)
     call find_weights(scene%materials, material, model%weighs)
-    call read_contact(reader, model, surfaces, obstacles, scene%pairs)
+    call read_contact(reader, model, surfaces, obstacles, scene%pairs, adjusts)
+    if (.not. any_mistakes(reader%diagnostics)) then
+      call adjust_nodes(reader, model, surfaces%list(:surfaces%n), scene%obstacles, scene%pairs, &
+        adjusts)
+    end if
     call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
     call read_contact_controls(reader, scene%contact)
     call read_output_controls(reader, scene%output)

@@ -171,7 +171,7 @@ contains
       slot(1) = find_set(model%element_sets, reference%name)
     else if (reader%diagnostics%n_mistakes > before .or. flawed) then
       return
-    else if (model%taken_out) then
+    else if (model%mesh%taken_out) then
       call note(reader, 'what loads elements that are not in the deck is ignored')
     else if (reference%id > 0) then
       call report(reader, reference%position, 'element '//to_text(reference%id)// &

@@ -34,25 +34,25 @@ contains
     type(surface_list_t), intent(in) :: surfaces
     type(contact_pair_t), intent(in) :: pairs(:)
     type(contact_gap_t), allocatable, intent(out) :: gaps(:)
-    type(contact_gap_t), allocatable :: list(:)
     type(card_t) :: card
     logical, allocatable :: slave(:)
     integer(i8) :: work
     integer :: k, n
 
-    allocate (list(4), slave(model%mesh%n_nodes))
+    allocate (slave(model%mesh%n_nodes))
     slave = .false.
     do k = 1, size(pairs)
       slave(surfaces%list(pairs(k)%surface)%nodes) = .true.
     end do
+    call make_room(gaps, 0, count(reader%cards(:reader%n_cards)%keyword == 'CONTACT GAP'))
     n = 0
     work = 0
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'CONTACT GAP') cycle
       call open_card(reader, k, card)
-      call read_card(reader, card, model, slave, list, n, work)
+      call read_card(reader, card, model, slave, gaps, n, work)
     end do
-    gaps = list(:n)
+    if (n < size(gaps)) call make_room(gaps, n, n)
   end subroutine read_gaps
 
   !> Lines `node or set, gap` or `node or set[, PARABOLA], x, y, z, R`.
@@ -87,7 +87,9 @@ contains
       end if
       if (.not. any(slave(gap%nodes))) call note(reader, '*CONTACT GAP of '//name_of(reference)// &
         ' changes nothing: none of its nodes is on a slave surface')
-      call add_gap(list, n, gap)
+      if (n == size(list)) call make_room(list, n, 2*n)
+      n = n + 1
+      list(n) = gap
     end do
   end subroutine read_card
 
@@ -128,20 +130,19 @@ contains
     end if
   end subroutine read_gap
 
-  subroutine add_gap(list, n, gap)
+  !> Give a list another size, keeping its first `n` gaps.
+  subroutine make_room(list, n, room)
     type(contact_gap_t), allocatable, intent(inout) :: list(:)
-    integer, intent(inout) :: n
-    type(contact_gap_t), intent(in) :: gap
-    type(contact_gap_t), allocatable :: larger(:)
+    integer, intent(in) :: n, room
+    type(contact_gap_t), allocatable :: other(:)
+    integer :: i
 
-    if (n == size(list)) then
-      allocate (larger(2*n))
-      larger(:n) = list
-      call move_alloc(larger, list)
-    end if
-    n = n + 1
-    list(n) = gap
-  end subroutine add_gap
+    allocate (other(room))
+    do i = 1, n
+      other(i) = list(i)
+    end do
+    call move_alloc(other, list)
+  end subroutine make_room
 
   pure function name_of(reference) result(name)
     type(reference_t), intent(in) :: reference

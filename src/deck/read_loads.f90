@@ -289,7 +289,7 @@ contains
       call find_faces_of_nodes(reader, model, surfaces, pressure%surface)
       if (size(surfaces%list(pressure%surface)%faces, 2) == 0) then
         if (surfaces%flawed(pressure%surface)) cycle
-        if (model%taken_out) then
+        if (model%mesh%taken_out) then
           call note(reader, 'surface '//quoted(name)//' has no faces: its pressure is ignored')
         else
           call report(reader, fields%start, 'surface '//quoted(name)//' has no faces')

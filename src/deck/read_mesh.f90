@@ -81,6 +81,10 @@ contains
     call check_element_type(reader, card, .true., kind)
     if (kind > 0) then
       call read_bricks(reader, card, kind, draft)
+      if (draft%n_elements < first .and. reader%diagnostics%n_mistakes == before) then
+        draft%taken_out = .true.
+        call note(reader, '*ELEMENT without data: its elements count as taken out')
+      end if
     else
       call skip_elements(reader, card, draft)
     end if

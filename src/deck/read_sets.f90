@@ -130,6 +130,9 @@ contains
     end do
     do entry = 1, sets%n
       call finish(sets%list(entry))
+      if (sets%list(entry)%gone > 0) call note(reader, 'set '// &
+        quoted(sets%names(entry)%text)//' names elements that are not in the deck (the first: '// &
+        'element '//to_text(sets%list(entry)%gone)//')')
     end do
   end subroutine fill_sets
 
@@ -250,9 +253,12 @@ contains
     else
       number = find_id(draft%elements, draft%element_id, id)
       if (number == 0) then
+        ok = .true.
         if (find_id(draft%skipped, draft%skipped_id, id) > 0) then
           set%has_skipped = .true.
-          ok = .true.
+          return
+        else if (draft%taken_out) then
+          call mark_gone(set, id)
           return
         end if
       end if
@@ -266,6 +272,15 @@ contains
       call report(reader, position, 'element '//to_text(id)//' is not defined')
     end if
   end subroutine add_id
+
+  !> Remember that a set names an element that was taken out.
+  subroutine mark_gone(set, id)
+    type(set_t), intent(inout) :: set
+    integer, intent(in) :: id
+
+    set%has_skipped = .true.
+    if (set%gone == 0) set%gone = id
+  end subroutine mark_gone
 
   !> Add the members of another set.
   subroutine add_set(reader, sets, reference, entry, home, work)
@@ -317,6 +332,12 @@ contains
       call report(reader, fields%start, 'the last id is below the first')
       return
     end if
+    if (sets%kind == set_of_elements .and. draft%taken_out .and. &
+        (last - first)/step > draft%n_elements) then
+      call pick_elements(draft, first, last, step, set)
+      work = work + draft%n_elements
+      return
+    end if
     ! Ends at the first id that does not exist, so it takes no longer than there are ids.
     do id = first, last, step
       work = work + 1
@@ -324,6 +345,24 @@ contains
       if (.not. ok(1) .or. work > max_work) return
     end do
   end subroutine generate
+
+  !> Add first, first + step, ... last where most of them do not exist.
+  subroutine pick_elements(draft, first, last, step, set)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: first, last, step
+    type(set_t), intent(inout) :: set
+    integer :: e, id
+
+    id = first
+    do while (find_id(draft%elements, draft%element_id, id) > 0)
+      id = id + step
+    end do
+    call mark_gone(set, id)
+    do e = 1, draft%n_elements
+      if (draft%element_id(e) < first .or. draft%element_id(e) > last) cycle
+      if (mod(draft%element_id(e) - first, step) == 0) call append_one(set, e)
+    end do
+  end subroutine pick_elements
 
   !> Add the nodes of the elements in the set that ELSET= names.
   subroutine add_nodes_of_elements(reader, draft, elements, card, set, work)
@@ -346,8 +385,9 @@ contains
       return
     end if
     if (elements%list(other)%flawed) set%flawed = .true.
-    if (elements%list(other)%has_skipped) call note(reader, 'the nodes of skipped elements are '// &
-      'not in the set '//quoted(name)//' of *NSET, ELSET=')
+    if (elements%list(other)%has_skipped) call note(reader, &
+      'the nodes of elements that are skipped or not in the deck are not in the set '// &
+      quoted(name)//' of *NSET, ELSET=')
     work = work + set%n + 8_i8*elements%list(other)%n
     if (work > max_work) return
     do i = 1, elements%list(other)%n

@@ -18,6 +18,7 @@ module sets_mod
     integer :: n = 0
     integer :: position = 0             !! of the card
     logical :: has_skipped = .false.    !! names elements that are not computed
+    integer :: gone = 0                 !! id of the first element that was taken out of the deck
     logical :: flawed = .false.         !! members are missing because of mistakes
   end type set_t
 
@@ -40,8 +41,6 @@ module sets_mod
     logical, allocatable :: used(:) !! (n_nodes) whether an element has the node
     logical, allocatable :: reference(:) !! (n_nodes) whether an obstacle moves with the node
     logical, allocatable :: weighs(:)    !! (n_elements) whether its material has a density
-    logical :: taken_out = .false.
-    !! elements seem to have been taken out of the deck: what names them is not a mistake
   end type model_t
 
 contains
@@ -68,6 +67,9 @@ contains
         if (present(flawed)) flawed = flawed .or. model%node_sets%list(found)%flawed
         if (allocated(model%node_sets%list(found)%members)) then
           nodes = model%node_sets%list(found)%members
+          if (size(nodes) == 0 .and. .not. model%node_sets%list(found)%flawed) then
+            call note(reader, 'node set '//quoted(reference%name)//' is empty')
+          end if
         end if
       end if
     end if
@@ -89,8 +91,8 @@ contains
         elements = [found]
       else if (find_id(model%mesh%skipped, model%mesh%skipped_id, reference%id) > 0) then
         continue
-      else if (model%taken_out) then
-        call note(reader, 'element '//to_text(reference%id)//' is named and not in the deck')
+      else if (model%mesh%taken_out) then
+        call note(reader, 'surfaces and loads name elements that are not in the deck')
       else
         call report(reader, reference%position, 'element '//to_text(reference%id)// &
           ' is not defined')

@@ -4,8 +4,8 @@
 !>
 !>     tr(eps) -> sum u_a . mean_a,      mean_a = int g_a dV / V
 !>
-!> so that a brick has one volume to keep, not eight. Source: T.J.R. Hughes (1980),
-!> docs/theory.md (8.8).
+!> so that a brick has one volume to keep, not eight. Source: J.C. Nagtegaal, D.M. Parks, J.R. Rice
+!> (1974), T.J.R. Hughes (1980), docs/theory.md (8.8) to (8.10).
 module c3d8b_mod
   use kinds_mod, only: wp
   use brick8_mod, only: shape_gradients, strain_of, stress_of, force_of, isotropic_stiffness

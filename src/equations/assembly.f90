@@ -48,6 +48,7 @@ contains
       associate (material => materials(mesh%material(e)))
         call lame_constants(material%young, material%poisson, lambda, shear)
       end associate
+      ! Bricks of one shape, kind and material have one stiffness: the place to compute it once.
       ke = stiffness(mesh%element_kind(e), mesh%coordinates(:, nodes), lambda, shear)
       do a = 1, 8
         do b = 1, 8

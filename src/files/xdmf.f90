@@ -15,6 +15,8 @@ module xdmf_mod
 
   public :: write_xdmf, xdmf_path
 
+  character(2), parameter :: component(6) = ['XX', 'YY', 'ZZ', 'XY', 'YZ', 'XZ'] !! of a tensor
+
   !> A field as the XML has to know it.
   type :: attribute_t
     character(:), allocatable :: name, center, path
@@ -68,6 +70,8 @@ contains
   end subroutine write_xdmf
 
   !> Add the fields of a group that have a place in time.
+  !>
+  !> Tensors at Gauss points stay out: no XDMF reader knows them, and as scalars they would be 48.
   subroutine add_attributes(file, group, center, n, attributes, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group, center
@@ -93,6 +97,7 @@ contains
       if (allocated(error)) return
       attribute%n_components = 1
       if (size(attribute%extents) == 2) attribute%n_components = attribute%extents(1)
+      if (attribute%n_components > size(component)) cycle
       attributes = [attributes, attribute]
     end do
   end subroutine add_attributes
@@ -156,13 +161,12 @@ contains
   !> The XML of a field in an increment: its block of the dataset.
   !>
   !> Readers disagree about more than three components ("Tensor6" has an order of its own, "Matrix"
-  !> is read in several ways), so a stress becomes six scalars.
+  !> is read in several ways), so a stress or strain becomes six scalars.
   function attribute_element(attribute, step, source) result(xml)
     type(attribute_t), intent(in) :: attribute
     integer, intent(in) :: step
     character(*), intent(in) :: source !! name of the result file, escaped
     character(:), allocatable :: xml, name
-    character(2), parameter :: component(6) = ['XX', 'YY', 'ZZ', 'XY', 'YZ', 'XZ']
     integer :: i, n
 
     name = escaped(attribute%name)
@@ -177,7 +181,7 @@ contains
       do i = 1, n
         if (i > 1) xml = xml//new_line('a')
         xml = xml//named_block(attribute, step, source, &
-                               name//'_'//component(min(i, size(component))), 'Scalar', [i - 1, 1])
+                               name//'_'//component(i), 'Scalar', [i - 1, 1])
       end do
     end select
   end function attribute_element

@@ -14,7 +14,7 @@ module block_scene
   use step_report_mod, only: step_report_t
   use make_plan_mod, only: make_plan
   use step_loads_mod, only: prescribed_dofs
-  use operators_mod, only: operators_t, make_operators, prepare_step
+  use operators_mod, only: operators_t, make_operators, change_supports, prepare_step
   use advance_mod, only: advance
   implicit none
   private
@@ -57,7 +57,7 @@ contains
     call find_bodies(scene%mesh)
 
     allocate (scene%materials(1), scene%surfaces(2), scene%obstacles(1), scene%pairs(1))
-    allocate (scene%amplitudes(0), scene%steps(0), scene%notes(0))
+    allocate (scene%amplitudes(0), scene%steps(0), scene%notes(0), scene%gaps(0), scene%regions(0))
     scene%title = 'block'
     scene%name = 'block'
     scene%deck = ''
@@ -90,7 +90,8 @@ contains
 
     step%n_increments = n_increments
     step%increment = 1.0_wp/n_increments
-    allocate (step%boundary(0), step%forces(0), step%pressures(0))
+    allocate (step%boundary(0), step%forces(0), step%pressures(0), step%face_pressures(0), &
+      step%gravity(0))
     scene%steps = [scene%steps, step]
   end subroutine add_step
 
@@ -142,7 +143,8 @@ contains
     type(scene_t), intent(in) :: scene
     type(run_t), intent(inout) :: run
 
-    call make_plan(scene, run%plan)
+    call make_plan(scene, run%plan, run%error)
+    if (allocated(run%error)) return
     run%state = initial_state(scene%mesh%n_nodes, run%plan%points%n)
     call make_operators(scene, run%plan%points, prescribed_dofs(scene, 1), run%operators, run%error)
   end subroutine start_run
@@ -156,11 +158,8 @@ contains
 
     increment = next_increment(scene%steps, run%state)
     if (increment%first_of_step) then
-      associate (prescribed => prescribed_dofs(scene, increment%step))
-        if (any(prescribed .neqv. run%operators%prescribed)) then
-          call make_operators(scene, run%plan%points, prescribed, run%operators, run%error)
-        end if
-      end associate
+      call change_supports(scene, run%plan%points, prescribed_dofs(scene, increment%step), &
+        run%operators, run%error)
       if (allocated(run%error)) return
       call prepare_step(scene, increment%step, run%state, run%operators, run%error)
       if (allocated(run%error)) return

@@ -94,13 +94,16 @@ class ResultFiles(unittest.TestCase):
         run = Run(BLOCK, **SMALL)
         before = run.file.read_bytes()
         deck = run.folder / "block.inp"
-        deck.write_text(BLOCK.read_text().replace("BODY-ZMAX, 1, 2, 0.", "BODY-ZMAX, 1, 1, 0."))
+        # Lifted off, and free to go where a force drives it.
+        text = BLOCK.read_text().replace("BODY-ZMAX, 1, 2, 0.", "BODY-ZMAX, 1, 1, 0.")
+        text = text.replace("BODY-ZMAX, 3, 3, -0.1", "BODY-ZMAX, 3, 3, 0.1\n*CLOAD\n1, 2, 1.")
+        deck.write_text(text)
         answer = subprocess.run(
             [PROGRAM, str(deck), "--set", "n=1"], cwd=run.folder, capture_output=True, text=True,
             timeout=60, check=False,
         )
         self.assertNotEqual(answer.returncode, 0)
-        self.assertIn("not held", answer.stderr)
+        self.assertIn("nothing balances", answer.stderr)
         self.assertEqual(run.file.read_bytes(), before)
 
 

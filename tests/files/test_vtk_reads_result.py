@@ -15,7 +15,7 @@ import numpy as np
 
 DECK = Path(__file__).resolve().parents[2] / "input" / "block.inp"
 STEPS = 10
-STRESS = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
+COMPONENTS = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
 
 try:
     from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -62,11 +62,22 @@ def times_of(reader):
 class ResultFile(unittest.TestCase):
     """One run of the paper's block, read in several ways."""
 
+    options = ()
+    point_fields = {"displacement", "reaction_force", "contact_force", "contact_pressure"}
+    point_fields |= {"contact_status", "node_id"}
+    cell_fields = {"element_id"}
+
+    @classmethod
+    def deck(cls):
+        """The deck, in a file called block.inp."""
+        return DECK
+
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.folder.cleanup)
-        command = [os.environ["BIPOT"], DECK, "--set", "n=2", "--set", f"steps={STEPS}", "--quiet"]
+        command = [os.environ["BIPOT"], cls.deck(), "--set", "n=2", "--set", f"steps={STEPS}"]
+        command += ["--quiet", *cls.options]
         run = subprocess.run(command, cwd=cls.folder.name, capture_output=True, text=True)
         if run.returncode != 0:
             raise AssertionError(f"the run ended with {run.returncode}:\n{run.stdout}{run.stderr}")
@@ -87,11 +98,16 @@ class ResultFile(unittest.TestCase):
         """Group and name of every field."""
         return {(g, name) for g in ("PointData", "CellData") for name in self.vtkhdf[g]}
 
+    def xdmf_names(self):
+        """Those that the sidecar shows: not the tensors at Gauss points."""
+        return {key for key in self.names() if not key[1].endswith("_gauss_points")}
+
     def assert_fields(self, found, step, names):
         """The arrays found are exactly the named fields of a step."""
-        if ("CellData", "stress_XX") in found:  # XDMF has no fit type for our six components
-            parts = [found.pop(("CellData", "stress_" + part)) for part in STRESS]
-            found["CellData", "stress"] = np.stack([part.ravel() for part in parts], axis=1)
+        for group, name in [key for key in found if key[1].endswith("_XX")]:
+            # XDMF has no fit type for our six components.
+            parts = [found.pop((group, name[:-2] + part)) for part in COMPONENTS]
+            found[group, name[:-3]] = np.stack([part.ravel() for part in parts], axis=1)
         self.assertEqual(set(found), names)
         for (group, name), values in found.items():
             with self.subTest(step=step, field=name):
@@ -105,11 +121,9 @@ class ResultFile(unittest.TestCase):
         np.testing.assert_array_equal(values, self.file["history/time"][:STEPS])
         self.assertTrue(np.all(np.diff(values) > 0))
 
-    def test_default_fields_are_there(self):
-        names = {"displacement", "reaction_force", "contact_force", "contact_pressure"}
-        names |= {"contact_status", "node_id"}
-        self.assertEqual(set(self.vtkhdf["PointData"]), names)
-        self.assertLessEqual({"element_id"}, set(self.vtkhdf["CellData"]))
+    def test_fields_are_those_asked_for(self):
+        self.assertEqual(set(self.vtkhdf["PointData"]), self.point_fields)
+        self.assertEqual(set(self.vtkhdf["CellData"]), self.cell_fields)
 
     def test_every_dataset_is_described(self):
         def look(name, item):
@@ -159,7 +173,7 @@ class ResultFile(unittest.TestCase):
             for attribute in grid.findall("Attribute"):
                 group = {"Node": "PointData", "Cell": "CellData"}[attribute.get("Center")]
                 found[group, attribute.get("Name")] = self.evaluate(attribute.find("DataItem"))
-            self.assert_fields(found, step, self.names())
+            self.assert_fields(found, step, self.xdmf_names())
             points = self.evaluate(grid.find("Geometry/DataItem"))
             np.testing.assert_array_equal(points, self.vtkhdf["Points"][:])
 
@@ -191,7 +205,66 @@ class ResultFile(unittest.TestCase):
         np.testing.assert_array_equal(times, self.vtkhdf["Steps/Values"][: self.n_steps])
         for step in (0, self.n_steps - 1, self.n_steps // 2):
             reader.UpdateTimeStep(times[step])
-            self.assert_fields(fields_of(reader.GetOutputDataObject(0)), step, self.names())
+            self.assert_fields(fields_of(reader.GetOutputDataObject(0)), step, self.xdmf_names())
+
+
+class Tensors(ResultFile):
+    """The same with C3D8I, and with stress and strain wherever they can be."""
+
+    options = ("--set", "element=C3D8I", "--set", "nu=0.3")
+    point_fields = ResultFile.point_fields | {"stress", "strain"}
+    cell_fields = ResultFile.cell_fields | {"stress", "strain"}
+    cell_fields |= {"stress_gauss_points", "strain_gauss_points"}
+    cards = """*NODE FILE
+U, RF
+*CONTACT FILE
+CDIS
+*EL FILE, POSITION=CENTROIDAL
+S, E
+*EL FILE, POSITION=AVERAGED AT NODES
+S, E
+*EL FILE, POSITION=INTEGRATION POINTS
+S, E
+*END STEP"""
+
+    @classmethod
+    def deck(cls):
+        """The block's deck, its steps asking for tensors."""
+        path = Path(cls.folder.name) / "block.inp"
+        path.write_text(DECK.read_text().replace("*END STEP", cls.cards, 1))
+        return path
+
+    def tensor(self, group, name, step):
+        """A block of a field as tensors, component last."""
+        return self.block(group, name, step).reshape(-1, 6)
+
+    def test_stress_follows_from_strain(self):
+        """Hooke's law with E = 210000, nu = 0.3, and shear strains as tensor components."""
+        lame, shear = 210000 * 0.3 / (1.3 * 0.4), 210000 / 2.6
+        for group, ending in (("CellData", ""), ("PointData", ""), ("CellData", "_gauss_points")):
+            strain = self.tensor(group, "strain" + ending, STEPS - 1)
+            expected = 2 * shear * strain
+            expected[:, :3] += lame * strain[:, :3].sum(axis=1, keepdims=True)
+            stress = self.tensor(group, "stress" + ending, STEPS - 1)
+            np.testing.assert_allclose(stress, expected, rtol=1e-12, atol=1e-8)
+
+    def test_centroids_are_means_of_gauss_points(self):
+        at_points = self.block("CellData", "stress_gauss_points", 2).reshape(-1, 8, 6)
+        mean = self.block("CellData", "stress", 2)
+        np.testing.assert_allclose(at_points.mean(axis=1), mean, rtol=1e-12, atol=1e-8)
+
+    def test_gauss_points_are_placed_like_nodes(self):
+        """On a box, trilinear through the Gauss points gives the nodes, averaged over bricks."""
+        values = self.block("CellData", "stress_gauss_points", STEPS - 1).reshape(-1, 8, 6)
+        nodes = self.vtkhdf["Connectivity"][:].reshape(-1, 8)
+        points = self.vtkhdf["Points"][:]
+        corner = np.sign(points[nodes] - points[nodes].mean(axis=1, keepdims=True))
+        weight = np.prod(1 + np.sqrt(3) * corner[:, :, None, :] * corner[:, None, :, :], axis=3) / 8
+        total, count = np.zeros((len(points), 6)), np.zeros((len(points), 1))
+        np.add.at(total, nodes, weight @ values)
+        np.add.at(count, nodes, 1)
+        found = self.block("PointData", "stress", STEPS - 1)
+        np.testing.assert_allclose(found, total / count, rtol=1e-12, atol=1e-8)
 
 
 if __name__ == "__main__":

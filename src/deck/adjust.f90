@@ -1,0 +1,222 @@
+!> ADJUST= of *CONTACT PAIR: slave nodes moved onto the obstacle, without strain.
+!>
+!>     *CONTACT PAIR, INTERACTION=DRY, ADJUST=0.01    those whose gap is at most 0.01
+!>     *CONTACT PAIR, INTERACTION=DRY, ADJUST=FOOT    those in the set FOOT
+!>
+!> Pair after pair in the order of the deck, each where the ones before it left the nodes.
+module adjust_mod
+  use cards_mod, only: keep_reading, note, reader_t, report
+  use brick8_mod, only: jacobian_determinants
+  use kinds_mod, only: i8, wp
+  use numbers_mod, only: number_not_finite, number_ok, number_too_large, read_real
+  use obstacles_mod, only: locate_point, obstacle_t
+  use options_mod, only: card_t, name_option, option_position
+  use scene_mod, only: contact_pair_t, region_t
+  use sets_mod, only: find_set, model_t, report_unknown
+  use surfaces_mod, only: surface_t
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: adjust_t, read_adjust, adjust_nodes
+
+  !> Nodes looked at for all pairs together: more than any real deck needs.
+  integer(i8), parameter :: max_work = 200000000
+  real(wp), parameter :: at_rest(3) = 0.0_wp
+  real(wp), parameter :: rounding = 1.0e-12_wp !! moves below it, relative to the place, are none
+  real(wp), parameter :: off = 1.0e-9_wp       !! gaps above it, likewise, are gaps
+
+  !> What one pair asks for.
+  type :: adjust_t
+    logical  :: wanted = .false.
+    integer  :: set = 0             !! set of nodes; 0: by distance
+    real(wp) :: distance = 0.0_wp   !! largest gap that is closed [length]
+    integer  :: position = 0        !! in the deck
+  end type adjust_t
+
+contains
+
+  !> Read ADJUST=, a distance or a set of nodes.
+  subroutine read_adjust(reader, card, model, adjust)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(model_t), intent(in) :: model
+    type(adjust_t), intent(out) :: adjust
+    character(:), allocatable :: text
+    integer :: status
+    logical :: ok
+
+    call name_option(reader, card, 'ADJUST', .false., text, ok)
+    if (.not. ok) return
+    adjust%position = option_position(card, 'ADJUST')
+    call read_real(text, adjust%distance, status)
+    select case (status)
+    case (number_ok)
+      adjust%wanted = adjust%distance >= 0.0_wp
+      if (.not. adjust%wanted) call report(reader, adjust%position, &
+        'ADJUST must not be negative: '//text)
+    case (number_too_large, number_not_finite)
+      call report(reader, adjust%position, 'ADJUST must be a finite number, not '//text)
+    case default
+      adjust%set = find_set(model%node_sets, text)
+      adjust%wanted = adjust%set > 0
+      if (.not. adjust%wanted) call report_unknown(reader, model%node_sets, adjust%position, text)
+    end select
+  end subroutine read_adjust
+
+  !> Move the nodes of all pairs that ask for it, and say how many and how far.
+  subroutine adjust_nodes(reader, model, surfaces, obstacles, pairs, adjusts)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model       !! its nodes are moved
+    type(surface_t), intent(in) :: surfaces(:)
+    type(obstacle_t), intent(in) :: obstacles(:)
+    type(contact_pair_t), intent(in) :: pairs(:)
+    type(adjust_t), intent(in) :: adjusts(:)    !! (n_pairs)
+    type(region_t), allocatable :: placed(:)    ! nodes of each pair
+    integer, allocatable :: mover(:)
+    integer(i8) :: work
+    integer :: p
+
+    if (.not. any(adjusts%wanted)) return
+    allocate (placed(size(pairs)), mover(model%mesh%n_nodes))
+    mover = 0
+    work = 0
+    do p = 1, size(pairs)
+      if (.not. adjusts(p)%wanted) cycle
+      work = work + size(surfaces(pairs(p)%surface)%nodes)
+      if (work > max_work) then
+        call report(reader, adjusts(p)%position, 'the pairs with ADJUST have too many nodes')
+        return
+      end if
+      call choose_nodes(model, surfaces(pairs(p)%surface)%nodes, obstacles(pairs(p)%obstacle), &
+        adjusts(p), placed(p)%elements)
+      call place_nodes(reader, model, obstacles(pairs(p)%obstacle), pairs(p)%name, p, &
+        placed(p)%elements, mover)
+    end do
+    call check_bricks(reader, model, pairs, adjusts, mover)
+    do p = 1, size(pairs)
+      if (adjusts(p)%wanted) call note_left(reader, model, obstacles(pairs(p)%obstacle), &
+        pairs(p)%name, placed(p)%elements)
+    end do
+  end subroutine adjust_nodes
+
+  !> The slave nodes that are near enough, or in the set.
+  subroutine choose_nodes(model, slaves, obstacle, adjust, nodes)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: slaves(:)
+    type(obstacle_t), intent(in) :: obstacle
+    type(adjust_t), intent(in) :: adjust
+    integer, allocatable, intent(out) :: nodes(:)
+    logical :: chosen(size(slaves))
+    logical, allocatable :: in_set(:)
+    real(wp) :: gap, normal(3)
+    integer :: i
+
+    if (adjust%set > 0) then
+      allocate (in_set(model%mesh%n_nodes))
+      in_set = .false.
+      in_set(model%node_sets%list(adjust%set)%members) = .true.
+      chosen = in_set(slaves)
+    else
+      do i = 1, size(slaves)
+        call locate_point(obstacle, at_rest, model%mesh%coordinates(:, slaves(i)), gap, normal)
+        chosen(i) = gap <= adjust%distance
+      end do
+    end if
+    nodes = pack(slaves, chosen)
+  end subroutine choose_nodes
+
+  !> Move nodes onto the obstacle along its normal.
+  subroutine place_nodes(reader, model, obstacle, pair, p, nodes, mover)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model
+    type(obstacle_t), intent(in) :: obstacle
+    character(*), intent(in) :: pair      !! its name
+    integer, intent(in) :: p              !! its number
+    integer, intent(in) :: nodes(:)
+    integer, intent(inout) :: mover(:)    !! (n_nodes) the last pair that moved the node
+    real(wp) :: x(3), gap, normal(3), move, farthest
+    integer :: i, round, n
+
+    n = 0
+    farthest = 0.0_wp
+    do i = 1, size(nodes)
+      x = model%mesh%coordinates(:, nodes(i))
+      ! Once would do but for rounding.
+      do round = 1, 2
+        call locate_point(obstacle, at_rest, x, gap, normal)
+        x = x - gap*normal
+      end do
+      move = norm2(x - model%mesh%coordinates(:, nodes(i)))
+      if (move <= rounding*size_of(obstacle, x)) cycle
+      model%mesh%coordinates(:, nodes(i)) = x
+      mover(nodes(i)) = p
+      n = n + 1
+      farthest = max(farthest, move)
+    end do
+    if (n == 0) then
+      call note(reader, 'ADJUST of '//pair//' moved no node')
+    else
+      call note(reader, 'ADJUST of '//pair//' moved '//to_text(n)//' nodes, by '// &
+        to_text(farthest, 3)//' at most')
+    end if
+  end subroutine place_nodes
+
+  !> Report a brick that the moved nodes turned inside out, one of each pair.
+  subroutine check_bricks(reader, model, pairs, adjusts, mover)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(contact_pair_t), intent(in) :: pairs(:)
+    type(adjust_t), intent(in) :: adjusts(:)
+    integer, intent(in) :: mover(:)
+    logical :: reported(size(pairs))
+    integer :: e, p
+
+    reported = .false.
+    do e = 1, model%mesh%n_elements
+      p = maxval(mover(model%mesh%connectivity(:, e)))
+      if (p == 0) cycle
+      if (reported(p)) cycle
+      if (all(jacobian_determinants(model%mesh%coordinates(:, model%mesh%connectivity(:, e))) &
+              > 0.0_wp)) cycle
+      if (.not. keep_reading(reader)) return
+      reported(p) = .true.
+      call report(reader, adjusts(p)%position, 'ADJUST of '//pairs(p)%name//' turns element '// &
+        to_text(model%mesh%element_id(e))//' inside out: move the body nearer to the obstacle')
+    end do
+  end subroutine check_bricks
+
+  !> Note the nodes that a later pair moved off this pair's obstacle.
+  subroutine note_left(reader, model, obstacle, pair, nodes)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(obstacle_t), intent(in) :: obstacle
+    character(*), intent(in) :: pair
+    integer, intent(in) :: nodes(:)
+    real(wp) :: gap, normal(3), largest
+    integer :: i, n
+
+    n = 0
+    largest = 0.0_wp
+    do i = 1, size(nodes)
+      associate (x => model%mesh%coordinates(:, nodes(i)))
+        call locate_point(obstacle, at_rest, x, gap, normal)
+        if (abs(gap) <= off*size_of(obstacle, x)) cycle
+      end associate
+      n = n + 1
+      largest = max(largest, abs(gap))
+    end do
+    if (n > 0) call note(reader, 'ADJUST of '//pair//': later pairs moved '//to_text(n)// &
+      ' of its nodes off the obstacle again, by '//to_text(largest, 3)//' at most')
+  end subroutine note_left
+
+  !> The size of the numbers that a place on the obstacle is computed from.
+  pure function size_of(obstacle, x) result(length)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in) :: x(3)
+    real(wp) :: length
+
+    length = max(maxval(abs(x)), maxval(abs(obstacle%point)), obstacle%radius)
+  end function size_of
+
+end module adjust_mod
