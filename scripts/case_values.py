@@ -81,8 +81,8 @@ def stick_radius(points, mu, least=0.75):
 def fit_mindlin(points, mu, least=0.1):
     """Fit (mu p - t)^2 where it sticks; return radius and x of the centre of the stick zone.
 
-    In theory that is linear in r^2 up to the stick radius. The zone may lie beside the centre of the
-    contact (on a coarse grid, in a finite body): what is fitted is linear in r^2 and x.
+    In theory that is linear in r^2 up to the stick radius. The zone may lie beside the centre of
+    the contact (on a coarse grid, in a finite body): what is fitted is linear in r^2 and x.
     """
     lack = mu * points.pressure - points.traction
     sticks = (points.status == STICK) & (lack > least * lack.max())

@@ -16,7 +16,7 @@
 !> balances more. A motion that contact does not see (in the null space of G) stays where it is; so
 !> does one that nothing drives. Where the force out of balance stays whatever the motion, nothing
 !> balances it.
-!> docs/theory.md section 8.
+!> docs/theory.md section 9.
 module floating_mod
   use kinds_mod, only: wp
   use dense_mod, only: singular_values, solve_least_squares
@@ -28,7 +28,7 @@ module floating_mod
   implicit none
   private
 
-  public :: floating_t, free_the_motions, solve_floating
+  public :: floating_t, drift_t, free_the_motions, solve_floating
 
   real(wp), parameter :: unseen = 1.0e-10_wp   !! of the largest singular value of G: not seen
   real(wp), parameter :: nearly = 10.0_wp      !! of what counts as balance: no drift yet
@@ -50,6 +50,13 @@ module floating_mod
     real(wp), allocatable :: w_q(:, :)   !! (n_rows,n_seen) W_p Q [length/force]
     real(wp) :: theta = 0.0_wp           !! of the proximal term [length/force]
   end type floating_t
+
+  !> How far the motions go, and why.
+  type :: drift_t
+    real(wp), allocatable :: load(:)       !! (n) work of the loads on a unit of each motion [force]
+    real(wp), allocatable :: a(:)          !! (n) start in, how far they go out [length]
+    real(wp), allocatable :: unbalanced(:) !! (n) out: direction in which nothing balances the loads
+  end type drift_t
 
   interface
     !> BLAS: C = alpha op(A) op(B) + beta C.
@@ -73,13 +80,13 @@ contains
     type(floating_t), intent(out) :: floating
     real(wp) :: s(size(g, 2)), v(size(g, 2), size(g, 2))
     real(wp), allocatable :: q_w(:, :), both(:, :)
-    real(wp) :: pinned
+    real(wp) :: flexibility
     integer :: i, n
     logical :: ok
 
     n = size(g, 1)
-    pinned = 0.0_wp
-    if (n > 0) pinned = maxval(sum(abs(w), dim=1))
+    flexibility = 0.0_wp
+    if (n > 0) flexibility = maxval(sum(abs(w), dim=1))
     floating%n = size(g, 2)
     floating%g = g
     call singular_values(g, s, v, ok)
@@ -104,7 +111,7 @@ contains
     end associate
     ! As compliant as the bodies themselves at their softest. Where statics alone determines the
     ! reactions W_c is 0 and the pinned bodies give the scale; of bodies that do not give, any.
-    floating%theta = max(maxval(sum(abs(w), dim=1)), stiffer*pinned)
+    floating%theta = max(maxval(sum(abs(w), dim=1)), stiffer*flexibility)
     if (floating%theta <= 0.0_wp) floating%theta = 1.0_wp
     call dgemm('N', 'T', n, n, floating%n_seen, floating%theta, floating%q, n, floating%q, n, &
       1.0_wp, w, n)
@@ -112,17 +119,15 @@ contains
 
   !> Reactions and motions together.
   !>
-  !> Where nothing balances a motion the report says ended_unbalanced, and `drift` which motion.
-  subroutine solve_floating(problem, floating, x_free, load, controls, a, r, drift, report)
+  !> Where nothing balances a motion the report says ended_unbalanced, and `drift` along what.
+  subroutine solve_floating(problem, floating, x_free, controls, drift, r, report)
     type(contact_problem_t), intent(in) :: problem
     type(floating_t), intent(in) :: floating
     real(wp), intent(inout) :: x_free(:)
     !! (n_rows) at a = 0, in; that of the last proximal problem, out [length]
-    real(wp), intent(in) :: load(:)         !! (n) work of the loads on a unit of each motion [force]
     type(contact_controls_t), intent(in) :: controls
-    real(wp), intent(inout) :: a(:)         !! (n) start in, how far the motions go out [length]
+    type(drift_t), intent(inout) :: drift   !! load and start in, the motions out
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
-    real(wp), intent(out) :: drift(:)       !! (n) direction in which nothing balances the loads
     type(contact_report_t), intent(out) :: report
     real(wp), dimension(floating%n_seen) :: q, first, centre, image, best_image, e
     real(wp) :: best_r(3, problem%n_points)
@@ -136,15 +141,15 @@ contains
 
     inner = controls
     inner%tolerance = max(tightest, 0.01_wp*controls%tolerance)
-    q = matmul(load, floating%back)
-    x_start = x_free + matmul(floating%g, a) - matmul(floating%w_q, q)
+    q = matmul(drift%load, floating%back)
+    x_start = x_free + matmul(floating%g, drift%a) - matmul(floating%w_q, q)
     packed = pack_rows(problem, r)
     centre = shift_of(floating, packed)
     first = centre
     best = huge(1.0_wp)
     idle = 0
     since_best = 0
-    drift = 0.0_wp
+    drift%unbalanced = 0.0_wp*drift%load
     recentre: do i = 1, max_recentrings
       x_free = x_start + matmul(floating%q, centre + floating%theta*q)
       call solve_contact(problem, x_free, inner, r, here)
@@ -152,10 +157,10 @@ contains
       packed = pack_rows(problem, r)
       e = matmul(packed, floating%q) + q
       image = centre + floating%theta*e
-      left = matmul(packed, floating%g) + load
+      left = matmul(packed, floating%g) + drift%load
       small = 0.0_wp
       if (problem%n_points > 0) small = sqrt(maxval(sum(r**2, dim=1)))
-      small = max(controls%tolerance*small, 1.0e-14_wp*(sum(abs(packed)) + sum(abs(load))))
+      small = max(controls%tolerance*small, 1.0e-14_wp*(sum(abs(packed)) + sum(abs(drift%load))))
       balanced = all(abs(left) <= small)
       report%converged = here%converged .and. balanced
       report%ending = here%ending
@@ -166,8 +171,8 @@ contains
       if (all(abs(left) <= nearly*small)) report%ending = ended_stalled
       left_seen = matmul(matmul(floating%q, e), floating%g)
       if (norm2(e) < best .or. i == 1) then
-        drift = left - left_seen
-        if (all(abs(drift) <= small)) drift = matmul(floating%back, e)
+        drift%unbalanced = left - left_seen
+        if (all(abs(drift%unbalanced) <= small)) drift%unbalanced = matmul(floating%back, e)
       end if
       if (all(abs(left_seen) <= small)) exit recentre
       idle = idle + 1
@@ -194,7 +199,7 @@ contains
           norm2(centre - first))
       end if
     end do recentre
-    a = a + matmul(floating%back, image - shift_of(floating, packed))
+    drift%a = drift%a + matmul(floating%back, image - shift_of(floating, packed))
   end subroutine solve_floating
 
   !> One Newton step of the centre on Q^T r(c) + q = 0.
