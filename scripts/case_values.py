@@ -61,6 +61,15 @@ def fit_hertz(points, least=0.3):
     return np.sqrt(-p2 / slope), np.sqrt(p2)
 
 
+def fit_line(pair, least=0.3):
+    """Fit p^2 of a contact along y like fit_hertz; return half width and peak pressure."""
+    pressure = pair.reaction[-1, :, 0] / pair.area
+    used = pressure > least * pressure.max()
+    x2 = mean_square(pair.coordinates[:, 0])[used]
+    slope, p2 = np.polyfit(x2, pressure[used] ** 2, 1)
+    return np.sqrt(-p2 / slope), np.sqrt(p2)
+
+
 def contact_radius(points):
     """Return where the pressure ends: r^2 as a parabola of p^2 over the outer part, at p = 0.
 
@@ -82,7 +91,7 @@ def fit_mindlin(points, mu, least=0.1):
     """Fit (mu p - t)^2 where it sticks; return radius and x of the centre of the stick zone.
 
     In theory that is linear in r^2 up to the stick radius. The zone may lie beside the centre of
-    the contact (on a coarse grid, in a finite body): what is fitted is linear in r^2 and x.
+    the contact (coarse grid, finite body): what is fitted is linear in r^2 and x.
     """
     lack = mu * points.pressure - points.traction
     sticks = (points.status == STICK) & (lack > least * lack.max())
