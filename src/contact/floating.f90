@@ -20,7 +20,7 @@
 module floating_mod
   use kinds_mod, only: wp
   use dense_mod, only: singular_values, solve_least_squares
-  use controls_mod, only: contact_controls_t
+  use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton
   use step_report_mod, only: ended_unbalanced, ended_stalled
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows
   use global_newton_mod, only: response_to_shifts
@@ -134,13 +134,10 @@ contains
     real(wp), dimension(problem%n_rows) :: x_start, packed
     real(wp), dimension(floating%n) :: left, left_seen
     type(contact_report_t) :: here
-    type(contact_controls_t) :: inner
     real(wp) :: best, small
     integer :: i, idle, since_best
     logical :: balanced
 
-    inner = controls
-    inner%tolerance = max(tightest, 0.01_wp*controls%tolerance)
     q = matmul(drift%load, floating%back)
     x_start = x_free + matmul(floating%g, drift%a) - matmul(floating%w_q, q)
     packed = pack_rows(problem, r)
@@ -152,7 +149,7 @@ contains
     drift%unbalanced = 0.0_wp*drift%load
     recentre: do i = 1, max_recentrings
       x_free = x_start + matmul(floating%q, centre + floating%theta*q)
-      call solve_contact(problem, x_free, inner, r, here)
+      call solve_closely(problem, x_free, controls, r, here)
       call add_up(here, report)
       packed = pack_rows(problem, r)
       e = matmul(packed, floating%q) + q
@@ -201,6 +198,30 @@ contains
     end do recentre
     drift%a = drift%a + matmul(floating%back, image - shift_of(floating, packed))
   end subroutine solve_floating
+
+  !> Solve a proximal problem to the tolerance, and then as far below it as the same solver gets
+  !> without others: the balance of whole bodies sums up what single points leave over.
+  subroutine solve_closely(problem, x_free, controls, r, report)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
+    type(contact_report_t), intent(out) :: report
+    type(contact_controls_t) :: closer
+    type(contact_report_t) :: polish
+
+    call solve_contact(problem, x_free, controls, r, report)
+    if (.not. report%converged .or. problem%n_points == 0) return
+    closer = controls
+    if (closer%solver == solver_auto) closer%solver = solver_global_newton
+    closer%tolerance = max(tightest, 0.01_wp*controls%tolerance)
+    call solve_contact(problem, x_free, closer, r, polish)
+    report%iterations = report%iterations + polish%iterations
+    report%local_iterations = report%local_iterations + polish%local_iterations
+    report%products = report%products + polish%products
+    report%residual = polish%residual
+    report%worst_point = polish%worst_point
+  end subroutine solve_closely
 
   !> One Newton step of the centre on Q^T r(c) + q = 0.
   subroutine leap(problem, floating, x_free, controls, r, e, centre)
