@@ -32,13 +32,14 @@ module floating_mod
 
   real(wp), parameter :: unseen = 1.0e-10_wp   !! of the largest singular value of G: not seen
   real(wp), parameter :: nearly = 10.0_wp      !! of what counts as balance: no drift yet
-  integer,  parameter :: max_recentrings = 100
+  integer,  parameter :: max_recentrings = 200
   real(wp), parameter :: stiffer = 1.0e-3_wp   !! of the pinned compliance: the least of theta
-  integer,  parameter :: max_worse = 4         !! leaps without gain
-  integer,  parameter :: patience = 16         !! recentrings that balance nothing
+  integer,  parameter :: max_worse = 3         !! leaps out of free flight
+  integer,  parameter :: patience = 40         !! recentrings that balance nothing
   real(wp), parameter :: longest_leap = 1000.0_wp !! of the way so far
   real(wp), parameter :: tightest = 1.0e-14_wp    !! tolerance of the proximal problems [-]
-  real(wp), parameter :: least_resistance = 1.0e-12_wp !! of that of the proximal term
+  real(wp), parameter :: least_damping = 1.0e-12_wp !! of the resistance of the proximal term
+  real(wp), parameter :: most_damping = 1.0_wp
 
   !> What belongs to the motions of a contact problem, beside its compliance.
   type :: floating_t
@@ -129,14 +130,16 @@ contains
     type(drift_t), intent(inout) :: drift   !! load and start in, the motions out
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
-    real(wp), dimension(floating%n_seen) :: q, first, centre, image, best_image, e
+    real(wp), dimension(floating%n_seen) :: q, first, centre, image, best_centre, &
+      best_e, e
+    real(wp) :: resistance(floating%n_seen, floating%n_seen), damping
     real(wp) :: best_r(3, problem%n_points)
     real(wp), dimension(problem%n_rows) :: x_start, packed
     real(wp), dimension(floating%n) :: left, left_seen
     type(contact_report_t) :: here
     real(wp) :: best, small
     integer :: i, idle, since_best
-    logical :: balanced
+    logical :: balanced, is_flying
 
     q = matmul(drift%load, floating%back)
     x_start = x_free + matmul(floating%g, drift%a) - matmul(floating%w_q, q)
@@ -146,6 +149,8 @@ contains
     best = huge(1.0_wp)
     idle = 0
     since_best = 0
+    is_flying = .false.
+    damping = least_damping
     drift%unbalanced = 0.0_wp*drift%load
     recentre: do i = 1, max_recentrings
       x_free = x_start + matmul(floating%q, centre + floating%theta*q)
@@ -175,25 +180,31 @@ contains
       idle = idle + 1
       if (norm2(e) < 0.99_wp*best) idle = 0
       if (idle >= patience) exit recentre
-      ! Leaps may pass through worse balance: one too far into an obstacle is brought back by the
-      ! next. Where several have not paid, a plain step from the best so far.
       since_best = since_best + 1
       if (norm2(e) < best) then
         best = norm2(e)
-        best_image = image
+        best_e = e
+        best_centre = centre
         best_r = r
         since_best = 0
+        damping = max(least_damping, damping/30.0_wp)
+        call find_resistance(problem, floating, x_free, controls, r, resistance)
+        is_flying = all(abs(resistance)*floating%theta <= 100.0_wp*least_damping)
       end if
-      if (since_best == max_worse) then
-        centre = best_image
+      if (is_flying .and. since_best < max_worse) then
+        ! From free flight the first leap goes too far into an obstacle; the next ones bring it back.
+        if (since_best > 0) call find_resistance(problem, floating, x_free, controls, r, &
+          resistance)
+        centre = centre + damped_step(resistance, e, least_damping/floating%theta)
+        if (norm2(centre - first) > longest_leap*norm2(image - first)) then
+          centre = first + (centre - first)*(longest_leap*norm2(image - first)/ &
+            norm2(centre - first))
+        end if
+      else
+        ! Damped from the best so far, until it balances more: plain steps at the latest.
+        if (since_best > 0) damping = min(most_damping, 10.0_wp*damping)
+        centre = best_centre + damped_step(resistance, best_e, damping/floating%theta)
         r = best_r
-        since_best = 0
-        cycle recentre
-      end if
-      call leap(problem, floating, x_free, controls, r, e, centre)
-      if (norm2(centre - first) > longest_leap*norm2(image - first)) then
-        centre = first + (centre - first)*(longest_leap*norm2(image - first)/ &
-          norm2(centre - first))
       end if
     end do recentre
     drift%a = drift%a + matmul(floating%back, image - shift_of(floating, packed))
@@ -223,26 +234,35 @@ contains
     report%worst_point = polish%worst_point
   end subroutine solve_closely
 
-  !> One Newton step of the centre on Q^T r(c) + q = 0.
-  subroutine leap(problem, floating, x_free, controls, r, e, centre)
+  !> How the balance answers the centre: -Q^T dr/dc.
+  subroutine find_resistance(problem, floating, x_free, controls, r, resistance)
     type(contact_problem_t), intent(in) :: problem
     type(floating_t), intent(in) :: floating
-    real(wp), intent(in) :: x_free(:)      !! (n_rows) [length]
+    real(wp), intent(in) :: x_free(:)          !! (n_rows) [length]
     type(contact_controls_t), intent(in) :: controls
-    real(wp), intent(in) :: r(:, :)        !! (3,n_points) solution at the centre [force]
-    real(wp), intent(in) :: e(:)           !! (n_seen) Q^T r + q [force]
-    real(wp), intent(inout) :: centre(:)   !! (n_seen) [length]
-    real(wp) :: response(problem%n_rows, size(e)), resistance(size(e), size(e))
-    integer :: i
+    real(wp), intent(in) :: r(:, :)            !! (3,n_points) solution at the centre [force]
+    real(wp), intent(out) :: resistance(:, :)  !! (n_seen,n_seen) [force/length]
+    real(wp) :: response(problem%n_rows, floating%n_seen)
 
     call response_to_shifts(problem, x_free, controls, r, floating%q, response)
     resistance = -matmul(transpose(floating%q), response)
-    ! Never quite 0, so that a motion that nothing resists goes far, not infinitely far.
+  end subroutine find_resistance
+
+  !> A Newton step on e(c) = 0, damped: never infinitely far where nothing resists.
+  function damped_step(resistance, e, damping) result(step)
+    real(wp), intent(in) :: resistance(:, :)  !! (n_seen,n_seen) [force/length]
+    real(wp), intent(in) :: e(:)              !! (n_seen) out of balance [force]
+    real(wp), intent(in) :: damping           !! [force/length]
+    real(wp) :: step(size(e))                 !! [length]
+    real(wp) :: damped(size(e), size(e))
+    integer :: i
+
+    damped = resistance
     do i = 1, size(e)
-      resistance(i, i) = resistance(i, i) + least_resistance/floating%theta
+      damped(i, i) = damped(i, i) + damping
     end do
-    centre = centre + solve_least_squares(resistance, e)
-  end subroutine leap
+    step = solve_least_squares(damped, e)
+  end function damped_step
 
   !> Q^T W P r: by how much b differs from the motion proper.
   pure function shift_of(floating, packed) result(shift)

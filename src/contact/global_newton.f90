@@ -9,7 +9,8 @@
 module global_newton_mod
   use kinds_mod, only: wp
   use dense_mod, only: solve_dense
-  use controls_mod, only: contact_controls_t, solver_global_newton, linear_auto, linear_gmres
+  use controls_mod, only: contact_controls_t, solver_global_newton, linear_auto, linear_gmres, &
+    linear_direct
   use step_report_mod, only: ended_at_limit, ended_stalled
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
                          pack_rows, unpack_rows, measure
@@ -24,6 +25,7 @@ module global_newton_mod
   integer,  parameter :: max_iterations = 60
   integer,  parameter :: small_dense = 100      !! rows up to which a factorisation is cheaper
   integer,  parameter :: largest_dense = 3000   !! rows up to which it replaces GMRES that fails
+  integer,  parameter :: exact_response = 1000  !! rows up to which responses are factorised
   integer,  parameter :: max_products = 400     !! largest Krylov space
   real(wp), parameter :: tightest_inner = 1.0e-3_wp  !! residuals of GMRES, relative [-]
   real(wp), parameter :: loosest_inner = 1.0e-1_wp
@@ -109,19 +111,22 @@ contains
     real(wp), intent(in) :: q(:, :)             !! (n_rows,m) changes [-]
     real(wp), intent(out) :: response(:, :)     !! (n_rows,m) [force/length]
     type(iterate_t), target :: at
+    type(contact_controls_t) :: exactly
     real(wp), dimension(3, problem%n_points) :: change
     real(wp), allocatable :: dr(:)
     integer :: i, j, products
 
     at = start_at(problem, x_free, r)
     products = 0
+    exactly = controls
+    if (problem%n_rows <= exact_response) exactly%linear = linear_direct
     do j = 1, size(q, 2)
       change = unpack_rows(problem, q(:, j))
       do i = 1, problem%n_points
         change(:, i) = matmul(at%dz_dx(:, :, i), change(:, i))
       end do
       at%z = pack_rows(problem, change)
-      call find_correction(problem, at, controls, controls%tolerance, dr, products)
+      call find_correction(problem, at, exactly, huge(1.0_wp), dr, products)
       response(:, j) = dr
     end do
   end subroutine response_to_shifts
