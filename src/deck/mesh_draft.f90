@@ -7,9 +7,8 @@ module mesh_draft_mod
   private
 
   public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, reserve_elements
-  public :: add_early_set, add_skipped, add_skipped_node, add_block, max_nodes, set_of_nodes, &
-    set_of_elements
-  public :: not_a_coordinate
+  public :: add_early_set, add_skipped, add_skipped_node, add_block, max_nodes, not_a_coordinate
+  public :: set_of_nodes, set_of_elements
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
   integer, parameter :: max_nodes = 20000000

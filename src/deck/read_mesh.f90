@@ -11,10 +11,9 @@ module read_mesh_mod
     real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
-  use mesh_mod, only: kind_c3d8, kind_c3d8b, kind_c3d8i
   use mesh_draft_mod, only: add_early_set, add_skipped, add_skipped_node, early_set_t, max_nodes, &
-    mesh_draft_t, &
-    not_a_coordinate, reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
+    mesh_draft_t, not_a_coordinate, reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
+  use mesh_mod, only: kind_c3d8, kind_c3d8b, kind_c3d8i
   use options_mod, only: allow_options, card_t, has_option, name_option, option_position
   use text_mod, only: string_t, to_text
   implicit none
