@@ -28,7 +28,7 @@ module advance_mod
   use rigid_modes_mod, only: generalised_loads, add_motions
   use search_mod, only: locate, carry
   use solve_mod, only: solve_contact
-  use floating_mod, only: solve_floating
+  use floating_mod, only: drift_t, solve_floating
   use motion_words_mod, only: free_in_words, motion_in_words, unresisted_part
   use step_loads_mod, only: pattern_factors
   use operators_mod, only: operators_t, apply_inverse, locate_points, update_contact
@@ -277,7 +277,7 @@ contains
     real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z; warm start in [force]
     type(step_report_t), intent(inout) :: report
     real(wp), dimension(3, size(operators%active)) :: x, r
-    real(wp) :: drift(operators%motions%n)
+    type(drift_t) :: drift
     real(wp), allocatable :: resisting(:, :)
     type(contact_report_t) :: contact
     real(wp) :: clock
@@ -296,12 +296,14 @@ contains
     if (operators%motions%n == 0) then
       call solve_contact(operators%problem, report%x_free, now%controls, r, contact)
     else
-      call solve_floating(operators%problem, operators%floating, report%x_free, &
-        generalised_loads(operators%motions, scene%mesh, now%forces%external), now%controls, &
-        now%motion, r, drift, contact)
+      drift%load = generalised_loads(operators%motions, scene%mesh, now%forces%external)
+      drift%a = now%motion
+      call solve_floating(operators%problem, operators%floating, report%x_free, now%controls, &
+        drift, r, contact)
+      now%motion = drift%a
       call find_resistance(operators, r, report%x_free, contact%converged, resisting)
       if (contact%ending == ended_unbalanced) report%unbalanced = motion_in_words(scene%mesh, &
-        operators%motions, unresisted_part(resisting, drift))
+        operators%motions, unresisted_part(resisting, drift%unbalanced))
       if (contact%converged) call free_in_words(scene%mesh, operators%motions, resisting, &
         report%n_unheld, report%unheld)
     end if

@@ -48,7 +48,9 @@ contains
     do step = 2, size(scene%steps)
       call move_alloc(prescribed, before)
       prescribed = prescribed_dofs(scene, step)
-      if (any((prescribed .neqv. before) .and. of_bodies)) plan%n_factorisations = plan%n_factorisations + 1
+      if (any((prescribed .neqv. before) .and. of_bodies)) then
+        plan%n_factorisations = plan%n_factorisations + 1
+      end if
     end do
     call describe(scene, motions, plan)
   end subroutine make_plan

@@ -19,8 +19,7 @@ contains
   subroutine free_in_words(mesh, motions, stiff, n_free, words)
     type(mesh_t), intent(in) :: mesh
     type(free_motions_t), intent(in) :: motions
-    real(wp), intent(in) :: stiff(:, :)    !! (m,n) what the motions do where there is resistance
-                                           !! [-]
+    real(wp), intent(in) :: stiff(:, :)  !! (m,n) what the motions do where there is resistance [-]
     integer, intent(out) :: n_free
     character(:), allocatable, intent(out) :: words
     real(wp) :: s(motions%n), v(motions%n, motions%n), six(6, motions%n)

@@ -16,11 +16,11 @@
 !> balances more. A motion that contact does not see (in the null space of G) stays where it is; so
 !> does one that nothing drives. Where the force out of balance stays whatever the motion, nothing
 !> balances it.
-!> docs/theory.md section 8.
+!> docs/theory.md section 9.
 module floating_mod
   use kinds_mod, only: wp
   use dense_mod, only: singular_values, solve_least_squares
-  use controls_mod, only: contact_controls_t
+  use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton
   use step_report_mod, only: ended_unbalanced, ended_stalled
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows
   use global_newton_mod, only: response_to_shifts
@@ -28,11 +28,12 @@ module floating_mod
   implicit none
   private
 
-  public :: floating_t, free_the_motions, solve_floating
+  public :: floating_t, drift_t, free_the_motions, solve_floating
 
   real(wp), parameter :: unseen = 1.0e-10_wp   !! of the largest singular value of G: not seen
   real(wp), parameter :: nearly = 10.0_wp      !! of what counts as balance: no drift yet
   integer,  parameter :: max_recentrings = 100
+  real(wp), parameter :: stiffer = 1.0e-3_wp   !! of the pinned compliance: the least of theta
   integer,  parameter :: max_worse = 4         !! leaps without gain
   integer,  parameter :: patience = 16         !! recentrings that balance nothing
   real(wp), parameter :: longest_leap = 1000.0_wp !! of the way so far
@@ -49,6 +50,13 @@ module floating_mod
     real(wp), allocatable :: w_q(:, :)   !! (n_rows,n_seen) W_p Q [length/force]
     real(wp) :: theta = 0.0_wp           !! of the proximal term [length/force]
   end type floating_t
+
+  !> How far the motions go, and why.
+  type :: drift_t
+    real(wp), allocatable :: load(:)       !! (n) work of the loads on a unit of each motion [force]
+    real(wp), allocatable :: a(:)          !! (n) start in, how far they go out [length]
+    real(wp), allocatable :: unbalanced(:) !! (n) out: direction in which nothing balances the loads
+  end type drift_t
 
   interface
     !> BLAS: C = alpha op(A) op(B) + beta C.
@@ -72,10 +80,13 @@ contains
     type(floating_t), intent(out) :: floating
     real(wp) :: s(size(g, 2)), v(size(g, 2), size(g, 2))
     real(wp), allocatable :: q_w(:, :), both(:, :)
+    real(wp) :: flexibility
     integer :: i, n
     logical :: ok
 
     n = size(g, 1)
+    flexibility = 0.0_wp
+    if (n > 0) flexibility = maxval(sum(abs(w), dim=1))
     floating%n = size(g, 2)
     floating%g = g
     call singular_values(g, s, v, ok)
@@ -98,8 +109,9 @@ contains
       call dgemm('N', 'T', n, n, m, -1.0_wp, floating%q, n, both, n, 1.0_wp, w, n)
       call dgemm('N', 'T', n, n, m, -1.0_wp, both, n, floating%q, n, 1.0_wp, w, n)
     end associate
-    ! As compliant as the bodies themselves at their softest; of bodies that do not give, any.
-    floating%theta = maxval(sum(abs(w), dim=1))
+    ! As compliant as the bodies themselves at their softest. Where statics alone determines the
+    ! reactions W_c is 0 and the pinned bodies give the scale; of bodies that do not give, any.
+    floating%theta = max(maxval(sum(abs(w), dim=1)), stiffer*flexibility)
     if (floating%theta <= 0.0_wp) floating%theta = 1.0_wp
     call dgemm('N', 'T', n, n, floating%n_seen, floating%theta, floating%q, n, floating%q, n, &
       1.0_wp, w, n)
@@ -107,50 +119,45 @@ contains
 
   !> Reactions and motions together.
   !>
-  !> Where nothing balances a motion the report says ended_unbalanced, and `drift` which motion.
-  subroutine solve_floating(problem, floating, x_free, load, controls, a, r, drift, report)
+  !> Where nothing balances a motion the report says ended_unbalanced, and `drift` along what.
+  subroutine solve_floating(problem, floating, x_free, controls, drift, r, report)
     type(contact_problem_t), intent(in) :: problem
     type(floating_t), intent(in) :: floating
     real(wp), intent(inout) :: x_free(:)
     !! (n_rows) at a = 0, in; that of the last proximal problem, out [length]
-    real(wp), intent(in) :: load(:)         !! (n) work of the loads on a unit of each motion [force]
     type(contact_controls_t), intent(in) :: controls
-    real(wp), intent(inout) :: a(:)         !! (n) start in, how far the motions go out [length]
+    type(drift_t), intent(inout) :: drift   !! load and start in, the motions out
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
-    real(wp), intent(out) :: drift(:)       !! (n) direction in which nothing balances the loads
     type(contact_report_t), intent(out) :: report
     real(wp), dimension(floating%n_seen) :: q, first, centre, image, best_image, e
     real(wp) :: best_r(3, problem%n_points)
     real(wp), dimension(problem%n_rows) :: x_start, packed
     real(wp), dimension(floating%n) :: left, left_seen
     type(contact_report_t) :: here
-    type(contact_controls_t) :: inner
     real(wp) :: best, small
     integer :: i, idle, since_best
     logical :: balanced
 
-    inner = controls
-    inner%tolerance = max(tightest, 0.01_wp*controls%tolerance)
-    q = matmul(load, floating%back)
-    x_start = x_free + matmul(floating%g, a) - matmul(floating%w_q, q)
+    q = matmul(drift%load, floating%back)
+    x_start = x_free + matmul(floating%g, drift%a) - matmul(floating%w_q, q)
     packed = pack_rows(problem, r)
     centre = shift_of(floating, packed)
     first = centre
     best = huge(1.0_wp)
     idle = 0
     since_best = 0
-    drift = 0.0_wp
+    drift%unbalanced = 0.0_wp*drift%load
     recentre: do i = 1, max_recentrings
       x_free = x_start + matmul(floating%q, centre + floating%theta*q)
-      call solve_contact(problem, x_free, inner, r, here)
+      call solve_closely(problem, x_free, controls, r, here)
       call add_up(here, report)
       packed = pack_rows(problem, r)
       e = matmul(packed, floating%q) + q
       image = centre + floating%theta*e
-      left = matmul(packed, floating%g) + load
+      left = matmul(packed, floating%g) + drift%load
       small = 0.0_wp
       if (problem%n_points > 0) small = sqrt(maxval(sum(r**2, dim=1)))
-      small = max(controls%tolerance*small, 1.0e-14_wp*(sum(abs(packed)) + sum(abs(load))))
+      small = max(controls%tolerance*small, 1.0e-14_wp*(sum(abs(packed)) + sum(abs(drift%load))))
       balanced = all(abs(left) <= small)
       report%converged = here%converged .and. balanced
       report%ending = here%ending
@@ -161,8 +168,8 @@ contains
       if (all(abs(left) <= nearly*small)) report%ending = ended_stalled
       left_seen = matmul(matmul(floating%q, e), floating%g)
       if (norm2(e) < best .or. i == 1) then
-        drift = left - left_seen
-        if (all(abs(drift) <= small)) drift = matmul(floating%back, e)
+        drift%unbalanced = left - left_seen
+        if (all(abs(drift%unbalanced) <= small)) drift%unbalanced = matmul(floating%back, e)
       end if
       if (all(abs(left_seen) <= small)) exit recentre
       idle = idle + 1
@@ -189,8 +196,32 @@ contains
           norm2(centre - first))
       end if
     end do recentre
-    a = a + matmul(floating%back, image - shift_of(floating, packed))
+    drift%a = drift%a + matmul(floating%back, image - shift_of(floating, packed))
   end subroutine solve_floating
+
+  !> Solve a proximal problem to the tolerance, and then as far below it as the same solver gets
+  !> without others: the balance of whole bodies sums up what single points leave over.
+  subroutine solve_closely(problem, x_free, controls, r, report)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
+    type(contact_report_t), intent(out) :: report
+    type(contact_controls_t) :: closer
+    type(contact_report_t) :: polish
+
+    call solve_contact(problem, x_free, controls, r, report)
+    if (.not. report%converged .or. problem%n_points == 0) return
+    closer = controls
+    if (closer%solver == solver_auto) closer%solver = solver_global_newton
+    closer%tolerance = max(tightest, 0.01_wp*controls%tolerance)
+    call solve_contact(problem, x_free, closer, r, polish)
+    report%iterations = report%iterations + polish%iterations
+    report%local_iterations = report%local_iterations + polish%local_iterations
+    report%products = report%products + polish%products
+    report%residual = polish%residual
+    report%worst_point = polish%worst_point
+  end subroutine solve_closely
 
   !> One Newton step of the centre on Q^T r(c) + q = 0.
   subroutine leap(problem, floating, x_free, controls, r, e, centre)

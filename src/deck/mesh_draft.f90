@@ -7,7 +7,8 @@ module mesh_draft_mod
   private
 
   public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, reserve_elements
-  public :: add_early_set, add_skipped, add_block, max_nodes, set_of_nodes, set_of_elements
+  public :: add_early_set, add_skipped, add_skipped_node, add_block, max_nodes, set_of_nodes, &
+    set_of_elements
   public :: not_a_coordinate
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
@@ -25,6 +26,7 @@ module mesh_draft_mod
     integer :: position = 0
     integer :: first = 1   !! first member (node or element number)
     integer :: last = 0    !! last member
+    integer :: skipped(2) = [1, 0] !! first and last skipped element
     integer :: block = 0   !! > 0: the nodes on a side of this block instead
     integer :: side = 0    !! face_xmin .. face_zmax
     logical :: flawed = .false. !! members are missing because of mistakes
@@ -57,6 +59,9 @@ module mesh_draft_mod
     integer :: n_skipped = 0
     integer, allocatable :: skipped_id(:)        !! elements of types that carry nothing here
     integer, allocatable :: skipped_position(:)
+    integer, allocatable :: skipped_first(:)     !! (n_skipped) where its nodes begin below
+    integer, allocatable :: skipped_nodes(:)     !! ids of their nodes, for *NSET, ELSET=
+    integer :: n_skipped_nodes = 0
     type(block_t), allocatable :: blocks(:)
     integer :: n_blocks = 0
     type(early_set_t), allocatable :: sets(:)
@@ -119,25 +124,44 @@ contains
     if (used + int(more, i8) <= max_nodes) want = int(min(wanted, int(max_nodes, i8)))
   end function new_size
 
-  !> Add an element of a type that is skipped.
+  !> Add an element of a type that is skipped; its nodes follow.
   subroutine add_skipped(draft, id, position)
     type(mesh_draft_t), intent(inout) :: draft
     integer, intent(in) :: id, position
     logical :: ok
 
     if (.not. allocated(draft%skipped_id)) then
-      allocate (draft%skipped_id(1024), draft%skipped_position(1024))
+      allocate (draft%skipped_id(1024), draft%skipped_position(1024), draft%skipped_first(1024))
     end if
     if (draft%n_skipped == size(draft%skipped_id)) then
       call enlarge(draft%skipped_id, draft%n_skipped, 2*draft%n_skipped, ok)
       if (ok) call enlarge(draft%skipped_position, draft%n_skipped, 2*draft%n_skipped, ok)
+      if (ok) call enlarge(draft%skipped_first, draft%n_skipped, 2*draft%n_skipped, ok)
       if (.not. ok) return
     end if
     draft%n_skipped = draft%n_skipped + 1
     draft%skipped_id(draft%n_skipped) = id
     draft%skipped_position(draft%n_skipped) = position
+    draft%skipped_first(draft%n_skipped) = draft%n_skipped_nodes + 1
     draft%highest_element = max(draft%highest_element, id)
   end subroutine add_skipped
+
+  !> Add a node to the last skipped element.
+  subroutine add_skipped_node(draft, id)
+    type(mesh_draft_t), intent(inout) :: draft
+    integer, intent(in) :: id
+    integer :: n
+    logical :: ok
+
+    n = draft%n_skipped_nodes
+    if (.not. allocated(draft%skipped_nodes)) allocate (draft%skipped_nodes(4096))
+    if (n == size(draft%skipped_nodes)) then
+      call enlarge(draft%skipped_nodes, n, 2*n, ok)
+      if (.not. ok) return
+    end if
+    draft%skipped_nodes(n + 1) = id
+    draft%n_skipped_nodes = n + 1
+  end subroutine add_skipped_node
 
   subroutine add_block(draft, block)
     type(mesh_draft_t), intent(inout) :: draft

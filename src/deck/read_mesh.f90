@@ -7,12 +7,13 @@
 module read_mesh_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use diagnostics_mod, only: guess, quoted
-  use fields_mod, only: fields_t, integer_field, limit_fields, next_data_line, &
+  use fields_mod, only: fields_t, integer_field, limit_fields, looks_like_id, next_data_line, &
     real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
   use mesh_mod, only: kind_c3d8, kind_c3d8b, kind_c3d8i
-  use mesh_draft_mod, only: add_early_set, add_skipped, early_set_t, max_nodes, mesh_draft_t, &
+  use mesh_draft_mod, only: add_early_set, add_skipped, add_skipped_node, early_set_t, max_nodes, &
+    mesh_draft_t, &
     not_a_coordinate, reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
   use options_mod, only: allow_options, card_t, has_option, name_option, option_position
   use text_mod, only: string_t, to_text
@@ -73,10 +74,11 @@ contains
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(mesh_draft_t), intent(inout) :: draft
-    integer :: first, kind, before
+    integer :: first, first_skipped, kind, before
 
     call allow_options(reader, card, ['TYPE ', 'ELSET'])
     first = draft%n_elements + 1
+    first_skipped = draft%n_skipped + 1
     before = reader%diagnostics%n_mistakes
     call check_element_type(reader, card, .true., kind)
     if (kind > 0) then
@@ -89,7 +91,7 @@ contains
       call skip_elements(reader, card, draft)
     end if
     call add_option_set(reader, card, 'ELSET', [first, draft%n_elements], &
-      reader%diagnostics%n_mistakes > before, draft)
+      reader%diagnostics%n_mistakes > before, draft, [first_skipped, draft%n_skipped])
   end subroutine read_elements
 
   !> Say what the TYPE= of a card is to us, reporting what is not available.
@@ -221,7 +223,7 @@ contains
     type(card_t), intent(in) :: card
     type(mesh_draft_t), intent(inout) :: draft
     type(fields_t) :: fields
-    integer :: id
+    integer :: id, i
     logical :: found, ok, continued
 
     continued = .false.
@@ -231,6 +233,11 @@ contains
       if (.not. continued) then
         call integer_field(reader, fields, 1, 'the id of an element', 1, id, ok)
         if (ok) call add_skipped(draft, id, fields%start)
+        do i = 2, min(fields%n, 9)
+          if (.not. ok .or. .not. looks_like_id(reader, fields, i)) exit
+          call integer_field(reader, fields, i, 'the id of a node', 1, id, ok)
+          if (ok) call add_skipped_node(draft, id)
+        end do
       end if
       ! The skipped types have at most 9 entries, one line whatever ends it; what follows a longer
       ! line that ends with a comma is the rest of a larger element.
@@ -239,13 +246,14 @@ contains
   end subroutine skip_elements
 
   !> Make the set that an option of *NODE or *ELEMENT names.
-  subroutine add_option_set(reader, card, option, range, flawed, draft)
+  subroutine add_option_set(reader, card, option, range, flawed, draft, skipped)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     character(*), intent(in) :: option  !! NSET or ELSET
     integer, intent(in) :: range(2)     !! first and last member
     logical, intent(in) :: flawed       !! there were mistakes in the card
     type(mesh_draft_t), intent(inout) :: draft
+    integer, intent(in), optional :: skipped(2) !! first and last skipped element
     type(early_set_t) :: set
     logical :: ok
 
@@ -257,6 +265,7 @@ contains
     set%flawed = flawed
     set%first = range(1)
     set%last = range(2)
+    if (present(skipped)) set%skipped = skipped
     call add_early_set(draft, set)
   end subroutine add_option_set
 
@@ -271,7 +280,7 @@ contains
     call reserve_nodes(draft, 1, ok)
     call reserve_elements(draft, 1, ok)
     if (.not. allocated(draft%skipped_id)) then
-      allocate (draft%skipped_id(1), draft%skipped_position(1))
+      allocate (draft%skipped_id(1), draft%skipped_position(1), draft%skipped_first(1))
     end if
 
     call make_id_lookup(draft%node_id(:draft%n_nodes), draft%nodes)

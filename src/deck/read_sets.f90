@@ -20,8 +20,8 @@ module read_sets_mod
   use mesh_draft_mod, only: block_t, early_set_t, mesh_draft_t, set_of_elements, set_of_nodes
   use options_mod, only: allow_no_data, allow_options, card_t, has_option, name_option, open_card, &
     option_position
-  use sets_mod, only: append, append_one, find_set, finish, model_t, report_unknown, set_list_t, &
-    set_t
+  use sets_mod, only: append, append_one, append_skipped, find_set, finish, model_t, &
+    report_unknown, set_list_t, set_t
   use text_mod, only: to_text
   implicit none
   private
@@ -149,9 +149,7 @@ contains
     if (set%flawed) sets%list(home)%flawed = .true.
     if (set%block == 0) then
       call append(sets%list(home), [(i, i = set%first, set%last)])
-      if (sets%kind == set_of_elements .and. set%last < set%first) then
-        sets%list(home)%has_skipped = .true.
-      end if
+      call append_skipped(sets%list(home), [(i, i = set%skipped(1), set%skipped(2))])
       return
     end if
     if (home < entry .and. set%side == 1) then
@@ -254,8 +252,9 @@ contains
       number = find_id(draft%elements, draft%element_id, id)
       if (number == 0) then
         ok = .true.
-        if (find_id(draft%skipped, draft%skipped_id, id) > 0) then
-          set%has_skipped = .true.
+        number = find_id(draft%skipped, draft%skipped_id, id)
+        if (number > 0) then
+          call append_skipped(set, [number])
           return
         else if (draft%taken_out) then
           call mark_gone(set, id)
@@ -278,7 +277,6 @@ contains
     type(set_t), intent(inout) :: set
     integer, intent(in) :: id
 
-    set%has_skipped = .true.
     if (set%gone == 0) set%gone = id
   end subroutine mark_gone
 
@@ -304,7 +302,12 @@ contains
       if (work > max_work) return
       members = sets%list(other)%members(:sets%list(other)%n)
       call append(sets%list(home), members)
-      if (sets%list(other)%has_skipped) sets%list(home)%has_skipped = .true.
+      work = work + sets%list(other)%n_skipped
+      if (sets%list(other)%n_skipped > 0 .and. work <= max_work) then
+        members = sets%list(other)%skipped(:sets%list(other)%n_skipped)
+        call append_skipped(sets%list(home), members)
+      end if
+      if (sets%list(home)%gone == 0) sets%list(home)%gone = sets%list(other)%gone
       if (sets%list(other)%flawed) sets%list(home)%flawed = .true.
     end if
   end subroutine add_set
@@ -385,15 +388,30 @@ contains
       return
     end if
     if (elements%list(other)%flawed) set%flawed = .true.
-    if (elements%list(other)%has_skipped) call note(reader, &
-      'the nodes of elements that are skipped or not in the deck are not in the set '// &
-      quoted(name)//' of *NSET, ELSET=')
-    work = work + set%n + 8_i8*elements%list(other)%n
+    work = work + set%n + 8_i8*elements%list(other)%n + 8_i8*elements%list(other)%n_skipped
     if (work > max_work) return
     do i = 1, elements%list(other)%n
       call append(set, draft%connectivity(:, elements%list(other)%members(i)))
     end do
+    do i = 1, elements%list(other)%n_skipped
+      call add_nodes_of_skipped(draft, elements%list(other)%skipped(i), set)
+    end do
     call finish(set)
   end subroutine add_nodes_of_elements
+
+  !> Add the nodes of an element of a line or a face, as far as they exist.
+  subroutine add_nodes_of_skipped(draft, element, set)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: element
+    type(set_t), intent(inout) :: set
+    integer :: i, last, node
+
+    last = draft%n_skipped_nodes
+    if (element < draft%n_skipped) last = draft%skipped_first(element + 1) - 1
+    do i = draft%skipped_first(element), last
+      node = find_id(draft%nodes, draft%node_id, draft%skipped_nodes(i))
+      if (node > 0) call append_one(set, node)
+    end do
+  end subroutine add_nodes_of_skipped
 
 end module read_sets_mod

@@ -10,14 +10,15 @@ module sets_mod
   private
 
   public :: set_t, set_list_t, model_t, find_set, report_unknown, referenced_nodes
-  public :: referenced_elements, append, append_one, finish
+  public :: referenced_elements, append, append_skipped, append_one, finish
 
   !> A set. Only the first card of a name holds it; later ones add to that.
   type :: set_t
     integer, allocatable :: members(:)  !! node or element numbers; when all is read, ascending
     integer :: n = 0
     integer :: position = 0             !! of the card
-    logical :: has_skipped = .false.    !! names elements that are not computed
+    integer, allocatable :: skipped(:)  !! elements of types that are not computed
+    integer :: n_skipped = 0
     integer :: gone = 0                 !! id of the first element that was taken out of the deck
     logical :: flawed = .false.         !! members are missing because of mistakes
   end type set_t
@@ -153,6 +154,23 @@ contains
     set%members(set%n + 1:set%n + size(members)) = members
     set%n = set%n + size(members)
   end subroutine append
+
+  subroutine append_skipped(set, members)
+    type(set_t), intent(inout) :: set
+    integer, intent(in) :: members(:) !! indices into the list of skipped elements
+    integer, allocatable :: larger(:)
+    integer :: n
+
+    n = set%n_skipped + size(members)
+    if (.not. allocated(set%skipped)) allocate (set%skipped(n))
+    if (n > size(set%skipped)) then
+      allocate (larger(max(n, 2*size(set%skipped))))
+      larger(:set%n_skipped) = set%skipped(:set%n_skipped)
+      call move_alloc(larger, set%skipped)
+    end if
+    set%skipped(set%n_skipped + 1:n) = members
+    set%n_skipped = n
+  end subroutine append_skipped
 
   subroutine make_room(set, more)
     type(set_t), intent(inout) :: set

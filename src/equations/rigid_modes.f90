@@ -4,7 +4,7 @@
 !> free translations. Every motion is scaled so that it moves one degree of freedom, its pin, by 1
 !> and the other pins of the body not at all: the displacement of the pin is how far the motion has
 !> gone. The stiffness is factorised with the pins held (statically determinate, so that nothing
-!> is held too much); docs/theory.md section 8.
+!> is held too much); docs/theory.md section 9.
 module rigid_modes_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_machine

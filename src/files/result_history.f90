@@ -15,7 +15,7 @@ module result_history_mod
   type :: history_t
     type(rows_t) :: step, increment, time, certified
     type(rows_t) :: contact_iterations, local_iterations, newton_raphson_iterations
-    type(rows_t) :: compliance_products, solver_stages
+    type(rows_t) :: compliance_products, solver_stages, free_motions
     type(rows_t) :: solver, residual, worst_node, wall_time, contact_time
     type(rows_t) :: penetration, adhesion, complementarity, cone, law, equilibrium
     type(rows_t) :: external_work, strain, dissipation, balance
@@ -47,6 +47,8 @@ contains
     call integers('solver_stages', &
       'solvers that were tried one after the other: 1 when the first '// &
                   'reached the tolerance', history%solver_stages)
+    call integers('free_motions', 'rigid motions of bodies and obstacles that nothing holds', &
+                  history%free_motions)
     call integers('newton_raphson_iterations', 'equilibrium iterations', &
                   history%newton_raphson_iterations)
     call bytes('solver', '0: none was needed, 1: sweeps, 2: global Newton', history%solver)
@@ -124,6 +126,7 @@ contains
     call append_row(history%local_iterations, int(report%local_iterations, i4), error)
     call append_row(history%compliance_products, int(report%compliance_products, i4), error)
     call append_row(history%solver_stages, int(report%solver_stages, i4), error)
+    call append_row(history%free_motions, int(report%n_unheld, i4), error)
     call append_row(history%newton_raphson_iterations, &
                     int(report%newton_raphson_iterations, i4), error)
     call append_row(history%solver, int(report%solver, i1), error)

@@ -63,9 +63,11 @@ class ResultFile(unittest.TestCase):
     """One run of the paper's block, read in several ways."""
 
     options = ()
-    point_fields = {"displacement", "reaction_force", "contact_force", "contact_pressure"}
-    point_fields |= {"contact_status", "node_id"}
-    cell_fields = {"element_id"}
+    point_fields = frozenset(
+        {"displacement", "reaction_force", "node_id"}
+        | {"contact_force", "contact_pressure", "contact_status"}
+    )
+    cell_fields = frozenset({"element_id"})
 
     @classmethod
     def deck(cls):
