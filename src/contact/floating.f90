@@ -192,7 +192,7 @@ contains
         is_flying = all(abs(resistance)*floating%theta <= 100.0_wp*least_damping)
       end if
       if (is_flying .and. since_best < max_worse) then
-        ! From free flight the first leap goes too far into an obstacle; the next ones bring it back.
+        ! From free flight the first leap goes too far into an obstacle; the next bring it back.
         if (since_best > 0) call find_resistance(problem, floating, x_free, controls, r, &
           resistance)
         centre = centre + damped_step(resistance, e, least_damping/floating%theta)

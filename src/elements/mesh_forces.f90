@@ -93,7 +93,7 @@ contains
     end do
   end subroutine gravity_force
 
-  !> Each node's share of a surface of faces; 0 for a surface of nodes.
+  !> Each node's share of the faces of a surface; 0 on nodes that none of them has.
   pure subroutine nodal_areas(mesh, surface, area)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface

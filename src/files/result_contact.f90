@@ -118,7 +118,7 @@ contains
     call write_dataset(file, pair%path//'/coordinates', pair%coordinates, &
                        'where each point is in the undeformed mesh', 'length', error)
     call write_dataset(file, pair%path//'/area', area, &
-                       'share of the slave surface; 0 on a surface of nodes', 'area', error)
+                       'share of the slave surface; 0 where no face of it is', 'area', error)
   end subroutine write_points
 
   !> The path of a pair's group: its name, made fit for HDF5 and unlike those before it.

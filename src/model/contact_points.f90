@@ -14,7 +14,7 @@ module contact_points_mod
     integer,  allocatable :: ref_node(:) !! (n) reference node of the obstacle; 0: it is at rest
     real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
     real(wp), allocatable :: area(:)
-    !! (n) the node's share of the slave surface, 0 for a surface of nodes [length^2]
+    !! (n) the node's share of the slave surface, 0 where no face of it is [length^2]
     real(wp), allocatable :: extra_gap(:) !! (n) of *CONTACT GAP [length]
     integer,  allocatable :: first(:) !! (n_pairs+1) first point of each pair
   end type contact_points_t

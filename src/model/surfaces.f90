@@ -5,7 +5,8 @@ module surfaces_mod
 
   public :: surface_t, face_nodes, nodes_of_faces
 
-  !> A named surface. Made of faces: both arrays are filled; made of nodes: `faces` has no columns.
+  !> A surface, named or of loaded faces. Made of faces: the nodes are theirs; made of nodes: the
+  !> faces are those whose four nodes it has, and there may be none.
   type :: surface_t
     character(:), allocatable :: name
     integer, allocatable :: faces(:, :) !! (2, n_faces) element, face 1..6
