@@ -84,7 +84,8 @@ def stick_radius(points, mu, least=0.75):
     """Return where the traction reaches mu p: r^2 as a parabola of 1 - t/(mu p), at 0."""
     sticks = (points.status == STICK) & (points.traction > least * mu * points.pressure)
     lack = 1 - points.traction[sticks] / (mu * points.pressure[sticks])
-    return np.sqrt(np.polyfit(lack, points.r2[sticks], 2)[-1])
+    degree = 2 if sticks.sum() > 8 else 1
+    return np.sqrt(np.polyfit(lack, points.r2[sticks], degree)[-1])
 
 
 def fit_mindlin(points, mu, least=0.1):

@@ -163,7 +163,7 @@ class Spence(Case):
 
     @slow
     def test_too_few_increments_stick_too_little(self):
-        shares = [self.values(steps=steps)[0] for steps in (1, 2, 5, 20)]
+        shares = [self.values(n=20, steps=steps)[0] for steps in (1, 2, 5, 20)]
         for few, more in pairwise(shares):
             self.assertLess(few, more)
         self.assertLess(shares[0], 0.3)
@@ -200,11 +200,11 @@ class Slope(Case):
     """Statics: held where tan(alpha) <= mu, at 1e-6 on both sides."""
 
     deck = "slope"
-    scenes = ({}, {"n": 2, "nu": 0}, {"n": 1, "nu": 0.45}, {"element": "C3D8I"})
+    scenes = ({}, {"n": 8}, {"n": 2, "nu": 0}, {"n": 1, "nu": 0.45}, {"element": "C3D8I"})
 
     def test_below_the_limit_friction_holds_it(self):
         for scene in self.scenes:
-            for margin in (-1e-6, -1e-3, -0.5):
+            for margin in (-1e-6, -1e-3, -1e-2, -0.5):
                 with self.subTest(margin=margin, **scene):
                     pair = self.result(margin=margin, **scene).pairs[0]
                     slope = scene.get("mu", 0.3) * (1 + margin)
@@ -213,10 +213,12 @@ class Slope(Case):
 
     def test_above_the_limit_nothing_balances_it(self):
         for scene in self.scenes:
-            for margin in (1e-6, 1e-3, 0.1):
+            for margin in (1e-6, 1e-3, 1e-2, 0.1, 0.5):
                 with self.subTest(margin=margin, **scene):
                     run = self.solve(status=2, margin=margin, **scene)
-                    self.assertIn("nothing balances", run.output + run.errors)
+                    words = run.output + run.errors
+                    self.assertIn("nothing balances", words)
+                    self.assertIn("body 1", words)
 
 
 class Patch(Case):
