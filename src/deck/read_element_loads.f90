@@ -98,7 +98,9 @@ contains
         call limit_fields(reader, fields, 6, 'a set or element, GRAV, g and a direction')
         call real_field(reader, fields, 3, 'the acceleration', value, ok(2))
         call read_direction(reader, fields, direction, ok(3))
-        if (ok(1)) call check_density(reader, model, fields, elements)
+        if (ok(1) .and. known_index(draft, label, slot) == 0) then
+          call check_density(reader, model, fields, elements)
+        end if
       else
         call limit_fields(reader, fields, 3, 'a set or element, P1 to P6, a pressure')
         call real_field(reader, fields, 3, 'the pressure', value, ok(2))
@@ -236,14 +238,7 @@ contains
     type(element_load_draft_t), intent(inout) :: draft
     integer, intent(out) :: index
 
-    if (slot(2) > 0) then
-      if (.not. allocated(draft%of_element)) then
-        allocate (draft%of_element(grav, model%mesh%n_elements), source=0)
-      end if
-      index = draft%of_element(label, slot(2))
-    else
-      index = draft%of_set(label, slot(1))
-    end if
+    index = known_index(draft, label, slot)
     if (index > 0) return
     draft%work = draft%work + size(elements)
     if (draft%work > max_work) return
@@ -254,11 +249,29 @@ contains
       call add_surface_of_sides(model%mesh, elements, label, surfaces, index)
     end if
     if (slot(2) > 0) then
+      if (.not. allocated(draft%of_element)) then
+        allocate (draft%of_element(grav, model%mesh%n_elements), source=0)
+      end if
       draft%of_element(label, slot(2)) = index
     else
       draft%of_set(label, slot(1)) = index
     end if
   end subroutine find_index
+
+  !> The surface or region of a load that was there before; 0 without one.
+  pure function known_index(draft, label, slot) result(index)
+    type(element_load_draft_t), intent(in) :: draft
+    integer, intent(in) :: label
+    integer, intent(in) :: slot(2)
+    integer :: index
+
+    index = 0
+    if (slot(2) == 0) then
+      index = draft%of_set(label, slot(1))
+    else if (allocated(draft%of_element)) then
+      index = draft%of_element(label, slot(2))
+    end if
+  end function known_index
 
   subroutine add_region(draft, elements)
     type(element_load_draft_t), intent(inout) :: draft
