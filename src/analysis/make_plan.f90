@@ -3,15 +3,13 @@ module make_plan_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t, to_text
   use errors_mod, only: error_t
-  use obstacles_mod, only: locate_point
   use scene_mod, only: scene_t
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
                           formulation_bipotential, local_uzawa, local_newton, local_newton6, &
                           stop_at_change
-  use contact_points_mod, only: contact_points_t
   use increments_mod, only: count_increments
   use plan_mod, only: plan_t
-  use mesh_forces_mod, only: nodal_areas
+  use candidate_points_mod, only: find_points
   use dof_map_mod, only: dof_map_t, make_dof_map
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use motion_words_mod, only: body_in_words, motions_together
@@ -54,69 +52,6 @@ contains
     end do
     call describe(scene, motions, plan)
   end subroutine make_plan
-
-  !> Every node of every slave surface is a candidate, once for every obstacle.
-  subroutine find_points(scene, points)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(out) :: points
-    real(wp), allocatable :: area(:)
-    logical, allocatable :: taken(:, :)
-    integer :: pair, i, k
-
-    allocate (points%first(size(scene%pairs) + 1), area(scene%mesh%n_nodes))
-    allocate (taken(scene%mesh%n_nodes, size(scene%obstacles)), source=.false.)
-    allocate (points%pair(0), points%node(0), points%ref_node(0), points%mu(0), points%area(0))
-    points%first(1) = 1
-    do pair = 1, size(scene%pairs)
-      associate (surface => scene%surfaces(scene%pairs(pair)%surface), &
-                 obstacle => scene%pairs(pair)%obstacle)
-        call nodal_areas(scene%mesh, surface, area)
-        do i = 1, size(surface%nodes)
-          if (taken(surface%nodes(i), obstacle)) cycle
-          taken(surface%nodes(i), obstacle) = .true.
-          points%node = [points%node, surface%nodes(i)]
-        end do
-        k = size(points%node) - points%first(pair) + 1
-        points%area = [points%area, area(points%node(points%first(pair):))]
-        points%pair = [points%pair, spread(pair, 1, k)]
-        points%ref_node = [points%ref_node, spread(scene%obstacles(obstacle)%ref_node, 1, k)]
-        points%mu = [points%mu, spread(scene%pairs(pair)%mu, 1, k)]
-        points%first(pair + 1) = size(points%node) + 1
-      end associate
-    end do
-    points%n = size(points%node)
-    call find_extra_gaps(scene, points)
-  end subroutine find_points
-
-  !> *CONTACT GAP: what each point is further away than the mesh says.
-  subroutine find_extra_gaps(scene, points)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(inout) :: points
-    logical :: named(scene%mesh%n_nodes)
-    real(wp) :: x(3), normal(3), gap
-    integer :: k, i
-
-    allocate (points%extra_gap(points%n), source=0.0_wp)
-    do k = 1, size(scene%gaps)
-      associate (card => scene%gaps(k))
-        named = .false.
-        named(card%nodes) = .true.
-        do i = 1, points%n
-          if (.not. named(points%node(i))) cycle
-          if (.not. card%parabola) then
-            points%extra_gap(i) = points%extra_gap(i) + card%value
-            cycle
-          end if
-          x = scene%mesh%coordinates(:, points%node(i))
-          call locate_point(scene%obstacles(scene%pairs(points%pair(i))%obstacle), &
-            [0.0_wp, 0.0_wp, 0.0_wp], x, gap, normal)
-          x = x - card%centre
-          x = x - dot_product(x, normal)*normal
-          points%extra_gap(i) = points%extra_gap(i) + sum(x**2)/(2.0_wp*card%radius)
-        end do
-      end associate
-    end do
-  end subroutine find_extra_gaps
 
   !> The table that is printed and stored.
   subroutine describe(scene, motions, plan)
