@@ -9,14 +9,14 @@ module assembly_mod
   implicit none
   private
 
-  public :: triplets_t, assemble_stiffness
+  public :: triplets_t, assemble_stiffness, list_pattern
 
   !> One triangle of a symmetric matrix, each entry once.
   type :: triplets_t
     integer :: n = 0
     integer,  allocatable :: row(:)   !! row >= column
     integer,  allocatable :: column(:)
-    real(wp), allocatable :: value(:) !! [force/length]
+    real(wp), allocatable :: value(:) !! [force/length]; not allocated in a pattern
   end type triplets_t
 
 contains
@@ -32,15 +32,9 @@ contains
     integer,  allocatable :: lower_start(:)
     real(wp), allocatable :: blocks(:, :, :)
     real(wp) :: ke(24, 24), lambda, shear
-    integer :: e, a, b, node, entry, nodes(8)
+    integer :: e, a, b, entry, nodes(8)
 
-    ! Only neighbours up to the node itself: the lists are ascending, so these come first.
-    allocate (lower_start(mesh%n_nodes + 1))
-    lower_start(1) = 1
-    do node = 1, mesh%n_nodes
-      lower_start(node + 1) = lower_start(node) + count(neighbours(start(node):start(node + 1) - &
-        1) <= node)
-    end do
+    lower_start = lower_lists(start, neighbours)
     allocate (blocks(3, 3, lower_start(mesh%n_nodes + 1) - 1), source=0.0_wp)
 
     do e = 1, mesh%n_elements
@@ -59,15 +53,40 @@ contains
         end do
       end do
     end do
-    call list_free_entries(map, start, neighbours, lower_start, blocks, k)
+    call list_free_entries(map, start, neighbours, lower_start, k, blocks)
   end subroutine assemble_stiffness
 
-  !> Turn blocks into triplets, twice over them: once to count, once to store.
-  subroutine list_free_entries(map, start, neighbours, lower_start, blocks, k)
+  !> Rows and columns of the triplets that `assemble_stiffness` would give, in the same order.
+  pure subroutine list_pattern(map, start, neighbours, k)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from node_neighbours
+    integer, intent(in) :: neighbours(:)
+    type(triplets_t), intent(out) :: k   !! without values
+
+    call list_free_entries(map, start, neighbours, lower_lists(start, neighbours), k)
+  end subroutine list_pattern
+
+  !> Where the list of each node begins when only neighbours up to the node itself are kept: the
+  !> lists ascend, so these come first.
+  pure function lower_lists(start, neighbours) result(lower_start)
+    integer, intent(in) :: start(:), neighbours(:)
+    integer :: lower_start(size(start)) !! (n_nodes+1)
+    integer :: node
+
+    lower_start(1) = 1
+    do node = 1, size(start) - 1
+      lower_start(node + 1) = lower_start(node) + count(neighbours(start(node):start(node + 1) - &
+        1) <= node)
+    end do
+  end function lower_lists
+
+  !> Turn blocks into triplets, twice over them: once to count, once to store. Without blocks their
+  !> rows and columns only.
+  pure subroutine list_free_entries(map, start, neighbours, lower_start, k, blocks)
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: start(:), neighbours(:), lower_start(:)
-    real(wp), intent(in) :: blocks(:, :, :)
     type(triplets_t), intent(out) :: k
+    real(wp), intent(in), optional :: blocks(:, :, :) !! (3,3,entries) [force/length]
     integer :: pass, node, entry, other, i, j, row, column, n
 
     do pass = 1, 2
@@ -86,12 +105,13 @@ contains
               if (pass == 1) cycle
               k%row(n) = max(row, column)
               k%column(n) = min(row, column)
-              k%value(n) = blocks(i, j, entry)
+              if (present(blocks)) k%value(n) = blocks(i, j, entry)
             end do
           end do
         end do
       end do
-      if (pass == 1) allocate (k%row(n), k%column(n), k%value(n))
+      if (pass == 1) allocate (k%row(n), k%column(n))
+      if (pass == 1 .and. present(blocks)) allocate (k%value(n))
     end do
     k%n = map%n_free
   end subroutine list_free_entries
