@@ -16,6 +16,7 @@ module run_mod
   use read_deck_mod, only: read_deck
   use mesh_fields_mod, only: fill_tensor_fields
   use make_plan_mod, only: make_plan
+  use estimate_costs_mod, only: estimate_costs
   use initial_overlaps_mod, only: overlaps
   use operators_mod, only: operators_t, make_operators, change_supports, prepare_step
   use step_loads_mod, only: prescribed_dofs
@@ -64,11 +65,14 @@ contains
     type(console_t) :: console
     type(tally_t) :: tally
     type(exports_t) :: exports
+    type(operators_t) :: operators
 
     console = open_console(options%quiet)
     call read_deck(options%deck, options%overrides, scene, error)
     if (allocated(error)) return
     call make_plan(scene, plan, error)
+    if (allocated(error)) return
+    call estimate_costs(scene, plan, operators%factor, error)
     if (allocated(error)) return
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
@@ -78,19 +82,19 @@ contains
     call print_lines(console, plan%lines)
     call print_lines(console, overlaps(scene, plan%points))
     if (options%plan) return
-    call run_scene(options, scene, plan, exports, console, tally, error)
+    call run_scene(options, scene, plan, exports, operators, console, tally, error)
   end subroutine run_deck
 
   !> Open the file, go through the increments, close the file whatever happened.
-  subroutine run_scene(options, scene, plan, exports, console, tally, error)
+  subroutine run_scene(options, scene, plan, exports, operators, console, tally, error)
     type(options_t), intent(in) :: options
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(exports_t), intent(in) :: exports
+    type(operators_t), intent(inout) :: operators !! its factor holds the symbolic analysis
     type(console_t), intent(inout) :: console
     type(tally_t), intent(inout) :: tally
     type(error_t), allocatable, intent(out) :: error
-    type(operators_t) :: operators
     type(result_file_t) :: file
     type(error_t), allocatable :: closing
     character(:), allocatable :: path, status

@@ -27,7 +27,7 @@ contains
   !> Bytes of memory that this process can still get: the least of what the machine has free, what
   !> its control groups leave, and what its own limits (ulimit -v, ulimit -d) leave.
   function memory_left(root) result(bytes)
-    character(*), intent(in), optional :: root !! where /proc and /sys are (default: nowhere else)
+    character(*), intent(in), optional :: root !! above /proc and /sys (default: none)
     integer(i8) :: bytes
     character(:), allocatable :: at
 

@@ -15,7 +15,7 @@ module machine_speed_mod
     real(wp) :: bytes = 0.0_wp      !! read one after the other [1/s]
   end type machine_speed_t
 
-  real(wp), parameter :: long_enough = 0.008_wp !! of one measurement [s]
+  real(wp), parameter :: long_enough = 0.006_wp !! of one measurement [s]
 
   interface
     !> BLAS: C = alpha op(A) op(B) + beta C.
@@ -57,8 +57,8 @@ contains
     integer, intent(in) :: rows      !! of the symmetric matrix
     integer(i8), intent(in) :: bytes !! that are read one after the other
     type(machine_speed_t), intent(out) :: speed
-    integer, parameter :: smallest = 32, largest_front = 512, largest_symmetric = 1500
-    integer(i8), parameter :: most_bytes = 48000000_i8
+    integer, parameter :: smallest = 32, largest_front = 384, largest_symmetric = 1000
+    integer(i8), parameter :: most_bytes = 24000000_i8
 
     speed%flops = product_rate(max(smallest, min(front, largest_front)))
     speed%entries = symmetric_rate(max(smallest, min(rows, largest_symmetric)))
