@@ -8,13 +8,13 @@ module estimate_costs_mod
   use errors_mod, only: error_t
   use text_mod, only: to_text
   use system_mod, only: cpu_seconds
-  use machine_room_mod, only: resident_bytes, memory_left, no_limit
+  use machine_room_mod, only: resident_bytes, memory_left, disk_left
   use machine_speed_mod, only: machine_speed_t, measure_speed
   use mesh_mod, only: node_neighbours
   use obstacles_mod, only: is_flat
   use scene_mod, only: scene_t
   use controls_mod, only: solver_sweeps
-  use plan_mod, only: plan_t, add_figure, bound_at_most, bound_about
+  use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most, bound_about
   use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness, nodal_force
   use dof_map_mod, only: dof_map_t, make_dof_map
@@ -44,6 +44,7 @@ module estimate_costs_mod
   ! Passes over the factor, in memory, while it is made: fronts are cleared, assembled, eliminated
   ! panel by panel, and copied.
   real(wp), parameter :: passes_to_factorise = 50.0_wp
+  real(wp), parameter :: cached = 24.0e6_wp       !! that caches may hold [bytes]
   real(wp), parameter :: passes_to_solve = 2.5_wp !! forward, backward, and the vectors
 
   ! Typical counts of an increment (docs/solvers.md).
@@ -53,11 +54,11 @@ module estimate_costs_mod
   real(wp), parameter :: newton_raphson_curved = 3.0_wp   !! before round obstacles
   real(wp), parameter :: sweeps_a_digit = 1.3_wp          !! and a point along the surface's side
 
-  ! Seconds on a machine whose plain code takes 2e-6 s for a brick's internal force [s].
+  ! Seconds on a machine that makes a brick's internal force in 1e-6 s [s].
   real(wp), parameter :: reference_brick = 1.0e-6_wp
   real(wp), parameter :: start_of_run = 0.01_wp      !! opening the file, loading code
-  real(wp), parameter :: start_of_increment = 0.5e-3_wp
-  real(wp), parameter :: write_of_increment = 1.2e-3_wp !! some 50 small datasets, two flushes
+  real(wp), parameter :: start_of_increment = 0.25e-3_wp
+  real(wp), parameter :: write_of_increment = 0.7e-3_wp !! some 50 small datasets, two flushes
   real(wp), parameter :: squeeze_rate = 60.0e6_wp    !! of numbers that vary [bytes/s]
   real(wp), parameter :: squeeze_zeros = 400.0e6_wp  !! of zeros [bytes/s]
   real(wp), parameter :: visit_of_sweep = 0.5_wp     !! of a point, in internal forces of a brick
@@ -74,6 +75,7 @@ module estimate_costs_mod
   type :: file_t
     real(wp) :: size = 0.0_wp
     real(wp) :: most = 0.0_wp
+    real(wp) :: fields = 0.0_wp   !! of its size
     integer  :: datasets = 0      !! that grow
     real(wp) :: varying = 0.0_wp  !! numbers that are not 0 throughout
     real(wp) :: zeros = 0.0_wp
@@ -91,8 +93,9 @@ contains
   !>
   !> `factor` keeps the symbolic analysis for the first factorisation. Where even the analysis has
   !> no room the memory is a lower bound, and the plan has no time.
-  subroutine estimate_costs(scene, plan, factor, error)
+  subroutine estimate_costs(scene, path, plan, factor, error)
     type(scene_t), intent(in) :: scene
+    character(*), intent(in) :: path !! of the result file
     type(plan_t), intent(inout) :: plan
     type(sparse_factor_t), intent(inout) :: factor
     type(error_t), allocatable, intent(out) :: error !! METIS, LAPACK or MUMPS failed
@@ -100,34 +103,40 @@ contains
     type(file_t) :: file
     type(seconds_t) :: seconds
     real(wp) :: base, memory, ordering
-    logical :: is_analysed
 
     base = real(resident_bytes(), wp)
-    call look_at_pattern(scene, plan, factor, sizes, ordering, is_analysed, error)
+    plan%memory_left = memory_left()
+    plan%disk_left = disk_left(path)
+    call look_at_pattern(scene, plan, factor, sizes, ordering, error)
     if (allocated(error)) return
     file = size_of_file(scene, plan, sizes)
-    memory = peak_memory(base, sizes, file)
+    plan%more_memory = peak_memory(sizes, file)
+    plan%file_size = file%size
+    plan%fields_size = file%fields
+    memory = base + plan%more_memory
     call add_figure(plan, 'peak_memory_bytes', memory, bound_about)
-    call add_figure(plan, 'file_bytes', file%size, bound_about)
-    call add_figure(plan, 'largest_file_bytes', file%most, bound_at_most)
-    if (is_analysed) then
+    call add_figure(plan, 'file_bytes', file%most, bound_at_most)
+    call add_figure(plan, 'likely_file_bytes', file%size, bound_about)
+    if (plan%is_analysed) then
       seconds = seconds_of_run(scene, sizes, file, ordering)
-      call add_figure(plan, 'factor_entries', sizes%factor, bound_at_most)
-      call add_figure(plan, 'flops', flops_of_run(scene, sizes), bound_about)
-      call add_figure(plan, 'cpu_seconds', cpu_seconds() + seconds%prepare + seconds%factorise + &
-        seconds%condense + seconds%contact + seconds%recover + seconds%write, bound_about)
+      call add_figure(plan, 'factor_entries', sizes%factor, merge(bound_fixed, bound_at_most, &
+        plan%n_factorisations == 1))
+      call add_figure(plan, 'solutions', solutions(scene, sizes), bound_about)
+      call add_figure(plan, 'compliance_products', sizes%increments* &
+        products_of_increment(scene, sizes), bound_about)
+      call add_figure(plan, 'operations', flops_of_run(scene, sizes), bound_about)
+      call add_figure(plan, 'cpu_seconds', cpu_seconds() + total(seconds), bound_about)
     end if
-    call describe_costs(plan, sizes, file, memory, seconds, is_analysed)
+    call describe_costs(plan, sizes, file, memory, seconds)
   end subroutine estimate_costs
 
   !> Order the equations of the first step and analyse their elimination.
-  subroutine look_at_pattern(scene, plan, factor, sizes, ordering, is_analysed, error)
+  subroutine look_at_pattern(scene, plan, factor, sizes, ordering, error)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
+    type(plan_t), intent(inout) :: plan
     type(sparse_factor_t), intent(inout) :: factor
     type(sizes_t), intent(out) :: sizes
     real(wp), intent(out) :: ordering      !! time it took to order [s]
-    logical, intent(out) :: is_analysed    !! false: there is no room even for that
     type(error_t), allocatable, intent(out) :: error
     type(free_motions_t) :: motions
     type(dof_map_t) :: map
@@ -135,10 +144,9 @@ contains
     integer, allocatable :: start(:), neighbours(:), place(:)
     logical :: prescribed(3, scene%mesh%n_nodes)
 
-    is_analysed = .false.
     ordering = 0.0_wp
     call count_sizes(scene, plan, sizes)
-    if (peak_memory(0.0_wp, sizes, file_t()) > real(memory_left(), wp)) return
+    if (peak_memory(sizes, file_t()) > real(plan%memory_left, wp)) return
     prescribed = prescribed_dofs(scene, 1)
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), plan%points%node, &
       motions, error)
@@ -152,7 +160,7 @@ contains
     call list_pattern(map, start, neighbours, pattern)
     call analyse(pattern, place, map%n_interface, factor, error)
     if (allocated(error)) return
-    is_analysed = .true.
+    plan%is_analysed = .true.
     sizes%motions = motions%n
     sizes%neighbours = size(neighbours)
     sizes%entries = size(pattern%row, kind=i8)
@@ -188,9 +196,9 @@ contains
     sizes%motions = 0.0_wp
   end subroutine count_sizes
 
-  !> The peak of the run's memory: while it factorises, or afterwards.
-  pure function peak_memory(base, sizes, file) result(bytes)
-    real(wp), intent(in) :: base        !! what the process has now [bytes]
+  !> What the run takes beside what the process has already, at the peak: while it factorises, or
+  !> afterwards.
+  pure function peak_memory(sizes, file) result(bytes)
     type(sizes_t), intent(in) :: sizes
     type(file_t), intent(in) :: file
     real(wp) :: bytes                   !! [bytes]
@@ -206,15 +214,19 @@ contains
     ! forces and fields of a step: some thirty vectors over the nodes; HDF5's chunks.
     running = sizes%workspace + 8.0_wp*sizes%interface**2 + 8.0_wp*sizes%rows**2 + &
       30.0_wp*24.0_wp*sizes%nodes + krylov_bytes(sizes) + file%cache
-    bytes = base + libraries + max(factorising, running)
+    bytes = libraries + max(factorising, running)
   end function peak_memory
 
-  !> The vectors of GMRES that are used, or the dense system of a small problem.
+  !> The vectors of GMRES that are used; where bodies are free the dense system of the response to
+  !> their motions, and LAPACK's copy.
   pure function krylov_bytes(sizes) result(bytes)
     type(sizes_t), intent(in) :: sizes
     real(wp) :: bytes
+    real(wp), parameter :: most_dense = 1000.0_wp ! rows, of global_newton
 
     bytes = 8.0_wp*40.0_wp*sizes%rows + 1.3e6_wp*min(1.0_wp, sizes%rows/100.0_wp)
+    if (sizes%motions > 0.0_wp .and. sizes%rows <= most_dense) bytes = bytes + &
+      16.0_wp*sizes%rows**2
   end function krylov_bytes
 
   !> The result file: fields of the outputs, contact of every increment, what grows empty.
@@ -250,6 +262,7 @@ contains
         contact = contact + 72.0_wp
     end do
     file%cache = file%cache + min(5.0_wp*chunk_cache, sizes%increments*contact)
+    file%fields = squeezed*file%varying + file%zeros/200.0_wp
     file%varying = file%varying + sizes%increments*contact
     ! The mesh and its ids; nodes, places, areas and frames of the points.
     once = 32.0_wp*sizes%nodes + 81.0_wp*sizes%bricks + 112.0_wp*sizes%points + &
@@ -350,7 +363,10 @@ contains
       passes_to_factorise*8.0_wp*sizes%factor/speed%bytes)
     seconds%condense = sizes%factorisations*(sizes%interface**3/speed%flops + &
       40.0_wp*sizes%interface**2/speed%bytes)
-    product = sizes%rows**2/speed%entries + 400.0_wp*sizes%rows/speed%bytes
+    product = sizes%rows**2/speed%entries
+    ! A triangle beyond the caches comes from memory every time.
+    if (4.0_wp*sizes%rows**2 > cached) product = max(product, 4.0_wp*sizes%rows**2/speed%bytes)
+    product = product + 400.0_wp*sizes%rows/speed%bytes
     if (scene%contact%solver == solver_sweeps) product = 8.0_wp*sizes%rows**2/speed%bytes + &
       sizes%points*visit_of_sweep*force_time
     seconds%contact = sizes%increments*products_of_increment(scene, sizes)*product
@@ -401,28 +417,47 @@ contains
     end associate
   end subroutine time_brick
 
+  pure function total(seconds)
+    type(seconds_t), intent(in) :: seconds
+    real(wp) :: total !! [s]
+
+    total = seconds%prepare + seconds%factorise + seconds%condense + seconds%contact + &
+      seconds%recover + seconds%write
+  end function total
+
   !> The costs in the table.
-  subroutine describe_costs(plan, sizes, file, memory, seconds, is_analysed)
+  subroutine describe_costs(plan, sizes, file, memory, seconds)
     type(plan_t), intent(inout) :: plan
     type(sizes_t), intent(in) :: sizes
     type(file_t), intent(in) :: file
-    real(wp), intent(in) :: memory
-    type(seconds_t), intent(in) :: seconds
-    logical, intent(in) :: is_analysed
+    real(wp), intent(in) :: memory           !! [bytes]
+    type(seconds_t), intent(in) :: seconds   !! where the plan is analysed
+    character(:), allocatable :: least
 
-    if (is_analysed) then
-      call add_line(plan, 'factor', bound_at_most, to_text(sizes%factor, 3)//' entries, '// &
-        to_text(sizes%flops, 3)//' operations each time')
-      call add_line(plan, 'memory', bound_about, bytes_in_words(memory))
-      call add_line(plan, 'time', bound_about, to_text(cpu_seconds() + seconds%prepare + &
-        seconds%factorise + seconds%condense + seconds%contact + seconds%recover + &
-        seconds%write, 2)//' s of one processor: prepare '//to_text(seconds%prepare, 2)// &
-        ', factorise '//to_text(seconds%factorise, 2)//', condense '// &
-        to_text(seconds%condense, 2)//', contact '//to_text(seconds%contact, 2)// &
-        ', recover '//to_text(seconds%recover, 2)//', write '//to_text(seconds%write, 2))
+    least = 'more than '
+    if (plan%is_analysed) then
+      least = ''
+      call add_line(plan, 'factor', bound_at_most, to_text(sizes%factor/1.0e6_wp, 3)// &
+        ' million entries, '//to_text(sizes%flops/1.0e9_wp, 3)//' Gflop')
     end if
+    call add_line(plan, 'memory', bound_about, least//bytes_in_words(memory)// &
+      left_in_words(plan%memory_left))
+    if (plan%is_analysed) call add_line(plan, 'time', bound_about, &
+      to_text(cpu_seconds() + total(seconds), 2)//' s of one processor: factorise '// &
+      to_text(seconds%prepare + seconds%factorise + seconds%condense, 2)//', contact '// &
+      to_text(seconds%contact, 2)//', recover '//to_text(seconds%recover, 2)//', write '// &
+      to_text(seconds%write, 2))
     call add_line(plan, 'file', bound_about, bytes_in_words(file%size)//', at most '// &
-      bytes_in_words(file%most))
+      bytes_in_words(file%most)//left_in_words(plan%disk_left))
   end subroutine describe_costs
+
+  !> What the machine has left, where it says so.
+  pure function left_in_words(left) result(words)
+    integer(i8), intent(in) :: left !! [bytes]
+    character(:), allocatable :: words
+
+    words = ''
+    if (left < huge(left)) words = ' ('//bytes_in_words(real(left, wp))//' free)'
+  end function left_in_words
 
 end module estimate_costs_mod

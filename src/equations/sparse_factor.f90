@@ -53,6 +53,7 @@ module sparse_factor_mod
     integer :: n_schur = 0  !! of them, the last ones, in the Schur complement
     type(analysis_t) :: foretold   !! by the analysis
     integer(i8) :: entries = 0     !! in the factor; 0 before `factorise`
+    integer(i8) :: solutions = 0   !! right-hand sides solved for, over all its matrices
     logical, private :: is_factorised = .false.
     type(dmumps_struc), pointer, private :: id => null()
   contains
@@ -217,6 +218,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (factor%n == 0 .or. size(b, 2) == 0) return
+    factor%solutions = factor%solutions + size(b, 2)
     call give_right_hand_sides(factor, b)
     call run_solution(factor, error)
   end subroutine solve
@@ -248,6 +250,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (size(x, 2) == 0) return
+    factor%solutions = factor%solutions + size(x, 2)
     if (factor%n_schur == factor%n) then
       x = reduced
       return

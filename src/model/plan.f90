@@ -1,6 +1,6 @@
 !> The plan: what exists in this run, decided from the scene before any number is computed.
 module plan_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   use contact_points_mod, only: contact_points_t
   use text_mod, only: string_t, to_text
   implicit none
@@ -30,6 +30,12 @@ module plan_mod
     integer :: n_interface = 0                !! of them, on slave nodes
     integer :: n_factorisations = 0 !! one, and one more whenever other dofs are prescribed
     logical :: is_constant = .true. !! every step has the same degrees of freedom
+    logical :: is_analysed = .false.     !! its costs are known, not only the least they can be
+    real(wp) :: more_memory = 0.0_wp     !! beside what the process has already [bytes]
+    integer(i8) :: memory_left = huge(1_i8) !! on this machine, before the run [bytes]
+    real(wp) :: file_size = 0.0_wp       !! of the result, at its end [bytes]
+    real(wp) :: fields_size = 0.0_wp     !! of it, the fields of all increments [bytes]
+    integer(i8) :: disk_left = huge(1_i8) !! where the result goes [bytes]
     type(figure_t), allocatable :: figures(:) !! what the run is held against
     type(string_t), allocatable :: lines(:)   !! the table as printed and stored
   end type plan_t
