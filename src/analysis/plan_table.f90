@@ -141,8 +141,9 @@ contains
       of_kind = count(rows == n)
       if (of_kind == 0) cycle
       words = words//' '//to_text(of_kind)//' of '//to_text(n)//plural(' row', ' rows', n)
-      if (n == 0) words = words//' (the normal is prescribed)'
-      if (n > 0 .and. n < 3 .and. pair%mu > 0.0_wp) words = words//' (a tangent is prescribed)'
+      if (n == 0) words = words//' (normal prescribed)'
+      if (n == 2) words = words//' (one tangent prescribed)'
+      if (n == 1 .and. pair%mu > 0.0_wp) words = words//' (both prescribed)'
       words = words//','
     end do
     words = words(:len(words) - 1)
@@ -152,10 +153,10 @@ contains
     type(plan_t), intent(in) :: plan
     character(:), allocatable :: words
 
-    words = '1 for the whole run: small strain, the same supports'
+    words = '1 for the whole run (small strain, the same supports)'
     if (plan%n_factorisations > 1) words = to_text(plan%n_factorisations)// &
-      ': steps prescribe other degrees of freedom'
-    words = words//'; LDL^T in double precision, in core (MUMPS)'
+      ' (steps prescribe other degrees of freedom)'
+    words = words//'; LDL^T, double precision, in core'
   end function factorisations_in_words
 
   !> What is written, and how often.

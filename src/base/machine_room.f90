@@ -7,7 +7,7 @@ module machine_room_mod
   implicit none
   private
 
-  public :: memory_left, disk_left, resident_bytes, no_limit
+  public :: memory_left, address_space_left, disk_left, resident_bytes, no_limit
 
   integer(i8), parameter :: no_limit = huge(1_i8)
 
@@ -35,12 +35,21 @@ contains
     if (present(root)) at = root
     bytes = no_limit
     call lower(bytes, 1024_i8, number_after(at//'/proc/meminfo', 'MemAvailable:'), 0_i8)
-    call lower(bytes, 1_i8, number_after(at//'/proc/self/limits', 'Max address space'), &
-      1024_i8*number_after(at//'/proc/self/status', 'VmSize:'))
+    bytes = min(bytes, address_space_left(at))
     call lower(bytes, 1_i8, number_after(at//'/proc/self/limits', 'Max data size'), &
       1024_i8*number_after(at//'/proc/self/status', 'VmData:'))
     call look_at_groups(at, bytes)
   end function memory_left
+
+  !> Bytes of addresses that this process can still reserve, touched or not (ulimit -v).
+  function address_space_left(root) result(bytes)
+    character(*), intent(in) :: root !! above /proc
+    integer(i8) :: bytes
+
+    bytes = no_limit
+    call lower(bytes, 1_i8, number_after(root//'/proc/self/limits', 'Max address space'), &
+      1024_i8*number_after(root//'/proc/self/status', 'VmSize:'))
+  end function address_space_left
 
   !> Bytes that can still be written to the folder of `path`.
   function disk_left(path) result(bytes)
