@@ -1,8 +1,8 @@
 !> What a run will cost: memory, operations, time, file.
 !>
-!> Sizes come from the scene and from the symbolic analysis of the stiffness: ordering and elimination
-!> without a number. Each cost is a sum over the arrays and loops of the run, named below; the few
-!> constants are measured once and documented in docs/plan.md.
+!> Sizes come from the scene and from the symbolic analysis of the stiffness: ordering and
+!> elimination without a number. Each cost is a sum over the arrays and loops of the run, named
+!> below; the few constants are measured once and documented in docs/plan.md.
 module estimate_costs_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
@@ -24,7 +24,7 @@ module estimate_costs_mod
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use operators_mod, only: ref_nodes
   use step_loads_mod, only: prescribed_dofs
-  use plan_table_mod, only: add_line, bytes_in_words
+  use plan_table_mod, only: add_line, bytes_in_words, time_in_words
   implicit none
   private
 
@@ -250,16 +250,18 @@ contains
         call add_field(sizes%nodes, 0.0_wp, sizes, file)
       end if
       do i = 1, count([output%stress, output%strain])
-        if (output%at_centroids) call add_field(48.0_wp*sizes%bricks, 48.0_wp*sizes%bricks, sizes, file)
+        if (output%at_centroids) call add_field(48.0_wp*sizes%bricks, 48.0_wp*sizes%bricks, &
+          sizes, file)
         if (output%at_nodes) call add_field(48.0_wp*sizes%nodes, 48.0_wp*sizes%nodes, sizes, file)
-        if (output%at_gauss_points) call add_field(384.0_wp*sizes%bricks, 384.0_wp*sizes%bricks, sizes, file)
+        if (output%at_gauss_points) call add_field(384.0_wp*sizes%bricks, 384.0_wp*sizes%bricks, &
+          sizes, file)
       end do
     end associate
     ! Reactions, gaps, slips and status; frames where they turn.
     do i = 1, plan%points%n
       contact = contact + 65.0_wp
-      if (.not. is_flat(scene%obstacles(scene%pairs(plan%points%pair(i))%obstacle))) &
-        contact = contact + 72.0_wp
+      if (is_flat(scene%obstacles(scene%pairs(plan%points%pair(i))%obstacle))) cycle
+      contact = contact + 72.0_wp
     end do
     file%cache = file%cache + min(5.0_wp*chunk_cache, sizes%increments*contact)
     file%fields = squeezed*file%varying + file%zeros/200.0_wp
@@ -435,18 +437,17 @@ contains
     character(:), allocatable :: least
 
     least = 'more than '
-    if (plan%is_analysed) then
-      least = ''
-      call add_line(plan, 'factor', bound_at_most, to_text(sizes%factor/1.0e6_wp, 3)// &
-        ' million entries, '//to_text(sizes%flops/1.0e9_wp, 3)//' Gflop')
-    end if
+    if (plan%is_analysed) least = ''
+    if (plan%is_analysed .and. sizes%factor > 0.0_wp) call add_line(plan, 'factor', &
+      bound_at_most, to_text(sizes%factor/1.0e6_wp, 3)//' million entries, '// &
+      to_text(sizes%flops/1.0e9_wp, 3)//' Gflop each time')
     call add_line(plan, 'memory', bound_about, least//bytes_in_words(memory)// &
       left_in_words(plan%memory_left))
     if (plan%is_analysed) call add_line(plan, 'time', bound_about, &
-      to_text(cpu_seconds() + total(seconds), 2)//' s of one processor: factorise '// &
-      to_text(seconds%prepare + seconds%factorise + seconds%condense, 2)//', contact '// &
-      to_text(seconds%contact, 2)//', recover '//to_text(seconds%recover, 2)//', write '// &
-      to_text(seconds%write, 2))
+      time_in_words(cpu_seconds() + total(seconds))//' of one processor: factorise '// &
+      time_in_words(seconds%prepare + seconds%factorise + seconds%condense)//', contact '// &
+      time_in_words(seconds%contact)//', recover '//time_in_words(seconds%recover)//', write '// &
+      time_in_words(seconds%write))
     call add_line(plan, 'file', bound_about, bytes_in_words(file%size)//', at most '// &
       bytes_in_words(file%most)//left_in_words(plan%disk_left))
   end subroutine describe_costs

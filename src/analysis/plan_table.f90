@@ -14,7 +14,7 @@ module plan_table_mod
   implicit none
   private
 
-  public :: describe, add_line, bytes_in_words
+  public :: describe, add_line, bytes_in_words, time_in_words
 
   integer, parameter :: most_listed = 6 !! bodies or pairs that get a line of their own
 
@@ -116,7 +116,8 @@ contains
     if (listed < size(scene%pairs)) then
       a = plan%points%first(listed + 1)
       call add_line(plan, 'contact', bound_at_most, to_text(size(scene%pairs) - listed)// &
-        ' more pairs: '//to_text(plan%points%n - a + 1)//' points, '//to_text(sum(plan%rows(a:)))// &
+        ' more pairs: '//to_text(plan%points%n - a + 1)//' points, '// &
+        to_text(sum(plan%rows(a:)))// &
         ' rows')
     end if
   end subroutine describe_pairs
@@ -196,6 +197,20 @@ contains
       words = to_text(bytes/1.0e9_wp, 3)//' GB'
     end if
   end function bytes_in_words
+
+  !> 0.32 s, 12 s, 23 min, 9.5 h: two digits are all that an estimate has.
+  pure function time_in_words(seconds) result(words)
+    real(wp), intent(in) :: seconds
+    character(:), allocatable :: words
+
+    if (seconds < 120.0_wp) then
+      words = to_text(seconds, 2)//' s'
+    else if (seconds < 7200.0_wp) then
+      words = to_text(seconds/60.0_wp, 2)//' min'
+    else
+      words = to_text(seconds/3600.0_wp, 2)//' h'
+    end if
+  end function time_in_words
 
   pure function plural(one, many, n) result(word)
     character(*), intent(in) :: one, many
