@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """What the plan foresees beside what the run takes: memory, processor time, result file.
 
-    benchmarks/plan_estimates.py [-o docs/plan-estimates.md] [--largest 32]
+    benchmarks/plan_estimates.py [--largest 32]
 
 Every deck is run with one BLAS thread, three times where a run takes seconds; ratios are medians of
 estimate over measurement, so 1 is exact. Memory should be within 25 %, time within a factor of 2;
