@@ -87,8 +87,8 @@ def table(program, largest):
     lines = [
         "# What the plan foresees, and what the run takes",
         "",
-        "By `benchmarks/plan_estimates.py`: estimate / measured, one BLAS thread, medians of 3 runs",
-        "(of 1 where a run takes more than 20 s). Memory is the peak of the process, time that of",
+        "By `benchmarks/plan_estimates.py`: estimate / measured, one BLAS thread, medians of 3",
+        "runs (of 1 where a run takes more than 20 s). Memory is the peak of the process, time that of",
         "the processor.",
         "",
         "| run | memory, MB | ratio | time, s | ratio | file, MB | ratio | solutions | products |",
