@@ -15,10 +15,10 @@ module operators_mod
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: sparse_factor_t, factorise
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins, motion_at
-  use search_mod, only: locate
   use compliance_mod, only: invert_schur, point_stiffness, rows_of_points, compliance_of_rows
   use problem_mod, only: contact_problem_t, make_problem
   use floating_mod, only: floating_t, free_the_motions
+  use follow_points_mod, only: locate_at, relative
   use step_loads_mod, only: step_loads_t, resolve_loads, prescribed_dofs
   implicit none
   private
@@ -173,7 +173,6 @@ contains
     logical, intent(in) :: which(:)      !! (n_points)
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
     type(operators_t), intent(inout) :: operators
-    real(wp) :: shift(3)
     integer :: i
 
     if (allocated(operators%frame)) then
@@ -186,13 +185,8 @@ contains
     end if
     do i = 1, points%n
       if (.not. which(i)) cycle
-      shift = 0.0_wp
-      if (points%ref_node(i) > 0) shift = u(:, points%ref_node(i))
-      call locate(scene%obstacles(scene%pairs(points%pair(i))%obstacle), shift, &
-        scene%mesh%coordinates(:, points%node(i)) + u(:, points%node(i)), operators%gap(i), &
-        operators%frame(:, :, i))
-      operators%gap(i) = operators%gap(i) + points%extra_gap(i)
-      operators%place(:, i) = u(:, points%node(i)) - shift
+      call locate_at(scene, points, i, u, operators%gap(i), operators%frame(:, :, i))
+      operators%place(:, i) = relative(points, i, u)
     end do
   end subroutine locate_points
 
