@@ -6,7 +6,7 @@
 !>   3. Reactions: the contact problem x = W r + x_free, with how far the free motions go.
 !>   4. Displacement: u = u_free + K^-1 B^T r + free motions.
 !>   5. Out-of-balance force; when too large, u_free takes its correction and 2 to 4 are done
-!>      again; so they are while closest points move.
+!>      again; so they are while closest points move or turned normals drive a neutral motion.
 !>   6. Certificate; should it ask for more than the residual did, 2 to 5 with a smaller residual.
 !>   7. Energies.
 module advance_mod
@@ -32,7 +32,8 @@ module advance_mod
   use motion_words_mod, only: free_in_words, motion_in_words, unresisted_part
   use follow_points_mod, only: relative, measure_points, carried_slip
   use step_loads_mod, only: pattern_factors
-  use operators_mod, only: operators_t, apply_inverse, locate_points, update_contact
+  use operators_mod, only: operators_t, apply_inverse, locate_points, update_contact, &
+    neutral_step
   implicit none
   private
 
@@ -49,6 +50,8 @@ module advance_mod
     real(wp), allocatable :: u_free(:, :)
     !! (3,n_nodes) displacement without contact and free motions [length]
     real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
+    real(wp), allocatable :: turned(:)
+    !! (k) what turned normals leave on neutral motions [force]
     real(wp), allocatable :: start(:, :)
     !! (3,n_nodes) displacement where curved obstacles are linearised [length]
   end type attempt_t
@@ -152,8 +155,9 @@ contains
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), allocatable :: correction(:, :, :), residual(:, :, :)
     real(wp) :: imbalance, last_imbalance, moved, last_moved
+    real(wp) :: step(operators%motions%n) !! of the neutral motions [length]
     integer :: i
-    logical :: balanced, settled
+    logical :: balanced, settled, is_turned
 
     last_imbalance = huge(1.0_wp)
     last_moved = huge(1.0_wp)
@@ -185,11 +189,20 @@ contains
         max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(points, new%reaction, now%forces, residual, imbalance)
       call measure_points(scene, points, operators%is_curved, operators%frame, old, new, moved)
-      balanced = imbalance <= now%controls%tolerance .or. imbalance > 0.5_wp*last_imbalance
+      is_turned = .false.
+      if (operators%motions%n > 0) is_turned = any(abs(now%turned) > now%controls%tolerance* &
+        maxval(abs(new%reaction)))
+      balanced = imbalance <= now%controls%tolerance .or. &
+        (imbalance > 0.5_wp*last_imbalance .and. .not. is_turned)
       settled = moved <= now%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. i > 10)
       if (balanced .and. settled) exit newton_raphson
       last_imbalance = imbalance
       last_moved = moved
+      if (is_turned) then
+        step = neutral_step(scene, points, operators, new%reaction, new%displacement, now%turned)
+        now%motion = now%motion + step
+        call add_motions(operators%motions, scene%mesh, step, new%displacement)
+      end if
       if (imbalance <= now%controls%tolerance) cycle newton_raphson
       call apply_inverse(operators, residual, correction, error)
       if (allocated(error)) return
@@ -256,6 +269,7 @@ contains
       call solve_floating(operators%problem, operators%floating, report%x_free, now%controls, &
         drift, r, contact)
       now%motion = drift%a
+      now%turned = drift%turned
       resisting = resisting_rows(operators%problem, operators%floating, r, report%x_free, &
         contact%converged)
       if (contact%ending == ended_unbalanced) report%unbalanced = motion_in_words(scene%mesh, &

@@ -2,7 +2,7 @@
 module motion_words_mod
   use kinds_mod, only: wp
   use text_mod, only: to_text
-  use dense_mod, only: singular_values
+  use dense_mod, only: singular_values, null_space
   use mesh_mod, only: mesh_t
   use rigid_modes_mod, only: free_motions_t
   implicit none
@@ -25,7 +25,7 @@ contains
     character(:), allocatable, intent(out) :: words
     real(wp), allocatable :: free(:, :)
 
-    free = null_space(stiff)
+    free = null_space(stiff, unresisted)
     n_free = size(free, 2)
     words = span_of_bodies(mesh, motions, free, small)
   end subroutine free_in_words
@@ -37,7 +37,7 @@ contains
     real(wp) :: part(size(share))
     real(wp), allocatable :: free(:, :)
 
-    free = null_space(stiff)
+    free = null_space(stiff, unresisted)
     part = matmul(free, matmul(share, free))
     if (norm2(part) <= small*norm2(share)) part = share
   end function unresisted_part
@@ -51,21 +51,6 @@ contains
 
     words = span_of_bodies(mesh, motions, reshape(share, [size(share), 1]), minor)
   end function motion_in_words
-
-  !> Orthonormal combinations of motions that do nothing where there is resistance.
-  function null_space(stiff) result(free)
-    real(wp), intent(in) :: stiff(:, :)    !! (m,n) [-]
-    real(wp), allocatable :: free(:, :)    !! (n,k)
-    real(wp) :: s(size(stiff, 2)), v(size(stiff, 2), size(stiff, 2))
-    integer :: n, k
-    logical :: ok
-
-    n = size(stiff, 2)
-    k = 0
-    call singular_values(stiff, s, v, ok)
-    if (ok .and. n > 0) k = count(s <= unresisted*s(1))
-    free = v(:, n - k + 1:)
-  end function null_space
 
   !> Combinations of motions of several bodies may be coupled; each body's part of them is named.
   function span_of_bodies(mesh, motions, shares, least) result(words)

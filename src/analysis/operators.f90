@@ -4,6 +4,7 @@ module operators_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
   use system_mod, only: wall_seconds
+  use dense_mod, only: solve_least_squares
   use mesh_mod, only: node_neighbours
   use obstacles_mod, only: obstacle_t, is_flat
   use scene_mod, only: scene_t
@@ -14,7 +15,7 @@ module operators_mod
   use assembly_mod, only: triplets_t, assemble_stiffness
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: sparse_factor_t, factorise
-  use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins, motion_at
+  use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins, motion_at, add_motions
   use compliance_mod, only: invert_schur, point_stiffness, rows_of_points, compliance_of_rows
   use problem_mod, only: contact_problem_t, make_problem
   use floating_mod, only: floating_t, free_the_motions
@@ -24,8 +25,9 @@ module operators_mod
   private
 
   public :: operators_t, make_operators, change_supports, prepare_step, apply_inverse, &
-    locate_points, update_contact, &
-    ref_nodes
+    locate_points, update_contact, neutral_step, ref_nodes
+
+  real(wp), parameter :: difference = 1.0e-4_wp !! of the size of the mesh
 
   !> Wall time of the phases [s].
   type :: phase_seconds_t
@@ -196,34 +198,117 @@ contains
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(operators_t), intent(inout) :: operators
-    real(wp), allocatable :: w(:, :), g(:, :), stiffness(:, :, :)
-    real(wp) :: motion(3)
-    integer :: row(3, points%n), i, j, k, a
+    real(wp), allocatable :: w(:, :), stiffness(:, :, :)
+    integer :: row(3, points%n), i, k
 
     call rows_of_points(operators%prescribed, points, operators%frame, row)
     call compliance_of_rows(operators%map, points, operators%frame, row, operators%compliance, w)
     operators%active = pack([(i, i=1, points%n)], row(1, :) > 0)
     operators%has_friction = row(2:, :) > 0
-    allocate (g(count(row > 0), operators%motions%n), stiffness(3, 3, size(operators%active)))
+    allocate (stiffness(3, 3, size(operators%active)))
     do k = 1, size(operators%active)
       i = operators%active(k)
       associate (frame => operators%frame(:, :, i))
         stiffness(:, :, k) = matmul(transpose(frame), matmul(operators%stiffness(:, :, i), frame))
-        do j = 1, operators%motions%n
-          motion = motion_at(operators%motions, scene%mesh, j, points%node(i))
-          if (points%ref_node(i) > 0) motion = motion - motion_at(operators%motions, scene%mesh, &
-            j, points%ref_node(i))
-          do a = 1, 3
-            if (row(a, i) > 0) g(row(a, i), j) = dot_product(frame(:, a), motion)
-          end do
-        end do
       end associate
     end do
-    if (operators%motions%n > 0) call free_the_motions(g, w, operators%floating)
+    if (operators%motions%n > 0) then
+      call free_the_motions(motions_at_rows(scene, points, operators, operators%frame, row), &
+        motions_at_rows(scene, points, operators, undeformed_frames(scene, points, operators), &
+        row), w, operators%floating)
+    end if
     call make_problem(row(:, operators%active), points%mu(operators%active), w, &
       operators%problem, stiffness)
     operators%problem%is_proximal = operators%motions%n > 0
   end subroutine update_contact
+
+  !> What the free motions do at the rows of the contact points, G of docs/theory.md (9.2).
+  pure function motions_at_rows(scene, points, operators, frame, row) result(g)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points)
+    integer, intent(in) :: row(:, :)        !! (3,n_points) 0 where there is none
+    real(wp), allocatable :: g(:, :)        !! (n_rows,n_motions) [-]
+    real(wp) :: motion(3)
+    integer :: i, j, a
+
+    allocate (g(count(row > 0), operators%motions%n))
+    do i = 1, points%n
+      if (row(1, i) == 0) cycle
+      do j = 1, operators%motions%n
+        motion = motion_of_point(scene, points, operators, i, j)
+        do a = 1, 3
+          if (row(a, i) > 0) g(row(a, i), j) = dot_product(frame(:, a, i), motion)
+        end do
+      end do
+    end do
+  end function motions_at_rows
+
+  !> What free motion `j` does to a point's node, less what it does to its obstacle.
+  pure function motion_of_point(scene, points, operators, i, j) result(motion)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    integer, intent(in) :: i, j
+    real(wp) :: motion(3) !! [-]
+
+    motion = motion_at(operators%motions, scene%mesh, j, points%node(i))
+    if (points%ref_node(i) > 0) motion = motion - motion_at(operators%motions, scene%mesh, j, &
+      points%ref_node(i))
+  end function motion_of_point
+
+  !> Frames of the contact points before anything moved.
+  pure function undeformed_frames(scene, points, operators) result(frame)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    real(wp) :: frame(3, 3, points%n)
+    real(wp) :: gap, nothing(3, scene%mesh%n_nodes)
+    integer :: i
+
+    frame = operators%frame
+    nothing = 0.0_wp
+    do i = 1, points%n
+      if (operators%is_curved(i)) call locate_at(scene, points, i, nothing, gap, frame(:, :, i))
+    end do
+  end function undeformed_frames
+
+  !> How far the neutral motions go until what turned normals leave on them is 0: a Newton step, the
+  !> derivative by a difference. Nothing where normals do not turn.
+  function neutral_step(scene, points, operators, reaction, u, turned) result(a)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    real(wp), intent(in) :: reaction(:, :)  !! (3,n_points) x, y, z [force]
+    real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
+    real(wp), intent(in) :: turned(:)       !! (k) as of drift_t [force]
+    real(wp) :: a(operators%motions%n)      !! [length]
+    real(wp) :: stiffness(size(turned), size(turned)), moved(3, scene%mesh%n_nodes)
+    real(wp) :: local(3), force(3), frame(3, 3), gap, step
+    integer :: i, j, k
+
+    step = difference*maxval(maxval(scene%mesh%coordinates, dim=2) - minval( &
+      scene%mesh%coordinates, dim=2))
+    stiffness = 0.0_wp
+    associate (neutral => operators%floating%neutral)
+      do k = 1, size(turned)
+        moved = u
+        call add_motions(operators%motions, scene%mesh, step*neutral(:, k), moved)
+        do i = 1, points%n
+          if (.not. operators%is_curved(i) .or. .not. any(abs(reaction(:, i)) > 0.0_wp)) cycle
+          call locate_at(scene, points, i, moved, gap, frame)
+          local = matmul(reaction(:, i), operators%frame(:, :, i))
+          force = (matmul(frame, local) - reaction(:, i))/step
+          do j = 1, operators%motions%n
+            stiffness(:, k) = stiffness(:, k) - dot_product(force, motion_of_point(scene, points, &
+              operators, i, j))*neutral(j, :)
+          end do
+        end do
+      end do
+      a = matmul(neutral, solve_least_squares(stiffness, turned))
+    end associate
+  end function neutral_step
 
   !> At the start of a *STEP: its load patterns and the displacements they cause without contact.
   subroutine prepare_step(scene, step, state, operators, error)

@@ -17,10 +17,14 @@
 !> they are the plain proximal step c + theta e. A motion that contact does not see (in the null
 !> space of G) stays where it is; so does one that nothing drives. Where no centre leaves less out
 !> of balance, nothing balances it.
+!>
+!> A motion is neutral that contact does not see where the undeformed bodies are. About the axis of
+!> a round obstacle it is seen a little once normals have turned, which is of second order: neither
+!> does it move the contact then, nor is it balanced by it. What contact leaves on it is given back.
 !> docs/theory.md section 9.
 module floating_mod
   use kinds_mod, only: wp
-  use dense_mod, only: singular_values, solve_least_squares
+  use dense_mod, only: singular_values, null_space, solve_least_squares
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton
   use step_report_mod, only: ended_unbalanced, ended_stalled, status_stick, status_slide
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, &
@@ -50,6 +54,7 @@ module floating_mod
     integer :: n = 0        !! motions
     integer :: n_seen = 0   !! independent ones that contact sees
     real(wp), allocatable :: g(:, :)     !! (n_rows,n) [-]
+    real(wp), allocatable :: neutral(:, :) !! (n,k) orthonormal motions that contact cannot see [-]
     real(wp), allocatable :: q(:, :)     !! (n_rows,n_seen) orthonormal [-]
     real(wp), allocatable :: back(:, :)  !! (n,n_seen) a = back b: G back = Q [-]
     real(wp), allocatable :: w_q(:, :)   !! (n_rows,n_seen) W_p Q [length/force]
@@ -61,6 +66,8 @@ module floating_mod
     real(wp), allocatable :: load(:)       !! (n) work of the loads on a unit of each motion [force]
     real(wp), allocatable :: a(:)          !! (n) start in, how far they go out [length]
     real(wp), allocatable :: unbalanced(:) !! (n) out: direction in which nothing balances the loads
+    real(wp), allocatable :: turned(:)
+    !! (k) out: what turned normals leave on the neutral motions [force]
   end type drift_t
 
   !> A centre, and what its proximal problem says.
@@ -70,6 +77,7 @@ module floating_mod
     real(wp), allocatable :: e(:)          !! (n_seen) out of balance [force]
     real(wp), allocatable :: left(:)       !! (n) out of balance, along each motion [force]
     real(wp), allocatable :: left_seen(:)  !! (n) of it, what contact sees [force]
+    real(wp), allocatable :: turned(:)     !! (k) as of drift_t [force]
     real(wp) :: small = 0.0_wp             !! what counts as balance [force]
     logical  :: is_solved = .false.        !! the contact problem is
   end type trial_t
@@ -101,13 +109,14 @@ module floating_mod
 contains
 
   !> From the pinned compliance to that of the proximal problem.
-  subroutine free_the_motions(g, w, floating)
+  subroutine free_the_motions(g, undeformed_g, w, floating)
     real(wp), intent(in) :: g(:, :)     !! (n_rows,n) what each motion does at the rows [-]
+    real(wp), intent(in) :: undeformed_g(:, :) !! (n_rows,n) the same before anything moved [-]
     real(wp), intent(inout) :: w(:, :)
     !! (n_rows,n_rows) W_p in, W_c + theta Q Q^T out, both triangles [length/force]
     type(floating_t), intent(out) :: floating
     real(wp) :: s(size(g, 2)), v(size(g, 2), size(g, 2))
-    real(wp), allocatable :: q_w(:, :), both(:, :)
+    real(wp), allocatable :: q_w(:, :), both(:, :), seen_g(:, :)
     real(wp) :: flexibility
     integer :: i, n
     logical :: ok
@@ -117,7 +126,9 @@ contains
     if (n > 0) flexibility = maxval(sum(abs(w), dim=1))
     floating%n = size(g, 2)
     floating%g = g
-    call singular_values(g, s, v, ok)
+    floating%neutral = null_space(undeformed_g, unseen)
+    seen_g = g - matmul(matmul(g, floating%neutral), transpose(floating%neutral))
+    call singular_values(seen_g, s, v, ok)
     if (.not. ok) s = 0.0_wp
     if (floating%n > 0) floating%n_seen = count(s > unseen*s(1))
     associate (m => floating%n_seen)
@@ -126,7 +137,7 @@ contains
         floating%back(:, i) = v(:, i)/s(i)
       end do
       if (m == 0) return
-      call dgemm('N', 'N', n, m, floating%n, 1.0_wp, g, n, floating%back, floating%n, 0.0_wp, &
+      call dgemm('N', 'N', n, m, floating%n, 1.0_wp, seen_g, n, floating%back, floating%n, 0.0_wp, &
         floating%q, n)
       call dgemm('N', 'N', n, m, n, 1.0_wp, w, n, floating%q, n, 0.0_wp, floating%w_q, n)
       ! P W P = W - Q (W Q)^T - (W Q) Q^T + Q (Q^T W Q) Q^T
@@ -186,6 +197,7 @@ contains
     x_free = x_start + matmul(floating%q, search%now%centre)
     r = search%now%r
     associate (now => search%now)
+      drift%turned = now%turned
       drift%unbalanced = now%left - now%left_seen
       if (all(abs(drift%unbalanced) <= now%small)) drift%unbalanced = matmul(floating%back, now%e)
       drift%a = drift%a + matmul(floating%back, now%centre + floating%theta*now%e - &
@@ -204,7 +216,7 @@ contains
     type(contact_report_t), intent(inout) :: report
     type(contact_controls_t) :: first_choice
     type(contact_report_t) :: here
-    real(wp) :: packed(problem%n_rows)
+    real(wp) :: packed(problem%n_rows), on_motions(floating%n)
 
     ! A leap may fail. The first trial must not, nor a plain step, the last there is: other solvers
     ! follow there.
@@ -217,7 +229,9 @@ contains
       packed = pack_rows(problem, now%r)
       now%is_solved = here%converged
       now%e = matmul(packed, floating%q) + matmul(load, floating%back)
-      now%left = matmul(packed, floating%g) + load
+      on_motions = matmul(packed, floating%g)
+      now%turned = matmul(on_motions, floating%neutral)
+      now%left = on_motions - matmul(floating%neutral, now%turned) + load
       now%left_seen = matmul(matmul(floating%q, now%e), floating%g)
       now%small = 0.0_wp
       if (problem%n_points > 0) now%small = sqrt(maxval(sum(now%r**2, dim=1)))
@@ -321,7 +335,8 @@ contains
         end if
       end associate
     end do
-    resisting = rows(:n, :)
+    resisting = rows(:n, :) - matmul(matmul(rows(:n, :), floating%neutral), &
+      transpose(floating%neutral))
   end function resisting_rows
 
   !> Solve a proximal problem to the tolerance, and then as far below it as the same solver gets
