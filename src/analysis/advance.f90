@@ -22,7 +22,9 @@ module advance_mod
   use plan_mod, only: plan_t
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t, contact_fields_t, worst_entry, &
-                             status_open, status_stick, status_slide, ended_unbalanced, ended_moving
+                             status_open, status_stick, status_slide, ended_unbalanced, &
+                             ended_moving, &
+    ended_out_of_reach
   use mesh_forces_mod, only: internal_force, force_rounding
   use certificate_mod, only: certify, energy_balance, step_forces_t
   use problem_mod, only: pack_rows, unpack_rows, relative_gaps, natural_map, contact_report_t
@@ -105,8 +107,9 @@ contains
       ! 6. Certificate
       call locate_points(scene, plan%points, operators%is_curved, new%displacement, operators)
       call describe_contact(plan%points, operators, old, new, report%contact)
-      call refuse_prescribed_penetration(scene, plan%points, operators, new, report%contact, error)
+      call watch_inactive(scene, plan%points, operators, new, report, error)
       if (allocated(error)) return
+      if (report%ending == ended_out_of_reach) return
       report%certificate = certify(scene%mesh, plan%points, report%contact, &
         operators%has_friction, &
                                    old, new, now%forces, scene%contact%tolerance)
@@ -359,26 +362,33 @@ contains
     contact%status(operators%active) = status
   end subroutine describe_contact
 
-  !> A node whose normal motion is prescribed has no reaction: it must not end inside its obstacle.
-  subroutine refuse_prescribed_penetration(scene, points, operators, new, contact, error)
+  !> A node without a reaction must not end inside its obstacle: where its motion is prescribed that
+  !> is an error; where it was taken to be out of reach the report says so.
+  subroutine watch_inactive(scene, points, operators, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(operators_t), intent(in) :: operators
     type(state_t), intent(in) :: new
-    type(contact_fields_t), intent(in) :: contact
+    type(step_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error
+    logical :: is_inside(points%n)
     integer :: i
 
-    do i = 1, points%n
-      if (any(operators%active == i)) cycle
-      if (contact%gap(i) >= -10.0_wp*scene%contact%tolerance*maxval(abs(new%displacement))) cycle
-      call raise(error, exit_not_solved, 'step '//to_text(new%step)//', increment '// &
-        to_text(new%increment)// &
-        ': node '//to_text(scene%mesh%node_id(points%node(i)))//' is prescribed to move '// &
-        to_text(-contact%gap(i))//' into '// &
-        scene%obstacles(scene%pairs(points%pair(i))%obstacle)%name)
+    is_inside = report%contact%gap < -10.0_wp*scene%contact%tolerance*maxval(abs(new%displacement))
+    is_inside(operators%active) = .false.
+    if (.not. any(is_inside)) return
+    i = findloc(is_inside, .true., dim=1)
+    if (any(is_inside .and. .not. points%in_reach)) then
+      report%converged = .false.
+      report%ending = ended_out_of_reach
+      report%worst_point = findloc(is_inside .and. .not. points%in_reach, .true., dim=1)
       return
-    end do
-  end subroutine refuse_prescribed_penetration
+    end if
+    call raise(error, exit_not_solved, 'step '//to_text(new%step)//', increment '// &
+      to_text(new%increment)// &
+      ': node '//to_text(scene%mesh%node_id(points%node(i)))//' is prescribed to move '// &
+      to_text(-report%contact%gap(i))//' into '// &
+      scene%obstacles(scene%pairs(points%pair(i))%obstacle)%name)
+  end subroutine watch_inactive
 
 end module advance_mod

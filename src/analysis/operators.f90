@@ -6,7 +6,7 @@ module operators_mod
   use system_mod, only: wall_seconds
   use dense_mod, only: solve_least_squares
   use mesh_mod, only: node_neighbours
-  use obstacles_mod, only: obstacle_t, is_flat
+  use obstacles_mod, only: is_flat, ref_nodes
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -19,13 +19,15 @@ module operators_mod
   use compliance_mod, only: invert_schur, point_stiffness, rows_of_points, compliance_of_rows
   use problem_mod, only: contact_problem_t, make_problem
   use floating_mod, only: floating_t, free_the_motions
+  use contact_interface_mod, only: interface_dofs
   use follow_points_mod, only: locate_at, relative
   use step_loads_mod, only: step_loads_t, resolve_loads, prescribed_dofs
   implicit none
   private
 
-  public :: operators_t, make_operators, change_supports, prepare_step, apply_inverse, &
-    locate_points, update_contact, neutral_step, ref_nodes
+  public :: operators_t, make_operators, change_supports, prepare_step, widen_interface, &
+    apply_inverse, &
+    locate_points, update_contact, neutral_step
 
   real(wp), parameter :: difference = 1.0e-4_wp !! of the size of the mesh
 
@@ -138,7 +140,7 @@ contains
 
     clock = wall_seconds()
     operators%map = make_dof_map(scene%mesh%body, hold_pins(operators%motions, &
-      operators%prescribed), points%node)
+      operators%prescribed), interface_dofs(scene, points))
     call node_neighbours(scene%mesh, start, neighbours)
     call assemble_stiffness(scene%mesh, scene%materials, operators%map, start, neighbours, k)
     call lap(clock, operators%seconds%assemble)
@@ -154,19 +156,6 @@ contains
     call invert_schur(operators%compliance, error)
     call lap(clock, operators%seconds%condense)
   end subroutine make_factor
-
-  !> The reference nodes of all obstacles, each once.
-  pure function ref_nodes(obstacles) result(nodes)
-    type(obstacle_t), intent(in) :: obstacles(:)
-    integer, allocatable :: nodes(:)
-    integer :: i
-
-    allocate (nodes(0))
-    do i = 1, size(obstacles)
-      if (obstacles(i)%ref_node == 0 .or. any(nodes == obstacles(i)%ref_node)) cycle
-      nodes = [nodes, obstacles(i)%ref_node]
-    end do
-  end function ref_nodes
 
   !> Frames and gaps of some contact points where displacement `u` takes them.
   subroutine locate_points(scene, points, which, u, operators)
@@ -317,12 +306,35 @@ contains
     type(state_t), intent(in) :: state
     type(operators_t), intent(inout) :: operators
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+
+    call resolve_loads(scene, step, state%displacement, operators%loads)
+    call respond(scene, operators, error)
+  end subroutine prepare_step
+
+  !> Take the whole of the slave surfaces into the interface, in the middle of a *STEP.
+  subroutine widen_interface(scene, points, operators, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points !! all of them in reach
+    type(operators_t), intent(inout) :: operators
+    type(error_t), allocatable, intent(out) :: error !! as of make_operators
+    logical :: prescribed(3, scene%mesh%n_nodes)
+
+    prescribed = operators%prescribed
+    call make_operators(scene, points, prescribed, operators, error)
+    if (allocated(error)) return
+    call respond(scene, operators, error)
+  end subroutine widen_interface
+
+  !> The displacements that the load patterns cause without contact.
+  subroutine respond(scene, operators, error)
+    type(scene_t), intent(in) :: scene
+    type(operators_t), intent(inout) :: operators
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), allocatable :: load(:, :, :)
     real(wp) :: clock
     integer :: g
 
     clock = wall_seconds()
-    call resolve_loads(scene, step, state%displacement, operators%loads)
     associate (loads => operators%loads)
       load = loads%force
       do g = 1, loads%n_patterns
@@ -336,7 +348,7 @@ contains
       operators%response = operators%response + loads%displacement
     end associate
     call lap(clock, operators%seconds%loads)
-  end subroutine prepare_step
+  end subroutine respond
 
   !> K^-1 f for nodal forces f, several at once; prescribed degrees of freedom stay 0.
   subroutine apply_inverse(operators, force, displacement, error)
