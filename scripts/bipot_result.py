@@ -90,6 +90,13 @@ class Result:
         lines = [_plain(line) for line in np.atleast_1d(value)]
         return "\n".join(lines)
 
+    @cached_property
+    def counters(self):
+        """What was really done, by name: /run/counters as a dictionary of numbers."""
+        counters = self._dataset("/run/counters")
+        names = [_plain(name) for name in counters.attrs["name"]]
+        return dict(zip(names, counters[:].tolist(), strict=True))
+
     # --- History ------------------------------------------------------------------------------
 
     def history(self, name):
