@@ -326,7 +326,6 @@ contains
     type(value_list_t), intent(inout) :: list
     integer(i8), intent(inout) :: work
     logical, intent(in), optional :: sum_up
-    type(nodal_value_t), allocatable :: larger(:)
     integer :: i, node, at
 
     work = work + size(nodes)
@@ -350,11 +349,7 @@ contains
           end if
         end if
       end if
-      if (list%n == size(list%values)) then
-        allocate (larger(2*list%n))
-        larger(:list%n) = list%values
-        call move_alloc(larger, list%values)
-      end if
+      if (list%n == size(list%values)) list%values = [list%values, list%values]
       list%n = list%n + 1
       list%values(list%n) = nodal_value_t(node=node, dof=dof, value=value%value, &
         amplitude=value%amplitude)
@@ -362,18 +357,13 @@ contains
     end do
   end subroutine add_values
 
-  !> Add a pressure to the first `n` of a list.
+  !> Add a pressure behind the first `n` of a list; a full list doubles, as all lists of loads do.
   subroutine add_pressure(list, n, pressure)
     type(pressure_t), allocatable, intent(inout) :: list(:)
     integer, intent(inout) :: n
     type(pressure_t), intent(in) :: pressure
-    type(pressure_t), allocatable :: larger(:)
 
-    if (n == size(list)) then
-      allocate (larger(2*n))
-      larger(:n) = list
-      call move_alloc(larger, list)
-    end if
+    if (n == size(list)) list = [list, list]
     n = n + 1
     list(n) = pressure
   end subroutine add_pressure
