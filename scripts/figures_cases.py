@@ -515,9 +515,10 @@ The nodes on the edges touch two planes, the one in the corner three.
 
 ## Pipe: `pipe.inp`
 
-Half of a bar inside a pipe (a cylinder with `INNER`) under its weight; its edge touches the wall
-at sin(theta) = 0.6. Source: statics: the edge of half the bar carries W/(2 cos(theta)) = 7.5. It
-carries {edge:.6f}, and {stiff:.8f} where the bar is a thousand times stiffer and so deforms less.
+A bar inside a pipe (a cylinder with `INNER`) under its weight; two edges touch the wall at
+sin(theta) = 0.6. Source: statics: each carries W/(2 cos(theta)), 15 together. They carry
+{edge:.6f}, and {stiff:.7f} where the bar is a thousand times stiffer and so deforms less. Nothing
+holds the slide along the pipe and the swing about its axis, and the run names both.
 
 ## Tool: `tool.inp`
 

@@ -3,7 +3,7 @@ module make_plan_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t, to_text
   use errors_mod, only: error_t
-  use obstacles_mod, only: locate_point
+  use obstacles_mod, only: locate_point, ref_nodes
   use scene_mod, only: scene_t
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
                           formulation_bipotential, local_uzawa, local_newton, local_newton6, &
@@ -15,7 +15,7 @@ module make_plan_mod
   use dof_map_mod, only: dof_map_t, make_dof_map
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use motion_words_mod, only: body_in_words, motions_together
-  use operators_mod, only: ref_nodes
+  use contact_interface_mod, only: find_reach, interface_dofs
   use step_loads_mod, only: prescribed_dofs
   implicit none
   private
@@ -35,12 +35,15 @@ contains
     integer :: step
 
     call find_points(scene, plan%points)
+    call find_reach(scene, plan%points, error)
+    if (allocated(error)) return
     plan%n_increments = count_increments(scene%steps)
     prescribed = prescribed_dofs(scene, 1)
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), plan%points%node, &
       motions, error)
     if (allocated(error)) return
-    map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), plan%points%node)
+    map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), &
+      interface_dofs(scene, plan%points))
     of_bodies = spread(scene%mesh%body > 0, 1, 3)
     plan%n_equations = map%n_free
     plan%n_interface = map%n_interface
