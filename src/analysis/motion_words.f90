@@ -23,11 +23,11 @@ contains
     real(wp), intent(in) :: stiff(:, :)  !! (m,n) what the motions do where there is resistance [-]
     integer, intent(out) :: n_free
     character(:), allocatable, intent(out) :: words
-    real(wp), allocatable :: free(:, :)
 
-    free = null_space(stiff, unresisted)
-    n_free = size(free, 2)
-    words = span_of_bodies(mesh, motions, free, small)
+    associate (free => null_space(stiff, unresisted))
+      n_free = size(free, 2)
+      words = span_of_bodies(mesh, motions, free, small)
+    end associate
   end subroutine free_in_words
 
   !> The part of a combination of motions that nothing resists; all of it where there is none.
@@ -35,10 +35,10 @@ contains
     real(wp), intent(in) :: stiff(:, :)  !! (m,n) what the motions do where there is resistance [-]
     real(wp), intent(in) :: share(:)     !! (n) of each motion
     real(wp) :: part(size(share))
-    real(wp), allocatable :: free(:, :)
 
-    free = null_space(stiff, unresisted)
-    part = matmul(free, matmul(share, free))
+    associate (free => null_space(stiff, unresisted))
+      part = matmul(free, matmul(share, free))
+    end associate
     if (norm2(part) <= small*norm2(share)) part = share
   end function unresisted_part
 
