@@ -325,9 +325,9 @@ def internal_force(scene, u):
         virtual = gradients
         if scene.element == "C3D8B":
             mean = np.einsum("g,gai->ai", weights, gradients) / weights.sum()
-            trace = np.einsum("ai,ai", local, mean)
+            change = np.einsum("ai,ai", local, mean) - np.trace(strain, axis1=1, axis2=2)
             for i in range(3):
-                strain[:, i, i] += (trace - np.trace(strain, axis1=1, axis2=2)) / 3
+                strain[:, i, i] += change / 3
         trace = np.trace(strain, axis1=1, axis2=2)
         stress = 2 * shear * strain
         for i in range(3):
