@@ -4,7 +4,7 @@ module sweeps_mod
   use kinds_mod, only: wp
   use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton6, &
                           local_exact, stop_at_change, solver_sweeps
-  use law_mod, only: project_on_cone, augmented_gap
+  use law_mod, only: project_prediction
   use step_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
                          unpack_rows, pack_rows, force_scale, project_reactions
@@ -207,8 +207,7 @@ contains
       point%rho = controls%rho*problem%rho(i)
       point%rho_n = controls%rho*problem%rho_n(i)
       point%rho_t = controls%rho*problem%rho_t(i)
-      call project_on_cone(point%mu, r_old - problem%rho_map(i)*augmented_gap(point%mu, x), p, &
-        status)
+      call project_prediction(point%mu, problem%rho_map(i), r_old, x, p, status)
       sweep%seen_residual = sweep%seen_residual + sum((r_old - p)**2)
 
       r = r_old
