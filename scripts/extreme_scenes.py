@@ -236,6 +236,109 @@ def stiffness(scene):
     return k
 
 
+# --- The same scene, seen otherwise ---------------------------------------------------------------
+
+
+def in_units(scene, length=1.0, force=1.0):
+    """Return the scene in other units: lengths and forces times these."""
+    stress = force / length**2
+    return scene.named(
+        scene.name,
+        points=scene.points * length,
+        obstacles=[
+            replace(o, point=tuple(length * np.asarray(o.point)), radius=o.radius * length)
+            for o in scene.obstacles
+        ],
+        materials=[
+            Material(m.young * stress, m.poisson, m.density * stress / length**2)
+            for m in scene.materials
+        ],
+        gaps={row: gap * length for row, gap in scene.gaps.items()},
+        steps=[
+            replace(
+                step,
+                fixed={key: value * length for key, value in step.fixed.items()},
+                forces={key: value * force for key, value in step.forces.items()},
+                gravity=None if step.gravity is None else tuple(length * np.asarray(step.gravity)),
+            )
+            for step in scene.steps
+        ],
+    )
+
+
+def turned(scene, matrix, shift=(0.0, 0.0, 0.0)):
+    """Return the scene turned or mirrored by an orthogonal `matrix` about the origin, then shifted.
+
+    Where the matrix does more than exchange axes, a support must hold all three directions.
+    """
+    matrix = np.asarray(matrix, dtype=float)
+    bricks = scene.bricks
+    if np.linalg.det(matrix) < 0:
+        bricks = bricks[:, [0, 3, 2, 1, 4, 7, 6, 5]]
+
+    def vectors(values):
+        """Turn values by (row, direction)."""
+        turned_values = {}
+        for row in dict.fromkeys(row for row, _ in values):
+            given = [i for i in range(3) if (row, i) in values]
+            vector = np.array([values.get((row, i), 0.0) for i in range(3)])
+            named = np.abs(matrix[:, given]).max(axis=1) > 0
+            if named.sum() != len(given):
+                raise ValueError(f"{scene.name}: a support that is not turned by this matrix")
+            for i in np.flatnonzero(named):
+                turned_values[row, int(i)] = float(matrix[i] @ vector)
+        return turned_values
+
+    return scene.named(
+        scene.name,
+        points=scene.points @ matrix.T + shift,
+        bricks=bricks,
+        obstacles=[
+            replace(o, point=tuple(matrix @ o.point + shift), direction=tuple(matrix @ o.direction))
+            for o in scene.obstacles
+        ],
+        steps=[
+            replace(
+                step,
+                fixed=vectors(step.fixed),
+                forces=vectors(step.forces),
+                gravity=None if step.gravity is None else tuple(matrix @ step.gravity),
+            )
+            for step in scene.steps
+        ],
+    )
+
+
+def renumbered(scene, seed):
+    """Return the scene with its nodes numbered, and its bricks and slave nodes listed, at random."""
+    rng = np.random.default_rng(seed)
+    bricks = rng.permutation(len(scene.bricks))
+    return scene.named(
+        scene.name,
+        order=rng.permutation(len(scene.points)),
+        bricks=scene.bricks[bricks],
+        material_of=scene.material_index[bricks],
+        pairs=[replace(pair, nodes=rng.permutation(pair.nodes)) for pair in scene.pairs],
+    )
+
+
+def shuffled_deck(text, seed):
+    """Return a deck with the cards above its first *STEP in another order."""
+    rng = np.random.default_rng(seed)
+    head, steps = text.split("*STEP\n", 1)
+    cards = ["*" + card for card in head.split("\n*")]
+    cards[0] = cards[0].removeprefix("*")
+    together = ("*ELASTIC", "*DENSITY", "*FRICTION")  # belong to the card above
+    groups = []
+    for card in cards:
+        if card.startswith(together):
+            groups[-1].append(card)
+        else:
+            groups.append([card])
+    lines = [card.rstrip("\n") for k in rng.permutation(len(groups)) for card in groups[k]]
+    return "\n".join(lines) + "\n*STEP\n" + steps
+
+
 # --- Families -------------------------------------------------------------------------------------
 
 
