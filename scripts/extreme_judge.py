@@ -184,7 +184,8 @@ class Increment:
                 defect += (friction * slip).sum(axis=1)
                 # Where all three directions of a point are held there is nothing to slide.
                 movable = ~self.is_fixed(rows, obstacle)
-                total = max(float(np.linalg.norm(reaction, axis=1).sum()), f)
+                size = np.maximum(np.linalg.norm(reaction, axis=1), pair.mu * normal_force)
+                total = max(float(size.sum()), f)
                 put(errors, "slip against friction", np.abs(defect[movable]), total * u)
             if np.any((status == OPEN) & (np.linalg.norm(reaction, axis=1) > 0)):
                 raise Wrong(f"{self.label}: a point is called open and has a reaction")
