@@ -14,7 +14,7 @@ from extreme_scenes import CYLINDER, PLANE, Scene, shape_gradients
 
 CERTIFIED, FALLBACK, DIAGNOSED, FAILED = "certified", "fallback", "diagnosed", "failed"
 SLACK = 2.0  # times what the program allows itself: its scales are not these to the last digit
-ROUNDED = 32 * np.finfo(float).eps  # of stiffness times displacement: what stored values can hold
+ROUNDED = 160 * np.finfo(float).eps  # of stiffness times displacement: what stored values hold
 
 # What an honest refusal says: a cause and, where there is one, a number.
 CAUSES = {
@@ -187,7 +187,7 @@ class Increment:
                 size = np.maximum(np.linalg.norm(reaction, axis=1), pair.mu * normal_force)
                 total = max(float(size.sum()), f)
                 put(errors, "slip against friction", np.abs(defect[movable]), total * u)
-            if np.any((status == OPEN) & (np.linalg.norm(reaction, axis=1) > 0)):
+            if np.any(np.linalg.norm(reaction[status == OPEN], axis=1) > self.allowed * f):
                 raise Wrong(f"{self.label}: a point is called open and has a reaction")
         for name, error in errors.items():
             if error > self.allowed:

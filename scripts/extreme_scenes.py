@@ -214,7 +214,7 @@ def shape_gradients(x):
         local = 0.125 * CORNERS * np.column_stack(
             [one[:, 1] * one[:, 2], one[:, 0] * one[:, 2], one[:, 0] * one[:, 1]]
         )
-        jacobian = x.T @ local
+        jacobian = (x - x[0]).T @ local  # beside a node: coordinates far away lose no digits
         gradients.append(local @ np.linalg.inv(jacobian))
         weights.append(np.linalg.det(jacobian))
     return np.array(gradients), np.array(weights)
@@ -540,7 +540,7 @@ def corner_jacobian(x):
         local = 0.125 * CORNERS * np.column_stack(
             [one[:, 1] * one[:, 2], one[:, 0] * one[:, 2], one[:, 0] * one[:, 1]]
         )
-        values.append(np.linalg.det(x.T @ local))
+        values.append(np.linalg.det((x - x[0]).T @ local))
     return 64 * min(values)
 
 
