@@ -4,6 +4,10 @@
 !> The only file that sees MUMPS (sequential library). With a Schur complement a solution goes in
 !> three parts: `condense` (right-hand side to the last variables), the caller's dense solution
 !> there, `expand`.
+!>
+!> MUMPS gets the matrix with a diagonal near 1, D K D with powers of two in D, which round nothing:
+!> it has absolute thresholds, and below pivots of about 1e-16 its solutions are wrong without a
+!> word.
 module sparse_factor_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_not_solved, exit_machine
@@ -41,6 +45,7 @@ module sparse_factor_mod
     integer :: n = 0        !! equations
     integer :: n_schur = 0  !! of them, the last ones, in the Schur complement
     integer(i8) :: entries = 0     !! in the factor, as MUMPS estimates
+    real(wp), allocatable, private :: d(:) !! (n) D, near 1/sqrt(diagonal) [sqrt(length/force)]
     type(dmumps_struc), pointer, private :: id => null()
   contains
     procedure :: solve
@@ -92,9 +97,10 @@ contains
       id%n = k%n
       id%nnz = size(k%value, kind=i8)
       allocate (id%irn(id%nnz), id%jcn(id%nnz), id%a(id%nnz), id%perm_in(k%n))
+      factor%d = scales_of(k)
       id%irn = k%row
       id%jcn = k%column
-      id%a = k%value
+      id%a = factor%d(k%row)*k%value*factor%d(k%column)
       id%perm_in = place
       if (n_schur > 0) then
         id%icntl(icntl_schur) = schur_full_by_columns
@@ -120,10 +126,28 @@ contains
       if (allocated(error)) return
       factor%entries = merge(int(id%infog(20), i8), -1000000_i8*id%infog(20), id%infog(20) >= 0)
       nullify (id%schur)
+      do i = 1, n_schur
+        schur(:, i) = schur(:, i)/(factor%d(k%n - n_schur + 1:)*factor%d(k%n - n_schur + i))
+      end do
       deallocate (id%irn, id%jcn, id%a)
       nullify (id%irn, id%jcn, id%a)
     end associate
   end subroutine factorise
+
+  !> Powers of two near 1/sqrt(diagonal).
+  pure function scales_of(k) result(d)
+    type(triplets_t), intent(in) :: k
+    real(wp) :: d(k%n)
+    real(wp) :: diagonal(k%n)
+    integer :: i
+
+    diagonal = 0.0_wp
+    do i = 1, size(k%value)
+      if (k%row(i) == k%column(i)) diagonal(k%row(i)) = diagonal(k%row(i)) + k%value(i)
+    end do
+    d = 1.0_wp
+    where (diagonal > 0.0_wp) d = scale(1.0_wp, -exponent(diagonal)/2)
+  end function scales_of
 
   !> Numerical factorisation; when MUMPS asks for more workspace it gets it.
   subroutine run_factorisation(id, error)
@@ -158,8 +182,10 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (factor%n == 0 .or. size(b, 2) == 0) return
+    call scale_rows(factor%d, b)
     call give_right_hand_sides(factor, b)
     call run_solution(factor, error)
+    call scale_rows(factor%d, b)
   end subroutine solve
 
   !> First part of a solution: bring the right-hand sides to the Schur variables.
@@ -177,7 +203,9 @@ contains
       reduced = b
       return
     end if
+    call scale_rows(factor%d, b)
     call run_part(factor, reduced_condense, b, reduced, error)
+    call scale_rows(1.0_wp/factor%d(factor%n - factor%n_schur + 1:), reduced)
   end subroutine condense
 
   !> Last part of a solution: from the Schur variables to all.
@@ -193,8 +221,24 @@ contains
       x = reduced
       return
     end if
-    call run_part(factor, reduced_expand, x, reduced, error)
+    associate (d => factor%d(factor%n - factor%n_schur + 1:))
+      call scale_rows(1.0_wp/d, reduced)
+      call run_part(factor, reduced_expand, x, reduced, error)
+      call scale_rows(d, reduced)
+    end associate
+    call scale_rows(factor%d, x)
   end subroutine expand
+
+  !> Multiply each row by a factor of its own.
+  pure subroutine scale_rows(factors, b)
+    real(wp), intent(in) :: factors(:)   !! (n)
+    real(wp), intent(inout) :: b(:, :)   !! (n,m)
+    integer :: j
+
+    do j = 1, size(b, 2)
+      b(:, j) = factors*b(:, j)
+    end do
+  end subroutine scale_rows
 
   !> One of the two parts of a solution by way of the Schur variables.
   subroutine run_part(factor, part, b, reduced, error)
