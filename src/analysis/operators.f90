@@ -64,6 +64,7 @@ module operators_mod
     !! (3,n_nodes,n_patterns) displacements under each pattern [length]
     type(phase_seconds_t) :: seconds              !! summed over the run
     integer :: n_factorisations = 0
+    integer :: n_stiffnesses = 0                  !! of bricks, computed
   end type operators_t
 
 contains
@@ -137,12 +138,15 @@ contains
     type(triplets_t) :: k
     integer, allocatable :: start(:), neighbours(:), place(:)
     real(wp) :: clock
+    integer :: n_stiffnesses
 
     clock = wall_seconds()
     operators%map = make_dof_map(scene%mesh%body, hold_pins(operators%motions, &
       operators%prescribed), interface_dofs(scene, points))
     call node_neighbours(scene%mesh, start, neighbours)
-    call assemble_stiffness(scene%mesh, scene%materials, operators%map, start, neighbours, k)
+    call assemble_stiffness(scene%mesh, scene%materials, operators%map, start, neighbours, k, &
+      n_stiffnesses)
+    operators%n_stiffnesses = operators%n_stiffnesses + n_stiffnesses
     call lap(clock, operators%seconds%assemble)
     call order_equations(operators%map, start, neighbours, place, error)
     if (allocated(error)) return
