@@ -11,7 +11,7 @@ module estimate_costs_mod
   use machine_room_mod, only: resident_bytes, memory_left, disk_left
   use machine_speed_mod, only: machine_speed_t, measure_speed
   use mesh_mod, only: node_neighbours
-  use obstacles_mod, only: is_flat
+  use obstacles_mod, only: is_flat, ref_nodes
   use scene_mod, only: scene_t
   use controls_mod, only: solver_sweeps
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most, bound_about
@@ -22,7 +22,7 @@ module estimate_costs_mod
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: sparse_factor_t, analyse
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
-  use operators_mod, only: ref_nodes
+  use contact_interface_mod, only: interface_dofs
   use step_loads_mod, only: prescribed_dofs
   use plan_table_mod, only: add_line, bytes_in_words, time_in_words
   implicit none
@@ -151,7 +151,8 @@ contains
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), plan%points%node, &
       motions, error)
     if (allocated(error)) return
-    map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), plan%points%node)
+    map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), &
+      interface_dofs(scene, plan%points))
     call node_neighbours(scene%mesh, start, neighbours)
     ordering = cpu_seconds()
     call order_equations(map, start, neighbours, place, error)

@@ -4,7 +4,7 @@
 module make_plan_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
-  use obstacles_mod, only: is_flat
+  use obstacles_mod, only: is_flat, ref_nodes
   use scene_mod, only: scene_t
   use increments_mod, only: count_increments
   use step_fields_mod, only: fields_due
@@ -14,13 +14,13 @@ module make_plan_mod
   use search_mod, only: locate
   use compliance_mod, only: rows_of_points
   use candidate_points_mod, only: find_points
-  use operators_mod, only: ref_nodes
+  use contact_interface_mod, only: find_reach, interface_dofs
   use step_loads_mod, only: prescribed_dofs
   use plan_table_mod, only: describe
   implicit none
   private
 
-  public :: make_plan
+  public :: make_plan, revise_plan
 
 contains
 
@@ -29,41 +29,73 @@ contains
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(out) :: plan
     type(error_t), allocatable, intent(out) :: error !! LAPACK failed
-    logical :: prescribed(3, scene%mesh%n_nodes), before(3, scene%mesh%n_nodes)
-    type(dof_map_t) :: map
-    type(free_motions_t) :: motions, first_motions
-    integer :: step
+    type(free_motions_t) :: motions
 
     call find_points(scene, plan%points)
-    allocate (plan%rows(plan%points%n), source=0)
+    call find_reach(scene, plan%points, error)
+    if (allocated(error)) return
     plan%n_increments = count_increments(scene%steps)
     plan%n_outputs = count_outputs(scene)
+    call count_unknowns(scene, plan, motions, error)
+    if (allocated(error)) return
+    call list_figures(plan)
+    call describe(scene, motions, plan)
+  end subroutine make_plan
+
+  !> Count again when a run has taken other points for candidates than were planned, which costs a
+  !> factorisation more.
+  subroutine revise_plan(scene, plan, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(inout) :: plan !! its points as they are now
+    type(error_t), allocatable, intent(out) :: error !! LAPACK failed
+    type(free_motions_t) :: motions
+
+    call count_unknowns(scene, plan, motions, error)
+    if (allocated(error)) return
+    plan%n_factorisations = plan%n_factorisations + 1
+    plan%is_constant = .false.
+    if (allocated(plan%figures)) deallocate (plan%figures)
+    call list_figures(plan)
+  end subroutine revise_plan
+
+  !> Unknowns, rows and factorisations, step by step.
+  subroutine count_unknowns(scene, plan, first_motions, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(inout) :: plan
+    type(free_motions_t), intent(out) :: first_motions !! that the supports of the first step leave
+    type(error_t), allocatable, intent(out) :: error   !! LAPACK failed
+    logical :: prescribed(3, scene%mesh%n_nodes), before(3, scene%mesh%n_nodes)
+    type(dof_map_t) :: map
+    type(free_motions_t) :: motions
+    integer :: step
+
+    plan%rows = spread(0, 1, plan%points%n)
+    plan%n_equations = 0
+    plan%n_interface = 0
     plan%n_factorisations = 0
-    before = .false.
     do step = 1, size(scene%steps)
+      if (step > 1) before = prescribed
       prescribed = prescribed_dofs(scene, step)
-      if (step > 1 .and. all(prescribed .eqv. before)) cycle
-      call count_rows(scene, prescribed, plan)
-      if (step > 1 .and. .not. any((prescribed .neqv. before) .and. &
-        spread(scene%mesh%body > 0, 1, 3))) then
-        before = prescribed
-        cycle
+      if (step > 1) then
+        if (all(prescribed .eqv. before)) cycle
       end if
-      before = prescribed
+      call count_rows(scene, prescribed, plan)
+      if (step > 1) then
+        if (.not. any((prescribed .neqv. before) .and. spread(scene%mesh%body > 0, 1, 3))) cycle
+      end if
       plan%n_factorisations = plan%n_factorisations + 1
       call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
         plan%points%node, motions, error)
       if (allocated(error)) return
       if (step == 1) first_motions = motions
-      map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), plan%points%node)
+      map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), &
+        interface_dofs(scene, plan%points))
       if (step > 1) plan%is_constant = plan%is_constant .and. map%n_free == plan%n_equations &
         .and. map%n_interface == plan%n_interface
       plan%n_equations = max(plan%n_equations, map%n_free)
       plan%n_interface = max(plan%n_interface, map%n_interface)
     end do
-    call list_figures(plan)
-    call describe(scene, first_motions, plan)
-  end subroutine make_plan
+  end subroutine count_unknowns
 
   !> The increments whose fields reach the result file.
   pure function count_outputs(scene) result(n)
@@ -102,7 +134,7 @@ contains
         if (.not. is_flat(scene%obstacles(scene%pairs(points%pair(i))%obstacle))) then
           free = .not. prescribed(:, points%node(i))
           if (points%ref_node(i) > 0) free = free .or. .not. prescribed(:, points%ref_node(i))
-          if (any(free)) n = merge(3, 1, points%mu(i) > 0.0_wp)
+          if (any(free) .and. points%in_reach(i)) n = merge(3, 1, points%mu(i) > 0.0_wp)
         end if
         plan%rows(i) = max(plan%rows(i), n)
       end do

@@ -111,35 +111,41 @@ contains
       a = plan%points%first(i)
       b = plan%points%first(i + 1) - 1
       call add_line(plan, 'contact', bound_at_most, scene%pairs(i)%name//': '// &
-        points_in_words(scene%pairs(i), plan%rows(a:b)))
+        points_in_words(scene%pairs(i), plan%rows(a:b), plan%points%in_reach(a:b)))
     end do
     if (listed < size(scene%pairs)) then
       a = plan%points%first(listed + 1)
       call add_line(plan, 'contact', bound_at_most, to_text(size(scene%pairs) - listed)// &
-        ' more pairs: '//to_text(plan%points%n - a + 1)//' points, '// &
+        ' more pairs: '//to_text(count(plan%points%in_reach(a:)))//' points, '// &
         to_text(sum(plan%rows(a:)))// &
         ' rows')
     end if
   end subroutine describe_pairs
 
-  !> 289 points, mu = 0.3, 3 rows each; 25 points, mu = 0.3: 20 of 3 rows, 5 of 2 (a tangent held).
-  pure function points_in_words(pair, rows) result(words)
+  !> 289 points, mu = 0.3, 3 rows each; or 25 points, mu = 0.3: 20 of 3 rows, 5 of 2 rows (one
+  !> tangent prescribed); and how many cannot reach the obstacle.
+  pure function points_in_words(pair, rows, in_reach) result(words)
     type(contact_pair_t), intent(in) :: pair
-    integer, intent(in) :: rows(:) !! of the points
+    integer, intent(in) :: rows(:)      !! of the points
+    logical, intent(in) :: in_reach(:)
     character(:), allocatable :: words
+    integer, allocatable :: kept(:)
     integer :: n, of_kind
 
-    words = to_text(size(rows))//plural(' point', ' points', size(rows))
+    kept = pack(rows, in_reach)
+    words = to_text(size(kept))//plural(' point', ' points', size(kept))
+    if (size(kept) < size(rows)) words = words//' of '//to_text(size(rows))// &
+      ' (the others cannot reach it)'
+    if (size(kept) == 0) return
     if (pair%mu > 0.0_wp) words = words//', mu = '//to_text(pair%mu)
     if (pair%mu <= 0.0_wp) words = words//', frictionless'
-    if (size(rows) == 0) return
-    if (all(rows == rows(1)) .and. rows(1) > 0) then
-      words = words//', '//to_text(rows(1))//plural(' row', ' rows', rows(1))//' each'
+    if (all(kept == kept(1)) .and. kept(1) > 0) then
+      words = words//', '//to_text(kept(1))//plural(' row', ' rows', kept(1))//' each'
       return
     end if
     words = words//':'
     do n = 3, 0, -1
-      of_kind = count(rows == n)
+      of_kind = count(kept == n)
       if (of_kind == 0) cycle
       words = words//' '//to_text(of_kind)//' of '//to_text(n)//plural(' row', ' rows', n)
       if (n == 0) words = words//' (normal prescribed)'

@@ -11,15 +11,16 @@ module run_mod
   use increments_mod, only: increment_t, next_increment
   use state_mod, only: state_t, initial_state
   use step_report_mod, only: step_report_t, ended_at_limit, ended_stalled, &
-    ended_unbalanced, ended_moving
+    ended_unbalanced, ended_moving, ended_out_of_reach
   use step_fields_mod, only: step_fields_t, tensor_field_t, fields_due
   use read_deck_mod, only: read_deck
   use mesh_fields_mod, only: fill_tensor_fields
-  use make_plan_mod, only: make_plan
+  use make_plan_mod, only: make_plan, revise_plan
   use estimate_costs_mod, only: estimate_costs
   use fit_machine_mod, only: misfit
   use initial_overlaps_mod, only: overlaps
-  use operators_mod, only: operators_t, make_operators, change_supports, prepare_step
+  use operators_mod, only: operators_t, make_operators, change_supports, prepare_step, &
+    widen_interface
   use step_loads_mod, only: prescribed_dofs
   use advance_mod, only: advance
   use result_file_mod, only: result_file_t, provenance_t, open_result, append_increment, &
@@ -103,7 +104,7 @@ contains
   subroutine run_scene(options, scene, plan, exports, operators, console, tally, error)
     type(options_t), intent(in) :: options
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
+    type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
     type(operators_t), intent(inout) :: operators !! its factor holds the symbolic analysis
     type(console_t), intent(inout) :: console
@@ -160,7 +161,7 @@ contains
   !> The loop: advance, append, report.
   subroutine go_through(scene, plan, exports, operators, file, console, tally, error)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
+    type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
     type(operators_t), intent(inout) :: operators
     type(result_file_t), intent(inout) :: file
@@ -185,6 +186,13 @@ contains
       end if
       call advance(scene, plan, operators, old, increment, new, report, error)
       if (allocated(error)) return
+      if (report%ending == ended_out_of_reach) then
+        call take_whole_surfaces(scene, increment, report, console, plan, operators, error)
+        if (allocated(error)) return
+        tally%plan_revisions = tally%plan_revisions + 1
+        call advance(scene, plan, operators, old, increment, new, report, error)
+        if (allocated(error)) return
+      end if
       call note_sizes(operators, tally)
       ! Also where the increment is not solved: others may want to try.
       call export_increment(scene, operators, increment, old, report, exports, error)
@@ -204,6 +212,30 @@ contains
       old = new
     end do increments
   end subroutine go_through
+
+  !> A node went further than the plan had it go: from here on every slave node is a candidate.
+  subroutine take_whole_surfaces(scene, increment, report, console, plan, operators, error)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(step_report_t), intent(in) :: report
+    type(console_t), intent(inout) :: console
+    type(plan_t), intent(inout) :: plan
+    type(operators_t), intent(inout) :: operators
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (points => plan%points, i => report%worst_point)
+      call clear_bar(console)
+      call say('note: step '//to_text(increment%step)//', increment '//to_text(increment%number)// &
+        ': node '//to_text(scene%mesh%node_id(points%node(i)))//' reaches '// &
+        scene%obstacles(scene%pairs(points%pair(i))%obstacle)%name// &
+        ', which the plan held to be '// &
+        'out of its reach; the increment is repeated with the whole of the slave surfaces')
+    end associate
+    plan%points%in_reach = .true.
+    call revise_plan(scene, plan, error)
+    if (allocated(error)) return
+    call widen_interface(scene, plan%points, operators, error)
+  end subroutine take_whole_surfaces
 
   !> Say which rigid motions nothing holds, where that has changed.
   subroutine tell_unheld(console, increment, report, before)

@@ -16,6 +16,7 @@ module tally_mod
     integer  :: increments = 0          !! in the file
     integer  :: outputs = 0             !! of them, with fields
     integer  :: certified = 0
+    integer  :: plan_revisions = 0      !! points that reached what the plan held out of reach
     integer  :: contact_iterations = 0
     integer  :: products = 0            !! of the compliance with a vector
     integer  :: fallbacks = 0           !! increments that AUTO's first choice did not solve
@@ -102,6 +103,8 @@ contains
     call count('newton_raphson_iterations', real(tally%newton_raphson, wp))
     call count('contact_iterations', real(tally%contact_iterations, wp))
     call count('compliance_products', real(tally%products, wp))
+    call count('plan_revisions', real(tally%plan_revisions, wp))
+    call count('brick_stiffnesses', real(operators%n_stiffnesses, wp))
     call count('solver_fallbacks', real(tally%fallbacks, wp))
     call count('local_iterations', real(tally%local_iterations, wp))
     call count('compliance_bytes', tally%compliance_bytes)

@@ -1,7 +1,7 @@
 !> The bi-potential formulation: contact and friction in one projection.
 module bipotential_mod
   use kinds_mod, only: wp
-  use law_mod, only: project_on_cone, cone_derivative, augmented_gap
+  use law_mod, only: project_prediction, cone_derivative, augmented_gap
   use local_point_mod, only: local_point_t
   implicit none
   private
@@ -25,7 +25,7 @@ contains
     integer :: status, i
 
     y = r - point%rho*augmented_gap(point%mu, x)
-    call project_on_cone(point%mu, y, p, status)
+    call project_prediction(point%mu, point%rho, r, x, p, status)
     z = r - p
     dz_dx = cone_derivative(point%mu, y, status)
     dz_dr = -dz_dx

@@ -1,7 +1,7 @@
 !> Bi-potential, Uzawa: one predictor and one corrector a visit.
 module bipotential_uzawa_mod
   use kinds_mod, only: wp
-  use law_mod, only: project_on_cone, augmented_gap
+  use law_mod, only: project_prediction
   use local_point_mod, only: local_point_t
   implicit none
   private
@@ -20,7 +20,7 @@ contains
     integer :: status
 
     x = matmul(point%w, r) + point%x_loc
-    call project_on_cone(point%mu, r - point%rho*augmented_gap(point%mu, x), p, status)
+    call project_prediction(point%mu, point%rho, r, x, p, status)
     r = p
     iterations = 1
     converged = .true.

@@ -9,7 +9,7 @@ module law_mod
   implicit none
   private
 
-  public :: project_on_cone, cone_derivative, project_on_disc, augmented_gap
+  public :: project_on_cone, project_prediction, cone_derivative, project_on_disc, augmented_gap
 
 contains
 
@@ -41,6 +41,41 @@ contains
       status = status_slide
     end if
   end subroutine project_on_cone
+
+  !> Projection of the bi-potential's prediction r - rho x* on the Coulomb cone, accurate to the
+  !> rounding of r and rho x_n however far the point slides.
+  !>
+  !> With y = r - rho x* the normal part is p_n = (y_n + mu |y_t|)/(1 + mu^2), where mu rho |x_t|
+  !> cancels: y_n + mu |y_t| = r_n - rho x_n + mu (|y_t| - rho |x_t|), and the bracket is r_t.(r_t -
+  !> 2 rho x_t)/(|y_t| + rho |x_t|). So a point that slides far under a small reaction, or none, is
+  !> judged by that reaction. docs/theory.md (3.4).
+  pure subroutine project_prediction(mu, rho, r, x, p, status)
+    real(wp), intent(in)  :: mu      !! friction coefficient, mu >= 0 [-]
+    real(wp), intent(in)  :: rho     !! rho > 0 [force/length]
+    real(wp), intent(in)  :: r(3)    !! reaction [force]
+    real(wp), intent(in)  :: x(3)    !! gap and slip increment [length]
+    real(wp), intent(out) :: p(3)    !! projection of r - rho x* [force]
+    integer,  intent(out) :: status  !! status_open, status_stick or status_slide
+    real(wp) :: y_t(2), size_y, size_x, y_n, lift
+
+    y_t = r(2:) - rho*x(2:)
+    size_y = norm2(y_t)
+    size_x = rho*norm2(x(2:))
+    y_n = r(1) - rho*x(1)
+    lift = size_y - size_x
+    if (size_x > norm2(r(2:))) lift = dot_product(r(2:)/(size_y + size_x), y_t - rho*x(2:))
+    if (y_n + mu*lift <= 0.0_wp) then
+      p = 0.0_wp
+      status = status_open
+    else if (size_y <= mu*(y_n - mu*size_x)) then
+      p = [y_n - mu*size_x, y_t(1), y_t(2)]
+      status = status_stick
+    else
+      p(1) = (y_n + mu*lift)/(1.0_wp + mu**2)
+      p(2:) = (mu*p(1)/size_y)*y_t
+      status = status_slide
+    end if
+  end subroutine project_prediction
 
   !> Derivative of the projection on the cone at `y` (symmetric; in the branch that the projection
   !> takes).

@@ -8,7 +8,7 @@ module problem_mod
   use controls_mod, only: solver_none
   use step_report_mod, only: ended_well
   use dense_mod, only: invert_spd
-  use law_mod, only: project_on_cone, augmented_gap
+  use law_mod, only: project_on_cone, project_prediction
   implicit none
   private
 
@@ -227,9 +227,7 @@ contains
     integer :: i
 
     do i = 1, problem%n_points
-      call project_on_cone(problem%mu(i), &
-                           r(:, i) - problem%rho_map(i)*augmented_gap(problem%mu(i), x(:, i)), p, &
-                           status(i))
+      call project_prediction(problem%mu(i), problem%rho_map(i), r(:, i), x(:, i), p, status(i))
       z(:, i) = r(:, i) - p
     end do
   end subroutine natural_map
@@ -253,14 +251,14 @@ contains
     real(wp), intent(in) :: x_free(:, :)          !! (3,n_points) [length]
     real(wp), intent(in) :: r(:, :), r_start(:, :) !! (3,n_points) [force]
     real(wp) :: scale                             !! [force]
+    real(wp), parameter :: no_force(3) = 0.0_wp
     real(wp) :: p(3), z(3, problem%n_points)
     integer :: i, status
 
     scale = max(norm2(r), norm2(r_start))
     if (problem%is_proximal) return
     do i = 1, problem%n_points
-      call project_on_cone(problem%mu(i), -problem%rho_map(i)*augmented_gap(problem%mu(i), &
-        x_free(:, i)), p, status)
+      call project_prediction(problem%mu(i), problem%rho_map(i), no_force, x_free(:, i), p, status)
       z(:, i) = p
     end do
     scale = max(scale, norm2(z))

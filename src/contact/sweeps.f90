@@ -4,7 +4,7 @@ module sweeps_mod
   use kinds_mod, only: wp
   use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton6, &
                           local_exact, stop_at_change, solver_sweeps
-  use law_mod, only: project_on_cone, augmented_gap
+  use law_mod, only: project_prediction
   use step_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
                          unpack_rows, pack_rows, force_scale, project_reactions
@@ -32,7 +32,8 @@ module sweeps_mod
   integer,  parameter :: anderson_depth = 10
   integer,  parameter :: check_every = 100        !! sweeps between exact residuals, at the latest
   integer,  parameter :: patience = 5000          !! sweeps without a tenth of progress
-  real(wp), parameter :: exploded = 1.0e8_wp      !! times the force at the start: diverging [-]
+  real(wp), parameter :: exploded = 1.0e8_wp
+  !! times the forces that would undo the gaps and slips one by one: diverging [-]
 
 contains
 
@@ -50,7 +51,8 @@ contains
     type(local_point_t) :: template
     type(anderson_t) :: memory
     type(sweep_t) :: sweep
-    real(wp) :: old(problem%n_rows), new(problem%n_rows), r_start(3, problem%n_points), scale
+    real(wp) :: old(problem%n_rows), new(problem%n_rows), r_start(3, problem%n_points)
+    real(wp) :: scale, largest !! of residuals; beyond which forces diverge [force]
 
     call choose_local_solver(controls, template, solve_point)
     if (controls%acceleration) memory = new_anderson(problem%n_rows, anderson_depth)
@@ -60,6 +62,7 @@ contains
     call judge(problem, x_free, old, r_start, controls, r, report)
     if (controls%stop_rule == stop_at_change) report%converged = .false.
     scale = force_scale(problem, unpack_rows(problem, x_free), r_start, r_start)
+    largest = exploded*max(scale, norm2(spread(problem%rho_map, 1, 3)*unpack_rows(problem, x_free)))
 
     iterate: do while (.not. report%converged)
       if (report%iterations >= controls%max_sweeps) then
@@ -72,7 +75,8 @@ contains
       report%products = report%products + 1
       report%local_iterations = report%local_iterations + sweep%local_iterations
       if (scale <= 0.0_wp) scale = norm2(new)
-      if (.not. norm2(new) <= exploded*scale) then
+      if (largest <= 0.0_wp) largest = exploded*norm2(new)
+      if (.not. norm2(new) <= largest) then
         report%ending = ended_diverging
         exit iterate
       end if
@@ -207,8 +211,7 @@ contains
       point%rho = controls%rho*problem%rho(i)
       point%rho_n = controls%rho*problem%rho_n(i)
       point%rho_t = controls%rho*problem%rho_t(i)
-      call project_on_cone(point%mu, r_old - problem%rho_map(i)*augmented_gap(point%mu, x), p, &
-        status)
+      call project_prediction(point%mu, problem%rho_map(i), r_old, x, p, status)
       sweep%seen_residual = sweep%seen_residual + sum((r_old - p)**2)
 
       r = r_old

@@ -167,6 +167,7 @@ contains
           interaction)
         if (interaction > 0) pair%mu = interactions%mu(interaction)
       end if
+      fields%line = 0 ! other cards may lie between two pairs
       call next_data_line(reader, card, fields, found)
       if (.not. found) then
         call report(reader, card%position, '*CONTACT PAIR needs a data line: slave, obstacle')

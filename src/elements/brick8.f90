@@ -15,7 +15,7 @@ module brick8_mod
   implicit none
   private
 
-  public :: shape_gradients, jacobian_determinants, volume, node_volumes
+  public :: shape_gradients, jacobian_determinants, volume, node_volumes, stiffness_length
   public :: lame_constants, strain_of, stress_of, force_of, isotropic_stiffness
   public :: volume_mean, extrapolate_to_nodes
   public :: xi_node, eta_node, zeta_node, gauss
@@ -48,19 +48,33 @@ contains
     end do
   end subroutine shape_gradients
 
-  !> dx_i/dxi_j.
+  !> dx_i/dxi_j, from the places of the nodes beside the first: a brick far from the origin loses no
+  !> digits.
   pure function jacobian_of(x, d) result(jacobian)
     real(wp), intent(in) :: x(3, 8), d(3, 8) !! nodes; dN_a/dxi_j
     real(wp) :: jacobian(3, 3)
+    real(wp) :: arm(3)
     integer :: a
 
     jacobian = 0.0_wp
-    do a = 1, 8
-      jacobian(:, 1) = jacobian(:, 1) + x(:, a)*d(1, a)
-      jacobian(:, 2) = jacobian(:, 2) + x(:, a)*d(2, a)
-      jacobian(:, 3) = jacobian(:, 3) + x(:, a)*d(3, a)
+    do a = 2, 8
+      arm = x(:, a) - x(:, 1)
+      jacobian(:, 1) = jacobian(:, 1) + arm*d(1, a)
+      jacobian(:, 2) = jacobian(:, 2) + arm*d(2, a)
+      jacobian(:, 3) = jacobian(:, 3) + arm*d(3, a)
     end do
   end function jacobian_of
+
+  !> How large a nodal stiffness of the brick is beside its elastic constants: int |g_a|^2 dV, the
+  !> Jacobian taken at the centre. The edge of a cube; of a thin brick far more.
+  pure function stiffness_length(x) result(length)
+    real(wp), intent(in) :: x(3, 8) !! nodes [length]
+    real(wp) :: length              !! [length]
+    real(wp) :: jacobian(3, 3)
+
+    jacobian = jacobian_of(x, local_gradients(0.0_wp, 0.0_wp, 0.0_wp))
+    length = determinant(jacobian)*sum(inverse(jacobian)**2)
+  end function stiffness_length
 
   !> dN_a/dxi_j anywhere in the brick.
   pure function local_gradients(xi, eta, zeta) result(d)

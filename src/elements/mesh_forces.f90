@@ -4,7 +4,7 @@ module mesh_forces_mod
   use mesh_mod, only: mesh_t
   use surfaces_mod, only: surface_t, face_nodes
   use scene_mod, only: material_t
-  use brick8_mod, only: lame_constants, node_volumes
+  use brick8_mod, only: lame_constants, node_volumes, stiffness_length
   use elements_mod, only: nodal_force
   use face4_mod, only: face_area_vectors, face_node_areas
   implicit none
@@ -44,7 +44,7 @@ contains
     real(wp), intent(in) :: u(:, :)   !! (3,n_nodes) displacement [length]
     real(wp) :: rounding              !! [force]
     real(wp), parameter :: operations = 32.0_wp ! rounded ones that add up in a nodal force
-    real(wp) :: lambda, shear, extent, stiffest
+    real(wp) :: lambda, shear, stiffest
     integer :: e, nodes(8)
 
     stiffest = 0.0_wp
@@ -53,9 +53,8 @@ contains
       associate (material => materials(mesh%material(e)))
         call lame_constants(material%young, material%poisson, lambda, shear)
       end associate
-      extent = maxval(maxval(mesh%coordinates(:, nodes), dim=2) - &
-        minval(mesh%coordinates(:, nodes), dim=2))
-      stiffest = max(stiffest, (abs(lambda) + 2.0_wp*shear)*extent*maxval(abs(u(:, nodes))))
+      stiffest = max(stiffest, (abs(lambda) + 2.0_wp*shear)* &
+        stiffness_length(mesh%coordinates(:, nodes))*maxval(abs(u(:, nodes))))
     end do
     rounding = operations*epsilon(1.0_wp)*stiffest
   end function force_rounding

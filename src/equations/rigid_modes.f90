@@ -30,6 +30,14 @@ module rigid_modes_mod
     real(wp), allocatable :: extent(:)         !! (n) of the body, 0 of an obstacle [length]
   end type free_motions_t
 
+  !> The size of a body, for motions that compare.
+  type :: extents_t
+    real(wp) :: centre(3) = 0.0_wp    !! of its box [length]
+    real(wp) :: largest = 0.0_wp      !! side of its box [length]
+    real(wp) :: turn(3, 3) = 0.0_wp
+    !! columns: rotation about each principal axis that moves no node by more than 1 [1/length]
+  end type extents_t
+
 contains
 
   !> All free motions: of the bodies first, then of the reference nodes.
@@ -62,7 +70,8 @@ contains
 
   !> The motions of one body.
   !>
-  !> Taken about the body's centre and scaled by its size so that turning and shifting compare: what
+  !> Rotations are taken about the principal axes through the body's centre, each scaled so that it
+  !> moves the farthest node by 1: turning a needle about its length compares with shifting it. What
   !> the 6x6 Gram matrix of the prescribed degrees of freedom does not see is free.
   subroutine find_body_motions(mesh, body, prescribed, welcome, motions, error)
     type(mesh_t), intent(in) :: mesh
@@ -70,18 +79,23 @@ contains
     logical, intent(in) :: prescribed(:, :), welcome(:)
     type(free_motions_t), intent(inout) :: motions
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: gram(6, 6), eigenvalue(6), centre(3), extent, mode(6)
+    real(wp) :: gram(6, 6), eigenvalue(6), mode(6)
     real(wp), allocatable :: z(:, :)
+    type(extents_t) :: extents
     integer :: pin_node(6), pin_dof(6), node, i, j, k
     logical :: ok
 
-    call measure_body(mesh, body, centre, extent)
+    call measure_body(mesh, body, extents, ok)
+    if (.not. ok) then
+      call raise(error, exit_machine, 'LAPACK failed on the principal axes of a body')
+      return
+    end if
     gram = 0.0_wp
     do node = 1, mesh%n_nodes
       if (mesh%body(node) /= body) cycle
       do i = 1, 3
         if (.not. prescribed(i, node)) cycle
-        mode = rigid_mode((mesh%coordinates(:, node) - centre)/extent, i)
+        mode = rigid_mode(extents, mesh%coordinates(:, node), i)
         gram = gram + spread(mode, 2, 6)*spread(mode, 1, 6)
       end do
     end do
@@ -91,27 +105,28 @@ contains
     if (ok) then
       allocate (z(6, k))
       z = gram(:, :k) ! eigenvalues ascend
-      call choose_pins(mesh, body, prescribed, welcome, z, pin_node, pin_dof)
-      call scale_to_pins(mesh, (centre), extent, pin_node(:k), pin_dof(:k), z, ok)
+      call choose_pins(mesh, body, extents, prescribed, welcome, z, pin_node, pin_dof)
+      call scale_to_pins(mesh, extents, pin_node(:k), pin_dof(:k), z, ok)
     end if
     if (.not. ok) then
       call raise(error, exit_machine, 'LAPACK failed on the rigid motions of a body')
       return
     end if
     do j = 1, k
-      call add_motion(motions, body, pin_node(j), pin_dof(j), centre, extent)
+      call add_motion(motions, body, pin_node(j), pin_dof(j), extents%centre, extents%largest)
       motions%translation(:, motions%n) = z(:3, j)
-      motions%rotation(:, motions%n) = z(4:, j)/extent
+      motions%rotation(:, motions%n) = matmul(extents%turn, z(4:, j))
     end do
   end subroutine find_body_motions
 
-  !> Centre and largest side of a body's box.
-  pure subroutine measure_body(mesh, body, centre, extent)
+  !> Centre, largest side and principal axes of a body, with how far its nodes reach from each axis.
+  subroutine measure_body(mesh, body, extents, ok)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: body
-    real(wp), intent(out) :: centre(3), extent !! [length]
-    real(wp) :: low(3), high(3)
-    integer :: node
+    type(extents_t), intent(out) :: extents
+    logical, intent(out) :: ok !! false: LAPACK did not converge
+    real(wp) :: low(3), high(3), axis(3, 3), spread_of_axis(3), arm(3), reach(3)
+    integer :: node, k
 
     low = huge(1.0_wp)
     high = -huge(1.0_wp)
@@ -120,44 +135,60 @@ contains
       low = min(low, mesh%coordinates(:, node))
       high = max(high, mesh%coordinates(:, node))
     end do
-    centre = 0.5_wp*(low + high)
-    extent = maxval(high - low)
+    extents%centre = 0.5_wp*(low + high)
+    extents%largest = maxval(high - low)
+    axis = 0.0_wp
+    do node = 1, mesh%n_nodes
+      if (mesh%body(node) /= body) cycle
+      arm = (mesh%coordinates(:, node) - extents%centre)/extents%largest
+      axis = axis + spread(arm, 2, 3)*spread(arm, 1, 3)
+    end do
+    call symmetric_eigenvectors(axis, spread_of_axis, ok)
+    if (.not. ok) return
+    reach = 0.0_wp
+    do node = 1, mesh%n_nodes
+      if (mesh%body(node) /= body) cycle
+      arm = mesh%coordinates(:, node) - extents%centre
+      do k = 1, 3
+        reach(k) = max(reach(k), norm2(cross(axis(:, k), arm)))
+      end do
+    end do
+    do k = 1, 3
+      extents%turn(:, k) = axis(:, k)/reach(k)
+    end do
   end subroutine measure_body
 
-  !> What the six rigid motions (three translations, three rotations about the origin) do to degree
-  !> of freedom `i` of a point.
-  pure function rigid_mode(x, i) result(mode)
-    real(wp), intent(in) :: x(3) !! [-]
+  !> What the six rigid motions (translations along x, y, z; rotations about the principal axes, each
+  !> of at most 1) do to degree of freedom `i` of a point of the body.
+  pure function rigid_mode(extents, x, i) result(mode)
+    type(extents_t), intent(in) :: extents
+    real(wp), intent(in) :: x(3) !! [length]
     integer, intent(in) :: i     !! 1, 2, 3
-    real(wp) :: mode(6)
+    real(wp) :: mode(6), moved(3)
+    integer :: k
 
     mode = 0.0_wp
     mode(i) = 1.0_wp
-    select case (i) ! displacement of a rotation about axis k: e_k x x
-    case (1)
-      mode(5:6) = [x(3), -x(2)]
-    case (2)
-      mode(4) = -x(3)
-      mode(6) = x(1)
-    case default
-      mode(4:5) = [x(2), -x(1)]
-    end select
+    do k = 1, 3
+      moved = cross(extents%turn(:, k), x - extents%centre)
+      mode(3 + k) = moved(i)
+    end do
   end function rigid_mode
 
   !> Choose as many degrees of freedom as there are motions, one after the other the one that the
   !> motions not yet pinned move most.
-  pure subroutine choose_pins(mesh, body, prescribed, welcome, z, pin_node, pin_dof)
+  pure subroutine choose_pins(mesh, body, extents, prescribed, welcome, z, pin_node, pin_dof)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: body
+    type(extents_t), intent(in) :: extents
     logical, intent(in) :: prescribed(:, :), welcome(:)
     real(wp), intent(in) :: z(:, :)                    !! (6,k) the free motions, orthonormal
     integer, intent(out) :: pin_node(:), pin_dof(:)    !! (6) the first k are set
     real(wp), parameter :: reluctance = 0.1_wp         ! weight of nodes that are less welcome
     real(wp), dimension(size(z, 2), size(z, 2)) :: chosen
-    real(wp) :: centre(3), extent, row(size(z, 2)), best_row(size(z, 2)), weight, best
+    real(wp) :: row(size(z, 2)), best_row(size(z, 2)), weight, best
     integer :: j, l, node, i
 
-    call measure_body(mesh, body, centre, extent)
     pin_node = 0
     pin_dof = 0
     do j = 1, size(z, 2)
@@ -167,7 +198,7 @@ contains
         if (mesh%body(node) /= body) cycle
         do i = 1, 3
           if (prescribed(i, node)) cycle
-          row = matmul(rigid_mode((mesh%coordinates(:, node) - centre)/extent, i), z)
+          row = matmul(rigid_mode(extents, mesh%coordinates(:, node), i), z)
           do l = 1, j - 1
             row = row - dot_product(row, chosen(:, l))*chosen(:, l)
           end do
@@ -185,9 +216,9 @@ contains
   end subroutine choose_pins
 
   !> Combine the motions so that each moves its own pin by 1 and the others not at all.
-  subroutine scale_to_pins(mesh, centre, extent, pin_node, pin_dof, z, ok)
+  subroutine scale_to_pins(mesh, extents, pin_node, pin_dof, z, ok)
     type(mesh_t), intent(in) :: mesh
-    real(wp), intent(in) :: centre(3), extent
+    type(extents_t), intent(in) :: extents
     integer, intent(in) :: pin_node(:), pin_dof(:) !! (k)
     real(wp), intent(inout) :: z(:, :)             !! (6,k)
     logical, intent(out) :: ok                     !! false: the pins do not hold the body
@@ -195,8 +226,7 @@ contains
     integer :: j
 
     do j = 1, size(z, 2)
-      p(j, :) = matmul(rigid_mode((mesh%coordinates(:, pin_node(j)) - centre)/extent, &
-        pin_dof(j)), z)
+      p(j, :) = matmul(rigid_mode(extents, mesh%coordinates(:, pin_node(j)), pin_dof(j)), z)
     end do
     call invert_general(p, ok)
     if (ok) z = matmul(z, p)

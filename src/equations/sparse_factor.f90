@@ -7,6 +7,10 @@
 !>
 !> `analyse` looks at the pattern alone and foretells what the factorisation will need; `factorise`
 !> of a matrix with that pattern then begins where it ended.
+!>
+!> MUMPS gets the matrix with a diagonal near 1, D K D with powers of two in D, which round nothing:
+!> it has absolute thresholds, and below pivots of about 1e-16 its solutions are wrong without a
+!> word.
 module sparse_factor_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_not_solved, exit_machine
@@ -55,6 +59,7 @@ module sparse_factor_mod
     integer(i8) :: entries = 0     !! in the factor; 0 before `factorise`
     integer(i8) :: solutions = 0   !! right-hand sides solved for, over all its matrices
     logical, private :: is_factorised = .false.
+    real(wp), allocatable, private :: d(:) !! (n) D, near 1/sqrt(diagonal) [sqrt(length/force)]
     type(dmumps_struc), pointer, private :: id => null()
   contains
     procedure :: solve
@@ -171,7 +176,8 @@ contains
     end if
     associate (id => factor%id)
       allocate (id%a(id%nnz))
-      id%a = k%value
+      factor%d = scales_of(k)
+      id%a = factor%d(k%row)*k%value*factor%d(k%column)
       if (n_schur > 0) then
         id%schur_lld = n_schur
         id%schur(1:size(schur, kind=i8)) => schur
@@ -180,10 +186,28 @@ contains
       if (allocated(error)) return
       factor%entries = in_units(id%infog(20))
       nullify (id%schur)
+      do i = 1, n_schur
+        schur(:, i) = schur(:, i)/(factor%d(k%n - n_schur + 1:)*factor%d(k%n - n_schur + i))
+      end do
       deallocate (id%irn, id%jcn, id%a)
       nullify (id%irn, id%jcn, id%a)
     end associate
   end subroutine factorise
+
+  !> Powers of two near 1/sqrt(diagonal).
+  pure function scales_of(k) result(d)
+    type(triplets_t), intent(in) :: k
+    real(wp) :: d(k%n)
+    real(wp) :: diagonal(k%n)
+    integer :: i
+
+    diagonal = 0.0_wp
+    do i = 1, size(k%value)
+      if (k%row(i) == k%column(i)) diagonal(k%row(i)) = diagonal(k%row(i)) + k%value(i)
+    end do
+    d = 1.0_wp
+    where (diagonal > 0.0_wp) d = scale(1.0_wp, -exponent(diagonal)/2)
+  end function scales_of
 
   !> Numerical factorisation; when MUMPS asks for more workspace it gets it.
   subroutine run_factorisation(id, error)
@@ -219,8 +243,10 @@ contains
 
     if (factor%n == 0 .or. size(b, 2) == 0) return
     factor%solutions = factor%solutions + size(b, 2)
+    call scale_rows(factor%d, b)
     call give_right_hand_sides(factor, b)
     call run_solution(factor, error)
+    call scale_rows(factor%d, b)
   end subroutine solve
 
   !> First part of a solution: bring the right-hand sides to the Schur variables.
@@ -238,7 +264,9 @@ contains
       reduced = b
       return
     end if
+    call scale_rows(factor%d, b)
     call run_part(factor, reduced_condense, b, reduced, error)
+    call scale_rows(1.0_wp/factor%d(factor%n - factor%n_schur + 1:), reduced)
   end subroutine condense
 
   !> Last part of a solution: from the Schur variables to all.
@@ -255,8 +283,24 @@ contains
       x = reduced
       return
     end if
-    call run_part(factor, reduced_expand, x, reduced, error)
+    associate (d => factor%d(factor%n - factor%n_schur + 1:))
+      call scale_rows(1.0_wp/d, reduced)
+      call run_part(factor, reduced_expand, x, reduced, error)
+      call scale_rows(d, reduced)
+    end associate
+    call scale_rows(factor%d, x)
   end subroutine expand
+
+  !> Multiply each row by a factor of its own.
+  pure subroutine scale_rows(factors, b)
+    real(wp), intent(in) :: factors(:)   !! (n)
+    real(wp), intent(inout) :: b(:, :)   !! (n,m)
+    integer :: j
+
+    do j = 1, size(b, 2)
+      b(:, j) = factors*b(:, j)
+    end do
+  end subroutine scale_rows
 
   !> One of the two parts of a solution by way of the Schur variables.
   subroutine run_part(factor, part, b, reduced, error)

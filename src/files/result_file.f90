@@ -22,10 +22,11 @@ module result_file_mod
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t
   use step_fields_mod, only: step_fields_t, fields_due
-  use hdf5_io_mod, only: hdf5_file_t, look_at_file, create_file, open_file, flush_file, &
-                         close_file, is_open, create_group, exists, write_attribute, &
-                         read_attribute, write_dataset, write_text, &
-                         file_absent, file_readable, file_locked, file_foreign
+  use hdf5_files_mod, only: hdf5_file_t, look_at_file, create_file, open_file, flush_file, &
+    close_file, is_open, create_group, exists, file_absent, file_readable, file_locked, &
+    file_foreign
+  use hdf5_attributes_mod, only: write_attribute, read_attribute
+  use hdf5_datasets_mod, only: write_dataset, write_text
   use result_history_mod, only: history_t, create_history, append_history, finish_row
   use result_contact_mod, only: pair_rows_t, nodal_contact_t, create_contact, append_contact, &
                                 contact_at_nodes

@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+"""Run the matrix of extremes: small scenes, each at a limit, by AUTO and by the paper's solvers.
+
+    scripts/extremes.py                       all scenes and solvers: docs/extremes.md and its map
+    scripts/extremes.py --only mu- --solvers AUTO --keep /tmp/decks
+
+Every run is judged here from its result file and the scene's own numbers (extreme_judge.py): what
+the program says of itself does not count. Outcomes are
+
+    certified   exit status 0 and everything holds
+    fallback    the same, after AUTO's first solver gave up
+    diagnosed   exit status 1 or 2 and a message that names the cause
+    failed      anything else: a wrong result, no result, a crash, no end, a number that is none
+
+Exit status: 0 where no run failed, 1 otherwise.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+
+from extreme_judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK, cause_of, judge
+from extreme_scenes import all_scenes, deck
+
+ROOT = Path(__file__).resolve().parent.parent
+SOLVERS = {
+    "AUTO": "SOLVER=AUTO",
+    "Uzawa, bi-potential": "SOLVER=SWEEPS, FORMULATION=BIPOTENTIAL, LOCAL=UZAWA",
+    "Newton, bi-potential": "SOLVER=SWEEPS, FORMULATION=BIPOTENTIAL, LOCAL=NEWTON",
+    "Uzawa, pseudo-potential": "SOLVER=SWEEPS, FORMULATION=PSEUDOPOTENTIAL, LOCAL=UZAWA",
+    "Newton, pseudo-potential": "SOLVER=SWEEPS, FORMULATION=PSEUDOPOTENTIAL, LOCAL=NEWTON",
+}
+
+
+@dataclass
+class Outcome:
+    """How one scene went with one solver."""
+
+    scene: str
+    axis: str
+    solver: str
+    outcome: str
+    words: str
+    cause: str | None
+    error: float
+    seconds: float
+
+
+def run_scene(scene, solver, program, folder, limit):
+    """Run one scene by one solver in a folder of its own, and judge it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "scene.inp"
+    path.write_text(deck(scene, SOLVERS[solver]))
+    command = [program, path.name, "--quiet"]
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+    start = time.monotonic()
+    try:
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, timeout=limit, check=False,
+            env=environment, stdin=subprocess.DEVNULL,
+        )
+    except subprocess.TimeoutExpired:
+        words = f"no end within {limit:g} s"
+        return Outcome(scene.name, scene.axis, solver, FAILED, words, None, float("nan"), limit)
+    seconds = time.monotonic() - start
+    result = folder / "scene.vtkhdf"
+    outcome, words, error = judge(scene, result, done.returncode, done.stderr)
+    result.unlink(missing_ok=True)
+    cause = cause_of(done.stderr) if outcome == DIAGNOSED else None
+    return Outcome(scene.name, scene.axis, solver, outcome, words, cause, error, seconds)
+
+
+def run_matrix(scenes, solvers, program, folder, limit=60.0, jobs=2, progress=None):
+    """Run all scenes by all solvers, `jobs` at a time; return the outcomes in their order."""
+    tasks = [(scene, solver) for scene in scenes for solver in solvers]
+    found = {}
+    with ThreadPoolExecutor(jobs) as pool:
+        futures = {
+            pool.submit(
+                run_scene, scene, solver, program,
+                folder / f"{scene.name}-{list(SOLVERS).index(solver)}", limit,
+            ): (scene.name, solver)
+            for scene, solver in tasks
+        }
+        for count, future in enumerate(as_completed(futures), 1):
+            found[futures[future]] = future.result()
+            if progress:
+                progress(count, len(tasks), futures[future])
+    return [found[scene.name, solver] for scene, solver in tasks]
+
+
+def show_progress(count, total, task):
+    """Draw a bar on a terminal; nothing elsewhere."""
+    if not sys.stderr.isatty():
+        return
+    done = 40 * count // total
+    print(f"\r{'#' * done}{'.' * (40 - done)} {count}/{total} {task[0]:40.40}",
+          end="\n" if count == total else "", file=sys.stderr, flush=True)
+
+
+def main():
+    """Run, print, write the page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--program", default=str(ROOT / "build" / "bipot"))
+    parser.add_argument("--only", default="", help="scenes whose name or axis holds this")
+    parser.add_argument("--solvers", default="", help="names of solvers that hold one of these, a,b")
+    parser.add_argument("--jobs", type=int, default=max(1, min(2, os.cpu_count() or 1)))
+    parser.add_argument("--limit", type=float, default=60.0, help="seconds for one run")
+    parser.add_argument("--keep", help="folder in which the decks stay")
+    options = parser.parse_args()
+    scenes = [s for s in all_scenes() if options.only in s.name or options.only == s.axis]
+    wanted = [word for word in options.solvers.split(",") if word]
+    solvers = [name for name in SOLVERS if not wanted or any(word in name for word in wanted)]
+    with tempfile.TemporaryDirectory(prefix="extremes-") as temporary:
+        folder = Path(options.keep or temporary)
+        outcomes = run_matrix(
+            scenes, solvers, options.program, folder, options.limit, options.jobs, show_progress
+        )
+    for one in outcomes:
+        if one.outcome != CERTIFIED:
+            print(f"{one.outcome:10} {one.solver:24} {one.scene:34} {one.seconds:5.1f} s {one.words}")
+    for solver in solvers:
+        mine = [one.outcome for one in outcomes if one.solver == solver]
+        counts = {name: mine.count(name) for name in (CERTIFIED, FALLBACK, DIAGNOSED, FAILED)}
+        print(f"{solver}: {len(mine)} runs, " + ", ".join(f"{n} {k}" for k, n in counts.items()))
+    return 1 if any(one.outcome == FAILED for one in outcomes) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
