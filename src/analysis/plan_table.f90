@@ -35,8 +35,8 @@ contains
     call describe_bodies(scene, motions, plan)
     call add_line(plan, 'equations', bound, to_text(plan%n_equations)//', of them '// &
       to_text(plan%n_interface)//' on contact nodes')
-    if (plan%points%n > 0) then
-      call describe_pairs(scene, plan)
+    if (plan%points%n > 0) call describe_pairs(scene, plan)
+    if (sum(plan%rows) > 0) then
       call add_line(plan, 'compliance', bound, to_text(plan%n_interface)//' x '// &
         to_text(plan%n_interface)//' and, of the contact rows, '//to_text(sum(plan%rows))//' x '// &
         to_text(sum(plan%rows))//': dense, double precision, '// &
@@ -45,7 +45,7 @@ contains
     call add_line(plan, 'factorisations', bound_at_most, factorisations_in_words(plan))
     call add_line(plan, 'increments', bound_fixed, to_text(plan%n_increments)//' in '// &
       to_text(size(scene%steps))//plural(' step', ' steps', size(scene%steps)))
-    if (plan%points%n > 0) call add_line(plan, 'contact solver', 0, &
+    if (sum(plan%rows) > 0) call add_line(plan, 'contact solver', 0, &
       solver_in_words(scene%contact))
     call add_line(plan, 'fields', bound_fixed, fields_in_words(scene, plan))
   end subroutine describe

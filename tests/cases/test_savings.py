@@ -89,6 +89,9 @@ class Savings(unittest.TestCase):
         )
         self.assert_same(run, rubs)
 
+    def test_congruent_bricks_share_a_stiffness(self):
+        self.assertEqual(self.count(self.solve(), "brick_stiffnesses"), 1)
+
     def test_a_step_that_changes_nothing_costs_no_iteration(self):
         run = self.solve(more="*STEP\n*STATIC, DIRECT\n0.5, 1.\n*END STEP\n")
         with run.result() as result:
