@@ -31,8 +31,9 @@ def locate(obstacle, points):
     """Normals (P, 3) of undeformed points before an obstacle."""
     arm = points - np.asarray(obstacle.point)
     if obstacle.kind == PLANE:
-        return np.tile(np.asarray(obstacle.direction) / np.linalg.norm(obstacle.direction),
-                       (len(points), 1))
+        return np.tile(
+            np.asarray(obstacle.direction) / np.linalg.norm(obstacle.direction), (len(points), 1)
+        )
     if obstacle.kind == CYLINDER:
         axis = np.asarray(obstacle.direction) / np.linalg.norm(obstacle.direction)
         arm = arm - np.outer(arm @ axis, axis)
@@ -63,8 +64,11 @@ def free_motions(scene, held):
     body = bodies(scene)
     columns = []
     for b in np.unique(body):
-        for group in [body == b] if b >= 0 else [np.arange(len(body)) == r
-                                                 for r in np.flatnonzero(body == -1)]:
+        for group in (
+            [body == b]
+            if b >= 0
+            else [np.arange(len(body)) == r for r in np.flatnonzero(body == -1)]
+        ):
             rows = np.flatnonzero(group)
             centre = scene.points[rows].mean(axis=0)
             size = np.ptp(scene.points[rows], axis=0).max() or 1.0
@@ -73,8 +77,9 @@ def free_motions(scene, held):
                 modes[rows, i, i] = 1.0
             if b >= 0:
                 for i in range(3):
-                    modes[rows, :, 3 + i] = np.cross(np.eye(3)[i],
-                                                     (scene.points[rows] - centre) / size)
+                    modes[rows, :, 3 + i] = np.cross(
+                        np.eye(3)[i], (scene.points[rows] - centre) / size
+                    )
             modes = modes.reshape(-1, modes.shape[2])
             _, s, v = np.linalg.svd(modes[held]) if held.any() else (0, [], np.eye(modes.shape[1]))
             rank = int(np.sum(np.asarray(s) > 1e-9))
@@ -219,7 +224,9 @@ def compliance_condition(scene, matrix, free):
     rows = []
     for pair in scene.pairs:
         for at, normal in zip(
-            pair.nodes, locate(scene.obstacles[pair.obstacle], scene.points[pair.nodes]), strict=True
+            pair.nodes,
+            locate(scene.obstacles[pair.obstacle], scene.points[pair.nodes]),
+            strict=True,
         ):
             for direction in (normal, *tangents(normal)) if pair.mu > 0 else (normal,):
                 row = np.zeros(3 * len(scene.points))

@@ -1,4 +1,4 @@
-"""The page and the figure of the matrix of extremes: docs/extremes.md, docs/figures/extremes.png."""
+"""The page of the matrix of extremes, docs/extremes.md, and its figure."""
 
 import numpy as np
 from matplotlib.colors import ListedColormap
@@ -31,8 +31,9 @@ def draw_map(outcomes, solvers, path):
         cells[solvers.index(one.solver), scenes.index(one.scene)] = OUTCOMES.index(one.outcome)
     figure, plot = new_axes()
     figure.set_size_inches(13, 3.2)
-    plot.pcolormesh(cells, cmap=ListedColormap(COLOURS), vmin=-0.5, vmax=3.5, edgecolors="white",
-                    linewidth=0.3)
+    plot.pcolormesh(
+        cells, cmap=ListedColormap(COLOURS), vmin=-0.5, vmax=3.5, edgecolors="white", linewidth=0.3
+    )
     plot.set_yticks(np.arange(len(solvers)) + 0.5, solvers)
     plot.invert_yaxis()
     ends = np.cumsum([len(names) for names in axes.values()])
@@ -44,7 +45,10 @@ def draw_map(outcomes, solvers, path):
     plot.grid(False)
     plot.spines[:].set_visible(False)
     plot.legend(
-        [Patch(color=colour) for colour in COLOURS], OUTCOMES, ncols=4, loc="lower left",
+        [Patch(color=colour) for colour in COLOURS],
+        OUTCOMES,
+        ncols=4,
+        loc="lower left",
         bbox_to_anchor=(0, 1.0),
     )
     save(figure, path)
@@ -86,8 +90,8 @@ def write_page(outcomes, solvers, confirmed, seconds, path):
         "what the program allows itself (10 times the tolerance, 1e-8 unless the scene asks for "
         "another);",
         "- **fallback** (f): the same, after AUTO's first solver gave up in some increment;",
-        "- **diagnosed** (d): exit status 1 or 2, and a message that names the cause, with the best "
-        "residual where one was sought;",
+        "- **diagnosed** (d): exit status 1 or 2, and a message that names the cause, with the "
+        "best residual where one was sought;",
         "- **failed** (X): a wrong result, a crash, no end within the time limit, a number that is "
         "none, another exit status.",
         "",

@@ -66,8 +66,14 @@ def run_scene(scene, solver, program, folder, limit, keep=False):
     start = time.monotonic()
     try:
         done = subprocess.run(
-            command, cwd=folder, capture_output=True, text=True, timeout=limit, check=False,
-            env=environment, stdin=subprocess.DEVNULL,
+            command,
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            timeout=limit,
+            check=False,
+            env=environment,
+            stdin=subprocess.DEVNULL,
         )
     except subprocess.TimeoutExpired:
         words = f"no end within {limit:g} s"
@@ -89,8 +95,12 @@ def run_matrix(scenes, solvers, program, folder, limit=60.0, jobs=2, progress=No
     with ThreadPoolExecutor(jobs) as pool:
         futures = {
             pool.submit(
-                run_scene, scene, solver, program,
-                folder / f"{scene.name}-{list(SOLVERS).index(solver)}", limit,
+                run_scene,
+                scene,
+                solver,
+                program,
+                folder / f"{scene.name}-{list(SOLVERS).index(solver)}",
+                limit,
             ): (scene.name, solver)
             for scene, solver in tasks
         }
@@ -106,8 +116,12 @@ def show_progress(count, total, task):
     if not sys.stderr.isatty():
         return
     done = 40 * count // total
-    print(f"\r{'#' * done}{'.' * (40 - done)} {count}/{total} {task[0]:40.40}",
-          end="\n" if count == total else "", file=sys.stderr, flush=True)
+    print(
+        f"\r{'#' * done}{'.' * (40 - done)} {count}/{total} {task[0]:40.40}",
+        end="\n" if count == total else "",
+        file=sys.stderr,
+        flush=True,
+    )
 
 
 def confirm_refusals(scenes, outcomes):
@@ -125,7 +139,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--program", default=str(ROOT / "build" / "bipot"))
     parser.add_argument("--only", default="", help="scenes whose name or axis holds this")
-    parser.add_argument("--solvers", default="", help="names of solvers that hold one of these, a,b")
+    parser.add_argument("--solvers", default="", help="parts of solvers' names, as a,b")
     parser.add_argument("--jobs", type=int, default=max(1, min(2, os.cpu_count() or 1)))
     parser.add_argument("--limit", type=float, default=60.0, help="seconds for one run")
     parser.add_argument("--keep", help="folder in which the decks stay")
@@ -141,7 +155,7 @@ def main():
         )
     for one in outcomes:
         if one.outcome != CERTIFIED:
-            print(f"{one.outcome:10} {one.solver:24} {one.scene:34} {one.seconds:5.1f} s {one.words}")
+            print(f"{one.outcome:10} {one.solver:24} {one.scene:34} {one.words}")
     for solver in solvers:
         mine = [one.outcome for one in outcomes if one.solver == solver]
         counts = {name: mine.count(name) for name in (CERTIFIED, FALLBACK, DIAGNOSED, FAILED)}

@@ -159,8 +159,8 @@ contains
     end do
   end subroutine measure_body
 
-  !> What the six rigid motions (translations along x, y, z; rotations about the principal axes, each
-  !> of at most 1) do to degree of freedom `i` of a point of the body.
+  !> What the six rigid motions (translations along x, y, z; rotations about the principal axes,
+  !> each of at most 1) do to degree of freedom `i` of a point of the body.
   pure function rigid_mode(extents, x, i) result(mode)
     type(extents_t), intent(in) :: extents
     real(wp), intent(in) :: x(3) !! [length]

@@ -50,10 +50,16 @@ class Judge(unittest.TestCase):
             "none": (contact + "gap", last, lambda g: g * float("nan"), "none"),
             "gap": (contact + "gap", last, lambda g: g + 0.01, "a gap is"),
             "displacement": (
-                points + "displacement", slice(-27, None), lambda u: 1.01 * u, "prescribed"
+                points + "displacement",
+                slice(-27, None),
+                lambda u: 1.01 * u,
+                "prescribed",
             ),
             "support": (
-                points + "reaction_force", slice(-27, None), lambda f: 1.01 * f, "supports"
+                points + "reaction_force",
+                slice(-27, None),
+                lambda f: 1.01 * f,
+                "supports",
             ),
             "status": (contact + "status", last, lambda s: 0 * s, "open"),
             "certified": ("history/certified", last, lambda c: 0 * c, "not certified"),
