@@ -119,13 +119,13 @@ def write_page(outcomes, solvers, confirmed, seconds, path):
         "Each refusal was checked by other means (`scripts/extreme_confirm.py`): whether any "
         "reactions in their cones balance the loads, by linear programming; how many digits the "
         "stiffness and the stored displacements leave in double precision, by dense matrices. "
-        "`open` means that neither says why it could not be solved.",
+        "`no` means that others solve what AUTO does not.",
         "",
     ]
     rows = []
     for one in refused:
         right, words = confirmed[one.scene]
-        rows.append([one.scene, one.words.replace("|", "/"), "yes" if right else "open", words])
+        rows.append([one.scene, one.words.replace("|", "/"), "yes" if right else "no", words])
     lines += table(["scene", "what the program says", "confirmed", "by"], rows)
     if failed:
         lines += ["", "## What failed", ""]

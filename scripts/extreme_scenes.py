@@ -773,9 +773,25 @@ def obstacle_scenes():
             Obstacle(SPHERE, (0.5, 0.5, math.sqrt(9.5)), radius=math.sqrt(10.0), inner=True)
         ],
     )
+    yield prescribed_touching("prescribed-touching", 0.0)
+    yield prescribed_touching("prescribed-touching-turned", 0.3)
     yield pushed_tool("tool-under-force", "obstacle", -5.0)
     yield pushed_tool("tool-under-tiny-force", "obstacle", -1e-12)
     yield pushed_tool("tool-pulled-away", "obstacle", 5.0)
+
+
+def prescribed_touching(name, angle):
+    """Return a brick all of whose nodes are held, and touch a plane, which may lean by `angle`."""
+    n = (1, 1, 1)
+    scene = block(name, "points", n=n, origin=(0.1, 0.1, 0.1))
+    fixed = held(range(len(scene.points)), (0.0, 0.0, 0.0))
+    turn = [
+        [math.cos(angle), 0, math.sin(angle)],
+        [0, 1, 0],
+        [-math.sin(angle), 0, math.cos(angle)],
+    ]
+    obstacle = Obstacle(point=(0.0, 0.0, 0.1))
+    return turned(scene.named(name, steps=[Step(1, fixed)], obstacles=[obstacle]), turn)
 
 
 def pushed_tool(name, axis, force):
