@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 from bipot_result import OPEN, Result
-from extreme_scenes import CYLINDER, PLANE, Scene, shape_gradients
+from extreme_scenes import CORNERS, CYLINDER, GAUSS, PLANE, Scene, shape_gradients
 
 CERTIFIED, FALLBACK, DIAGNOSED, FAILED = "certified", "fallback", "diagnosed", "failed"
 SLACK = 2.0  # times what the program allows itself: its scales are not these to the last digit
@@ -80,7 +80,7 @@ def refuse_nan(path):
 
 
 def check_result(scene, result):
-    """Return the worst relative error of all stored increments; raise Wrong where it is too large."""
+    """Return the worst relative error of the stored increments; raise Wrong if too large."""
     expected = sum(step.increments for step in scene.steps)
     if result.finished != expected:
         raise Wrong(f"exit status 0 with {result.finished} of {expected} increments")
@@ -122,8 +122,14 @@ class Increment:
             chosen = [order[int(r)] for r in file_row if int(r) in order]
             rows = [node for node, r in zip(pair.nodes, file_row, strict=True) if int(r) in order]
             self.points.append(
-                (pair, np.array(rows, dtype=int), found.reaction[row][chosen],
-                 found.frame[row][chosen], found.status[row][chosen], found.gap[row][chosen])
+                (
+                    pair,
+                    np.array(rows, dtype=int),
+                    found.reaction[row][chosen],
+                    found.frame[row][chosen],
+                    found.status[row][chosen],
+                    found.gap[row][chosen],
+                )
             )
         self.force = internal_force(scene, u)
         self.contact = self.contact_force()
@@ -150,11 +156,13 @@ class Increment:
         """What is prescribed is met, to rounding."""
         for (row, direction), value in self.fixed.items():
             if abs(self.u[row, direction] - value) > 1e-14 * max(abs(value), self.length_scale):
-                raise Wrong(f"{self.label}: a prescribed displacement is {self.u[row, direction]}, "
-                            f"not {value}")
+                raise Wrong(
+                    f"{self.label}: a prescribed displacement is {self.u[row, direction]}, "
+                    f"not {value}"
+                )
 
     def check_contact(self):
-        """Signorini's and Coulomb's laws, at every point of every pair; the worst relative error."""
+        """Signorini's and Coulomb's laws at every point of every pair; the worst relative error."""
         f, u = self.force_scale, self.length_scale
         errors = {"penetration": 0.0, "adhesion": 0.0, "complementarity": 0.0, "cone": 0.0}
         errors["slip against friction"] = 0.0
@@ -166,8 +174,10 @@ class Increment:
             if len(rows) == 0:
                 continue
             if np.abs(stored - gap).max() > self.allowed * u + known.max():
-                raise Wrong(f"{self.label}: a gap is {gap[np.abs(stored - gap).argmax()]}, "
-                            f"not {stored[np.abs(stored - gap).argmax()]}")
+                raise Wrong(
+                    f"{self.label}: a gap is {gap[np.abs(stored - gap).argmax()]}, "
+                    f"not {stored[np.abs(stored - gap).argmax()]}"
+                )
             if np.abs(frame[:, 0] - normal).max() > 1e-6:
                 raise Wrong(f"{self.label}: a normal is not that of the obstacle")
             normal_force, friction = reaction[:, 0], reaction[:, 1:]
@@ -253,8 +263,10 @@ class Increment:
             raise Wrong(f"{self.label}: forces of supports wrong by {said:.1e} of {scale:.1e}")
         forces = max(np.abs(self.contact).max(), np.abs(self.loads).max(), np.abs(supports).max())
         if error > max(self.allowed, 1e-6) * scale and forces > rounding:
-            raise Wrong(f"{self.label}: balanced to rounding alone, {error / scale:.1e} of the "
-                        "largest force")
+            raise Wrong(
+                f"{self.label}: balanced to rounding alone, {error / scale:.1e} of the "
+                "largest force"
+            )
         return error / scale if scale > 0 and error > rounding else 0.0
 
 
@@ -305,8 +317,6 @@ def prescribed_at(scene, row):
 
 def node_volumes(x):
     """Integrals of the shape functions of a brick, (8,)."""
-    from extreme_scenes import CORNERS, GAUSS
-
     _, weights = shape_gradients(x)
     shapes = 0.125 * np.prod(1 + GAUSS * CORNERS[:, None, :] * CORNERS[None, :, :], axis=2)
     return weights @ shapes

@@ -1,4 +1,4 @@
-"""The scenes of the matrix of extremes: small contact problems, each extreme in one or two respects.
+"""The scenes of the matrix of extremes: small contact problems, extreme in one or two respects.
 
 A `Scene` knows its mesh, materials, obstacles, supports and loads as numbers; `deck` writes it as a
 deck of the program. Whoever judges a result takes the same numbers, and nothing of the program.
@@ -17,8 +17,10 @@ import numpy as np
 PLANE, SPHERE, CYLINDER = "PLANE", "SPHERE", "CYLINDER"
 GAUSS = 1 / math.sqrt(3)
 CORNERS = np.array(
-    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]]
-    + [[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]],
+    [
+        *([-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]),
+        *([-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]),
+    ],
     dtype=float,
 )
 
@@ -211,8 +213,10 @@ def shape_gradients(x):
     gradients, weights = [], []
     for g in CORNERS * GAUSS:
         one = 1 + g * CORNERS
-        local = 0.125 * CORNERS * np.column_stack(
-            [one[:, 1] * one[:, 2], one[:, 0] * one[:, 2], one[:, 0] * one[:, 1]]
+        local = (
+            0.125
+            * CORNERS
+            * np.column_stack([one[:, 1] * one[:, 2], one[:, 0] * one[:, 2], one[:, 0] * one[:, 1]])
         )
         jacobian = (x - x[0]).T @ local  # beside a node: coordinates far away lose no digits
         gradients.append(local @ np.linalg.inv(jacobian))
@@ -310,7 +314,7 @@ def turned(scene, matrix, shift=(0.0, 0.0, 0.0)):
 
 
 def renumbered(scene, seed):
-    """Return the scene with its nodes numbered, and its bricks and slave nodes listed, at random."""
+    """Return the scene with nodes numbered, and bricks and slave nodes listed, at random."""
     rng = np.random.default_rng(seed)
     bricks = rng.permutation(len(scene.bricks))
     return scene.named(
@@ -360,7 +364,7 @@ def block(name, axis, n=(2, 2, 2), size=(1.0, 1.0, 1.0), **options):
     steps = [Step(press, held(top, (0.0, 0.0, -depth * height)))]
     if slide:
         way = push * height * np.array([math.cos(angle), math.sin(angle), 0.0])
-        steps.append(Step(slide, held(top, way + (0.0, 0.0, -depth * height))))
+        steps.append(Step(slide, held(top, way - np.array([0.0, 0.0, depth * height]))))
     return Scene(
         name,
         axis,
@@ -457,7 +461,7 @@ def critical_friction():
 
 
 def reversed_steps(n, height=1.0, way=0.4, increments=3):
-    """Return steps that press the top of a grid down, push it, and push it back beyond the start."""
+    """Return steps that press the top of a grid, push it, and push it back beyond the start."""
     top = side(n, 2, True)
     down = -0.1 * height
     return [
@@ -537,8 +541,10 @@ def corner_jacobian(x):
     values = []
     for corner in CORNERS:
         one = 1 + corner * CORNERS
-        local = 0.125 * CORNERS * np.column_stack(
-            [one[:, 1] * one[:, 2], one[:, 0] * one[:, 2], one[:, 0] * one[:, 1]]
+        local = (
+            0.125
+            * CORNERS
+            * np.column_stack([one[:, 1] * one[:, 2], one[:, 0] * one[:, 2], one[:, 0] * one[:, 1]])
         )
         values.append(np.linalg.det((x - x[0]).T @ local))
     return 64 * min(values)
@@ -560,7 +566,7 @@ def two_blocks(name, axis, first, second, gap=0.0):
     one = block(name, axis)
     other = block(name, axis, origin=(2.0, 0.0, 0.0))
     shift = len(one.points)
-    points = np.vstack([one.points, other.points + (0.0, 0.0, gap)])
+    points = np.vstack([one.points, other.points + np.array([0.0, 0.0, gap])])
     steps = []
     for a, b in zip(one.steps, other.steps, strict=True):
         fixed = a.fixed | {(row + shift, i): value for (row, i), value in b.fixed.items()}
@@ -595,20 +601,24 @@ def motion_scenes():
         10, held(top, (0.0, 0.0, -0.1)), factors=((0.0, 1.0), (0.3, -1.0), (0.7, -1.0), (1.0, 1.2))
     )
     yield block("lift-off-and-return", "path", steps=[Step(1, held(top, (0, 0, -0.1))), lift])
+    steady = Step(1, held(top, (0, 0, -0.1)))
     once = Step(1, held(top, (0.3, 0.0, -0.1)), factors=((0.0, 1.0), (0.5, -1.0), (1.0, 1.0)))
-    yield block("lift-off-within-an-increment", "path", steps=[Step(1, held(top, (0, 0, -0.1))), once])
+    yield block("lift-off-within-an-increment", "path", steps=[steady, once])
     away = [Step(1, held(top, (0, 0, -0.1))), Step(1, held(top, (0, 0, 5.0)))]
     yield block("lift-off-for-good", "path", steps=away)
-    yield block("reversed-each-increment", "path", steps=[Step(1, held(top, (0, 0, -0.1)))] + [
-        Step(1, held(top, ((-1) ** k * 0.2, 0.0, -0.1))) for k in range(8)
-    ])
-    yield block("one-step", "count", increments=(1, 0))
     yield block(
-        "10000-steps", "count", n=(1, 1, 1), increments=(2000, 8000), frequency=1000
+        "reversed-each-increment",
+        "path",
+        steps=[Step(1, held(top, (0, 0, -0.1)))]
+        + [Step(1, held(top, ((-1) ** k * 0.2, 0.0, -0.1))) for k in range(8)],
     )
-    yield block("no-motion-after-press", "path", steps=[
-        Step(1, held(top, (0, 0, -0.1))), Step(3, held(top, (0, 0, -0.1)))
-    ])
+    yield block("one-step", "path", increments=(1, 0))
+    yield block("10000-steps", "path", n=(1, 1, 1), increments=(2000, 8000), frequency=1000)
+    yield block(
+        "no-motion-after-press",
+        "path",
+        steps=[Step(1, held(top, (0, 0, -0.1))), Step(3, held(top, (0, 0, -0.1)))],
+    )
 
 
 def load_scenes():
@@ -616,8 +626,8 @@ def load_scenes():
     n = (2, 2, 2)
     top = side(n, 2, True)
     eps = 2.0**-52
-    yield block("no-load", "load", steps=[Step(2, held(top, (0, 0, 0)))])
-    yield block("no-load-no-friction", "load", mu=0.0, steps=[Step(2, held(top, (0, 0, 0)))])
+    yield block("no-load", "gap", steps=[Step(2, held(top, (0, 0, 0)))])
+    yield block("no-load-no-friction", "gap", mu=0.0, steps=[Step(2, held(top, (0, 0, 0)))])
     for gap, label in ((eps, "rounding"), (-eps, "minus-rounding"), (1e-9, "1e-9"), (0.05, "0.05")):
         yield block(f"gap-{label}", "gap", gap=gap)
     yield block("gap-rounding-only", "gap", gap=eps, depth=eps, push=4 * eps)
@@ -681,53 +691,107 @@ def obstacle_scenes():
     yield scene.named("all-points", pairs=[Pair(everything, 0, 0.3)])
     yield scene.named("prescribed-points", pairs=[Pair(np.arange(len(scene.points)), 0, 0.3)])
     yield scene.named(
-        "same-plane-twice", "redundant", obstacles=[Obstacle(), Obstacle()],
+        "same-plane-twice",
+        "redundant",
+        obstacles=[Obstacle(), Obstacle()],
         pairs=[Pair(bottom, 0, 0.3), Pair(bottom, 1, 0.3)],
     )
     yield scene.named(
-        "same-plane-three-frictions", "redundant", obstacles=[Obstacle()] * 3,
+        "same-plane-three-frictions",
+        "redundant",
+        obstacles=[Obstacle()] * 3,
         pairs=[Pair(bottom, 0, 0.0), Pair(bottom, 1, 0.3), Pair(bottom, 2, 10.0)],
     )
     tilted = math.radians(1e-6)
     yield scene.named(
-        "nearly-the-same-plane", "redundant",
+        "nearly-the-same-plane",
+        "redundant",
         obstacles=[Obstacle(), Obstacle(direction=(math.sin(tilted), 0.0, math.cos(tilted)))],
         pairs=[Pair(bottom, 0, 0.3), Pair(bottom, 1, 0.3)],
     )
     wall = side(n, 0, True)
     yield scene.named(
-        "between-two-walls", "redundant",
-        obstacles=[Obstacle(), Obstacle(direction=(1, 0, 0)),
-                   Obstacle(point=(1, 0, 0), direction=(-1, 0, 0))],
-        pairs=[Pair(bottom, 0, 0.3), Pair(np.setdiff1d(side(n, 0, False), top), 1, 0.3),
-               Pair(np.setdiff1d(wall, top), 2, 0.3)],
+        "between-two-walls",
+        "redundant",
+        obstacles=[
+            Obstacle(),
+            Obstacle(direction=(1, 0, 0)),
+            Obstacle(point=(1, 0, 0), direction=(-1, 0, 0)),
+        ],
+        pairs=[
+            Pair(bottom, 0, 0.3),
+            Pair(np.setdiff1d(side(n, 0, False), top), 1, 0.3),
+            Pair(np.setdiff1d(wall, top), 2, 0.3),
+        ],
         steps=[Step(2, held(top, (0, 0, -0.1))), Step(2, held(top, (0.0, 0.2, -0.1)))],
     )
     for mu in (0.0, 0.3, 10.0):
         yield free_cube(f"corner-{mu:g}", "redundant", (-4.8, -3.6, -8.0), mu=mu, planes=3)
-    yield block("corner-pressed", "redundant", steps=[Step(2, held(top, (-0.05, -0.05, -0.1)))],
-                obstacles=[Obstacle(), Obstacle(direction=(1, 0, 0)), Obstacle(direction=(0, 1, 0))]
-                ).named("corner-pressed", pairs=[
-                    Pair(bottom, 0, 0.3), Pair(np.setdiff1d(side(n, 0, False), top), 1, 0.3),
-                    Pair(np.setdiff1d(side(n, 1, False), top), 2, 0.3)])
+    yield block(
+        "corner-pressed",
+        "redundant",
+        steps=[Step(2, held(top, (-0.05, -0.05, -0.1)))],
+        obstacles=[Obstacle(), Obstacle(direction=(1, 0, 0)), Obstacle(direction=(0, 1, 0))],
+    ).named(
+        "corner-pressed",
+        pairs=[
+            Pair(bottom, 0, 0.3),
+            Pair(np.setdiff1d(side(n, 0, False), top), 1, 0.3),
+            Pair(np.setdiff1d(side(n, 1, False), top), 2, 0.3),
+        ],
+    )
     for radius, label in ((1e-3, "on-node"), (1e-3, "beside-node"), (1e3, "large"), (1e9, "flat")):
         x = 0.5 if label != "beside-node" else 0.6
         tool = Obstacle(SPHERE, (x, 0.5, -radius), radius=radius)
-        yield block(f"sphere-{radius:g}-{label}", "obstacle", steps=[
-            Step(2, held(top, (0, 0, -0.05))), Step(2, held(top, (0.02, 0.01, -0.05)))
-        ], obstacles=[tool])
-    yield block("cylinder-thin", "obstacle", steps=[Step(2, held(top, (0, 0, -0.02)))],
-                obstacles=[Obstacle(CYLINDER, (0.5, 0.5, -0.01), (0, 1, 0), 0.01)])
-    yield block("sphere-tenth", "obstacle", n=(4, 4, 2), steps=[
-        Step(4, held(side((4, 4, 2), 2, True), (0, 0, -0.02))),
-        Step(4, held(side((4, 4, 2), 2, True), (0.05, 0.0, -0.02)))
-    ], obstacles=[Obstacle(SPHERE, (0.5, 0.5, -0.1), radius=0.1)])
-    yield block("bowl", "obstacle", steps=[
-        Step(2, held(top, (0, 0, -0.05))), Step(2, held(top, (0.05, 0.0, -0.05)))
-    ], obstacles=[Obstacle(SPHERE, (0.5, 0.5, math.sqrt(9.5)), radius=math.sqrt(10.0), inner=True)])
+        yield block(
+            f"sphere-{radius:g}-{label}",
+            "obstacle",
+            steps=[Step(2, held(top, (0, 0, -0.05))), Step(2, held(top, (0.02, 0.01, -0.05)))],
+            obstacles=[tool],
+        )
+    yield block(
+        "cylinder-thin",
+        "obstacle",
+        steps=[Step(2, held(top, (0, 0, -0.02)))],
+        obstacles=[Obstacle(CYLINDER, (0.5, 0.5, -0.01), (0, 1, 0), 0.01)],
+    )
+    yield block(
+        "sphere-tenth",
+        "obstacle",
+        n=(4, 4, 2),
+        steps=[
+            Step(4, held(side((4, 4, 2), 2, True), (0, 0, -0.02))),
+            Step(4, held(side((4, 4, 2), 2, True), (0.05, 0.0, -0.02))),
+        ],
+        obstacles=[Obstacle(SPHERE, (0.5, 0.5, -0.1), radius=0.1)],
+    )
+    yield block(
+        "bowl",
+        "obstacle",
+        steps=[Step(2, held(top, (0, 0, -0.05))), Step(2, held(top, (0.05, 0.0, -0.05)))],
+        obstacles=[
+            Obstacle(SPHERE, (0.5, 0.5, math.sqrt(9.5)), radius=math.sqrt(10.0), inner=True)
+        ],
+    )
+    yield prescribed_touching("prescribed-touching", 0.0)
+    yield prescribed_touching("prescribed-touching-turned", 0.3)
     yield pushed_tool("tool-under-force", "obstacle", -5.0)
     yield pushed_tool("tool-under-tiny-force", "obstacle", -1e-12)
     yield pushed_tool("tool-pulled-away", "obstacle", 5.0)
+
+
+def prescribed_touching(name, angle):
+    """Return a brick all of whose nodes are held, and touch a plane, which may lean by `angle`."""
+    n = (1, 1, 1)
+    scene = block(name, "points", n=n, origin=(0.1, 0.1, 0.1))
+    fixed = held(range(len(scene.points)), (0.0, 0.0, 0.0))
+    turn = [
+        [math.cos(angle), 0, math.sin(angle)],
+        [0, 1, 0],
+        [-math.sin(angle), 0, math.cos(angle)],
+    ]
+    obstacle = Obstacle(point=(0.0, 0.0, 0.1))
+    return turned(scene.named(name, steps=[Step(1, fixed)], obstacles=[obstacle]), turn)
 
 
 def pushed_tool(name, axis, force):
@@ -739,7 +803,9 @@ def pushed_tool(name, axis, force):
     bottom, top = side(n, 2, False), side(n, 2, True)
     fixed = held(bottom, (0, 0, 0)) | {(tool, 0): 0.0, (tool, 1): 0.0}
     return scene.named(
-        name, points=points, pairs=[Pair(top, 0, 0.3)],
+        name,
+        points=points,
+        pairs=[Pair(top, 0, 0.3)],
         obstacles=[Obstacle(point=(0, 0, 1), direction=(0, 0, -1), reference=tool)],
         steps=[Step(2, fixed, {(tool, 2): force}), Step(2, {(tool, 0): 0.01}, {(tool, 2): force})],
     )

@@ -25,6 +25,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
+from extreme_confirm import confirm
 from extreme_judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK, cause_of, judge
 from extreme_scenes import all_scenes, deck
 
@@ -48,12 +49,15 @@ class Outcome:
     outcome: str
     words: str
     cause: str | None
-    error: float
+    error: float  # the worst found here, of what the scene's tolerance allows
     seconds: float
 
 
-def run_scene(scene, solver, program, folder, limit):
-    """Run one scene by one solver in a folder of its own, and judge it."""
+def run_scene(scene, solver, program, folder, limit, keep=False):
+    """Run one scene by one solver in a folder of its own, and judge it.
+
+    The deck stays in the folder; the result, of megabytes, only with `keep`.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "scene.inp"
     path.write_text(deck(scene, SOLVERS[solver]))
@@ -62,8 +66,14 @@ def run_scene(scene, solver, program, folder, limit):
     start = time.monotonic()
     try:
         done = subprocess.run(
-            command, cwd=folder, capture_output=True, text=True, timeout=limit, check=False,
-            env=environment, stdin=subprocess.DEVNULL,
+            command,
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            timeout=limit,
+            check=False,
+            env=environment,
+            stdin=subprocess.DEVNULL,
         )
     except subprocess.TimeoutExpired:
         words = f"no end within {limit:g} s"
@@ -71,8 +81,10 @@ def run_scene(scene, solver, program, folder, limit):
     seconds = time.monotonic() - start
     result = folder / "scene.vtkhdf"
     outcome, words, error = judge(scene, result, done.returncode, done.stderr)
-    result.unlink(missing_ok=True)
+    if not keep:
+        result.unlink(missing_ok=True)
     cause = cause_of(done.stderr) if outcome == DIAGNOSED else None
+    error /= 10 * scene.tolerance
     return Outcome(scene.name, scene.axis, solver, outcome, words, cause, error, seconds)
 
 
@@ -83,8 +95,12 @@ def run_matrix(scenes, solvers, program, folder, limit=60.0, jobs=2, progress=No
     with ThreadPoolExecutor(jobs) as pool:
         futures = {
             pool.submit(
-                run_scene, scene, solver, program,
-                folder / f"{scene.name}-{list(SOLVERS).index(solver)}", limit,
+                run_scene,
+                scene,
+                solver,
+                program,
+                folder / f"{scene.name}-{list(SOLVERS).index(solver)}",
+                limit,
             ): (scene.name, solver)
             for scene, solver in tasks
         }
@@ -100,8 +116,22 @@ def show_progress(count, total, task):
     if not sys.stderr.isatty():
         return
     done = 40 * count // total
-    print(f"\r{'#' * done}{'.' * (40 - done)} {count}/{total} {task[0]:40.40}",
-          end="\n" if count == total else "", file=sys.stderr, flush=True)
+    print(
+        f"\r{'#' * done}{'.' * (40 - done)} {count}/{total} {task[0]:40.40}",
+        end="\n" if count == total else "",
+        file=sys.stderr,
+        flush=True,
+    )
+
+
+def confirm_refusals(scenes, outcomes):
+    """Check what AUTO refused by other means; return (right, words) by the name of the scene."""
+    known = {scene.name: scene for scene in scenes}
+    return {
+        one.scene: confirm(known[one.scene], one.cause)
+        for one in outcomes
+        if one.solver == "AUTO" and one.outcome == DIAGNOSED
+    }
 
 
 def main():
@@ -109,7 +139,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--program", default=str(ROOT / "build" / "bipot"))
     parser.add_argument("--only", default="", help="scenes whose name or axis holds this")
-    parser.add_argument("--solvers", default="", help="names of solvers that hold one of these, a,b")
+    parser.add_argument("--solvers", default="", help="parts of solvers' names, as a,b")
     parser.add_argument("--jobs", type=int, default=max(1, min(2, os.cpu_count() or 1)))
     parser.add_argument("--limit", type=float, default=60.0, help="seconds for one run")
     parser.add_argument("--keep", help="folder in which the decks stay")
@@ -117,6 +147,7 @@ def main():
     scenes = [s for s in all_scenes() if options.only in s.name or options.only == s.axis]
     wanted = [word for word in options.solvers.split(",") if word]
     solvers = [name for name in SOLVERS if not wanted or any(word in name for word in wanted)]
+    start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="extremes-") as temporary:
         folder = Path(options.keep or temporary)
         outcomes = run_matrix(
@@ -124,11 +155,19 @@ def main():
         )
     for one in outcomes:
         if one.outcome != CERTIFIED:
-            print(f"{one.outcome:10} {one.solver:24} {one.scene:34} {one.seconds:5.1f} s {one.words}")
+            print(f"{one.outcome:10} {one.solver:24} {one.scene:34} {one.words}")
     for solver in solvers:
         mine = [one.outcome for one in outcomes if one.solver == solver]
         counts = {name: mine.count(name) for name in (CERTIFIED, FALLBACK, DIAGNOSED, FAILED)}
         print(f"{solver}: {len(mine)} runs, " + ", ".join(f"{n} {k}" for k, n in counts.items()))
+    if not options.only and not wanted:
+        # Only the whole matrix makes the page; drawing is not needed for less.
+        from extreme_page import draw_map, write_page
+
+        seconds = time.monotonic() - start
+        draw_map(outcomes, solvers, ROOT / "docs" / "figures" / "extremes.png")
+        confirmed = confirm_refusals(scenes, outcomes)
+        write_page(outcomes, solvers, confirmed, seconds, ROOT / "docs" / "extremes.md")
     return 1 if any(one.outcome == FAILED for one in outcomes) else 0
 
 

@@ -42,21 +42,25 @@ contains
     type(step_forces_t), intent(in) :: forces
     real(wp), intent(in) :: tolerance              !! contact tolerance [-]
     type(certificate_t) :: certificate
-    real(wp) :: f, u, x(3, points%n), residual(3, mesh%n_nodes), support(3, mesh%n_nodes)
+    real(wp) :: f, u, x(3, points%n)
+    real(wp), dimension(3, mesh%n_nodes) :: pressed, residual, support
     logical :: is_mesh(mesh%n_nodes)
     integer :: i
 
-    residual = forces%internal - forces%external
+    pressed = 0.0_wp
     do i = 1, points%n
-      residual(:, points%node(i)) = residual(:, points%node(i)) - new%reaction(:, i)
+      pressed(:, points%node(i)) = pressed(:, points%node(i)) + new%reaction(:, i)
       if (points%ref_node(i) == 0) cycle
-      residual(:, points%ref_node(i)) = residual(:, points%ref_node(i)) + new%reaction(:, i)
+      pressed(:, points%ref_node(i)) = pressed(:, points%ref_node(i)) - new%reaction(:, i)
     end do
+    residual = forces%internal - forces%external - pressed
     support = merge(residual, 0.0_wp, forces%prescribed)
     residual = residual - support
-    ! Of an obstacle's reference node the forces are resultants, not those of a node.
+    ! Of an obstacle's reference node the forces are resultants, not those of a node. Reactions of
+    ! several obstacles on one node may be any size and cancel: what counts is their sum.
     is_mesh = mesh%body > 0
-    f = max(largest(new%reaction), largest(support, is_mesh), largest(forces%external, is_mesh), &
+    f = max(largest(pressed, is_mesh), largest(support, is_mesh), largest(forces%external, &
+      is_mesh), &
       largest(forces%internal))
     if (f <= 0.0_wp) f = largest(forces%external)
     u = max(largest(new%displacement - old%displacement), largest_spread(mesh, new%displacement))

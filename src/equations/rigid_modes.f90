@@ -10,14 +10,14 @@ module rigid_modes_mod
   use errors_mod, only: error_t, raise, exit_machine
   use mesh_mod, only: mesh_t
   use small_matrix_mod, only: cross
-  use dense_mod, only: symmetric_eigenvectors, invert_general
+  use dense_mod, only: singular_values, symmetric_eigenvectors, invert_general
   implicit none
   private
 
   public :: free_motions_t, find_free_motions, motion_at, hold_pins, generalised_loads, add_motions
 
-  ! of the largest eigenvalue: sines of 1e-5 count as held
-  real(wp), parameter :: rank_tolerance = 1.0e-10_wp
+  ! of the largest singular value: sines of 1e-8 count as held, as at the edge of a thin plate
+  real(wp), parameter :: rank_tolerance = 1.0e-9_wp
 
   !> Motions u(x) = translation + rotation x (x - centre).
   type :: free_motions_t
@@ -72,15 +72,15 @@ contains
   !>
   !> Rotations are taken about the principal axes through the body's centre, each scaled so that it
   !> moves the farthest node by 1: turning a needle about its length compares with shifting it. What
-  !> the 6x6 Gram matrix of the prescribed degrees of freedom does not see is free.
+  !> the prescribed degrees of freedom do not see is free.
   subroutine find_body_motions(mesh, body, prescribed, welcome, motions, error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: body
     logical, intent(in) :: prescribed(:, :), welcome(:)
     type(free_motions_t), intent(inout) :: motions
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: gram(6, 6), eigenvalue(6), mode(6)
-    real(wp), allocatable :: z(:, :)
+    real(wp), allocatable :: seen(:, :), z(:, :)
+    real(wp) :: s(6), v(6, 6)
     type(extents_t) :: extents
     integer :: pin_node(6), pin_dof(6), node, i, j, k
     logical :: ok
@@ -90,21 +90,22 @@ contains
       call raise(error, exit_machine, 'LAPACK failed on the principal axes of a body')
       return
     end if
-    gram = 0.0_wp
+    allocate (seen(count(prescribed .and. spread(mesh%body == body, 1, 3)), 6))
+    k = 0
     do node = 1, mesh%n_nodes
       if (mesh%body(node) /= body) cycle
       do i = 1, 3
         if (.not. prescribed(i, node)) cycle
-        mode = rigid_mode(extents, mesh%coordinates(:, node), i)
-        gram = gram + spread(mode, 2, 6)*spread(mode, 1, 6)
+        k = k + 1
+        seen(k, :) = rigid_mode(extents, mesh%coordinates(:, node), i)
       end do
     end do
-    call symmetric_eigenvectors(gram, eigenvalue, ok)
-    k = count(eigenvalue <= rank_tolerance*max(eigenvalue(6), tiny(1.0_wp)))
+    call singular_values(seen, s, v, ok)
+    k = count(s <= rank_tolerance*max(s(1), tiny(1.0_wp)))
     if (ok .and. k == 0) return
     if (ok) then
       allocate (z(6, k))
-      z = gram(:, :k) ! eigenvalues ascend
+      z = v(:, 7 - k:) ! singular values descend
       call choose_pins(mesh, body, extents, prescribed, welcome, z, pin_node, pin_dof)
       call scale_to_pins(mesh, extents, pin_node(:k), pin_dof(:k), z, ok)
     end if
@@ -158,8 +159,8 @@ contains
     end do
   end subroutine measure_body
 
-  !> What the six rigid motions (translations along x, y, z; rotations about the principal axes, each
-  !> of at most 1) do to degree of freedom `i` of a point of the body.
+  !> What the six rigid motions (translations along x, y, z; rotations about the principal axes,
+  !> each of at most 1) do to degree of freedom `i` of a point of the body.
   pure function rigid_mode(extents, x, i) result(mode)
     type(extents_t), intent(in) :: extents
     real(wp), intent(in) :: x(3) !! [length]

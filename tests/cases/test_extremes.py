@@ -1,0 +1,115 @@
+"""The matrix of extremes by AUTO: solved and right, or refused with the cause; nothing else.
+
+The judge is tried first: results made wrong by hand must not pass it.
+"""
+
+import shutil
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+from program import PROGRAM
+
+from extreme_confirm import SOLVED_BY_OTHERS, confirm
+from extreme_judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK, judge
+from extreme_scenes import all_scenes, block, free_cube
+from extremes import confirm_refusals, run_matrix, run_scene
+
+LEAST_SOLVED = 0.9
+
+
+class Judge(unittest.TestCase):
+    """A right result passes; the same result with one number changed does not."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = Path(tempfile.mkdtemp(prefix="extremes-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+        cls.scene = block("judged", "")
+        found = run_scene(cls.scene, "AUTO", PROGRAM, cls.folder, 60.0, keep=True)
+        assert found.outcome == CERTIFIED, found.words
+        cls.result = cls.folder / "scene.vtkhdf"
+
+    def judged(self, dataset, row, change):
+        """Outcome and words for the result with `change` applied to a row of a dataset."""
+        path = self.folder / "changed.vtkhdf"
+        shutil.copy(self.result, path)
+        with h5py.File(path, "r+") as file:
+            values = file[dataset][row]
+            file[dataset][row] = change(values)
+        return judge(self.scene, path, 0, "")[:2]
+
+    def test_changed_results_do_not_pass(self):
+        contact, points = "contact/SLAVE-0:O-0/", "VTKHDF/PointData/"
+        last = 4
+        changes = {
+            "reaction": (contact + "reaction", last, lambda r: 1.001 * r, "out of balance"),
+            "tension": (contact + "reaction", last, lambda r: -r, "adhesion|balance"),
+            "none": (contact + "gap", last, lambda g: g * float("nan"), "none"),
+            "gap": (contact + "gap", last, lambda g: g + 0.01, "a gap is"),
+            "displacement": (
+                points + "displacement",
+                slice(-27, None),
+                lambda u: 1.01 * u,
+                "prescribed",
+            ),
+            "support": (
+                points + "reaction_force",
+                slice(-27, None),
+                lambda f: 1.01 * f,
+                "supports",
+            ),
+            "status": (contact + "status", last, lambda s: 0 * s, "open"),
+            "certified": ("history/certified", last, lambda c: 0 * c, "not certified"),
+        }
+        for name, (dataset, row, change, words) in changes.items():
+            with self.subTest(changed=name):
+                outcome, found = self.judged(dataset, row, change)
+                self.assertEqual(outcome, FAILED)
+                self.assertRegex(found, words)
+
+    def test_the_result_itself_passes(self):
+        self.assertEqual(self.judged("history/certified", 0, lambda c: c)[0], CERTIFIED)
+
+    def test_a_refusal_needs_its_cause(self):
+        path = self.folder / "none.vtkhdf"
+        self.assertEqual(judge(self.scene, path, 2, "it did not work")[0], FAILED)
+        self.assertEqual(judge(self.scene, path, -8, "nothing balances the loads")[0], FAILED)
+        self.assertEqual(judge(self.scene, path, 3, "not enough memory")[0], FAILED)
+
+    def test_another_scene_does_not_pass(self):
+        other = block("other", "", mu=0.2)
+        outcome, words, _ = judge(other, self.result, 0, "")
+        self.assertEqual((outcome, "cone" in words), (FAILED, True))
+
+
+class Confirmation(unittest.TestCase):
+    def test_what_can_be_solved_is_not_confirmed(self):
+        for scene in (free_cube("held", "", (2.0, 1.0, -10.0)), block("plain", "")):
+            for cause in ("nothing balances", "tolerance not reached", "deck refused"):
+                with self.subTest(scene=scene.name, cause=cause):
+                    right, words = confirm(scene, cause)
+                    self.assertFalse(right, words)
+
+
+class Matrix(unittest.TestCase):
+    def test_auto_is_right_or_says_why_not(self):
+        scenes = all_scenes()
+        self.assertGreaterEqual(len(scenes), 120)
+        with tempfile.TemporaryDirectory(prefix="extremes-") as folder:
+            outcomes = run_matrix(scenes, ["AUTO"], PROGRAM, Path(folder), limit=60.0, jobs=2)
+        for one in outcomes:
+            with self.subTest(scene=one.scene):
+                self.assertNotEqual(one.outcome, FAILED, one.words)
+        solved = [one for one in outcomes if one.outcome in (CERTIFIED, FALLBACK)]
+        self.assertGreaterEqual(len(solved), LEAST_SOLVED * len(outcomes))
+        for name, (right, words) in confirm_refusals(scenes, outcomes).items():
+            with self.subTest(refused=name):
+                self.assertTrue(right or name in SOLVED_BY_OTHERS, words)
+        refused = {one.scene for one in outcomes if one.outcome == DIAGNOSED}
+        self.assertLessEqual(set(SOLVED_BY_OTHERS), refused, "solved now: off the list")
+
+
+if __name__ == "__main__":
+    unittest.main()
