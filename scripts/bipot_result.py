@@ -90,6 +90,13 @@ class Result:
         lines = [_plain(line) for line in np.atleast_1d(value)]
         return "\n".join(lines)
 
+    @cached_property
+    def counters(self):
+        """What was really done, by name: /run/counters as a dictionary of numbers."""
+        counters = self._dataset("/run/counters")
+        names = [_plain(name) for name in counters.attrs["name"]]
+        return dict(zip(names, counters[:].tolist(), strict=True))
+
     # --- History ------------------------------------------------------------------------------
 
     def history(self, name):
@@ -175,25 +182,36 @@ class Result:
 
     @cached_property
     def field_names(self):
-        """Names of the fields on nodes and on bricks: (set, set)."""
+        """Names of the fields on nodes and on elements: (set, set)."""
         groups = (self.file["VTKHDF"].get(name, ()) for name in ("PointData", "CellData"))
         return tuple(set(group) for group in groups)
 
-    def field(self, name, index):
-        """Return a field, on nodes or on bricks, of the stored increment `index` (0 to S-1).
+    def field(self, name, index, on=None):
+        """Return a field of the stored increment `index` (0 to S-1): (N, ...) or (E, ...).
 
-        Negative indices count from the end; `field_rows[index]` is the increment of the run.
+        `on` is "nodes" or "elements" (the bricks); it may be left out unless the run has the field
+        on both, as it may have stress and strain. Negative indices count from the end;
+        `field_rows[index]` is the increment of the run. Raises ResultError where there is no such
+        field or increment, or where `on` is needed.
         """
         stored = len(self.field_rows)
         if not -stored <= index < stored:
             raise ResultError(f"{self.path}: the fields of {stored} increments, no index {index}")
-        on_nodes, on_bricks = self.field_names
-        if name in on_nodes:
+        places = ("nodes", "elements")
+        if on not in (None, *places):
+            raise ValueError(f"on must be 'nodes' or 'elements', not {on!r}")
+        found = [place for place, names in zip(places, self.field_names, strict=True)
+                 if name in names and on in (None, place)]
+        if not found:
+            raise ResultError(f"{self.path}: no field '{name}'" + (f" on {on}" if on else ""))
+        if len(found) > 1:
+            raise ResultError(
+                f"{self.path}: '{name}' is on nodes and on elements; say on='nodes' or 'elements'"
+            )
+        if found == ["nodes"]:
             kind, size = "Point", len(self.points)
-        elif name in on_bricks:
-            kind, size = "Cell", len(self.bricks)
         else:
-            raise ResultError(f"{self.path}: no field '{name}'")
+            kind, size = "Cell", len(self.bricks)
         offsets = self._dataset(f"/VTKHDF/Steps/{kind}DataOffsets/{name}")
         start = int(offsets[index % stored])
         return self._dataset(f"/VTKHDF/{kind}Data/{name}")[start : start + size]

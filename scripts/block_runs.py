@@ -1,7 +1,10 @@
-"""What the scripts that run input/block.inp share: the runs, and the look of their figures."""
+"""What the scripts that run decks share: command line, runs, and the look of their figures."""
 
+import argparse
 import shlex
 import subprocess
+import tempfile
+from contextlib import contextmanager
 from pathlib import Path
 
 import matplotlib
@@ -9,10 +12,63 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+from bipot_result import Result
+
 ROOT = Path(__file__).resolve().parent.parent
 DECK = ROOT / "input" / "block.inp"
 INK, BLUE, ORANGE, GREEN, GRID = "#303030", "#2f6db0", "#e8813a", "#2a9d6f", "#c9c9c9"
 PURPLE, RED = "#7b5ea7", "#c2443c"
+
+
+class RunError(Exception):
+    """There is no program to run, or it did not end well."""
+
+
+def script_options(description, folder, what):
+    """Return a parser of the options that the scripts share: -o, where `what` goes, and --bipot."""
+    parser = argparse.ArgumentParser(description=description.splitlines()[0])
+    shown = folder.relative_to(ROOT)
+    parser.add_argument(
+        "-o", dest="folder", type=Path, default=folder, help=f"where {what} ({shown})"
+    )
+    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot", help="the program")
+    return parser
+
+
+def built_program(path):
+    """Return the program's full path; raise RunError where there is none."""
+    if not path.is_file():
+        raise RunError(f"no program at {path}; scripts/run builds it")
+    return path.resolve()
+
+
+class Runs:
+    """Runs of the decks in input/, and the commands that repeat them by hand."""
+
+    def __init__(self, program, folder):
+        """Keep the results of `program` in `folder`."""
+        self.program = program
+        self.folder = folder
+        self.commands = []
+
+    def __call__(self, case, /, **parameters):
+        """Run input/CASE.inp with these parameters and return its result, open for reading."""
+        deck = ROOT / "input" / f"{case}.inp"
+        self.commands.append(command_text(parameters, f"input/{case}.inp"))
+        print(self.commands[-1], flush=True)
+        path = self.folder / f"run-{len(self.commands)}.vtkhdf"
+        done = run_block(self.program, path, parameters, deck)
+        if done.returncode != 0:
+            raise RunError(f"{self.commands[-1]}\nended with status {done.returncode}")
+        return Result(path)
+
+
+@contextmanager
+def fresh_runs(program):
+    """Give Runs of `program`, in a folder that is thrown away."""
+    program = built_program(program)
+    with tempfile.TemporaryDirectory() as folder:
+        yield Runs(program, Path(folder))
 
 
 def block_words(deck, parameters):

@@ -5,25 +5,23 @@ Every number of the page that is ours is read from these runs. The program is bu
 scripts/run builds it.
 """
 
-import argparse
 import sys
-import tempfile
-from pathlib import Path
 
 try:
     import numpy as np
 
-    from bipot_result import OPEN, Result, ResultError
+    from bipot_result import OPEN, ResultError
     from block_runs import (
         BLUE,
         GREEN,
         INK,
         ORANGE,
         ROOT,
-        command_text,
+        RunError,
+        fresh_runs,
         new_axes,
-        run_block,
         save,
+        script_options,
     )
     from case_values import (
         contact_points,
@@ -43,26 +41,6 @@ except ImportError as error:
 ELEMENTS = {"C3D8": (BLUE, "o"), "C3D8I": (ORANGE, "s"), "C3D8B": (GREEN, "^")}
 
 SSNV128 = {0.0: 2.86, 0.00125: 2.72, 0.005: 2.28, 0.0075: 1.98, 0.01125: 1.50}
-
-
-class Runs:
-    """Runs of the decks in input/, in a folder that is thrown away."""
-
-    def __init__(self, program, folder):
-        self.program = program
-        self.folder = folder
-        self.number = 0
-
-    def __call__(self, case, **parameters):
-        """Run input/CASE.inp with these parameters and return its result, open for reading."""
-        self.number += 1
-        path = self.folder / f"run-{self.number}.vtkhdf"
-        deck = ROOT / "input" / f"{case}.inp"
-        print(command_text(parameters, f"input/{case}.inp"), flush=True)
-        done = run_block(self.program, path, parameters, deck)
-        if done.returncode != 0:
-            sys.exit(f"figures_cases: bipot ended with status {done.returncode}")
-        return Result(path)
 
 
 def table(heads, rows):
@@ -537,9 +515,10 @@ The nodes on the edges touch two planes, the one in the corner three.
 
 ## Pipe: `pipe.inp`
 
-Half of a bar inside a pipe (a cylinder with `INNER`) under its weight; its edge touches the wall
-at sin(theta) = 0.6. Source: statics: the edge of half the bar carries W/(2 cos(theta)) = 7.5. It
-carries {edge:.6f}, and {stiff:.8f} where the bar is a thousand times stiffer and so deforms less.
+A bar inside a pipe (a cylinder with `INNER`) under its weight; two edges touch the wall at
+sin(theta) = 0.6. Source: statics: each carries W/(2 cos(theta)), 15 together. They carry
+{edge:.6f}, and {stiff:.7f} where the bar is a thousand times stiffer and so deforms less. Nothing
+holds the slide along the pipe and the swing about its axis, and the run names both.
 
 ## Tool: `tool.inp`
 
@@ -552,24 +531,13 @@ presses.
 """
 
 
-def command_line():
-    """Return the command line's options."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("-o", dest="folder", type=Path, default=ROOT / "docs")
-    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot", help="the program")
-    return parser.parse_args()
-
-
 def main():
     """Run the cases, draw the figures and write the page."""
-    options = command_line()
-    if not options.bipot.is_file():
-        sys.exit(f"figures_cases: no program at {options.bipot}; scripts/run builds it")
+    options = script_options(__doc__, ROOT / "docs", "the page and its figures go").parse_args()
     figures = options.folder / "figures"
-    figures.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder:
-        runs = Runs(options.bipot.resolve(), Path(folder))
-        try:
+    try:
+        with fresh_runs(options.bipot) as runs:
+            figures.mkdir(parents=True, exist_ok=True)
             parts = [
                 plate(runs, figures),
                 spheres(runs, figures),
@@ -579,8 +547,8 @@ def main():
                 elements(runs, figures),
                 statics(runs, figures),
             ]
-        except ResultError as error:
-            sys.exit(f"figures_cases: {error}")
+    except (ResultError, RunError) as error:
+        sys.exit(f"figures_cases: {error}")
     head = """\
 # Published values
 

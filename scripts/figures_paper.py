@@ -5,17 +5,15 @@ Writes docs/figures/figure-2.png, figure-3.png and captions.md, whose numbers ar
 same runs. The program is built first: scripts/run builds it.
 """
 
-import argparse
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 try:
     import numpy as np
     from matplotlib.ticker import MaxNLocator
 
-    from bipot_result import Result, ResultError
+    from bipot_result import ResultError
     from block_runs import (
         BLUE,
         GREEN,
@@ -23,10 +21,11 @@ try:
         INK,
         ORANGE,
         ROOT,
-        command_text,
+        RunError,
+        fresh_runs,
         new_axes,
-        run_block,
         save,
+        script_options,
     )
 except ImportError as error:
     sys.exit(
@@ -46,32 +45,13 @@ METHODS = (
 )
 
 
-class Runs:
-    """Runs of the block, each done once, in a folder that is thrown away."""
-
-    def __init__(self, program, folder):
-        self.program = program
-        self.folder = folder
-        self.commands = []
-
-    def __call__(self, **parameters):
-        """Run the block with these parameters and return its result, open for reading."""
-        path = self.folder / f"run-{len(self.commands) + 1}.vtkhdf"
-        self.commands.append(command_text(parameters))
-        print(self.commands[-1])
-        done = run_block(self.program, path, parameters)
-        if done.returncode != 0:
-            sys.exit(f"figures_paper: bipot ended with status {done.returncode}")
-        return Result(path)
-
-
 def figure_2(runs, n, path):
     """Draw the normal forces of F and H over the load steps; return the caption."""
     figure, axes = new_axes()
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     values = {}
     for local, line, mark in (("NEWTON", "-", ""), ("UZAWA", "none", "o")):
-        with runs(n=n, local=local) as result:
+        with runs("block", n=n, local=local) as result:
             increments = np.arange(result.finished + 1)
             turn = result.step_ends[0] + 1
             pair = result.pairs[0]
@@ -117,7 +97,7 @@ def figure_3(runs, n, path):
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     totals = []
     for name, parameters, colour, line in METHODS:
-        with runs(n=n, **COUNTED, **parameters) as result:
+        with runs("block", n=n, **COUNTED, **parameters) as result:
             sweeps = result.history("contact_iterations")
             local = result.history("local_iterations")
             newton_raphson = np.cumsum(result.history("newton_raphson_iterations"))
@@ -139,7 +119,7 @@ def figure_3(runs, n, path):
 
 def show_block(runs, folder):
     """Pictures of the block on a finer mesh, by scripts/show; return their text."""
-    result = runs(n=8, solver="AUTO", local="AUTO")
+    result = runs("block", n=8, solver="AUTO", local="AUTO")
     show = Path(__file__).with_name("show")
     command = [show, result.path, "-o", folder, "--no-animation"]
     result.close()
@@ -160,32 +140,22 @@ def show_block(runs, folder):
     return text
 
 
-def command_line():
-    """Return the command line's options."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("-n", type=int, default=4, help="bricks along an edge of the block (4)")
-    parser.add_argument("-o", dest="folder", type=Path, default=ROOT / "docs" / "figures")
-    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot", help="the program")
-    return parser.parse_args()
-
-
 def main():
     """Run the block, draw the figures and write their captions."""
-    options = command_line()
-    if not options.bipot.is_file():
-        sys.exit(f"figures_paper: no program at {options.bipot}; scripts/run builds it")
-    options.folder.mkdir(parents=True, exist_ok=True)
+    parser = script_options(__doc__, ROOT / "docs" / "figures", "figures and captions go")
+    parser.add_argument("-n", type=int, default=4, help="bricks along an edge of the block (4)")
+    options = parser.parse_args()
     text = ["# Figures of the paper", "", "Written by `scripts/figures_paper.py`, numbers too.", ""]
-    with tempfile.TemporaryDirectory() as folder:
-        runs = Runs(options.bipot.resolve(), Path(folder))
-        try:
+    try:
+        with fresh_runs(options.bipot) as runs:
+            options.folder.mkdir(parents=True, exist_ok=True)
             for number, draw in ((2, figure_2), (3, figure_3)):
                 path = options.folder / f"figure-{number}.png"
                 caption = draw(runs, options.n, path)
                 text += [f"![Figure {number}]({path.name})", "", f"Figure {number}. {caption}", ""]
             text += show_block(runs, options.folder)
-        except ResultError as error:
-            sys.exit(f"figures_paper: {error}")
+    except (ResultError, RunError) as error:
+        sys.exit(f"figures_paper: {error}")
     text += ["The runs:", "", *(f"    {command}" for command in runs.commands)]
     (options.folder / "captions.md").write_text("\n".join(text) + "\n", encoding="utf-8")
 

@@ -7,7 +7,6 @@ draws. Writes docs/solvers.md and docs/figures/study-*.png. Every sentence of th
 a finding is checked against the runs; the script refuses to write a page they do not bear out.
 """
 
-import argparse
 import hashlib
 import itertools
 import json
@@ -33,11 +32,14 @@ try:
         PURPLE,
         RED,
         ROOT,
+        RunError,
+        built_program,
         command_text,
         deck_with,
         new_axes,
         run_block,
         save,
+        script_options,
     )
 except ImportError as error:
     sys.exit(
@@ -319,6 +321,10 @@ MESH_LINES = (
     ("uzawa", 1.0, "o"), ("uzawa", 0.3, "s"), ("newton", 1.0, "^"), ("relaxed", 1.0, "D"),
     ("global", 1.0, "o"),
 )
+OVER_MESHES = {
+    "mesh": ("iterations", "change", "sweeps (or iterations) of 50 steps"),
+    "time": ("time", "residual", "time in the contact solver (s)"),
+}
 
 
 def line_name(variant, rho):
@@ -342,8 +348,13 @@ def mesh_axis(axes, meshes):
     axes.set_xlabel("bricks along an edge, n")
 
 
-def draw_over_meshes(study, axes, quantity, stop, meshes):
-    """Draw a quantity over the meshes, a line a solver; the global Newton ends by its residual."""
+def figure_over_meshes(study, path, meshes, shown):
+    """Draw a number of the runs over the meshes, a line a solver.
+
+    `shown`: name, stopping rule and label. The global Newton always ends by its residual.
+    """
+    quantity, stop, label = shown
+    figure, axes = new_axes()
     for variant, rho, mark in MESH_LINES:
         look = VARIANTS[variant]
         rule = stop if look.sweeps else "residual"
@@ -354,22 +365,7 @@ def draw_over_meshes(study, axes, quantity, stop, meshes):
         )
     axes.set_yscale("log")
     mesh_axis(axes, meshes)
-
-
-def figure_mesh(study, path, meshes):
-    """Sweeps over the meshes."""
-    figure, axes = new_axes()
-    draw_over_meshes(study, axes, "iterations", "change", meshes)
-    axes.set_ylabel("sweeps (or iterations) of 50 steps")
-    axes.legend(fontsize=8)
-    save(figure, path)
-
-
-def figure_time(study, path, meshes):
-    """Time in the contact solver over the meshes."""
-    figure, axes = new_axes()
-    draw_over_meshes(study, axes, "time", "residual", meshes)
-    axes.set_ylabel("time in the contact solver (s)")
+    axes.set_ylabel(label)
     axes.legend(fontsize=8)
     save(figure, path)
 
@@ -892,10 +888,10 @@ def write_figures(study, cases, folder):
     folder.mkdir(parents=True, exist_ok=True)
     meshes = sorted({case.n for case in cases})
     panels = [n for n in (4, 8) if n in meshes] or meshes[-1:]
-    figure_mesh(study, folder / "study-mesh.png", meshes)
+    for name, shown in OVER_MESHES.items():
+        figure_over_meshes(study, folder / f"study-{name}.png", meshes, shown)
     figure_rho(study, folder / "study-rho.png", panels)
     figure_error(study, folder / "study-error.png", cases)
-    figure_time(study, folder / "study-time.png", meshes)
 
 
 def write_tables(study, meshes, path):
@@ -914,13 +910,9 @@ MESH_PAIRS = tuple((variant, rho) for variant, rho, _ in MESH_LINES)
 
 def command_line():
     """Return the command line's options."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "-o", dest="folder", type=Path, default=ROOT / "build" / "study",
-        help="where the numbers of the runs are kept (build/study)",
-    )
+    where = ROOT / "build" / "study"
+    parser = script_options(__doc__, where, "the numbers of the runs are kept")
     parser.add_argument("--docs", type=Path, default=ROOT / "docs", help="where the page goes")
-    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot", help="the program")
     parser.add_argument(
         "--quick", action="store_true",
         help="seconds instead of minutes: two meshes, tables and figures into the -o folder",
@@ -942,9 +934,8 @@ def main():
             absent = [case.key for case in cases if study[case] is None]
             if absent:
                 raise StudyError(f"{len(absent)} runs are missing, the first: {absent[0]}")
-        elif not options.bipot.is_file():
-            raise StudyError(f"no program at {options.bipot}; scripts/run builds it")
         else:
+            built_program(options.bipot)
             study.check_program()
             study.complete(cases)
         if options.quick:
@@ -953,7 +944,7 @@ def main():
         else:
             write_figures(study, cases, options.docs / "figures")
             write_page(study, cases, options.docs / "solvers.md")
-    except StudyError as error:
+    except (StudyError, RunError) as error:
         sys.exit(f"study_solvers: {error}")
     except KeyboardInterrupt:
         sys.exit("study_solvers: stopped; the same command goes on from here")

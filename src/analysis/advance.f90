@@ -2,10 +2,11 @@
 !> problem.
 !>
 !>   1. Loads of the increment; displacement u_free under them without contact.
-!>   2. x_free: where the contact points would be.
-!>   3. Reactions: the contact problem x = W r + x_free.
-!>   4. Displacement: u = u_free + K^-1 B^T r.
-!>   5. Out-of-balance force; when too large, u_free takes its correction and 2 to 4 are done again.
+!>   2. Closest points on curved obstacles; x_free: where the contact points would be.
+!>   3. Reactions: the contact problem x = W r + x_free, with how far the free motions go.
+!>   4. Displacement: u = u_free + K^-1 B^T r + free motions.
+!>   5. Out-of-balance force; when too large, u_free takes its correction and 2 to 4 are done
+!>      again; so they are while closest points move or turned normals drive a neutral motion.
 !>   6. Certificate; should it ask for more than the residual did, 2 to 5 with a smaller residual.
 !>   7. Energies.
 module advance_mod
@@ -21,17 +22,20 @@ module advance_mod
   use plan_mod, only: plan_t
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t, contact_fields_t, worst_entry, &
-                             status_open, status_stick, status_slide, ended_unbalanced, ended_moving
+                             status_open, status_stick, status_slide, ended_unbalanced, &
+                             ended_moving, &
+    ended_out_of_reach
   use mesh_forces_mod, only: internal_force, force_rounding
   use certificate_mod, only: certify, energy_balance, step_forces_t
   use problem_mod, only: pack_rows, unpack_rows, relative_gaps, natural_map, contact_report_t
   use rigid_modes_mod, only: generalised_loads, add_motions
-  use search_mod, only: locate, carry
   use solve_mod, only: solve_contact
-  use floating_mod, only: drift_t, solve_floating
+  use floating_mod, only: drift_t, solve_floating, resisting_rows
   use motion_words_mod, only: free_in_words, motion_in_words, unresisted_part
+  use follow_points_mod, only: relative, measure_points, carried_slip
   use step_loads_mod, only: pattern_factors
-  use operators_mod, only: operators_t, apply_inverse, locate_points, update_contact
+  use operators_mod, only: operators_t, apply_inverse, locate_points, update_contact, &
+    neutral_step
   implicit none
   private
 
@@ -48,6 +52,8 @@ module advance_mod
     real(wp), allocatable :: u_free(:, :)
     !! (3,n_nodes) displacement without contact and free motions [length]
     real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
+    real(wp), allocatable :: turned(:)
+    !! (k) what turned normals leave on neutral motions [force]
     real(wp), allocatable :: start(:, :)
     !! (3,n_nodes) displacement where curved obstacles are linearised [length]
   end type attempt_t
@@ -59,7 +65,8 @@ contains
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(operators_t), intent(inout) :: operators
-    !! MUMPS works in its own memory; nothing else changes
+    !! where and how points on curved obstacles touch follows the iteration; MUMPS works in its own
+    !! memory
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     type(state_t), intent(out) :: new
@@ -100,8 +107,9 @@ contains
       ! 6. Certificate
       call locate_points(scene, plan%points, operators%is_curved, new%displacement, operators)
       call describe_contact(plan%points, operators, old, new, report%contact)
-      call refuse_prescribed_penetration(scene, plan%points, operators, new, report%contact, error)
+      call watch_inactive(scene, plan%points, operators, new, report, error)
       if (allocated(error)) return
+      if (report%ending == ended_out_of_reach) return
       report%certificate = certify(scene%mesh, plan%points, report%contact, &
         operators%has_friction, &
                                    old, new, now%forces, scene%contact%tolerance)
@@ -113,41 +121,29 @@ contains
         scene%contact%tolerance/worst_entry(report%certificate)))
       now%start = new%displacement
     end do attempts
-    report%wall_time = wall_seconds() - clock
-    if (report%ending == ended_unbalanced) return
-
-    ! 7. Energies
-    new%slip = carried_slip(scene, plan%points, operators, old) + report%contact%slip_increment
-    new%external_force = now%forces%external
-    new%support_force = now%forces%internal - now%forces%external &
-      - nodal(plan%points, new%reaction, size(new%displacement, 2))
-    where (.not. now%forces%prescribed) new%support_force = 0.0_wp
-    call energy_balance(report%contact, old, new, now%forces%internal, report%energy)
+    if (report%ending /= ended_unbalanced) call finish(scene, plan%points, operators, old, now, &
+      new, report)
     report%wall_time = wall_seconds() - clock
   end subroutine advance
 
-  !> The slip before the increment, in the tangent planes of its end.
-  pure function carried_slip(scene, points, operators, old) result(slip)
+  !> 7. Energies, and what the state keeps beside displacements and reactions.
+  subroutine finish(scene, points, operators, old, now, new, report)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(operators_t), intent(in) :: operators
     type(state_t), intent(in) :: old
-    real(wp) :: slip(2, points%n) !! along t1, t2 [length]
-    real(wp) :: shift(3), gap, frame(3, 3)
-    integer :: i
+    type(attempt_t), intent(in) :: now
+    type(state_t), intent(inout) :: new
+    type(step_report_t), intent(inout) :: report
 
-    slip = old%slip
-    do i = 1, points%n
-      if (.not. operators%is_curved(i)) cycle
-      shift = 0.0_wp
-      if (points%ref_node(i) > 0) shift = old%displacement(:, points%ref_node(i))
-      call locate(scene%obstacles(scene%pairs(points%pair(i))%obstacle), shift, &
-        scene%mesh%coordinates(:, points%node(i)) + old%displacement(:, points%node(i)), gap, &
-        frame)
-      slip(:, i) = matmul(carry(matmul(frame(:, 2:), old%slip(:, i)), frame(:, 1), &
-        operators%frame(:, 1, i)), operators%frame(:, 2:, i))
-    end do
-  end function carried_slip
+    new%slip = carried_slip(scene, points, operators%is_curved, operators%frame, old) + &
+      report%contact%slip_increment
+    new%external_force = now%forces%external
+    new%support_force = now%forces%internal - now%forces%external &
+      - nodal(points, new%reaction, size(new%displacement, 2))
+    where (.not. now%forces%prescribed) new%support_force = 0.0_wp
+    call energy_balance(report%contact, old, new, now%forces%internal, report%energy)
+  end subroutine finish
 
   !> Newton-Raphson until the forces balance and the points on curved obstacles have settled:
   !> reactions and displacement from u_free.
@@ -162,8 +158,9 @@ contains
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), allocatable :: correction(:, :, :), residual(:, :, :)
     real(wp) :: imbalance, last_imbalance, moved, last_moved
+    real(wp) :: step(operators%motions%n) !! of the neutral motions [length]
     integer :: i
-    logical :: balanced, settled
+    logical :: balanced, settled, is_turned
 
     last_imbalance = huge(1.0_wp)
     last_moved = huge(1.0_wp)
@@ -194,12 +191,21 @@ contains
       now%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(points, new%reaction, now%forces, residual, imbalance)
-      call measure_points(scene, points, operators, old, new, moved)
-      balanced = imbalance <= now%controls%tolerance .or. imbalance > 0.5_wp*last_imbalance
+      call measure_points(scene, points, operators%is_curved, operators%frame, old, new, moved)
+      is_turned = .false.
+      if (operators%motions%n > 0) is_turned = any(abs(now%turned) > now%controls%tolerance* &
+        maxval(abs(new%reaction)))
+      balanced = imbalance <= now%controls%tolerance .or. &
+        (imbalance > 0.5_wp*last_imbalance .and. .not. is_turned)
       settled = moved <= now%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. i > 10)
       if (balanced .and. settled) exit newton_raphson
       last_imbalance = imbalance
       last_moved = moved
+      if (is_turned) then
+        step = neutral_step(scene, points, operators, new%reaction, new%displacement, now%turned)
+        now%motion = now%motion + step
+        call add_motions(operators%motions, scene%mesh, step, new%displacement)
+      end if
       if (imbalance <= now%controls%tolerance) cycle newton_raphson
       call apply_inverse(operators, residual, correction, error)
       if (allocated(error)) return
@@ -211,41 +217,6 @@ contains
       report%residual = moved
     end if
   end subroutine equilibrate
-
-  !> How far the contact on curved obstacles is from where it was linearised: gaps of points that
-  !> press and penetrations beside the displacements, and turns of their normals.
-  subroutine measure_points(scene, points, operators, old, new, moved)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(in) :: operators
-    type(state_t), intent(in) :: old, new
-    real(wp), intent(out) :: moved !! [-]
-    real(wp) :: shift(3), gap, frame(3, 3), turn, length
-    integer :: i
-
-    moved = 0.0_wp
-    if (.not. any(operators%is_curved)) return
-    turn = 0.0_wp
-    do i = 1, points%n
-      if (.not. operators%is_curved(i)) cycle
-      shift = 0.0_wp
-      if (points%ref_node(i) > 0) shift = new%displacement(:, points%ref_node(i))
-      call locate(scene%obstacles(scene%pairs(points%pair(i))%obstacle), shift, &
-        scene%mesh%coordinates(:, points%node(i)) + new%displacement(:, points%node(i)), gap, &
-        frame)
-      gap = gap + points%extra_gap(i)
-      if (any(abs(new%reaction(:, i)) > 0.0_wp)) then
-        moved = max(moved, abs(gap))
-        turn = max(turn, norm2(frame(:, 1) - operators%frame(:, 1, i)))
-      else
-        moved = max(moved, -gap)
-      end if
-    end do
-    length = maxval(abs(new%displacement - old%displacement))
-    if (length <= 0.0_wp) length = maxval(abs(new%displacement))
-    if (length > 0.0_wp) moved = moved/length
-    moved = max(moved, turn)
-  end subroutine measure_points
 
   !> Displacement without contact and loads at the end of the increment, from the patterns of its
   !> *STEP.
@@ -301,7 +272,9 @@ contains
       call solve_floating(operators%problem, operators%floating, report%x_free, now%controls, &
         drift, r, contact)
       now%motion = drift%a
-      call find_resistance(operators, r, report%x_free, contact%converged, resisting)
+      now%turned = drift%turned
+      resisting = resisting_rows(operators%problem, operators%floating, r, report%x_free, &
+        contact%converged)
       if (contact%ending == ended_unbalanced) report%unbalanced = motion_in_words(scene%mesh, &
         operators%motions, unresisted_part(resisting, drift%unbalanced))
       if (contact%converged) call free_in_words(scene%mesh, operators%motions, resisting, &
@@ -324,55 +297,6 @@ contains
     if (contact%worst_point > 0) report%worst_point = operators%active(contact%worst_point)
     report%contact_time = report%contact_time + wall_seconds() - clock
   end subroutine solve_reactions
-
-  !> What the free motions do where there is resistance: a row a direction in which a point presses
-  !> or sticks, and, where asked for, in which one that slides would slide another way.
-  subroutine find_resistance(operators, r, x_free, with_sliding, resisting)
-    type(operators_t), intent(in) :: operators
-    real(wp), intent(in) :: r(:, :)         !! (3,n_active) n, t1, t2 [force]
-    real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
-    logical, intent(in) :: with_sliding
-    real(wp), allocatable, intent(out) :: resisting(:, :) !! (m,n_motions) [-]
-    real(wp), dimension(size(r, 1), size(r, 2)) :: x, z
-    real(wp) :: rows(3*size(r, 2), operators%motions%n)
-    integer :: status(size(r, 2)), k, a, n
-
-    x = unpack_rows(operators%problem, relative_gaps(operators%problem, x_free, &
-      pack_rows(operators%problem, r)))
-    call natural_map(operators%problem, x, r, z, status)
-    n = 0
-    do k = 1, size(r, 2)
-      if (.not. any(abs(r(:, k)) > 0.0_wp)) cycle
-      associate (row => operators%problem%row(:, k), g => operators%floating%g)
-        n = n + 1
-        rows(n, :) = g(row(1), :)
-        if (status(k) == status_slide .and. all(row > 0) .and. with_sliding) then
-          n = n + 1
-          rows(n, :) = (r(2, k)*g(row(3), :) - r(3, k)*g(row(2), :))/ &
-            max(norm2(r(2:, k)), tiny(1.0_wp))
-        else if (status(k) == status_stick) then
-          do a = 2, 3
-            if (row(a) == 0) cycle
-            n = n + 1
-            rows(n, :) = g(row(a), :)
-          end do
-        end if
-      end associate
-    end do
-    allocate (resisting(n, operators%motions%n))
-    resisting = rows(:n, :)
-  end subroutine find_resistance
-
-  !> Displacement of a point's node less that of its obstacle.
-  pure function relative(points, i, u) result(d)
-    type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: i
-    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) [length]
-    real(wp) :: d(3)
-
-    d = u(:, points%node(i))
-    if (points%ref_node(i) > 0) d = d - u(:, points%ref_node(i))
-  end function relative
 
   !> f_ext + B^T r - f_int on the free degrees of freedom, and its largest node beside the largest
   !> force.
@@ -438,26 +362,33 @@ contains
     contact%status(operators%active) = status
   end subroutine describe_contact
 
-  !> A node whose normal motion is prescribed has no reaction: it must not end inside its obstacle.
-  subroutine refuse_prescribed_penetration(scene, points, operators, new, contact, error)
+  !> A node without a reaction must not end inside its obstacle: where its motion is prescribed that
+  !> is an error; where it was taken to be out of reach the report says so.
+  subroutine watch_inactive(scene, points, operators, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(operators_t), intent(in) :: operators
     type(state_t), intent(in) :: new
-    type(contact_fields_t), intent(in) :: contact
+    type(step_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error
+    logical :: is_inside(points%n)
     integer :: i
 
-    do i = 1, points%n
-      if (any(operators%active == i)) cycle
-      if (contact%gap(i) >= -10.0_wp*scene%contact%tolerance*maxval(abs(new%displacement))) cycle
-      call raise(error, exit_not_solved, 'step '//to_text(new%step)//', increment '// &
-        to_text(new%increment)// &
-        ': node '//to_text(scene%mesh%node_id(points%node(i)))//' is prescribed to move '// &
-        to_text(-contact%gap(i))//' into '// &
-        scene%obstacles(scene%pairs(points%pair(i))%obstacle)%name)
+    is_inside = report%contact%gap < -10.0_wp*scene%contact%tolerance*maxval(abs(new%displacement))
+    is_inside(operators%active) = .false.
+    if (.not. any(is_inside)) return
+    i = findloc(is_inside, .true., dim=1)
+    if (any(is_inside .and. .not. points%in_reach)) then
+      report%converged = .false.
+      report%ending = ended_out_of_reach
+      report%worst_point = findloc(is_inside .and. .not. points%in_reach, .true., dim=1)
       return
-    end do
-  end subroutine refuse_prescribed_penetration
+    end if
+    call raise(error, exit_not_solved, 'step '//to_text(new%step)//', increment '// &
+      to_text(new%increment)// &
+      ': node '//to_text(scene%mesh%node_id(points%node(i)))//' is prescribed to move '// &
+      to_text(-report%contact%gap(i))//' into '// &
+      scene%obstacles(scene%pairs(points%pair(i))%obstacle)%name)
+  end subroutine watch_inactive
 
 end module advance_mod

@@ -2,7 +2,7 @@
 module motion_words_mod
   use kinds_mod, only: wp
   use text_mod, only: to_text
-  use dense_mod, only: singular_values
+  use dense_mod, only: singular_values, null_space
   use mesh_mod, only: mesh_t
   use rigid_modes_mod, only: free_motions_t
   implicit none
@@ -11,7 +11,8 @@ module motion_words_mod
   public :: free_in_words, unresisted_part, motion_in_words, body_in_words, motions_together
 
   real(wp), parameter :: unresisted = 1.0e-8_wp !! of the largest singular value
-  real(wp), parameter :: small = 1.0e-6_wp      !! a part that is not worth naming
+  real(wp), parameter :: small = 1.0e-6_wp      !! rounding, of a space of motions
+  real(wp), parameter :: minor = 0.1_wp         !! of one motion: not worth naming
 
 contains
 
@@ -22,30 +23,11 @@ contains
     real(wp), intent(in) :: stiff(:, :)  !! (m,n) what the motions do where there is resistance [-]
     integer, intent(out) :: n_free
     character(:), allocatable, intent(out) :: words
-    real(wp) :: s(motions%n), v(motions%n, motions%n), six(6, motions%n)
-    integer :: k, first, last, of_body
-    logical :: ok
 
-    words = ''
-    call singular_values(stiff, s, v, ok)
-    if (.not. ok) s = 1.0_wp
-    n_free = 0
-    if (motions%n > 0) n_free = count(s <= unresisted*s(1))
-    if (n_free == 0) return
-    ! Motions of several bodies may be coupled; each body's part of them is named.
-    first = 1
-    do while (first <= motions%n)
-      last = last_of_body(motions, first)
-      of_body = 0
-      do k = motions%n - n_free + 1, motions%n
-        if (norm2(v(first:last, k)) <= small) cycle
-        of_body = of_body + 1
-        six(:, of_body) = six_of(motions, first, last, v(first:last, k))
-      end do
-      if (of_body > 0) call append(words, body_in_words(mesh, motions, first)//': '// &
-        span_in_words(six(:, :of_body)))
-      first = last + 1
-    end do
+    associate (free => null_space(stiff, unresisted))
+      n_free = size(free, 2)
+      words = span_of_bodies(mesh, motions, free, small)
+    end associate
   end subroutine free_in_words
 
   !> The part of a combination of motions that nothing resists; all of it where there is none.
@@ -53,51 +35,50 @@ contains
     real(wp), intent(in) :: stiff(:, :)  !! (m,n) what the motions do where there is resistance [-]
     real(wp), intent(in) :: share(:)     !! (n) of each motion
     real(wp) :: part(size(share))
-    real(wp) :: s(size(share)), v(size(share), size(share))
-    integer :: k
-    logical :: ok
 
-    part = 0.0_wp
-    call singular_values(stiff, s, v, ok)
-    do k = 1, size(share)
-      if (ok .and. s(k) <= unresisted*s(1)) part = part + dot_product(v(:, k), share)*v(:, k)
-    end do
+    associate (free => null_space(stiff, unresisted))
+      part = matmul(free, matmul(share, free))
+    end associate
     if (norm2(part) <= small*norm2(share)) part = share
   end function unresisted_part
 
-  !> A combination of the motions, body by body.
+  !> A combination of the motions, body by body: what matters of it.
   function motion_in_words(mesh, motions, share) result(words)
     type(mesh_t), intent(in) :: mesh
     type(free_motions_t), intent(in) :: motions
     real(wp), intent(in) :: share(:) !! (n) of each motion
     character(:), allocatable :: words
-    real(wp) :: six(6, 1)
-    integer :: first, last
 
-    words = ''
-    first = 1
-    do while (first <= motions%n)
-      last = last_of_body(motions, first)
-      six(:, 1) = six_of(motions, first, last, share(first:last))
-      if (norm2(six) > 1.0e-3_wp*norm2(share)) then
-        call append(words, body_in_words(mesh, motions, first)//': '//span_in_words(six))
-      end if
-      first = last + 1
-    end do
+    words = span_of_bodies(mesh, motions, reshape(share, [size(share), 1]), minor)
   end function motion_in_words
 
-  pure function last_of_body(motions, first) result(last)
+  !> Combinations of motions of several bodies may be coupled; each body's part of them is named.
+  function span_of_bodies(mesh, motions, shares, least) result(words)
+    type(mesh_t), intent(in) :: mesh
     type(free_motions_t), intent(in) :: motions
-    integer, intent(in) :: first
-    integer :: last
+    real(wp), intent(in) :: shares(:, :) !! (n,k) of each motion in each combination
+    real(wp), intent(in) :: least        !! part of the largest that is worth naming [-]
+    character(:), allocatable :: words
+    real(wp) :: six(6, size(shares, 2)), all_of_it(size(shares, 2))
+    integer :: first, last, k, n
 
-    last = first
-    do while (last < motions%n)
-      if (motions%body(last + 1) /= motions%body(first)) exit
-      if (motions%body(first) == 0 .and. motions%node(last + 1) /= motions%node(first)) exit
-      last = last + 1
+    words = ''
+    all_of_it = norm2(shares, dim=1)
+    first = 1
+    do while (first <= motions%n)
+      last = first + motions_together(motions, first) - 1
+      n = 0
+      do k = 1, size(shares, 2)
+        if (norm2(shares(first:last, k)) <= least*all_of_it(k)) cycle
+        n = n + 1
+        six(:, n) = six_of(motions, first, last, shares(first:last, k))
+        where (abs(six(:, n)) <= least*maxval(abs(six(:, n)))) six(:, n) = 0.0_wp
+      end do
+      if (n > 0) call append(words, body_in_words(mesh, motions, first)//': '// &
+        span_in_words(six(:, :n)))
+      first = last + 1
     end do
-  end function last_of_body
+  end function span_of_bodies
 
   !> How many motions, from `first` on, are of one body or obstacle.
   pure function motions_together(motions, first) result(n)
@@ -105,7 +86,12 @@ contains
     integer, intent(in) :: first
     integer :: n
 
-    n = last_of_body(motions, first) - first + 1
+    n = 1
+    do while (first + n <= motions%n)
+      if (motions%body(first + n) /= motions%body(first)) exit
+      if (motions%body(first) == 0 .and. motions%node(first + n) /= motions%node(first)) exit
+      n = n + 1
+    end do
   end function motions_together
 
   !> Translation of the centre and rotation times the body's size, of a combination of motions.
@@ -131,14 +117,15 @@ contains
       'translation along z', 'rotation about x   ', 'rotation about y   ', 'rotation about z   ']
     real(wp) :: v(6, 6), s(6), rest(6)
     integer :: i, k, rank, named
-    logical :: ok
+    logical :: axis(6), ok
 
     words = ''
     call singular_values(transpose(six), s, v, ok)
     rank = count(s(:min(6, size(six, 2))) > small*s(1))
+    axis = 1.0_wp - norm2(v(:, :rank), dim=2) <= small
     named = 0
     do i = 1, 6
-      if (1.0_wp - norm2(v(i, :rank)) > small) cycle
+      if (.not. axis(i)) cycle
       named = named + 1
       call append(words, trim(name(i)))
     end do
@@ -146,9 +133,7 @@ contains
     ! What the axes do not span, one direction after the other.
     do k = 1, rank
       rest = v(:, k)
-      do i = 1, 6
-        if (1.0_wp - norm2(v(i, :rank)) <= small) rest(i) = 0.0_wp
-      end do
+      where (axis) rest = 0.0_wp
       if (norm2(rest) <= small) cycle
       call append(words, direction_in_words(rest))
     end do
@@ -168,11 +153,17 @@ contains
   pure function vector(v) result(words)
     real(wp), intent(in) :: v(3)
     character(:), allocatable :: words
+    character, parameter :: axis(3) = ['x', 'y', 'z']
     real(wp) :: unit(3)
     integer :: i
 
     unit = v/norm2(v)
-    if (unit(maxloc(abs(unit), dim=1)) < 0.0_wp) unit = -unit
+    i = maxloc(abs(unit), dim=1)
+    if (count(abs(unit) > small) == 1) then
+      words = axis(i)
+      return
+    end if
+    if (unit(i) < 0.0_wp) unit = -unit
     words = '('
     do i = 1, 3
       if (i > 1) words = words//', '

@@ -4,8 +4,9 @@ module operators_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
   use system_mod, only: wall_seconds
+  use dense_mod, only: solve_least_squares
   use mesh_mod, only: node_neighbours
-  use obstacles_mod, only: obstacle_t, is_flat
+  use obstacles_mod, only: is_flat, ref_nodes
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -14,18 +15,21 @@ module operators_mod
   use assembly_mod, only: triplets_t, assemble_stiffness
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: sparse_factor_t, factorise
-  use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins, motion_at
-  use search_mod, only: locate
+  use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins, motion_at, add_motions
   use compliance_mod, only: invert_schur, point_stiffness, rows_of_points, compliance_of_rows
   use problem_mod, only: contact_problem_t, make_problem
   use floating_mod, only: floating_t, free_the_motions
+  use contact_interface_mod, only: interface_dofs
+  use follow_points_mod, only: locate_at, relative
   use step_loads_mod, only: step_loads_t, resolve_loads, prescribed_dofs
   implicit none
   private
 
-  public :: operators_t, make_operators, change_supports, prepare_step, apply_inverse, &
-    locate_points, update_contact, &
-    ref_nodes
+  public :: operators_t, make_operators, change_supports, prepare_step, widen_interface, &
+    apply_inverse, &
+    locate_points, update_contact, neutral_step
+
+  real(wp), parameter :: difference = 1.0e-4_wp !! of the size of the mesh
 
   !> Wall time of the phases [s].
   type :: phase_seconds_t
@@ -60,6 +64,7 @@ module operators_mod
     !! (3,n_nodes,n_patterns) displacements under each pattern [length]
     type(phase_seconds_t) :: seconds              !! summed over the run
     integer :: n_factorisations = 0
+    integer :: n_stiffnesses = 0                  !! of bricks, computed
   end type operators_t
 
 contains
@@ -133,12 +138,15 @@ contains
     type(triplets_t) :: k
     integer, allocatable :: start(:), neighbours(:), place(:)
     real(wp) :: clock
+    integer :: n_stiffnesses
 
     clock = wall_seconds()
     operators%map = make_dof_map(scene%mesh%body, hold_pins(operators%motions, &
-      operators%prescribed), points%node)
+      operators%prescribed), interface_dofs(scene, points))
     call node_neighbours(scene%mesh, start, neighbours)
-    call assemble_stiffness(scene%mesh, scene%materials, operators%map, start, neighbours, k)
+    call assemble_stiffness(scene%mesh, scene%materials, operators%map, start, neighbours, k, &
+      n_stiffnesses)
+    operators%n_stiffnesses = operators%n_stiffnesses + n_stiffnesses
     call lap(clock, operators%seconds%assemble)
     call order_equations(operators%map, start, neighbours, place, error)
     if (allocated(error)) return
@@ -153,19 +161,6 @@ contains
     call lap(clock, operators%seconds%condense)
   end subroutine make_factor
 
-  !> The reference nodes of all obstacles, each once.
-  pure function ref_nodes(obstacles) result(nodes)
-    type(obstacle_t), intent(in) :: obstacles(:)
-    integer, allocatable :: nodes(:)
-    integer :: i
-
-    allocate (nodes(0))
-    do i = 1, size(obstacles)
-      if (obstacles(i)%ref_node == 0 .or. any(nodes == obstacles(i)%ref_node)) cycle
-      nodes = [nodes, obstacles(i)%ref_node]
-    end do
-  end function ref_nodes
-
   !> Frames and gaps of some contact points where displacement `u` takes them.
   subroutine locate_points(scene, points, which, u, operators)
     type(scene_t), intent(in) :: scene
@@ -173,7 +168,6 @@ contains
     logical, intent(in) :: which(:)      !! (n_points)
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
     type(operators_t), intent(inout) :: operators
-    real(wp) :: shift(3)
     integer :: i
 
     if (allocated(operators%frame)) then
@@ -186,13 +180,8 @@ contains
     end if
     do i = 1, points%n
       if (.not. which(i)) cycle
-      shift = 0.0_wp
-      if (points%ref_node(i) > 0) shift = u(:, points%ref_node(i))
-      call locate(scene%obstacles(scene%pairs(points%pair(i))%obstacle), shift, &
-        scene%mesh%coordinates(:, points%node(i)) + u(:, points%node(i)), operators%gap(i), &
-        operators%frame(:, :, i))
-      operators%gap(i) = operators%gap(i) + points%extra_gap(i)
-      operators%place(:, i) = u(:, points%node(i)) - shift
+      call locate_at(scene, points, i, u, operators%gap(i), operators%frame(:, :, i))
+      operators%place(:, i) = relative(points, i, u)
     end do
   end subroutine locate_points
 
@@ -202,34 +191,117 @@ contains
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(operators_t), intent(inout) :: operators
-    real(wp), allocatable :: w(:, :), g(:, :), stiffness(:, :, :)
-    real(wp) :: motion(3)
-    integer :: row(3, points%n), i, j, k, a
+    real(wp), allocatable :: w(:, :), stiffness(:, :, :)
+    integer :: row(3, points%n), i, k
 
     call rows_of_points(operators%prescribed, points, operators%frame, row)
     call compliance_of_rows(operators%map, points, operators%frame, row, operators%compliance, w)
     operators%active = pack([(i, i=1, points%n)], row(1, :) > 0)
     operators%has_friction = row(2:, :) > 0
-    allocate (g(count(row > 0), operators%motions%n), stiffness(3, 3, size(operators%active)))
+    allocate (stiffness(3, 3, size(operators%active)))
     do k = 1, size(operators%active)
       i = operators%active(k)
       associate (frame => operators%frame(:, :, i))
         stiffness(:, :, k) = matmul(transpose(frame), matmul(operators%stiffness(:, :, i), frame))
-        do j = 1, operators%motions%n
-          motion = motion_at(operators%motions, scene%mesh, j, points%node(i))
-          if (points%ref_node(i) > 0) motion = motion - motion_at(operators%motions, scene%mesh, &
-            j, points%ref_node(i))
-          do a = 1, 3
-            if (row(a, i) > 0) g(row(a, i), j) = dot_product(frame(:, a), motion)
-          end do
-        end do
       end associate
     end do
-    if (operators%motions%n > 0) call free_the_motions(g, w, operators%floating)
+    if (operators%motions%n > 0) then
+      call free_the_motions(motions_at_rows(scene, points, operators, operators%frame, row), &
+        motions_at_rows(scene, points, operators, undeformed_frames(scene, points, operators), &
+        row), w, operators%floating)
+    end if
     call make_problem(row(:, operators%active), points%mu(operators%active), w, &
       operators%problem, stiffness)
     operators%problem%is_proximal = operators%motions%n > 0
   end subroutine update_contact
+
+  !> What the free motions do at the rows of the contact points, G of docs/theory.md (9.2).
+  pure function motions_at_rows(scene, points, operators, frame, row) result(g)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points)
+    integer, intent(in) :: row(:, :)        !! (3,n_points) 0 where there is none
+    real(wp), allocatable :: g(:, :)        !! (n_rows,n_motions) [-]
+    real(wp) :: motion(3)
+    integer :: i, j, a
+
+    allocate (g(count(row > 0), operators%motions%n))
+    do i = 1, points%n
+      if (row(1, i) == 0) cycle
+      do j = 1, operators%motions%n
+        motion = motion_of_point(scene, points, operators, i, j)
+        do a = 1, 3
+          if (row(a, i) > 0) g(row(a, i), j) = dot_product(frame(:, a, i), motion)
+        end do
+      end do
+    end do
+  end function motions_at_rows
+
+  !> What free motion `j` does to a point's node, less what it does to its obstacle.
+  pure function motion_of_point(scene, points, operators, i, j) result(motion)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    integer, intent(in) :: i, j
+    real(wp) :: motion(3) !! [-]
+
+    motion = motion_at(operators%motions, scene%mesh, j, points%node(i))
+    if (points%ref_node(i) > 0) motion = motion - motion_at(operators%motions, scene%mesh, j, &
+      points%ref_node(i))
+  end function motion_of_point
+
+  !> Frames of the contact points before anything moved.
+  pure function undeformed_frames(scene, points, operators) result(frame)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    real(wp) :: frame(3, 3, points%n)
+    real(wp) :: gap, nothing(3, scene%mesh%n_nodes)
+    integer :: i
+
+    frame = operators%frame
+    nothing = 0.0_wp
+    do i = 1, points%n
+      if (operators%is_curved(i)) call locate_at(scene, points, i, nothing, gap, frame(:, :, i))
+    end do
+  end function undeformed_frames
+
+  !> How far the neutral motions go until what turned normals leave on them is 0: a Newton step, the
+  !> derivative by a difference. Nothing where normals do not turn.
+  function neutral_step(scene, points, operators, reaction, u, turned) result(a)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    real(wp), intent(in) :: reaction(:, :)  !! (3,n_points) x, y, z [force]
+    real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
+    real(wp), intent(in) :: turned(:)       !! (k) as of drift_t [force]
+    real(wp) :: a(operators%motions%n)      !! [length]
+    real(wp) :: stiffness(size(turned), size(turned)), moved(3, scene%mesh%n_nodes)
+    real(wp) :: local(3), force(3), frame(3, 3), gap, step
+    integer :: i, j, k
+
+    step = difference*maxval(maxval(scene%mesh%coordinates, dim=2) - minval( &
+      scene%mesh%coordinates, dim=2))
+    stiffness = 0.0_wp
+    associate (neutral => operators%floating%neutral)
+      do k = 1, size(turned)
+        moved = u
+        call add_motions(operators%motions, scene%mesh, step*neutral(:, k), moved)
+        do i = 1, points%n
+          if (.not. operators%is_curved(i) .or. .not. any(abs(reaction(:, i)) > 0.0_wp)) cycle
+          call locate_at(scene, points, i, moved, gap, frame)
+          local = matmul(reaction(:, i), operators%frame(:, :, i))
+          force = (matmul(frame, local) - reaction(:, i))/step
+          do j = 1, operators%motions%n
+            stiffness(:, k) = stiffness(:, k) - dot_product(force, motion_of_point(scene, points, &
+              operators, i, j))*neutral(j, :)
+          end do
+        end do
+      end do
+      a = matmul(neutral, solve_least_squares(stiffness, turned))
+    end associate
+  end function neutral_step
 
   !> At the start of a *STEP: its load patterns and the displacements they cause without contact.
   subroutine prepare_step(scene, step, state, operators, error)
@@ -238,12 +310,35 @@ contains
     type(state_t), intent(in) :: state
     type(operators_t), intent(inout) :: operators
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+
+    call resolve_loads(scene, step, state%displacement, operators%loads)
+    call respond(scene, operators, error)
+  end subroutine prepare_step
+
+  !> Take the whole of the slave surfaces into the interface, in the middle of a *STEP.
+  subroutine widen_interface(scene, points, operators, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points !! all of them in reach
+    type(operators_t), intent(inout) :: operators
+    type(error_t), allocatable, intent(out) :: error !! as of make_operators
+    logical :: prescribed(3, scene%mesh%n_nodes)
+
+    prescribed = operators%prescribed
+    call make_operators(scene, points, prescribed, operators, error)
+    if (allocated(error)) return
+    call respond(scene, operators, error)
+  end subroutine widen_interface
+
+  !> The displacements that the load patterns cause without contact.
+  subroutine respond(scene, operators, error)
+    type(scene_t), intent(in) :: scene
+    type(operators_t), intent(inout) :: operators
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), allocatable :: load(:, :, :)
     real(wp) :: clock
     integer :: g
 
     clock = wall_seconds()
-    call resolve_loads(scene, step, state%displacement, operators%loads)
     associate (loads => operators%loads)
       load = loads%force
       do g = 1, loads%n_patterns
@@ -257,7 +352,7 @@ contains
       operators%response = operators%response + loads%displacement
     end associate
     call lap(clock, operators%seconds%loads)
-  end subroutine prepare_step
+  end subroutine respond
 
   !> K^-1 f for nodal forces f, several at once; prescribed degrees of freedom stay 0.
   subroutine apply_inverse(operators, force, displacement, error)

@@ -1,7 +1,7 @@
 !> The command line.
 !>
-!>     bipot DECK [-o FILE] [--set name=value ...] [--plan] [--export-fclib STEPS] [--overwrite]
-!>                [--quiet]
+!>     bipot DECK [-o FILE] [--set name=value ...] [--plan] [--force] [--export-fclib STEPS]
+!>                [--overwrite] [--quiet]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite] [--quiet]
 !>     bipot --help | --version
 module command_line_mod
@@ -23,6 +23,7 @@ module command_line_mod
     type(contact_controls_t) :: controls         !! of an FCLIB problem; a deck has its own
     character(:), allocatable :: solver_option   !! one that set them, empty for none
     logical :: plan = .false.
+    logical :: force = .false.                   !! run what does not fit the machine
     logical :: overwrite = .false.
     logical :: quiet = .false.
     logical :: help = .false.
@@ -56,6 +57,8 @@ contains
         options%version = .true.
       case ('--plan')
         options%plan = .true.
+      case ('--force')
+        options%force = .true.
       case ('--overwrite')
         options%overwrite = .true.
       case ('--quiet', '-q')
@@ -100,6 +103,7 @@ contains
     if (is_problem) then
       misplaced = ''
       if (options%plan) misplaced = '--plan'
+      if (options%force) misplaced = '--force'
       if (options%exported /= '') misplaced = '--export-fclib'
       if (size(options%overrides) > 0) misplaced = '--set'
       if (misplaced /= '') call raise(error, exit_wrong_input, 'bipot: error: '//misplaced// &
@@ -142,12 +146,12 @@ contains
     character(*), intent(in) :: word
     type(options_t), intent(inout) :: options
     type(error_t), allocatable, intent(out) :: error
-    type(string_t) :: known(16)
+    type(string_t) :: known(17)
     integer :: nearest
 
     if (word(:min(1, len(word))) == '-') then
       known = [string_t('--help'), string_t('--version'), string_t('--plan'), &
-        string_t('--overwrite'), &
+        string_t('--force'), string_t('--overwrite'), &
         string_t('--quiet'), string_t('--output'), string_t('--set'), &
         string_t('--export-fclib'), string_t('--solver'), string_t('--formulation'), &
         string_t('--local'), string_t('--rho'), string_t('--relaxation'), &
@@ -201,7 +205,8 @@ contains
       '       bipot PROBLEM.hdf5 [options]   a contact problem in FCLIB''s layout'//nl//nl// &
       '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory)'//nl// &
       '  --set name=value    give a parameter of the deck another value; may be repeated'//nl// &
-      '  --plan              check the deck, print what a run would do, and stop'//nl// &
+      '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
+    '  --force             run even what does not fit into memory or on the disk'//nl// &
       '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32'//nl// &
       '                      or all, to NAME-<increment>.fclib.hdf5'//nl// &
       '  --overwrite         replace a result file that is unfinished or of another deck'//nl// &

@@ -134,8 +134,8 @@ contains
     integer :: pivot(problem%n_rows), info, i
     real(wp) :: largest
 
-    a = problem%w
-    allocate (work(2*problem%n_rows))
+    allocate (a(problem%n_rows, problem%n_rows), work(2*problem%n_rows))
+    a(:, :) = problem%w
     largest = maxval([(a(i, i), i=1, problem%n_rows)])
     call dpstrf('L', problem%n_rows, a, problem%n_rows, pivot, rank, 1.0e-10_wp*largest, work, info)
   end function rank_of

@@ -37,6 +37,7 @@ contains
     allocate (exports%chosen(n_increments), source=text == 'all')
     if (text == '' .or. text == 'all') return
     i = 1
+    last = 0
     do while (i <= len(text) + 1)
       comma = index(text(i:)//',', ',') + i - 1
       associate (part => text(i:comma - 1))

@@ -4,7 +4,7 @@ program bipot
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit
   use errors_mod, only: error_t, exit_ok
-  use blas_core_mod, only: choose_blas_core
+  use blas_core_mod, only: choose_blas_core, check_blas_room
   use fclib_mod, only: is_fclib_path
   use command_line_mod, only: options_t, read_command_line, check_kind, help_text
   use console_mod, only: say
@@ -50,6 +50,8 @@ contains
     logical, intent(in) :: is_problem
 
     call check_kind(options, is_problem, error)
+    if (allocated(error)) return
+    call check_blas_room(error)
     if (allocated(error)) return
     if (is_problem) then
       call run_problem(options, error)

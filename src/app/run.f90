@@ -1,29 +1,33 @@
 !> A run: advance, append, report, increment by increment.
 module run_mod
-  use kinds_mod, only: wp
-  use errors_mod, only: error_t, raise, exit_not_solved
+  use kinds_mod, only: wp, i8
+  use errors_mod, only: error_t, raise, exit_not_solved, exit_machine
   use text_mod, only: string_t, to_text
   use system_mod, only: wall_seconds, peak_memory_bytes, utc_now, build_description
   use blas_core_mod, only: blas_core_name
   use scene_mod, only: scene_t
   use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps
-  use plan_mod, only: plan_t
+  use plan_mod, only: plan_t, find_breaches
   use increments_mod, only: increment_t, next_increment
   use state_mod, only: state_t, initial_state
-  use step_report_mod, only: step_report_t, worst_entry, ended_at_limit, ended_stalled, &
-    ended_unbalanced, ended_moving
+  use step_report_mod, only: step_report_t, ended_at_limit, ended_stalled, &
+    ended_unbalanced, ended_moving, ended_out_of_reach
   use step_fields_mod, only: step_fields_t, tensor_field_t, fields_due
   use read_deck_mod, only: read_deck
   use mesh_fields_mod, only: fill_tensor_fields
-  use make_plan_mod, only: make_plan
+  use make_plan_mod, only: make_plan, revise_plan
+  use estimate_costs_mod, only: estimate_costs
+  use fit_machine_mod, only: misfit
   use initial_overlaps_mod, only: overlaps
-  use operators_mod, only: operators_t, make_operators, change_supports, prepare_step
+  use operators_mod, only: operators_t, make_operators, change_supports, prepare_step, &
+    widen_interface
   use step_loads_mod, only: prescribed_dofs
   use advance_mod, only: advance
   use result_file_mod, only: result_file_t, provenance_t, open_result, append_increment, &
     finish_result, &
                              run_finished, run_not_solved, run_failed
   use command_line_mod, only: options_t, command_text
+  use tally_mod, only: tally_t, add_increment, note_sizes, list_counters
   use export_problems_mod, only: exports_t, choose_rows, export_increment
   use console_mod, only: console_t, open_console, say, print_lines, print_increment, &
     print_warning, clear_bar, solver_name, &
@@ -33,24 +37,6 @@ module run_mod
   private
 
   public :: run_deck
-
-  !> What the run as a whole adds up to.
-  type :: tally_t
-    integer  :: increments = 0          !! in the file
-    integer  :: certified = 0
-    integer  :: contact_iterations = 0
-    integer  :: products = 0            !! of the compliance with a vector
-    integer  :: fallbacks = 0           !! increments that AUTO's first choice did not solve
-    integer  :: local_iterations = 0
-    integer  :: newton_raphson = 0
-    integer  :: worst_row = 0
-    real(wp) :: worst = 0.0_wp          !! certificate entry [-]
-    real(wp) :: read_time = 0.0_wp      !! [s], as all below
-    real(wp) :: contact_time = 0.0_wp
-    real(wp) :: step_time = 0.0_wp      !! advancing, contact included
-    real(wp) :: write_time = 0.0_wp
-    real(wp) :: total_time = 0.0_wp
-  end type tally_t
 
 contains
 
@@ -64,11 +50,14 @@ contains
     type(console_t) :: console
     type(tally_t) :: tally
     type(exports_t) :: exports
+    type(operators_t) :: operators
 
     console = open_console(options%quiet)
     call read_deck(options%deck, options%overrides, scene, error)
     if (allocated(error)) return
     call make_plan(scene, plan, error)
+    if (allocated(error)) return
+    call estimate_costs(scene, result_path(options, scene), plan, operators%factor, error)
     if (allocated(error)) return
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
@@ -77,37 +66,72 @@ contains
     call print_lines(console, scene%notes)
     call print_lines(console, plan%lines)
     call print_lines(console, overlaps(scene, plan%points))
-    if (options%plan) return
-    call run_scene(options, scene, plan, exports, console, tally, error)
+    call refuse_misfit(scene, plan, options%force, console, error)
+    if (allocated(error) .or. options%plan) return
+    call run_scene(options, scene, plan, exports, operators, console, tally, error)
   end subroutine run_deck
 
-  !> Open the file, go through the increments, close the file whatever happened.
-  subroutine run_scene(options, scene, plan, exports, console, tally, error)
+  !> Where the result goes.
+  pure function result_path(options, scene) result(path)
     type(options_t), intent(in) :: options
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(exports_t), intent(in) :: exports
-    type(console_t), intent(inout) :: console
-    type(tally_t), intent(inout) :: tally
-    type(error_t), allocatable, intent(out) :: error
-    type(operators_t) :: operators
-    type(result_file_t) :: file
-    type(error_t), allocatable :: closing
-    character(:), allocatable :: path, status
+    character(:), allocatable :: path
 
     path = options%output
     if (path == '') path = scene%name//'.vtkhdf'
+  end function result_path
+
+  !> Refuse a run that memory or disk will not hold before it has begun; forced, only say so.
+  subroutine refuse_misfit(scene, plan, forced, console, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    logical, intent(in) :: forced
+    type(console_t), intent(in) :: console
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: reasons
+
+    reasons = misfit(scene, plan)
+    if (reasons == '') return
+    if (forced) then
+      call print_warning(console, reasons)
+    else
+      call raise(error, exit_machine, 'bipot: error: '//reasons//new_line('a')// &
+        '  nothing was run (--force runs it all the same)')
+    end if
+  end subroutine refuse_misfit
+
+  !> Open the file, go through the increments, close the file whatever happened.
+  subroutine run_scene(options, scene, plan, exports, operators, console, tally, error)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(inout) :: plan
+    type(exports_t), intent(in) :: exports
+    type(operators_t), intent(inout) :: operators !! its factor holds the symbolic analysis
+    type(console_t), intent(inout) :: console
+    type(tally_t), intent(inout) :: tally
+    type(error_t), allocatable, intent(out) :: error
+    type(result_file_t) :: file
+    type(error_t), allocatable :: closing
+    character(:), allocatable :: path, status
+    type(string_t), allocatable :: names(:)
+    real(wp), allocatable :: counters(:)
+    integer(i8) :: written
+
+    path = result_path(options, scene)
     call open_result(path, scene, plan, provenance(), options%overwrite, file, error)
     if (allocated(error)) return
     call go_through(scene, plan, exports, operators, file, console, tally, error)
     tally%total_time = wall_seconds() - console%started
+    inquire (file=path, size=written)
+    tally%file_bytes = real(max(0_i8, written), wp)
+    call list_counters(tally, operators, names, counters)
 
     status = run_finished
     if (allocated(error)) then
       status = run_failed
       if (error%exit_status == exit_not_solved) status = run_not_solved
     end if
-    call finish_result(file, status, counter_names(), counters(tally, operators, plan), closing)
+    call finish_result(file, status, names, counters, closing)
     call clear_bar(console)
     if (allocated(error)) then
       if (tally%increments > 0) error%message = error%message//new_line('a')// &
@@ -119,13 +143,25 @@ contains
       call move_alloc(closing, error)
       return
     end if
+    call tell_breaches(console, find_breaches(plan, names, counters))
     call close_run(scene, console, tally, operators, path)
   end subroutine run_scene
+
+  !> Say where the run did not keep to its plan.
+  subroutine tell_breaches(console, breaches)
+    type(console_t), intent(in) :: console
+    type(string_t), intent(in) :: breaches(:)
+    integer :: i
+
+    do i = 1, size(breaches)
+      call print_warning(console, breaches(i)%text)
+    end do
+  end subroutine tell_breaches
 
   !> The loop: advance, append, report.
   subroutine go_through(scene, plan, exports, operators, file, console, tally, error)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
+    type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
     type(operators_t), intent(inout) :: operators
     type(result_file_t), intent(inout) :: file
@@ -150,6 +186,14 @@ contains
       end if
       call advance(scene, plan, operators, old, increment, new, report, error)
       if (allocated(error)) return
+      if (report%ending == ended_out_of_reach) then
+        call take_whole_surfaces(scene, increment, report, console, plan, operators, error)
+        if (allocated(error)) return
+        tally%plan_revisions = tally%plan_revisions + 1
+        call advance(scene, plan, operators, old, increment, new, report, error)
+        if (allocated(error)) return
+      end if
+      call note_sizes(operators, tally)
       ! Also where the increment is not solved: others may want to try.
       call export_increment(scene, operators, increment, old, report, exports, error)
       if (allocated(error)) return
@@ -162,11 +206,36 @@ contains
       call append_increment(file, scene, plan, new, report, fields, error)
       if (allocated(error)) return
       tally%write_time = tally%write_time + wall_seconds() - clock
-      call add_up(increment, report, tally)
+      call add_increment(increment, report, fields_due(scene%output%frequency, &
+        increment%number, scene%steps(increment%step)%n_increments), tally)
       call print_increment(console, increment, plan%n_increments, report)
       old = new
     end do increments
   end subroutine go_through
+
+  !> A node went further than the plan had it go: from here on every slave node is a candidate.
+  subroutine take_whole_surfaces(scene, increment, report, console, plan, operators, error)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(step_report_t), intent(in) :: report
+    type(console_t), intent(inout) :: console
+    type(plan_t), intent(inout) :: plan
+    type(operators_t), intent(inout) :: operators
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (points => plan%points, i => report%worst_point)
+      call clear_bar(console)
+      call say('note: step '//to_text(increment%step)//', increment '//to_text(increment%number)// &
+        ': node '//to_text(scene%mesh%node_id(points%node(i)))//' reaches '// &
+        scene%obstacles(scene%pairs(points%pair(i))%obstacle)%name// &
+        ', which the plan held to be '// &
+        'out of its reach; the increment is repeated with the whole of the slave surfaces')
+    end associate
+    plan%points%in_reach = .true.
+    call revise_plan(scene, plan, error)
+    if (allocated(error)) return
+    call widen_interface(scene, plan%points, operators, error)
+  end subroutine take_whole_surfaces
 
   !> Say which rigid motions nothing holds, where that has changed.
   subroutine tell_unheld(console, increment, report, before)
@@ -299,26 +368,6 @@ contains
     end associate
   end subroutine allocate_tensors
 
-  subroutine add_up(increment, report, tally)
-    type(increment_t), intent(in) :: increment
-    type(step_report_t), intent(in) :: report
-    type(tally_t), intent(inout) :: tally
-
-    tally%increments = increment%row
-    if (report%certificate%certified) tally%certified = tally%certified + 1
-    if (worst_entry(report%certificate) >= tally%worst) then
-      tally%worst = worst_entry(report%certificate)
-      tally%worst_row = increment%row
-    end if
-    tally%contact_iterations = tally%contact_iterations + report%contact_iterations
-    tally%products = tally%products + report%compliance_products
-    if (report%solver_stages > 1) tally%fallbacks = tally%fallbacks + 1
-    tally%local_iterations = tally%local_iterations + report%local_iterations
-    tally%newton_raphson = tally%newton_raphson + report%newton_raphson_iterations
-    tally%contact_time = tally%contact_time + report%contact_time
-    tally%step_time = tally%step_time + report%wall_time
-  end subroutine add_up
-
   !> Phases and memory, then the one sentence that says how it went.
   subroutine close_run(scene, console, tally, operators, path)
     type(scene_t), intent(in) :: scene
@@ -370,44 +419,5 @@ contains
     provenance%blas_core = blas_core_name()
     provenance%started = utc_now()
   end function provenance
-
-  !> Names of what /run/counters holds.
-  function counter_names() result(names)
-    type(string_t), allocatable :: names(:)
-
-    names = [string_t('equations'), string_t('interface_equations'), string_t('contact_rows'), &
-             string_t('factorisations'), string_t('factor_entries'), &
-             string_t('newton_raphson_iterations'), &
-             string_t('contact_iterations'), string_t('compliance_products'), &
-             string_t('solver_fallbacks'), string_t('local_iterations'), &
-             string_t('peak_memory_bytes'), &
-             string_t('seconds_read'), string_t('seconds_assemble'), string_t('seconds_order'), &
-             string_t('seconds_factorise'), string_t('seconds_condense'), &
-             string_t('seconds_loads'), &
-             string_t('seconds_contact'), string_t('seconds_recover'), string_t('seconds_write'), &
-             string_t('seconds_total')]
-  end function counter_names
-
-  !> And their values.
-  function counters(tally, operators, plan) result(values)
-    type(tally_t), intent(in) :: tally
-    type(operators_t), intent(in) :: operators
-    type(plan_t), intent(in) :: plan
-    real(wp), allocatable :: values(:)
-
-    associate (s => operators%seconds)
-      values = [real(plan%n_equations, wp), real(plan%n_interface, wp), &
-        real(operators%problem%n_rows, wp), &
-                real(operators%n_factorisations, wp), real(operators%factor%entries, wp), &
-                real(tally%newton_raphson, wp), real(tally%contact_iterations, wp), &
-                real(tally%products, wp), &
-                real(tally%fallbacks, wp), &
-                real(tally%local_iterations, wp), &
-                real(peak_memory_bytes(), wp), tally%read_time, s%assemble, s%order, s%factorise, &
-                s%condense, &
-                s%loads, tally%contact_time, tally%step_time - tally%contact_time, &
-                tally%write_time, tally%total_time]
-    end associate
-  end function counters
 
 end module run_mod

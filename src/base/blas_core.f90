@@ -7,11 +7,14 @@
 module blas_core_mod
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t, c_ptr, c_funptr, &
     c_null_ptr, c_null_char, c_associated, c_f_pointer, c_f_procpointer, c_loc
-  use text_mod, only: string_t, upper
+  use kinds_mod, only: i8
+  use errors_mod, only: error_t, raise, exit_machine
+  use text_mod, only: string_t, upper, to_text
+  use machine_room_mod, only: address_space_left
   implicit none
   private
 
-  public :: choose_blas_core, blas_core_name, wanted_core
+  public :: choose_blas_core, check_blas_room, blas_core_name, wanted_core
 
   character(*), parameter :: core_variable = 'OPENBLAS_CORETYPE'
   ! Set before the second start: there is never a third.
@@ -77,6 +80,19 @@ module blas_core_mod
   end interface
 
 contains
+
+  !> Refuse to begin where a limit on addresses (ulimit -v) leaves OpenBLAS no room for its buffer:
+  !> it would ask for it again and again, for ever.
+  subroutine check_blas_room(error)
+    type(error_t), allocatable, intent(out) :: error !! too little address space
+    integer(i8), parameter :: megabyte = 1000000_i8, reserved = 140_i8*megabyte
+    integer(i8) :: left
+
+    left = address_space_left('')
+    if (left < reserved) call raise(error, exit_machine, 'bipot: error: the limit on addresses '// &
+      '(ulimit -v) leaves '//to_text(left/megabyte)//' MB; the linear algebra library alone '// &
+      'reserves '//to_text(reserved/megabyte)//' MB before it computes anything')
+  end subroutine check_blas_room
 
   !> Take care of OpenBLAS's kernels and threads. Returns, or does not: then the program starts
   !> again.

@@ -5,7 +5,7 @@ module dense_mod
   private
 
   public :: invert_spd, solve_dense, solve_least_squares, invert_general, symmetric_eigenvectors, &
-    singular_values
+    singular_values, null_space
 
   real(wp), parameter :: singular = 1.0e-14_wp !! reciprocal condition taken for 0 [-]
 
@@ -222,5 +222,22 @@ contains
     ok = info == 0
     v = transpose(vt)
   end subroutine singular_values
+
+  !> Orthonormal columns that A takes to 0; none where LAPACK does not converge.
+  function null_space(a, threshold) result(null)
+    real(wp), intent(in) :: a(:, :)          !! (m,n)
+    real(wp), intent(in) :: threshold        !! of the largest singular value: taken for 0 [-]
+    real(wp), allocatable :: null(:, :)      !! (n,k)
+    real(wp) :: s(size(a, 2)), v(size(a, 2), size(a, 2))
+    integer :: n, k
+    logical :: ok
+
+    n = size(a, 2)
+    k = 0
+    v = 0.0_wp
+    call singular_values(a, s, v, ok)
+    if (ok .and. n > 0) k = count(s <= threshold*s(1))
+    null = v(:, n - k + 1:)
+  end function null_space
 
 end module dense_mod

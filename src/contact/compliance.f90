@@ -9,7 +9,9 @@ module compliance_mod
   implicit none
   private
 
-  public :: invert_schur, point_stiffness, rows_of_points, compliance_of_rows
+  public :: invert_schur, point_stiffness, rows_of_points, compliance_of_rows, straight
+
+  real(wp), parameter :: straight = 1.0e-12_wp !! a direction cosine below this is 0
 
 contains
 
@@ -61,20 +63,20 @@ contains
   !> has a reaction.
   !>
   !> A direction that is prescribed, of the node as of the obstacle, has no compliance and no row;
-  !> without friction there are no tangential rows; a point whose normal is prescribed has none at
-  !> all (docs/theory.md section 2).
+  !> without friction there are no tangential rows; a point whose normal is prescribed, or that is
+  !> out of reach of its obstacle, has none at all (docs/theory.md section 2).
   pure subroutine rows_of_points(prescribed, points, frame, row)
     logical, intent(in) :: prescribed(:, :)       !! (3,n_nodes) reference nodes included
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: frame(:, :, :)        !! (3,3,n_points) columns n, t1, t2
     integer, intent(out) :: row(:, :)             !! (3,n_points) 0 where there is none
-    real(wp), parameter :: straight = 1.0e-12_wp  ! a direction cosine below this is 0
     integer :: i, a, n
     logical :: free(3)
 
     row = 0
     n = 0
     do i = 1, points%n
+      if (.not. points%in_reach(i)) cycle
       free = .not. prescribed(:, points%node(i))
       if (points%ref_node(i) > 0) free = free .or. .not. prescribed(:, points%ref_node(i))
       do a = 1, 3
@@ -100,7 +102,9 @@ contains
 
     allocate (w(count(row > 0), count(row > 0)))
     do j = 1, points%n
+      if (row(1, j) == 0) cycle
       do i = j, points%n
+        if (row(1, i) == 0) cycle
         block = matmul(transpose(frame(:, :, i)), matmul( &
           interface_block(map, c, points%node(i), points%node(j)), frame(:, :, j)))
         do b = 1, 3

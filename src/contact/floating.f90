@@ -11,41 +11,50 @@
 !>
 !>     b = c + theta (Q^T r + q),      so that x = (W_c + theta Q Q^T) r + x' + Q (c + theta q),
 !>
-!> a contact problem like any other. Its centre c follows b until the forces balance, or takes a
-!> Newton step on Q^T r(c) + q = 0 with the derivative of the solved contact problem where that
-!> balances more. A motion that contact does not see (in the null space of G) stays where it is; so
-!> does one that nothing drives. Where the force out of balance stays whatever the motion, nothing
-!> balances it.
+!> a contact problem like any other, whose solution r(c) leaves e(c) = Q^T r(c) + q out of balance.
+!> The centre c takes Newton steps on e(c) = 0 with the derivative of the solved contact problem,
+!> damped (Levenberg-Marquardt) from the best centre so far until they balance more; fully damped
+!> they are the plain proximal step c + theta e. A motion that contact does not see (in the null
+!> space of G) stays where it is; so does one that nothing drives. Where no centre leaves less out
+!> of balance, nothing balances it.
+!>
+!> A motion is neutral that contact does not see where the undeformed bodies are. About the axis of
+!> a round obstacle it is seen a little once normals have turned, which is of second order: neither
+!> does it move the contact then, nor is it balanced by it. What contact leaves on it is given back.
 !> docs/theory.md section 9.
 module floating_mod
   use kinds_mod, only: wp
-  use dense_mod, only: singular_values, solve_least_squares
+  use dense_mod, only: singular_values, null_space, solve_least_squares
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton
-  use step_report_mod, only: ended_unbalanced, ended_stalled
-  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows
+  use step_report_mod, only: ended_unbalanced, ended_stalled, status_stick, status_slide
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, &
+    relative_gaps, natural_map
   use global_newton_mod, only: response_to_shifts
   use solve_mod, only: solve_contact
   implicit none
   private
 
-  public :: floating_t, drift_t, free_the_motions, solve_floating
+  public :: floating_t, drift_t, free_the_motions, solve_floating, resisting_rows
 
   real(wp), parameter :: unseen = 1.0e-10_wp   !! of the largest singular value of G: not seen
   real(wp), parameter :: nearly = 10.0_wp      !! of what counts as balance: no drift yet
   integer,  parameter :: max_recentrings = 200
   real(wp), parameter :: stiffer = 1.0e-3_wp   !! of the pinned compliance: the least of theta
   integer,  parameter :: max_worse = 3         !! leaps out of free flight
-  integer,  parameter :: patience = 40         !! recentrings that balance nothing
-  real(wp), parameter :: longest_leap = 1000.0_wp !! of the way so far
-  real(wp), parameter :: tightest = 1.0e-14_wp    !! tolerance of the proximal problems [-]
+  integer,  parameter :: patience = 40         !! trials that balance nothing
+  real(wp), parameter :: progress = 0.99_wp    !! what is out of balance then, of what was
+  real(wp), parameter :: longest_leap = 1000.0_wp   !! of the way and a plain step
+  real(wp), parameter :: tightest = 1.0e-14_wp      !! tolerance of the proximal problems [-]
   real(wp), parameter :: least_damping = 1.0e-12_wp !! of the resistance of the proximal term
   real(wp), parameter :: most_damping = 1.0_wp
+  real(wp), parameter :: spoilt = 0.1_wp !! of the tolerance: by the rounding of a far centre
 
   !> What belongs to the motions of a contact problem, beside its compliance.
   type :: floating_t
     integer :: n = 0        !! motions
     integer :: n_seen = 0   !! independent ones that contact sees
     real(wp), allocatable :: g(:, :)     !! (n_rows,n) [-]
+    real(wp), allocatable :: neutral(:, :) !! (n,k) orthonormal motions that contact cannot see [-]
     real(wp), allocatable :: q(:, :)     !! (n_rows,n_seen) orthonormal [-]
     real(wp), allocatable :: back(:, :)  !! (n,n_seen) a = back b: G back = Q [-]
     real(wp), allocatable :: w_q(:, :)   !! (n_rows,n_seen) W_p Q [length/force]
@@ -57,7 +66,33 @@ module floating_mod
     real(wp), allocatable :: load(:)       !! (n) work of the loads on a unit of each motion [force]
     real(wp), allocatable :: a(:)          !! (n) start in, how far they go out [length]
     real(wp), allocatable :: unbalanced(:) !! (n) out: direction in which nothing balances the loads
+    real(wp), allocatable :: turned(:)
+    !! (k) out: what turned normals leave on the neutral motions [force]
   end type drift_t
+
+  !> A centre, and what its proximal problem says.
+  type :: trial_t
+    real(wp), allocatable :: centre(:)     !! (n_seen) [length]
+    real(wp), allocatable :: r(:, :)       !! (3,n_points) reactions [force]
+    real(wp), allocatable :: e(:)          !! (n_seen) out of balance [force]
+    real(wp), allocatable :: left(:)       !! (n) out of balance, along each motion [force]
+    real(wp), allocatable :: left_seen(:)  !! (n) of it, what contact sees [force]
+    real(wp), allocatable :: turned(:)     !! (k) as of drift_t [force]
+    real(wp) :: small = 0.0_wp             !! what counts as balance [force]
+    logical  :: is_solved = .false.        !! the contact problem is
+  end type trial_t
+
+  !> The search for the centre that balances.
+  type :: search_t
+    type(trial_t) :: now, best
+    real(wp), allocatable :: first(:)          !! (n_seen) centre where it began [length]
+    real(wp), allocatable :: resistance(:, :)  !! (n_seen,n_seen) -de/dc at the best [force/length]
+    real(wp) :: furthest = 0.0_wp              !! where contact is still resolved [length]
+    real(wp) :: damping = least_damping        !! of the resistance of the proximal term [-]
+    integer  :: since_best = 0                 !! trials
+    integer  :: idle = 0                       !! trials without progress
+    logical  :: is_flying = .false.            !! nothing resists at the best
+  end type search_t
 
   interface
     !> BLAS: C = alpha op(A) op(B) + beta C.
@@ -74,13 +109,14 @@ module floating_mod
 contains
 
   !> From the pinned compliance to that of the proximal problem.
-  subroutine free_the_motions(g, w, floating)
+  subroutine free_the_motions(g, undeformed_g, w, floating)
     real(wp), intent(in) :: g(:, :)     !! (n_rows,n) what each motion does at the rows [-]
+    real(wp), intent(in) :: undeformed_g(:, :) !! (n_rows,n) the same before anything moved [-]
     real(wp), intent(inout) :: w(:, :)
     !! (n_rows,n_rows) W_p in, W_c + theta Q Q^T out, both triangles [length/force]
     type(floating_t), intent(out) :: floating
     real(wp) :: s(size(g, 2)), v(size(g, 2), size(g, 2))
-    real(wp), allocatable :: q_w(:, :), both(:, :)
+    real(wp), allocatable :: q_w(:, :), both(:, :), seen_g(:, :)
     real(wp) :: flexibility
     integer :: i, n
     logical :: ok
@@ -90,7 +126,9 @@ contains
     if (n > 0) flexibility = maxval(sum(abs(w), dim=1))
     floating%n = size(g, 2)
     floating%g = g
-    call singular_values(g, s, v, ok)
+    floating%neutral = null_space(undeformed_g, unseen)
+    seen_g = g - matmul(matmul(g, floating%neutral), transpose(floating%neutral))
+    call singular_values(seen_g, s, v, ok)
     if (.not. ok) s = 0.0_wp
     if (floating%n > 0) floating%n_seen = count(s > unseen*s(1))
     associate (m => floating%n_seen)
@@ -99,7 +137,7 @@ contains
         floating%back(:, i) = v(:, i)/s(i)
       end do
       if (m == 0) return
-      call dgemm('N', 'N', n, m, floating%n, 1.0_wp, g, n, floating%back, floating%n, 0.0_wp, &
+      call dgemm('N', 'N', n, m, floating%n, 1.0_wp, seen_g, n, floating%back, floating%n, 0.0_wp, &
         floating%q, n)
       call dgemm('N', 'N', n, m, n, 1.0_wp, w, n, floating%q, n, 0.0_wp, floating%w_q, n)
       ! P W P = W - Q (W Q)^T - (W Q) Q^T + Q (Q^T W Q) Q^T
@@ -125,90 +163,181 @@ contains
     type(contact_problem_t), intent(in) :: problem
     type(floating_t), intent(in) :: floating
     real(wp), intent(inout) :: x_free(:)
-    !! (n_rows) at a = 0, in; that of the last proximal problem, out [length]
+    !! (n_rows) at a = 0, in; that of the proximal problem r solves, out [length]
     type(contact_controls_t), intent(in) :: controls
     type(drift_t), intent(inout) :: drift   !! load and start in, the motions out
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
-    real(wp), dimension(floating%n_seen) :: q, first, centre, image, best_centre, &
-      best_e, e
-    real(wp) :: resistance(floating%n_seen, floating%n_seen), damping
-    real(wp) :: best_r(3, problem%n_points)
-    real(wp), dimension(problem%n_rows) :: x_start, packed
-    real(wp), dimension(floating%n) :: left, left_seen
-    type(contact_report_t) :: here
-    real(wp) :: best, small
-    integer :: i, idle, since_best
-    logical :: balanced, is_flying
+    type(search_t) :: search
+    real(wp) :: q(floating%n_seen), x_start(problem%n_rows)
+    integer :: i
 
     q = matmul(drift%load, floating%back)
-    x_start = x_free + matmul(floating%g, drift%a) - matmul(floating%w_q, q)
-    packed = pack_rows(problem, r)
-    centre = shift_of(floating, packed)
-    first = centre
-    best = huge(1.0_wp)
-    idle = 0
-    since_best = 0
-    is_flying = .false.
-    damping = least_damping
-    drift%unbalanced = 0.0_wp*drift%load
+    x_start = x_free + matmul(floating%g, drift%a) - matmul(floating%w_q, q) + &
+      floating%theta*matmul(floating%q, q)
+    search%first = shift_of(floating, pack_rows(problem, r))
+    search%now%centre = search%first
+    search%now%r = r
     recentre: do i = 1, max_recentrings
-      x_free = x_start + matmul(floating%q, centre + floating%theta*q)
-      call solve_closely(problem, x_free, controls, r, here)
-      call add_up(here, report)
-      packed = pack_rows(problem, r)
-      e = matmul(packed, floating%q) + q
-      image = centre + floating%theta*e
-      left = matmul(packed, floating%g) + drift%load
-      small = 0.0_wp
-      if (problem%n_points > 0) small = sqrt(maxval(sum(r**2, dim=1)))
-      small = max(controls%tolerance*small, 1.0e-14_wp*(sum(abs(packed)) + sum(abs(drift%load))))
-      balanced = all(abs(left) <= small)
-      report%converged = here%converged .and. balanced
-      report%ending = here%ending
-      if (balanced .or. .not. here%converged) exit recentre
-
-      ! What contact does not see it cannot balance; what it sees it has not balanced yet.
-      report%ending = ended_unbalanced
-      if (all(abs(left) <= nearly*small)) report%ending = ended_stalled
-      left_seen = matmul(matmul(floating%q, e), floating%g)
-      if (norm2(e) < best .or. i == 1) then
-        drift%unbalanced = left - left_seen
-        if (all(abs(drift%unbalanced) <= small)) drift%unbalanced = matmul(floating%back, e)
-      end if
-      if (all(abs(left_seen) <= small)) exit recentre
-      idle = idle + 1
-      if (norm2(e) < 0.99_wp*best) idle = 0
-      if (idle >= patience) exit recentre
-      since_best = since_best + 1
-      if (norm2(e) < best) then
-        best = norm2(e)
-        best_e = e
-        best_centre = centre
-        best_r = r
-        since_best = 0
-        damping = max(least_damping, damping/30.0_wp)
-        call find_resistance(problem, floating, x_free, controls, r, resistance)
-        is_flying = all(abs(resistance)*floating%theta <= 100.0_wp*least_damping)
-      end if
-      if (is_flying .and. since_best < max_worse) then
-        ! From free flight the first leap goes too far into an obstacle; the next bring it back.
-        if (since_best > 0) call find_resistance(problem, floating, x_free, controls, r, &
-          resistance)
-        centre = centre + damped_step(resistance, e, least_damping/floating%theta)
-        if (norm2(centre - first) > longest_leap*norm2(image - first)) then
-          centre = first + (centre - first)*(longest_leap*norm2(image - first)/ &
-            norm2(centre - first))
-        end if
-      else
-        ! Damped from the best so far, until it balances more: plain steps at the latest.
-        if (since_best > 0) damping = min(most_damping, 10.0_wp*damping)
-        centre = best_centre + damped_step(resistance, best_e, damping/floating%theta)
-        r = best_r
-      end if
+      x_free = x_start + matmul(floating%q, search%now%centre)
+      call try_centre(problem, floating, x_free, controls, drift%load, search, report)
+      if (report%converged .or. .not. search%best%is_solved) exit recentre
+      if (search%now%is_solved .and. sees_nothing(search%now)) exit recentre
+      if (search%idle >= patience) exit recentre
+      if (search%since_best > 0 .and. search%damping >= most_damping) exit recentre
+      call choose_centre(problem, floating, x_free, controls, search)
     end do recentre
-    drift%a = drift%a + matmul(floating%back, image - shift_of(floating, packed))
+
+    if (.not. report%converged .and. search%now%is_solved) then
+      ! What contact does not see it cannot balance; what it sees it has not balanced anywhere.
+      search%now = search%best
+      report%ending = ended_unbalanced
+      if (all(abs(search%now%left) <= nearly*search%now%small)) report%ending = ended_stalled
+    end if
+    x_free = x_start + matmul(floating%q, search%now%centre)
+    r = search%now%r
+    associate (now => search%now)
+      drift%turned = now%turned
+      drift%unbalanced = now%left - now%left_seen
+      if (all(abs(drift%unbalanced) <= now%small)) drift%unbalanced = matmul(floating%back, now%e)
+      drift%a = drift%a + matmul(floating%back, now%centre + floating%theta*now%e - &
+        shift_of(floating, pack_rows(problem, r)))
+    end associate
   end subroutine solve_floating
+
+  !> Solve the proximal problem at a centre, and see what it leaves out of balance.
+  subroutine try_centre(problem, floating, x_free, controls, load, search, report)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(in) :: x_free(:)              !! (n_rows) there [length]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(in) :: load(:)                !! (n) as of drift_t [force]
+    type(search_t), intent(inout) :: search
+    type(contact_report_t), intent(inout) :: report
+    type(contact_controls_t) :: first_choice
+    type(contact_report_t) :: here
+    real(wp) :: packed(problem%n_rows), on_motions(floating%n)
+
+    ! A leap may fail. The first trial must not, nor a plain step, the last there is: other solvers
+    ! follow there.
+    first_choice = controls
+    if (allocated(search%best%e) .and. search%damping < most_damping .and. &
+      controls%solver == solver_auto) first_choice%solver = solver_global_newton
+    associate (now => search%now)
+      call solve_closely(problem, x_free, first_choice, now%r, here)
+      call add_up(here, report)
+      packed = pack_rows(problem, now%r)
+      now%is_solved = here%converged
+      now%e = matmul(packed, floating%q) + matmul(load, floating%back)
+      on_motions = matmul(packed, floating%g)
+      now%turned = matmul(on_motions, floating%neutral)
+      now%left = on_motions - matmul(floating%neutral, now%turned) + load
+      now%left_seen = matmul(matmul(floating%q, now%e), floating%g)
+      now%small = 0.0_wp
+      if (problem%n_points > 0) now%small = sqrt(maxval(sum(now%r**2, dim=1)))
+      now%small = max(controls%tolerance*now%small, 1.0e-14_wp*(sum(abs(packed)) + &
+        sum(abs(load))))
+      report%converged = now%is_solved .and. all(abs(now%left) <= now%small)
+      report%ending = here%ending
+
+      search%idle = search%idle + 1
+      search%since_best = search%since_best + 1
+      if (.not. allocated(search%best%e)) then
+        if (problem%n_points > 0) search%furthest = spoilt*controls%tolerance* &
+          max(norm2(now%r), norm2(now%e))/(epsilon(1.0_wp)*maxval(problem%rho_map))
+        search%idle = 0
+      else if (.not. now%is_solved .or. norm2(now%e) >= norm2(search%best%e)) then
+        return
+      else if (norm2(now%e) < progress*norm2(search%best%e)) then
+        search%idle = 0
+      end if
+      search%best = now
+      search%since_best = 0
+    end associate
+  end subroutine try_centre
+
+  !> The next centre to try.
+  subroutine choose_centre(problem, floating, x_free, controls, search)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(in) :: x_free(:)              !! (n_rows) of the last trial [length]
+    type(contact_controls_t), intent(in) :: controls
+    type(search_t), intent(inout) :: search
+    real(wp) :: resistance(floating%n_seen, floating%n_seen), way(floating%n_seen), far
+
+    associate (now => search%now, best => search%best)
+      resistance = 0.0_wp
+      if (search%since_best == 0) then
+        search%damping = max(least_damping, search%damping/30.0_wp)
+        call find_resistance(problem, floating, x_free, controls, now%r, resistance)
+        search%resistance = resistance
+        search%is_flying = all(abs(resistance)*floating%theta <= 100.0_wp*least_damping)
+      end if
+      if (search%is_flying .and. search%since_best < max_worse .and. now%is_solved) then
+        ! From free flight the first leap goes too far into an obstacle; the next bring it back.
+        if (search%since_best > 0) call find_resistance(problem, floating, x_free, controls, &
+          now%r, resistance)
+        way = now%centre - search%first
+        far = longest_leap*norm2(way + floating%theta*now%e)
+        way = way + damped_step(resistance, now%e, least_damping/floating%theta)
+        if (norm2(way) > far) way = way*(far/norm2(way))
+        now%centre = search%first + way
+        return
+      end if
+      if (search%since_best > 0) search%damping = min(most_damping, 10.0_wp*search%damping)
+      way = best%centre - search%first
+      far = max(search%furthest, norm2(way) + floating%theta*norm2(best%e))
+      way = way + damped_step(search%resistance, best%e, search%damping/floating%theta)
+      if (norm2(way) > far) way = way*(far/norm2(way))
+      now%centre = search%first + way
+      now%r = best%r
+    end associate
+  end subroutine choose_centre
+
+  !> What is out of balance there, contact does not see.
+  pure logical function sees_nothing(trial)
+    type(trial_t), intent(in) :: trial
+
+    sees_nothing = all(abs(trial%left_seen) <= trial%small)
+  end function sees_nothing
+
+  !> What the free motions do where there is resistance: a row a direction in which a point presses
+  !> or sticks, and, where asked for, in which one that slides would slide another way.
+  function resisting_rows(problem, floating, r, x_free, with_sliding) result(resisting)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(in) :: r(:, :)         !! (3,n_points) n, t1, t2 [force]
+    real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
+    logical, intent(in) :: with_sliding
+    real(wp), allocatable :: resisting(:, :) !! (m,n) [-]
+    real(wp), dimension(3, problem%n_points) :: x, z
+    real(wp) :: rows(problem%n_rows, floating%n)
+    integer :: status(problem%n_points), i, a, n
+
+    x = unpack_rows(problem, relative_gaps(problem, x_free, pack_rows(problem, r)))
+    call natural_map(problem, x, r, z, status)
+    n = 0
+    do i = 1, problem%n_points
+      if (.not. any(abs(r(:, i)) > 0.0_wp)) cycle
+      associate (row => problem%row(:, i), g => floating%g)
+        n = n + 1
+        rows(n, :) = g(row(1), :)
+        if (status(i) == status_slide .and. all(row > 0) .and. with_sliding) then
+          n = n + 1
+          rows(n, :) = (r(2, i)*g(row(3), :) - r(3, i)*g(row(2), :))/ &
+            max(norm2(r(2:, i)), tiny(1.0_wp))
+        else if (status(i) == status_stick) then
+          do a = 2, 3
+            if (row(a) == 0) cycle
+            n = n + 1
+            rows(n, :) = g(row(a), :)
+          end do
+        end if
+      end associate
+    end do
+    resisting = rows(:n, :) - matmul(matmul(rows(:n, :), floating%neutral), &
+      transpose(floating%neutral))
+  end function resisting_rows
 
   !> Solve a proximal problem to the tolerance, and then as far below it as the same solver gets
   !> without others: the balance of whole bodies sums up what single points leave over.

@@ -166,16 +166,11 @@ contains
 
     subroutine close_card(last)
       integer, intent(in) :: last
-      type(card_place_t), allocatable :: larger(:)
 
       if (card%keyword == '') return
       card%last = last
       call skip_continuation(reader%source, card)
-      if (reader%n_cards == size(reader%cards)) then
-        allocate (larger(2*reader%n_cards))
-        larger(:reader%n_cards) = reader%cards
-        call move_alloc(larger, reader%cards)
-      end if
+      if (reader%n_cards == size(reader%cards)) reader%cards = [reader%cards, reader%cards]
       reader%n_cards = reader%n_cards + 1
       reader%cards(reader%n_cards) = card
     end subroutine close_card
@@ -310,7 +305,6 @@ contains
     character(*), intent(in) :: text
     integer, intent(in) :: first, last
     type(pieces_t), intent(inout) :: pieces
-    integer, allocatable :: larger(:)
     integer :: a, b, n
 
     a = first
@@ -325,12 +319,8 @@ contains
     end do
     n = pieces%n + 1
     if (n > size(pieces%first)) then
-      allocate (larger(2*n))
-      larger(:n - 1) = pieces%first(:n - 1)
-      call move_alloc(larger, pieces%first)
-      allocate (larger(2*n))
-      larger(:n - 1) = pieces%last(:n - 1)
-      call move_alloc(larger, pieces%last)
+      pieces%first = [pieces%first, pieces%first]
+      pieces%last = [pieces%last, pieces%last]
     end if
     pieces%first(n) = a
     pieces%last(n) = b

@@ -67,9 +67,9 @@ contains
       source%first(1) = 1
     end if
     if (n + 1 > size(source%first)) then
-      call enlarge(source%first)
-      call enlarge(source%number)
-      call enlarge(source%file)
+      source%first = [source%first, source%first]
+      source%number = [source%number, source%number]
+      source%file = [source%file, source%file]
     end if
     source%text(source%length + 1:source%length + len(line)) = line
     source%length = source%length + len(line) + 1
@@ -79,15 +79,6 @@ contains
     source%file(n) = file
     source%n_lines = n
   end subroutine add_line
-
-  subroutine enlarge(list)
-    integer, allocatable, intent(inout) :: list(:)
-    integer, allocatable :: larger(:)
-
-    allocate (larger(2*size(list)))
-    larger(:size(list)) = list
-    call move_alloc(larger, list)
-  end subroutine enlarge
 
   !> Register the path of a file whose lines follow; its index is `source%n_files`.
   subroutine add_file_name(source, path)

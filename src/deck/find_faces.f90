@@ -1,7 +1,7 @@
 !> The faces that a set of nodes means.
 module find_faces_mod
-  use lookup_mod, only: order_of
   use mesh_draft_mod, only: mesh_draft_t
+  use sorting_mod, only: order_of, sort_ascending
   use surfaces_mod, only: face_nodes
   implicit none
   private
@@ -22,7 +22,8 @@ contains
     call find_candidates(mesh, nodes, candidate)
     allocate (key(4, size(candidate, 2)), outer(size(candidate, 2)))
     do i = 1, size(candidate, 2)
-      key(:, i) = ascending(mesh%connectivity(face_nodes(:, candidate(2, i)), candidate(1, i)))
+      key(:, i) = mesh%connectivity(face_nodes(:, candidate(2, i)), candidate(1, i))
+      call sort_ascending(key(:, i))
     end do
 
     ! Two bricks that meet in a face both have it among the candidates: then it is inside.
@@ -85,23 +86,5 @@ contains
       order(:) = order(of_entry)
     end do
   end subroutine order_of_columns
-
-  !> Four numbers in ascending order.
-  pure function ascending(list) result(sorted)
-    integer, intent(in) :: list(4)
-    integer :: sorted(4), i, j, value
-
-    sorted = list
-    do i = 2, 4
-      value = sorted(i)
-      j = i - 1
-      do while (j >= 1)
-        if (sorted(j) <= value) exit
-        sorted(j + 1) = sorted(j)
-        j = j - 1
-      end do
-      sorted(j + 1) = value
-    end do
-  end function ascending
 
 end module find_faces_mod

@@ -4,7 +4,7 @@ module keywords_mod
   implicit none
   private
 
-  public :: keyword_t, find_keyword, keyword_names, squeeze, same_word
+  public :: keyword_t, find_keyword, keyword_names, squeeze, same_word, without_tabs
   public :: in_model, in_step, anywhere, is_read, is_ignored, is_missing, max_keyword
 
   integer, parameter :: max_keyword = 30
@@ -159,6 +159,18 @@ contains
     end do
     squeezed = squeezed(:n)
   end function squeeze
+
+  !> `text` with blanks in place of tabs.
+  pure function without_tabs(text) result(plain)
+    character(*), intent(in) :: text
+    character(:), allocatable :: plain
+    integer :: i
+
+    plain = text
+    do i = 1, len(plain)
+      if (plain(i:i) == achar(9)) plain(i:i) = ' '
+    end do
+  end function without_tabs
 
   !> Whether two words are the same, blanks, tabs and case aside.
   pure function same_word(a, b) result(same)

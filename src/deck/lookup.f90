@@ -2,12 +2,13 @@
 !>
 !> Worst cases are n log n, so no choice of ids or names in a deck can make reading slow.
 module lookup_mod
+  use sorting_mod, only: order_of
   use text_mod, only: string_t
   implicit none
   private
 
   public :: id_lookup_t, name_lookup_t, make_id_lookup, make_name_lookup
-  public :: find_id, find_name, sort_unique, order_of
+  public :: find_id, find_name
 
   !> From ids to their index in a list.
   type :: id_lookup_t
@@ -75,90 +76,6 @@ contains
     end do
     if (ids(lookup%order(low)) == id) found = lookup%order(low)
   end function find_id
-
-  !> The order that sorts `keys`, equal keys by index: bottom-up merge sort.
-  pure subroutine order_of(keys, order)
-    integer, intent(in) :: keys(:)
-    integer, allocatable, intent(out) :: order(:)
-    integer, allocatable :: from(:)
-    integer :: n, width, left, middle, right, i, j, k
-
-    n = size(keys)
-    allocate (order(n))
-    do i = 1, n
-      order(i) = i
-    end do
-    width = 1
-    do while (width < n)
-      from = order
-      left = 1
-      do while (left <= n)
-        middle = min(left + width, n + 1)
-        right = min(middle + width, n + 1)
-        i = left
-        j = middle
-        do k = left, right - 1
-          if (j >= right) then
-            order(k) = from(i)
-            i = i + 1
-          else if (i >= middle) then
-            order(k) = from(j)
-            j = j + 1
-          else if (keys(from(j)) < keys(from(i))) then
-            order(k) = from(j)
-            j = j + 1
-          else
-            order(k) = from(i)
-            i = i + 1
-          end if
-        end do
-        left = right
-      end do
-      width = 2*width
-    end do
-  end subroutine order_of
-
-  !> Sort a list of positive numbers and keep each once.
-  pure subroutine sort_unique(list)
-    integer, allocatable, intent(inout) :: list(:)
-    logical, allocatable :: present_in(:)
-    integer, allocatable :: order(:), sorted(:)
-    integer :: i, n, highest
-    logical :: ascending
-
-    ascending = .true.
-    do i = 2, size(list)
-      if (list(i) > list(i - 1)) cycle
-      ascending = .false.
-      exit
-    end do
-    if (ascending) return
-    highest = maxval(list)
-    n = 0
-    if (highest/4 <= size(list)) then
-      ! Dense: one pass over the values that there can be.
-      allocate (present_in(highest), sorted(min(highest, size(list))))
-      present_in = .false.
-      present_in(list) = .true.
-      do i = 1, highest
-        if (.not. present_in(i)) cycle
-        n = n + 1
-        sorted(n) = i
-      end do
-      list = sorted(:n)
-      return
-    end if
-    call order_of(list, order)
-    allocate (sorted(size(list)))
-    do i = 1, size(list)
-      if (n > 0) then
-        if (sorted(n) == list(order(i))) cycle
-      end if
-      n = n + 1
-      sorted(n) = list(order(i))
-    end do
-    list = sorted(:n)
-  end subroutine sort_unique
 
   !> Prepare the look-up of `names`.
   subroutine make_name_lookup(names, n, lookup)

@@ -3,16 +3,18 @@
 !>     *BLOCK, NAME=BODY, NX=4, NY=4, NZ=4, TYPE=C3D8, ELSET=STEEL
 !>     0., 0., 0.,  1., 1., 1.        corner and size
 !>     Z, 3.                          along z the last brick is 3 times the first
+!>     X, 4., MIDDLE                  along x the outermost bricks are 4 times those in the middle
 !>
 !> Makes the sets of nodes and elements BODY, and for each side, BODY-XMIN to BODY-ZMAX, the set of
 !> its nodes and the surface of its faces.
 module read_block_mod
   use block_mesh_mod, only: block_connectivity, block_coordinates, face_xmin, face_zmax, &
-    graded_positions
+    graded_from_middle, graded_positions
   use cards_mod, only: reader_t, report
   use diagnostics_mod, only: quoted
-  use fields_mod, only: field_position, field_text, fields_t, limit_fields, name_field, &
-    next_data_line, real_field
+  use fields_mod, only: field_position, field_text, fields_t, is_empty_field, limit_fields, &
+    name_field, next_data_line, real_field
+  use keywords_mod, only: same_word
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: add_block, add_early_set, block_t, early_set_t, max_nodes, &
     mesh_draft_t, reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
@@ -25,7 +27,15 @@ module read_block_mod
 
   public :: read_block, side_name
 
-  real(wp), parameter :: largest_ratio = 1.0e6_wp !! of the last brick's size over the first's
+  real(wp), parameter :: largest_ratio = 1.0e6_wp !! of the sizes of two bricks of a row
+
+  !> What the data lines say.
+  type :: box_t
+    real(wp) :: corner(3) = 0.0_wp       !! smallest x, y, z [length]
+    real(wp) :: length(3) = 1.0_wp       !! edges [length]
+    real(wp) :: ratio(3) = 1.0_wp        !! along each axis: last brick's size over the first's,
+    logical  :: middle(3) = .false.      !! or the outermost over those in the middle
+  end type box_t
 
 contains
 
@@ -35,7 +45,7 @@ contains
     type(card_t), intent(in) :: card
     type(mesh_draft_t), intent(inout) :: draft
     type(block_t) :: block
-    real(wp) :: corner(3), length(3), ratio(3)
+    type(box_t) :: box
     integer :: axis, kind
     logical :: ok, data_ok
 
@@ -52,7 +62,7 @@ contains
       call read_count(reader, card, 'N'//'XYZ'(axis:axis), block%n(axis), data_ok)
       ok = ok .and. data_ok
     end do
-    call read_box(reader, card, corner, length, ratio, data_ok)
+    call read_box(reader, card, box, data_ok)
     ok = ok .and. data_ok
     if (ok) then
       if (product(real(block%n, wp) + 1.0_wp) + draft%n_nodes > max_nodes) then
@@ -64,7 +74,7 @@ contains
     ! Its sets exist even where it could not be made, so that their uses are not mistakes as well.
     block%first_node = draft%n_nodes + 1
     block%first_element = draft%n_elements + 1
-    if (ok) call make_bricks(reader, card, block, corner, length, ratio, draft, ok)
+    if (ok) call make_bricks(reader, card, block, box, draft, ok)
     if (ok) draft%element_kind(block%first_element:draft%n_elements) = kind
     call make_sets(reader, card, block, ok, draft)
   end subroutine read_block
@@ -85,20 +95,17 @@ contains
     end if
   end subroutine read_count
 
-  !> The data lines: x, y, z of the corner, then of the size; axis, ratio.
-  subroutine read_box(reader, card, corner, length, ratio, ok)
+  !> The data lines: x, y, z of the corner, then of the size; axis, ratio[, MIDDLE].
+  subroutine read_box(reader, card, box, ok)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
-    real(wp), intent(out) :: corner(3), length(3)
-    real(wp), intent(out) :: ratio(3)  !! size of the last brick over the first along each axis
+    type(box_t), intent(out) :: box
     logical, intent(out) :: ok
     type(fields_t) :: fields
-    character(:), allocatable :: name
     real(wp) :: value(6)
-    integer :: i, axis
+    integer :: i
     logical :: found, field_ok, given(3)
 
-    ratio = 1.0_wp
     given = .false.
     value = 1.0_wp
     call next_data_line(reader, card, fields, ok)
@@ -117,41 +124,75 @@ contains
         ok = .false.
       end do
     end if
-    corner = value(:3)
-    length = value(4:)
+    box%corner = value(:3)
+    box%length = value(4:)
     do
       call next_data_line(reader, card, fields, found)
       if (.not. found) exit
-      call limit_fields(reader, fields, 2, 'X, Y or Z and a ratio')
-      call name_field(reader, fields, 1, 'X, Y or Z', name, field_ok)
-      axis = 0
-      if (field_ok .and. len(name) == 1) axis = index('XYZ', name)
-      if (axis == 0) then
-        ok = .false.
-        if (field_ok) call report(reader, fields%start, 'expected X, Y or Z, found '//quoted(name))
-        cycle
-      end if
-      if (given(axis)) call report(reader, fields%start, 'a second ratio for '//name)
-      given(axis) = .true.
-      call real_field(reader, fields, 2, 'the ratio of the last to the first brick', ratio(axis), &
-        field_ok)
-      if (field_ok) then
-        if (ratio(axis) < 1.0_wp/largest_ratio .or. ratio(axis) > largest_ratio) then
-          call report(reader, field_position(reader, fields, 2), &
-            'a ratio must lie between 1e-6 and 1e6, not '//quoted(field_text(reader, fields, 2)))
-          field_ok = .false.
-        end if
-      end if
+      call read_grading(reader, fields, box, given, field_ok)
       ok = ok .and. field_ok
     end do
   end subroutine read_box
 
+  !> A line `axis, ratio[, MIDDLE]`.
+  subroutine read_grading(reader, fields, box, given, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    type(box_t), intent(inout) :: box
+    logical, intent(inout) :: given(3) !! axes that had a line before
+    logical, intent(out) :: ok
+    character(:), allocatable :: name
+    integer :: axis
+    real(wp) :: ratio
+
+    call limit_fields(reader, fields, 3, 'X, Y or Z, a ratio and MIDDLE')
+    call name_field(reader, fields, 1, 'X, Y or Z', name, ok)
+    if (.not. ok) return
+    axis = 0
+    if (len(name) == 1) axis = index('XYZ', name)
+    if (axis == 0) then
+      ok = .false.
+      call report(reader, fields%start, 'expected X, Y or Z, found '//quoted(name))
+      return
+    end if
+    if (given(axis)) call report(reader, fields%start, 'a second ratio for '//name)
+    given(axis) = .true.
+    ratio = 1.0_wp
+    call real_field(reader, fields, 2, 'the ratio of two sizes', ratio, ok)
+    if (ok .and. (ratio < 1.0_wp/largest_ratio .or. ratio > largest_ratio)) then
+      call report(reader, field_position(reader, fields, 2), &
+        'a ratio must lie between 1e-6 and 1e6, not '//quoted(field_text(reader, fields, 2)))
+      ok = .false.
+    end if
+    box%ratio(axis) = ratio
+    if (is_empty_field(fields, 3)) return
+    box%middle(axis) = same_word(field_text(reader, fields, 3), 'MIDDLE')
+    if (box%middle(axis)) return
+    call report(reader, field_position(reader, fields, 3), &
+      'expected MIDDLE or nothing, found '//quoted(field_text(reader, fields, 3)))
+    ok = .false.
+  end subroutine read_grading
+
+  !> Positions 0..1 of the planes between the bricks along one axis.
+  pure function positions(box, axis, n) result(position)
+    type(box_t), intent(in) :: box
+    integer, intent(in) :: axis
+    integer, intent(in) :: n        !! bricks
+    real(wp) :: position(0:n)
+
+    if (box%middle(axis)) then
+      position = graded_from_middle(n, box%ratio(axis))
+    else
+      position = graded_positions(n, box%ratio(axis))
+    end if
+  end function positions
+
   !> Add the nodes and bricks of the box, with ids that follow the highest so far.
-  subroutine make_bricks(reader, card, block, corner, length, ratio, draft, ok)
+  subroutine make_bricks(reader, card, block, box, draft, ok)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(block_t), intent(in) :: block
-    real(wp), intent(in) :: corner(3), length(3), ratio(3)
+    type(box_t), intent(in) :: box
     type(mesh_draft_t), intent(inout) :: draft
     logical, intent(out) :: ok
     integer :: n_nodes, n_bricks, i, k
@@ -174,9 +215,8 @@ contains
       return
     end if
     k = draft%n_nodes
-    draft%coordinates(:, k + 1:k + n_nodes) = block_coordinates(corner, length, &
-      graded_positions(block%n(1), ratio(1)), graded_positions(block%n(2), ratio(2)), &
-      graded_positions(block%n(3), ratio(3)))
+    draft%coordinates(:, k + 1:k + n_nodes) = block_coordinates(box%corner, box%length, &
+      positions(box, 1, block%n(1)), positions(box, 2, block%n(2)), positions(box, 3, block%n(3)))
     do i = 1, n_nodes
       draft%node_id(k + i) = draft%highest_node + i
       draft%node_position(k + i) = card%position

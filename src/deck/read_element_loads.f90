@@ -293,13 +293,8 @@ contains
   subroutine add_gravity(draft, gravity)
     type(element_load_draft_t), intent(inout) :: draft
     type(gravity_t), intent(in) :: gravity
-    type(gravity_t), allocatable :: larger(:)
 
-    if (draft%n_gravity == size(draft%gravity)) then
-      allocate (larger(2*draft%n_gravity))
-      larger(:draft%n_gravity) = draft%gravity
-      call move_alloc(larger, draft%gravity)
-    end if
+    if (draft%n_gravity == size(draft%gravity)) draft%gravity = [draft%gravity, draft%gravity]
     draft%n_gravity = draft%n_gravity + 1
     draft%gravity(draft%n_gravity) = gravity
   end subroutine add_gravity

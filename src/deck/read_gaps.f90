@@ -35,6 +35,7 @@ contains
     type(contact_pair_t), intent(in) :: pairs(:)
     type(contact_gap_t), allocatable, intent(out) :: gaps(:)
     type(card_t) :: card
+    type(contact_gap_t), allocatable :: room(:)
     logical, allocatable :: slave(:)
     integer(i8) :: work
     integer :: k, n
@@ -44,15 +45,18 @@ contains
     do k = 1, size(pairs)
       slave(surfaces%list(pairs(k)%surface)%nodes) = .true.
     end do
-    call make_room(gaps, 0, count(reader%cards(:reader%n_cards)%keyword == 'CONTACT GAP'))
+    associate (cards => reader%cards(:reader%n_cards))
+      n = sum(cards%last - cards%first + 1, mask=cards%keyword == 'CONTACT GAP')
+    end associate
+    allocate (room(n), source=contact_gap_t(nodes=[integer ::]))
     n = 0
     work = 0
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'CONTACT GAP') cycle
       call open_card(reader, k, card)
-      call read_card(reader, card, model, slave, gaps, n, work)
+      call read_card(reader, card, model, slave, room, n, work)
     end do
-    if (n < size(gaps)) call make_room(gaps, n, n)
+    gaps = room(:n)
   end subroutine read_gaps
 
   !> Lines `node or set, gap` or `node or set[, PARABOLA], x, y, z, R`.
@@ -61,7 +65,7 @@ contains
     type(card_t), intent(in) :: card
     type(model_t), intent(in) :: model
     logical, intent(in) :: slave(:)        !! (n_nodes) whether the node may touch an obstacle
-    type(contact_gap_t), allocatable, intent(inout) :: list(:)
+    type(contact_gap_t), intent(inout) :: list(:) !! with room for a gap a line
     integer, intent(inout) :: n            !! gaps so far
     integer(i8), intent(inout) :: work     !! nodes named so far
     type(fields_t) :: fields
@@ -87,7 +91,6 @@ contains
       end if
       if (.not. any(slave(gap%nodes))) call note(reader, '*CONTACT GAP of '//name_of(reference)// &
         ' changes nothing: none of its nodes is on a slave surface')
-      if (n == size(list)) call make_room(list, n, 2*n)
       n = n + 1
       list(n) = gap
     end do
@@ -129,20 +132,6 @@ contains
       ok = .false.
     end if
   end subroutine read_gap
-
-  !> Give a list another size, keeping its first `n` gaps.
-  subroutine make_room(list, n, room)
-    type(contact_gap_t), allocatable, intent(inout) :: list(:)
-    integer, intent(in) :: n, room
-    type(contact_gap_t), allocatable :: other(:)
-    integer :: i
-
-    allocate (other(room))
-    do i = 1, n
-      other(i) = list(i)
-    end do
-    call move_alloc(other, list)
-  end subroutine make_room
 
   pure function name_of(reference) result(name)
     type(reference_t), intent(in) :: reference

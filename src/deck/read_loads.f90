@@ -193,8 +193,8 @@ contains
       quoted(field_text(reader, fields, i)))
   end subroutine report_rotation
 
-  !> Rotations may be held at 0 on reference nodes, as other programs need it; else they are a
-  !> mistake.
+  !> Rotations may be held at 0 on reference nodes, and on nodes of bricks together with
+  !> displacements, as clamped sets of other programs are; else they are a mistake.
   subroutine check_rotations(reader, model, fields, nodes, with, value)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
@@ -202,22 +202,28 @@ contains
     integer, intent(in) :: nodes(:)
     logical, intent(in) :: with(max_dof)
     real(wp), intent(in) :: value
+    logical :: of_bricks, of_obstacle
 
     if (.not. any(with(4:))) return
-    if (any(model%used(nodes))) then
+    of_bricks = any(model%used(nodes))
+    of_obstacle = any(model%reference(nodes))
+    if (of_bricks .and. .not. any(with(:3))) then
       if (is_empty_field(fields, 3)) then
         call report_rotation(reader, fields, 2, 'the dof')
       else
         call report_rotation(reader, fields, 3, 'the last dof')
       end if
-    else if (any(model%reference(nodes))) then
-      if (abs(value) > 0.0_wp) then
-        call report(reader, field_position(reader, fields, 4), &
-          'an obstacle does not turn: dofs 4 to 6 of its reference node can only be held at 0')
-      else
-        call note(reader, &
-          'dofs 4 to 6 of reference nodes are held at 0 anyway: obstacles do not turn')
-      end if
+    else if (of_bricks .and. abs(value) > 0.0_wp) then
+      call report(reader, field_position(reader, fields, 4), &
+        'the nodes of bricks do not turn: with dofs 4 to 6 the value can only be 0')
+    else if (of_obstacle .and. abs(value) > 0.0_wp) then
+      call report(reader, field_position(reader, fields, 4), &
+        'an obstacle does not turn: dofs 4 to 6 of its reference node can only be held at 0')
+    else
+      if (of_bricks) call note(reader, &
+        'dofs 4 to 6 of *BOUNDARY are ignored on nodes of bricks, which have none')
+      if (of_obstacle) call note(reader, &
+        'dofs 4 to 6 of reference nodes are held at 0 anyway: obstacles do not turn')
     end if
   end subroutine check_rotations
 
@@ -326,7 +332,6 @@ contains
     type(value_list_t), intent(inout) :: list
     integer(i8), intent(inout) :: work
     logical, intent(in), optional :: sum_up
-    type(nodal_value_t), allocatable :: larger(:)
     integer :: i, node, at
 
     work = work + size(nodes)
@@ -350,11 +355,7 @@ contains
           end if
         end if
       end if
-      if (list%n == size(list%values)) then
-        allocate (larger(2*list%n))
-        larger(:list%n) = list%values
-        call move_alloc(larger, list%values)
-      end if
+      if (list%n == size(list%values)) list%values = [list%values, list%values]
       list%n = list%n + 1
       list%values(list%n) = nodal_value_t(node=node, dof=dof, value=value%value, &
         amplitude=value%amplitude)
@@ -362,18 +363,13 @@ contains
     end do
   end subroutine add_values
 
-  !> Add a pressure to the first `n` of a list.
+  !> Add a pressure behind the first `n` of a list; a full list doubles, as all lists of loads do.
   subroutine add_pressure(list, n, pressure)
     type(pressure_t), allocatable, intent(inout) :: list(:)
     integer, intent(inout) :: n
     type(pressure_t), intent(in) :: pressure
-    type(pressure_t), allocatable :: larger(:)
 
-    if (n == size(list)) then
-      allocate (larger(2*n))
-      larger(:n) = list
-      call move_alloc(larger, list)
-    end if
+    if (n == size(list)) list = [list, list]
     n = n + 1
     list(n) = pressure
   end subroutine add_pressure

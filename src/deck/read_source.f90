@@ -8,6 +8,7 @@ module read_source_mod
   use deck_source_mod, only: add_file_name, add_line, max_deck_length, reserve_text, source_t
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, quoted, &
     wants_more
+  use keywords_mod, only: without_tabs
   use text_mod, only: string_t, to_text, upper
   implicit none
   private
@@ -293,18 +294,6 @@ contains
       problem = 'a path to include takes no parameters <...>'
     end if
   end subroutine included_path
-
-  !> `text` with blanks in place of tabs.
-  pure function without_tabs(text) result(plain)
-    character(*), intent(in) :: text
-    character(:), allocatable :: plain
-    integer :: i
-
-    plain = text
-    do i = 1, len(plain)
-      if (plain(i:i) == tab) plain(i:i) = ' '
-    end do
-  end function without_tabs
 
   !> The folder part of a path, with its last slash; nothing when there is none.
   pure function folder_of(path) result(folder)

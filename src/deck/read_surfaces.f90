@@ -14,11 +14,12 @@ module read_surfaces_mod
   use fields_mod, only: field_position, field_text, fields_t, is_empty_field, limit_fields, &
     next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
-  use lookup_mod, only: find_name, make_name_lookup, name_lookup_t, sort_unique
+  use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
   use mesh_draft_mod, only: block_t, mesh_draft_t
   use options_mod, only: allow_options, card_t, choice_option, name_option, open_card
   use read_block_mod, only: side_name
   use sets_mod, only: find_set, model_t, referenced_elements, referenced_nodes
+  use sorting_mod, only: sort_unique
   use surfaces_mod, only: face_nodes, surface_t
   use text_mod, only: string_t, to_text, upper
   implicit none

@@ -3,8 +3,9 @@ module sets_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: guess, quoted
   use fields_mod, only: reference_t
-  use lookup_mod, only: find_id, find_name, name_lookup_t, sort_unique
+  use lookup_mod, only: find_id, find_name, name_lookup_t
   use mesh_draft_mod, only: mesh_draft_t, set_of_nodes
+  use sorting_mod, only: sort_unique
   use text_mod, only: string_t, to_text
   implicit none
   private

@@ -10,6 +10,7 @@
 module substitution_mod
   use diagnostics_mod, only: quoted
   use expressions_mod, only: evaluate, is_function
+  use keywords_mod, only: without_tabs
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, number_text, read_real
   use parameters_mod, only: add_parameter, find_override, find_parameter, is_name_part, &
@@ -105,7 +106,7 @@ contains
     at = 1
     equal = index(line, '=')
     name = ''
-    if (equal > 1) name = upper(trim(adjustl(no_tabs(line(:equal - 1)))))
+    if (equal > 1) name = upper(trim(adjustl(without_tabs(line(:equal - 1)))))
     if (len(name) == 0) then
       problem = 'expected name = value'
       return
@@ -219,16 +220,5 @@ contains
     name = upper(value(:i - 1))
     is = find_parameter(table, name) == 0 .and. name /= 'PI' .and. .not. is_function(name)
   end function is_word
-
-  pure function no_tabs(text) result(plain)
-    character(*), intent(in) :: text
-    character(:), allocatable :: plain
-    integer :: i
-
-    plain = text
-    do i = 1, len(plain)
-      if (plain(i:i) == achar(9)) plain(i:i) = ' '
-    end do
-  end function no_tabs
 
 end module substitution_mod

@@ -10,7 +10,7 @@ module mesh_forces_mod
   implicit none
   private
 
-  public :: internal_force, force_rounding, pressure_force, gravity_force, nodal_areas
+  public :: internal_force, force_rounding, pressure_force, gravity_force, add_nodal_areas
 
 contains
 
@@ -92,18 +92,17 @@ contains
     end do
   end subroutine gravity_force
 
-  !> Each node's share of the faces of a surface; 0 on nodes that none of them has.
-  pure subroutine nodal_areas(mesh, surface, area)
+  !> Add to each node its share of the faces of a surface; nodes that none of them has keep theirs.
+  pure subroutine add_nodal_areas(mesh, surface, area)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
-    real(wp), intent(out) :: area(:)       !! (n_nodes) [length^2]
+    real(wp), intent(inout) :: area(:)     !! (n_nodes) [length^2]
     integer :: i, nodes(4)
 
-    area = 0.0_wp
     do i = 1, size(surface%faces, 2)
       nodes = mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))
       area(nodes) = area(nodes) + face_node_areas(mesh%coordinates(:, nodes))
     end do
-  end subroutine nodal_areas
+  end subroutine add_nodal_areas
 
 end module mesh_forces_mod

@@ -9,47 +9,53 @@ module assembly_mod
   implicit none
   private
 
-  public :: triplets_t, assemble_stiffness
+  public :: triplets_t, assemble_stiffness, list_pattern
+
+  integer, parameter :: n_remembered = 64 !! shapes: a row of a graded block has no more
+
+  !> Bricks whose stiffness is known.
+  type :: known_bricks_t
+    integer :: n = 0                   !! shapes kept
+    integer :: next = 1                !! place of the next one
+    integer :: n_computed = 0          !! stiffnesses computed so far
+    integer :: kind(n_remembered) = 0
+    integer :: material(n_remembered) = 0
+    real(wp), allocatable :: shape(:, :, :) !! (3,8,n_remembered) corners less the first [length]
+    real(wp), allocatable :: ke(:, :, :)    !! (24,24,n_remembered) [force/length]
+  end type known_bricks_t
 
   !> One triangle of a symmetric matrix, each entry once.
   type :: triplets_t
     integer :: n = 0
     integer,  allocatable :: row(:)   !! row >= column
     integer,  allocatable :: column(:)
-    real(wp), allocatable :: value(:) !! [force/length]
+    real(wp), allocatable :: value(:) !! [force/length]; not allocated in a pattern
   end type triplets_t
 
 contains
 
   !> Sum the element stiffnesses into 3x3 blocks over pairs of nodes, then list the free entries.
-  subroutine assemble_stiffness(mesh, materials, map, start, neighbours, k)
+  subroutine assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from node_neighbours
     integer, intent(in) :: neighbours(:)
     type(triplets_t), intent(out) :: k
+    integer, intent(out), optional :: n_computed !! element stiffnesses that were computed
     integer,  allocatable :: lower_start(:)
     real(wp), allocatable :: blocks(:, :, :)
-    real(wp) :: ke(24, 24), lambda, shear
-    integer :: e, a, b, node, entry, nodes(8)
+    type(known_bricks_t) :: known
+    real(wp) :: ke(24, 24)
+    integer :: e, a, b, entry, nodes(8)
 
-    ! Only neighbours up to the node itself: the lists are ascending, so these come first.
-    allocate (lower_start(mesh%n_nodes + 1))
-    lower_start(1) = 1
-    do node = 1, mesh%n_nodes
-      lower_start(node + 1) = lower_start(node) + count(neighbours(start(node):start(node + 1) - &
-        1) <= node)
-    end do
+    lower_start = lower_lists(start, neighbours)
     allocate (blocks(3, 3, lower_start(mesh%n_nodes + 1) - 1), source=0.0_wp)
 
+    allocate (known%shape(3, 8, n_remembered), known%ke(24, 24, n_remembered))
     do e = 1, mesh%n_elements
       nodes = mesh%connectivity(:, e)
-      associate (material => materials(mesh%material(e)))
-        call lame_constants(material%young, material%poisson, lambda, shear)
-      end associate
-      ! Bricks of one shape, kind and material have one stiffness: the place to compute it once.
-      ke = stiffness(mesh%element_kind(e), mesh%coordinates(:, nodes), lambda, shear)
+      call find_stiffness(mesh, materials, e, known, ke)
       do a = 1, 8
         do b = 1, 8
           if (nodes(b) > nodes(a)) cycle
@@ -59,15 +65,76 @@ contains
         end do
       end do
     end do
-    call list_free_entries(map, start, neighbours, lower_start, blocks, k)
+    call list_free_entries(map, start, neighbours, lower_start, k, blocks)
+    if (present(n_computed)) n_computed = known%n_computed
   end subroutine assemble_stiffness
 
-  !> Turn blocks into triplets, twice over them: once to count, once to store.
-  subroutine list_free_entries(map, start, neighbours, lower_start, blocks, k)
+  !> Rows and columns of the triplets that `assemble_stiffness` would give, in the same order.
+  pure subroutine list_pattern(map, start, neighbours, k)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from node_neighbours
+    integer, intent(in) :: neighbours(:)
+    type(triplets_t), intent(out) :: k   !! without values
+
+    call list_free_entries(map, start, neighbours, lower_lists(start, neighbours), k)
+  end subroutine list_pattern
+
+  !> Where the list of each node begins when only neighbours up to the node itself are kept: the
+  !> lists ascend, so these come first.
+  pure function lower_lists(start, neighbours) result(lower_start)
+    integer, intent(in) :: start(:), neighbours(:)
+    integer :: lower_start(size(start)) !! (n_nodes+1)
+    integer :: node
+
+    lower_start(1) = 1
+    do node = 1, size(start) - 1
+      lower_start(node + 1) = lower_start(node) + count(neighbours(start(node):start(node + 1) - &
+        1) <= node)
+    end do
+  end function lower_lists
+
+  !> The stiffness of a brick: congruent bricks of one kind and material have one, as far as the
+  !> rounding of their coordinates tells.
+  pure subroutine find_stiffness(mesh, materials, e, known, ke)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    integer, intent(in) :: e
+    type(known_bricks_t), intent(inout) :: known
+    real(wp), intent(out) :: ke(24, 24) !! [force/length]
+    real(wp) :: x(3, 8), shape(3, 8), rounding, lambda, shear
+    integer :: i
+
+    x = mesh%coordinates(:, mesh%connectivity(:, e))
+    shape = x - spread(x(:, 1), 2, 8)
+    rounding = 4.0_wp*epsilon(1.0_wp)*maxval(abs(x))
+    do i = 1, known%n
+      if (known%kind(i) /= mesh%element_kind(e)) cycle
+      if (known%material(i) /= mesh%material(e)) cycle
+      if (any(abs(known%shape(:, :, i) - shape) > rounding)) cycle
+      ke = known%ke(:, :, i)
+      return
+    end do
+    associate (material => materials(mesh%material(e)))
+      call lame_constants(material%young, material%poisson, lambda, shear)
+    end associate
+    ke = stiffness(mesh%element_kind(e), x, lambda, shear)
+    known%n_computed = known%n_computed + 1
+    i = known%next
+    known%n = max(known%n, i)
+    known%next = mod(i, n_remembered) + 1
+    known%kind(i) = mesh%element_kind(e)
+    known%material(i) = mesh%material(e)
+    known%shape(:, :, i) = shape
+    known%ke(:, :, i) = ke
+  end subroutine find_stiffness
+
+  !> Turn blocks into triplets, twice over them: once to count, once to store. Without blocks their
+  !> rows and columns only.
+  pure subroutine list_free_entries(map, start, neighbours, lower_start, k, blocks)
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: start(:), neighbours(:), lower_start(:)
-    real(wp), intent(in) :: blocks(:, :, :)
     type(triplets_t), intent(out) :: k
+    real(wp), intent(in), optional :: blocks(:, :, :) !! (3,3,entries) [force/length]
     integer :: pass, node, entry, other, i, j, row, column, n
 
     do pass = 1, 2
@@ -86,12 +153,13 @@ contains
               if (pass == 1) cycle
               k%row(n) = max(row, column)
               k%column(n) = min(row, column)
-              k%value(n) = blocks(i, j, entry)
+              if (present(blocks)) k%value(n) = blocks(i, j, entry)
             end do
           end do
         end do
       end do
-      if (pass == 1) allocate (k%row(n), k%column(n), k%value(n))
+      if (pass == 1) allocate (k%row(n), k%column(n))
+      if (pass == 1 .and. present(blocks)) allocate (k%value(n))
     end do
     k%n = map%n_free
   end subroutine list_free_entries

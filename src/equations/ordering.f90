@@ -65,7 +65,8 @@ contains
     do i = 1, n
       associate (equations => map%equation(:, node_of(node_order(i))))
         do node = 1, 3
-          if (equations(node) == 0) cycle
+          ! A node may have interior equations beside one on the interface.
+          if (equations(node) == 0 .or. equations(node) > n_interior) cycle
           position = position + 1
           place(equations(node)) = position
         end do

@@ -5,6 +5,9 @@
 !> three parts: `condense` (right-hand side to the last variables), the caller's dense solution
 !> there, `expand`.
 !>
+!> `analyse` looks at the pattern alone and foretells what the factorisation will need; `factorise`
+!> of a matrix with that pattern then begins where it ended.
+!>
 !> MUMPS gets the matrix with a diagonal near 1, D K D with powers of two in D, which round nothing:
 !> it has absolute thresholds, and below pivots of about 1e-16 its solutions are wrong without a
 !> word.
@@ -16,7 +19,7 @@ module sparse_factor_mod
   implicit none
   private
 
-  public :: sparse_factor_t, factorise
+  public :: sparse_factor_t, analysis_t, analyse, factorise
 
   include 'dmumps_struc.h'
 
@@ -40,11 +43,22 @@ module sparse_factor_mod
   integer, parameter :: reduced_condense = 1, reduced_expand = 2
   integer, parameter :: most_workspace_percent = 800
 
+  !> What the pattern of a matrix says of its factorisation, without a number of it.
+  type :: analysis_t
+    integer(i8) :: entries = 0     !! in the factor, the Schur complement left out
+    integer(i8) :: bytes = 0       !! MUMPS's memory while it factorises, the matrix not counted
+    real(wp) :: flops = 0.0_wp     !! of the elimination
+    integer :: largest_front = 0   !! order of the largest dense matrix on the way
+  end type analysis_t
+
   !> A factorised matrix. Its memory lives in MUMPS and is given back when the object goes.
   type :: sparse_factor_t
     integer :: n = 0        !! equations
     integer :: n_schur = 0  !! of them, the last ones, in the Schur complement
-    integer(i8) :: entries = 0     !! in the factor, as MUMPS estimates
+    type(analysis_t) :: foretold   !! by the analysis
+    integer(i8) :: entries = 0     !! in the factor; 0 before `factorise`
+    integer(i8) :: solutions = 0   !! right-hand sides solved for, over all its matrices
+    logical, private :: is_factorised = .false.
     real(wp), allocatable, private :: d(:) !! (n) D, near 1/sqrt(diagonal) [sqrt(length/force)]
     type(dmumps_struc), pointer, private :: id => null()
   contains
@@ -56,17 +70,13 @@ module sparse_factor_mod
 
 contains
 
-  !> Factorise `k` in the given order of elimination; `schur` gets the Schur complement on the last
-  !> variables.
-  subroutine factorise(k, place, n_schur, factor, schur, error)
-    type(triplets_t), intent(in) :: k         !! one triangle
+  !> Analyse the pattern of `k`, whose values need not be there, for elimination in the given order.
+  subroutine analyse(k, place, n_schur, factor, error)
+    type(triplets_t), intent(in) :: k         !! one triangle; rows and columns
     integer, intent(in) :: place(:) !! (n) place of every equation, the Schur variables last
     integer, intent(in) :: n_schur            !! size of the Schur complement, may be 0
     type(sparse_factor_t), intent(inout) :: factor !! what it held before is released
-    real(wp), allocatable, target, intent(out) :: schur(:, :)
-    !! (n_schur,n_schur) both triangles [force/length]
-    type(error_t), allocatable, intent(out) :: error
-    !! not positive definite (exit_not_solved), or no memory
+    type(error_t), allocatable, intent(out) :: error !! no memory
     ! Static storage begins as zeros: MUMPS looks at parts of its structure before it sets them.
     type(dmumps_struc), save :: blank
     integer :: i
@@ -74,17 +84,7 @@ contains
     call release(factor)
     factor%n = k%n
     factor%n_schur = n_schur
-    allocate (schur(n_schur, n_schur))
-    if (k%n == 0) return
-    ! nothing to eliminate: MUMPS takes no Schur complement of the whole matrix
-    if (n_schur == k%n) then
-      schur = 0.0_wp
-      do i = 1, size(k%value)
-        schur(k%row(i), k%column(i)) = k%value(i)
-        schur(k%column(i), k%row(i)) = k%value(i)
-      end do
-      return
-    end if
+    if (n_schur == k%n) return ! nothing to eliminate
     allocate (factor%id, source=blank)
     associate (id => factor%id)
       id%comm = 0 ! any number will do in the sequential library
@@ -95,12 +95,10 @@ contains
       id%icntl([icntl_error_stream, icntl_warning_stream, icntl_info_stream, icntl_print_level]) = 0
       id%icntl(icntl_ordering) = ordering_given
       id%n = k%n
-      id%nnz = size(k%value, kind=i8)
-      allocate (id%irn(id%nnz), id%jcn(id%nnz), id%a(id%nnz), id%perm_in(k%n))
-      factor%d = scales_of(k)
+      id%nnz = size(k%row, kind=i8)
+      allocate (id%irn(id%nnz), id%jcn(id%nnz), id%perm_in(k%n))
       id%irn = k%row
       id%jcn = k%column
-      id%a = factor%d(k%row)*k%value*factor%d(k%column)
       id%perm_in = place
       if (n_schur > 0) then
         id%icntl(icntl_schur) = schur_full_by_columns
@@ -118,13 +116,75 @@ contains
         call explain(id, 'ordering', error)
         return
       end if
+      factor%foretold%entries = in_units(id%infog(20))
+      factor%foretold%bytes = 1000000_i8*id%infog(16)
+      factor%foretold%flops = id%rinfog(1)
+      factor%foretold%largest_front = id%infog(5)
+    end associate
+  end subroutine analyse
+
+  !> A count of MUMPS: negative where it is in millions.
+  pure function in_units(count) result(number)
+    integer, intent(in) :: count
+    integer(i8) :: number
+
+    number = int(count, i8)
+    if (count < 0) number = -1000000_i8*count
+  end function in_units
+
+  !> Whether `factor` is the analysis of the pattern of `k` in this order, and no more.
+  pure function is_analysed(factor, k, place, n_schur)
+    type(sparse_factor_t), intent(in) :: factor
+    type(triplets_t), intent(in) :: k
+    integer, intent(in) :: place(:), n_schur
+    logical :: is_analysed
+
+    is_analysed = associated(factor%id) .and. .not. factor%is_factorised .and. &
+      factor%n == k%n .and. factor%n_schur == n_schur
+    if (is_analysed) is_analysed = factor%id%nnz == size(k%row, kind=i8)
+    if (is_analysed) is_analysed = all(factor%id%irn == k%row) .and. &
+      all(factor%id%jcn == k%column) .and. all(factor%id%perm_in == place)
+  end function is_analysed
+
+  !> Factorise `k` in the given order of elimination; `schur` gets the Schur complement on the last
+  !> variables.
+  subroutine factorise(k, place, n_schur, factor, schur, error)
+    type(triplets_t), intent(in) :: k         !! one triangle
+    integer, intent(in) :: place(:) !! (n) place of every equation, the Schur variables last
+    integer, intent(in) :: n_schur            !! size of the Schur complement, may be 0
+    type(sparse_factor_t), intent(inout) :: factor
+    !! the analysis of this pattern, if there is one; anything else it held is released
+    real(wp), allocatable, target, intent(out) :: schur(:, :)
+    !! (n_schur,n_schur) both triangles [force/length]
+    type(error_t), allocatable, intent(out) :: error
+    !! not positive definite (exit_not_solved), or no memory
+    integer :: i
+
+    allocate (schur(n_schur, n_schur))
+    if (.not. is_analysed(factor, k, place, n_schur)) then
+      call analyse(k, place, n_schur, factor, error)
+      if (allocated(error)) return
+    end if
+    factor%is_factorised = .true.
+    if (n_schur == k%n) then ! MUMPS takes no Schur complement of the whole matrix
+      schur = 0.0_wp
+      do i = 1, size(k%value)
+        schur(k%row(i), k%column(i)) = k%value(i)
+        schur(k%column(i), k%row(i)) = k%value(i)
+      end do
+      return
+    end if
+    associate (id => factor%id)
+      allocate (id%a(id%nnz))
+      factor%d = scales_of(k)
+      id%a = factor%d(k%row)*k%value*factor%d(k%column)
       if (n_schur > 0) then
         id%schur_lld = n_schur
-        id%schur(1:size(schur)) => schur
+        id%schur(1:size(schur, kind=i8)) => schur
       end if
       call run_factorisation(id, error)
       if (allocated(error)) return
-      factor%entries = merge(int(id%infog(20), i8), -1000000_i8*id%infog(20), id%infog(20) >= 0)
+      factor%entries = in_units(id%infog(20))
       nullify (id%schur)
       do i = 1, n_schur
         schur(:, i) = schur(:, i)/(factor%d(k%n - n_schur + 1:)*factor%d(k%n - n_schur + i))
@@ -182,6 +242,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (factor%n == 0 .or. size(b, 2) == 0) return
+    factor%solutions = factor%solutions + size(b, 2)
     call scale_rows(factor%d, b)
     call give_right_hand_sides(factor, b)
     call run_solution(factor, error)
@@ -217,6 +278,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (size(x, 2) == 0) return
+    factor%solutions = factor%solutions + size(x, 2)
     if (factor%n_schur == factor%n) then
       x = reduced
       return
@@ -299,8 +361,12 @@ contains
   subroutine release(factor)
     type(sparse_factor_t), intent(inout) :: factor
 
+    factor%is_factorised = .false.
+    factor%entries = 0
+    factor%foretold = analysis_t()
     if (.not. associated(factor%id)) return
-    if (associated(factor%id%irn)) deallocate (factor%id%irn, factor%id%jcn, factor%id%a)
+    if (associated(factor%id%irn)) deallocate (factor%id%irn, factor%id%jcn)
+    if (associated(factor%id%a)) deallocate (factor%id%a)
     nullify (factor%id%irn, factor%id%jcn, factor%id%a, factor%id%schur)
     if (associated(factor%id%perm_in)) deallocate (factor%id%perm_in)
     nullify (factor%id%perm_in)

@@ -10,10 +10,10 @@ module fclib_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_machine
   use text_mod, only: string_t
-  use hdf5_io_mod, only: hdf5_file_t, look_at_file, create_file, open_file, close_file, &
-                         create_group, exists, write_attribute, read_attribute, &
-                         write_dataset, write_text, file_absent, file_readable, file_locked, &
-                         file_foreign
+  use hdf5_files_mod, only: hdf5_file_t, look_at_file, create_file, open_file, close_file, &
+    create_group, exists, file_absent, file_readable, file_locked, file_foreign
+  use hdf5_attributes_mod, only: write_attribute, read_attribute
+  use hdf5_datasets_mod, only: write_dataset, write_text
   use fclib_matrix_mod, only: sparse_matrix_t, read_matrix, write_matrix, sparse_of, &
                               read_numbers, read_count, times, blame, most_rows
   use fresh_file_mod, only: beginning_of, take_place, delete_file

@@ -8,8 +8,8 @@ module fclib_matrix_mod
   use kinds_mod, only: wp, i4, i8
   use errors_mod, only: error_t, raise, exit_wrong_input
   use text_mod, only: to_text
-  use hdf5_io_mod, only: hdf5_file_t, dataset_extents, read_dataset, write_dataset, create_group, &
-                         exists
+  use hdf5_files_mod, only: hdf5_file_t, create_group, exists
+  use hdf5_datasets_mod, only: dataset_extents, read_dataset, write_dataset
   implicit none
   private
 

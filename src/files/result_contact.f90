@@ -4,8 +4,11 @@ module result_contact_mod
   use errors_mod, only: error_t
   use text_mod, only: to_text
   use small_matrix_mod, only: cross
-  use hdf5_io_mod, only: hdf5_file_t, rows_t, create_group, create_rows, append_row, exists, &
-                         write_attribute, write_dataset, of_real, of_byte
+  use hdf5_files_mod, only: hdf5_file_t, create_group, exists
+  use hdf5_attributes_mod, only: write_attribute
+  use hdf5_datasets_mod, only: write_dataset
+  use hdf5_rows_mod, only: rows_t, create_rows, append_row
+  use hdf5_types_mod, only: of_real, of_byte
   use obstacles_mod, only: obstacle_plane
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t

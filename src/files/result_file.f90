@@ -18,14 +18,15 @@ module result_file_mod
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_machine
   use text_mod, only: string_t, to_text
   use scene_mod, only: scene_t
-  use plan_mod, only: plan_t
+  use plan_mod, only: plan_t, bound_in_words
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t
   use step_fields_mod, only: step_fields_t, fields_due
-  use hdf5_io_mod, only: hdf5_file_t, look_at_file, create_file, open_file, flush_file, &
-                         close_file, is_open, create_group, exists, write_attribute, &
-                         read_attribute, write_dataset, write_text, &
-                         file_absent, file_readable, file_locked, file_foreign
+  use hdf5_files_mod, only: hdf5_file_t, look_at_file, create_file, open_file, flush_file, &
+    close_file, is_open, create_group, exists, file_absent, file_readable, file_locked, &
+    file_foreign
+  use hdf5_attributes_mod, only: write_attribute, read_attribute
+  use hdf5_datasets_mod, only: write_dataset, write_text
   use result_history_mod, only: history_t, create_history, append_history, finish_row
   use result_contact_mod, only: pair_rows_t, nodal_contact_t, create_contact, append_contact, &
                                 contact_at_nodes
@@ -211,7 +212,27 @@ contains
     end if
     call write_text(hdf5, '/run/plan', table, 'what the run was to do, decided before it began', &
                     error)
+    if (allocated(plan%figures)) call write_estimates(hdf5, plan, error)
   end subroutine write_run
+
+  !> The numbers of the plan, under the names that the counters have.
+  subroutine write_estimates(hdf5, plan, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    type(plan_t), intent(in) :: plan
+    type(error_t), allocatable, intent(inout) :: error
+    type(string_t) :: names(size(plan%figures)), bounds(size(plan%figures))
+    integer :: i
+
+    do i = 1, size(plan%figures)
+      names(i)%text = plan%figures(i)%name
+      bounds(i)%text = bound_in_words(plan%figures(i)%bound)
+    end do
+    call write_dataset(hdf5, '/run/estimates', plan%figures%value, &
+                       'numbers of the plan; their names are in the attribute "name", how they '// &
+                       'are meant (fixed, at most, about) in "bound"', 'number', error)
+    call write_attribute(hdf5, '/run/estimates', 'name', names, error)
+    call write_attribute(hdf5, '/run/estimates', 'bound', bounds, error)
+  end subroutine write_estimates
 
   ! ------------------------------------------------------------------ writing
 

@@ -2,8 +2,10 @@
 module result_history_mod
   use kinds_mod, only: wp, i1, i4, i8
   use errors_mod, only: error_t
-  use hdf5_io_mod, only: hdf5_file_t, rows_t, create_group, create_rows, append_row, &
-                         write_attribute, of_real, of_integer, of_byte
+  use hdf5_files_mod, only: hdf5_file_t, create_group
+  use hdf5_attributes_mod, only: write_attribute
+  use hdf5_rows_mod, only: rows_t, create_rows, append_row
+  use hdf5_types_mod, only: of_real, of_integer, of_byte
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t
   implicit none

@@ -6,8 +6,11 @@
 module result_view_mod
   use kinds_mod, only: wp, i1, i8
   use errors_mod, only: error_t, raise, exit_machine
-  use hdf5_io_mod, only: hdf5_file_t, rows_t, create_group, create_rows, create_stack, append_row, &
-                         write_attribute, write_dataset, of_real, of_byte, of_long
+  use hdf5_files_mod, only: hdf5_file_t, create_group
+  use hdf5_attributes_mod, only: write_attribute
+  use hdf5_datasets_mod, only: write_dataset
+  use hdf5_rows_mod, only: rows_t, create_rows, create_stack, append_row
+  use hdf5_types_mod, only: of_real, of_byte, of_long
   use mesh_mod, only: mesh_t
   use controls_mod, only: output_controls_t
   use state_mod, only: state_t

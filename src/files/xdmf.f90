@@ -7,9 +7,10 @@ module xdmf_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: string_t, to_text
-  use hdf5_io_mod, only: hdf5_file_t, open_file, close_file, exists, list_members, &
-                         dataset_extents, dataset_kind, read_dataset, read_attribute, &
-                         of_real, of_integer, of_long, of_byte
+  use hdf5_files_mod, only: hdf5_file_t, open_file, close_file, exists, list_members
+  use hdf5_attributes_mod, only: read_attribute
+  use hdf5_datasets_mod, only: dataset_extents, dataset_kind, read_dataset
+  use hdf5_types_mod, only: of_real, of_integer, of_long, of_byte
   implicit none
   private
 

@@ -4,7 +4,8 @@ module block_mesh_mod
   implicit none
   private
 
-  public :: block_coordinates, block_connectivity, block_face, graded_positions
+  public :: block_coordinates, block_connectivity, block_face
+  public :: graded_positions, graded_from_middle
   public :: face_xmin, face_xmax, face_ymin, face_ymax, face_zmin, face_zmax
 
   integer, parameter :: face_xmin = 1, face_xmax = 2, face_ymin = 3, face_ymax = 4, &
@@ -30,6 +31,29 @@ contains
     if (abs(ratio - 1.0_wp) <= 0.0_wp) position = [(real(i, wp)/real(n, wp), i=0, n)]
     position(n) = 1.0_wp
   end function graded_positions
+
+  !> Positions 0..1 of n+1 planes, the same from both ends, whose spacing grows geometrically from
+  !> the middle, the outermost `ratio` times that in the middle.
+  !>
+  !> In the middle are one interval when n is odd, two when it is even.
+  pure function graded_from_middle(n, ratio) result(position)
+    integer, intent(in) :: n       !! intervals, n >= 1
+    real(wp), intent(in) :: ratio  !! outermost interval over the one in the middle, > 0 [-]
+    real(wp) :: position(0:n), total
+    real(wp) :: half(0:(n + 1)/2)
+    integer :: i, m
+
+    ! From an end to the middle; of an odd number the last interval is cut in half.
+    m = (n + 1)/2
+    half = graded_positions(m, 1.0_wp/ratio)
+    if (mod(n, 2) == 1) half(m) = 0.5_wp*(half(m - 1) + half(m))
+    total = 2.0_wp*half(m)
+    do i = 0, m - 1
+      position(i) = half(i)/total
+      position(n - i) = 1.0_wp - position(i)
+    end do
+    if (mod(n, 2) == 0) position(m) = 0.5_wp
+  end function graded_from_middle
 
   !> Nodes of the box, x fastest, then y, then z.
   pure function block_coordinates(corner, length, x, y, z) result(coordinates)

@@ -1,4 +1,4 @@
-!> The candidate contact points of a run: which node faces which obstacle.
+!> The contact points of a run: which node faces which obstacle, and which can reach it.
 module contact_points_mod
   use kinds_mod, only: wp
   implicit none
@@ -16,6 +16,8 @@ module contact_points_mod
     real(wp), allocatable :: area(:)
     !! (n) the node's share of the slave surface, 0 where no face of it is [length^2]
     real(wp), allocatable :: extra_gap(:) !! (n) of *CONTACT GAP [length]
+    logical,  allocatable :: in_reach(:)
+    !! (n) candidates; the others stay out of the interface, their gaps are watched
     integer,  allocatable :: first(:) !! (n_pairs+1) first point of each pair
   end type contact_points_t
 

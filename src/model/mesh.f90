@@ -1,6 +1,7 @@
 !> The mesh: nodes, 8-node bricks, the bodies they form.
 module mesh_mod
   use kinds_mod, only: wp
+  use sorting_mod, only: sort_ascending
   implicit none
   private
 
@@ -132,22 +133,5 @@ contains
       if (m == 1) allocate (neighbours(start(mesh%n_nodes + 1) - 1))
     end do
   end subroutine node_neighbours
-
-  !> Insertion sort: the lists here have 27 entries or so.
-  pure subroutine sort_ascending(list)
-    integer, intent(inout) :: list(:)
-    integer :: i, j, value
-
-    do i = 2, size(list)
-      value = list(i)
-      j = i - 1
-      do while (j >= 1)
-        if (list(j) <= value) exit
-        list(j + 1) = list(j)
-        j = j - 1
-      end do
-      list(j + 1) = value
-    end do
-  end subroutine sort_ascending
 
 end module mesh_mod

@@ -4,7 +4,8 @@ module obstacles_mod
   implicit none
   private
 
-  public :: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder, locate_point, is_flat
+  public :: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder, locate_point, is_flat, &
+    ref_nodes
 
   integer, parameter :: obstacle_plane = 1
   integer, parameter :: obstacle_sphere = 2
@@ -32,6 +33,19 @@ contains
 
     flat = obstacle%kind == obstacle_plane
   end function is_flat
+
+  !> The reference nodes of all obstacles, each once.
+  pure function ref_nodes(obstacles) result(nodes)
+    type(obstacle_t), intent(in) :: obstacles(:)
+    integer, allocatable :: nodes(:)
+    integer :: i
+
+    allocate (nodes(0))
+    do i = 1, size(obstacles)
+      if (obstacles(i)%ref_node == 0 .or. any(nodes == obstacles(i)%ref_node)) cycle
+      nodes = [nodes, obstacles(i)%ref_node]
+    end do
+  end function ref_nodes
 
   !> Distance of a point in space from the obstacle, and the normal at the closest point of it.
   !>

@@ -8,7 +8,7 @@ module step_report_mod
   public :: step_report_t, certificate_t, energy_t, contact_fields_t
   public :: status_open, status_stick, status_slide
   public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
-    ended_moving
+    ended_moving, ended_out_of_reach
   public :: worst_entry
 
   ! How a contact solver that has not converged ended.
@@ -18,6 +18,7 @@ module step_report_mod
   integer, parameter :: ended_diverging = 3  !! reactions grow without bound
   integer, parameter :: ended_unbalanced = 4 !! nothing balances a rigid motion
   integer, parameter :: ended_moving = 5     !! the closest points on curved obstacles do not settle
+  integer, parameter :: ended_out_of_reach = 6 !! a point got to its obstacle that was not to
 
   integer, parameter :: status_open = 0, status_stick = 1, status_slide = 2
 

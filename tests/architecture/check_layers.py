@@ -4,8 +4,9 @@
     check_layers.py [SRC]
 
 A file may use only modules of files listed before it, and only of the folders its own folder may
-see; each outside library has one file that sees it; modules hide their names and hold no
-variables; only the main program stops. Prints `file:line: message` for each violation.
+see; each outside library has one file that sees it, HDF5 a few that share a prefix; modules hide
+their names and hold no variables; only the main program stops. Prints `file:line: message` for
+each violation.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import re
 import sys
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 # Which folder may use which, besides itself.
@@ -57,13 +59,17 @@ INTRINSIC = {
 
 @dataclass(frozen=True)
 class Library:
-    """An outside library and the one file that may see it."""
+    """An outside library and the one file that may see it, or the few."""
 
     name: str
-    home: str
+    home: str  # a path; `*` for any part of the file's name
     modules: str  # of its Fortran modules, a pattern
     code: str  # of what calls it, a pattern outside strings
     strings: str  # of include files and binding names, a pattern inside strings
+
+    def lives_in(self, path: str) -> bool:
+        """Say whether the file may see the library."""
+        return fnmatchcase(path, self.home)
 
 
 LIBRARIES = [
@@ -74,7 +80,7 @@ LIBRARIES = [
         r"\b[sdcz]mumps(_\w+)?\b",
         r"[sdcz]mumps",
     ),
-    Library("HDF5", "files/hdf5_io.f90", r"hdf5|h5\w+", r"\bcall\s+h5\w+", r"^h5\w+$|^hdf5"),
+    Library("HDF5", "files/hdf5_*.f90", r"hdf5|h5\w+", r"\bcall\s+h5\w+", r"^h5\w+$|^hdf5"),
     Library("MPI", "base/parallel.f90", r"mpi(_f08)?", r"\bcall\s+mpi_\w+", r"^mpif?(\.h|_\w+$)"),
     Library("METIS", "equations/ordering.f90", r"metis\w*", r"\bmetis_\w+", r"^metis_"),
 ]
@@ -356,7 +362,7 @@ class Checker:
             return False
         for library in LIBRARIES:
             if re.fullmatch(library.modules, name):
-                if source.path != library.home:
+                if not library.lives_in(source.path):
                     self.report(source.path, line, f"only {library.home} may see {library.name}")
                 return True
         return False
@@ -388,7 +394,7 @@ class Checker:
             is_use = USE.match(s.code) is not None
             binds = re.match(r"include\b", s.code) or re.search(r"\bbind ?\(", s.code)
             for library in LIBRARIES:
-                if source.path == library.home:
+                if library.lives_in(source.path):
                     continue
                 seen = not is_use and re.search(library.code, s.code) is not None
                 if binds and any(re.search(library.strings, t) for t in s.strings):

@@ -28,7 +28,8 @@ FILES = [
     "contact/problem",
     "contact/solve",
     "analysis/advance",
-    "files/hdf5_io",
+    "files/hdf5_files",
+    "files/hdf5_rows",
     "files/fclib",
     "app/run",
 ]
@@ -113,7 +114,12 @@ end module mesh_mod
         procedures="  subroutine s()\n    include 'dmumps_struc.h'\n"
         "    type(dmumps_struc) :: id\n    call dmumps(id)\n  end subroutine s",
     )
-    tree["files/hdf5_io.f90"] = module("files/hdf5_io", "  use hdf5\n  use h5lt, only: x")
+    tree["files/hdf5_files.f90"] = module("files/hdf5_files", "  use hdf5\n  use h5lt, only: x")
+    tree["files/hdf5_rows.f90"] = module(
+        "files/hdf5_rows",
+        "  use hdf5\n  use hdf5_files_mod, only: n_hdf5_files",
+        "  subroutine s()\n    call h5dset_extent_f()\n  end subroutine s",
+    )
     tree["files/fclib.f90"] = module("files/fclib", "  use problem_mod, only: n_problem")
     tree["contact/certificate.f90"] = module(
         "contact/certificate", "  use cube_mod, only: n_cube\n  use mesh_mod, only: mesh_t"
@@ -187,7 +193,7 @@ class CheckLayers(unittest.TestCase):
         )
         tree = clean_tree()
         tree["CMakeLists.txt"] += "add_executable(again app/main.f90)\n"
-        self.expect(tree, "CMakeLists.txt:23: app/main.f90 is listed twice")
+        self.expect(tree, "CMakeLists.txt:24: app/main.f90 is listed twice")
         self.expect({"CMakeLists.txt": "project(x)\n"}, "CMakeLists.txt:1: lists no source")
         self.expect({"base/kinds.f90": module("base/kinds")}, "CMakeLists.txt:1: there is no such")
         other = {"CMakeLists.txt": "add_library(x other/a.f90)", "other/a.f90": module("other/a")}
@@ -208,9 +214,9 @@ class CheckLayers(unittest.TestCase):
             ("equations/ordering", "deck/reader"),
             ("contact/solve", "deck/reader"),
             ("analysis/advance", "deck/reader"),
-            ("files/hdf5_io", "analysis/advance"),
-            ("files/hdf5_io", "elements/cube"),
-            ("files/hdf5_io", "equations/ordering"),
+            ("files/hdf5_files", "analysis/advance"),
+            ("files/hdf5_files", "elements/cube"),
+            ("files/hdf5_files", "equations/ordering"),
         ]:
             name = used.split("/")[1]
             folders = path.split("/")[0], used.split("/")[0]
@@ -238,7 +244,7 @@ class CheckLayers(unittest.TestCase):
     def test_files_sees_only_the_contact_problem(self) -> None:
         only = "use of {}_mod: only files/fclib.f90 may use contact/problem.f90"
         self.plant("files/fclib", "  use solve_mod, only: n_solve", only.format("solve"))
-        self.plant("files/hdf5_io", "  use problem_mod, only: n", only.format("problem"))
+        self.plant("files/hdf5_files", "  use problem_mod, only: n", only.format("problem"))
 
     def test_the_certificate_is_independent(self) -> None:
         message = "the certificate may use only base, model and elements"
@@ -256,7 +262,7 @@ class CheckLayers(unittest.TestCase):
 
     def test_who_sees_the_plan(self) -> None:
         use = "  use plan_mod, only: n_plan"
-        self.plant("files/hdf5_io", use)
+        self.plant("files/hdf5_files", use)
         self.plant("app/run", use)
         for path in ("deck/reader", "equations/ordering", "contact/solve"):
             folder = path.split("/")[0]
@@ -264,11 +270,12 @@ class CheckLayers(unittest.TestCase):
 
     def test_libraries(self) -> None:
         mumps = "only equations/sparse_factor.f90 may see MUMPS"
-        hdf5 = "only files/hdf5_io.f90 may see HDF5"
+        hdf5 = "only files/hdf5_*.f90 may see HDF5"
         mpi = "only base/parallel.f90 may see MPI"
         metis = "only equations/ordering.f90 may see METIS"
         self.plant("contact/solve", "  use hdf5", hdf5)
         self.plant("contact/solve", "  use h5lt, only: x", hdf5)
+        self.plant("files/fclib", "  use hdf5", hdf5)
         self.plant("contact/solve", "  use mpi_f08", mpi)
         self.plant("contact/solve", "  include 'mpif.h'", mpi)
         self.plant("contact/solve", "  use, non_intrinsic :: mpi, only: mpi_comm_world", mpi)

@@ -1,12 +1,12 @@
 !> Bricks and small meshes for the tests of this folder.
 module sample_bricks
   use kinds_mod, only: wp
-  use mesh_mod, only: mesh_t, find_bodies, kind_c3d8, kind_c3d8i, kind_c3d8b
-  use block_mesh_mod, only: block_coordinates, block_connectivity, graded_positions
+  use mesh_mod, only: mesh_t, kind_c3d8, kind_c3d8i, kind_c3d8b
+  use sample_meshes, only: complete_mesh
   implicit none
   private
 
-  public :: distorted_brick, sample_mesh, patch_mesh, complete_mesh, tensor_of
+  public :: distorted_brick, patch_mesh, tensor_of
 
   integer, parameter, public :: kinds(3) = [kind_c3d8, kind_c3d8i, kind_c3d8b]
   character(5), parameter, public :: kind_name(3) = ['c3d8 ', 'c3d8i', 'c3d8b']
@@ -22,28 +22,6 @@ contains
     call random_number(x)
     x = unit_cube + 0.4_wp*(x - 0.5_wp)
   end function distorted_brick
-
-  !> A block; with `distortion` its nodes are moved at random by at most half of that of a brick.
-  function sample_mesh(n, edge, distortion) result(mesh)
-    integer, intent(in) :: n(3)          !! bricks along each axis
-    real(wp), intent(in) :: edge(3)      !! of the block
-    real(wp), intent(in) :: distortion
-    type(mesh_t) :: mesh
-    real(wp), allocatable :: shift(:, :)
-    integer :: i
-
-    mesh%coordinates = block_coordinates([0.0_wp, 0.0_wp, 0.0_wp], edge, &
-      graded_positions(n(1), 1.0_wp), graded_positions(n(2), 1.0_wp), &
-      graded_positions(n(3), 1.0_wp))
-    mesh%connectivity = block_connectivity(n)
-    allocate (shift, mold=mesh%coordinates)
-    call random_number(shift)
-    do i = 1, 3
-      mesh%coordinates(i, :) = mesh%coordinates(i, :) + &
-        distortion*(shift(i, :) - 0.5_wp)*edge(i)/n(i)
-    end do
-    call complete_mesh(mesh)
-  end function sample_mesh
 
   !> The patch of seven bricks of R.H. MacNeal and R.L. Harder, Finite Elem. Anal. Des. 1 (1985)
   !> 3-20: the unit cube (nodes 1 to 8) around a distorted brick (nodes 9 to 16).
@@ -66,17 +44,6 @@ contains
       1, 9, 12, 4, 5, 13, 16, 8], [8, 7])
     call complete_mesh(mesh)
   end function patch_mesh
-
-  !> What follows from coordinates and connectivity: one material, C3D8.
-  subroutine complete_mesh(mesh)
-    type(mesh_t), intent(inout) :: mesh
-
-    mesh%n_nodes = size(mesh%coordinates, 2)
-    mesh%n_elements = size(mesh%connectivity, 2)
-    mesh%material = spread(1, 1, mesh%n_elements)
-    mesh%element_kind = spread(kind_c3d8, 1, mesh%n_elements)
-    call find_bodies(mesh)
-  end subroutine complete_mesh
 
   !> The symmetric part of a displacement gradient as XX YY ZZ XY YZ XZ.
   pure function tensor_of(h) result(strain)

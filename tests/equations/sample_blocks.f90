@@ -1,8 +1,8 @@
 !> Small blocks of bricks for the tests of this folder.
 module sample_blocks
   use kinds_mod, only: wp
-  use mesh_mod, only: mesh_t, find_bodies, kind_c3d8
-  use block_mesh_mod, only: block_coordinates, block_connectivity, graded_positions
+  use mesh_mod, only: mesh_t
+  use sample_meshes, only: sample_mesh, complete_mesh
   use scene_mod, only: material_t
   use assembly_mod, only: triplets_t
   implicit none
@@ -17,21 +17,8 @@ contains
   function sample_block(n) result(mesh)
     integer, intent(in) :: n(3)
     type(mesh_t) :: mesh
-    real(wp), parameter :: edge(3) = [2.0_wp, 1.0_wp, 1.5_wp]
-    real(wp), allocatable :: shift(:, :)
-    integer :: i
 
-    mesh%coordinates = block_coordinates([0.0_wp, 0.0_wp, 0.0_wp], edge, &
-                                         graded_positions(n(1), 1.0_wp), &
-                                         graded_positions(n(2), 1.0_wp), &
-                                         graded_positions(n(3), 1.0_wp))
-    mesh%connectivity = block_connectivity(n)
-    allocate (shift, mold=mesh%coordinates)
-    call random_number(shift)
-    do i = 1, 3
-      mesh%coordinates(i, :) = mesh%coordinates(i, :) + 0.4_wp*(shift(i, :) - 0.5_wp)*edge(i)/n(i)
-    end do
-    call complete(mesh)
+    mesh = sample_mesh(n, [2.0_wp, 1.0_wp, 1.5_wp], 0.4_wp)
   end function sample_block
 
   !> Two such blocks side by side that share nothing.
@@ -45,19 +32,8 @@ contains
     mesh%connectivity = reshape([mesh%connectivity, other%connectivity + mesh%n_nodes], &
                                 [8, 2*mesh%n_elements])
     mesh%coordinates = reshape([mesh%coordinates, other%coordinates], [3, 2*mesh%n_nodes])
-    call complete(mesh)
+    call complete_mesh(mesh)
   end function two_blocks
-
-  !> What follows from coordinates and connectivity.
-  subroutine complete(mesh)
-    type(mesh_t), intent(inout) :: mesh
-
-    mesh%n_nodes = size(mesh%coordinates, 2)
-    mesh%n_elements = size(mesh%connectivity, 2)
-    mesh%material = spread(1, 1, mesh%n_elements)
-    mesh%element_kind = spread(kind_c3d8, 1, mesh%n_elements)
-    call find_bodies(mesh)
-  end subroutine complete
 
   !> E = 210000, nu = 0.3.
   function steel() result(materials)

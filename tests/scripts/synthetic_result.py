@@ -21,18 +21,20 @@ def brick_mesh(nx, ny, nz):
     return points, first[:, None] + np.concatenate([corners, corners + layer])
 
 
-def write(path, size=(2, 1, 1), finished=3, field_increments=None):
+def write(path, size=(2, 1, 1), finished=3, field_increments=None, stress_on=("Cell",)):
     """Write a body of unit cubes on the plane z = 0, pressed down and pushed along x.
 
     In increment i (from 1) every node of height z has the displacement i (0.01 z, 0, -0.01 z), and
     every contact point the local reaction i (10, 2.5, 0). Points slide where x > 0. The deck's id
-    of point p is 100 + p. `field_increments` lists the rows that have fields (default: all).
+    of point p is 100 + p. `field_increments` lists the rows that have fields (default: all). The
+    stress of increment i is -10 i along z on elements ("Cell" in `stress_on`), twice that on nodes
+    ("Point").
     """
     points, bricks = brick_mesh(*size)
     rows = finished + UNFINISHED
     stored = list(range(finished) if field_increments is None else field_increments)
     with h5py.File(path, "w") as file:
-        write_grid(file, points, bricks, stored)
+        write_grid(file, points, bricks, stored, stress_on)
         write_history(file, rows, finished)
         run = file.create_group("run")
         run.attrs.update({"program": "bipot", "version": "0.1.0", "status": np.bytes_("finished")})
@@ -47,7 +49,7 @@ def with_unfinished(rows, shape=(), kind=float):
     return values
 
 
-def write_grid(file, points, bricks, stored):
+def write_grid(file, points, bricks, stored, stress_on):
     """Write the VTKHDF part with the fields of the rows in `stored` and one that is unfinished."""
     grid = file.create_group("VTKHDF")
     grid.attrs["Version"] = np.array([2, 0], dtype="i8")
@@ -63,11 +65,8 @@ def write_grid(file, points, bricks, stored):
     height = points[:, 2]
     shape = np.stack([0.01 * height, 0 * height, -0.01 * height], axis=1)
     displacement = [(row + 1) * shape for row in stored] + [0 * shape + 99] * UNFINISHED
-    stress = np.zeros((len(bricks), 6))
-    stress[:, 2] = -PRESSURE
     grid["PointData/displacement"] = np.concatenate(displacement)
     grid["PointData/node_id"] = (100 + np.arange(len(points))).astype("i8")
-    grid["CellData/stress"] = np.concatenate([(row + 1) * stress for row in [*stored, 98]])
 
     steps = grid.create_group("Steps")
     steps.attrs["NSteps"] = np.int64(len(stored))
@@ -75,7 +74,13 @@ def write_grid(file, points, bricks, stored):
     steps["Values"] = np.array([0.5 * (row + 1) for row in stored])
     steps["PointDataOffsets/displacement"] = np.arange(count) * len(points)
     steps["PointDataOffsets/node_id"] = np.zeros(count, dtype="i8")
-    steps["CellDataOffsets/stress"] = np.arange(count) * len(bricks)
+    for kind, size, factor in (("Cell", len(bricks), 1), ("Point", len(points), 2)):
+        if kind not in stress_on:
+            continue
+        stress = np.zeros((size, 6))
+        stress[:, 2] = -factor * PRESSURE
+        grid[f"{kind}Data/stress"] = np.concatenate([(row + 1) * stress for row in [*stored, 98]])
+        steps[f"{kind}DataOffsets/stress"] = np.arange(count) * size
 
 
 def write_history(file, rows, finished):

@@ -72,6 +72,18 @@ class ReaderTest(WithFolder):
         with self.assertRaisesRegex(ResultError, "no field 'colour'"):
             result.field("colour", 0)
 
+    def test_chooses_between_nodes_and_elements(self):
+        synthetic_result.write(self.path, stress_on=("Cell", "Point"))
+        result = self.open()
+        np.testing.assert_allclose(result.field("stress", 0, on="elements")[:, 2], [-10] * 2)
+        np.testing.assert_allclose(result.field("stress", -1, on="nodes")[:, 2], [-60] * 12)
+        with self.assertRaisesRegex(ResultError, "'stress' is on nodes and on elements"):
+            result.field("stress", 0)
+        with self.assertRaisesRegex(ResultError, "no field 'displacement' on elements"):
+            result.field("displacement", 0, on="elements")
+        with self.assertRaisesRegex(ValueError, "not 'bricks'"):
+            result.field("stress", 0, on="bricks")
+
     def test_maps_sparse_fields_to_their_rows(self):
         synthetic_result.write(self.path, finished=5, field_increments=[1, 4])
         result = self.open()
@@ -147,6 +159,14 @@ class ShowTest(WithFolder):
         done = self.show("small.vtkhdf")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertTrue((self.folder / "small-pictures" / "animation.gif").exists())
+
+    def test_draws_the_stress_wherever_it_is(self):
+        for places in (("Point",), ("Cell", "Point")):
+            synthetic_result.write(self.path, stress_on=places)
+            (self.folder / "small-pictures" / "stress.png").unlink(missing_ok=True)
+            done = self.show("small.vtkhdf", "--no-animation")
+            self.assertEqual((done.returncode, done.stderr), (0, ""), places)
+            self.assertTrue((self.folder / "small-pictures" / "stress.png").exists(), places)
 
     def test_draws_the_contact_without_any_field(self):
         synthetic_result.write(self.path, field_increments=[])

@@ -1,0 +1,224 @@
+!> What of the mesh takes part in contact, decided before anything is computed: which slave nodes
+!> can reach their obstacle, and along which degrees of freedom they are coupled to it.
+module contact_interface_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t
+  use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, locate_point, is_flat, &
+    ref_nodes
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use rigid_modes_mod, only: free_motions_t, find_free_motions
+  use compliance_mod, only: straight
+  use step_loads_mod, only: prescribed_dofs
+  implicit none
+  private
+
+  public :: find_reach, interface_dofs
+
+contains
+
+  !> Find which points can reach their obstacle.
+  subroutine find_reach(scene, points, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(inout) :: points  !! gets in_reach
+    type(error_t), allocatable, intent(out) :: error !! LAPACK failed
+    logical :: prescribed(3, scene%mesh%n_nodes), before(3, scene%mesh%n_nodes)
+    logical :: loose_body(scene%mesh%n_bodies), loose_ref_node(scene%mesh%n_nodes)
+    type(free_motions_t) :: motions
+    integer :: step
+
+    loose_body = .false.
+    loose_ref_node = .false.
+    call mark_loaded(scene, loose_body)
+    do step = 1, size(scene%steps)
+      prescribed = prescribed_dofs(scene, step)
+      if (step > 1) then
+        if (all(prescribed .eqv. before)) cycle
+      end if
+      before = prescribed
+      call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), points%node, &
+        motions, error)
+      if (allocated(error)) return
+      loose_body(pack(motions%body, motions%body > 0)) = .true.
+      loose_ref_node(pack(motions%node, motions%body == 0)) = .true.
+    end do
+    call mark_pushed(scene, loose_ref_node, loose_body)
+    points%in_reach = points_in_reach(scene, points, loose_body, loose_ref_node)
+  end subroutine find_reach
+
+  !> The bodies on which loads act: how far they go is not known before.
+  pure subroutine mark_loaded(scene, loose_body)
+    type(scene_t), intent(in) :: scene
+    logical, intent(inout) :: loose_body(:)      !! (n_bodies)
+    integer :: step, i
+
+    do step = 1, size(scene%steps)
+      associate (s => scene%steps(step), mesh => scene%mesh)
+        do i = 1, size(s%forces)
+          ! A force on a reference node drives its obstacle.
+          if (mesh%body(s%forces(i)%node) > 0) loose_body(mesh%body(s%forces(i)%node)) = .true.
+        end do
+        do i = 1, size(s%pressures)
+          loose_body(mesh%body(scene%surfaces(s%pressures(i)%surface)%nodes)) = .true.
+        end do
+        do i = 1, size(s%face_pressures)
+          loose_body(mesh%body(scene%surfaces(s%face_pressures(i)%surface)%nodes)) = .true.
+        end do
+        do i = 1, size(s%gravity)
+          loose_body(mesh%body(mesh%connectivity(1, &
+            scene%regions(s%gravity(i)%region)%elements))) = .true.
+        end do
+      end associate
+    end do
+  end subroutine mark_loaded
+
+  !> The bodies that an obstacle under force may push.
+  pure subroutine mark_pushed(scene, loose_ref_node, loose_body)
+    type(scene_t), intent(in) :: scene
+    logical, intent(in) :: loose_ref_node(:)     !! (n_nodes)
+    logical, intent(inout) :: loose_body(:)      !! (n_bodies)
+    integer :: i, ref_node
+
+    do i = 1, size(scene%pairs)
+      ref_node = scene%obstacles(scene%pairs(i)%obstacle)%ref_node
+      if (ref_node == 0) cycle
+      if (loose_ref_node(ref_node)) loose_body(scene%mesh%body(scene%surfaces( &
+        scene%pairs(i)%surface)%nodes)) = .true.
+    end do
+  end subroutine mark_pushed
+
+  !> Whether each point can reach its obstacle.
+  !>
+  !> Where prescribed motions alone drive a body, its nodes are taken to move no further, in any
+  !> direction, than the largest prescribed motion of the body and of the obstacles that face it
+  !> together. That is a guess that a run must check: bodies may bulge by more.
+  pure function points_in_reach(scene, points, loose_body, loose_ref_node) result(in_reach)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    logical, intent(in) :: loose_body(:)      !! (n_bodies)
+    logical, intent(in) :: loose_ref_node(:)  !! (n_nodes)
+    logical :: in_reach(points%n)
+    real(wp) :: lowest(3, scene%mesh%n_nodes), highest(3, scene%mesh%n_nodes)
+    real(wp) :: travel(size(loose_body)), gap, shift(3, 2)
+    integer :: i, node, ref_node, body
+
+    call extremes_of_supports(scene, lowest, highest)
+    travel = 0.0_wp
+    do node = 1, scene%mesh%n_nodes
+      body = scene%mesh%body(node)
+      if (body > 0) travel(body) = max(travel(body), farthest(lowest(:, node), highest(:, node)))
+    end do
+    travel = travel + travel_of_obstacles(scene, points, lowest, highest, size(travel))
+
+    do i = 1, points%n
+      ref_node = points%ref_node(i)
+      body = scene%mesh%body(points%node(i))
+      in_reach(i) = loose_body(body)
+      if (ref_node > 0) in_reach(i) = in_reach(i) .or. loose_ref_node(ref_node)
+      if (in_reach(i)) cycle
+      shift = 0.0_wp
+      if (ref_node > 0) shift = reshape([lowest(:, ref_node), highest(:, ref_node)], [3, 2])
+      gap = least_gap(scene%obstacles(scene%pairs(points%pair(i))%obstacle), shift, &
+        scene%mesh%coordinates(:, points%node(i))) + points%extra_gap(i)
+      in_reach(i) = gap <= travel(body)
+    end do
+  end function points_in_reach
+
+  !> The least and the largest displacement that any step prescribes, 0 included.
+  pure subroutine extremes_of_supports(scene, lowest, highest)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(out) :: lowest(:, :), highest(:, :) !! (3,n_nodes) [length]
+    real(wp) :: values(2)
+    integer :: step, i
+
+    lowest = 0.0_wp
+    highest = 0.0_wp
+    do step = 1, size(scene%steps)
+      do i = 1, size(scene%steps(step)%boundary)
+        associate (b => scene%steps(step)%boundary(i))
+          values = b%value
+          if (b%amplitude > 0) values = b%value*[minval(scene%amplitudes(b%amplitude)%value), &
+            maxval(scene%amplitudes(b%amplitude)%value)]
+          lowest(b%dof, b%node) = min(lowest(b%dof, b%node), minval(values))
+          highest(b%dof, b%node) = max(highest(b%dof, b%node), maxval(values))
+        end associate
+      end do
+    end do
+  end subroutine extremes_of_supports
+
+  !> How far the obstacles that face each body go.
+  pure function travel_of_obstacles(scene, points, lowest, highest, n_bodies) result(travel)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: lowest(:, :), highest(:, :) !! (3,n_nodes) [length]
+    integer, intent(in) :: n_bodies
+    real(wp) :: travel(n_bodies) !! [length]
+    integer :: i
+
+    travel = 0.0_wp
+    do i = 1, points%n
+      if (points%ref_node(i) == 0) cycle
+      associate (of_body => travel(scene%mesh%body(points%node(i))))
+        of_body = max(of_body, farthest(lowest(:, points%ref_node(i)), &
+          highest(:, points%ref_node(i))))
+      end associate
+    end do
+  end function travel_of_obstacles
+
+  !> The longest way within a box that holds 0.
+  pure real(wp) function farthest(lowest, highest)
+    real(wp), intent(in) :: lowest(3), highest(3) !! [length]
+
+    farthest = norm2(max(abs(lowest), abs(highest)))
+  end function farthest
+
+  !> A lower bound of the gap while the obstacle moves within a box; exact for planes and spheres.
+  pure function least_gap(obstacle, box, x) result(gap)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in) :: box(3, 2) !! corners of the box of displacements [length]
+    real(wp), intent(in) :: x(3)      !! a point at rest [length]
+    real(wp) :: gap                   !! [length]
+    real(wp) :: normal(3), arm(3), half(3)
+
+    select case (obstacle%kind)
+    case (obstacle_plane)
+      call locate_point(obstacle, [0.0_wp, 0.0_wp, 0.0_wp], x, gap, normal)
+      gap = gap - sum(max(normal*box(:, 1), normal*box(:, 2)))
+    case (obstacle_sphere)
+      arm = x - obstacle%point
+      if (obstacle%inner) then
+        gap = obstacle%radius - norm2(max(abs(arm - box(:, 1)), abs(arm - box(:, 2))))
+      else
+        gap = norm2(arm - max(box(:, 1), min(box(:, 2), arm))) - obstacle%radius
+      end if
+    case default
+      ! A gap changes by no more than the obstacle moves across its axis.
+      half = 0.5_wp*(box(:, 2) - box(:, 1))
+      call locate_point(obstacle, box(:, 1) + half, x, gap, normal)
+      gap = gap - norm2(half)
+    end select
+  end function least_gap
+
+  !> The degrees of freedom that are condensed to: of the nodes in reach, all where there is
+  !> friction or the normal may turn, else those along which the normal has a part.
+  pure function interface_dofs(scene, points) result(dofs)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    logical :: dofs(3, scene%mesh%n_nodes)
+    integer :: i
+
+    dofs = .false.
+    do i = 1, points%n
+      if (.not. points%in_reach(i)) cycle
+      associate (obstacle => scene%obstacles(scene%pairs(points%pair(i))%obstacle), &
+                 of_node => dofs(:, points%node(i)))
+        if (points%mu(i) > 0.0_wp .or. .not. is_flat(obstacle)) then
+          of_node = .true.
+        else
+          of_node = of_node .or. abs(obstacle%normal) > straight
+        end if
+      end associate
+    end do
+  end function interface_dofs
+
+end module contact_interface_mod

@@ -1,0 +1,66 @@
+!> Whether a planned run fits the machine, and what would fit if it does not.
+module fit_machine_mod
+  use kinds_mod, only: wp
+  use text_mod, only: to_text
+  use scene_mod, only: scene_t
+  use plan_mod, only: plan_t
+  use plan_table_mod, only: bytes_in_words
+  implicit none
+  private
+
+  public :: misfit
+
+contains
+
+  !> Why the run does not fit, a sentence a line; empty where it does.
+  function misfit(scene, plan) result(text)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan !! with its costs
+    character(:), allocatable :: text
+
+    text = ''
+    if (plan%more_memory > real(plan%memory_left, wp)) text = memory_misfit(plan)
+    if (plan%file_size > real(plan%disk_left, wp)) then
+      if (text /= '') text = text//new_line('a')
+      text = text//disk_misfit(scene, plan)
+    end if
+  end function misfit
+
+  !> Memory. Of a mesh refined s times in every direction the factor grows as s^4, as the square of
+  !> the contact nodes does; the equations as s^3.
+  pure function memory_misfit(plan) result(text)
+    type(plan_t), intent(in) :: plan
+    character(:), allocatable :: text
+    real(wp) :: coarser
+
+    text = 'the run needs about '
+    if (.not. plan%is_analysed) text = 'the run needs more than '
+    text = text//bytes_in_words(plan%more_memory)//' of memory and '// &
+      bytes_in_words(real(plan%memory_left, wp))//' are left for it'
+    coarser = (plan%more_memory/max(1.0_wp, real(plan%memory_left, wp)))**0.25_wp
+    ! The fixed part of a small run does not shrink with its mesh.
+    if (plan%memory_left < 50000000 .or. .not. plan%is_analysed) return
+    text = text//'; bricks '//to_text(1.05_wp*coarser, 3)//' times as large would fit (about '// &
+      to_text(nint(real(plan%n_equations, wp)/(1.05_wp*coarser)**3))//' equations instead of '// &
+      to_text(plan%n_equations)//')'
+  end function memory_misfit
+
+  !> Disk: fewer increments with fields, where that is enough.
+  pure function disk_misfit(scene, plan) result(text)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    character(:), allocatable :: text
+    real(wp) :: left, share
+
+    text = 'the result file takes about '//bytes_in_words(plan%file_size)//' and '// &
+      bytes_in_words(real(plan%disk_left, wp))//' are left where it goes'
+    left = real(plan%disk_left, wp) - (plan%file_size - plan%fields_size)
+    if (plan%fields_size <= 0.0_wp .or. plan%n_outputs <= size(scene%steps)) return
+    ! The last increment of every step has its fields whatever the frequency.
+    share = left/plan%fields_size - real(size(scene%steps), wp)/real(plan%n_outputs, wp)
+    if (share <= 0.0_wp) return
+    text = text//'; *NODE FILE, FREQUENCY='//to_text(ceiling(real(scene%output%frequency, wp)/ &
+      share))//' would fit'
+  end function disk_misfit
+
+end module fit_machine_mod

@@ -1,0 +1,268 @@
+!> The table of a plan: what exists in the run and why, a line each.
+!>
+!> A line is its name, how it is meant (fixed, at most, about), and the rest in words.
+module plan_table_mod
+  use kinds_mod, only: wp
+  use text_mod, only: string_t, to_text
+  use scene_mod, only: scene_t, contact_pair_t
+  use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
+                          formulation_bipotential, local_uzawa, local_newton, local_newton6, &
+                          stop_at_change
+  use plan_mod, only: plan_t, bound_fixed, bound_at_most, bound_in_words
+  use rigid_modes_mod, only: free_motions_t
+  use motion_words_mod, only: body_in_words, motions_together
+  implicit none
+  private
+
+  public :: describe, add_line, bytes_in_words, time_in_words
+
+  integer, parameter :: most_listed = 6 !! bodies or pairs that get a line of their own
+
+contains
+
+  !> Begin the table: what the scene alone says.
+  subroutine describe(scene, motions, plan)
+    type(scene_t), intent(in) :: scene
+    type(free_motions_t), intent(in) :: motions !! that the supports of the first step leave
+    type(plan_t), intent(inout) :: plan
+    integer :: bound
+
+    allocate (plan%lines(0))
+    bound = bound_at_most
+    if (plan%is_constant) bound = bound_fixed
+    call add_line(plan, 'mesh', bound_fixed, to_text(scene%mesh%n_nodes)//' nodes, '// &
+      to_text(scene%mesh%n_elements)//' bricks')
+    call describe_bodies(scene, motions, plan)
+    call add_line(plan, 'equations', bound, to_text(plan%n_equations)//', of them '// &
+      to_text(plan%n_interface)//' on contact nodes')
+    if (plan%points%n > 0) call describe_pairs(scene, plan)
+    if (sum(plan%rows) > 0) then
+      call add_line(plan, 'compliance', bound, to_text(plan%n_interface)//' x '// &
+        to_text(plan%n_interface)//' and, of the contact rows, '//to_text(sum(plan%rows))//' x '// &
+        to_text(sum(plan%rows))//': dense, double precision, '// &
+        bytes_in_words(8.0_wp*(real(plan%n_interface, wp)**2 + real(sum(plan%rows), wp)**2)))
+    end if
+    call add_line(plan, 'factorisations', bound_at_most, factorisations_in_words(plan))
+    call add_line(plan, 'increments', bound_fixed, to_text(plan%n_increments)//' in '// &
+      to_text(size(scene%steps))//plural(' step', ' steps', size(scene%steps)))
+    if (sum(plan%rows) > 0) call add_line(plan, 'contact solver', 0, &
+      solver_in_words(scene%contact))
+    call add_line(plan, 'fields', bound_fixed, fields_in_words(scene, plan))
+  end subroutine describe
+
+  !> A line of the table; without a bound (0) its column stays empty.
+  subroutine add_line(plan, name, bound, words)
+    type(plan_t), intent(inout) :: plan
+    character(*), intent(in) :: name, words
+    integer, intent(in) :: bound
+    character(16) :: column
+    character(9) :: meant
+    type(string_t) :: line
+
+    column = name
+    meant = ''
+    if (bound > 0) meant = bound_in_words(bound)
+    line%text = column//meant//trim(words)
+    plan%lines = [plan%lines, line]
+  end subroutine add_line
+
+  !> Which bodies their supports hold, which contact must hold, and which nothing can.
+  subroutine describe_bodies(scene, motions, plan)
+    type(scene_t), intent(in) :: scene
+    type(free_motions_t), intent(in) :: motions
+    type(plan_t), intent(inout) :: plan
+    logical :: touches(0:scene%mesh%n_bodies), held(0:scene%mesh%n_bodies)
+    character(:), allocatable :: held_by
+    integer :: i, j, n, listed
+
+    touches = .false.
+    held = .true.
+    touches(scene%mesh%body(plan%points%node)) = .true.
+    touches(0) = .true.
+    held(motions%body) = .false.
+    n = count(held(1:))
+    if (n > 0) call add_line(plan, 'bodies', bound_fixed, to_text(n)//', held by '// &
+      trim(plural('its ', 'their', n))//' supports')
+    j = 1
+    listed = 0
+    do while (j <= motions%n)
+      n = motions_together(motions, j)
+      held_by = 'left to contact'
+      i = motions%body(j)
+      if (.not. touches(i)) held_by = 'that nothing holds'
+      if (n == 6 .and. touches(i)) held_by = 'left to contact, which alone holds it'
+      listed = listed + 1
+      if (listed <= most_listed) call add_line(plan, 'free motions', bound_at_most, &
+        to_text(n)//' of '//body_in_words(scene%mesh, motions, j)//', '//held_by)
+      j = j + n
+    end do
+    if (listed > most_listed) call add_line(plan, 'free motions', bound_at_most, 'those of '// &
+      to_text(listed - most_listed)//' more: '//to_text(motions%n)//' in all')
+  end subroutine describe_bodies
+
+  !> A line a pair: its points by the rows they have.
+  subroutine describe_pairs(scene, plan)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(inout) :: plan
+    integer :: i, a, b, listed
+
+    listed = min(size(scene%pairs), most_listed)
+    do i = 1, listed
+      a = plan%points%first(i)
+      b = plan%points%first(i + 1) - 1
+      call add_line(plan, 'contact', bound_at_most, scene%pairs(i)%name//': '// &
+        points_in_words(scene%pairs(i), plan%rows(a:b), plan%points%in_reach(a:b)))
+    end do
+    if (listed < size(scene%pairs)) then
+      a = plan%points%first(listed + 1)
+      call add_line(plan, 'contact', bound_at_most, to_text(size(scene%pairs) - listed)// &
+        ' more pairs: '//to_text(count(plan%points%in_reach(a:)))//' points, '// &
+        to_text(sum(plan%rows(a:)))// &
+        ' rows')
+    end if
+  end subroutine describe_pairs
+
+  !> 289 points, mu = 0.3, 3 rows each; or 25 points, mu = 0.3: 20 of 3 rows, 5 of 2 rows (one
+  !> tangent prescribed); and how many cannot reach the obstacle.
+  pure function points_in_words(pair, rows, in_reach) result(words)
+    type(contact_pair_t), intent(in) :: pair
+    integer, intent(in) :: rows(:)      !! of the points
+    logical, intent(in) :: in_reach(:)
+    character(:), allocatable :: words
+    integer, allocatable :: kept(:)
+    integer :: n, of_kind
+
+    kept = pack(rows, in_reach)
+    words = to_text(size(kept))//plural(' point', ' points', size(kept))
+    if (size(kept) < size(rows)) words = words//' of '//to_text(size(rows))// &
+      ' (the others cannot reach it)'
+    if (size(kept) == 0) return
+    if (pair%mu > 0.0_wp) words = words//', mu = '//to_text(pair%mu)
+    if (pair%mu <= 0.0_wp) words = words//', frictionless'
+    if (all(kept == kept(1)) .and. kept(1) > 0) then
+      words = words//', '//to_text(kept(1))//plural(' row', ' rows', kept(1))//' each'
+      return
+    end if
+    words = words//':'
+    do n = 3, 0, -1
+      of_kind = count(kept == n)
+      if (of_kind == 0) cycle
+      words = words//' '//to_text(of_kind)//' of '//to_text(n)//plural(' row', ' rows', n)
+      if (n == 0) words = words//' (normal prescribed)'
+      if (n == 2) words = words//' (one tangent prescribed)'
+      if (n == 1 .and. pair%mu > 0.0_wp) words = words//' (both prescribed)'
+      words = words//','
+    end do
+    words = words(:len(words) - 1)
+  end function points_in_words
+
+  pure function factorisations_in_words(plan) result(words)
+    type(plan_t), intent(in) :: plan
+    character(:), allocatable :: words
+
+    words = '1 for the whole run (small strain, the same supports)'
+    if (plan%n_factorisations > 1) words = to_text(plan%n_factorisations)// &
+      ' (steps prescribe other degrees of freedom)'
+    words = words//'; LDL^T, double precision, in core'
+  end function factorisations_in_words
+
+  !> What is written, and how often.
+  pure function fields_in_words(scene, plan) result(words)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    character(:), allocatable :: words
+
+    words = ''
+    associate (output => scene%output)
+      if (output%displacement) words = words//', displacement'
+      if (output%reaction) words = words//', reaction force'
+      if (output%contact .and. plan%points%n > 0) words = words//', contact force, pressure, status'
+      if (output%stress) words = words//', stress'
+      if (output%strain) words = words//', strain'
+    end associate
+    if (words == '' .or. plan%n_outputs == 0) then
+      words = 'none'
+    else
+      words = words(3:)//', at '//to_text(plan%n_outputs)//plural(' increment', ' increments', &
+        plan%n_outputs)
+    end if
+  end function fields_in_words
+
+  !> 512 bytes, 6.0 MB, 1.7 GB.
+  pure function bytes_in_words(bytes) result(words)
+    real(wp), intent(in) :: bytes
+    character(:), allocatable :: words
+
+    if (bytes < 1.0e3_wp) then
+      words = to_text(bytes)//' bytes'
+    else if (bytes < 1.0e6_wp) then
+      words = to_text(bytes/1.0e3_wp, 2)//' kB'
+    else if (bytes < 1.0e9_wp) then
+      words = to_text(bytes/1.0e6_wp, merge(2, 3, bytes < 1.0e8_wp))//' MB'
+    else
+      words = to_text(bytes/1.0e9_wp, 3)//' GB'
+    end if
+  end function bytes_in_words
+
+  !> 0.32 s, 12 s, 23 min, 9.5 h: two digits are all that an estimate has.
+  pure function time_in_words(seconds) result(words)
+    real(wp), intent(in) :: seconds
+    character(:), allocatable :: words
+
+    if (seconds < 120.0_wp) then
+      words = to_text(seconds, 2)//' s'
+    else if (seconds < 7200.0_wp) then
+      words = to_text(seconds/60.0_wp, 2)//' min'
+    else
+      words = to_text(seconds/3600.0_wp, 2)//' h'
+    end if
+  end function time_in_words
+
+  pure function plural(one, many, n) result(word)
+    character(*), intent(in) :: one, many
+    integer, intent(in) :: n
+    character(:), allocatable :: word
+
+    word = many
+    if (n == 1) word = one
+  end function plural
+
+  pure function solver_in_words(controls) result(words)
+    type(contact_controls_t), intent(in) :: controls
+    character(:), allocatable :: words
+
+    select case (controls%solver)
+    case (solver_auto)
+      words = 'automatic: global Newton, else accelerated sweeps; '
+    case (solver_global_newton)
+      words = 'global Newton, '
+    case default
+      words = sweeps_in_words(controls)
+    end select
+    words = words//'tolerance '//to_text(controls%tolerance)
+    if (controls%stop_rule == stop_at_change) words = words//' on the change of a sweep'
+    if (controls%solver /= solver_global_newton) words = words//', at most '// &
+      to_text(controls%max_sweeps)//' sweeps'
+  end function solver_in_words
+
+  pure function sweeps_in_words(controls) result(words)
+    type(contact_controls_t), intent(in) :: controls
+    character(:), allocatable :: words
+
+    words = 'sweeps, pseudo-potential, local '
+    if (controls%formulation == formulation_bipotential) words = 'sweeps, bi-potential, local '
+    select case (controls%local)
+    case (local_uzawa)
+      words = words//'Uzawa'
+    case (local_newton)
+      words = words//'Newton (3x3)'
+    case (local_newton6)
+      words = words//'Newton (6x6)'
+    case default
+      words = words//'exact'
+    end select
+    words = words//', rho '//to_text(controls%rho)//', relaxation '// &
+      to_text(controls%relaxation)//', '
+  end function sweeps_in_words
+
+end module plan_table_mod

@@ -1,0 +1,143 @@
+!> What a run adds up to: the counters of its result file.
+module tally_mod
+  use kinds_mod, only: wp
+  use text_mod, only: string_t
+  use system_mod, only: cpu_seconds, peak_memory_bytes
+  use increments_mod, only: increment_t
+  use step_report_mod, only: step_report_t, worst_entry
+  use operators_mod, only: operators_t
+  implicit none
+  private
+
+  public :: tally_t, add_increment, note_sizes, list_counters
+
+  !> What the run as a whole adds up to.
+  type :: tally_t
+    integer  :: increments = 0          !! in the file
+    integer  :: outputs = 0             !! of them, with fields
+    integer  :: certified = 0
+    integer  :: plan_revisions = 0      !! points that reached what the plan held out of reach
+    integer  :: contact_iterations = 0
+    integer  :: products = 0            !! of the compliance with a vector
+    integer  :: fallbacks = 0           !! increments that AUTO's first choice did not solve
+    integer  :: local_iterations = 0
+    integer  :: newton_raphson = 0
+    integer  :: worst_row = 0
+    integer  :: equations = 0           !! the most at any time, as all of these
+    integer  :: interface_equations = 0
+    integer  :: contact_points = 0      !! that have rows
+    integer  :: contact_rows = 0
+    real(wp) :: compliance_bytes = 0.0_wp     !! of the interface
+    real(wp) :: contact_matrix_bytes = 0.0_wp !! W
+    real(wp) :: factor_entries = 0.0_wp
+    real(wp) :: file_bytes = 0.0_wp     !! of the result, when it is complete but for the counters
+    real(wp) :: worst = 0.0_wp          !! certificate entry [-]
+    real(wp) :: read_time = 0.0_wp      !! plan included [s], as all below
+    real(wp) :: contact_time = 0.0_wp
+    real(wp) :: step_time = 0.0_wp      !! advancing, contact included
+    real(wp) :: write_time = 0.0_wp
+    real(wp) :: total_time = 0.0_wp
+  end type tally_t
+
+contains
+
+  !> Count an increment that is in the file.
+  subroutine add_increment(increment, report, has_fields, tally)
+    type(increment_t), intent(in) :: increment
+    type(step_report_t), intent(in) :: report
+    logical, intent(in) :: has_fields
+    type(tally_t), intent(inout) :: tally
+
+    tally%increments = increment%row
+    if (has_fields) tally%outputs = tally%outputs + 1
+    if (report%certificate%certified) tally%certified = tally%certified + 1
+    if (worst_entry(report%certificate) >= tally%worst) then
+      tally%worst = worst_entry(report%certificate)
+      tally%worst_row = increment%row
+    end if
+    tally%contact_iterations = tally%contact_iterations + report%contact_iterations
+    tally%products = tally%products + report%compliance_products
+    if (report%solver_stages > 1) tally%fallbacks = tally%fallbacks + 1
+    tally%local_iterations = tally%local_iterations + report%local_iterations
+    tally%newton_raphson = tally%newton_raphson + report%newton_raphson_iterations
+    tally%contact_time = tally%contact_time + report%contact_time
+    tally%step_time = tally%step_time + report%wall_time
+  end subroutine add_increment
+
+  !> Keep the largest sizes that the operators have had.
+  subroutine note_sizes(operators, tally)
+    type(operators_t), intent(in) :: operators
+    type(tally_t), intent(inout) :: tally
+
+    tally%equations = max(tally%equations, operators%map%n_free)
+    tally%interface_equations = max(tally%interface_equations, operators%map%n_interface)
+    tally%contact_points = max(tally%contact_points, operators%problem%n_points)
+    tally%contact_rows = max(tally%contact_rows, operators%problem%n_rows)
+    tally%factor_entries = max(tally%factor_entries, real(operators%factor%entries, wp))
+    if (allocated(operators%compliance)) tally%compliance_bytes = max(tally%compliance_bytes, &
+      8.0_wp*real(size(operators%compliance, 1), wp)*real(size(operators%compliance, 2), wp))
+    if (allocated(operators%problem%w)) tally%contact_matrix_bytes = &
+      max(tally%contact_matrix_bytes, 8.0_wp*real(size(operators%problem%w, 1), wp)**2)
+  end subroutine note_sizes
+
+  !> Names and values of what /run/counters holds. What the plan counts has the plan's names.
+  subroutine list_counters(tally, operators, names, values)
+    type(tally_t), intent(in) :: tally
+    type(operators_t), intent(in) :: operators
+    type(string_t), allocatable, intent(out) :: names(:)
+    real(wp), allocatable, intent(out) :: values(:)
+    integer, parameter :: room = 40
+    integer :: n
+
+    n = 0
+    allocate (names(room), values(room))
+    call count('increments', real(tally%increments, wp))
+    call count('increments_with_fields', real(tally%outputs, wp))
+    call count('equations', real(tally%equations, wp))
+    call count('interface_equations', real(tally%interface_equations, wp))
+    call count('contact_points', real(tally%contact_points, wp))
+    call count('contact_rows', real(tally%contact_rows, wp))
+    call count('factorisations', real(operators%n_factorisations, wp))
+    call count('factor_entries', tally%factor_entries)
+    call count('solutions', real(operators%factor%solutions, wp))
+    call count('newton_raphson_iterations', real(tally%newton_raphson, wp))
+    call count('contact_iterations', real(tally%contact_iterations, wp))
+    call count('compliance_products', real(tally%products, wp))
+    call count('plan_revisions', real(tally%plan_revisions, wp))
+    call count('brick_stiffnesses', real(operators%n_stiffnesses, wp))
+    call count('solver_fallbacks', real(tally%fallbacks, wp))
+    call count('local_iterations', real(tally%local_iterations, wp))
+    call count('compliance_bytes', tally%compliance_bytes)
+    call count('contact_matrix_bytes', tally%contact_matrix_bytes)
+    call count('peak_memory_bytes', real(peak_memory_bytes(), wp))
+    call count('file_bytes', tally%file_bytes)
+    call count('cpu_seconds', cpu_seconds())
+    call count('seconds_read', tally%read_time)
+    associate (s => operators%seconds)
+      call count('seconds_assemble', s%assemble)
+      call count('seconds_order', s%order)
+      call count('seconds_factorise', s%factorise)
+      call count('seconds_condense', s%condense)
+      call count('seconds_loads', s%loads)
+    end associate
+    call count('seconds_contact', tally%contact_time)
+    call count('seconds_recover', tally%step_time - tally%contact_time)
+    call count('seconds_write', tally%write_time)
+    call count('seconds_total', tally%total_time)
+    names = names(:n)
+    values = values(:n)
+
+  contains
+
+    subroutine count(name, value)
+      character(*), intent(in) :: name
+      real(wp), intent(in) :: value
+
+      n = n + 1
+      names(n)%text = name
+      values(n) = value
+    end subroutine count
+
+  end subroutine list_counters
+
+end module tally_mod

@@ -1,0 +1,154 @@
+!> How much memory and disk this process may still take.
+!>
+!> What a Linux system says in /proc and /sys; where it says nothing there is no limit.
+module machine_room_mod
+  use, intrinsic :: iso_c_binding, only: c_int, c_long, c_char, c_null_char
+  use kinds_mod, only: i8
+  implicit none
+  private
+
+  public :: memory_left, address_space_left, disk_left, resident_bytes, no_limit
+
+  integer(i8), parameter :: no_limit = huge(1_i8)
+
+  interface
+    !> POSIX: what a file system holds; 0 when it worked.
+    function c_statvfs(path, buffer) result(status) bind(c, name='statvfs')
+      import :: c_int, c_long, c_char
+      implicit none
+      character(c_char), intent(in) :: path(*)
+      integer(c_long), intent(inout) :: buffer(*)
+      integer(c_int) :: status
+    end function c_statvfs
+  end interface
+
+contains
+
+  !> Bytes of memory that this process can still get: the least of what the machine has free, what
+  !> its control groups leave, and what its own limits (ulimit -v, ulimit -d) leave.
+  function memory_left(root) result(bytes)
+    character(*), intent(in), optional :: root !! above /proc and /sys (default: none)
+    integer(i8) :: bytes
+    character(:), allocatable :: at
+
+    at = ''
+    if (present(root)) at = root
+    bytes = no_limit
+    call lower(bytes, 1024_i8, number_after(at//'/proc/meminfo', 'MemAvailable:'), 0_i8)
+    bytes = min(bytes, address_space_left(at))
+    call lower(bytes, 1_i8, number_after(at//'/proc/self/limits', 'Max data size'), &
+      1024_i8*number_after(at//'/proc/self/status', 'VmData:'))
+    call look_at_groups(at, bytes)
+  end function memory_left
+
+  !> Bytes of addresses that this process can still reserve, touched or not (ulimit -v).
+  function address_space_left(root) result(bytes)
+    character(*), intent(in) :: root !! above /proc
+    integer(i8) :: bytes
+
+    bytes = no_limit
+    call lower(bytes, 1_i8, number_after(root//'/proc/self/limits', 'Max address space'), &
+      1024_i8*number_after(root//'/proc/self/status', 'VmSize:'))
+  end function address_space_left
+
+  !> Bytes that can still be written to the folder of `path`.
+  function disk_left(path) result(bytes)
+    character(*), intent(in) :: path !! of a file, which need not exist
+    integer(i8) :: bytes
+    integer(c_long) :: buffer(32)
+    character(:), allocatable :: folder
+
+    folder = path(:index(path, '/', back=.true.))//'.'
+    bytes = no_limit
+    ! f_bsize, f_frsize, f_blocks, f_bfree, f_bavail: longs on every 64-bit Linux.
+    if (number_after('/proc/self/status', 'VmSize:') >= 0) then
+      buffer = 0
+      if (c_statvfs(folder//c_null_char, buffer) == 0) bytes = buffer(2)*buffer(5)
+    end if
+    call lower(bytes, 1_i8, number_after('/proc/self/limits', 'Max file size'), 0_i8)
+  end function disk_left
+
+  !> The memory of the process that is in the machine now; 0 where the system does not tell.
+  function resident_bytes() result(bytes)
+    integer(i8) :: bytes
+
+    bytes = 1024_i8*max(0_i8, number_after('/proc/self/status', 'VmRSS:'))
+  end function resident_bytes
+
+  !> The control groups of the process and all above it: version 2, and the memory of version 1.
+  subroutine look_at_groups(root, bytes)
+    character(*), intent(in) :: root
+    integer(i8), intent(inout) :: bytes
+    character(1024) :: line
+    character(:), allocatable :: folder
+    integer :: unit, status, first
+
+    open (newunit=unit, file=root//'/proc/self/cgroup', action='read', status='old', &
+      iostat=status)
+    if (status /= 0) return
+    do
+      read (unit, '(a)', iostat=status) line
+      if (status /= 0) exit
+      if (line(:3) == '0::') then
+        folder = trim(line(4:))
+        do
+          call look_at_group(root//'/sys/fs/cgroup'//folder//'/', 'memory.max', &
+            'memory.current', 'inactive_file', bytes)
+          if (folder == '') exit
+          folder = folder(:index(folder, '/', back=.true.) - 1)
+        end do
+      end if
+      first = index(line, ':memory:')
+      if (first > 0) then
+        folder = trim(line(first + 8:))
+        do
+          call look_at_group(root//'/sys/fs/cgroup/memory'//folder//'/', &
+            'memory.limit_in_bytes', 'memory.usage_in_bytes', 'total_inactive_file', bytes)
+          if (folder == '') exit
+          folder = folder(:index(folder, '/', back=.true.) - 1)
+        end do
+      end if
+    end do
+    close (unit)
+  end subroutine look_at_groups
+
+  !> One group: what it may have less what it has, files apart that can be dropped.
+  subroutine look_at_group(folder, limit, usage, droppable, bytes)
+    character(*), intent(in) :: folder, limit, usage, droppable
+    integer(i8), intent(inout) :: bytes
+
+    call lower(bytes, 1_i8, number_after(folder//limit, ''), number_after(folder//usage, '') - &
+      max(0_i8, number_after(folder//'memory.stat', droppable//' ')))
+  end subroutine look_at_group
+
+  !> Take `limit` units less `used` bytes for `bytes` where that is less; a negative limit is none.
+  pure subroutine lower(bytes, unit, limit, used)
+    integer(i8), intent(inout) :: bytes
+    integer(i8), intent(in) :: unit, limit, used
+
+    if (limit < 0) return
+    bytes = min(bytes, max(0_i8, unit*limit - max(0_i8, used)))
+  end subroutine lower
+
+  !> The number behind `label` at the start of a line of a file; -1 where there is none.
+  function number_after(path, label) result(number)
+    character(*), intent(in) :: path, label
+    integer(i8) :: number
+    integer :: unit, status
+    character(256) :: line
+
+    number = -1
+    open (newunit=unit, file=path, action='read', status='old', iostat=status)
+    if (status /= 0) return
+    do
+      read (unit, '(a)', iostat=status) line
+      if (status /= 0) exit
+      if (line(:len(label)) /= label) cycle
+      read (line(len(label) + 1:), *, iostat=status) number
+      if (status /= 0) number = -1 ! "max", "unlimited"
+      exit
+    end do
+    close (unit)
+  end function number_after
+
+end module machine_room_mod

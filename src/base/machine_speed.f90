@@ -1,0 +1,127 @@
+!> How fast this machine is at what a run spends its time on, measured in a few hundredths of a
+!> second.
+module machine_speed_mod
+  use kinds_mod, only: wp, i8
+  use system_mod, only: cpu_seconds
+  implicit none
+  private
+
+  public :: machine_speed_t, measure_speed
+
+  !> What the machine does in a second.
+  type :: machine_speed_t
+    real(wp) :: flops = 0.0_wp      !! of the product of two dense matrices [1/s]
+    real(wp) :: entries = 0.0_wp    !! of a symmetric matrix in its product with a vector [1/s]
+    real(wp) :: bytes = 0.0_wp      !! read one after the other [1/s]
+  end type machine_speed_t
+
+  real(wp), parameter :: long_enough = 0.006_wp !! of one measurement [s]
+
+  interface
+    !> BLAS: C = alpha op(A) op(B) + beta C.
+    subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+      import :: wp
+      implicit none
+      character, intent(in) :: transa, transb
+      integer, intent(in) :: m, n, k, lda, ldb, ldc
+      real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
+      real(wp), intent(inout) :: c(ldc, *)
+    end subroutine dgemm
+
+    !> BLAS: y = alpha A x + beta y, A symmetric.
+    subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
+      import :: wp
+      implicit none
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, lda, incx, incy
+      real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
+      real(wp), intent(inout) :: y(*)
+    end subroutine dsymv
+
+    !> BLAS: sum of |x|.
+    function dasum(n, x, incx) result(total)
+      import :: wp
+      implicit none
+      integer, intent(in) :: n, incx
+      real(wp), intent(in) :: x(*)
+      real(wp) :: total
+    end function dasum
+  end interface
+
+contains
+
+  !> Measure on arrays as large as those of the run, and no larger: caches matter, and the memory of
+  !> a small run must not be that of its measurement.
+  subroutine measure_speed(front, rows, bytes, speed)
+    integer, intent(in) :: front     !! order of the matrices that are multiplied
+    integer, intent(in) :: rows      !! of the symmetric matrix
+    integer(i8), intent(in) :: bytes !! that are read one after the other
+    type(machine_speed_t), intent(out) :: speed
+    integer, parameter :: smallest = 32, largest_front = 384, largest_symmetric = 1000
+    integer(i8), parameter :: most_bytes = 24000000_i8
+
+    speed%flops = product_rate(max(smallest, min(front, largest_front)))
+    speed%entries = symmetric_rate(max(smallest, min(rows, largest_symmetric)))
+    speed%bytes = reading_rate(int(max(100000_i8, min(bytes, most_bytes))/8))
+  end subroutine measure_speed
+
+  function product_rate(n) result(rate)
+    integer, intent(in) :: n
+    real(wp) :: rate
+    real(wp), allocatable :: a(:, :), b(:, :), c(:, :)
+    real(wp) :: start
+    integer :: count
+
+    allocate (a(n, n), b(n, n), c(n, n), source=1.0_wp/n)
+    call dgemm('N', 'N', n, n, n, 1.0_wp, a, n, b, n, 0.0_wp, c, n)
+    count = 0
+    start = cpu_seconds()
+    do
+      call dgemm('N', 'N', n, n, n, 1.0_wp, a, n, b, n, 0.0_wp, c, n)
+      count = count + 1
+      if (cpu_seconds() - start > long_enough) exit
+    end do
+    rate = 2.0_wp*real(n, wp)**3*count/(cpu_seconds() - start)
+  end function product_rate
+
+  function symmetric_rate(n) result(rate)
+    integer, intent(in) :: n
+    real(wp) :: rate
+    real(wp), allocatable :: a(:, :), x(:), y(:)
+    real(wp) :: start
+    integer :: count
+
+    allocate (a(n, n), source=1.0_wp/n)
+    allocate (x(n), y(n), source=1.0_wp)
+    call dsymv('L', n, 1.0_wp, a, n, x, 1, 0.0_wp, y, 1)
+    count = 0
+    start = cpu_seconds()
+    do
+      call dsymv('L', n, 1.0_wp, a, n, x, 1, 0.0_wp, y, 1)
+      count = count + 1
+      if (cpu_seconds() - start > long_enough) exit
+    end do
+    rate = real(n, wp)**2*count/(cpu_seconds() - start)
+  end function symmetric_rate
+
+  function reading_rate(n) result(rate)
+    integer, intent(in) :: n !! numbers
+    real(wp) :: rate
+    real(wp), allocatable :: x(:)
+    real(wp) :: start, total
+    integer :: count
+
+    allocate (x(n), source=1.0_wp)
+    total = 0.0_wp
+    count = 0
+    start = cpu_seconds()
+    do
+      total = total + dasum(n, x, 1)
+      count = count + 1
+      if (cpu_seconds() - start > long_enough) exit
+    end do
+    ! `total` is n*count; used, so that no compiler leaves the sums out.
+    rate = 8.0_wp*total/(cpu_seconds() - start)
+  end function reading_rate
+
+end module machine_speed_mod

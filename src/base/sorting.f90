@@ -1,0 +1,111 @@
+!> Sorting whole numbers.
+module sorting_mod
+  implicit none
+  private
+
+  public :: order_of, sort_ascending, sort_unique
+
+contains
+
+  !> The order that sorts `keys`, equal keys by index: bottom-up merge sort.
+  pure subroutine order_of(keys, order)
+    integer, intent(in) :: keys(:)
+    integer, allocatable, intent(out) :: order(:)
+    integer, allocatable :: from(:)
+    integer :: n, width, left, middle, right, i, j, k
+
+    n = size(keys)
+    allocate (order(n))
+    do i = 1, n
+      order(i) = i
+    end do
+    width = 1
+    do while (width < n)
+      from = order
+      left = 1
+      do while (left <= n)
+        middle = min(left + width, n + 1)
+        right = min(middle + width, n + 1)
+        i = left
+        j = middle
+        do k = left, right - 1
+          if (j >= right) then
+            order(k) = from(i)
+            i = i + 1
+          else if (i >= middle) then
+            order(k) = from(j)
+            j = j + 1
+          else if (keys(from(j)) < keys(from(i))) then
+            order(k) = from(j)
+            j = j + 1
+          else
+            order(k) = from(i)
+            i = i + 1
+          end if
+        end do
+        left = right
+      end do
+      width = 2*width
+    end do
+  end subroutine order_of
+
+  !> Sort a short list, of a few dozen entries at most: insertion sort.
+  pure subroutine sort_ascending(list)
+    integer, intent(inout) :: list(:)
+    integer :: i, j, value
+
+    do i = 2, size(list)
+      value = list(i)
+      j = i - 1
+      do while (j >= 1)
+        if (list(j) <= value) exit
+        list(j + 1) = list(j)
+        j = j - 1
+      end do
+      list(j + 1) = value
+    end do
+  end subroutine sort_ascending
+
+  !> Sort a list of positive numbers and keep each once.
+  pure subroutine sort_unique(list)
+    integer, allocatable, intent(inout) :: list(:)
+    logical, allocatable :: present_in(:)
+    integer, allocatable :: order(:), sorted(:)
+    integer :: i, n, highest
+    logical :: ascending
+
+    ascending = .true.
+    do i = 2, size(list)
+      if (list(i) > list(i - 1)) cycle
+      ascending = .false.
+      exit
+    end do
+    if (ascending) return
+    highest = maxval(list)
+    n = 0
+    if (highest/4 <= size(list)) then
+      ! Dense: one pass over the values that there can be.
+      allocate (present_in(highest), sorted(min(highest, size(list))))
+      present_in = .false.
+      present_in(list) = .true.
+      do i = 1, highest
+        if (.not. present_in(i)) cycle
+        n = n + 1
+        sorted(n) = i
+      end do
+      list = sorted(:n)
+      return
+    end if
+    call order_of(list, order)
+    allocate (sorted(size(list)))
+    do i = 1, size(list)
+      if (n > 0) then
+        if (sorted(n) == list(order(i))) cycle
+      end if
+      n = n + 1
+      sorted(n) = list(order(i))
+    end do
+    list = sorted(:n)
+  end subroutine sort_unique
+
+end module sorting_mod

@@ -1,0 +1,209 @@
+!> Datasets that grow by one row at a time, as long as a run goes on.
+module hdf5_rows_mod
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_loc
+  use hdf5, only: hid_t, hsize_t, h5dcreate_f, h5dget_space_f, h5dset_extent_f, h5dwrite_f, &
+    h5pclose_f, h5pcreate_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5sclose_f, &
+    h5screate_simple_f, h5sselect_hyperslab_f, H5P_DATASET_CREATE_F, H5S_SELECT_SET_F, &
+    H5S_UNLIMITED_F
+  use errors_mod, only: error_t, raise, exit_machine
+  use hdf5_attributes_mod, only: describe
+  use hdf5_failures_mod, only: fail
+  use hdf5_files_mod, only: hdf5_file_t, fail_to_write
+  use hdf5_types_mod, only: of_real, of_integer, of_long, of_byte, bytes_of, no_id, &
+    type_in_file, type_in_memory, new_space
+  use kinds_mod, only: wp, i1, i4, i8
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: rows_t, create_rows, create_stack, append_row
+
+  !> An open dataset that grows by one row at a time along its last extent.
+  type :: rows_t
+    private
+    integer(hid_t) :: id = no_id
+    integer(hsize_t), allocatable :: fixed(:) !! extents before the one that grows
+    integer(hsize_t) :: step = 1              !! how far a row reaches along the one that grows
+    integer(hsize_t) :: length = 0            !! how far it has grown
+    character(:), allocatable :: name         !! for messages
+  end type rows_t
+
+  !> Append a row: `append_row(rows, values, error)`.
+  interface append_row
+    module procedure append_real, append_reals_1, append_reals_2, append_reals_3, &
+                     append_integer, append_long, append_byte, append_bytes
+  end interface append_row
+
+contains
+
+  !> Make a dataset whose rows are arrays of `row` extents: it grows along one more extent.
+  subroutine create_rows(file, path, kind, row, description, quantity, rows, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    integer, intent(in) :: kind   !! of_real, of_integer, of_long or of_byte
+    integer, intent(in) :: row(:) !! extents of a row, none for one number
+    character(*), intent(in) :: description, quantity
+    type(rows_t), intent(out) :: rows
+    type(error_t), allocatable, intent(inout) :: error
+
+    rows%fixed = int(row, hsize_t)
+    rows%step = 1
+    call create_growing(file, path, kind, rows, error)
+    call describe(file, path, description, quantity, error)
+  end subroutine create_rows
+
+  !> Make a dataset whose rows are stacked along their own last extent, as VTKHDF wants fields.
+  subroutine create_stack(file, path, kind, row, description, quantity, rows, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    integer, intent(in) :: kind   !! as above
+    integer, intent(in) :: row(:) !! extents of a row, one at least
+    character(*), intent(in) :: description, quantity
+    type(rows_t), intent(out) :: rows
+    type(error_t), allocatable, intent(inout) :: error
+
+    rows%fixed = int(row(:size(row) - 1), hsize_t)
+    rows%step = row(size(row))
+    call create_growing(file, path, kind, rows, error)
+    call describe(file, path, description, quantity, error)
+  end subroutine create_stack
+
+  !> One row is one chunk, shuffled and deflated. Rows of a few bytes share a chunk of 4 KB: it is
+  !> not filtered, so that it is always written again in its own place.
+  subroutine create_growing(file, path, kind, rows, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    integer, intent(in) :: kind
+    type(rows_t), intent(inout) :: rows
+    type(error_t), allocatable, intent(inout) :: error
+    integer, parameter :: small_row = 64, small_chunk = 4096 ! bytes
+    integer(hid_t) :: space, creation
+    integer(hsize_t) :: start(size(rows%fixed) + 1), chunk(size(rows%fixed) + 1)
+    integer(hsize_t) :: limit(size(rows%fixed) + 1), row_bytes
+    integer :: rank, status, ignored
+
+    if (allocated(error)) return
+    rows%name = path
+    rank = size(start)
+    start = [rows%fixed, 0_hsize_t]
+    chunk = max(1_hsize_t, [rows%fixed, rows%step])
+    ! A chunk may not be larger than a fixed extent, and not be 0: what is empty may grow.
+    limit = merge(start, H5S_UNLIMITED_F, start > 0)
+    row_bytes = product(chunk)*bytes_of(kind)
+    if (row_bytes <= small_row) chunk(rank) = chunk(rank)*(small_chunk/row_bytes)
+    call h5screate_simple_f(rank, start, space, status, limit)
+    call h5pcreate_f(H5P_DATASET_CREATE_F, creation, status)
+    call h5pset_chunk_f(creation, rank, chunk, status)
+    if (row_bytes > small_row) then
+      if (bytes_of(kind) > 1) call h5pset_shuffle_f(creation, status)
+      call h5pset_deflate_f(creation, 1, status)
+    end if
+    call h5dcreate_f(file%id, path, type_in_file(kind), space, rows%id, status, creation)
+    if (status < 0) then
+      rows%id = no_id
+      call fail_to_write(error, file, path)
+    end if
+    call h5pclose_f(creation, ignored)
+    call h5sclose_f(space, ignored)
+  end subroutine create_growing
+
+  subroutine append_real(rows, values, error)
+    type(rows_t), intent(inout) :: rows
+    real(wp), intent(in), target :: values
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append(rows, of_real, c_loc(values), 1, error)
+  end subroutine append_real
+
+  subroutine append_reals_1(rows, values, error)
+    type(rows_t), intent(inout) :: rows
+    real(wp), intent(in), contiguous, target :: values(:)
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append(rows, of_real, c_loc(values), size(values), error)
+  end subroutine append_reals_1
+
+  subroutine append_reals_2(rows, values, error)
+    type(rows_t), intent(inout) :: rows
+    real(wp), intent(in), contiguous, target :: values(:, :)
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append(rows, of_real, c_loc(values), size(values), error)
+  end subroutine append_reals_2
+
+  subroutine append_reals_3(rows, values, error)
+    type(rows_t), intent(inout) :: rows
+    real(wp), intent(in), contiguous, target :: values(:, :, :)
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append(rows, of_real, c_loc(values), size(values), error)
+  end subroutine append_reals_3
+
+  subroutine append_integer(rows, values, error)
+    type(rows_t), intent(inout) :: rows
+    integer(i4), intent(in), target :: values
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append(rows, of_integer, c_loc(values), 1, error)
+  end subroutine append_integer
+
+  subroutine append_long(rows, values, error)
+    type(rows_t), intent(inout) :: rows
+    integer(i8), intent(in), target :: values
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append(rows, of_long, c_loc(values), 1, error)
+  end subroutine append_long
+
+  subroutine append_byte(rows, values, error)
+    type(rows_t), intent(inout) :: rows
+    integer(i1), intent(in), target :: values
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append(rows, of_byte, c_loc(values), 1, error)
+  end subroutine append_byte
+
+  subroutine append_bytes(rows, values, error)
+    type(rows_t), intent(inout) :: rows
+    integer(i1), intent(in), contiguous, target :: values(:)
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append(rows, of_byte, c_loc(values), size(values), error)
+  end subroutine append_bytes
+
+  subroutine append(rows, kind, address, n, error)
+    type(rows_t), intent(inout) :: rows
+    integer, intent(in) :: kind
+    type(c_ptr), intent(in) :: address
+    integer, intent(in) :: n !! numbers at the address
+    type(error_t), allocatable, intent(inout) :: error
+    integer(hid_t) :: memory, space
+    integer(hsize_t) :: start(size(rows%fixed) + 1), count(size(rows%fixed) + 1)
+    integer :: status, ignored
+
+    if (allocated(error)) return
+    memory = no_id
+    count = [rows%fixed, rows%step]
+    start = 0
+    start(size(start)) = rows%length
+    if (product(count) /= n) then
+      call raise(error, exit_machine, "internal error: a row of '"//rows%name//"' has "// &
+                 to_text(product(count))//' numbers, not '//to_text(n))
+      return
+    end if
+    call h5dset_extent_f(rows%id, [rows%fixed, rows%length + rows%step], status)
+    if (status >= 0 .and. n > 0) then
+      memory = new_space(count)
+      call h5dget_space_f(rows%id, space, status)
+      call h5sselect_hyperslab_f(space, H5S_SELECT_SET_F, start, count, status)
+      call h5dwrite_f(rows%id, type_in_memory(kind), address, status, memory, space)
+    end if
+    if (status < 0) call fail(error, "cannot write '"//rows%name//"'")
+    if (memory /= no_id) then
+      call h5sclose_f(space, ignored)
+      call h5sclose_f(memory, ignored)
+    end if
+    rows%length = rows%length + rows%step
+  end subroutine append
+
+end module hdf5_rows_mod

@@ -1,0 +1,96 @@
+!> Kinds of numbers, texts and extents as HDF5 knows them; for the other hdf5_ files.
+module hdf5_types_mod
+  use hdf5, only: hid_t, hsize_t, size_t, h5kind_to_type, h5screate_f, h5screate_simple_f, &
+    h5tcopy_f, h5tget_class_f, h5tset_cset_f, h5tset_size_f, h5tset_strpad_f, H5S_SCALAR_F, &
+    H5T_CSET_UTF8_F, H5T_C_S1, H5T_IEEE_F64LE, H5T_STD_I32LE, H5T_STD_I64LE, H5T_STD_I8LE, &
+    H5T_STD_U8LE, H5T_STRING_F, H5T_STR_NULLPAD_F, H5_INTEGER_KIND, H5_REAL_KIND
+  use kinds_mod, only: wp, i1, i4, i8
+  implicit none
+  private
+
+  public :: of_real, of_integer, of_long, of_byte, of_unsigned_byte, bytes_of
+  public :: no_id, type_in_file, type_in_memory, text_type, is_text, new_space
+
+  ! What the numbers of a dataset are in the file.
+  integer, parameter :: of_real = 1          !! float64
+  integer, parameter :: of_integer = 2       !! int32
+  integer, parameter :: of_long = 3          !! int64
+  integer, parameter :: of_byte = 4          !! int8
+  integer, parameter :: of_unsigned_byte = 5 !! uint8
+  integer, parameter :: bytes_of(5) = [8, 4, 8, 1, 1]
+
+  integer(hid_t), parameter :: no_id = -1 !! nothing of HDF5 is open
+
+contains
+
+  function type_in_file(kind) result(type_id)
+    integer, intent(in) :: kind
+    integer(hid_t) :: type_id
+
+    select case (kind)
+    case (of_real)
+      type_id = H5T_IEEE_F64LE
+    case (of_integer)
+      type_id = H5T_STD_I32LE
+    case (of_long)
+      type_id = H5T_STD_I64LE
+    case (of_byte)
+      type_id = H5T_STD_I8LE
+    case default
+      type_id = H5T_STD_U8LE
+    end select
+  end function type_in_file
+
+  function type_in_memory(kind) result(type_id)
+    integer, intent(in) :: kind
+    integer(hid_t) :: type_id
+
+    select case (kind)
+    case (of_real)
+      type_id = h5kind_to_type(wp, H5_REAL_KIND)
+    case (of_integer)
+      type_id = h5kind_to_type(i4, H5_INTEGER_KIND)
+    case (of_long)
+      type_id = h5kind_to_type(i8, H5_INTEGER_KIND)
+    case default
+      type_id = h5kind_to_type(i1, H5_INTEGER_KIND)
+    end select
+  end function type_in_memory
+
+  !> A text type of `length` bytes, padded with NUL; to be closed.
+  function text_type(length, ascii) result(type_id)
+    integer, intent(in) :: length !! bytes, at least 1
+    logical, intent(in) :: ascii  !! as VTK wants it; else UTF-8
+    integer(hid_t) :: type_id
+    integer :: status
+
+    call h5tcopy_f(H5T_C_S1, type_id, status)
+    call h5tset_size_f(type_id, int(length, size_t), status)
+    call h5tset_strpad_f(type_id, H5T_STR_NULLPAD_F, status)
+    if (.not. ascii) call h5tset_cset_f(type_id, H5T_CSET_UTF8_F, status)
+  end function text_type
+
+  !> A space of fixed extents, a scalar where there are none; to be closed.
+  function new_space(extents) result(space)
+    integer(hsize_t), intent(in) :: extents(:)
+    integer(hid_t) :: space
+    integer :: status
+
+    if (size(extents) == 0) then
+      call h5screate_f(H5S_SCALAR_F, space, status)
+    else
+      call h5screate_simple_f(size(extents), extents, space, status)
+    end if
+  end function new_space
+
+
+  function is_text(type_id) result(text)
+    integer(hid_t), intent(in) :: type_id
+    logical :: text
+    integer :: class, status
+
+    call h5tget_class_f(type_id, class, status)
+    text = status >= 0 .and. class == H5T_STRING_F
+  end function is_text
+
+end module hdf5_types_mod

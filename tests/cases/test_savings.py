@@ -1,0 +1,104 @@
+"""What a scene does not require is left out, and nothing changes by it."""
+
+import unittest
+
+import numpy as np
+from program import Run
+
+SQUEEZED = """*HEADING
+A flat soft block, squeezed between plates, bulges into a wall
+*BLOCK, NAME=BODY, TYPE=C3D8B, NX=10, NY=10, NZ=2
+0., 0., 0.,  10., 10., 1.
+*MATERIAL, NAME=RUBBER
+*ELASTIC
+1., 0.49
+*SOLID SECTION, ELSET=BODY, MATERIAL=RUBBER
+*OBSTACLE, NAME=WALL, TYPE=PLANE
+{wall}, 0., 0., -1., 0., 0.
+*SURFACE INTERACTION, NAME=TOUCH
+*FRICTION
+{mu}
+*CONTACT PAIR, INTERACTION=TOUCH
+BODY-XMAX, WALL
+*CONTACT SOLVER, TOLERANCE=1e-11
+*BOUNDARY
+BODY-ZMIN, 3, 3
+BODY-XMIN, 1, 1
+BODY-YMIN, 2, 2
+*STEP
+*STATIC, DIRECT
+0.25, 1.
+*BOUNDARY
+BODY-ZMAX, 3, 3, -0.1
+*NODE FILE
+U
+{load}*END STEP
+"""
+
+# A force so small that it does nothing, but it makes every slave node a candidate.
+NO_FORCE = "*CLOAD\n1, 1, 1e-290\n"
+
+
+class Savings(unittest.TestCase):
+    """Counters say what was left out; forces, gaps and displacements are the same to 1e-10."""
+
+    def solve(self, *options, load="", wall=0.05, mu=0.2, more=""):
+        """Run the squeezed block and return the run."""
+        text = SQUEEZED.format(load=load, wall=10 + wall, mu=mu) + more
+        run = Run(text, *options, name="squeezed")
+        self.assertEqual(run.status, 0, run.errors)
+        return run
+
+    def count(self, run, name):
+        with run.result() as result:
+            return result.counters[name]
+
+    def assert_same(self, one, other):
+        with one.result() as a, other.result() as b:
+            moves = abs(a.field("displacement", -1)).max()
+            for name in ("reaction", "gap"):
+                first, second = (getattr(r.pairs[0], name) for r in (a, b))
+                scale = moves if name == "gap" else abs(first).max()
+                np.testing.assert_allclose(first, second, rtol=0, atol=1e-10 * scale)
+            first, second = (r.field("displacement", -1) for r in (a, b))
+            np.testing.assert_allclose(first, second, rtol=0, atol=1e-10 * moves)
+
+    def test_what_cannot_be_reached_costs_no_interface(self):
+        run = self.solve(wall=0.6)
+        self.assertEqual(self.count(run, "interface_equations"), 0)
+        full = self.solve(wall=0.6, load=NO_FORCE)
+        self.assertGreater(self.count(full, "interface_equations"), 0)
+        self.assert_same(run, full)
+
+    def test_a_broken_bound_repeats_the_increment(self):
+        run = self.solve(wall=0.15)
+        self.assertIn("increment 2: node", run.output)
+        self.assertIn("repeated with the whole of the slave surfaces", run.output)
+        self.assertEqual(self.count(run, "factorisations"), 2)
+        full = self.solve(wall=0.15, load=NO_FORCE)
+        self.assertEqual(self.count(full, "factorisations"), 1)
+        self.assert_same(run, full)
+
+    def test_without_friction_only_normals_are_condensed_to(self):
+        run, rubs = self.solve(mu=0), self.solve(mu=1e-16)
+        # The wall has 33 nodes; y is held on 3 of them, z on 11 below and 11 above.
+        self.assertEqual(self.count(run, "contact_rows"), 33)
+        self.assertEqual(self.count(rubs, "contact_rows"), 3 * 33 - 3 - 22)
+        self.assertLess(
+            self.count(run, "interface_equations"), self.count(rubs, "interface_equations")
+        )
+        self.assert_same(run, rubs)
+
+    def test_congruent_bricks_share_a_stiffness(self):
+        self.assertEqual(self.count(self.solve(), "brick_stiffnesses"), 1)
+
+    def test_a_step_that_changes_nothing_costs_no_iteration(self):
+        run = self.solve(more="*STEP\n*STATIC, DIRECT\n0.5, 1.\n*END STEP\n")
+        with run.result() as result:
+            iterations = result.history("contact_iterations")
+        self.assertTrue(np.all(iterations[:4] > 0))
+        np.testing.assert_array_equal(iterations[4:], 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
