@@ -4,7 +4,7 @@ module controls_mod
   implicit none
   private
 
-  public :: contact_controls_t, output_controls_t
+  public :: contact_controls_t, output_controls_t, precision_controls_t, is_exact
   public :: solver_none, solver_auto, solver_sweeps, solver_global_newton
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
@@ -46,6 +46,14 @@ module controls_mod
     integer  :: max_sweeps = 20000
   end type contact_controls_t
 
+  !> *PRECISION: residuals, forces and displacements are double whatever is chosen.
+  type :: precision_controls_t
+    logical  :: single_factor = .false.     !! of the stiffness
+    logical  :: single_compliance = .false. !! of the contact rows
+    real(wp) :: block_low_rank = 0.0_wp
+    !! what compression may drop from the factor, beside a pivot near 1; 0: full rank [-]
+  end type precision_controls_t
+
   !> *NODE FILE, *EL FILE, *CONTACT FILE: which fields the result file holds at each increment.
   type :: output_controls_t
     logical :: displacement = .true.
@@ -58,5 +66,14 @@ module controls_mod
     logical :: at_gauss_points = .false. !! eight tensors a brick
     integer :: frequency = 1          !! every so many increments, and the last of a step
   end type output_controls_t
+
+contains
+
+  !> Whether solutions with the factor are good to double precision as they come.
+  pure logical function is_exact(precision)
+    type(precision_controls_t), intent(in) :: precision
+
+    is_exact = .not. precision%single_factor .and. precision%block_low_rank <= 0.0_wp
+  end function is_exact
 
 end module controls_mod
