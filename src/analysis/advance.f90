@@ -51,6 +51,9 @@ module advance_mod
     type(step_forces_t) :: forces
     real(wp), allocatable :: u_free(:, :)
     !! (3,n_nodes) displacement without contact and free motions [length]
+    real(wp), allocatable :: pressed(:, :)
+    !! (3,n_nodes) displacement by the reactions, K^-1 B^T r [length]
+    real(wp), allocatable :: applied(:, :)     !! (3,n_points) those reactions, x, y, z [force]
     real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
     real(wp), allocatable :: turned(:)
     !! (k) what turned normals leave on neutral motions [force]
@@ -91,6 +94,10 @@ contains
     allocate (now%forces%internal, mold=old%displacement)
 
     now%controls = scene%contact
+    allocate (now%pressed, mold=old%displacement)
+    allocate (now%applied, mold=old%reaction)
+    now%pressed = 0.0_wp
+    now%applied = 0.0_wp
     allocate (now%motion(operators%motions%n))
     do i = 1, operators%motions%n
       now%motion(i) = old%displacement(operators%motions%dof(i), operators%motions%node(i))
@@ -177,13 +184,15 @@ contains
       if (report%ending == ended_unbalanced) return
 
       ! 4. Displacement
-      new%displacement = now%u_free
-      if (any(abs(new%reaction) > 0.0_wp)) then
-        call apply_inverse(operators, reshape(nodal(points, new%reaction, size(now%u_free, 2)), &
-                                              [3, size(now%u_free, 2), 1]), correction, error)
+      if (any(abs(new%reaction - now%applied) > 0.0_wp)) then
+        ! By what the reactions have changed: what an inexact factor makes of it gets less and less.
+        call apply_inverse(operators, reshape(nodal(points, new%reaction - now%applied, &
+          size(now%u_free, 2)), [3, size(now%u_free, 2), 1]), correction, error)
         if (allocated(error)) return
-        new%displacement = now%u_free + correction(:, :, 1)
+        now%pressed = now%pressed + correction(:, :, 1)
+        now%applied = new%reaction
       end if
+      new%displacement = now%u_free + now%pressed
       call add_motions(operators%motions, scene%mesh, now%motion, new%displacement)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
@@ -191,6 +200,8 @@ contains
       now%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(points, new%reaction, now%forces, residual, imbalance)
+      if (i == 1) report%unrefined = max(report%unrefined, imbalance)
+      report%imbalance = imbalance
       call measure_points(scene, points, operators%is_curved, operators%frame, old, new, moved)
       is_turned = .false.
       if (operators%motions%n > 0) is_turned = any(abs(now%turned) > now%controls%tolerance* &

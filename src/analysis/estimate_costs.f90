@@ -159,6 +159,7 @@ contains
     if (allocated(error)) return
     ordering = cpu_seconds() - ordering
     call list_pattern(map, start, neighbours, pattern)
+    factor%precision = scene%precision
     call analyse(pattern, place, map%n_interface, factor, error)
     if (allocated(error)) return
     plan%is_analysed = .true.

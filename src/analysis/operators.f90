@@ -2,15 +2,17 @@
 !> to the loads.
 module operators_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t
+  use errors_mod, only: error_t, raise, exit_not_solved
+  use text_mod, only: to_text
   use system_mod, only: wall_seconds
   use dense_mod, only: solve_least_squares
   use mesh_mod, only: node_neighbours
   use obstacles_mod, only: is_flat, ref_nodes
+  use controls_mod, only: is_exact, precision_in_words
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use mesh_forces_mod, only: internal_force
+  use mesh_forces_mod, only: internal_force, force_rounding
   use dof_map_mod, only: dof_map_t, make_dof_map
   use assembly_mod, only: triplets_t, assemble_stiffness
   use ordering_mod, only: order_equations
@@ -30,6 +32,7 @@ module operators_mod
     locate_points, update_contact, neutral_step
 
   real(wp), parameter :: difference = 1.0e-4_wp !! of the size of the mesh
+  integer,  parameter :: max_refinements = 30   !! of a response to loads
 
   !> Wall time of the phases [s].
   type :: phase_seconds_t
@@ -151,6 +154,7 @@ contains
     call order_equations(operators%map, start, neighbours, place, error)
     if (allocated(error)) return
     call lap(clock, operators%seconds%order)
+    operators%factor%precision = scene%precision
     call factorise(k, place, operators%map%n_interface, operators%factor, operators%compliance, &
       error)
     if (allocated(error)) return
@@ -333,7 +337,8 @@ contains
   subroutine respond(scene, operators, error)
     type(scene_t), intent(in) :: scene
     type(operators_t), intent(inout) :: operators
-    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    type(error_t), allocatable, intent(out) :: error
+    !! MUMPS failed; the factor is too far from the stiffness
     real(wp), allocatable :: load(:, :, :)
     real(wp) :: clock
     integer :: g
@@ -349,10 +354,51 @@ contains
       end do
       call apply_inverse(operators, load, operators%response, error)
       if (allocated(error)) return
+      if (.not. is_exact(scene%precision)) call refine(scene, load, operators, error)
+      if (allocated(error)) return
       operators%response = operators%response + loads%displacement
     end associate
     call lap(clock, operators%seconds%loads)
   end subroutine respond
+
+  !> Correct the responses with what is left out of balance, by internal forces in double precision,
+  !> until that is rounding.
+  subroutine refine(scene, load, operators, error)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: load(:, :, :)            !! (3,n_nodes,n_patterns) [force]
+    type(operators_t), intent(inout) :: operators    !! its responses are corrected
+    type(error_t), allocatable, intent(out) :: error
+    !! MUMPS failed; nothing is gained any more before rounding is reached
+    real(wp), allocatable :: residual(:, :, :), correction(:, :, :)
+    real(wp) :: left, last, largest, rounding
+    integer :: i, g
+
+    allocate (residual, source=load)
+    last = huge(last)
+    largest = maxval(abs(load), mask=spread(operators%map%equation > 0, 3, size(load, 3)))
+    rounding = 0.0_wp
+    refinements: do i = 1, max_refinements
+      do g = 1, size(load, 3)
+        call internal_force(scene%mesh, scene%materials, operators%response(:, :, g), &
+          residual(:, :, g))
+        residual(:, :, g) = merge(load(:, :, g) - residual(:, :, g), 0.0_wp, &
+          operators%map%equation > 0)
+        rounding = max(rounding, force_rounding(scene%mesh, scene%materials, &
+          abs(operators%response(:, :, g))))
+      end do
+      left = maxval(abs(residual))
+      if (left <= rounding) return
+      if (left > 0.5_wp*last) exit refinements
+      last = left
+      call apply_inverse(operators, residual, correction, error)
+      if (allocated(error)) return
+      operators%response = operators%response + correction
+    end do refinements
+    call raise(error, exit_not_solved, 'the factor of the stiffness is too far from it ('// &
+      precision_in_words(scene%precision)//'): responses to loads stay out of balance by '// &
+      to_text(left/largest, 2)//' of the largest load, refined '//to_text(i)// &
+      ' times; full rank and FACTOR=DOUBLE of *PRECISION hold more')
+  end subroutine refine
 
   !> K^-1 f for nodal forces f, several at once; prescribed degrees of freedom stay 0.
   subroutine apply_inverse(operators, force, displacement, error)

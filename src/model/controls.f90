@@ -1,10 +1,12 @@
 !> Every choice the user can make, with its default.
 module controls_mod
   use kinds_mod, only: wp
+  use text_mod, only: to_text
   implicit none
   private
 
-  public :: contact_controls_t, output_controls_t, precision_controls_t, is_exact
+  public :: contact_controls_t, output_controls_t, precision_controls_t, is_exact, &
+    precision_in_words
   public :: solver_none, solver_auto, solver_sweeps, solver_global_newton
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
@@ -75,5 +77,16 @@ contains
 
     is_exact = .not. precision%single_factor .and. precision%block_low_rank <= 0.0_wp
   end function is_exact
+
+  !> double precision; single precision, block low rank 1e-6.
+  function precision_in_words(precision) result(words)
+    type(precision_controls_t), intent(in) :: precision
+    character(:), allocatable :: words
+
+    words = 'double precision'
+    if (precision%single_factor) words = 'single precision'
+    if (precision%block_low_rank > 0.0_wp) words = words//', block low rank '// &
+      to_text(precision%block_low_rank, 3)
+  end function precision_in_words
 
 end module controls_mod
