@@ -34,7 +34,8 @@ module advance_mod
   use motion_words_mod, only: free_in_words, motion_in_words, unresisted_part
   use follow_points_mod, only: relative, measure_points, carried_slip
   use step_loads_mod, only: pattern_factors
-  use operators_mod, only: operators_t, apply_inverse, locate_points, update_contact, &
+  use operators_mod, only: operators_t, begin_inverse, finish_inverse, locate_points, &
+    update_contact, &
     neutral_step
   implicit none
   private
@@ -163,12 +164,15 @@ contains
     type(state_t), intent(inout) :: new              !! gets reaction and displacement
     type(step_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp), allocatable :: correction(:, :, :), residual(:, :, :)
+    real(wp), allocatable :: residual(:, :, :)
+    real(wp) :: correction(3, size(now%u_free, 2)) !! [length]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(operators%motions%n) !! of the neutral motions [length]
     integer :: i
     logical :: balanced, settled, is_turned
+    logical :: is_begun !! a correction by the factor
 
+    is_begun = .false.
     last_imbalance = huge(1.0_wp)
     last_moved = huge(1.0_wp)
     newton_raphson: do i = 1, max_newton_raphson
@@ -184,13 +188,14 @@ contains
       if (report%ending == ended_unbalanced) return
 
       ! 4. Displacement
-      if (any(abs(new%reaction - now%applied) > 0.0_wp)) then
+      if (is_begun .or. any(abs(new%reaction - now%applied) > 0.0_wp)) then
         ! By what the reactions have changed: what an inexact factor makes of it gets less and less.
-        call apply_inverse(operators, reshape(nodal(points, new%reaction - now%applied, &
-          size(now%u_free, 2)), [3, size(now%u_free, 2), 1]), correction, error)
+        call finish_inverse(operators, nodal(points, new%reaction - now%applied, &
+          size(now%u_free, 2)), correction, error)
         if (allocated(error)) return
-        now%pressed = now%pressed + correction(:, :, 1)
+        now%pressed = now%pressed + correction
         now%applied = new%reaction
+        is_begun = .false.
       end if
       new%displacement = now%u_free + now%pressed
       call add_motions(operators%motions, scene%mesh, now%motion, new%displacement)
@@ -218,9 +223,11 @@ contains
         call add_motions(operators%motions, scene%mesh, step, new%displacement)
       end if
       if (imbalance <= now%controls%tolerance) cycle newton_raphson
-      call apply_inverse(operators, residual, correction, error)
+      ! Contact sees the correction of the interface; that of the interior comes with its answer.
+      call begin_inverse(operators, residual(:, :, 1), correction, error)
       if (allocated(error)) return
-      now%u_free = now%u_free + correction(:, :, 1)
+      now%u_free = now%u_free + correction
+      is_begun = .true.
     end do newton_raphson
     if (moved > 10.0_wp*now%controls%tolerance .and. report%converged) then
       report%converged = .false.

@@ -28,7 +28,7 @@ module operators_mod
   private
 
   public :: operators_t, make_operators, change_supports, prepare_step, widen_interface, &
-    apply_inverse, &
+    begin_inverse, finish_inverse, &
     locate_points, update_contact, neutral_step
 
   real(wp), parameter :: difference = 1.0e-4_wp !! of the size of the mesh
@@ -63,6 +63,8 @@ module operators_mod
     logical, allocatable :: has_friction(:, :)    !! (2,n_points) tangents along which the law acts
     type(contact_problem_t) :: problem            !! over the active points
     type(floating_t) :: floating                  !! what the motions do to it
+    real(wp), allocatable :: begun(:)
+    !! (n_interface) what `begin_inverse` has found, where `finish_inverse` is due [length]
     type(step_loads_t) :: loads                   !! of the present *STEP
     real(wp), allocatable :: response(:, :, :)
     !! (3,n_nodes,n_patterns) displacements under each pattern [length]
@@ -410,16 +412,12 @@ contains
     real(wp), allocatable, intent(out) :: displacement(:, :, :) !! (3,n_nodes,m) [length]
     type(error_t), allocatable, intent(out) :: error          !! MUMPS failed
     real(wp), allocatable :: b(:, :), reduced(:, :)
-    integer :: g, node, i
+    integer :: g
 
     associate (map => operators%map)
       allocate (b(map%n_free, size(force, 3)), reduced(map%n_interface, size(force, 3)))
       do g = 1, size(force, 3)
-        do node = 1, size(force, 2)
-          do i = 1, 3
-            if (map%equation(i, node) > 0) b(map%equation(i, node), g) = force(i, node, g)
-          end do
-        end do
+        call gather(map, force(:, :, g), b(:, g))
       end do
       if (map%n_interface == 0) then
         call operators%factor%solve(b, error)
@@ -430,16 +428,94 @@ contains
         call operators%factor%expand(reduced, b, error)
       end if
       if (allocated(error)) return
-      allocate (displacement(3, size(force, 2), size(force, 3)), source=0.0_wp)
+      allocate (displacement(3, size(force, 2), size(force, 3)))
       do g = 1, size(force, 3)
-        do node = 1, size(force, 2)
-          do i = 1, 3
-            if (map%equation(i, node) > 0) displacement(i, node, g) = b(map%equation(i, node), g)
-          end do
-        end do
+        call scatter(map, b(:, g), displacement(:, :, g))
       end do
     end associate
   end subroutine apply_inverse
+
+  !> First half of K^-1 f: what f does to the interface; without one all of it.
+  !>
+  !> The rest is kept until `finish_inverse`, which must be the next use of the factor.
+  subroutine begin_inverse(operators, force, shift, error)
+    type(operators_t), intent(inout) :: operators
+    real(wp), intent(in) :: force(:, :)              !! (3,n_nodes) [force]
+    real(wp), intent(out) :: shift(:, :)             !! (3,n_nodes) [length]
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    real(wp) :: b(operators%map%n_free, 1), reduced(operators%map%n_interface, 1)
+
+    call gather(operators%map, force, b(:, 1))
+    if (operators%map%n_interface == 0) then
+      call operators%factor%solve(b, error)
+    else
+      call operators%factor%condense(b, reduced, error)
+      if (allocated(error)) return
+      operators%begun = matmul(operators%compliance, reduced(:, 1))
+      b = 0.0_wp
+      b(operators%map%n_free - operators%map%n_interface + 1:, 1) = operators%begun
+    end if
+    if (allocated(error)) return
+    call scatter(operators%map, b(:, 1), shift)
+  end subroutine begin_inverse
+
+  !> Second half, with forces that act on the interface alone: what they do to it, and what both do
+  !> to the interior.
+  subroutine finish_inverse(operators, force, displacement, error)
+    type(operators_t), intent(inout) :: operators
+    real(wp), intent(in) :: force(:, :)              !! (3,n_nodes) on the interface [force]
+    real(wp), intent(out) :: displacement(:, :)      !! (3,n_nodes) [length]
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    real(wp) :: b(operators%map%n_free, 1), on_interface(operators%map%n_interface), &
+      reduced(operators%map%n_interface, 1), nothing(3, size(force, 2))
+
+    displacement = 0.0_wp
+    nothing = 0.0_wp
+    if (operators%map%n_interface == 0) return
+    associate (first => operators%map%n_free - operators%map%n_interface + 1)
+      if (.not. allocated(operators%begun)) then
+        call begin_inverse(operators, nothing, displacement, error)
+        if (allocated(error)) return
+      end if
+      call gather(operators%map, force, b(:, 1))
+      on_interface = matmul(operators%compliance, b(first:, 1))
+      reduced(:, 1) = operators%begun + on_interface
+      deallocate (operators%begun)
+      call operators%factor%expand(reduced, b, error)
+      if (allocated(error)) return
+      b(first:, 1) = on_interface
+    end associate
+    call scatter(operators%map, b(:, 1), displacement)
+  end subroutine finish_inverse
+
+  !> From nodes to equations.
+  pure subroutine gather(map, nodal, b)
+    type(dof_map_t), intent(in) :: map
+    real(wp), intent(in) :: nodal(:, :)   !! (3,n_nodes)
+    real(wp), intent(out) :: b(:)         !! (n_free)
+    integer :: node, i
+
+    do node = 1, size(nodal, 2)
+      do i = 1, 3
+        if (map%equation(i, node) > 0) b(map%equation(i, node)) = nodal(i, node)
+      end do
+    end do
+  end subroutine gather
+
+  !> From equations to nodes, 0 along prescribed directions.
+  pure subroutine scatter(map, b, nodal)
+    type(dof_map_t), intent(in) :: map
+    real(wp), intent(in) :: b(:)          !! (n_free)
+    real(wp), intent(out) :: nodal(:, :)  !! (3,n_nodes)
+    integer :: node, i
+
+    nodal = 0.0_wp
+    do node = 1, size(nodal, 2)
+      do i = 1, 3
+        if (map%equation(i, node) > 0) nodal(i, node) = b(map%equation(i, node))
+      end do
+    end do
+  end subroutine scatter
 
   !> Add the time since `clock` to `total` and start the clock again.
   subroutine lap(clock, total)
