@@ -16,7 +16,7 @@ module advance_mod
   use system_mod, only: wall_seconds
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
-  use controls_mod, only: contact_controls_t, stop_at_change
+  use controls_mod, only: contact_controls_t, stop_at_change, is_exact
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
   use plan_mod, only: plan_t
@@ -34,7 +34,8 @@ module advance_mod
   use motion_words_mod, only: free_in_words, motion_in_words, unresisted_part
   use follow_points_mod, only: relative, measure_points, carried_slip
   use step_loads_mod, only: pattern_factors
-  use operators_mod, only: operators_t, begin_inverse, finish_inverse, locate_points, &
+  use operators_mod, only: operators_t, begin_inverse, finish_inverse, on_interface, &
+    locate_points, &
     update_contact, &
     neutral_step
   implicit none
@@ -52,6 +53,7 @@ module advance_mod
     type(step_forces_t) :: forces
     real(wp), allocatable :: u_free(:, :)
     !! (3,n_nodes) displacement without contact and free motions [length]
+    real(wp), allocatable :: loaded(:, :)      !! (3,n_nodes) displacement by loads alone [length]
     real(wp), allocatable :: pressed(:, :)
     !! (3,n_nodes) displacement by the reactions, K^-1 B^T r [length]
     real(wp), allocatable :: applied(:, :)     !! (3,n_points) those reactions, x, y, z [force]
@@ -95,10 +97,8 @@ contains
     allocate (now%forces%internal, mold=old%displacement)
 
     now%controls = scene%contact
-    allocate (now%pressed, mold=old%displacement)
-    allocate (now%applied, mold=old%reaction)
-    now%pressed = 0.0_wp
-    now%applied = 0.0_wp
+    now%loaded = now%u_free
+    call carry_over(plan%points, operators, now)
     allocate (now%motion(operators%motions%n))
     do i = 1, operators%motions%n
       now%motion(i) = old%displacement(operators%motions%dof(i), operators%motions%node(i))
@@ -131,8 +131,30 @@ contains
     end do attempts
     if (report%ending /= ended_unbalanced) call finish(scene, plan%points, operators, old, now, &
       new, report)
+    if (report%certificate%certified .and. .not. is_exact(scene%precision)) then
+      operators%pressed = now%u_free - now%loaded + now%pressed
+      operators%applied = now%applied
+    end if
     report%wall_time = wall_seconds() - clock
   end subroutine advance
+
+  !> Begin with the reactions of the increment before, where the factor is not exact: what it makes
+  !> of them was refined there, and only what changes has to be refined again.
+  subroutine carry_over(points, operators, now)
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(inout) :: operators
+    type(attempt_t), intent(inout) :: now            !! its displacements and applied reactions
+
+    if (allocated(operators%begun)) deallocate (operators%begun)
+    allocate (now%pressed(3, size(now%u_free, 2)), now%applied(3, points%n))
+    now%pressed = 0.0_wp
+    now%applied = 0.0_wp
+    if (.not. allocated(operators%pressed)) return
+    now%applied = operators%applied
+    ! On the interface u_free must be what the contact problem adds W r to.
+    now%pressed = on_interface(operators, nodal(points, now%applied, size(now%u_free, 2)))
+    now%u_free = now%u_free + operators%pressed - now%pressed
+  end subroutine carry_over
 
   !> 7. Energies, and what the state keeps beside displacements and reactions.
   subroutine finish(scene, points, operators, old, now, new, report)

@@ -28,7 +28,7 @@ module operators_mod
   private
 
   public :: operators_t, make_operators, change_supports, prepare_step, widen_interface, &
-    begin_inverse, finish_inverse, &
+    begin_inverse, finish_inverse, on_interface, &
     locate_points, update_contact, neutral_step
 
   real(wp), parameter :: difference = 1.0e-4_wp !! of the size of the mesh
@@ -65,6 +65,10 @@ module operators_mod
     type(floating_t) :: floating                  !! what the motions do to it
     real(wp), allocatable :: begun(:)
     !! (n_interface) what `begin_inverse` has found, where `finish_inverse` is due [length]
+    real(wp), allocatable :: pressed(:, :)
+    !! (3,n_nodes) K^-1 B^T r of the last certified increment, refined [length]
+    real(wp), allocatable :: applied(:, :)
+    !! (3,n_points) its reactions, x, y, z, where the factor is not exact [force]
     type(step_loads_t) :: loads                   !! of the present *STEP
     real(wp), allocatable :: response(:, :, :)
     !! (3,n_nodes,n_patterns) displacements under each pattern [length]
@@ -158,6 +162,7 @@ contains
     if (allocated(error)) return
     call lap(clock, operators%seconds%order)
     operators%factor%precision = scene%precision
+    if (allocated(operators%pressed)) deallocate (operators%pressed, operators%applied)
     call factorise(k, place, operators%map%n_interface, operators%factor, operators%compliance, &
       error)
     if (allocated(error)) return
@@ -466,7 +471,7 @@ contains
     real(wp), intent(in) :: force(:, :)              !! (3,n_nodes) on the interface [force]
     real(wp), intent(out) :: displacement(:, :)      !! (3,n_nodes) [length]
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp) :: b(operators%map%n_free, 1), on_interface(operators%map%n_interface), &
+    real(wp) :: b(operators%map%n_free, 1), answer(operators%map%n_interface), &
       reduced(operators%map%n_interface, 1), nothing(3, size(force, 2))
 
     displacement = 0.0_wp
@@ -478,15 +483,31 @@ contains
         if (allocated(error)) return
       end if
       call gather(operators%map, force, b(:, 1))
-      on_interface = matmul(operators%compliance, b(first:, 1))
-      reduced(:, 1) = operators%begun + on_interface
+      answer = matmul(operators%compliance, b(first:, 1))
+      reduced(:, 1) = operators%begun + answer
       deallocate (operators%begun)
       call operators%factor%expand(reduced, b, error)
       if (allocated(error)) return
-      b(first:, 1) = on_interface
+      b(first:, 1) = answer
     end associate
     call scatter(operators%map, b(:, 1), displacement)
   end subroutine finish_inverse
+
+  !> What forces on the interface do to it.
+  function on_interface(operators, force) result(displacement)
+    type(operators_t), intent(in) :: operators
+    real(wp), intent(in) :: force(:, :)                 !! (3,n_nodes) on the interface [force]
+    real(wp) :: displacement(3, size(force, 2))         !! 0 elsewhere [length]
+    real(wp) :: b(operators%map%n_free), answer(operators%map%n_interface)
+
+    call gather(operators%map, force, b)
+    associate (first => operators%map%n_free - operators%map%n_interface + 1)
+      answer = matmul(operators%compliance, b(first:))
+      b = 0.0_wp
+      b(first:) = answer
+    end associate
+    call scatter(operators%map, b, displacement)
+  end function on_interface
 
   !> From nodes to equations.
   pure subroutine gather(map, nodal, b)
