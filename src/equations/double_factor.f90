@@ -5,6 +5,10 @@ module double_factor_mod
   use text_mod, only: to_text
   use assembly_mod, only: triplets_t
   use mumps_double_mod, only: mumps_struc => dmumps_struc, mumps => dmumps, arithmetic, remedy
+  implicit none
+  private
+
+  public :: mumps_factor_t
 
   include 'mumps_factor.inc'
 

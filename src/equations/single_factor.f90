@@ -5,6 +5,10 @@ module single_factor_mod
   use text_mod, only: to_text
   use assembly_mod, only: triplets_t
   use mumps_single_mod, only: mumps_struc => smumps_struc, mumps => smumps, arithmetic, remedy
+  implicit none
+  private
+
+  public :: mumps_factor_t
 
   include 'mumps_factor.inc'
 
