@@ -28,7 +28,7 @@ module operators_mod
   private
 
   public :: operators_t, make_operators, change_supports, prepare_step, widen_interface, &
-    begin_inverse, finish_inverse, on_interface, &
+    apply_inverse, begin_inverse, finish_inverse, on_interface, &
     locate_points, update_contact, neutral_step
 
   real(wp), parameter :: difference = 1.0e-4_wp !! of the size of the mesh
