@@ -7,7 +7,7 @@ module sweeps_mod
   use law_mod, only: project_prediction
   use step_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
-                         unpack_rows, pack_rows, force_scale, project_reactions
+                         unpack_rows, pack_rows, force_scale, project_reactions, is_single
   use anderson_mod, only: anderson_t, new_anderson, accelerate, forget
   use local_point_mod, only: local_point_t, local_solver
   use bipotential_mod, only: bipotential_residual
@@ -198,13 +198,13 @@ contains
     real(wp), intent(inout) :: packed(:)   !! (n_rows) reactions [force]
     type(sweep_t), intent(out) :: sweep
     type(local_point_t) :: point
-    real(wp) :: r(3), r_old(3), x(3), p(3)
+    real(wp) :: r(3), r_old(3), x(3), p(3), column(problem%n_rows)
     integer :: i, a, row, status, iterations
     logical :: converged
 
     point = template
     do i = 1, problem%n_points
-      call freeze(problem, x_free, packed, i, r_old, x)
+      call freeze(problem, x_free, packed, i, r_old, x, column)
       point%mu = problem%mu(i)
       point%w = problem%block(:, :, i)
       point%x_loc = x - matmul(point%w, r_old)
@@ -235,11 +235,12 @@ contains
   end subroutine sweep_points
 
   !> Reaction and x of point i as they are now: one pass over its rows of W.
-  subroutine freeze(problem, x_free, packed, i, r, x)
+  subroutine freeze(problem, x_free, packed, i, r, x, column)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:), packed(:)
     integer, intent(in) :: i
     real(wp), intent(out) :: r(3), x(3)
+    real(wp), intent(inout) :: column(:) !! (n_rows) room for one of W, where that is single
     integer :: a, row
 
     r = 0.0_wp
@@ -249,7 +250,12 @@ contains
       if (row == 0) cycle
       r(a) = packed(row)
       ! W is symmetric: its columns are its rows
-      x(a) = x_free(row) + dot_product(problem%w(:, row), packed)
+      if (is_single(problem)) then
+        column = real(problem%single_w(:, row), wp)
+        x(a) = x_free(row) + problem%unit*dot_product(column, packed)
+      else
+        x(a) = x_free(row) + dot_product(problem%w(:, row), packed)
+      end if
     end do
   end subroutine freeze
 
