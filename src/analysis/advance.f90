@@ -24,11 +24,10 @@ module advance_mod
   use step_report_mod, only: step_report_t, contact_fields_t, worst_entry, &
                              status_open, status_stick, status_slide, ended_unbalanced, &
                              ended_moving, &
-    ended_out_of_reach, ended_stalled
+    ended_out_of_reach
   use mesh_forces_mod, only: internal_force, force_rounding
   use certificate_mod, only: certify, energy_balance, step_forces_t
-  use problem_mod, only: pack_rows, unpack_rows, relative_gaps, natural_map, contact_report_t, &
-    product_with_w, is_single, measure
+  use problem_mod, only: pack_rows, unpack_rows, relative_gaps, natural_map, contact_report_t
   use rigid_modes_mod, only: generalised_loads, add_motions
   use solve_mod, only: solve_contact
   use floating_mod, only: drift_t, solve_floating, resisting_rows
@@ -306,7 +305,7 @@ contains
     end do
     report%x_free = pack_rows(operators%problem, x)
     if (operators%motions%n == 0) then
-      call solve_accurately(points, operators, report%x_free, now%controls, r, contact)
+      call solve_contact(operators%problem, report%x_free, now%controls, r, contact)
     else
       drift%load = generalised_loads(operators%motions, scene%mesh, now%forces%external)
       drift%a = now%motion
@@ -338,80 +337,6 @@ contains
     if (contact%worst_point > 0) report%worst_point = operators%active(contact%worst_point)
     report%contact_time = report%contact_time + wall_seconds() - clock
   end subroutine solve_reactions
-
-  !> The contact problem with W as the interface has it, also where W is kept in single precision.
-  !>
-  !> What rounding took from W r comes back in x_free, and the problem is solved again until that no
-  !> longer changes. docs/theory.md section 10.
-  subroutine solve_accurately(points, operators, x_free, controls, r, report)
-    type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(in) :: operators
-    real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
-    type(contact_controls_t), intent(in) :: controls
-    real(wp), intent(inout) :: r(:, :)      !! (3,n) of active points, warm start in [force]
-    type(contact_report_t), intent(out) :: report
-    integer, parameter :: max_rounds = 10
-    type(contact_controls_t) :: closer
-    type(contact_report_t) :: before
-    real(wp), dimension(size(x_free)) :: lost, packed, x
-    real(wp) :: r_start(3, size(r, 2))
-    integer :: i
-
-    if (.not. is_single(operators%problem)) then
-      call solve_contact(operators%problem, x_free, controls, r, report)
-      return
-    end if
-    closer = controls
-    closer%tolerance = 0.5_wp*controls%tolerance
-    r_start = r
-    before%residual = huge(before%residual)
-    rounds: do i = 1, max_rounds
-      lost = lost_by_rounding(points, operators, r)
-      call solve_contact(operators%problem, x_free + lost, closer, r, report)
-      report%iterations = report%iterations + before%iterations
-      report%local_iterations = report%local_iterations + before%local_iterations
-      report%products = report%products + before%products + 2 ! the interface and W
-      report%stages = max(report%stages, before%stages)
-      if (.not. report%converged .or. controls%stop_rule == stop_at_change) exit rounds
-      packed = pack_rows(operators%problem, r)
-      x = relative_gaps(operators%problem, x_free + lost_by_rounding(points, operators, r), packed)
-      call measure(operators%problem, x_free, x, packed, r_start, report)
-      report%converged = report%residual <= controls%tolerance
-      if (report%converged) exit rounds
-      report%ending = ended_stalled
-      if (report%residual > 0.5_wp*before%residual) exit rounds
-      before = report
-    end do rounds
-  end subroutine solve_accurately
-
-  !> (C - W) r: what the reactions move at the contact rows by the interface's compliance in double
-  !> precision, less what they do by W as it is kept.
-  function lost_by_rounding(points, operators, r) result(lost)
-    type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(in) :: operators
-    real(wp), intent(in) :: r(:, :)                !! (3,n) of active points, n, t1, t2 [force]
-    real(wp) :: lost(operators%problem%n_rows)     !! [length]
-    real(wp) :: reaction(3, points%n), x(3, size(r, 2))
-    real(wp) :: u(3, size(operators%map%equation, 2))
-    integer :: k
-
-    lost = 0.0_wp
-    if (.not. any(abs(r) > 0.0_wp)) return
-    reaction = 0.0_wp
-    do k = 1, size(operators%active)
-      associate (i => operators%active(k))
-        reaction(:, i) = matmul(operators%frame(:, :, i), r(:, k))
-      end associate
-    end do
-    u = on_interface(operators, nodal(points, reaction, size(u, 2)))
-    do k = 1, size(operators%active)
-      associate (i => operators%active(k))
-        x(:, k) = matmul(relative(points, i, u), operators%frame(:, :, i))
-      end associate
-    end do
-    lost = pack_rows(operators%problem, x) - product_with_w(operators%problem, &
-      pack_rows(operators%problem, r))
-  end function lost_by_rounding
 
   !> f_ext + B^T r - f_int on the free degrees of freedom, and its largest node beside the largest
   !> force.

@@ -1,7 +1,7 @@
 !> What does not change between increments: unknowns, factor, compliance, contact problem, responses
 !> to the loads.
 module operators_mod
-  use kinds_mod, only: wp, sp
+  use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
   use system_mod, only: wall_seconds
@@ -18,9 +18,8 @@ module operators_mod
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: sparse_factor_t, factorise
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins, motion_at, add_motions
-  use compliance_mod, only: invert_schur, point_stiffness, rows_of_points, compliance_of_rows, &
-    single_compliance_of_rows, unit_of
-  use problem_mod, only: contact_problem_t, make_problem, make_single_problem
+  use compliance_mod, only: invert_schur, point_stiffness, rows_of_points, compliance_of_rows
+  use problem_mod, only: contact_problem_t, make_problem
   use floating_mod, only: floating_t, free_the_motions
   use contact_interface_mod, only: interface_dofs
   use follow_points_mod, only: locate_at, relative
@@ -205,11 +204,10 @@ contains
     type(contact_points_t), intent(in) :: points
     type(operators_t), intent(inout) :: operators
     real(wp), allocatable :: w(:, :), stiffness(:, :, :)
-    real(sp), allocatable :: single_w(:, :)
-    real(wp) :: unit
     integer :: row(3, points%n), i, k
 
     call rows_of_points(operators%prescribed, points, operators%frame, row)
+    call compliance_of_rows(operators%map, points, operators%frame, row, operators%compliance, w)
     operators%active = pack([(i, i=1, points%n)], row(1, :) > 0)
     operators%has_friction = row(2:, :) > 0
     allocate (stiffness(3, 3, size(operators%active)))
@@ -219,15 +217,6 @@ contains
         stiffness(:, :, k) = matmul(transpose(frame), matmul(operators%stiffness(:, :, i), frame))
       end associate
     end do
-    if (operators%motions%n == 0 .and. operators%factor%precision%single_compliance) then
-      unit = unit_of(operators%compliance)
-      call single_compliance_of_rows(operators%map, points, operators%frame, row, &
-        operators%compliance, unit, single_w)
-      call make_single_problem(row(:, operators%active), points%mu(operators%active), single_w, &
-        unit, operators%problem, stiffness)
-      return
-    end if
-    call compliance_of_rows(operators%map, points, operators%frame, row, operators%compliance, w)
     if (operators%motions%n > 0) then
       call free_the_motions(motions_at_rows(scene, points, operators, operators%frame, row), &
         motions_at_rows(scene, points, operators, undeformed_frames(scene, points, operators), &

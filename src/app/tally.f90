@@ -5,7 +5,6 @@ module tally_mod
   use system_mod, only: cpu_seconds, peak_memory_bytes
   use increments_mod, only: increment_t
   use step_report_mod, only: step_report_t, worst_entry
-  use problem_mod, only: is_single
   use operators_mod, only: operators_t
   implicit none
   private
@@ -81,8 +80,8 @@ contains
     tally%factor_entries = max(tally%factor_entries, real(operators%factor%entries, wp))
     if (allocated(operators%compliance)) tally%compliance_bytes = max(tally%compliance_bytes, &
       8.0_wp*real(size(operators%compliance, 1), wp)*real(size(operators%compliance, 2), wp))
-    tally%contact_matrix_bytes = max(tally%contact_matrix_bytes, merge(4.0_wp, 8.0_wp, &
-      is_single(operators%problem))*real(operators%problem%n_rows, wp)**2)
+    if (allocated(operators%problem%w)) tally%contact_matrix_bytes = &
+      max(tally%contact_matrix_bytes, 8.0_wp*real(size(operators%problem%w, 1), wp)**2)
   end subroutine note_sizes
 
   !> Names and values of what /run/counters holds. What the plan counts has the plan's names.

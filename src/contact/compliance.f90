@@ -1,7 +1,7 @@
 !> The compliance of the interface: what its nodes move under unit forces on them, the body
 !> condensed.
 module compliance_mod
-  use kinds_mod, only: wp, sp
+  use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_not_solved
   use dense_mod, only: invert_spd
   use dof_map_mod, only: dof_map_t
@@ -9,8 +9,7 @@ module compliance_mod
   implicit none
   private
 
-  public :: invert_schur, point_stiffness, rows_of_points, compliance_of_rows, &
-    single_compliance_of_rows, unit_of, straight
+  public :: invert_schur, point_stiffness, rows_of_points, compliance_of_rows, straight
 
   real(wp), parameter :: straight = 1.0e-12_wp !! a direction cosine below this is 0
 
@@ -106,7 +105,8 @@ contains
       if (row(1, j) == 0) cycle
       do i = j, points%n
         if (row(1, i) == 0) cycle
-        block = block_of_points(map, points, frame, c, i, j)
+        block = matmul(transpose(frame(:, :, i)), matmul( &
+          interface_block(map, c, points%node(i), points%node(j)), frame(:, :, j)))
         do b = 1, 3
           do a = 1, 3
             if (row(a, i) == 0 .or. row(b, j) == 0) cycle
@@ -117,60 +117,5 @@ contains
       end do
     end do
   end subroutine compliance_of_rows
-
-  !> The same over its unit, rounded to single precision entry by entry: W is never there in double.
-  subroutine single_compliance_of_rows(map, points, frame, row, c, unit, w)
-    type(dof_map_t), intent(in) :: map
-    type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
-    integer, intent(in)  :: row(:, :)       !! (3,n_points)
-    real(wp), intent(in) :: c(:, :)         !! (n_interface,n_interface) [length/force]
-    real(wp), intent(in) :: unit            !! near the largest of W [length/force]
-    real(sp), allocatable, intent(out) :: w(:, :) !! (n_rows,n_rows) W/unit [-]
-    real(wp) :: block(3, 3)
-    integer :: i, j, a, b
-
-    allocate (w(count(row > 0), count(row > 0)))
-    do j = 1, points%n
-      if (row(1, j) == 0) cycle
-      do i = j, points%n
-        if (row(1, i) == 0) cycle
-        block = block_of_points(map, points, frame, c, i, j)
-        do b = 1, 3
-          do a = 1, 3
-            if (row(a, i) == 0 .or. row(b, j) == 0) cycle
-            w(row(a, i), row(b, j)) = real(block(a, b)/unit, sp)
-            w(row(b, j), row(a, i)) = w(row(a, i), row(b, j))
-          end do
-        end do
-      end do
-    end do
-  end subroutine single_compliance_of_rows
-
-  !> The block of W at two points, all three directions.
-  pure function block_of_points(map, points, frame, c, i, j) result(block)
-    type(dof_map_t), intent(in) :: map
-    type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: frame(:, :, :), c(:, :)
-    integer, intent(in) :: i, j
-    real(wp) :: block(3, 3) !! [length/force]
-
-    block = interface_block(map, c, points%node(i), points%node(j))
-    block = matmul(transpose(frame(:, :, i)), matmul(block, frame(:, :, j)))
-  end function block_of_points
-
-  !> A power of two near the largest entry of a positive definite matrix, which is on its diagonal.
-  pure function unit_of(c) result(unit)
-    real(wp), intent(in) :: c(:, :) !! (n,n)
-    real(wp) :: unit
-    integer :: i
-
-    unit = 0.0_wp
-    do i = 1, size(c, 1)
-      unit = max(unit, c(i, i))
-    end do
-    if (unit > 0.0_wp) unit = scale(1.0_wp, exponent(unit))
-    if (unit <= 0.0_wp) unit = 1.0_wp
-  end function unit_of
 
 end module compliance_mod

@@ -3,7 +3,7 @@
 !> A point has three rows (n, t1, t2), fewer where a direction cannot move or has no friction: such
 !> a direction has no reaction. docs/theory.md section 2.
 module problem_mod
-  use kinds_mod, only: wp, sp
+  use kinds_mod, only: wp
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
   use step_report_mod, only: ended_well
@@ -12,10 +12,8 @@ module problem_mod
   implicit none
   private
 
-  public :: contact_problem_t, contact_report_t, make_problem, make_single_problem, pack_rows, &
-    unpack_rows, relative_gaps, product_with_w, rough_product_with_w, column_of_w, entry_of_w, &
-    is_single, &
-    natural_map, force_scale, &
+  public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
+    relative_gaps, product_with_w, natural_map, force_scale, &
     measure, project_reactions
 
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
@@ -26,9 +24,6 @@ module problem_mod
     integer,  allocatable :: row(:, :) !! (3,n_points) row of each component, 0 where there is none
     real(wp), allocatable :: mu(:)          !! (n_points) [-]
     real(wp), allocatable :: w(:, :) !! (n_rows,n_rows) compliance, both triangles [length/force]
-    real(sp), allocatable :: single_w(:, :)
-    !! (n_rows,n_rows) or, in its place, W/unit in single precision [-]
-    real(wp) :: unit = 1.0_wp !! power of two near the largest of W, there [length/force]
     real(wp), allocatable :: block(:, :, :)
     !! (3,3,n_points) W_ii; a missing row has its diagonal alone
     real(wp), allocatable :: rho(:)
@@ -67,26 +62,6 @@ module problem_mod
       real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
       real(wp), intent(inout) :: y(*)
     end subroutine dsymv
-
-    !> BLAS: the same in single precision.
-    subroutine ssymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
-      import :: sp
-      implicit none
-      character, intent(in) :: uplo
-      integer, intent(in) :: n, lda, incx, incy
-      real(sp), intent(in) :: alpha, beta, a(lda, *), x(*)
-      real(sp), intent(inout) :: y(*)
-    end subroutine ssymv
-
-    !> BLAS: y = alpha op(A) x + beta y.
-    subroutine dgemv(trans, m, n, alpha, a, lda, x, incx, beta, y, incy)
-      import :: wp
-      implicit none
-      character, intent(in) :: trans
-      integer, intent(in) :: m, n, lda, incx, incy
-      real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
-      real(wp), intent(inout) :: y(*)
-    end subroutine dgemv
   end interface
 
 contains
@@ -100,45 +75,13 @@ contains
     type(contact_problem_t), intent(out) :: problem
     real(wp), intent(in), optional :: stiffness(:, :, :)
     !! (3,3,n_points) blocks of W^-1 at the points, where known
-
-    call move_alloc(w, problem%w)
-    call complete(row, mu, problem, stiffness)
-  end subroutine make_problem
-
-  !> Complete a problem from its rows and its compliance in single precision.
-  subroutine make_single_problem(row, mu, w, unit, problem, stiffness)
-    integer,  intent(in) :: row(:, :)   !! (3,n_points) as in the type; the first is never 0
-    real(wp), intent(in) :: mu(:)       !! (n_points) [-]
-    real(sp), allocatable, intent(inout) :: w(:, :)
-    !! (n_rows,n_rows) W/unit, moved into the problem [-]
-    real(wp), intent(in) :: unit        !! [length/force]
-    type(contact_problem_t), intent(out) :: problem
-    real(wp), intent(in), optional :: stiffness(:, :, :) !! as in make_problem
-
-    call move_alloc(w, problem%single_w)
-    problem%unit = unit
-    call complete(row, mu, problem, stiffness)
-  end subroutine make_single_problem
-
-  !> Whether W is kept in single precision.
-  pure logical function is_single(problem)
-    type(contact_problem_t), intent(in) :: problem
-
-    is_single = allocated(problem%single_w)
-  end function is_single
-
-  !> What follows from the rows and W.
-  subroutine complete(row, mu, problem, stiffness)
-    integer,  intent(in) :: row(:, :)
-    real(wp), intent(in) :: mu(:)
-    type(contact_problem_t), intent(inout) :: problem !! W is there
-    real(wp), intent(in), optional :: stiffness(:, :, :)
     integer :: i
 
     problem%n_points = size(mu)
     problem%n_rows = count(row > 0)
     problem%row = row
     problem%mu = mu
+    call move_alloc(w, problem%w)
     call set_blocks(problem)
     allocate (problem%rho_map(size(mu)))
     do i = 1, size(mu)
@@ -148,7 +91,7 @@ contains
       end associate
     end do
     call scale_global_newton(problem, stiffness)
-  end subroutine complete
+  end subroutine make_problem
 
   !> Blocks of W on its diagonal, and the rho of the local solvers.
   pure subroutine set_blocks(problem)
@@ -165,7 +108,7 @@ contains
       associate (block => problem%block(:, :, i), row => problem%row(:, i))
         do b = 1, 3
           do a = 1, 3
-            if (row(a) > 0 .and. row(b) > 0) block(a, b) = entry_of_w(problem, row(a), row(b))
+            if (row(a) > 0 .and. row(b) > 0) block(a, b) = problem%w(row(a), row(b))
           end do
         end do
         ! A positive diagonal keeps the 3x3 systems regular and the missing reaction at 0; the
@@ -199,10 +142,7 @@ contains
     problem%rho_global = spread(problem%rho_map, 1, 2)
     regular = .true.
     if (.not. present(stiffness)) then
-      allocate (s(problem%n_rows, problem%n_rows))
-      do i = 1, problem%n_rows
-        s(:, i) = column_of_w(problem, i)
-      end do
+      s = problem%w
       call invert_spd(s, regular)
     end if
     if (.not. regular) return
@@ -262,33 +202,7 @@ contains
     x = x_free + product_with_w(problem, r)
   end function relative_gaps
 
-  !> An entry of W.
-  pure function entry_of_w(problem, i, j) result(w)
-    type(contact_problem_t), intent(in) :: problem
-    integer, intent(in) :: i, j
-    real(wp) :: w !! [length/force]
-
-    if (is_single(problem)) then
-      w = problem%unit*real(problem%single_w(i, j), wp)
-    else
-      w = problem%w(i, j)
-    end if
-  end function entry_of_w
-
-  !> A column of W, which is its row.
-  pure function column_of_w(problem, j) result(w)
-    type(contact_problem_t), intent(in) :: problem
-    integer, intent(in) :: j
-    real(wp) :: w(problem%n_rows) !! [length/force]
-
-    if (is_single(problem)) then
-      w = problem%unit*real(problem%single_w(:, j), wp)
-    else
-      w = problem%w(:, j)
-    end if
-  end function column_of_w
-
-  !> W v in double precision, however W is kept, reading one triangle of it.
+  !> W v, reading one triangle of W.
   function product_with_w(problem, v) result(w_v)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: v(:)        !! (n_rows) [force]
@@ -296,61 +210,8 @@ contains
 
     w_v = 0.0_wp
     if (problem%n_rows == 0) return
-    if (is_single(problem)) then
-      w_v = product_by_panels(problem, v)
-      return
-    end if
     call dsymv('L', problem%n_rows, 1.0_wp, problem%w, problem%n_rows, v, 1, 0.0_wp, w_v, 1)
   end function product_with_w
-
-  !> W v as accurate as W is kept: for directions, which need few digits, not for residuals.
-  function rough_product_with_w(problem, v) result(w_v)
-    type(contact_problem_t), intent(in) :: problem
-    real(wp), intent(in) :: v(:)        !! (n_rows) [force]
-    real(wp) :: w_v(problem%n_rows)     !! [length]
-    real(sp) :: single_v(problem%n_rows), product(problem%n_rows)
-    real(wp) :: size_v
-
-    if (.not. is_single(problem)) then
-      w_v = product_with_w(problem, v)
-      return
-    end if
-    w_v = 0.0_wp
-    size_v = maxval(abs(v))
-    if (.not. size_v > 0.0_wp) return
-    size_v = scale(1.0_wp, exponent(size_v))
-    single_v = real(v/size_v, sp)
-    product = 0.0_sp
-    call ssymv('L', problem%n_rows, 1.0_sp, problem%single_w, problem%n_rows, single_v, 1, 0.0_sp, &
-      product, 1)
-    w_v = problem%unit*size_v*real(product, wp)
-  end function rough_product_with_w
-
-  !> W v with W in single precision and everything else in double: some columns at a time are
-  !> converted where caches hold them.
-  function product_by_panels(problem, v) result(w_v)
-    type(contact_problem_t), intent(in) :: problem
-    real(wp), contiguous, intent(in) :: v(:) !! (n_rows) [force]
-    real(wp) :: w_v(problem%n_rows)     !! [length]
-    integer, parameter :: width = 16
-    real(wp) :: panel(problem%n_rows, width), above(width)
-    integer :: n, first, last, k, m
-
-    n = problem%n_rows
-    w_v = 0.0_wp
-    do first = 1, n, width
-      last = min(first + width - 1, n)
-      k = last - first + 1
-      m = n - first + 1
-      panel(:m, :k) = real(problem%single_w(first:, first:last), wp)
-      call dgemv('N', m, k, 1.0_wp, panel, n, v(first:), 1, 1.0_wp, w_v(first:), 1)
-      if (last == n) exit
-      above = 0.0_wp
-      call dgemv('T', m - k, k, 1.0_wp, panel(k + 1, 1), n, v(last + 1:), 1, 0.0_wp, above, 1)
-      w_v(first:last) = w_v(first:last) + above(:k)
-    end do
-    w_v = problem%unit*w_v
-  end function product_by_panels
 
   !> Z_i = r_i - P_K(r_i - rho_i x*_i) of every point, rho_i = rows/trace(W_ii): zero exactly at the
   !> solution.

@@ -7,7 +7,7 @@ module sweeps_mod
   use law_mod, only: project_prediction
   use step_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
-                         unpack_rows, pack_rows, force_scale, project_reactions, is_single
+                         unpack_rows, pack_rows, force_scale, project_reactions
   use anderson_mod, only: anderson_t, new_anderson, accelerate, forget
   use local_point_mod, only: local_point_t, local_solver
   use bipotential_mod, only: bipotential_residual
@@ -198,13 +198,13 @@ contains
     real(wp), intent(inout) :: packed(:)   !! (n_rows) reactions [force]
     type(sweep_t), intent(out) :: sweep
     type(local_point_t) :: point
-    real(wp) :: r(3), r_old(3), x(3), p(3), column(problem%n_rows)
+    real(wp) :: r(3), r_old(3), x(3), p(3)
     integer :: i, a, row, status, iterations
     logical :: converged
 
     point = template
     do i = 1, problem%n_points
-      call freeze(problem, x_free, packed, i, r_old, x, column)
+      call freeze(problem, x_free, packed, i, r_old, x)
       point%mu = problem%mu(i)
       point%w = problem%block(:, :, i)
       point%x_loc = x - matmul(point%w, r_old)
@@ -235,12 +235,11 @@ contains
   end subroutine sweep_points
 
   !> Reaction and x of point i as they are now: one pass over its rows of W.
-  subroutine freeze(problem, x_free, packed, i, r, x, column)
+  subroutine freeze(problem, x_free, packed, i, r, x)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:), packed(:)
     integer, intent(in) :: i
     real(wp), intent(out) :: r(3), x(3)
-    real(wp), intent(inout) :: column(:) !! (n_rows) room for one of W, where that is single
     integer :: a, row
 
     r = 0.0_wp
@@ -250,12 +249,7 @@ contains
       if (row == 0) cycle
       r(a) = packed(row)
       ! W is symmetric: its columns are its rows
-      if (is_single(problem)) then
-        column = real(problem%single_w(:, row), wp)
-        x(a) = x_free(row) + problem%unit*dot_product(column, packed)
-      else
-        x(a) = x_free(row) + dot_product(problem%w(:, row), packed)
-      end if
+      x(a) = x_free(row) + dot_product(problem%w(:, row), packed)
     end do
   end subroutine freeze
 

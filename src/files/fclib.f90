@@ -17,7 +17,7 @@ module fclib_mod
   use fclib_matrix_mod, only: sparse_matrix_t, read_matrix, write_matrix, sparse_of, &
                               read_numbers, read_count, times, blame, most_rows
   use fresh_file_mod, only: beginning_of, take_place, delete_file
-  use problem_mod, only: contact_problem_t, entry_of_w
+  use problem_mod, only: contact_problem_t
   implicit none
   private
 
@@ -296,7 +296,7 @@ contains
     do l = 1, problem%n_rows
       do k = 1, problem%n_rows
         ! The lower triangle is the one that the solvers read.
-        w(place(k), place(l)) = entry_of_w(problem, max(k, l), min(k, l))
+        w(place(k), place(l)) = problem%w(max(k, l), min(k, l))
       end do
     end do
     whole%n_points = problem%n_points
