@@ -19,7 +19,7 @@ module operators_mod
   use sparse_factor_mod, only: sparse_factor_t, factorise
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins, motion_at, add_motions
   use compliance_mod, only: invert_schur, point_stiffness, rows_of_points, compliance_of_rows
-  use problem_mod, only: contact_problem_t, make_problem
+  use problem_mod, only: contact_problem_t, make_problem, add_single_copy
   use floating_mod, only: floating_t, free_the_motions
   use contact_interface_mod, only: interface_dofs
   use follow_points_mod, only: locate_at, relative
@@ -224,6 +224,7 @@ contains
     end if
     call make_problem(row(:, operators%active), points%mu(operators%active), w, &
       operators%problem, stiffness)
+    if (operators%factor%precision%single_compliance) call add_single_copy(operators%problem)
     operators%problem%is_proximal = operators%motions%n > 0
   end subroutine update_contact
 
