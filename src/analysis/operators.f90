@@ -5,7 +5,7 @@ module operators_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
   use system_mod, only: wall_seconds
-  use dense_mod, only: solve_least_squares
+  use dense_mod, only: solve_least_squares, times_symmetric
   use mesh_mod, only: node_neighbours
   use obstacles_mod, only: is_flat, ref_nodes
   use controls_mod, only: is_exact, precision_in_words
@@ -430,7 +430,9 @@ contains
       else
         call operators%factor%condense(b, reduced, error)
         if (allocated(error)) return
-        reduced = matmul(operators%compliance, reduced)
+        do g = 1, size(reduced, 2)
+          reduced(:, g) = times_symmetric(operators%compliance, reduced(:, g))
+        end do
         call operators%factor%expand(reduced, b, error)
       end if
       if (allocated(error)) return
@@ -457,7 +459,7 @@ contains
     else
       call operators%factor%condense(b, reduced, error)
       if (allocated(error)) return
-      operators%begun = matmul(operators%compliance, reduced(:, 1))
+      operators%begun = times_symmetric(operators%compliance, reduced(:, 1))
       b = 0.0_wp
       b(operators%map%n_free - operators%map%n_interface + 1:, 1) = operators%begun
     end if
@@ -484,7 +486,7 @@ contains
         if (allocated(error)) return
       end if
       call gather(operators%map, force, b(:, 1))
-      answer = matmul(operators%compliance, b(first:, 1))
+      answer = times_symmetric(operators%compliance, b(first:, 1))
       reduced(:, 1) = operators%begun + answer
       deallocate (operators%begun)
       call operators%factor%expand(reduced, b, error)
@@ -503,7 +505,7 @@ contains
 
     call gather(operators%map, force, b)
     associate (first => operators%map%n_free - operators%map%n_interface + 1)
-      answer = matmul(operators%compliance, b(first:))
+      answer = times_symmetric(operators%compliance, b(first:))
       b = 0.0_wp
       b(first:) = answer
     end associate

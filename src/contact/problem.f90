@@ -7,7 +7,7 @@ module problem_mod
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
   use step_report_mod, only: ended_well
-  use dense_mod, only: invert_spd
+  use dense_mod, only: invert_spd, times_symmetric
   use law_mod, only: project_on_cone, project_prediction
   implicit none
   private
@@ -57,17 +57,7 @@ module problem_mod
   end type contact_report_t
 
   interface
-    !> BLAS: y = alpha A x + beta y, A symmetric.
-    subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
-      import :: wp
-      implicit none
-      character, intent(in) :: uplo
-      integer, intent(in) :: n, lda, incx, incy
-      real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
-      real(wp), intent(inout) :: y(*)
-    end subroutine dsymv
-
-    !> BLAS: the same in single precision.
+    !> BLAS: y = alpha A x + beta y, A symmetric, in single precision.
     subroutine ssymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
       import :: sp
       implicit none
@@ -244,12 +234,10 @@ contains
   !> W v, reading one triangle of W.
   function product_with_w(problem, v) result(w_v)
     type(contact_problem_t), intent(in) :: problem
-    real(wp), intent(in) :: v(:)        !! (n_rows) [force]
+    real(wp), contiguous, intent(in) :: v(:) !! (n_rows) [force]
     real(wp) :: w_v(problem%n_rows)     !! [length]
 
-    w_v = 0.0_wp
-    if (problem%n_rows == 0) return
-    call dsymv('L', problem%n_rows, 1.0_wp, problem%w, problem%n_rows, v, 1, 0.0_wp, w_v, 1)
+    w_v = times_symmetric(problem%w, v)
   end function product_with_w
 
   !> W v to the digits of the single copy, where there is one: for directions, not for residuals.
