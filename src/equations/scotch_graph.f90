@@ -1,0 +1,45 @@
+!> A guard for MUMPS's block low rank, whose analysis divides fronts into blocks by SCOTCH.
+!>
+!> MUMPS 5.5 hands SCOTCH a graph that it has not initialised, which SCOTCH 7 takes for anything: the
+!> analysis then ends in a segmentation fault, or does not, by what the stack held before. Under the
+!> name that MUMPS calls this initialises the graph and then goes on to SCOTCH's own procedure, which
+!> has a second name. An initialisation more does no harm where MUMPS has learnt it.
+module scotch_graph_mod
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_int
+  implicit none
+  private
+
+  public :: build_graph
+
+  interface
+    subroutine initialise(graph, status) bind(C, name='SCOTCHFGRAPHINIT')
+      import :: c_ptr, c_int
+      implicit none
+      type(c_ptr), value :: graph
+      integer(c_int), intent(out) :: status
+    end subroutine initialise
+
+    !> SCOTCH's arguments as they come: none is looked at here.
+    subroutine build(a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11) bind(C, &
+      name='SCOTCHFGRAPHBUILD')
+      import :: c_ptr
+      implicit none
+      type(c_ptr), value :: a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11
+    end subroutine build
+  end interface
+
+contains
+
+  !> What MUMPS calls.
+  subroutine build_graph(a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11) bind(C, &
+    name='scotchfgraphbuild_')
+    type(c_ptr), value :: a1 !! the graph
+    type(c_ptr), value :: a2, a3, a4, a5, a6, a7, a8, a9, a10
+    type(c_ptr), value :: a11 !! status
+    integer(c_int) :: status
+
+    call initialise(a1, status)
+    call build(a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11)
+  end subroutine build_graph
+
+end module scotch_graph_mod
