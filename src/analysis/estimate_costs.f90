@@ -72,6 +72,7 @@ module estimate_costs_mod
     real(wp) :: increments, outputs, steps, factorisations, motions
     real(wp) :: neighbours
     real(wp) :: word = 8.0_wp !! of the factor, a number [bytes]
+    real(wp) :: copy = 0.0_wp !! of W in single precision, a number [bytes]
   end type sizes_t
 
   !> What the result file takes [bytes].
@@ -193,6 +194,7 @@ contains
     sizes%factor = sizes%entries
     sizes%front = 0.0_wp
     if (scene%precision%single_factor) sizes%word = 4.0_wp
+    if (scene%precision%single_compliance) sizes%copy = 4.0_wp
     sizes%workspace = sizes%word*sizes%factor
     sizes%flops = 0.0_wp
     sizes%increments = plan%n_increments
@@ -218,7 +220,7 @@ contains
     factorising = matrix + mesh + sizes%workspace + sizes%word*sizes%interface**2
     ! The factor stays; compliance and W; responses and loads of two patterns, old and new state,
     ! forces and fields of a step: some thirty vectors over the nodes; HDF5's chunks.
-    running = sizes%workspace + 8.0_wp*sizes%interface**2 + 8.0_wp*sizes%rows**2 + &
+    running = sizes%workspace + 8.0_wp*sizes%interface**2 + (8.0_wp + sizes%copy)*sizes%rows**2 + &
       30.0_wp*24.0_wp*sizes%nodes + krylov_bytes(sizes) + file%cache
     bytes = libraries + max(factorising, running)
   end function peak_memory

@@ -39,8 +39,11 @@ contains
     if (sum(plan%rows) > 0) then
       call add_line(plan, 'compliance', bound, to_text(plan%n_interface)//' x '// &
         to_text(plan%n_interface)//' and, of the contact rows, '//to_text(sum(plan%rows))//' x '// &
-        to_text(sum(plan%rows))//': dense, double precision, '// &
-        bytes_in_words(8.0_wp*(real(plan%n_interface, wp)**2 + real(sum(plan%rows), wp)**2)))
+        to_text(sum(plan%rows))//': dense, double precision'// &
+        trim(merge(' and a copy of the rows in single precision', repeat(' ', 43), &
+        scene%precision%single_compliance))//', '// &
+        bytes_in_words(8.0_wp*real(plan%n_interface, wp)**2 + &
+        merge(12.0_wp, 8.0_wp, scene%precision%single_compliance)*real(sum(plan%rows), wp)**2))
     end if
     call add_line(plan, 'factorisations', bound_at_most, factorisations_in_words(plan, &
       scene%precision))

@@ -1,9 +1,10 @@
 !> A guard for MUMPS's block low rank, whose analysis divides fronts into blocks by SCOTCH.
 !>
-!> MUMPS 5.5 hands SCOTCH a graph that it has not initialised, which SCOTCH 7 takes for anything: the
-!> analysis then ends in a segmentation fault, or does not, by what the stack held before. Under the
-!> name that MUMPS calls this initialises the graph and then goes on to SCOTCH's own procedure, which
-!> has a second name. An initialisation more does no harm where MUMPS has learnt it.
+!> MUMPS 5.5 hands SCOTCH a graph that it has not initialised, which SCOTCH 7 takes for anything:
+!> the analysis then ends in a segmentation fault, or does not, by what the stack held before. Under
+!> the name that MUMPS calls this initialises the graph and then goes on to SCOTCH's own procedure,
+!> which has a second name. An initialisation more does no harm where MUMPS has learnt it. The same
+!> seed every time makes the same blocks in every run.
 module scotch_graph_mod
   use, intrinsic :: iso_c_binding, only: c_ptr, c_int
   implicit none
@@ -19,6 +20,16 @@ module scotch_graph_mod
       integer(c_int), intent(out) :: status
     end subroutine initialise
 
+    subroutine seed(number) bind(C, name='SCOTCHFRANDOMSEED')
+      import :: c_int
+      implicit none
+      integer(c_int), intent(in) :: number
+    end subroutine seed
+
+    subroutine reset() bind(C, name='SCOTCHFRANDOMRESET')
+      implicit none
+    end subroutine reset
+
     !> SCOTCH's arguments as they come: none is looked at here.
     subroutine build(a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11) bind(C, &
       name='SCOTCHFGRAPHBUILD')
@@ -31,6 +42,7 @@ module scotch_graph_mod
 contains
 
   !> What MUMPS calls.
+  ! allow(too-many-arguments)
   subroutine build_graph(a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11) bind(C, &
     name='scotchfgraphbuild_')
     type(c_ptr), value :: a1 !! the graph
@@ -38,6 +50,8 @@ contains
     type(c_ptr), value :: a11 !! status
     integer(c_int) :: status
 
+    call seed(1_c_int)
+    call reset()
     call initialise(a1, status)
     call build(a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11)
   end subroutine build_graph
