@@ -25,7 +25,7 @@ def solve(deck, card, *options, **overrides):
 
 
 class Precision(unittest.TestCase):
-    def agree(self, deck, tolerance, choices=CHOICES, **overrides):
+    def agree(self, deck, tolerance, choices=CHOICES, only_forces=False, **overrides):
         """All choices give double precision's forces, gaps and displacements, certified."""
         double = solve(deck, "", tolerance=tolerance, **overrides)
         self.assertEqual(double.status, 0, double.errors)
@@ -38,13 +38,14 @@ class Precision(unittest.TestCase):
                     self.assertLessEqual(one.counters["imbalance"], 10 * tolerance)
                     if "FACTOR" in card:
                         self.assertGreater(one.counters["unrefined_imbalance"], 1e-9)
+                    a, b = (r.pairs[0].reaction for r in (one, other))
+                    np.testing.assert_allclose(a, b, rtol=0, atol=1e3 * tolerance * abs(b).max())
+                    if only_forces:
+                        continue
                     moves = abs(other.field("displacement", -1)).max()
-                    for name in ("reaction", "gap"):
-                        a, b = (getattr(r.pairs[0], name) for r in (one, other))
-                        scale = moves if name == "gap" else abs(b).max()
-                        np.testing.assert_allclose(a, b, rtol=0, atol=1e3 * tolerance * scale)
-                    a, b = (r.field("displacement", -1) for r in (one, other))
-                    np.testing.assert_allclose(a, b, rtol=0, atol=1e3 * tolerance * moves)
+                    for field in (lambda r: r.pairs[0].gap, lambda r: r.field("displacement", -1)):
+                        a, b = field(one), field(other)
+                        np.testing.assert_allclose(a, b, rtol=0, atol=1e3 * tolerance * moves)
 
     def test_block(self):
         for n in (4, 8):
@@ -59,7 +60,8 @@ class Precision(unittest.TestCase):
 
     def test_free_bodies(self):
         self.agree("rest", 1e-9)
-        self.agree("slope", 1e-9)
+        # At the limit of friction a body goes as far as a millionth of the forces sends it.
+        self.agree("slope", 1e-9, only_forces=True)
 
     @unittest.skipUnless(
         os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release", "takes minutes in a Debug build"
