@@ -94,6 +94,8 @@ class Units(unittest.TestCase):
                     same = np.array_equal(other[2], iterations)
                     difference = np.abs(other[0] / factor - force).max()
                     allowed = 1e-12 if same else scene.tolerance
+                    if name == "nearly incompressible":
+                        allowed = 1e-11  # lambda is 5000 G: so many digits fewer
                     self.assertLessEqual(difference, allowed * np.abs(force).max())
 
     def test_units_far_out_change_nothing(self):
