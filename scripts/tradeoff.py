@@ -7,8 +7,12 @@
 Names are parameters of the deck, as `bipot --set` takes them. All combinations of the --vary lists
 are run, once as the deck stands and once with each --also, which may also pin a varied name. The
 error of a run is its largest difference from the reference over contact pairs and ends of *STEPs,
-relative to the largest value of the reference. Its time is what the program took without reading
-the deck and writing the result, its memory the most it ever had; both are medians over --repeat.
+relative to the largest value of the reference. Its time is processor time without what reading the
+deck and writing the result took, its memory the most it ever had; both are medians over --repeat.
+
+A reference given three times, from coarse to fine, each as much finer than the one before, is
+extrapolated (Richardson, by the order that the three show): where no run can be much better than
+those it is to judge.
 
 In the -o folder, NAME being the deck's: NAME-tradeoff.csv, a line a run, which an interrupted study
 goes on from; NAME-tradeoff-table.csv, a line a setting; and two work-precision diagrams,
@@ -22,6 +26,7 @@ import hashlib
 import itertools
 import os
 import re
+import resource
 import statistics
 import subprocess
 import sys
@@ -35,7 +40,6 @@ try:
     from bipot_result import Result, ResultError
     from block_runs import (
         BLUE,
-        GRID,
         INK,
         ROOT,
         RunError,
@@ -57,11 +61,20 @@ NOT_SOLVED = 2  # exit status of bipot: an increment found no solution
 ENDED = (0, NOT_SOLVED)  # what a second run would only repeat; other failures are tried again
 GAIN = 0.01  # relative difference of costs or errors below which they are the same
 LEVELS = {0.1: "10 %", 0.01: "1 %", 0.001: "0.1 %"}
+GREY = "#a0a0a0"
 MARKS = "os^Dv<>Pph"
+
+
+def mean_slip(pair):
+    """Return the mean over a pair's surface of how far its points have slipped, (T,)."""
+    return np.linalg.norm(pair.slip, axis=2) @ pair.area / pair.area.sum()
+
+
 # What a run is asked for at the ends of its *STEPs, one row each, as columns of the csv file.
 QUANTITIES = {
     "resultant": lambda result, ends: [pair.resultant[ends] for pair in result.pairs],
     "friction": lambda result, ends: [pair.friction_sum[ends] for pair in result.pairs],
+    "slip": lambda result, ends: [mean_slip(pair)[ends] for pair in result.pairs],
     "energy/strain": lambda result, ends: [result.history("energy/strain")[ends]],
     "energy/dissipation": lambda result, ends: [result.history("energy/dissipation")[ends]],
 }
@@ -91,6 +104,11 @@ def read_setting(text):
             raise argparse.ArgumentTypeError(f"'{name}' stands twice in '{text}'")
         setting[name.lower()] = value
     return setting
+
+
+def read_reference(text):
+    """Return the setting of a text, or the path where it names a result file."""
+    return Path(text) if text.endswith(".vtkhdf") else read_setting(text)
 
 
 def read_values(text):
@@ -192,6 +210,10 @@ class Study:
             row for row in self.rows if row["settings"] == name and int(row["status"]) in ENDED
         ]
 
+    def may_solve(self, setting):
+        """Tell whether no run of a setting ended without a solution."""
+        return all(row["status"] == "0" for row in self.runs_of(setting))
+
     def check(self, settings):
         """Have the program check the deck with these settings; TradeoffError with its words."""
         for setting in settings:
@@ -213,15 +235,17 @@ class Study:
         row["repetition"] = str(len(self.runs_of(setting)) + 1)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "run.vtkhdf"
+            before = processor_seconds()
             done = run_block(
                 self.program, path, setting, self.deck, capture_output=True, text=True,
                 env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
             )
+            spent = processor_seconds() - before
             if done.returncode in (130, 143):
                 raise KeyboardInterrupt
             row["status"] = str(done.returncode)
             if done.returncode == 0:
-                row |= measured(path)
+                row |= measured(path, spent)
             else:
                 said = done.stderr.strip().splitlines() or [f"ended with {done.returncode}"]
                 row["message"] = said[0]
@@ -240,15 +264,14 @@ class Study:
         self.check(settings)
         turns = [
             (setting, turn) for turn in range(repeat) for setting in settings
-            if len(self.runs_of(setting)) <= turn
+            if len(self.runs_of(setting)) <= turn and self.may_solve(setting)
         ]
         bar = Bar(len(turns))
         failed = set()
         for setting, turn in turns:
             name = setting_name(setting)
             bar.show(f"{name} ({turn + 1} of {repeat})")
-            unsolved = any(row["status"] != "0" for row in self.runs_of(setting))
-            if name not in failed and not unsolved:
+            if name not in failed and self.may_solve(setting):
                 row = self.run(setting)
                 if int(row["status"]) not in ENDED:
                     failed.add(name)
@@ -258,8 +281,18 @@ class Study:
     def reference(self, given, quantity):
         """Return a quantity of the reference (steps, components), and words for where it is from.
 
-        `given` is a setting, run once and kept, or the path of a result file.
+        `given` lists settings, run once and kept, or paths of result files: one, or three to
+        extrapolate from.
         """
+        found = [self.one_reference(one, quantity) for one in given]
+        values, words = found[-1]
+        if len(found) > 1:
+            values, distance = extrapolate([value for value, _ in found])
+            words += f", extrapolated by {100 * distance:.2g} %"
+        return values, words
+
+    def one_reference(self, given, quantity):
+        """Return a quantity of a setting or a result file (steps, components), and its name."""
         if isinstance(given, Path):
             with Result(given) as result:
                 values, words = read_quantities(result)[quantity], str(given)
@@ -282,13 +315,23 @@ class Study:
         return values, words
 
 
-def measured(path):
-    """Return the columns of a run that went through, from its result file."""
+def processor_seconds():
+    """Return the processor time of all runs so far."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def measured(path, spent):
+    """Return the columns of a run that went through and `spent` so much processor time.
+
+    The program's own counters are of wall time, which on a shared machine is other people's too:
+    only the shares of reading and writing are taken from there.
+    """
     with Result(path) as result:
         counters = result.counters
-        seconds = counters["seconds_total"] - counters["seconds_read"] - counters["seconds_write"]
+        aside = (counters["seconds_read"] + counters["seconds_write"]) / counters["seconds_total"]
         row = {
-            "seconds": f"{seconds:.6g}",
+            "seconds": f"{spent * (1 - aside):.6g}",
             "memory_bytes": f"{counters['peak_memory_bytes']:.0f}",
             "equations": f"{counters['equations']:.0f}",
             "increments": str(result.finished),
@@ -322,6 +365,23 @@ class Point:
     increments: int = 0
     certified: int = 0
     repeats: int = 0
+
+
+def extrapolate(values):
+    """Return the limit of three arrays, coarse to fine, and how far it is from the last, relative.
+
+    Between one and the next the distance to the limit shrinks by the same factor (Richardson). One
+    factor for all entries: entries that are 0 but for rounding have none of their own.
+    """
+    first, second = relative_error(values[0], values[2]), relative_error(values[1], values[2])
+    ratio = first / second - 1 if second > 0 else np.inf
+    if ratio <= 1:
+        raise TradeoffError(
+            f"the references do not converge: {100 * first:.2g} %, then {100 * second:.2g} % from"
+            " the last"
+        )
+    limit = values[2] + (values[2] - values[1]) / (ratio - 1)
+    return limit, relative_error(values[2], limit)
 
 
 def relative_error(found, expected):
@@ -492,22 +552,25 @@ def draw(axes, points, cost, place=None):
             point for point in group
             if np.isfinite(point.error) and not any(point is other for other in front)
         ]
-        for chosen, colour, fill, order in ((behind, GRID, "none", 2), (ahead, BLUE, BLUE, 3)):
+        for chosen, colour, fill, order in ((behind, GREY, "none", 2), (ahead, BLUE, BLUE, 3)):
             axes.plot(
                 [max(point.error, least) for point in chosen],
                 [unit * getattr(point, cost) for point in chosen],
                 mark, color=colour, markerfacecolor=fill, markersize=5, zorder=order,
             )
-        if name:
+        if name and ahead + behind:
             axes.plot([], [], mark, color=INK, markerfacecolor="none", markersize=5, label=name)
     axes.plot(
         [max(point.error, least) for point in front],
         [unit * getattr(point, cost) for point in front],
         "-", color=BLUE, linewidth=1, label="Pareto front",
     )
+    lost = sum(point.outcome != "solved" for point in points)
+    if lost:
+        axes.plot([], [], " ", label=f"(not solved: {lost} of {len(points)} settings)")
     annotate(axes, front, numbers, lambda p: (max(p.error, least), unit * getattr(p, cost)))
     axes.set_xlabel(place or "error relative to the reference")
-    axes.set_ylabel("memory (MB)" if cost == "memory" else "time without reading and writing (s)")
+    axes.set_ylabel("memory (MB)" if cost == "memory" else "processor time (s)")
     axes.legend(fontsize=7)
 
 
@@ -557,25 +620,23 @@ def command_line(words=None):
         help="all combinations once more, with these set",
     )
     parser.add_argument(
-        "--reference", required=True, metavar="NAME=V,...|FILE",
-        help="what errors are measured from: the deck with these set, or a result (.vtkhdf)",
+        "--reference", action="append", type=read_reference, required=True,
+        metavar="NAME=V,...|FILE",
+        help="what errors are measured from: the deck with these set, or a result (.vtkhdf);"
+        " three times: extrapolated",
     )
     parser.add_argument(
         "--quantity", choices=tuple(QUANTITIES), default="resultant",
         help="resultant: force vectors of the contact pairs (default); friction: sums of the"
-        " magnitudes of the points' friction forces; energies of the whole model",
+        " magnitudes of the points' friction forces; slip: its mean over each pair's surface;"
+        " energies of the whole model",
     )
     parser.add_argument("--repeat", type=int, default=3, help="runs of each setting (3)")
     options = parser.parse_args(words)
     if options.repeat < 1:
         parser.error("--repeat must be 1 or more")
-    if options.reference.endswith(".vtkhdf"):
-        options.reference = Path(options.reference)
-    else:
-        try:
-            options.reference = read_setting(options.reference)
-        except argparse.ArgumentTypeError as error:
-            parser.error(f"argument --reference: {error}")
+    if len(options.reference) not in (1, 3):
+        parser.error(f"--reference is given once or three times, not {len(options.reference)}")
     return options
 
 
