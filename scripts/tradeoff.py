@@ -66,8 +66,9 @@ MARKS = "os^Dv<>Pph"
 
 
 def mean_slip(pair):
-    """Return the mean over a pair's surface of how far its points have slipped, (T,)."""
-    return np.linalg.norm(pair.slip, axis=2) @ pair.area / pair.area.sum()
+    """Return the mean slip of a pair's surface, (T,): 0 on a surface of nodes, without area."""
+    area = pair.area.sum()
+    return np.linalg.norm(pair.slip, axis=2) @ pair.area / (area if area > 0 else 1)
 
 
 # What a run is asked for at the ends of its *STEPs, one row each, as columns of the csv file.
@@ -288,7 +289,9 @@ class Study:
         values, words = found[-1]
         if len(found) > 1:
             values, distance = extrapolate([value for value, _ in found])
-            words += f", extrapolated by {100 * distance:.2g} %"
+            words += f", extrapolated by {100 * distance:.2g} %" if distance else (
+                " (not extrapolated: the three do not approach a limit)"
+            )
         return values, words
 
     def one_reference(self, given, quantity):
@@ -371,15 +374,13 @@ def extrapolate(values):
     """Return the limit of three arrays, coarse to fine, and how far it is from the last, relative.
 
     Between one and the next the distance to the limit shrinks by the same factor (Richardson). One
-    factor for all entries: entries that are 0 but for rounding have none of their own.
+    factor for all entries: entries that are 0 but for rounding have none of their own. Where the
+    distances do not shrink, the last array and 0.
     """
     first, second = relative_error(values[0], values[2]), relative_error(values[1], values[2])
-    ratio = first / second - 1 if second > 0 else np.inf
+    ratio = first / second - 1 if second > 0 else 0.0
     if ratio <= 1:
-        raise TradeoffError(
-            f"the references do not converge: {100 * first:.2g} %, then {100 * second:.2g} % from"
-            " the last"
-        )
+        return values[2], 0.0
     limit = values[2] + (values[2] - values[1]) / (ratio - 1)
     return limit, relative_error(values[2], limit)
 
@@ -628,8 +629,8 @@ def command_line(words=None):
     parser.add_argument(
         "--quantity", choices=tuple(QUANTITIES), default="resultant",
         help="resultant: force vectors of the contact pairs (default); friction: sums of the"
-        " magnitudes of the points' friction forces; slip: its mean over each pair's surface;"
-        " energies of the whole model",
+        " magnitudes of the points' friction forces; slip: its mean over each pair's surface,"
+        " open points too; energies of the whole model",
     )
     parser.add_argument("--repeat", type=int, default=3, help="runs of each setting (3)")
     options = parser.parse_args(words)
