@@ -36,6 +36,7 @@ from pathlib import Path
 
 try:
     import numpy as np
+    from matplotlib.ticker import LogLocator
 
     from bipot_result import Result, ResultError
     from block_runs import (
@@ -59,7 +60,7 @@ except ImportError as error:
 
 NOT_SOLVED = 2  # exit status of bipot: an increment found no solution
 ENDED = (0, NOT_SOLVED)  # what a second run would only repeat; other failures are tried again
-GAIN = 0.01  # relative difference of costs or errors below which they are the same
+GAIN = 0.05  # relative difference of costs or errors below which they are the same
 LEVELS = {0.1: "10 %", 0.01: "1 %", 0.001: "0.1 %"}
 GREY = "#a0a0a0"
 MARKS = "os^Dv<>Pph"
@@ -570,9 +571,19 @@ def draw(axes, points, cost, place=None):
     if lost:
         axes.plot([], [], " ", label=f"(not solved: {lost} of {len(points)} settings)")
     annotate(axes, front, numbers, lambda p: (max(p.error, least), unit * getattr(p, cost)))
+    plain_ticks(axes.yaxis)
     axes.set_xlabel(place or "error relative to the reference")
     axes.set_ylabel("memory (MB)" if cost == "memory" else "processor time (s)")
     axes.legend(fontsize=7)
+
+
+def plain_ticks(axis):
+    """Write the ticks of a logarithmic axis as plain numbers, more of them on a short one."""
+    low, high = axis.get_view_interval()
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    if high / low < 30:
+        axis.set_minor_locator(LogLocator(subs=(2, 5)))
+        axis.set_minor_formatter(lambda value, _: f"{value:g}")
 
 
 def annotate(axes, front, names, where):

@@ -240,7 +240,7 @@ class Numbers(unittest.TestCase):
             made_up(0.5, 1.0, n="1"), made_up(0.05, 2.0, n="2"), made_up(0.2, 3.0, n="3"),
             made_up(0.005, 8.0, n="4"), made_up(0.005, 9.0, n="5"),
             made_up(np.nan, 0.1, outcome="not solved", n="6"),
-            # Better by less than 1 %: the same. Faster by less than 1 %, but worse: behind.
+            # Better by less than 5 %: the same. Faster by less than 5 %, but worse: behind.
             made_up(0.00499, 20.0, n="7"), made_up(0.3, 1.99, n="8"),
         ]
         front = [point.setting["n"] for point in tradeoff.pareto_front(points, "seconds")]
