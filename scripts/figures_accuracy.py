@@ -6,6 +6,7 @@ where it stopped. Every number of the page is read from them, and every sentence
 finding is checked against them. The program is built first: scripts/run builds it.
 """
 
+import itertools
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -58,6 +59,7 @@ class Case:
     meshes: tuple
     steps: tuple
     references: tuple  # one setting, or three to extrapolate from
+    doubled: tuple  # two of the meshes, the second twice as fine
 
     def with_solver(self, solver, **more):
         """Return the base with another contact solver and more."""
@@ -81,8 +83,8 @@ class Case:
         return [self.with_solver(solver, n=n) for solver in SOLVERS for n in self.meshes]
 
     def exact(self):
-        """Return the setting that shows what the tolerance leaves: the base's mesh, to 1e-12."""
-        return self.base | {"tolerance": "1e-12"}
+        """Return the setting that shows what the tolerance leaves: the base's mesh, to 1e-11."""
+        return self.base | {"tolerance": "1e-11"}
 
 
 def setting(**parameters):
@@ -98,6 +100,7 @@ BLOCK = Case(
         setting(n=n, steps=steps, element="C3D8B", tolerance="1e-8", **AUTO)
         for n, steps in ((6, 25), (12, 50), (24, 100))
     ),
+    ("8", "16"),
 )
 PLATE = Case(
     "ssnv128", "Plate with friction (SSNV128)", "slip",
@@ -107,12 +110,14 @@ PLATE = Case(
         setting(n=n, steps=steps, element="C3D8I", tolerance="1e-8", thickness="0.00125", **AUTO)
         for n, steps in ((32, 50), (64, 100), (128, 200))
     ),
+    ("8", "16"),
 )
 SPENCE = Case(
-    "spence", "A sphere pressed with friction (Spence)", "friction",
+    "spence", "A sphere pressed with friction (Spence)", "energy/strain",
     setting(n=12, steps=10, element="C3D8", tolerance="1e-8", **AUTO),
     ("6", "8", "12", "16"), ("2", "5", "10", "20"),
     (setting(n=32, steps=40, element="C3D8I", tolerance="1e-8", **AUTO),),
+    ("8", "16"),
 )
 CASES = (BLOCK, PLATE, SPENCE)
 SLOW = 2.0  # seconds: runs that take longer are not repeated, their times differ by little
@@ -156,14 +161,14 @@ class Measured:
         return self.points([self.case.with_solver(solver, **setting(**changes))])[0]
 
     def left_by(self, solver, tolerance):
-        """Return the error that a tolerance leaves: from the same mesh solved to 1e-12."""
+        """Return the error that a tolerance leaves: from the same mesh solved to 1e-11."""
         one = self.case.with_solver(solver, tolerance=tolerance)
         return self.points([one], references=[self.case.exact()])[0].error
 
 
 def share(error):
-    """Return an error in percent."""
-    return f"{100 * error:.2g} %"
+    """Return an error in percent, with two digits."""
+    return f"{100 * error:.2g} %" if error < 0.995 else f"{100 * error:.0f} %"
 
 
 def factor(value):
@@ -190,7 +195,8 @@ def knob_table(measured):
     changed = knobs(measured)
     columns = [measured.points([one for _, one in changed], quantity) for quantity in QUANTITIES]
     base = columns[0][0]
-    words = ("n", "steps", "element", "tolerance")
+    names = ("n", "steps", "element", "tolerance")
+    start = ", ".join(f"{name} = {measured.case.base[name]}" for name in names)
     rows = []
     for (name, _), *points in zip(changed, *columns, strict=True):
         first = points[0]
@@ -198,7 +204,7 @@ def knob_table(measured):
             rows.append([name, first.outcome, *[""] * (len(columns) + 1)])
             continue
         rows.append([
-            name or "**" + ", ".join(f"{word} = {measured.case.base[word]}" for word in words) + "**",
+            name or f"**{start}**",
             factor(first.seconds / base.seconds), factor(first.memory / base.memory),
             *(share(point.error) for point in points),
         ])
@@ -341,7 +347,7 @@ def plate_findings(measured):
             " others: nothing bends.",
         ),
         claim(
-            all(1.8 < a / b < 2.2 for a, b in zip(halves[1:], halves[2:], strict=False)),
+            all(1.8 < a / b < 2.2 for a, b in itertools.pairwise(halves)),
             f"- **The normal force halves its error with the mesh size** ({share(halves[0])} with"
             f" n = 4, {share(halves[-1])} with n = 64), but only because the source holds one"
             " contact node in z, which takes its share of the load. What follows from"
@@ -370,3 +376,179 @@ def spence_findings(measured):
         claim(spent > saved, f"- spent {spent} saved {saved}"),
         claim(coarse.error > base.error, f"- {coarse.error} {base.error} {finer.error}"),
     ]
+
+
+def bought(before, after):
+    """Return what a change does to error and time, in words."""
+    if after.outcome != "solved":
+        return after.outcome
+    error = before.error / after.error
+    # A change of the last digits is none.
+    gained = "the same" if abs(error - 1) < 0.01 else f"÷ {factor(error)}"
+    return f"{gained}, × {factor(after.seconds / before.seconds)}"
+
+
+def summary(measured):
+    """Return the table of what a turn of each knob buys, a column a case."""
+    def turns(one):
+        coarse, fine = (one.point(n=n) for n in one.case.doubled)
+        few, many = one.point(steps=one.case.steps[0]), one.point(steps=one.case.steps[-1])
+        spent = [
+            one.point("energy/dissipation", steps=one.case.steps[place]) for place in (0, -1)
+        ]
+        base = one.point()
+        sweeps = min(
+            (one.solver(solver) for solver in PAPER),
+            key=lambda point: point.seconds if point.outcome == "solved" else np.inf,
+        )
+        return {
+            "mesh twice as fine": bought(coarse, fine),
+            "C3D8I instead of C3D8": bought(base, one.point(element="C3D8I")),
+            "C3D8B instead of C3D8": bought(base, one.point(element="C3D8B")),
+            "increments": bought(few, many),
+            "increments, dissipation": bought(*spent),
+            "tolerance 1e-4 instead of 1e-2": bought(
+                one.point(tolerance="1e-2"), one.point(tolerance="1e-4")
+            ),
+            "tolerance 1e-8 instead of 1e-4": bought(one.point(tolerance="1e-4"), base),
+            "the fastest of the paper's solvers instead of AUTO": bought(base, sweeps),
+        }
+
+    columns = [turns(one) for one in measured]
+    head = ["", *(f"{one.case.name}: {one.case.quantity}" for one in measured)]
+    return table_lines(head, [[name, *(c[name] for c in columns)] for name in columns[0]])
+
+
+def section(measured, findings):
+    """Return the section of a case."""
+    case = measured.case
+    base = measured.point()
+    _, words = measured.study.reference(case.references, case.quantity)
+    last = case.references[-1]
+    given = f"n = {last['n']}, {last['steps']} increments, {last['element']}"
+    note = ""
+    if ", extrapolated by " in words:
+        far = words.split(", extrapolated by ")[1]
+        first = ", ".join(f"n = {one['n']}" for one in case.references)
+        note = f", extrapolated over {first} with increments in proportion: by {far}"
+    return [
+        f"## {case.title}: `{case.name}.inp`", "",
+        f"Errors of the {case.quantity} in the figure, against {given}{note}. The table begins with"
+        f" the setting that the others differ from by one thing; it takes {base.seconds:.2g} s and"
+        f" {base.memory / 1e6:.0f} MB.", "",
+        f"![{case.title}](figures/accuracy-{case.name}.png)", "",
+        "Left and middle: all combinations of n, increments and element, by AUTO. Right: AUTO and"
+        f" the paper's four solvers with tolerances from {TOLERANCES[0]} to {TOLERANCES[-1]} on one"
+        " mesh, against its solution to 1e-11. Grey is dominated.", "",
+        sentence(measured.points(case.meshing())), "",
+        *knob_table(measured),
+        *findings(measured), "",
+        "Time over AUTO's, whole run, tolerance 1e-8:", "",
+        *solver_table(measured),
+    ]
+
+
+def defaults(measured):
+    """Return the section on the defaults."""
+    left = max(one.left_by("AUTO", "1e-8") for one in measured)
+    price = max(
+        one.point().seconds / one.point(tolerance="1e-4").seconds for one in measured
+    )
+    slower = [
+        one.solver(solver).seconds / one.point().seconds
+        for one in measured for solver in PAPER if one.solver(solver).outcome == "solved"
+    ]
+    return [
+        "## The defaults, and why", "",
+        claim(
+            left < 1e-7 and price < 1.6,
+            f"- `TOLERANCE=1e-8`: leaves at most {left:.0e} here, nothing beside any mesh, and"
+            f" costs at most {factor(price)} times what 1e-4 costs. 1e-4 would do; the margin is"
+            " for the certificate, which judges every point, not sums.",
+        ),
+        claim(
+            min(slower) > 1.2,
+            f"- `SOLVER=AUTO`: on the three meshes of the tables the paper's solvers take"
+            f" {factor(min(slower))} to {factor(max(slower))} times as long, to the same"
+            " error.",
+        ),
+        "- The element is the deck's, and so are mesh and increments: the program has no default"
+        " for them. The decks say C3D8, as the sources do.",
+    ]
+
+
+def page(measured):
+    """Return the page."""
+    rows = [row for one in measured for row in one.study.rows]
+    spent = sum(float(row["seconds"] or 0) for row in rows) / 60
+    quantities = ", ".join(f"`{name}`" for name in QUANTITIES)
+    block, plate, sphere = measured
+    return [
+        "# Speed against accuracy", "",
+        "What a result costs and how wrong it is, measured in three decks: mesh, increments,"
+        " element, tolerance, and the solvers, those of the paper among them. Written by"
+        " `scripts/figures_accuracy.py`, numbers too; it does not write a finding that the runs do"
+        " not bear out. The same for a deck of yours:", "",
+        "    scripts/tradeoff.py input/block.inp --reference n=24,solver=AUTO,local=AUTO \\",
+        "        --vary n=2,4,8,16 --vary tolerance=1e-2,1e-4,1e-8 --also solver=AUTO,local=AUTO",
+        "",
+        "It runs what is missing, keeps every run (Ctrl-C and go on later), prints a table and the"
+        " cheapest settings, and draws work-precision diagrams. `--help` says the rest.", "",
+        f"**Error**: largest difference from the reference over contact pairs and ends of steps,"
+        f" relative to the largest value, of {quantities}: force vectors of the contact, sum of"
+        " the friction forces' magnitudes, mean slip of the contact surface, and two energies."
+        " **Time**: processor time of one thread without reading the deck and writing the result,"
+        f" median of {REPEAT} runs ({SLOW:g} s and more: one run). **Memory**: the most that the"
+        " run ever had.", "",
+        "## What a turn of each knob buys", "",
+        "Error divided by, time multiplied by:", "",
+        *summary(measured),
+        f"Increments: {', '.join(steps_words(one) for one in measured)}.", "",
+        *short_findings(measured), "",
+        *section(block, block_findings),
+        *section(plate, plate_findings),
+        *section(sphere, spence_findings),
+        *defaults(measured), "",
+        "## What was run", "",
+        f"{len(rows)} runs, {spent:.0f} minutes of processor time, one BLAS thread, on a shared"
+        f" {machine()}: times to compare, not to quote.",
+    ]
+
+
+def steps_words(measured):
+    """Return the increments that the summary compares."""
+    return f"{measured.case.steps[0]} and {measured.case.steps[-1]} (`{measured.case.name}`)"
+
+
+def short_findings(measured):
+    """Return what follows from all three cases."""
+    return []
+
+
+def main():
+    """Run what is missing, draw the figures and write the page."""
+    parser = script_options(__doc__, ROOT / "docs", "the page and its figures go")
+    parser.add_argument(
+        "--runs", type=Path, default=ROOT / "build" / "accuracy", help="where the runs are kept"
+    )
+    options = parser.parse_args()
+    try:
+        measured = [Measured(case, options.bipot, options.runs) for case in CASES]
+        for one in measured:
+            print(one.case.name, file=sys.stderr, flush=True)
+            one.run()
+        figures = options.folder / "figures"
+        figures.mkdir(parents=True, exist_ok=True)
+        for one in measured:
+            figure(one, figures)
+        path = options.folder / "accuracy.md"
+        path.write_text("\n".join(page(measured)) + "\n", encoding="utf-8")
+        print(path)
+    except (TradeoffError, RunError, ResultError, StudyError) as error:
+        sys.exit(f"figures_accuracy: {error}")
+    except KeyboardInterrupt:
+        sys.exit("figures_accuracy: stopped; the same command goes on from here")
+
+
+if __name__ == "__main__":
+    main()

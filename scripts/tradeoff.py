@@ -375,11 +375,12 @@ def extrapolate(values):
     """Return the limit of three arrays, coarse to fine, and how far it is from the last, relative.
 
     Between one and the next the distance to the limit shrinks by the same factor (Richardson). One
-    factor for all entries: entries that are 0 but for rounding have none of their own. Where the
-    distances do not shrink, the last array and 0.
+    factor for all entries, as entries that are 0 but for rounding have none of their own. Where the
+    steps do not shrink, or turn back, the last array and 0.
     """
-    first, second = relative_error(values[0], values[2]), relative_error(values[1], values[2])
-    ratio = first / second - 1 if second > 0 else 0.0
+    earlier, later = values[0] - values[1], values[1] - values[2]
+    size = np.vdot(later, later)
+    ratio = np.vdot(earlier, later) / size if size > 0 else 0.0
     if ratio <= 1:
         return values[2], 0.0
     limit = values[2] + (values[2] - values[1]) / (ratio - 1)

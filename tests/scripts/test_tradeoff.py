@@ -271,10 +271,10 @@ class Numbers(unittest.TestCase):
         np.testing.assert_allclose(found, limit, atol=1e-12)
         self.assertAlmostEqual(distance, 0.4 * 0.1**1.3 / 3.0)
 
-    def test_no_limit_where_the_distances_grow(self):
-        values = [np.array([[value]]) for value in (1.0, 1.1, 1.3)]
-        found, distance = tradeoff.extrapolate(values)
-        self.assertEqual((found[0, 0], distance), (1.3, 0.0))
+    def test_no_limit_where_steps_grow_or_turn_back(self):
+        for three in ((1.0, 1.1, 1.3), (1.5, 1.0, 1.3), (1.0, 1.3, 1.3)):
+            found, distance = tradeoff.extrapolate([np.array([[value]]) for value in three])
+            self.assertEqual((found[0, 0], distance), (1.3, 0.0))
 
     def test_errors_are_relative_to_the_largest_value(self):
         expected = np.array([[0.0, -4.0], [1.0, 2.0]])
