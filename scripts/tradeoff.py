@@ -590,10 +590,11 @@ def plain_ticks(axis):
 def annotate(axes, front, names, where):
     """Label the points of the front, but none too near to one that has a label."""
     shown = []
+    axes.autoscale_view()  # or the pixels below are those of other limits
     for point in front:
         text = ", ".join(f"{name}={point.setting[name]}" for name in names if name in point.setting)
         pixel = axes.transData.transform(where(point))
-        if text and all(abs(pixel[1] - other[1]) > 9 or abs(pixel[0] - other[0]) > 90
+        if text and all(abs(pixel[1] - other[1]) > 12 or abs(pixel[0] - other[0]) > 90
                         for other in shown):
             axes.annotate(text, where(point), xytext=(5, 3), textcoords="offset points",
                           fontsize=7, color=INK)
