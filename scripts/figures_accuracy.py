@@ -587,9 +587,9 @@ def short_findings(measured):
         claim(
             change < 0.02,
             "- **Increments pay only where the way is asked for**: for the dissipated energy of"
-            " plate and sphere, and where contact spreads, for the stick zone. The errors of forces,"
-            f" slip and strain energy change by at most {share(change)} between the fewest and the"
-            " most.",
+            " plate and sphere, and where contact spreads, for the stick zone. The errors of"
+            f" forces, slip and strain energy change by at most {share(change)} between the fewest"
+            " and the most.",
         ),
         claim(
             max(shares) < 0.1,
