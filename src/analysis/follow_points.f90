@@ -8,7 +8,7 @@ module follow_points_mod
   implicit none
   private
 
-  public :: locate_at, relative, measure_points, carried_slip
+  public :: locate_at, relative, nodal, measure_points, carried_slip
 
 contains
 
@@ -39,6 +39,22 @@ contains
     d = u(:, points%node(i))
     if (points%ref_node(i) > 0) d = d - u(:, points%ref_node(i))
   end function relative
+
+  !> Reactions of the points as forces of the nodes.
+  pure function nodal(points, reaction, n_nodes) result(force)
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: reaction(:, :) !! (3,n_points)
+    integer, intent(in) :: n_nodes
+    real(wp) :: force(3, n_nodes)
+    integer :: i
+
+    force = 0.0_wp
+    do i = 1, points%n
+      force(:, points%node(i)) = force(:, points%node(i)) + reaction(:, i)
+      if (points%ref_node(i) == 0) cycle
+      force(:, points%ref_node(i)) = force(:, points%ref_node(i)) - reaction(:, i)
+    end do
+  end function nodal
 
   !> How far the contact on curved obstacles is from where it was linearised: gaps of points that
   !> press and penetrations beside the displacements, and turns of their normals.

@@ -10,11 +10,12 @@ module run_mod
   use plan_mod, only: plan_t, find_breaches
   use increments_mod, only: increment_t, next_increment
   use state_mod, only: state_t, initial_state
-  use step_report_mod, only: step_report_t, ended_at_limit, ended_stalled, &
+  use step_report_mod, only: step_report_t, worst_entry, ended_at_limit, ended_stalled, &
     ended_unbalanced, ended_moving, ended_out_of_reach
   use step_fields_mod, only: step_fields_t, tensor_field_t, fields_due
   use read_deck_mod, only: read_deck
   use mesh_fields_mod, only: fill_tensor_fields
+  use recovered_error_mod, only: estimate_mesh_error
   use make_plan_mod, only: make_plan, revise_plan
   use estimate_costs_mod, only: estimate_costs
   use fit_machine_mod, only: misfit
@@ -202,7 +203,7 @@ contains
       call tell_unheld(console, increment, report, unheld)
 
       clock = wall_seconds()
-      call make_fields(scene, new, fields)
+      call make_fields(scene, new, report, fields)
       call append_increment(file, scene, plan, new, report, fields, error)
       if (allocated(error)) return
       tally%write_time = tally%write_time + wall_seconds() - clock
@@ -308,6 +309,11 @@ contains
       where_and_what = where_and_what//': not certified, '//certificate_in_words(report)// &
         ', allowed '// &
         to_text(10.0_wp*scene%contact%tolerance)
+      if (report%certificate%equilibrium >= worst_entry(report%certificate)) then
+        where_and_what = where_and_what// &
+          ': displacements in double precision do not hold these '// &
+          'forces any closer (bodies of very different stiffness, needles, or nearly incompressible)'
+      end if
     end if
     call raise(error, exit_not_solved, where_and_what)
   end subroutine refuse_unsolved
@@ -340,13 +346,21 @@ contains
   end function certificate_in_words
 
   !> The fields that the state does not hold, where the increment's are due.
-  subroutine make_fields(scene, state, fields)
+  subroutine make_fields(scene, state, report, fields)
     type(scene_t), intent(in) :: scene
     type(state_t), intent(in) :: state
+    type(step_report_t), intent(inout) :: report !! gets the error of the mesh, where it is due
     type(step_fields_t), intent(out) :: fields
+    logical :: due
+    integer :: last
 
-    if (.not. fields_due(scene%output%frequency, state%increment, &
-      scene%steps(state%step)%n_increments)) return
+    last = scene%steps(state%step)%n_increments
+    due = fields_due(scene%output%frequency, state%increment, last)
+    if (state%increment == last .or. (due .and. scene%output%mesh_error)) then
+      call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, &
+        fields%mesh_error, report%mesh_error)
+    end if
+    if (.not. due) return
     if (scene%output%reaction) fields%reaction_force = state%support_force
     if (scene%output%stress) call allocate_tensors(scene, fields%stress)
     if (scene%output%strain) call allocate_tensors(scene, fields%strain)

@@ -53,6 +53,7 @@ module controls_mod
     logical :: contact = .true.       !! contact_force, contact_pressure, contact_status
     logical :: stress = .false.       !! *EL FILE, S
     logical :: strain = .false.       !! *EL FILE, E
+    logical :: mesh_error = .false.   !! *EL FILE, ERR
     logical :: at_centroids = .true.  !! of stress and strain: the mean of a brick
     logical :: at_nodes = .false.     !! extrapolated from the Gauss points, averaged over bricks
     logical :: at_gauss_points = .false. !! eight tensors a brick
