@@ -2,14 +2,14 @@
 !>
 !>     bare_factorisation DECK DISPLACEMENTS
 !>
-!> Assembles the stiffness of the deck's first *STEP as a run would, contact left out. Then, and this
-!> is timed, METIS orders it, and MUMPS as it comes for symmetric positive definite matrices
+!> Assembles the stiffness of the deck's first *STEP as a run would, contact left out. Then, and
+!> this is timed, METIS orders it, and MUMPS as it comes for symmetric positive definite matrices
 !> factorises it and solves for the loads at the end of the step. The order is the run's, so the
 !> factor is too, and what a run takes more is not work of METIS and MUMPS. Debian's MUMPS has no
 !> METIS within; it gets the order from outside.
 !>
-!> Prints names and values, a line each: seconds of the processor, sizes, and the peak of the process
-!> in bytes. The file gets the displacements, x, y and z of each node as 8-byte numbers.
+!> Prints names and values, a line each: seconds of the processor, sizes, and the peak of the
+!> process in bytes. The file gets the displacements, x, y and z of each node as 8-byte numbers.
 program bare_factorisation
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use kinds_mod, only: wp, i8
