@@ -18,12 +18,14 @@ program bare_factorisation
   use system_mod, only: cpu_seconds, peak_memory_bytes
   use blas_core_mod, only: choose_blas_core
   use mesh_mod, only: node_neighbours
+  use obstacles_mod, only: ref_nodes
   use scene_mod, only: scene_t
   use read_deck_mod, only: read_deck
   use mesh_forces_mod, only: internal_force
   use dof_map_mod, only: dof_map_t, make_dof_map
   use assembly_mod, only: triplets_t, assemble_stiffness
   use ordering_mod, only: order_equations
+  use rigid_modes_mod, only: free_motions_t, find_free_motions
   use step_loads_mod, only: step_loads_t, resolve_loads, prescribed_dofs, pattern_factors
   implicit none
 
@@ -65,6 +67,8 @@ program bare_factorisation
   call read_deck(argument(1), [string_t ::], scene, error)
   call stop_at(error)
   call node_neighbours(scene%mesh, start, neighbours)
+  call refuse_free_bodies(scene, error)
+  call stop_at(error)
   call make_system(scene, start, neighbours, map, k, u, x)
   seconds%order = cpu_seconds()
   call order_equations(map, start, neighbours, place, error)
@@ -87,6 +91,19 @@ program bare_factorisation
   call print_value('peak_memory_bytes', real(peak_memory_bytes(), wp))
 
 contains
+
+  !> Refuse what contact would have to hold: its matrix is singular, and rounding hides that.
+  subroutine refuse_free_bodies(scene, error)
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error !! supports leave rigid motions
+    type(free_motions_t) :: motions
+
+    call find_free_motions(scene%mesh, prescribed_dofs(scene, 1), ref_nodes(scene%obstacles), &
+      [integer ::], motions, error)
+    if (allocated(error)) return
+    if (any(motions%body > 0)) call raise(error, exit_not_solved, 'the supports of the first '// &
+      'step leave '//to_text(count(motions%body > 0))//' rigid motions; they must hold the bodies')
+  end subroutine refuse_free_bodies
 
   !> The stiffness of all free degrees of freedom and the loads at the end of the first step.
   subroutine make_system(scene, start, neighbours, map, k, u, b)
