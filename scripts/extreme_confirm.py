@@ -16,7 +16,6 @@ EPS = np.finfo(float).eps
 # there is nothing to reach.
 SOLVED_BY_OTHERS = {
     "nearly-the-same-plane": "Siconos solves it: NSN_AC 1e-10, NSGS 3e-10 after 100,000 sweeps",
-    "prescribed-touching-turned": "nothing is to be solved: the node touches, to rounding",
     "free-corner-limit": "Siconos solves its last problem: NSN_NM 5e-10",
 }
 

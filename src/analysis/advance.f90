@@ -32,7 +32,7 @@ module advance_mod
   use solve_mod, only: solve_contact
   use floating_mod, only: drift_t, solve_floating, resisting_rows
   use motion_words_mod, only: free_in_words, motion_in_words, unresisted_part
-  use follow_points_mod, only: relative, nodal, measure_points, carried_slip
+  use follow_points_mod, only: rounding_of_places, relative, nodal, measure_points, carried_slip
   use step_loads_mod, only: pattern_factors
   use operators_mod, only: operators_t, apply_inverse, locate_points, update_contact, &
     neutral_step
@@ -118,6 +118,7 @@ contains
       call watch_inactive(scene, plan%points, operators, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
+      now%forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
       report%certificate = certify(scene%mesh, plan%points, report%contact, &
         operators%has_friction, &
                                    old, new, now%forces, scene%contact%tolerance)
@@ -366,18 +367,11 @@ contains
     type(step_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error
     logical :: is_inside(points%n)
-    real(wp) :: size_of_scene
     integer :: i
 
     if (points%n == 0) return
-    ! A gap is a difference of places, rounded as they are.
-    size_of_scene = maxval(abs(scene%mesh%coordinates)) + maxval(abs(new%displacement))
-    do i = 1, size(scene%obstacles)
-      size_of_scene = max(size_of_scene, maxval(abs(scene%obstacles(i)%point)) + &
-        scene%obstacles(i)%radius)
-    end do
     is_inside = report%contact%gap < -10.0_wp*scene%contact%tolerance* &
-      maxval(abs(new%displacement)) - 8.0_wp*epsilon(1.0_wp)*size_of_scene
+      maxval(abs(new%displacement)) - rounding_of_places(scene, new%displacement)
     is_inside(operators%active) = .false.
     if (.not. any(is_inside)) return
     i = findloc(is_inside, .true., dim=1)

@@ -8,7 +8,7 @@ module follow_points_mod
   implicit none
   private
 
-  public :: locate_at, relative, nodal, measure_points, carried_slip
+  public :: locate_at, rounding_of_places, relative, nodal, measure_points, carried_slip
 
 contains
 
@@ -28,6 +28,20 @@ contains
       scene%mesh%coordinates(:, points%node(i)) + u(:, points%node(i)), gap, frame)
     gap = gap + points%extra_gap(i)
   end subroutine locate_at
+
+  !> A gap is a difference of places, and rounded as they are.
+  pure function rounding_of_places(scene, u) result(rounding)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
+    real(wp) :: rounding                 !! [length]
+    integer :: i
+
+    rounding = maxval(abs(scene%mesh%coordinates)) + maxval(abs(u))
+    do i = 1, size(scene%obstacles)
+      rounding = max(rounding, maxval(abs(scene%obstacles(i)%point)) + scene%obstacles(i)%radius)
+    end do
+    rounding = 8.0_wp*epsilon(1.0_wp)*rounding
+  end function rounding_of_places
 
   !> Displacement of a point's node less that of its obstacle.
   pure function relative(points, i, u) result(d)
