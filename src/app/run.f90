@@ -312,7 +312,7 @@ contains
       if (report%certificate%equilibrium >= worst_entry(report%certificate)) then
         where_and_what = where_and_what// &
           ': displacements in double precision do not hold these '// &
-          'forces any closer (bodies of very different stiffness, needles, or nearly incompressible)'
+          'forces any closer (bodies of very different stiffness, needles, nearly incompressible)'
       end if
     end if
     call raise(error, exit_not_solved, where_and_what)

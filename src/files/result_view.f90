@@ -116,9 +116,8 @@ contains
     call cell_field('strain_gauss_points', [48, mesh%n_elements], tensor_order//' as tensor '// &
                     'components at each of the eight Gauss points, placed like the nodes', &
                     'strain', view%strain%at_gauss_points)
-    call cell_field('mesh_error', [mesh%n_elements], &
-      'error of the stresses in the energy norm, '// &
-                    'squared, by recovery', 'energy', view%mesh_error)
+    call cell_field('mesh_error', [mesh%n_elements], 'error of the stresses in the energy '// &
+                    'norm, squared, by recovery', 'energy', view%mesh_error)
 
     ! The ids never change: one block, where every increment's offset points to.
     call write_dataset(file, '/VTKHDF/PointData/node_id', int(mesh%node_id, i8), &
