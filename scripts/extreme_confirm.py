@@ -15,7 +15,6 @@ EPS = np.finfo(float).eps
 # Refused and yet solvable: others reach a residual below 1e-8 on the problem that is exported, or
 # there is nothing to reach.
 SOLVED_BY_OTHERS = {
-    "nearly-the-same-plane": "Siconos solves it: NSN_AC 1e-10, NSGS 3e-10 after 100,000 sweeps",
     "free-corner-limit": "Siconos solves its last problem: NSN_NM 5e-10",
 }
 
