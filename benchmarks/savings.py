@@ -288,8 +288,7 @@ EXPLANATION = """\
 - **No contact.** The whole process, from reading the deck to the closed result file, against what
   `benchmarks/bare_factorisation.f90` spends in METIS, and in MUMPS as it comes, on the same matrix
   in the same order: 1.3 times is the most that is allowed. Memory is that of both processes.
-- Bricks share a stiffness where they are congruent to the rounding of their own coordinates.
-  Those of the plate around the origin carry that of the edges 30 away: so there are a few more."""
+- Bricks share a stiffness where they are congruent to the rounding of coordinates."""
 
 
 def main():
