@@ -198,7 +198,7 @@ contains
       ! Also where the increment is not solved: others may want to try.
       call export_increment(scene, operators, increment, old, report, exports, error)
       if (allocated(error)) return
-      call refuse_unsolved(scene, plan, increment, report, error)
+      call refuse_unsolved(scene, plan, increment, report, operators%condition, error)
       if (allocated(error)) return
       call tell_unheld(console, increment, report, unheld)
 
@@ -277,11 +277,12 @@ contains
 
   !> A step that did not converge or is not certified ends the run; only comparisons (STOP=CHANGE)
   !> go on past one that converged and is not certified.
-  subroutine refuse_unsolved(scene, plan, increment, report, error)
+  subroutine refuse_unsolved(scene, plan, increment, report, condition, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(increment_t), intent(in) :: increment
     type(step_report_t), intent(in) :: report
+    real(wp), intent(in) :: condition !! of the stiffness, at least [-]
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: where_and_what
 
@@ -300,7 +301,8 @@ contains
         ' (best residual '//to_text(report%residual, 3)
       if (report%worst_point > 0) where_and_what = where_and_what//', largest at node '// &
         to_text(scene%mesh%node_id(plan%points%node(report%worst_point)))
-      where_and_what = where_and_what//')'
+      where_and_what = where_and_what//'; condition of the stiffness at least '// &
+        to_text(condition, 2)//')'
       if (scene%contact%local == local_uzawa .and. report%solver == solver_sweeps) then
         where_and_what = where_and_what//'; rho = '//to_text(scene%contact%rho)//' times its '// &
         'natural scale is outside the range in which Uzawa converges here: below 2, often less'
@@ -308,11 +310,11 @@ contains
     else
       where_and_what = where_and_what//': not certified, '//certificate_in_words(report)// &
         ', allowed '// &
-        to_text(10.0_wp*scene%contact%tolerance)
+        to_text(10.0_wp*scene%contact%tolerance)//' (condition of the stiffness at least '// &
+        to_text(condition, 2)//')'
       if (report%certificate%equilibrium >= worst_entry(report%certificate)) then
         where_and_what = where_and_what// &
-          ': displacements in double precision do not hold these '// &
-          'forces any closer (bodies of very different stiffness, needles, nearly incompressible)'
+          ': displacements in double precision do not hold these forces any closer'
       end if
     end if
     call raise(error, exit_not_solved, where_and_what)
