@@ -138,8 +138,8 @@ def write_page(outcomes, solvers, confirmed, answers, seconds, path):
         "With much friction Coulomb's law may have several solutions: a point alone loses "
         "uniqueness at mu = W_nn/|W_nt|, 2.07 on the block with n = 4. At mu = 10 its increment 48 "
         "has at least two. `scripts/two_answers.py` finds them by a Newton method of its own from "
-        "random reactions on the exported problem; each satisfies the law to the residual given. The "
-        "program takes the first, which continues the increment before, and certifies it: a "
+        "random reactions on the exported problem; each satisfies the law to the residual given. "
+        "The program takes the first, which continues the increment before, and certifies it: a "
         "certificate says that an answer is one, not that it is the only one.",
         "",
     ]
