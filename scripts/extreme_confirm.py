@@ -12,19 +12,9 @@ from extreme_scenes import CYLINDER, PLANE, corner_jacobian, stiffness
 
 EPS = np.finfo(float).eps
 
-# Refused and yet solvable: others reach a residual below 1e-8 on the problem that is exported, or
-# there is nothing to reach.
-SOLVED_BY_OTHERS = {
-    "nearly-the-same-plane": "Siconos solves it: NSN_AC 1e-10, NSGS 3e-10 after 100,000 sweeps",
-    "prescribed-touching-turned": "nothing is to be solved: the node touches, to rounding",
-    "free-corner-limit": "Siconos solves its last problem: NSN_NM 5e-10",
-}
-
 
 def confirm(scene, cause):
     """Return (whether the refusal is right, what was found) for one of extreme_judge.CAUSES."""
-    if scene.name in SOLVED_BY_OTHERS:
-        return False, SOLVED_BY_OTHERS[scene.name]
     if cause == "deck refused":
         least = min(corner_jacobian(scene.points[nodes]) for nodes in scene.bricks)
         return least <= 0, f"least Jacobian at a corner {least:.1e}"

@@ -6,6 +6,8 @@ from matplotlib.patches import Patch
 
 from block_runs import BLUE, GREEN, INK, ORANGE, RED, new_axes, save
 from extreme_judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK
+from two_answers import HEADS
+from two_answers import rows as rows_of_answers
 
 OUTCOMES = (CERTIFIED, FALLBACK, DIAGNOSED, FAILED)
 LETTER = {CERTIFIED: "c", FALLBACK: "f", DIAGNOSED: "**d**", FAILED: "**X**"}
@@ -65,8 +67,12 @@ def good(outcomes):
     return sum(one.outcome in (CERTIFIED, FALLBACK) for one in outcomes)
 
 
-def write_page(outcomes, solvers, confirmed, seconds, path):
-    """Write the page; `confirmed` is, by scene, what the check of AUTO's refusals found."""
+def write_page(outcomes, solvers, confirmed, answers, seconds, path):
+    """Write the page.
+
+    `confirmed` is, by scene, what the check of AUTO's refusals found; `answers` are those of an
+    increment that has several (two_answers.py).
+    """
     axes = axes_of(outcomes)
     by = {(one.scene, one.solver): one for one in outcomes}
     auto = [one for one in outcomes if one.solver == "AUTO"]
@@ -127,6 +133,17 @@ def write_page(outcomes, solvers, confirmed, seconds, path):
         right, words = confirmed[one.scene]
         rows.append([one.scene, one.words.replace("|", "/"), "yes" if right else "no", words])
     lines += table(["scene", "what the program says", "confirmed", "by"], rows)
+    lines += ["", "## An increment with two answers", ""]
+    lines += [
+        "With much friction Coulomb's law may have several solutions: a point alone loses "
+        "uniqueness at mu = W_nn/|W_nt|, 2.07 on the block with n = 4. At mu = 10 its increment 48 "
+        "has at least two. `scripts/two_answers.py` finds them by a Newton method of its own from "
+        "random reactions on the exported problem; each satisfies the law to the residual given. "
+        "The program takes the first, which continues the increment before, and certifies it: a "
+        "certificate says that an answer is one, not that it is the only one.",
+        "",
+    ]
+    lines += table(HEADS, rows_of_answers(answers))
     if failed:
         lines += ["", "## What failed", ""]
         lines += table(["scene", "solver", ""], [[o.scene, o.solver, o.words] for o in failed])

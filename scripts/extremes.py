@@ -163,11 +163,14 @@ def main():
     if not options.only and not wanted:
         # Only the whole matrix makes the page; drawing is not needed for less.
         from extreme_page import draw_map, write_page
+        from two_answers import answers_of_block
 
         seconds = time.monotonic() - start
         draw_map(outcomes, solvers, ROOT / "docs" / "figures" / "extremes.png")
         confirmed = confirm_refusals(scenes, outcomes)
-        write_page(outcomes, solvers, confirmed, seconds, ROOT / "docs" / "extremes.md")
+        answers = answers_of_block(options.program)
+        page = ROOT / "docs" / "extremes.md"
+        write_page(outcomes, solvers, confirmed, answers, seconds, page)
     return 1 if any(one.outcome == FAILED for one in outcomes) else 0
 
 

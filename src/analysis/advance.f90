@@ -32,7 +32,7 @@ module advance_mod
   use solve_mod, only: solve_contact
   use floating_mod, only: drift_t, solve_floating, resisting_rows
   use motion_words_mod, only: free_in_words, motion_in_words, unresisted_part
-  use follow_points_mod, only: relative, measure_points, carried_slip
+  use follow_points_mod, only: rounding_of_places, relative, nodal, measure_points, carried_slip
   use step_loads_mod, only: pattern_factors
   use operators_mod, only: operators_t, begin_inverse, finish_inverse, on_interface, &
     locate_points, &
@@ -81,6 +81,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! MUMPS failed; a node is prescribed into an obstacle
     type(attempt_t) :: now
+    type(state_t) :: before
+    type(step_report_t) :: of_before
     real(wp) :: clock
     integer :: i
 
@@ -111,6 +113,12 @@ contains
       call equilibrate(scene, plan%points, operators, old, now, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_unbalanced) exit attempts
+      if (i > 1 .and. .not. report%converged) then
+        ! More than double precision gives: what converged before, and was not certified, stands.
+        new = before
+        report = of_before
+        exit attempts
+      end if
 
       ! 6. Certificate
       call locate_points(scene, plan%points, operators%is_curved, new%displacement, operators)
@@ -118,6 +126,7 @@ contains
       call watch_inactive(scene, plan%points, operators, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
+      now%forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
       report%certificate = certify(scene%mesh, plan%points, report%contact, &
         operators%has_friction, &
                                    old, new, now%forces, scene%contact%tolerance)
@@ -128,6 +137,8 @@ contains
       now%controls%tolerance = max(smallest_tolerance, now%controls%tolerance*max(1.0e-4_wp, &
         scene%contact%tolerance/worst_entry(report%certificate)))
       now%start = new%displacement
+      before = new
+      of_before = report
     end do attempts
     if (report%ending /= ended_unbalanced) call finish(scene, plan%points, operators, old, now, &
       new, report)
@@ -358,22 +369,6 @@ contains
     if (scale > 0.0_wp) relative = relative/scale
   end subroutine out_of_balance
 
-  !> Reactions of the points as forces of the nodes.
-  pure function nodal(points, reaction, n_nodes) result(force)
-    type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: reaction(:, :) !! (3,n_points)
-    integer, intent(in) :: n_nodes
-    real(wp) :: force(3, n_nodes)
-    integer :: i
-
-    force = 0.0_wp
-    do i = 1, points%n
-      force(:, points%node(i)) = force(:, points%node(i)) + reaction(:, i)
-      if (points%ref_node(i) == 0) cycle
-      force(:, points%ref_node(i)) = force(:, points%ref_node(i)) - reaction(:, i)
-    end do
-  end function nodal
-
   !> Gaps, slips, reactions and status from the displacements as they came out.
   pure subroutine describe_contact(points, operators, old, new, contact)
     type(contact_points_t), intent(in) :: points
@@ -414,7 +409,9 @@ contains
     logical :: is_inside(points%n)
     integer :: i
 
-    is_inside = report%contact%gap < -10.0_wp*scene%contact%tolerance*maxval(abs(new%displacement))
+    if (points%n == 0) return
+    is_inside = report%contact%gap < -10.0_wp*scene%contact%tolerance* &
+      maxval(abs(new%displacement)) - rounding_of_places(scene, new%displacement)
     is_inside(operators%active) = .false.
     if (.not. any(is_inside)) return
     i = findloc(is_inside, .true., dim=1)

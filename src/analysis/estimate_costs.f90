@@ -39,7 +39,7 @@ module estimate_costs_mod
   ! left where HDF5 squeezes them.
   real(wp), parameter :: growing_dataset = 41000.0_wp
   real(wp), parameter :: squeezed = 0.8_wp
-  integer, parameter :: history_datasets = 31, datasets_of_a_pair = 8
+  integer, parameter :: history_datasets = 32, datasets_of_a_pair = 8
 
   ! Passes over the factor, in memory, while it is made: fronts are cleared, assembled, eliminated
   ! panel by panel, and copied.
@@ -257,6 +257,7 @@ contains
         call add_field(8.0_wp*sizes%nodes, 8.0_wp*sizes%points, sizes, file)
         call add_field(sizes%nodes, 0.0_wp, sizes, file)
       end if
+      if (output%mesh_error) call add_field(8.0_wp*sizes%bricks, 8.0_wp*sizes%bricks, sizes, file)
       do i = 1, count([output%stress, output%strain])
         if (output%at_centroids) call add_field(48.0_wp*sizes%bricks, 48.0_wp*sizes%bricks, &
           sizes, file)

@@ -8,7 +8,7 @@ module follow_points_mod
   implicit none
   private
 
-  public :: locate_at, relative, measure_points, carried_slip
+  public :: locate_at, rounding_of_places, relative, nodal, measure_points, carried_slip
 
 contains
 
@@ -29,6 +29,20 @@ contains
     gap = gap + points%extra_gap(i)
   end subroutine locate_at
 
+  !> A gap is a difference of places, and rounded as they are.
+  pure function rounding_of_places(scene, u) result(rounding)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
+    real(wp) :: rounding                 !! [length]
+    integer :: i
+
+    rounding = maxval(abs(scene%mesh%coordinates)) + maxval(abs(u))
+    do i = 1, size(scene%obstacles)
+      rounding = max(rounding, maxval(abs(scene%obstacles(i)%point)) + scene%obstacles(i)%radius)
+    end do
+    rounding = 8.0_wp*epsilon(1.0_wp)*rounding
+  end function rounding_of_places
+
   !> Displacement of a point's node less that of its obstacle.
   pure function relative(points, i, u) result(d)
     type(contact_points_t), intent(in) :: points
@@ -39,6 +53,22 @@ contains
     d = u(:, points%node(i))
     if (points%ref_node(i) > 0) d = d - u(:, points%ref_node(i))
   end function relative
+
+  !> Reactions of the points as forces of the nodes.
+  pure function nodal(points, reaction, n_nodes) result(force)
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: reaction(:, :) !! (3,n_points)
+    integer, intent(in) :: n_nodes
+    real(wp) :: force(3, n_nodes)
+    integer :: i
+
+    force = 0.0_wp
+    do i = 1, points%n
+      force(:, points%node(i)) = force(:, points%node(i)) + reaction(:, i)
+      if (points%ref_node(i) == 0) cycle
+      force(:, points%ref_node(i)) = force(:, points%ref_node(i)) - reaction(:, i)
+    end do
+  end function nodal
 
   !> How far the contact on curved obstacles is from where it was linearised: gaps of points that
   !> press and penetrations beside the displacements, and turns of their normals.

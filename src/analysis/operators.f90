@@ -75,6 +75,7 @@ module operators_mod
     type(phase_seconds_t) :: seconds              !! summed over the run
     integer :: n_factorisations = 0
     integer :: n_stiffnesses = 0                  !! of bricks, computed
+    real(wp) :: condition = 1.0_wp                !! of the stiffness, at least [-]
   end type operators_t
 
 contains
@@ -147,7 +148,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(triplets_t) :: k
     integer, allocatable :: start(:), neighbours(:), place(:)
-    real(wp) :: clock
+    real(wp) :: clock, condensed
     integer :: n_stiffnesses
 
     clock = wall_seconds()
@@ -169,9 +170,33 @@ contains
     operators%n_factorisations = operators%n_factorisations + 1
     call lap(clock, operators%seconds%factorise)
     operators%stiffness = point_stiffness(operators%map, points, operators%compliance)
+    condensed = norm_1(operators%compliance)
     call invert_schur(operators%compliance, error)
+    operators%condition = max(diagonal_ratio(k), condensed*norm_1(operators%compliance))
     call lap(clock, operators%seconds%condense)
   end subroutine make_factor
+
+  !> The largest sum of a column; 0 of an empty matrix.
+  pure real(wp) function norm_1(a)
+    real(wp), intent(in) :: a(:, :)
+    integer :: j
+
+    norm_1 = 0.0_wp
+    do j = 1, size(a, 2)
+      norm_1 = max(norm_1, sum(abs(a(:, j))))
+    end do
+  end function norm_1
+
+  !> Largest over smallest diagonal entry: no condition is better.
+  pure real(wp) function diagonal_ratio(k)
+    type(triplets_t), intent(in) :: k
+    logical :: on_diagonal(size(k%value))
+
+    diagonal_ratio = 1.0_wp
+    on_diagonal = k%row == k%column .and. k%value > 0.0_wp
+    if (.not. any(on_diagonal)) return
+    diagonal_ratio = maxval(k%value, mask=on_diagonal)/minval(k%value, mask=on_diagonal)
+  end function diagonal_ratio
 
   !> Frames and gaps of some contact points where displacement `u` takes them.
   subroutine locate_points(scene, points, which, u, operators)

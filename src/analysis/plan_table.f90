@@ -185,6 +185,7 @@ contains
       if (output%contact .and. plan%points%n > 0) words = words//', contact force, pressure, status'
       if (output%stress) words = words//', stress'
       if (output%strain) words = words//', strain'
+      if (output%mesh_error) words = words//', mesh error'
     end associate
     if (words == '' .or. plan%n_outputs == 0) then
       words = 'none'

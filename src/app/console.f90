@@ -7,7 +7,8 @@ module console_mod
   use system_mod, only: output_is_terminal, wall_seconds
   use increments_mod, only: increment_t
   use controls_mod, only: solver_sweeps, solver_global_newton
-  use step_report_mod, only: step_report_t, worst_entry, status_open, status_stick, status_slide
+  use step_report_mod, only: step_report_t, worst_entry, status_open, &
+    status_stick, status_slide
   implicit none
   private
 
@@ -90,6 +91,8 @@ contains
     if (report%solver_stages > 1) line = trim(line)//', after '// &
       to_text(report%solver_stages - 1)//' that did not reach the tolerance'
     if (.not. report%certificate%certified) line = trim(line)//'  not certified'
+    if (report%mesh_error >= 0.0_wp) line = trim(line)//'  (mesh: about '// &
+      to_text(100.0_wp*report%mesh_error, 2)//' % error)'
     call say(trim(line))
     if (.not. console%terminal .or. increment%row == n_increments) return
     elapsed = wall_seconds() - console%started

@@ -11,11 +11,12 @@ module run_mod
   use plan_mod, only: plan_t, find_breaches
   use increments_mod, only: increment_t, next_increment
   use state_mod, only: state_t, initial_state
-  use step_report_mod, only: step_report_t, ended_at_limit, ended_stalled, &
+  use step_report_mod, only: step_report_t, worst_entry, ended_at_limit, ended_stalled, &
     ended_unbalanced, ended_moving, ended_out_of_reach
   use step_fields_mod, only: step_fields_t, tensor_field_t, fields_due
   use read_deck_mod, only: read_deck
   use mesh_fields_mod, only: fill_tensor_fields
+  use recovered_error_mod, only: estimate_mesh_error
   use make_plan_mod, only: make_plan, revise_plan
   use estimate_costs_mod, only: estimate_costs
   use fit_machine_mod, only: misfit
@@ -198,12 +199,12 @@ contains
       ! Also where the increment is not solved: others may want to try.
       call export_increment(scene, operators, increment, old, report, exports, error)
       if (allocated(error)) return
-      call refuse_unsolved(scene, plan, increment, report, error)
+      call refuse_unsolved(scene, plan, increment, report, operators%condition, error)
       if (allocated(error)) return
       call tell_unheld(console, increment, report, unheld)
 
       clock = wall_seconds()
-      call make_fields(scene, new, fields)
+      call make_fields(scene, new, report, fields)
       call append_increment(file, scene, plan, new, report, fields, error)
       if (allocated(error)) return
       tally%write_time = tally%write_time + wall_seconds() - clock
@@ -277,11 +278,12 @@ contains
 
   !> A step that did not converge or is not certified ends the run; only comparisons (STOP=CHANGE)
   !> go on past one that converged and is not certified.
-  subroutine refuse_unsolved(scene, plan, increment, report, error)
+  subroutine refuse_unsolved(scene, plan, increment, report, condition, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(increment_t), intent(in) :: increment
     type(step_report_t), intent(in) :: report
+    real(wp), intent(in) :: condition !! of the stiffness, at least [-]
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: where_and_what
 
@@ -300,7 +302,8 @@ contains
         ' (best residual '//to_text(report%residual, 3)
       if (report%worst_point > 0) where_and_what = where_and_what//', largest at node '// &
         to_text(scene%mesh%node_id(plan%points%node(report%worst_point)))
-      where_and_what = where_and_what//')'
+      where_and_what = where_and_what//'; condition of the stiffness at least '// &
+        to_text(condition, 2)//')'
       if (scene%contact%local == local_uzawa .and. report%solver == solver_sweeps) then
         where_and_what = where_and_what//'; rho = '//to_text(scene%contact%rho)//' times its '// &
         'natural scale is outside the range in which Uzawa converges here: below 2, often less'
@@ -308,11 +311,17 @@ contains
     else
       where_and_what = where_and_what//': not certified, '//certificate_in_words(report)// &
         ', allowed '// &
-        to_text(10.0_wp*scene%contact%tolerance)
-      if (.not. is_exact(scene%precision)) where_and_what = where_and_what//'; the factor ('// &
-        precision_in_words(scene%precision)//') left '//to_text(report%unrefined, 2)// &
-        ' out of balance, Newton-Raphson '//to_text(report%imbalance, 2)// &
-        ': full rank and FACTOR=DOUBLE of *PRECISION hold more'
+        to_text(10.0_wp*scene%contact%tolerance)//' (condition of the stiffness at least '// &
+        to_text(condition, 2)//')'
+      if (.not. is_exact(scene%precision)) then
+        where_and_what = where_and_what//'; the factor ('// &
+          precision_in_words(scene%precision)//') left '//to_text(report%unrefined, 2)// &
+          ' out of balance, Newton-Raphson '//to_text(report%imbalance, 2)// &
+          ': full rank and FACTOR=DOUBLE of *PRECISION hold more'
+      else if (report%certificate%equilibrium >= worst_entry(report%certificate)) then
+        where_and_what = where_and_what// &
+          ': displacements in double precision do not hold these forces any closer'
+      end if
     end if
     call raise(error, exit_not_solved, where_and_what)
   end subroutine refuse_unsolved
@@ -345,13 +354,21 @@ contains
   end function certificate_in_words
 
   !> The fields that the state does not hold, where the increment's are due.
-  subroutine make_fields(scene, state, fields)
+  subroutine make_fields(scene, state, report, fields)
     type(scene_t), intent(in) :: scene
     type(state_t), intent(in) :: state
+    type(step_report_t), intent(inout) :: report !! gets the error of the mesh, where it is due
     type(step_fields_t), intent(out) :: fields
+    logical :: due
+    integer :: last
 
-    if (.not. fields_due(scene%output%frequency, state%increment, &
-      scene%steps(state%step)%n_increments)) return
+    last = scene%steps(state%step)%n_increments
+    due = fields_due(scene%output%frequency, state%increment, last)
+    if (state%increment == last .or. (due .and. scene%output%mesh_error)) then
+      call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, &
+        fields%mesh_error, report%mesh_error)
+    end if
+    if (.not. due) return
     if (scene%output%reaction) fields%reaction_force = state%support_force
     if (scene%output%stress) call allocate_tensors(scene, fields%stress)
     if (scene%output%strain) call allocate_tensors(scene, fields%strain)

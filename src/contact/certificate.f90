@@ -23,6 +23,7 @@ module certificate_mod
     real(wp), allocatable :: external(:, :)   !! loads [force]
     logical,  allocatable :: prescribed(:, :) !! degrees of freedom held by supports
     real(wp) :: rounding = 0.0_wp             !! that the internal forces carry [force]
+    real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]
   end type step_forces_t
 
 contains
@@ -66,6 +67,10 @@ contains
     u = max(largest(new%displacement - old%displacement), largest_spread(mesh, new%displacement))
 
     x(1, :) = contact%gap
+    ! Where nothing moves by more than places are rounded, neither does a gap.
+    if (u <= forces%rounding_of_gaps) then
+      where (x(1, :) < 0.0_wp) x(1, :) = min(0.0_wp, x(1, :) + forces%rounding_of_gaps)
+    end if
     x(2:, :) = merge(contact%slip_increment, 0.0_wp, has_friction)
     certificate = judge_contact(points%mu, contact%reaction, x, f, u)
     ! A body that moves as a whole has forces of rounding alone: they are no imbalance. Beside

@@ -329,6 +329,7 @@ contains
     r_points = unpack_rows(problem, r)
     call natural_map(problem, unpack_rows(problem, x), r_points, z, status)
     scale = force_scale(problem, unpack_rows(problem, x_free), r_points, r_start)
+    call forgive_rounding(problem, unpack_rows(problem, x_free), r_points, z)
     report%residual = norm2(z)
     if (scale > 0.0_wp) then
       report%residual = report%residual/scale
@@ -338,5 +339,27 @@ contains
     report%worst_point = 0
     if (problem%n_points > 0) report%worst_point = maxloc(sum(z**2, dim=1), dim=1)
   end subroutine measure
+
+  !> Take off what rounding makes of Z where friction is large: a point that sticks has x_t = 0 to
+  !> the rounding of W r + x_free, which Z multiplies by mu. docs/theory.md (5.3).
+  pure subroutine forgive_rounding(problem, x_free, r, z)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:, :)     !! (3,n_points) [length]
+    real(wp), intent(in) :: r(:, :)          !! (3,n_points) [force]
+    real(wp), intent(inout) :: z(:, :)       !! (3,n_points) [force]
+    real(wp) :: rounding, size_z, largest
+    integer :: i
+
+    largest = 0.0_wp
+    if (problem%n_points > 0) largest = maxval(norm2(r, dim=1))
+    do i = 1, problem%n_points
+      if (problem%mu(i) <= 1.0_wp) cycle
+      rounding = problem%n_rows*epsilon(1.0_wp)*(problem%mu(i) - 1.0_wp)* &
+        (problem%rho_map(i)*norm2(x_free(:, i)) + largest)
+      size_z = norm2(z(:, i))
+      if (size_z > rounding) z(:, i) = (1.0_wp - rounding/size_z)*z(:, i)
+      if (size_z <= rounding) z(:, i) = 0.0_wp
+    end do
+  end subroutine forgive_rounding
 
 end module problem_mod

@@ -174,6 +174,8 @@ contains
           controls%stress = .true.
         case ('EL FILE E')
           controls%strain = .true.
+        case ('EL FILE ERR')
+          controls%mesh_error = .true.
         case default
           if (card%keyword /= 'CONTACT FILE') call note(reader, '*'//card%keyword//': '// &
             quoted(name)//' is not written')

@@ -11,6 +11,7 @@ module assembly_mod
 
   public :: triplets_t, assemble_stiffness, list_pattern
 
+  real(wp), parameter :: negligible = 1.0e-13_wp !! of a brick, in its shape [-]
   integer, parameter :: n_remembered = 64 !! shapes: a row of a graded block has no more
 
   !> Bricks whose stiffness is known.
@@ -18,6 +19,7 @@ module assembly_mod
     integer :: n = 0                   !! shapes kept
     integer :: next = 1                !! place of the next one
     integer :: n_computed = 0          !! stiffnesses computed so far
+    real(wp) :: rounding = 0.0_wp      !! of the largest coordinate of the mesh [length]
     integer :: kind(n_remembered) = 0
     integer :: material(n_remembered) = 0
     real(wp), allocatable :: shape(:, :, :) !! (3,8,n_remembered) corners less the first [length]
@@ -53,6 +55,7 @@ contains
     allocate (blocks(3, 3, lower_start(mesh%n_nodes + 1) - 1), source=0.0_wp)
 
     allocate (known%shape(3, 8, n_remembered), known%ke(24, 24, n_remembered))
+    known%rounding = 4.0_wp*epsilon(1.0_wp)*maxval(abs(mesh%coordinates))
     do e = 1, mesh%n_elements
       nodes = mesh%connectivity(:, e)
       call find_stiffness(mesh, materials, e, known, ke)
@@ -106,7 +109,9 @@ contains
 
     x = mesh%coordinates(:, mesh%connectivity(:, e))
     shape = x - spread(x(:, 1), 2, 8)
+    ! Bricks near the origin carry the rounding of edges far away; not so much that it is felt.
     rounding = 4.0_wp*epsilon(1.0_wp)*maxval(abs(x))
+    rounding = max(rounding, min(known%rounding, negligible*maxval(abs(shape))))
     do i = 1, known%n
       if (known%kind(i) /= mesh%element_kind(e)) cycle
       if (known%material(i) /= mesh%material(e)) cycle

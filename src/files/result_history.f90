@@ -21,6 +21,7 @@ module result_history_mod
     type(rows_t) :: solver, residual, worst_node, wall_time, contact_time
     type(rows_t) :: penetration, adhesion, complementarity, cone, law, equilibrium
     type(rows_t) :: external_work, strain, dissipation, balance
+    type(rows_t) :: mesh_error
   end type history_t
 
 contains
@@ -85,6 +86,12 @@ contains
     call reals('energy/balance', 'work less strain less dissipation: of the order of the '// &
                'increment', 'energy', history%balance)
 
+    call create_group(file, '/history/error', error)
+    call write_attribute(file, '/history/error', 'description', &
+                         'estimated errors; -1 where there is no estimate', error)
+    call reals('error/mesh', 'error of the stresses by recovery, squared, over the energy of '// &
+               'the stresses', 'ratio', history%mesh_error)
+
   contains
 
     subroutine reals(name, description, quantity, rows)
@@ -148,6 +155,7 @@ contains
       call append_row(history%strain, energy%strain, error)
       call append_row(history%dissipation, energy%dissipation, error)
       call append_row(history%balance, energy%balance, error)
+      call append_row(history%mesh_error, report%mesh_error, error)
     end associate
   end subroutine append_history
 

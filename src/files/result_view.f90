@@ -43,6 +43,7 @@ module result_view_mod
     type(field_t) :: displacement, reaction_force, contact_force, contact_pressure, contact_status
     type(field_t) :: node_id, element_id
     type(tensor_rows_t) :: stress, strain
+    type(field_t) :: mesh_error
   end type view_t
 
 contains
@@ -65,6 +66,7 @@ contains
     view%contact_status%is_asked = view%contact_force%is_asked
     call ask_tensor(output%stress, output, view%stress)
     call ask_tensor(output%strain, output, view%strain)
+    view%mesh_error%is_asked = output%mesh_error
     view%node_id%is_asked = .true.
     view%element_id%is_asked = .true.
 
@@ -114,6 +116,8 @@ contains
     call cell_field('strain_gauss_points', [48, mesh%n_elements], tensor_order//' as tensor '// &
                     'components at each of the eight Gauss points, placed like the nodes', &
                     'strain', view%strain%at_gauss_points)
+    call cell_field('mesh_error', [mesh%n_elements], 'error of the stresses in the energy '// &
+                    'norm, squared, by recovery', 'energy', view%mesh_error)
 
     ! The ids never change: one block, where every increment's offset points to.
     call write_dataset(file, '/VTKHDF/PointData/node_id', int(mesh%node_id, i8), &
@@ -207,6 +211,7 @@ contains
 
     if (allocated(error)) return
     if ((view%reaction_force%is_asked .and. .not. allocated(fields%reaction_force)) .or. &
+        (view%mesh_error%is_asked .and. .not. allocated(fields%mesh_error)) .or. &
         is_missing(view%stress, fields%stress) .or. is_missing(view%strain, fields%strain)) then
       call raise(error, exit_machine, 'internal error: a field to be written was not computed')
       return
@@ -232,6 +237,10 @@ contains
     end if
     call append_tensor(view%stress, fields%stress, node_offset, element_offset, error)
     call append_tensor(view%strain, fields%strain, node_offset, element_offset, error)
+    if (view%mesh_error%is_asked) then
+      call append_row(view%mesh_error%blocks, fields%mesh_error, error)
+      call append_row(view%mesh_error%offsets, element_offset, error)
+    end if
     call append_row(view%node_id%offsets, 0_i8, error)
     call append_row(view%element_id%offsets, 0_i8, error)
 

@@ -11,7 +11,7 @@ module controls_mod
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
   public :: stop_at_residual, stop_at_change
-  public :: linear_auto, linear_direct, linear_gmres
+  public :: linear_auto, linear_direct, linear_gmres, linear_regular
 
   ! The first three are what /history/solver stores.
   integer, parameter :: solver_none = 0
@@ -33,6 +33,7 @@ module controls_mod
   integer, parameter :: linear_auto = 1    !! direct up to a size, GMRES above
   integer, parameter :: linear_direct = 2
   integer, parameter :: linear_gmres = 3
+  integer, parameter :: linear_regular = 4 !! direct, singular only where a pivot is 0
 
   !> *CONTACT SOLVER.
   type :: contact_controls_t
@@ -63,6 +64,7 @@ module controls_mod
     logical :: contact = .true.       !! contact_force, contact_pressure, contact_status
     logical :: stress = .false.       !! *EL FILE, S
     logical :: strain = .false.       !! *EL FILE, E
+    logical :: mesh_error = .false.   !! *EL FILE, ERR
     logical :: at_centroids = .true.  !! of stress and strain: the mean of a brick
     logical :: at_nodes = .false.     !! extrapolated from the Gauss points, averaged over bricks
     logical :: at_gauss_points = .false. !! eight tensors a brick

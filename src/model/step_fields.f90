@@ -18,6 +18,7 @@ module step_fields_mod
     real(wp), allocatable :: reaction_force(:, :) !! (3, n_nodes) of the supports [force]
     type(tensor_field_t)  :: stress               !! [force/length^2]
     type(tensor_field_t)  :: strain               !! shear as tensor components [-]
+    real(wp), allocatable :: mesh_error(:)        !! (n_elements) of the stresses [energy]
   end type step_fields_t
 
 contains

@@ -73,6 +73,7 @@ module step_report_mod
     !! (n_rows) of the last contact problem: gaps and slips without reactions [length]
     type(certificate_t)    :: certificate
     type(energy_t)         :: energy
+    real(wp) :: mesh_error = -1.0_wp    !! part of the energy; negative: not estimated [-]
     type(contact_fields_t) :: contact
   end type step_report_t
 

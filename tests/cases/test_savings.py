@@ -39,6 +39,58 @@ U
 NO_FORCE = "*CLOAD\n1, 1, 1e-290\n"
 
 
+# With the sphere at its last place a node at the distance r from the axis has a gap of at most the
+# way of 0.06, so that it can touch, where r^2 <= 20.06^2 - 19.94^2 = 4.8.
+PRESSED = """*HEADING
+A sphere is pressed into a plate
+*NODE
+1000, 0., 0., 0.
+*BLOCK, NAME=BODY, NX=12, NY=12, NZ=1
+-6., -6., 0.,  12., 12., 1.
+*MATERIAL, NAME=STEEL
+*ELASTIC
+1., 0.3
+*SOLID SECTION, ELSET=BODY, MATERIAL=STEEL
+*OBSTACLE, NAME=BALL, TYPE=SPHERE, REF NODE=1000
+0., 0., -20.,  20.
+*SURFACE INTERACTION, NAME=TOUCH
+*FRICTION
+0.2
+*CONTACT PAIR, INTERACTION=TOUCH
+BODY-ZMIN, BALL
+*CONTACT SOLVER, TOLERANCE=1e-11
+*STEP
+*STATIC, DIRECT
+0.25, 1.
+*BOUNDARY
+BODY-ZMAX, 1, 3
+1000, 1, 2
+1000, 3, 3, 0.06
+*NODE FILE
+U
+{load}*END STEP
+"""
+
+FREE = """*HEADING
+A block between plates, contact nowhere
+*BLOCK, NAME=BODY, NX=3, NY=3, NZ=3
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=STEEL
+*ELASTIC
+1., 0.3
+*SOLID SECTION, ELSET=BODY, MATERIAL=STEEL
+*STEP
+*STATIC, DIRECT
+{increment}, 1.
+*BOUNDARY
+BODY-ZMIN, 1, 3
+BODY-ZMAX, 3, 3, -0.1
+*NODE FILE
+U
+*END STEP
+"""
+
+
 class Savings(unittest.TestCase):
     """Counters say what was left out; forces, gaps and displacements are the same to 1e-10."""
 
@@ -88,6 +140,39 @@ class Savings(unittest.TestCase):
             self.count(run, "interface_equations"), self.count(rubs, "interface_equations")
         )
         self.assert_same(run, rubs)
+
+    def test_only_nodes_that_a_sphere_can_reach_are_condensed_to(self):
+        run = Run(PRESSED.format(load=""), name="pressed")
+        full = Run(PRESSED.format(load="*CLOAD\n1001, 1, 1e-290\n"), name="pressed")
+        for one in (run, full):
+            self.assertEqual(one.status, 0, one.errors)
+        # On the grid of unit bricks r^2 is 0 once, and 1, 2 and 4 four times each.
+        for one, nodes in ((run, 13), (full, 13 * 13)):
+            self.assertEqual(self.count(one, "contact_points"), nodes)
+            self.assertEqual(self.count(one, "interface_equations"), 3 * nodes)
+            self.assertEqual(self.count(one, "contact_rows"), 3 * nodes)
+            self.assertEqual(self.count(one, "plan_revisions"), 0)
+        with run.result() as result:
+            self.assertGreater(result.pairs[0].normal_sum[-1], 0)
+        self.assert_same(run, full)
+
+    def test_without_contact_a_step_costs_one_solution(self):
+        for increment in (1, 0.1):
+            with self.subTest(increment=increment):
+                run = Run(FREE.format(increment=increment), name="free")
+                self.assertEqual(run.status, 0, run.errors)
+                self.assertEqual(self.count(run, "increments"), round(1 / increment))
+                self.assertEqual(self.count(run, "factorisations"), 1)
+                self.assertEqual(self.count(run, "solutions"), 1)
+                for name in (
+                    "interface_equations", "contact_points", "contact_rows",
+                    "contact_iterations", "compliance_products", "compliance_bytes",
+                ):
+                    self.assertEqual(self.count(run, name), 0, name)
+                with run.result() as result:
+                    self.assertEqual(
+                        result.field_names[0] - {"node_id"}, {"displacement"}
+                    )
 
     def test_congruent_bricks_share_a_stiffness(self):
         self.assertEqual(self.count(self.solve(), "brick_stiffnesses"), 1)

@@ -1,0 +1,94 @@
+!> How far the stresses of a mesh are from smooth ones: the recovery of Zienkiewicz and Zhu.
+!>
+!> The stresses at the Gauss points, extrapolated to the nodes and averaged there over the bricks of
+!> one material, are closer to the truth than those of the bricks; the difference stands for the
+!> error. docs/theory.md section 10.
+module recovered_error_mod
+  use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t
+  use scene_mod, only: material_t
+  use brick8_mod, only: lame_constants, stress_of, extrapolate_to_nodes, jacobian_determinants, &
+    xi_node, eta_node, zeta_node, gauss
+  use elements_mod, only: gauss_strain
+  implicit none
+  private
+
+  public :: estimate_mesh_error
+
+contains
+
+  !> The error of the stresses in the energy norm, squared: of each brick, and of the whole beside
+  !> the energy of the stresses.
+  !>
+  !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 24 (1987) 337-357.
+  subroutine estimate_mesh_error(mesh, materials, u, of_bricks, relative)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
+    real(wp), allocatable, intent(out) :: of_bricks(:)
+    !! (n_elements) int d : C^-1 : d, d the stresses less the smooth ones [energy]
+    real(wp), intent(out) :: relative      !! their sum over int sigma : C^-1 : sigma [-]
+    real(wp), allocatable :: stress(:, :, :), smooth(:, :)
+    real(wp) :: weight(16), lambda, shear, energy
+    integer :: material, e, nodes(8), bricks(mesh%n_nodes)
+
+    allocate (stress(6, 8, mesh%n_elements), smooth(6, mesh%n_nodes))
+    allocate (of_bricks(mesh%n_elements), source=0.0_wp)
+    energy = 0.0_wp
+    do material = 1, size(materials)
+      call lame_constants(materials(material)%young, materials(material)%poisson, lambda, shear)
+      smooth = 0.0_wp
+      bricks = 0
+      do e = 1, mesh%n_elements
+        if (mesh%material(e) /= material) cycle
+        nodes = mesh%connectivity(:, e)
+        stress(:, :, e) = stress_of(gauss_strain(mesh%element_kind(e), mesh%coordinates(:, nodes), &
+          u(:, nodes), lambda, shear), lambda, shear)
+        smooth(:, nodes) = smooth(:, nodes) + extrapolate_to_nodes(stress(:, :, e))
+        bricks(nodes) = bricks(nodes) + 1
+      end do
+      smooth = smooth/spread(max(1, bricks), 1, 6)
+      do e = 1, mesh%n_elements
+        if (mesh%material(e) /= material) cycle
+        nodes = mesh%connectivity(:, e)
+        weight = jacobian_determinants(mesh%coordinates(:, nodes))
+        energy = energy + energy_of(stress(:, :, e), weight(:8), lambda, shear)
+        of_bricks(e) = energy_of(interpolate(smooth(:, nodes)) - stress(:, :, e), weight(:8), &
+          lambda, shear)
+      end do
+    end do
+    relative = 0.0_wp
+    if (energy > 0.0_wp) relative = sum(of_bricks)/energy
+  end subroutine estimate_mesh_error
+
+  !> Nodal values where the Gauss points are.
+  pure function interpolate(at_nodes) result(values)
+    real(wp), intent(in) :: at_nodes(6, 8)
+    real(wp) :: values(6, 8)
+    real(wp) :: factor(8)
+    integer :: g
+
+    do g = 1, 8
+      factor = 0.125_wp*(1.0_wp + gauss*xi_node(g)*xi_node)*(1.0_wp + gauss*eta_node(g)*eta_node)* &
+        (1.0_wp + gauss*zeta_node(g)*zeta_node)
+      values(:, g) = matmul(at_nodes, factor)
+    end do
+  end function interpolate
+
+  !> int s : C^-1 : s over a brick.
+  pure function energy_of(s, weight, lambda, shear) result(energy)
+    real(wp), intent(in) :: s(6, 8)          !! stresses at the Gauss points [force/length^2]
+    real(wp), intent(in) :: weight(8)        !! volumes these stand for [length^3]
+    real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
+    real(wp) :: energy                       !! [energy]
+    integer :: g
+
+    energy = 0.0_wp
+    do g = 1, 8
+      energy = energy + weight(g)*(sum(s(:3, g)**2) + 2.0_wp*sum(s(4:, g)**2) - &
+        lambda/(3.0_wp*lambda + 2.0_wp*shear)*sum(s(:3, g))**2)
+    end do
+    energy = energy/(2.0_wp*shear)
+  end function energy_of
+
+end module recovered_error_mod
