@@ -16,7 +16,7 @@ module advance_mod
   use system_mod, only: wall_seconds
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
-  use controls_mod, only: contact_controls_t, stop_at_change
+  use controls_mod, only: contact_controls_t, stop_at_change, is_exact
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
   use plan_mod, only: plan_t
@@ -34,7 +34,9 @@ module advance_mod
   use motion_words_mod, only: free_in_words, motion_in_words, unresisted_part
   use follow_points_mod, only: rounding_of_places, relative, nodal, measure_points, carried_slip
   use step_loads_mod, only: pattern_factors
-  use operators_mod, only: operators_t, apply_inverse, locate_points, update_contact, &
+  use operators_mod, only: operators_t, begin_inverse, finish_inverse, on_interface, &
+    locate_points, &
+    update_contact, &
     neutral_step
   implicit none
   private
@@ -51,6 +53,10 @@ module advance_mod
     type(step_forces_t) :: forces
     real(wp), allocatable :: u_free(:, :)
     !! (3,n_nodes) displacement without contact and free motions [length]
+    real(wp), allocatable :: loaded(:, :)      !! (3,n_nodes) displacement by loads alone [length]
+    real(wp), allocatable :: pressed(:, :)
+    !! (3,n_nodes) displacement by the reactions, K^-1 B^T r [length]
+    real(wp), allocatable :: applied(:, :)     !! (3,n_points) those reactions, x, y, z [force]
     real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
     real(wp), allocatable :: turned(:)
     !! (k) what turned normals leave on neutral motions [force]
@@ -93,6 +99,8 @@ contains
     allocate (now%forces%internal, mold=old%displacement)
 
     now%controls = scene%contact
+    now%loaded = now%u_free
+    call carry_over(plan%points, operators, now)
     allocate (now%motion(operators%motions%n))
     do i = 1, operators%motions%n
       now%motion(i) = old%displacement(operators%motions%dof(i), operators%motions%node(i))
@@ -134,8 +142,30 @@ contains
     end do attempts
     if (report%ending /= ended_unbalanced) call finish(scene, plan%points, operators, old, now, &
       new, report)
+    if (report%certificate%certified .and. .not. is_exact(scene%precision)) then
+      operators%pressed = now%u_free - now%loaded + now%pressed
+      operators%applied = now%applied
+    end if
     report%wall_time = wall_seconds() - clock
   end subroutine advance
+
+  !> Begin with the reactions of the increment before, where the factor is not exact: what it makes
+  !> of them was refined there, and only what changes has to be refined again.
+  subroutine carry_over(points, operators, now)
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(inout) :: operators
+    type(attempt_t), intent(inout) :: now            !! its displacements and applied reactions
+
+    if (allocated(operators%begun)) deallocate (operators%begun)
+    allocate (now%pressed(3, size(now%u_free, 2)), now%applied(3, points%n))
+    now%pressed = 0.0_wp
+    now%applied = 0.0_wp
+    if (.not. allocated(operators%pressed)) return
+    now%applied = operators%applied
+    ! On the interface u_free must be what the contact problem adds W r to.
+    now%pressed = on_interface(operators, nodal(points, now%applied, size(now%u_free, 2)))
+    now%u_free = now%u_free + operators%pressed - now%pressed
+  end subroutine carry_over
 
   !> 7. Energies, and what the state keeps beside displacements and reactions.
   subroutine finish(scene, points, operators, old, now, new, report)
@@ -167,12 +197,15 @@ contains
     type(state_t), intent(inout) :: new              !! gets reaction and displacement
     type(step_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp), allocatable :: correction(:, :, :), residual(:, :, :)
+    real(wp), allocatable :: residual(:, :, :)
+    real(wp) :: correction(3, size(now%u_free, 2)) !! [length]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(operators%motions%n) !! of the neutral motions [length]
     integer :: i
     logical :: balanced, settled, is_turned
+    logical :: is_begun !! a correction by the factor
 
+    is_begun = .false.
     last_imbalance = huge(1.0_wp)
     last_moved = huge(1.0_wp)
     newton_raphson: do i = 1, max_newton_raphson
@@ -188,13 +221,16 @@ contains
       if (report%ending == ended_unbalanced) return
 
       ! 4. Displacement
-      new%displacement = now%u_free
-      if (any(abs(new%reaction) > 0.0_wp)) then
-        call apply_inverse(operators, reshape(nodal(points, new%reaction, size(now%u_free, 2)), &
-                                              [3, size(now%u_free, 2), 1]), correction, error)
+      if (is_begun .or. any(abs(new%reaction - now%applied) > 0.0_wp)) then
+        ! By what the reactions have changed: what an inexact factor makes of it gets less and less.
+        call finish_inverse(operators, nodal(points, new%reaction - now%applied, &
+          size(now%u_free, 2)), correction, error)
         if (allocated(error)) return
-        new%displacement = now%u_free + correction(:, :, 1)
+        now%pressed = now%pressed + correction
+        now%applied = new%reaction
+        is_begun = .false.
       end if
+      new%displacement = now%u_free + now%pressed
       call add_motions(operators%motions, scene%mesh, now%motion, new%displacement)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
@@ -202,6 +238,8 @@ contains
       now%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(points, new%reaction, now%forces, residual, imbalance)
+      if (i == 1) report%unrefined = max(report%unrefined, imbalance)
+      report%imbalance = imbalance
       call measure_points(scene, points, operators%is_curved, operators%frame, old, new, moved)
       is_turned = .false.
       if (operators%motions%n > 0) is_turned = any(abs(now%turned) > now%controls%tolerance* &
@@ -218,9 +256,11 @@ contains
         call add_motions(operators%motions, scene%mesh, step, new%displacement)
       end if
       if (imbalance <= now%controls%tolerance) cycle newton_raphson
-      call apply_inverse(operators, residual, correction, error)
+      ! Contact sees the correction of the interface; that of the interior comes with its answer.
+      call begin_inverse(operators, residual(:, :, 1), correction, error)
       if (allocated(error)) return
-      now%u_free = now%u_free + correction(:, :, 1)
+      now%u_free = now%u_free + correction
+      is_begun = .true.
     end do newton_raphson
     if (moved > 10.0_wp*now%controls%tolerance .and. report%converged) then
       report%converged = .false.

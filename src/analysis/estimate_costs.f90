@@ -13,7 +13,7 @@ module estimate_costs_mod
   use mesh_mod, only: node_neighbours
   use obstacles_mod, only: is_flat, ref_nodes
   use scene_mod, only: scene_t
-  use controls_mod, only: solver_sweeps
+  use controls_mod, only: solver_sweeps, is_exact
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most, bound_about
   use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness, nodal_force
@@ -52,6 +52,8 @@ module estimate_costs_mod
   real(wp), parameter :: products_without = 10.0_wp
   real(wp), parameter :: solves_for_motions = 3.0_wp      !! contact problems where bodies are free
   real(wp), parameter :: newton_raphson_curved = 3.0_wp   !! before round obstacles
+  real(wp), parameter :: newton_raphson_refined = 2.0_wp  !! where the factor is not exact
+  real(wp), parameter :: refinements = 4.0_wp             !! of a load's response, then
   real(wp), parameter :: sweeps_a_digit = 1.3_wp          !! and a point along the surface's side
 
   ! Seconds on a machine that makes a brick's internal force in 1e-6 s [s].
@@ -69,6 +71,8 @@ module estimate_costs_mod
     real(wp) :: front, workspace, flops
     real(wp) :: increments, outputs, steps, factorisations, motions
     real(wp) :: neighbours
+    real(wp) :: word = 8.0_wp !! of the factor, a number [bytes]
+    real(wp) :: copy = 0.0_wp !! of W in single precision, a number [bytes]
   end type sizes_t
 
   !> What the result file takes [bytes].
@@ -120,7 +124,7 @@ contains
     if (plan%is_analysed) then
       seconds = seconds_of_run(scene, sizes, file, ordering)
       call add_figure(plan, 'factor_entries', sizes%factor, merge(bound_fixed, bound_at_most, &
-        plan%n_factorisations == 1))
+        plan%n_factorisations == 1 .and. scene%precision%block_low_rank <= 0.0_wp))
       call add_figure(plan, 'solutions', solutions(scene, sizes), bound_about)
       call add_figure(plan, 'compliance_products', sizes%increments* &
         products_of_increment(scene, sizes), bound_about)
@@ -159,6 +163,7 @@ contains
     if (allocated(error)) return
     ordering = cpu_seconds() - ordering
     call list_pattern(map, start, neighbours, pattern)
+    factor%precision = scene%precision
     call analyse(pattern, place, map%n_interface, factor, error)
     if (allocated(error)) return
     plan%is_analysed = .true.
@@ -188,7 +193,9 @@ contains
     sizes%entries = 40.0_wp*sizes%equations
     sizes%factor = sizes%entries
     sizes%front = 0.0_wp
-    sizes%workspace = 8.0_wp*sizes%factor
+    if (scene%precision%single_factor) sizes%word = 4.0_wp
+    if (scene%precision%single_compliance) sizes%copy = 4.0_wp
+    sizes%workspace = sizes%word*sizes%factor
     sizes%flops = 0.0_wp
     sizes%increments = plan%n_increments
     sizes%outputs = plan%n_outputs
@@ -207,13 +214,13 @@ contains
 
     ! Row, column and value of every entry, ours and MUMPS's copy; neighbours, numbers of the
     ! unknowns, their order.
-    matrix = 32.0_wp*sizes%entries
+    matrix = (24.0_wp + sizes%word)*sizes%entries
     mesh = 4.0_wp*sizes%neighbours + 24.0_wp*sizes%nodes + 12.0_wp*sizes%equations
     ! The Schur complement beside MUMPS's fronts.
-    factorising = matrix + mesh + sizes%workspace + 8.0_wp*sizes%interface**2
+    factorising = matrix + mesh + sizes%workspace + sizes%word*sizes%interface**2
     ! The factor stays; compliance and W; responses and loads of two patterns, old and new state,
     ! forces and fields of a step: some thirty vectors over the nodes; HDF5's chunks.
-    running = sizes%workspace + 8.0_wp*sizes%interface**2 + 8.0_wp*sizes%rows**2 + &
+    running = sizes%workspace + 8.0_wp*sizes%interface**2 + (8.0_wp + sizes%copy)*sizes%rows**2 + &
       30.0_wp*24.0_wp*sizes%nodes + krylov_bytes(sizes) + file%cache
     bytes = libraries + max(factorising, running)
   end function peak_memory
@@ -307,6 +314,7 @@ contains
     integer :: i
 
     n = 1.0_wp
+    if (.not. is_exact(scene%precision)) n = newton_raphson_refined
     do i = 1, size(scene%pairs)
       if (.not. is_flat(scene%obstacles(scene%pairs(i)%obstacle))) n = newton_raphson_curved
     end do
@@ -334,6 +342,7 @@ contains
     real(wp) :: n
 
     n = 2.0_wp*sizes%steps + sizes%increments*iterations_of_increment(scene)
+    if (.not. is_exact(scene%precision)) n = n + 2.0_wp*refinements*sizes%steps
   end function solutions
 
   !> Elimination, inverse of the Schur complement, solutions, products with W.
@@ -357,13 +366,14 @@ contains
     type(machine_speed_t) :: speed
     real(wp) :: stiffness_time, force_time, product, plain
 
-    call measure_speed(nint(sizes%front), nint(sizes%rows), int(8.0_wp*sizes%factor, i8), speed)
+    call measure_speed(nint(sizes%front), nint(sizes%rows), int(sizes%word*sizes%factor, i8), speed)
     call time_brick(scene, stiffness_time, force_time)
     plain = force_time/reference_brick
 
     seconds%prepare = start_of_run*plain + sizes%factorisations*(ordering + &
       sizes%bricks*(1.5_wp*stiffness_time + force_time))
-    seconds%factorise = sizes%factorisations*(sizes%flops/speed%flops + &
+    ! Numbers of half the size are worked on twice as fast.
+    seconds%factorise = sizes%factorisations*sizes%word/8.0_wp*(sizes%flops/speed%flops + &
       passes_to_factorise*8.0_wp*sizes%factor/speed%bytes)
     seconds%condense = sizes%factorisations*(sizes%interface**3/speed%flops + &
       40.0_wp*sizes%interface**2/speed%bytes)
@@ -374,7 +384,7 @@ contains
     if (scene%contact%solver == solver_sweeps) product = 8.0_wp*sizes%rows**2/speed%bytes + &
       sizes%points*visit_of_sweep*force_time
     seconds%contact = sizes%increments*products_of_increment(scene, sizes)*product
-    seconds%recover = solutions(scene, sizes)*(passes_to_solve*8.0_wp*sizes%factor + &
+    seconds%recover = solutions(scene, sizes)*(passes_to_solve*sizes%word*sizes%factor + &
       8.0_wp*sizes%interface**2)/speed%bytes + sizes%increments*(start_of_increment*plain + &
       2.0_wp*iterations_of_increment(scene)*sizes%bricks*force_time)
     seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &

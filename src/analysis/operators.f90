@@ -2,22 +2,24 @@
 !> to the loads.
 module operators_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t
+  use errors_mod, only: error_t, raise, exit_not_solved
+  use text_mod, only: to_text
   use system_mod, only: wall_seconds
-  use dense_mod, only: solve_least_squares
+  use dense_mod, only: solve_least_squares, times_symmetric
   use mesh_mod, only: node_neighbours
   use obstacles_mod, only: is_flat, ref_nodes
+  use controls_mod, only: is_exact, precision_in_words
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use mesh_forces_mod, only: internal_force
+  use mesh_forces_mod, only: internal_force, force_rounding
   use dof_map_mod, only: dof_map_t, make_dof_map
   use assembly_mod, only: triplets_t, assemble_stiffness
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: sparse_factor_t, factorise
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins, motion_at, add_motions
   use compliance_mod, only: invert_schur, point_stiffness, rows_of_points, compliance_of_rows
-  use problem_mod, only: contact_problem_t, make_problem
+  use problem_mod, only: contact_problem_t, make_problem, add_single_copy
   use floating_mod, only: floating_t, free_the_motions
   use contact_interface_mod, only: interface_dofs
   use follow_points_mod, only: locate_at, relative
@@ -26,10 +28,12 @@ module operators_mod
   private
 
   public :: operators_t, make_operators, change_supports, prepare_step, widen_interface, &
-    apply_inverse, &
+    apply_inverse, begin_inverse, finish_inverse, on_interface, &
     locate_points, update_contact, neutral_step
 
   real(wp), parameter :: difference = 1.0e-4_wp !! of the size of the mesh
+  real(wp), parameter :: tolerable = 1.0e-6_wp  !! out of balance in a response, of the largest load
+  integer,  parameter :: max_refinements = 30   !! of a response to loads
 
   !> Wall time of the phases [s].
   type :: phase_seconds_t
@@ -59,6 +63,12 @@ module operators_mod
     logical, allocatable :: has_friction(:, :)    !! (2,n_points) tangents along which the law acts
     type(contact_problem_t) :: problem            !! over the active points
     type(floating_t) :: floating                  !! what the motions do to it
+    real(wp), allocatable :: begun(:)
+    !! (n_interface) what `begin_inverse` has found, where `finish_inverse` is due [length]
+    real(wp), allocatable :: pressed(:, :)
+    !! (3,n_nodes) K^-1 B^T r of the last certified increment, refined [length]
+    real(wp), allocatable :: applied(:, :)
+    !! (3,n_points) its reactions, x, y, z, where the factor is not exact [force]
     type(step_loads_t) :: loads                   !! of the present *STEP
     real(wp), allocatable :: response(:, :, :)
     !! (3,n_nodes,n_patterns) displacements under each pattern [length]
@@ -152,6 +162,8 @@ contains
     call order_equations(operators%map, start, neighbours, place, error)
     if (allocated(error)) return
     call lap(clock, operators%seconds%order)
+    operators%factor%precision = scene%precision
+    if (allocated(operators%pressed)) deallocate (operators%pressed, operators%applied)
     call factorise(k, place, operators%map%n_interface, operators%factor, operators%compliance, &
       error)
     if (allocated(error)) return
@@ -237,6 +249,7 @@ contains
     end if
     call make_problem(row(:, operators%active), points%mu(operators%active), w, &
       operators%problem, stiffness)
+    if (operators%factor%precision%single_compliance) call add_single_copy(operators%problem)
     operators%problem%is_proximal = operators%motions%n > 0
   end subroutine update_contact
 
@@ -358,7 +371,8 @@ contains
   subroutine respond(scene, operators, error)
     type(scene_t), intent(in) :: scene
     type(operators_t), intent(inout) :: operators
-    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    type(error_t), allocatable, intent(out) :: error
+    !! MUMPS failed; the factor is too far from the stiffness
     real(wp), allocatable :: load(:, :, :)
     real(wp) :: clock
     integer :: g
@@ -374,10 +388,53 @@ contains
       end do
       call apply_inverse(operators, load, operators%response, error)
       if (allocated(error)) return
+      if (.not. is_exact(scene%precision)) call refine(scene, load, operators, error)
+      if (allocated(error)) return
       operators%response = operators%response + loads%displacement
     end associate
     call lap(clock, operators%seconds%loads)
   end subroutine respond
+
+  !> Correct the responses with what is left out of balance, by internal forces in double precision,
+  !> until that is rounding.
+  subroutine refine(scene, load, operators, error)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: load(:, :, :)            !! (3,n_nodes,n_patterns) [force]
+    type(operators_t), intent(inout) :: operators    !! its responses are corrected
+    type(error_t), allocatable, intent(out) :: error
+    !! MUMPS failed; nothing is gained any more before rounding is reached
+    real(wp), allocatable :: residual(:, :, :), correction(:, :, :)
+    real(wp) :: left, last, largest, rounding
+    integer :: i, g
+
+    allocate (residual, source=load)
+    last = huge(last)
+    largest = maxval(abs(load), mask=spread(operators%map%equation > 0, 3, size(load, 3)))
+    rounding = 0.0_wp
+    refinements: do i = 1, max_refinements
+      do g = 1, size(load, 3)
+        call internal_force(scene%mesh, scene%materials, operators%response(:, :, g), &
+          residual(:, :, g))
+        residual(:, :, g) = merge(load(:, :, g) - residual(:, :, g), 0.0_wp, &
+          operators%map%equation > 0)
+        rounding = max(rounding, force_rounding(scene%mesh, scene%materials, &
+          abs(operators%response(:, :, g))))
+      end do
+      left = maxval(abs(residual))
+      if (left <= rounding) return
+      if (left > 0.5_wp*last) exit refinements
+      last = left
+      call apply_inverse(operators, residual, correction, error)
+      if (allocated(error)) return
+      operators%response = operators%response + correction
+    end do refinements
+    ! Newton-Raphson takes care of a little, and the certificate judges.
+    if (left <= tolerable*largest) return
+    call raise(error, exit_not_solved, 'the factor of the stiffness is too far from it ('// &
+      precision_in_words(scene%precision)//'): responses to loads stay out of balance by '// &
+      to_text(left/largest, 2)//' of the largest load, refined '//to_text(i)// &
+      ' times; full rank and FACTOR=DOUBLE of *PRECISION hold more')
+  end subroutine refine
 
   !> K^-1 f for nodal forces f, several at once; prescribed degrees of freedom stay 0.
   subroutine apply_inverse(operators, force, displacement, error)
@@ -386,36 +443,128 @@ contains
     real(wp), allocatable, intent(out) :: displacement(:, :, :) !! (3,n_nodes,m) [length]
     type(error_t), allocatable, intent(out) :: error          !! MUMPS failed
     real(wp), allocatable :: b(:, :), reduced(:, :)
-    integer :: g, node, i
+    integer :: g
 
     associate (map => operators%map)
       allocate (b(map%n_free, size(force, 3)), reduced(map%n_interface, size(force, 3)))
       do g = 1, size(force, 3)
-        do node = 1, size(force, 2)
-          do i = 1, 3
-            if (map%equation(i, node) > 0) b(map%equation(i, node), g) = force(i, node, g)
-          end do
-        end do
+        call gather(map, force(:, :, g), b(:, g))
       end do
       if (map%n_interface == 0) then
         call operators%factor%solve(b, error)
       else
         call operators%factor%condense(b, reduced, error)
         if (allocated(error)) return
-        reduced = matmul(operators%compliance, reduced)
+        do g = 1, size(reduced, 2)
+          reduced(:, g) = times_symmetric(operators%compliance, reduced(:, g))
+        end do
         call operators%factor%expand(reduced, b, error)
       end if
       if (allocated(error)) return
-      allocate (displacement(3, size(force, 2), size(force, 3)), source=0.0_wp)
+      allocate (displacement(3, size(force, 2), size(force, 3)))
       do g = 1, size(force, 3)
-        do node = 1, size(force, 2)
-          do i = 1, 3
-            if (map%equation(i, node) > 0) displacement(i, node, g) = b(map%equation(i, node), g)
-          end do
-        end do
+        call scatter(map, b(:, g), displacement(:, :, g))
       end do
     end associate
   end subroutine apply_inverse
+
+  !> First half of K^-1 f: what f does to the interface; without one all of it.
+  !>
+  !> The rest is kept until `finish_inverse`, which must be the next use of the factor.
+  subroutine begin_inverse(operators, force, shift, error)
+    type(operators_t), intent(inout) :: operators
+    real(wp), intent(in) :: force(:, :)              !! (3,n_nodes) [force]
+    real(wp), intent(out) :: shift(:, :)             !! (3,n_nodes) [length]
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    real(wp) :: b(operators%map%n_free, 1), reduced(operators%map%n_interface, 1)
+
+    call gather(operators%map, force, b(:, 1))
+    if (operators%map%n_interface == 0) then
+      call operators%factor%solve(b, error)
+    else
+      call operators%factor%condense(b, reduced, error)
+      if (allocated(error)) return
+      operators%begun = times_symmetric(operators%compliance, reduced(:, 1))
+      b = 0.0_wp
+      b(operators%map%n_free - operators%map%n_interface + 1:, 1) = operators%begun
+    end if
+    if (allocated(error)) return
+    call scatter(operators%map, b(:, 1), shift)
+  end subroutine begin_inverse
+
+  !> Second half, with forces that act on the interface alone: what they do to it, and what both do
+  !> to the interior.
+  subroutine finish_inverse(operators, force, displacement, error)
+    type(operators_t), intent(inout) :: operators
+    real(wp), intent(in) :: force(:, :)              !! (3,n_nodes) on the interface [force]
+    real(wp), intent(out) :: displacement(:, :)      !! (3,n_nodes) [length]
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    real(wp) :: b(operators%map%n_free, 1), answer(operators%map%n_interface), &
+      reduced(operators%map%n_interface, 1), nothing(3, size(force, 2))
+
+    displacement = 0.0_wp
+    nothing = 0.0_wp
+    if (operators%map%n_interface == 0) return
+    associate (first => operators%map%n_free - operators%map%n_interface + 1)
+      if (.not. allocated(operators%begun)) then
+        call begin_inverse(operators, nothing, displacement, error)
+        if (allocated(error)) return
+      end if
+      call gather(operators%map, force, b(:, 1))
+      answer = times_symmetric(operators%compliance, b(first:, 1))
+      reduced(:, 1) = operators%begun + answer
+      deallocate (operators%begun)
+      call operators%factor%expand(reduced, b, error)
+      if (allocated(error)) return
+      b(first:, 1) = answer
+    end associate
+    call scatter(operators%map, b(:, 1), displacement)
+  end subroutine finish_inverse
+
+  !> What forces on the interface do to it.
+  function on_interface(operators, force) result(displacement)
+    type(operators_t), intent(in) :: operators
+    real(wp), intent(in) :: force(:, :)                 !! (3,n_nodes) on the interface [force]
+    real(wp) :: displacement(3, size(force, 2))         !! 0 elsewhere [length]
+    real(wp) :: b(operators%map%n_free), answer(operators%map%n_interface)
+
+    call gather(operators%map, force, b)
+    associate (first => operators%map%n_free - operators%map%n_interface + 1)
+      answer = times_symmetric(operators%compliance, b(first:))
+      b = 0.0_wp
+      b(first:) = answer
+    end associate
+    call scatter(operators%map, b, displacement)
+  end function on_interface
+
+  !> From nodes to equations.
+  pure subroutine gather(map, nodal, b)
+    type(dof_map_t), intent(in) :: map
+    real(wp), intent(in) :: nodal(:, :)   !! (3,n_nodes)
+    real(wp), intent(out) :: b(:)         !! (n_free)
+    integer :: node, i
+
+    do node = 1, size(nodal, 2)
+      do i = 1, 3
+        if (map%equation(i, node) > 0) b(map%equation(i, node)) = nodal(i, node)
+      end do
+    end do
+  end subroutine gather
+
+  !> From equations to nodes, 0 along prescribed directions.
+  pure subroutine scatter(map, b, nodal)
+    type(dof_map_t), intent(in) :: map
+    real(wp), intent(in) :: b(:)          !! (n_free)
+    real(wp), intent(out) :: nodal(:, :)  !! (3,n_nodes)
+    integer :: node, i
+
+    nodal = 0.0_wp
+    do node = 1, size(nodal, 2)
+      do i = 1, 3
+        if (map%equation(i, node) > 0) nodal(i, node) = b(map%equation(i, node))
+      end do
+    end do
+  end subroutine scatter
 
   !> Add the time since `clock` to `total` and start the clock again.
   subroutine lap(clock, total)

@@ -7,7 +7,7 @@ module plan_table_mod
   use scene_mod, only: scene_t, contact_pair_t
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
                           formulation_bipotential, local_uzawa, local_newton, local_newton6, &
-                          stop_at_change
+                          stop_at_change, precision_controls_t, precision_in_words, is_exact
   use plan_mod, only: plan_t, bound_fixed, bound_at_most, bound_in_words
   use rigid_modes_mod, only: free_motions_t
   use motion_words_mod, only: body_in_words, motions_together
@@ -39,10 +39,14 @@ contains
     if (sum(plan%rows) > 0) then
       call add_line(plan, 'compliance', bound, to_text(plan%n_interface)//' x '// &
         to_text(plan%n_interface)//' and, of the contact rows, '//to_text(sum(plan%rows))//' x '// &
-        to_text(sum(plan%rows))//': dense, double precision, '// &
-        bytes_in_words(8.0_wp*(real(plan%n_interface, wp)**2 + real(sum(plan%rows), wp)**2)))
+        to_text(sum(plan%rows))//': dense, double precision'// &
+        trim(merge(' and a copy of the rows in single precision', repeat(' ', 43), &
+        scene%precision%single_compliance))//', '// &
+        bytes_in_words(8.0_wp*real(plan%n_interface, wp)**2 + &
+        merge(12.0_wp, 8.0_wp, scene%precision%single_compliance)*real(sum(plan%rows), wp)**2))
     end if
-    call add_line(plan, 'factorisations', bound_at_most, factorisations_in_words(plan))
+    call add_line(plan, 'factorisations', bound_at_most, factorisations_in_words(plan, &
+      scene%precision))
     call add_line(plan, 'increments', bound_fixed, to_text(plan%n_increments)//' in '// &
       to_text(size(scene%steps))//plural(' step', ' steps', size(scene%steps)))
     if (sum(plan%rows) > 0) call add_line(plan, 'contact solver', 0, &
@@ -156,14 +160,16 @@ contains
     words = words(:len(words) - 1)
   end function points_in_words
 
-  pure function factorisations_in_words(plan) result(words)
+  function factorisations_in_words(plan, precision) result(words)
     type(plan_t), intent(in) :: plan
+    type(precision_controls_t), intent(in) :: precision
     character(:), allocatable :: words
 
     words = '1 for the whole run (small strain, the same supports)'
     if (plan%n_factorisations > 1) words = to_text(plan%n_factorisations)// &
       ' (steps prescribe other degrees of freedom)'
-    words = words//'; LDL^T, double precision, in core'
+    words = words//'; LDL^T, '//precision_in_words(precision)//', in core'
+    if (.not. is_exact(precision)) words = words//', refined in double precision'
   end function factorisations_in_words
 
   !> What is written, and how often.

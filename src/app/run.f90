@@ -6,7 +6,8 @@ module run_mod
   use system_mod, only: wall_seconds, peak_memory_bytes, utc_now, build_description
   use blas_core_mod, only: blas_core_name
   use scene_mod, only: scene_t
-  use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps
+  use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_controls_t, &
+    precision_in_words, is_exact
   use plan_mod, only: plan_t, find_breaches
   use increments_mod, only: increment_t, next_increment
   use state_mod, only: state_t, initial_state
@@ -312,7 +313,12 @@ contains
         ', allowed '// &
         to_text(10.0_wp*scene%contact%tolerance)//' (condition of the stiffness at least '// &
         to_text(condition, 2)//')'
-      if (report%certificate%equilibrium >= worst_entry(report%certificate)) then
+      if (.not. is_exact(scene%precision)) then
+        where_and_what = where_and_what//'; the factor ('// &
+          precision_in_words(scene%precision)//') left '//to_text(report%unrefined, 2)// &
+          ' out of balance, Newton-Raphson '//to_text(report%imbalance, 2)// &
+          ': full rank and FACTOR=DOUBLE of *PRECISION hold more'
+      else if (report%certificate%equilibrium >= worst_entry(report%certificate)) then
         where_and_what = where_and_what// &
           ': displacements in double precision do not hold these forces any closer'
       end if
@@ -402,6 +408,8 @@ contains
         string_t('                contact '//seconds(tally%contact_time)//', recover '// &
                  seconds(tally%step_time - tally%contact_time)//', write '// &
                  seconds(tally%write_time)), &
+        string_t('accuracy        '//accuracy_in_words(scene%precision, tally%unrefined, &
+        tally%imbalance)), &
         string_t('memory          '//to_text(real(peak_memory_bytes(), wp)/1.0e6_wp, 3)// &
         ' MB at most')])
     end associate
@@ -416,6 +424,24 @@ contains
              ' (increment '// &
              to_text(tally%worst_row)//'), '//seconds_in_words(tally%total_time)//': '//path)
   end subroutine close_run
+
+  !> In which arithmetic, and what was out of balance before and after Newton-Raphson.
+  function accuracy_in_words(precision, before, after) result(words)
+    type(precision_controls_t), intent(in) :: precision
+    real(wp), intent(in) :: before, after !! largest out-of-balance force, of the largest force [-]
+    character(:), allocatable :: words
+
+    words = 'factor in '//precision_in_words(precision)//': out of balance by at most '// &
+      or_rounding(before)//' as solved, '//or_rounding(after)//' as refined'
+  end function accuracy_in_words
+
+  pure function or_rounding(imbalance) result(text)
+    real(wp), intent(in) :: imbalance !! 0 where it is no more than internal forces round [-]
+    character(:), allocatable :: text
+
+    text = 'rounding'
+    if (imbalance > 0.0_wp) text = to_text(imbalance, 2)
+  end function or_rounding
 
   pure function seconds(time) result(text)
     real(wp), intent(in) :: time

@@ -32,6 +32,8 @@ module tally_mod
     real(wp) :: factor_entries = 0.0_wp
     real(wp) :: file_bytes = 0.0_wp     !! of the result, when it is complete but for the counters
     real(wp) :: worst = 0.0_wp          !! certificate entry [-]
+    real(wp) :: unrefined = 0.0_wp      !! largest out-of-balance force before correction [-]
+    real(wp) :: imbalance = 0.0_wp      !! and at the end of increments [-]
     real(wp) :: read_time = 0.0_wp      !! plan included [s], as all below
     real(wp) :: contact_time = 0.0_wp
     real(wp) :: step_time = 0.0_wp      !! advancing, contact included
@@ -55,6 +57,8 @@ contains
       tally%worst = worst_entry(report%certificate)
       tally%worst_row = increment%row
     end if
+    tally%unrefined = max(tally%unrefined, report%unrefined)
+    tally%imbalance = max(tally%imbalance, report%imbalance)
     tally%contact_iterations = tally%contact_iterations + report%contact_iterations
     tally%products = tally%products + report%compliance_products
     if (report%solver_stages > 1) tally%fallbacks = tally%fallbacks + 1
@@ -107,6 +111,8 @@ contains
     call count('brick_stiffnesses', real(operators%n_stiffnesses, wp))
     call count('solver_fallbacks', real(tally%fallbacks, wp))
     call count('local_iterations', real(tally%local_iterations, wp))
+    call count('unrefined_imbalance', tally%unrefined)
+    call count('imbalance', tally%imbalance)
     call count('compliance_bytes', tally%compliance_bytes)
     call count('contact_matrix_bytes', tally%contact_matrix_bytes)
     call count('peak_memory_bytes', real(peak_memory_bytes(), wp))

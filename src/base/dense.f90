@@ -4,12 +4,23 @@ module dense_mod
   implicit none
   private
 
-  public :: invert_spd, solve_dense, solve_least_squares, invert_general, symmetric_eigenvectors, &
+  public :: invert_spd, times_symmetric, solve_dense, solve_least_squares, invert_general, &
+    symmetric_eigenvectors, &
     singular_values, null_space
 
   real(wp), parameter :: singular = 1.0e-14_wp !! reciprocal condition taken for 0 [-]
 
   interface
+    !> BLAS: y = alpha A x + beta y, A symmetric.
+    subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
+      import :: wp
+      implicit none
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, lda, incx, incy
+      real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
+      real(wp), intent(inout) :: y(*)
+    end subroutine dsymv
+
     !> LAPACK: Cholesky factor of a symmetric positive definite matrix.
     subroutine dpotrf(uplo, n, a, lda, info)
       import :: wp
@@ -130,6 +141,16 @@ contains
       end do
     end do
   end subroutine invert_spd
+
+  !> A x for a symmetric A, of which only the lower triangle is read.
+  function times_symmetric(a, x) result(y)
+    real(wp), contiguous, intent(in) :: a(:, :) !! (n,n)
+    real(wp), contiguous, intent(in) :: x(:)    !! (n)
+    real(wp) :: y(size(x))
+
+    y = 0.0_wp
+    if (size(x) > 0) call dsymv('L', size(x), 1.0_wp, a, size(x), x, 1, 0.0_wp, y, 1)
+  end function times_symmetric
 
   !> Solve J x = b; where J is singular to working precision, the x of least norm.
   subroutine solve_dense(j, b, threshold)

@@ -13,6 +13,7 @@ module global_newton_mod
     linear_direct, linear_regular
   use step_report_mod, only: ended_at_limit, ended_stalled
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
+                         rough_product_with_w, &
                          pack_rows, unpack_rows, measure
   use local_point_mod, only: local_point_t
   use pseudopotential_mod, only: pseudopotential_residual
@@ -300,7 +301,7 @@ contains
     integer :: i
 
     r = unpack_rows(map%problem, v)
-    x = unpack_rows(map%problem, product_with_w(map%problem, v))
+    x = unpack_rows(map%problem, rough_product_with_w(map%problem, v))
     do i = 1, map%problem%n_points
       r(:, i) = matmul(map%at%dz_dr(:, :, i), r(:, i)) + matmul(map%at%dz_dx(:, :, i), x(:, i))
     end do

@@ -3,17 +3,18 @@
 !> A point has three rows (n, t1, t2), fewer where a direction cannot move or has no friction: such
 !> a direction has no reaction. docs/theory.md section 2.
 module problem_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, sp
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
   use step_report_mod, only: ended_well
-  use dense_mod, only: invert_spd
+  use dense_mod, only: invert_spd, times_symmetric
   use law_mod, only: project_on_cone, project_prediction
   implicit none
   private
 
   public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
-    relative_gaps, product_with_w, natural_map, force_scale, &
+    relative_gaps, product_with_w, rough_product_with_w, add_single_copy, is_single, natural_map, &
+    force_scale, &
     measure, project_reactions
 
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
@@ -24,6 +25,9 @@ module problem_mod
     integer,  allocatable :: row(:, :) !! (3,n_points) row of each component, 0 where there is none
     real(wp), allocatable :: mu(:)          !! (n_points) [-]
     real(wp), allocatable :: w(:, :) !! (n_rows,n_rows) compliance, both triangles [length/force]
+    real(sp), allocatable :: single_w(:, :)
+    !! (n_rows,n_rows) W/unit in single precision, for what needs few digits, where chosen [-]
+    real(wp) :: unit = 1.0_wp !! power of two near the largest of W [length/force]
     real(wp), allocatable :: block(:, :, :)
     !! (3,3,n_points) W_ii; a missing row has its diagonal alone
     real(wp), allocatable :: rho(:)
@@ -53,15 +57,15 @@ module problem_mod
   end type contact_report_t
 
   interface
-    !> BLAS: y = alpha A x + beta y, A symmetric.
-    subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
-      import :: wp
+    !> BLAS: y = alpha A x + beta y, A symmetric, in single precision.
+    subroutine ssymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
+      import :: sp
       implicit none
       character, intent(in) :: uplo
       integer, intent(in) :: n, lda, incx, incy
-      real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
-      real(wp), intent(inout) :: y(*)
-    end subroutine dsymv
+      real(sp), intent(in) :: alpha, beta, a(lda, *), x(*)
+      real(sp), intent(inout) :: y(*)
+    end subroutine ssymv
   end interface
 
 contains
@@ -92,6 +96,31 @@ contains
     end do
     call scale_global_newton(problem, stiffness)
   end subroutine make_problem
+
+  !> Keep W in single precision beside W: half the memory to read wherever few digits do.
+  subroutine add_single_copy(problem)
+    type(contact_problem_t), intent(inout) :: problem
+    real(wp) :: largest
+    integer :: i
+
+    largest = 0.0_wp
+    do i = 1, problem%n_rows
+      largest = max(largest, problem%w(i, i))
+    end do
+    problem%unit = 1.0_wp
+    if (largest > 0.0_wp) problem%unit = scale(1.0_wp, exponent(largest))
+    allocate (problem%single_w(problem%n_rows, problem%n_rows))
+    do i = 1, problem%n_rows
+      problem%single_w(:, i) = real(problem%w(:, i)/problem%unit, sp)
+    end do
+  end subroutine add_single_copy
+
+  !> Whether W is there in single precision too.
+  pure logical function is_single(problem)
+    type(contact_problem_t), intent(in) :: problem
+
+    is_single = allocated(problem%single_w)
+  end function is_single
 
   !> Blocks of W on its diagonal, and the rho of the local solvers.
   pure subroutine set_blocks(problem)
@@ -205,13 +234,35 @@ contains
   !> W v, reading one triangle of W.
   function product_with_w(problem, v) result(w_v)
     type(contact_problem_t), intent(in) :: problem
-    real(wp), intent(in) :: v(:)        !! (n_rows) [force]
+    real(wp), contiguous, intent(in) :: v(:) !! (n_rows) [force]
     real(wp) :: w_v(problem%n_rows)     !! [length]
 
+    w_v = times_symmetric(problem%w, v)
+  end function product_with_w
+
+  !> W v to the digits of the single copy, where there is one: for directions, not for residuals.
+  function rough_product_with_w(problem, v) result(w_v)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: v(:)        !! (n_rows) [force]
+    real(wp) :: w_v(problem%n_rows)     !! [length]
+    real(sp) :: single_v(problem%n_rows), product(problem%n_rows)
+    real(wp) :: size_v
+
+    if (.not. is_single(problem)) then
+      w_v = product_with_w(problem, v)
+      return
+    end if
     w_v = 0.0_wp
     if (problem%n_rows == 0) return
-    call dsymv('L', problem%n_rows, 1.0_wp, problem%w, problem%n_rows, v, 1, 0.0_wp, w_v, 1)
-  end function product_with_w
+    size_v = maxval(abs(v))
+    if (.not. size_v > 0.0_wp) return
+    size_v = scale(1.0_wp, exponent(size_v))
+    single_v = real(v/size_v, sp)
+    product = 0.0_sp
+    call ssymv('L', problem%n_rows, 1.0_sp, problem%single_w, problem%n_rows, single_v, 1, 0.0_sp, &
+      product, 1)
+    w_v = problem%unit*size_v*real(product, wp)
+  end function rough_product_with_w
 
   !> Z_i = r_i - P_K(r_i - rho_i x*_i) of every point, rho_i = rows/trace(W_ii): zero exactly at the
   !> solution.

@@ -1,13 +1,13 @@
 !> Gauss-Seidel sweeps over the contact points: each point solved in turn, the others frozen at
 !> their newest.
 module sweeps_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, sp
   use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton6, &
                           local_exact, stop_at_change, solver_sweeps
   use law_mod, only: project_prediction
   use step_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
-                         unpack_rows, pack_rows, force_scale, project_reactions
+                         unpack_rows, pack_rows, force_scale, project_reactions, is_single
   use anderson_mod, only: anderson_t, new_anderson, accelerate, forget
   use local_point_mod, only: local_point_t, local_solver
   use bipotential_mod, only: bipotential_residual
@@ -29,11 +29,41 @@ module sweeps_mod
     integer  :: local_iterations = 0
   end type sweep_t
 
+  !> Where W is there in single precision: reactions with exact gaps, to which sweeps add what
+  !> reactions have changed since. As that gets small, so does what single precision makes of it.
+  type :: base_t
+    integer  :: age = huge(1)             !! sweeps since it was taken
+    real(wp), allocatable :: r(:), x(:)   !! (n_rows) x = W r + x_free [force], [length]
+    real(wp) :: size = 1.0_wp             !! power of two near the forces [force]
+    real(sp), allocatable :: change(:)    !! (n_rows) of the reactions since, over size [-]
+  end type base_t
+
+  integer,  parameter :: oldest_base = 10         !! sweeps
   integer,  parameter :: anderson_depth = 10
   integer,  parameter :: check_every = 100        !! sweeps between exact residuals, at the latest
   integer,  parameter :: patience = 5000          !! sweeps without a tenth of progress
   real(wp), parameter :: exploded = 1.0e8_wp
   !! times the forces that would undo the gaps and slips one by one: diverging [-]
+
+  interface
+    !> BLAS: scalar product.
+    function ddot(n, x, incx, y, incy) result(product)
+      import :: wp
+      implicit none
+      integer, intent(in) :: n, incx, incy
+      real(wp), intent(in) :: x(*), y(*)
+      real(wp) :: product
+    end function ddot
+
+    !> BLAS: scalar product in single precision.
+    function sdot(n, x, incx, y, incy) result(product)
+      import :: sp
+      implicit none
+      integer, intent(in) :: n, incx, incy
+      real(sp), intent(in) :: x(*), y(*)
+      real(sp) :: product
+    end function sdot
+  end interface
 
 contains
 
@@ -51,6 +81,7 @@ contains
     type(local_point_t) :: template
     type(anderson_t) :: memory
     type(sweep_t) :: sweep
+    type(base_t) :: base
     real(wp) :: old(problem%n_rows), new(problem%n_rows), r_start(3, problem%n_points)
     real(wp) :: scale, largest !! of residuals; beyond which forces diverge [force]
 
@@ -58,6 +89,7 @@ contains
     if (controls%acceleration) memory = new_anderson(problem%n_rows, anderson_depth)
     r_start = r
     old = pack_rows(problem, r)
+    allocate (base%r(problem%n_rows), base%x(problem%n_rows), base%change(problem%n_rows))
     report%residual = huge(report%residual)
     call judge(problem, x_free, old, r_start, controls, r, report)
     if (controls%stop_rule == stop_at_change) report%converged = .false.
@@ -70,7 +102,11 @@ contains
         exit iterate
       end if
       new = old
-      call sweep_points(problem, x_free, controls, template, solve_point, new, sweep)
+      if (is_single(problem)) then
+        if (base%age >= oldest_base) report%products = report%products + 1
+        call keep_base(problem, x_free, new, base)
+      end if
+      call sweep_points(problem, x_free, controls, template, solve_point, base, new, sweep)
       report%iterations = report%iterations + 1
       report%products = report%products + 1
       report%local_iterations = report%local_iterations + sweep%local_iterations
@@ -189,13 +225,14 @@ contains
   end subroutine choose_local_solver
 
   !> One visit to every point, in the order of the points.
-  subroutine sweep_points(problem, x_free, controls, template, solve_point, packed, sweep)
+  subroutine sweep_points(problem, x_free, controls, template, solve_point, base, packed, sweep)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)
     type(contact_controls_t), intent(in) :: controls
     type(local_point_t), intent(in) :: template
     procedure(local_solver), pointer, intent(in) :: solve_point
-    real(wp), intent(inout) :: packed(:)   !! (n_rows) reactions [force]
+    type(base_t), intent(inout) :: base    !! where W is single
+    real(wp), contiguous, intent(inout) :: packed(:) !! (n_rows) reactions [force]
     type(sweep_t), intent(out) :: sweep
     type(local_point_t) :: point
     real(wp) :: r(3), r_old(3), x(3), p(3)
@@ -204,7 +241,7 @@ contains
 
     point = template
     do i = 1, problem%n_points
-      call freeze(problem, x_free, packed, i, r_old, x)
+      call freeze(problem, x_free, base, packed, i, r_old, x)
       point%mu = problem%mu(i)
       point%w = problem%block(:, :, i)
       point%x_loc = x - matmul(point%w, r_old)
@@ -226,7 +263,9 @@ contains
       if (r(1) > 0.0_wp) r = r_old + controls%relaxation*(r - r_old)
       do a = 1, 3
         row = problem%row(a, i)
-        if (row > 0) packed(row) = r(a)
+        if (row == 0) cycle
+        packed(row) = r(a)
+        if (is_single(problem)) base%change(row) = real((r(a) - base%r(row))/base%size, sp)
       end do
       sweep%change = sweep%change + sum((r - r_old)**2)
     end do
@@ -234,10 +273,30 @@ contains
     sweep%seen_residual = sqrt(sweep%seen_residual)
   end subroutine sweep_points
 
-  !> Reaction and x of point i as they are now: one pass over its rows of W.
-  subroutine freeze(problem, x_free, packed, i, r, x)
+  !> Take the reactions as the new base when the old one has its age; what they differ from it.
+  subroutine keep_base(problem, x_free, packed, base)
     type(contact_problem_t), intent(in) :: problem
-    real(wp), intent(in) :: x_free(:), packed(:)
+    real(wp), intent(in) :: x_free(:), packed(:) !! (n_rows) [length], [force]
+    type(base_t), intent(inout) :: base
+
+    if (base%age >= oldest_base) then
+      base%age = 0
+      base%r(:) = packed
+      base%x(:) = relative_gaps(problem, x_free, packed)
+      base%size = max(maxval(abs(packed)), maxval(abs(x_free))*maxval(problem%rho_map))
+      if (base%size > 0.0_wp) base%size = scale(1.0_wp, exponent(base%size))
+      if (base%size <= 0.0_wp) base%size = 1.0_wp
+    end if
+    base%age = base%age + 1
+    base%change(:) = real((packed - base%r)/base%size, sp)
+  end subroutine keep_base
+
+  !> Reaction and x of point i as they are now: one pass over its rows of W.
+  subroutine freeze(problem, x_free, base, packed, i, r, x)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)
+    real(wp), contiguous, intent(in) :: packed(:)
+    type(base_t), intent(in) :: base
     integer, intent(in) :: i
     real(wp), intent(out) :: r(3), x(3)
     integer :: a, row
@@ -249,7 +308,12 @@ contains
       if (row == 0) cycle
       r(a) = packed(row)
       ! W is symmetric: its columns are its rows
-      x(a) = x_free(row) + dot_product(problem%w(:, row), packed)
+      if (is_single(problem)) then
+        x(a) = base%x(row) + problem%unit*base%size*real(sdot(problem%n_rows, &
+          problem%single_w(:, row), 1, base%change, 1), wp)
+      else
+        x(a) = x_free(row) + ddot(problem%n_rows, problem%w(:, row), 1, packed, 1)
+      end if
     end do
   end subroutine freeze
 

@@ -1,10 +1,12 @@
 !> Every choice the user can make, with its default.
 module controls_mod
   use kinds_mod, only: wp
+  use text_mod, only: to_text
   implicit none
   private
 
-  public :: contact_controls_t, output_controls_t
+  public :: contact_controls_t, output_controls_t, precision_controls_t, is_exact, &
+    precision_in_words
   public :: solver_none, solver_auto, solver_sweeps, solver_global_newton
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
@@ -47,6 +49,14 @@ module controls_mod
     integer  :: max_sweeps = 20000
   end type contact_controls_t
 
+  !> *PRECISION: residuals, forces and displacements are double whatever is chosen.
+  type :: precision_controls_t
+    logical  :: single_factor = .false.     !! of the stiffness
+    logical  :: single_compliance = .false. !! of the contact rows
+    real(wp) :: block_low_rank = 0.0_wp
+    !! what compression may drop from the factor, beside a pivot near 1; 0: full rank [-]
+  end type precision_controls_t
+
   !> *NODE FILE, *EL FILE, *CONTACT FILE: which fields the result file holds at each increment.
   type :: output_controls_t
     logical :: displacement = .true.
@@ -60,5 +70,25 @@ module controls_mod
     logical :: at_gauss_points = .false. !! eight tensors a brick
     integer :: frequency = 1          !! every so many increments, and the last of a step
   end type output_controls_t
+
+contains
+
+  !> Whether solutions with the factor are good to double precision as they come.
+  pure logical function is_exact(precision)
+    type(precision_controls_t), intent(in) :: precision
+
+    is_exact = .not. precision%single_factor .and. precision%block_low_rank <= 0.0_wp
+  end function is_exact
+
+  !> double precision; single precision, block low rank 1e-6.
+  function precision_in_words(precision) result(words)
+    type(precision_controls_t), intent(in) :: precision
+    character(:), allocatable :: words
+
+    words = 'double precision'
+    if (precision%single_factor) words = 'single precision'
+    if (precision%block_low_rank > 0.0_wp) words = words//', block low rank '// &
+      to_text(precision%block_low_rank, 3)
+  end function precision_in_words
 
 end module controls_mod

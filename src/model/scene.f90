@@ -6,7 +6,7 @@ module scene_mod
   use surfaces_mod, only: surface_t
   use obstacles_mod, only: obstacle_t
   use loads_mod, only: amplitude_t, load_step_t
-  use controls_mod, only: contact_controls_t, output_controls_t
+  use controls_mod, only: contact_controls_t, output_controls_t, precision_controls_t
   implicit none
   private
 
@@ -62,6 +62,7 @@ module scene_mod
     type(load_step_t),    allocatable :: steps(:)
     type(contact_controls_t) :: contact
     type(output_controls_t)  :: output
+    type(precision_controls_t) :: precision
     type(string_t), allocatable :: notes(:) !! what was ignored or noticed, one sentence each
   end type scene_t
 

@@ -61,6 +61,8 @@ module step_report_mod
     integer  :: ending = ended_well     !! how the last contact solver ended
     integer  :: local_iterations = 0    !! summed over points and sweeps
     real(wp) :: residual = 0.0_wp       !! scaled natural map [-]
+    real(wp) :: unrefined = 0.0_wp !! out of balance before Newton-Raphson corrected it [-]
+    real(wp) :: imbalance = 0.0_wp !! and at the end, of the largest nodal force [-]
     real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]
     real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none

@@ -75,7 +75,7 @@ class Library:
 LIBRARIES = [
     Library(
         "MUMPS",
-        "equations/sparse_factor.f90",
+        "equations/mumps_*.f90",
         r"[sdcz]?mumps\w*",
         r"\b[sdcz]mumps(_\w+)?\b",
         r"[sdcz]mumps",

@@ -23,7 +23,7 @@ FILES = [
     "elements/cube",
     "deck/reader",
     "equations/ordering",
-    "equations/sparse_factor",
+    "equations/mumps_double",
     "contact/certificate",
     "contact/problem",
     "contact/solve",
@@ -109,8 +109,8 @@ end module mesh_mod
         "equations/ordering",
         procedures="  subroutine s()\n    call metis_nodend()\n  end subroutine s",
     )
-    tree["equations/sparse_factor.f90"] = module(
-        "equations/sparse_factor",
+    tree["equations/mumps_double.f90"] = module(
+        "equations/mumps_double",
         procedures="  subroutine s()\n    include 'dmumps_struc.h'\n"
         "    type(dmumps_struc) :: id\n    call dmumps(id)\n  end subroutine s",
     )
@@ -269,7 +269,7 @@ class CheckLayers(unittest.TestCase):
             self.plant(path, use, f"use of plan_mod: {folder} may not see the plan")
 
     def test_libraries(self) -> None:
-        mumps = "only equations/sparse_factor.f90 may see MUMPS"
+        mumps = "only equations/mumps_*.f90 may see MUMPS"
         hdf5 = "only files/hdf5_*.f90 may see HDF5"
         mpi = "only base/parallel.f90 may see MPI"
         metis = "only equations/ordering.f90 may see METIS"

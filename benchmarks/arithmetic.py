@@ -1,0 +1,120 @@
+#!/usr/bin/python3
+"""Time, memory and accuracy of each choice of arithmetic beside double precision.
+
+    benchmarks/arithmetic.py [-o TABLE.md] [-n 16 24 32] [--steps 5 50] [--repeats 3]
+
+The paper's block by the automatic solver, tolerance 1e-10, one BLAS thread. The choices take turns,
+so that what else the machine does meets all of them; columns are ratios of medians to those of
+double precision: processor time of the whole run, of its parts by wall clock, and peak memory.
+"""
+
+import argparse
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import h5py
+
+ROOT = Path(__file__).resolve().parents[1]
+DOUBLE = "double"
+CHOICES = {
+    DOUBLE: "",
+    "single factor": "FACTOR=SINGLE",
+    "single compliance": "COMPLIANCE=SINGLE",
+    "both single": "FACTOR=SINGLE, COMPLIANCE=SINGLE",
+    "low rank 1e-5": "BLOCK LOW RANK=1e-5",
+}
+PARTS = ("factorise", "loads", "contact", "recover")
+TOLERANCE = 1e-10
+
+
+def run(program, card, n, steps, folder):
+    """One run; return its counters and the worst certificate entry."""
+    text = (ROOT / "input" / "block.inp").read_text(encoding="utf-8")
+    if card:
+        text = text.replace("*STEP\n", f"*PRECISION, {card}\n*STEP\n", 1)
+    deck, result = Path(folder) / "block.inp", Path(folder) / "block.vtkhdf"
+    deck.write_text(text, encoding="utf-8")
+    settings = {"n": n, "steps": steps, "tolerance": TOLERANCE, "solver": "AUTO", "local": "AUTO"}
+    command = [program, deck, "-o", result, "--quiet", "--overwrite"]
+    for name, value in settings.items():
+        command += ["--set", f"{name}={value}"]
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=environment)
+    with h5py.File(result) as file:
+        table = file["run/counters"]
+        names = [name.decode() if isinstance(name, bytes) else name for name in table.attrs["name"]]
+        counters = dict(zip(names, table[()], strict=True))
+        counters["worst"] = max(entry[()].max() for entry in file["history/certificate"].values())
+    return counters
+
+
+def measure(program, n, steps, repeats):
+    """Medians of every choice's counters."""
+    runs = {name: [] for name in CHOICES}
+    with tempfile.TemporaryDirectory() as folder:
+        for repeat in range(repeats):
+            for name, card in CHOICES.items():
+                print(f"n = {n}, {steps} steps, {name}, run {repeat + 1}", file=sys.stderr)
+                runs[name].append(run(program, card, n, steps, folder))
+    return {
+        name: {key: statistics.median(one[key] for one in of_choice) for key in of_choice[0]}
+        for name, of_choice in runs.items()
+    }
+
+
+def rows(program, n, steps, repeats):
+    """The lines of one mesh and one number of steps."""
+    medians = measure(program, n, steps, repeats)
+    double = medians[DOUBLE]
+    for name, counters in medians.items():
+        ratios = [counters["cpu_seconds"] / double["cpu_seconds"]]
+        ratios += [counters[f"seconds_{part}"] / double[f"seconds_{part}"] for part in PARTS]
+        ratios.append(counters["peak_memory_bytes"] / double["peak_memory_bytes"])
+        cells = [str(n), f"{counters['increments']:.0f}", name]
+        if name == DOUBLE:
+            cells += [f"{counters['cpu_seconds']:.3g} s"]
+            cells += [f"{counters[f'seconds_{part}']:.2g} s" for part in PARTS]
+            cells += [f"{counters['peak_memory_bytes'] / 1e6:.0f} MB"]
+        else:
+            cells += [f"{ratio:.2f}" for ratio in ratios]
+        cells += [
+            f"{counters['factor_entries'] / 1e6:.1f}",
+            f"{counters['newton_raphson_iterations'] / counters['increments']:.1f}",
+        ]
+        cells += [
+            f"{counters[key]:.0e}" if counters[key] > 0 else "0"
+            for key in ("unrefined_imbalance", "imbalance", "worst")
+        ]
+        yield "| " + " | ".join(cells) + " |"
+
+
+def main():
+    """Measure and print, or write to a file."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot")
+    parser.add_argument("-n", type=int, nargs="+", default=[16, 24, 32])
+    parser.add_argument("--steps", type=int, nargs="+", default=[5, 50])
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("-o", type=Path, help="write the table here")
+    options = parser.parse_args()
+    lines = [
+        f"| n | increments | choice | time | {' | '.join(PARTS)} | memory | million entries "
+        "| iterations | as solved | as refined | worst error |",
+        "|" + "---|" * (9 + len(PARTS)),
+    ]
+    for n in options.n:
+        for steps in options.steps:
+            lines += rows(options.bipot.resolve(), n, steps, options.repeats)
+    text = "\n".join(lines) + "\n"
+    if options.o:
+        options.o.write_text(text, encoding="utf-8")
+    else:
+        print(text)
+
+
+if __name__ == "__main__":
+    main()

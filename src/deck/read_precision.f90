@@ -1,0 +1,41 @@
+!> In which arithmetic the stiffness is factorised and the compliance is kept.
+!>
+!>     *PRECISION, FACTOR=DOUBLE, COMPLIANCE=DOUBLE, BLOCK LOW RANK=1e-8
+module read_precision_mod
+  use cards_mod, only: reader_t, report
+  use controls_mod, only: precision_controls_t
+  use kinds_mod, only: wp
+  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, open_card, real_option
+  implicit none
+  private
+
+  public :: read_precision
+
+contains
+
+  !> *PRECISION
+  subroutine read_precision(reader, precision)
+    type(reader_t), intent(inout) :: reader
+    type(precision_controls_t), intent(out) :: precision
+    character(6), parameter :: formats(2) = ['DOUBLE', 'SINGLE']
+    type(card_t) :: card
+    integer :: k, choice
+    logical :: given, ok
+
+    given = .false.
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'PRECISION') cycle
+      call open_card(reader, k, card)
+      if (given) call report(reader, card%position, 'a second *PRECISION')
+      given = .true.
+      call allow_options(reader, card, ['FACTOR        ', 'COMPLIANCE    ', 'BLOCK LOW RANK'])
+      call allow_no_data(reader, card)
+      call choice_option(reader, card, 'FACTOR', formats, choice, ok)
+      if (ok) precision%single_factor = choice == 2
+      call choice_option(reader, card, 'COMPLIANCE', formats, choice, ok)
+      if (ok) precision%single_compliance = choice == 2
+      call real_option(reader, card, 'BLOCK LOW RANK', 0.0_wp, 1.0_wp, precision%block_low_rank, ok)
+    end do
+  end subroutine read_precision
+
+end module read_precision_mod

@@ -1,0 +1,15 @@
+!> A factor in single precision.
+module single_factor_mod
+  use kinds_mod, only: wp, i8, mp => sp
+  use errors_mod, only: error_t, raise, exit_not_solved, exit_machine
+  use text_mod, only: to_text
+  use assembly_mod, only: triplets_t
+  use mumps_single_mod, only: mumps_struc => smumps_struc, mumps => smumps, arithmetic, remedy
+  implicit none
+  private
+
+  public :: mumps_factor_t
+
+  include 'mumps_factor.inc'
+
+end module single_factor_mod
