@@ -19,6 +19,8 @@ module rigid_modes_mod
   ! of the largest singular value: sines of 1e-8 count as held, as at the edge of a thin plate
   real(wp), parameter :: rank_tolerance = 1.0e-9_wp
 
+  real(wp), parameter :: alike = 1.0e-9_wp !! of two numbers: equal but for rounding
+
   !> Motions u(x) = translation + rotation x (x - centre).
   type :: free_motions_t
     integer :: n = 0
@@ -144,6 +146,8 @@ contains
       arm = (mesh%coordinates(:, node) - extents%centre)/extents%largest
       axis = axis + spread(arm, 2, 3)*spread(arm, 1, 3)
     end do
+    ! Rounding must not turn the axes of a body that has no preferred ones.
+    where (abs(axis) <= alike*maxval(abs(axis))) axis = 0.0_wp
     call symmetric_eigenvectors(axis, spread_of_axis, ok)
     if (.not. ok) return
     reach = 0.0_wp
@@ -205,7 +209,7 @@ contains
           end do
           weight = norm2(row)
           if (.not. welcome(node)) weight = reluctance*weight
-          if (weight <= best) cycle
+          if (weight <= (1.0_wp + alike)*best) cycle ! of equal ones the first
           best = weight
           best_row = row
           pin_node(j) = node

@@ -87,13 +87,9 @@ class Units(unittest.TestCase):
                 with self.subTest(scene=name, unit=unit):
                     other = solve(in_units(scene, length, factor))
                     np.testing.assert_array_equal(other[1], status)
-                    # How often the motions of a free body are found again, down to rounding, is
-                    # a matter of the last digits of the numbers in the deck.
-                    slack = 1 if name == "free cube" else 0
-                    np.testing.assert_allclose(other[2], iterations, rtol=0, atol=slack)
-                    same = np.array_equal(other[2], iterations)
+                    np.testing.assert_array_equal(other[2], iterations)
                     difference = np.abs(other[0] / factor - force).max()
-                    allowed = 1e-12 if same else scene.tolerance
+                    allowed = 1e-12
                     if name == "nearly incompressible":
                         allowed = 1e-11  # lambda is 5000 G: so many digits fewer
                     self.assertLessEqual(difference, allowed * np.abs(force).max())
