@@ -16,7 +16,7 @@ module advance_mod
   use system_mod, only: wall_seconds
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
-  use controls_mod, only: contact_controls_t, stop_at_change, is_exact
+  use controls_mod, only: contact_controls_t, stop_at_change, solver_auto, is_exact
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
   use plan_mod, only: plan_t
@@ -24,7 +24,7 @@ module advance_mod
   use step_report_mod, only: step_report_t, contact_fields_t, worst_entry, &
                              status_open, status_stick, status_slide, ended_unbalanced, &
                              ended_moving, &
-    ended_out_of_reach
+    ended_out_of_reach, ended_stalled
   use mesh_forces_mod, only: internal_force, force_rounding
   use certificate_mod, only: certify, energy_balance, step_forces_t
   use problem_mod, only: pack_rows, unpack_rows, relative_gaps, natural_map, contact_report_t
@@ -130,6 +130,9 @@ contains
       report%certificate = certify(scene%mesh, plan%points, report%contact, &
         operators%has_friction, &
                                    old, new, now%forces, scene%contact%tolerance)
+      ! Where no solver gets any further the certificate judges what the best of them found.
+      if (report%certificate%certified .and. report%ending == ended_stalled .and. &
+        now%controls%solver == solver_auto) report%converged = .true.
       if (report%certificate%certified .or. .not. report%converged) exit attempts
       if (now%controls%stop_rule == stop_at_change) exit attempts
       ! The residual is measured by forces. Where these are large beside what they move (nearly

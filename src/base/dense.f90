@@ -153,19 +153,15 @@ contains
   end function times_symmetric
 
   !> Solve J x = b; where J is singular to working precision, the x of least norm.
-  subroutine solve_dense(j, b, threshold)
+  subroutine solve_dense(j, b)
     real(wp), intent(inout) :: j(:, :) !! (n,n), destroyed
     real(wp), intent(inout) :: b(:)    !! (n) right-hand side in, solution out
-    real(wp), intent(in), optional :: threshold
-    !! reciprocal condition taken for 0; 1e-14 without it [-]
-    real(wp) :: copy(size(b), size(b)), x(size(b)), size_j, rcond, least
+    real(wp) :: copy(size(b), size(b)), x(size(b)), size_j, rcond
     real(wp), allocatable :: work(:)
     integer :: pivot(size(b)), integers(size(b)), n, info, rank
 
     n = size(b)
     if (n == 0) return
-    least = singular
-    if (present(threshold)) least = threshold
     copy = j
     x = b
     size_j = maxval(sum(abs(j), dim=1))
@@ -173,7 +169,7 @@ contains
     call dgetrf(n, n, j, n, pivot, info)
     rcond = 0.0_wp
     if (info == 0) call dgecon('1', n, j, n, size_j, rcond, work, integers, info)
-    if (rcond > least) then
+    if (rcond > singular) then
       call dgetrs('N', n, 1, j, n, pivot, b, n, info)
       return
     end if

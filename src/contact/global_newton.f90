@@ -10,7 +10,7 @@ module global_newton_mod
   use kinds_mod, only: wp
   use dense_mod, only: solve_dense
   use controls_mod, only: contact_controls_t, solver_global_newton, linear_auto, linear_gmres, &
-    linear_direct, linear_regular
+    linear_direct
   use step_report_mod, only: ended_at_limit, ended_stalled
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
                          rough_product_with_w, &
@@ -27,7 +27,6 @@ module global_newton_mod
   integer,  parameter :: small_dense = 100      !! rows up to which a factorisation is cheaper
   integer,  parameter :: largest_dense = 3000   !! rows up to which it replaces GMRES that fails
   integer,  parameter :: exact_response = 1000  !! rows up to which responses are factorised
-  real(wp), parameter :: nearly_singular = 1.0e-19_wp !! of linear_regular [-]
   integer,  parameter :: max_products = 400     !! largest Krylov space
   real(wp), parameter :: tightest_inner = 1.0e-3_wp  !! residuals of GMRES, relative [-]
   real(wp), parameter :: loosest_inner = 1.0e-1_wp
@@ -223,11 +222,7 @@ contains
     b = -now%z - b
     b = b(moving)
     call form_jacobian(problem, now, moving, j)
-    if (controls%linear == linear_regular) then
-      call solve_dense(j, b, nearly_singular)
-    else
-      call solve_dense(j, b)
-    end if
+    call solve_dense(j, b)
     dr(moving) = b
   end subroutine find_correction
 

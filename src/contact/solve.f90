@@ -5,14 +5,12 @@
 !>   1. global Newton from the last step's reactions
 !>   2. sweeps, exact local solutions, relaxed and accelerated, then global Newton again
 !>   3. plain sweeps, neither relaxed nor accelerated, as many as MAX SWEEPS allows
-!>   4. global Newton from the last step's reactions, taking nearly singular matrices for regular:
-!>      obstacles that are one to a few digits
 !>
 !> docs/theory.md section 4.
 module solve_mod
   use kinds_mod, only: wp
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, solver_sweeps, &
-                          formulation_bipotential, local_exact, stop_at_residual, linear_regular
+                          formulation_bipotential, local_exact, stop_at_residual
   use problem_mod, only: contact_problem_t, contact_report_t
   use sweeps_mod, only: solve_by_sweeps
   use global_newton_mod, only: solve_by_global_newton
@@ -22,7 +20,6 @@ module solve_mod
   public :: solve_contact
 
   integer,  parameter :: short_sweeps = 500     !! of stage 2
-  integer,  parameter :: largest_regular = 3000 !! rows of stage 4
   real(wp), parameter :: relaxation = 0.4_wp    !! keeps the count of sweeps flat in the mesh [-]
 
 contains
@@ -59,7 +56,6 @@ contains
     real(wp), intent(inout) :: r(:, :)
     type(contact_report_t), intent(out) :: report
     type(contact_controls_t) :: newton, sweeps
-    real(wp) :: r_start(3, problem%n_points)
 
     newton = controls
     newton%solver = solver_global_newton
@@ -71,7 +67,6 @@ contains
     sweeps%relaxation = relaxation
     sweeps%acceleration = .true.
 
-    r_start = r
     call stage(problem, x_free, newton, r, report)
     if (report%converged) return
     sweeps%max_sweeps = min(short_sweeps, controls%max_sweeps)
@@ -83,26 +78,21 @@ contains
     sweeps%relaxation = 1.0_wp
     sweeps%acceleration = .false.
     call stage(problem, x_free, sweeps, r, report)
-    if (report%converged .or. problem%n_rows > largest_regular) return
-    newton%linear = linear_regular
-    call stage(problem, x_free, newton, r, report, r_start)
   end subroutine solve_automatically
 
   !> One stage: its counts add up, its reactions stay only if they are better.
-  subroutine stage(problem, x_free, controls, r, report, r_start)
+  subroutine stage(problem, x_free, controls, r, report)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: r(:, :)
     type(contact_report_t), intent(inout) :: report
-    real(wp), intent(in), optional :: r_start(:, :) !! (3,n_points) from there, not from r [force]
     type(contact_report_t) :: here
     real(wp) :: trial(3, problem%n_points)
     logical :: first
 
     first = report%stages == 0
     trial = r
-    if (present(r_start)) trial = r_start
     if (controls%solver == solver_global_newton) then
       call solve_by_global_newton(problem, x_free, controls, trial, here)
     else

@@ -11,7 +11,7 @@ module controls_mod
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
   public :: stop_at_residual, stop_at_change
-  public :: linear_auto, linear_direct, linear_gmres, linear_regular
+  public :: linear_auto, linear_direct, linear_gmres
 
   ! The first three are what /history/solver stores.
   integer, parameter :: solver_none = 0
@@ -33,7 +33,6 @@ module controls_mod
   integer, parameter :: linear_auto = 1    !! direct up to a size, GMRES above
   integer, parameter :: linear_direct = 2
   integer, parameter :: linear_gmres = 3
-  integer, parameter :: linear_regular = 4 !! direct, singular only where a pivot is 0
 
   !> *CONTACT SOLVER.
   type :: contact_controls_t
