@@ -22,9 +22,8 @@ module advance_mod
   use plan_mod, only: plan_t
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t, contact_fields_t, worst_entry, &
-                             status_open, status_stick, status_slide, ended_unbalanced, &
-                             ended_moving, &
-    ended_out_of_reach, ended_stalled
+                             status_open, status_slide, ended_unbalanced, ended_moving, &
+                             ended_out_of_reach, ended_stalled
   use mesh_forces_mod, only: internal_force, force_rounding
   use certificate_mod, only: certify, energy_balance, step_forces_t
   use problem_mod, only: pack_rows, unpack_rows, relative_gaps, natural_map, contact_report_t
@@ -34,10 +33,9 @@ module advance_mod
   use motion_words_mod, only: free_in_words, motion_in_words, unresisted_part
   use follow_points_mod, only: rounding_of_places, relative, nodal, measure_points, carried_slip
   use step_loads_mod, only: pattern_factors
-  use operators_mod, only: operators_t, begin_inverse, finish_inverse, on_interface, &
-    locate_points, &
-    update_contact, &
-    neutral_step
+  use stiffness_inverse_mod, only: begin_inverse, finish_inverse, on_interface
+  use operators_mod, only: operators_t, locate_points, update_contact
+  use neutral_motions_mod, only: neutral_step
   implicit none
   private
 
@@ -159,14 +157,13 @@ contains
     type(operators_t), intent(inout) :: operators
     type(attempt_t), intent(inout) :: now            !! its displacements and applied reactions
 
-    if (allocated(operators%begun)) deallocate (operators%begun)
     allocate (now%pressed(3, size(now%u_free, 2)), now%applied(3, points%n))
     now%pressed = 0.0_wp
     now%applied = 0.0_wp
     if (.not. allocated(operators%pressed)) return
     now%applied = operators%applied
     ! On the interface u_free must be what the contact problem adds W r to.
-    now%pressed = on_interface(operators, nodal(points, now%applied, size(now%u_free, 2)))
+    now%pressed = on_interface(operators%inverse, nodal(points, now%applied, size(now%u_free, 2)))
     now%u_free = now%u_free + operators%pressed - now%pressed
   end subroutine carry_over
 
@@ -200,15 +197,13 @@ contains
     type(state_t), intent(inout) :: new              !! gets reaction and displacement
     type(step_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp), allocatable :: residual(:, :, :)
-    real(wp) :: correction(3, size(now%u_free, 2)) !! [length]
+    real(wp), dimension(3, size(now%u_free, 2)) :: residual, correction !! [force], [length]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(operators%motions%n) !! of the neutral motions [length]
     integer :: i
     logical :: balanced, settled, is_turned
-    logical :: is_begun !! a correction by the factor
+    real(wp), allocatable :: begun(:) !! a correction by the factor, its interior to come [length]
 
-    is_begun = .false.
     last_imbalance = huge(1.0_wp)
     last_moved = huge(1.0_wp)
     newton_raphson: do i = 1, max_newton_raphson
@@ -224,14 +219,13 @@ contains
       if (report%ending == ended_unbalanced) return
 
       ! 4. Displacement
-      if (is_begun .or. any(abs(new%reaction - now%applied) > 0.0_wp)) then
+      if (allocated(begun) .or. any(abs(new%reaction - now%applied) > 0.0_wp)) then
         ! By what the reactions have changed: what an inexact factor makes of it gets less and less.
-        call finish_inverse(operators, nodal(points, new%reaction - now%applied, &
-          size(now%u_free, 2)), correction, error)
+        call finish_inverse(operators%inverse, nodal(points, new%reaction - now%applied, &
+          size(now%u_free, 2)), begun, correction, error)
         if (allocated(error)) return
         now%pressed = now%pressed + correction
         now%applied = new%reaction
-        is_begun = .false.
       end if
       new%displacement = now%u_free + now%pressed
       call add_motions(operators%motions, scene%mesh, now%motion, new%displacement)
@@ -260,10 +254,9 @@ contains
       end if
       if (imbalance <= now%controls%tolerance) cycle newton_raphson
       ! Contact sees the correction of the interface; that of the interior comes with its answer.
-      call begin_inverse(operators, residual(:, :, 1), correction, error)
+      call begin_inverse(operators%inverse, residual, begun, correction, error)
       if (allocated(error)) return
       now%u_free = now%u_free + correction
-      is_begun = .true.
     end do newton_raphson
     if (moved > 10.0_wp*now%controls%tolerance .and. report%converged) then
       report%converged = .false.
@@ -358,17 +351,16 @@ contains
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: reaction(:, :)
     type(step_forces_t), intent(in) :: forces
-    real(wp), allocatable, intent(out) :: residual(:, :, :) !! (3,n_nodes,1) [force]
+    real(wp), intent(out) :: residual(:, :)                 !! (3,n_nodes) [force]
     real(wp), intent(out) :: relative                       !! [-]
     real(wp) :: scale
 
-    allocate (residual(3, size(forces%internal, 2), 1))
-    residual(:, :, 1) = forces%external + nodal(points, reaction, size(forces%internal, 2)) - &
+    residual = forces%external + nodal(points, reaction, size(forces%internal, 2)) - &
       forces%internal
-    where (forces%prescribed) residual(:, :, 1) = 0.0_wp
+    where (forces%prescribed) residual = 0.0_wp
     scale = sqrt(max(maxval(sum(forces%internal**2, dim=1)), &
       maxval(sum(forces%external**2, dim=1))))
-    relative = max(0.0_wp, sqrt(maxval(sum(residual(:, :, 1)**2, dim=1))) - forces%rounding)
+    relative = max(0.0_wp, sqrt(maxval(sum(residual**2, dim=1))) - forces%rounding)
     if (scale > 0.0_wp) relative = relative/scale
   end subroutine out_of_balance
 

@@ -59,7 +59,7 @@ contains
     if (allocated(error)) return
     call make_plan(scene, plan, error)
     if (allocated(error)) return
-    call estimate_costs(scene, result_path(options, scene), plan, operators%factor, error)
+    call estimate_costs(scene, result_path(options, scene), plan, operators%inverse%factor, error)
     if (allocated(error)) return
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
@@ -199,7 +199,7 @@ contains
       ! Also where the increment is not solved: others may want to try.
       call export_increment(scene, operators, increment, old, report, exports, error)
       if (allocated(error)) return
-      call refuse_unsolved(scene, plan, increment, report, operators%condition, error)
+      call refuse_unsolved(scene, plan, increment, report, operators%inverse%condition, error)
       if (allocated(error)) return
       call tell_unheld(console, increment, report, unheld)
 

@@ -73,13 +73,13 @@ contains
     type(operators_t), intent(in) :: operators
     type(tally_t), intent(inout) :: tally
 
-    tally%equations = max(tally%equations, operators%map%n_free)
-    tally%interface_equations = max(tally%interface_equations, operators%map%n_interface)
+    tally%equations = max(tally%equations, operators%inverse%map%n_free)
+    tally%interface_equations = max(tally%interface_equations, operators%inverse%map%n_interface)
     tally%contact_points = max(tally%contact_points, operators%problem%n_points)
     tally%contact_rows = max(tally%contact_rows, operators%problem%n_rows)
-    tally%factor_entries = max(tally%factor_entries, real(operators%factor%entries, wp))
-    if (allocated(operators%compliance)) tally%compliance_bytes = max(tally%compliance_bytes, &
-      8.0_wp*real(size(operators%compliance, 1), wp)*real(size(operators%compliance, 2), wp))
+    tally%factor_entries = max(tally%factor_entries, real(operators%inverse%factor%entries, wp))
+    if (allocated(operators%inverse%compliance)) tally%compliance_bytes = max(tally%compliance_bytes, &
+      8.0_wp*real(size(operators%inverse%compliance, 1), wp)*real(size(operators%inverse%compliance, 2), wp))
     if (allocated(operators%problem%w)) tally%contact_matrix_bytes = &
       max(tally%contact_matrix_bytes, 8.0_wp*real(size(operators%problem%w, 1), wp)**2)
   end subroutine note_sizes
@@ -103,7 +103,7 @@ contains
     call count('contact_rows', real(tally%contact_rows, wp))
     call count('factorisations', real(operators%n_factorisations, wp))
     call count('factor_entries', tally%factor_entries)
-    call count('solutions', real(operators%factor%solutions, wp))
+    call count('solutions', real(operators%inverse%factor%solutions, wp))
     call count('newton_raphson_iterations', real(tally%newton_raphson, wp))
     call count('contact_iterations', real(tally%contact_iterations, wp))
     call count('compliance_products', real(tally%products, wp))

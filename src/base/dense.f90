@@ -6,7 +6,7 @@ module dense_mod
 
   public :: invert_spd, times_symmetric, solve_dense, solve_least_squares, invert_general, &
     symmetric_eigenvectors, &
-    singular_values, null_space
+    singular_values, null_space, norm_1
 
   real(wp), parameter :: singular = 1.0e-14_wp !! reciprocal condition taken for 0 [-]
 
@@ -260,5 +260,16 @@ contains
     if (ok .and. n > 0) k = count(s <= threshold*s(1))
     null = v(:, n - k + 1:)
   end function null_space
+
+  !> The largest sum of a column; 0 of an empty matrix.
+  pure real(wp) function norm_1(a)
+    real(wp), intent(in) :: a(:, :)
+    integer :: j
+
+    norm_1 = 0.0_wp
+    do j = 1, size(a, 2)
+      norm_1 = max(norm_1, sum(abs(a(:, j))))
+    end do
+  end function norm_1
 
 end module dense_mod

@@ -9,7 +9,7 @@ module assembly_mod
   implicit none
   private
 
-  public :: triplets_t, assemble_stiffness, list_pattern
+  public :: triplets_t, assemble_stiffness, list_pattern, diagonal_ratio
 
   real(wp), parameter :: negligible = 1.0e-13_wp !! of a brick, in its shape [-]
   integer, parameter :: n_remembered = 64 !! shapes: a row of a graded block has no more
@@ -168,6 +168,17 @@ contains
     end do
     k%n = map%n_free
   end subroutine list_free_entries
+
+  !> Largest over smallest diagonal entry: no condition is better.
+  pure real(wp) function diagonal_ratio(k)
+    type(triplets_t), intent(in) :: k
+    logical :: on_diagonal(size(k%value))
+
+    diagonal_ratio = 1.0_wp
+    on_diagonal = k%row == k%column .and. k%value > 0.0_wp
+    if (.not. any(on_diagonal)) return
+    diagonal_ratio = maxval(k%value, mask=on_diagonal)/minval(k%value, mask=on_diagonal)
+  end function diagonal_ratio
 
   !> Index of `value` in an ascending list that holds it.
   pure function position_of(value, list) result(middle)

@@ -1,0 +1,56 @@
+!> Motions that contact does not see until normals have turned. docs/theory.md section 9.
+module neutral_motions_mod
+  use kinds_mod, only: wp
+  use dense_mod, only: solve_least_squares
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use rigid_modes_mod, only: add_motions
+  use follow_points_mod, only: locate_at
+  use point_motions_mod, only: motion_of_point
+  use operators_mod, only: operators_t
+  implicit none
+  private
+
+  public :: neutral_step
+
+  real(wp), parameter :: difference = 1.0e-4_wp !! of the size of the mesh
+
+contains
+
+  !> How far the neutral motions go until what turned normals leave on them is 0: a Newton step, the
+  !> derivative by a difference. Nothing where normals do not turn.
+  function neutral_step(scene, points, operators, reaction, u, turned) result(a)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    real(wp), intent(in) :: reaction(:, :)  !! (3,n_points) x, y, z [force]
+    real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
+    real(wp), intent(in) :: turned(:)       !! (k) as of drift_t [force]
+    real(wp) :: a(operators%motions%n)      !! [length]
+    real(wp) :: stiffness(size(turned), size(turned)), moved(3, scene%mesh%n_nodes)
+    real(wp) :: local(3), force(3), frame(3, 3), gap, step
+    integer :: i, j, k
+
+    step = difference*maxval(maxval(scene%mesh%coordinates, dim=2) - minval( &
+      scene%mesh%coordinates, dim=2))
+    stiffness = 0.0_wp
+    associate (neutral => operators%floating%neutral)
+      do k = 1, size(turned)
+        moved = u
+        call add_motions(operators%motions, scene%mesh, step*neutral(:, k), moved)
+        do i = 1, points%n
+          if (.not. operators%is_curved(i) .or. .not. any(abs(reaction(:, i)) > 0.0_wp)) cycle
+          call locate_at(scene, points, i, moved, gap, frame)
+          local = matmul(reaction(:, i), operators%frame(:, :, i))
+          force = (matmul(frame, local) - reaction(:, i))/step
+          do j = 1, operators%motions%n
+            stiffness(:, k) = stiffness(:, k) - dot_product(force, motion_of_point(scene, points, &
+              operators%motions, i, j))*neutral(j, :)
+          end do
+        end do
+      end do
+      a = matmul(neutral, solve_least_squares(stiffness, turned))
+    end associate
+  end function neutral_step
+
+end module neutral_motions_mod

@@ -1,0 +1,163 @@
+!> K^-1 by the factor of the stiffness and the compliance of the interface it is condensed to.
+!>
+!> A solution goes down to the interface, through its compliance, and back to all unknowns; the two
+!> halves can be had apart, for what the interface gets may be needed before its answer is known.
+module stiffness_inverse_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t
+  use dense_mod, only: times_symmetric
+  use dof_map_mod, only: dof_map_t
+  use sparse_factor_mod, only: sparse_factor_t
+  implicit none
+  private
+
+  public :: stiffness_inverse_t, apply_inverse, begin_inverse, finish_inverse, on_interface
+
+  !> The stiffness of the free degrees of freedom, factorised and condensed.
+  type :: stiffness_inverse_t
+    type(dof_map_t) :: map
+    type(sparse_factor_t) :: factor
+    real(wp), allocatable :: compliance(:, :)  !! (n_interface,n_interface) [length/force]
+    real(wp) :: condition = 1.0_wp             !! of the stiffness, at least [-]
+  end type stiffness_inverse_t
+
+contains
+
+  !> K^-1 f for nodal forces f, several at once; prescribed degrees of freedom stay 0.
+  subroutine apply_inverse(inverse, force, displacement, error)
+    type(stiffness_inverse_t), intent(inout) :: inverse
+    real(wp), intent(in) :: force(:, :, :)                    !! (3,n_nodes,m) [force]
+    real(wp), allocatable, intent(out) :: displacement(:, :, :) !! (3,n_nodes,m) [length]
+    type(error_t), allocatable, intent(out) :: error          !! MUMPS failed
+    real(wp), allocatable :: b(:, :), reduced(:, :)
+    integer :: g
+
+    associate (map => inverse%map)
+      allocate (b(map%n_free, size(force, 3)), reduced(map%n_interface, size(force, 3)))
+      do g = 1, size(force, 3)
+        call gather(map, force(:, :, g), b(:, g))
+      end do
+      if (map%n_interface == 0) then
+        call inverse%factor%solve(b, error)
+      else
+        call inverse%factor%condense(b, reduced, error)
+        if (allocated(error)) return
+        do g = 1, size(reduced, 2)
+          reduced(:, g) = times_symmetric(inverse%compliance, reduced(:, g))
+        end do
+        call inverse%factor%expand(reduced, b, error)
+      end if
+      if (allocated(error)) return
+      allocate (displacement(3, size(force, 2), size(force, 3)))
+      do g = 1, size(force, 3)
+        call scatter(map, b(:, g), displacement(:, :, g))
+      end do
+    end associate
+  end subroutine apply_inverse
+
+  !> First half of K^-1 f: what f does to the interface; without one all of it.
+  !>
+  !> The rest is kept until `finish_inverse`, which must be the next use of the factor.
+  subroutine begin_inverse(inverse, force, begun, shift, error)
+    type(stiffness_inverse_t), intent(inout) :: inverse
+    real(wp), intent(in) :: force(:, :)              !! (3,n_nodes) [force]
+    real(wp), allocatable, intent(out) :: begun(:)   !! (n_interface) of the interface [length]
+    real(wp), intent(out) :: shift(:, :)             !! (3,n_nodes) the same at its nodes [length]
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    real(wp) :: b(inverse%map%n_free, 1), reduced(inverse%map%n_interface, 1)
+
+    allocate (begun(inverse%map%n_interface))
+    call gather(inverse%map, force, b(:, 1))
+    if (inverse%map%n_interface == 0) then
+      call inverse%factor%solve(b, error)
+    else
+      call inverse%factor%condense(b, reduced, error)
+      if (allocated(error)) return
+      begun(:) = times_symmetric(inverse%compliance, reduced(:, 1))
+      b = 0.0_wp
+      b(inverse%map%n_free - inverse%map%n_interface + 1:, 1) = begun
+    end if
+    if (allocated(error)) return
+    call scatter(inverse%map, b(:, 1), shift)
+  end subroutine begin_inverse
+
+  !> Second half, with forces that act on the interface alone: what they do to it, and what both do
+  !> to the interior.
+  subroutine finish_inverse(inverse, force, begun, displacement, error)
+    type(stiffness_inverse_t), intent(inout) :: inverse
+    real(wp), intent(in) :: force(:, :)              !! (3,n_nodes) on the interface [force]
+    real(wp), allocatable, intent(inout) :: begun(:)
+    !! of begin_inverse, spent by this; not allocated where nothing was begun
+    real(wp), intent(out) :: displacement(:, :)      !! (3,n_nodes) [length]
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    real(wp) :: b(inverse%map%n_free, 1), answer(inverse%map%n_interface), &
+      reduced(inverse%map%n_interface, 1), nothing(3, size(force, 2))
+
+    displacement = 0.0_wp
+    nothing = 0.0_wp
+    if (inverse%map%n_interface == 0) then
+      if (allocated(begun)) deallocate (begun)
+      return
+    end if
+    associate (first => inverse%map%n_free - inverse%map%n_interface + 1)
+      if (.not. allocated(begun)) then
+        call begin_inverse(inverse, nothing, begun, displacement, error)
+        if (allocated(error)) return
+      end if
+      call gather(inverse%map, force, b(:, 1))
+      answer = times_symmetric(inverse%compliance, b(first:, 1))
+      reduced(:, 1) = begun + answer
+      deallocate (begun)
+      call inverse%factor%expand(reduced, b, error)
+      if (allocated(error)) return
+      b(first:, 1) = answer
+    end associate
+    call scatter(inverse%map, b(:, 1), displacement)
+  end subroutine finish_inverse
+
+  !> What forces on the interface do to it.
+  function on_interface(inverse, force) result(displacement)
+    type(stiffness_inverse_t), intent(in) :: inverse
+    real(wp), intent(in) :: force(:, :)                 !! (3,n_nodes) on the interface [force]
+    real(wp) :: displacement(3, size(force, 2))         !! 0 elsewhere [length]
+    real(wp) :: b(inverse%map%n_free), answer(inverse%map%n_interface)
+
+    call gather(inverse%map, force, b)
+    associate (first => inverse%map%n_free - inverse%map%n_interface + 1)
+      answer = times_symmetric(inverse%compliance, b(first:))
+      b = 0.0_wp
+      b(first:) = answer
+    end associate
+    call scatter(inverse%map, b, displacement)
+  end function on_interface
+
+  !> From nodes to equations.
+  pure subroutine gather(map, nodal, b)
+    type(dof_map_t), intent(in) :: map
+    real(wp), intent(in) :: nodal(:, :)   !! (3,n_nodes)
+    real(wp), intent(out) :: b(:)         !! (n_free)
+    integer :: node, i
+
+    do node = 1, size(nodal, 2)
+      do i = 1, 3
+        if (map%equation(i, node) > 0) b(map%equation(i, node)) = nodal(i, node)
+      end do
+    end do
+  end subroutine gather
+
+  !> From equations to nodes, 0 along prescribed directions.
+  pure subroutine scatter(map, b, nodal)
+    type(dof_map_t), intent(in) :: map
+    real(wp), intent(in) :: b(:)          !! (n_free)
+    real(wp), intent(out) :: nodal(:, :)  !! (3,n_nodes)
+    integer :: node, i
+
+    nodal = 0.0_wp
+    do node = 1, size(nodal, 2)
+      do i = 1, 3
+        if (map%equation(i, node) > 0) nodal(i, node) = b(map%equation(i, node))
+      end do
+    end do
+  end subroutine scatter
+
+end module stiffness_inverse_mod
