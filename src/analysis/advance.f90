@@ -51,7 +51,6 @@ module advance_mod
     type(step_forces_t) :: forces
     real(wp), allocatable :: u_free(:, :)
     !! (3,n_nodes) displacement without contact and free motions [length]
-    real(wp), allocatable :: loaded(:, :)      !! (3,n_nodes) displacement by loads alone [length]
     real(wp), allocatable :: pressed(:, :)
     !! (3,n_nodes) displacement by the reactions, K^-1 B^T r [length]
     real(wp), allocatable :: applied(:, :)     !! (3,n_points) those reactions, x, y, z [force]
@@ -92,17 +91,15 @@ contains
     new%step = increment%step
     new%increment = increment%number
     new%time = increment%time
-    call sum_patterns(scene, operators, increment, now%u_free, now%forces%external)
+    call sum_patterns(scene, operators, increment%share, increment%step_time, now%u_free, &
+      now%forces%external)
     now%forces%prescribed = operators%prescribed
     allocate (now%forces%internal, mold=old%displacement)
 
     now%controls = scene%contact
-    now%loaded = now%u_free
-    call carry_over(plan%points, operators, now)
-    allocate (now%motion(operators%motions%n))
-    do i = 1, operators%motions%n
-      now%motion(i) = old%displacement(operators%motions%dof(i), operators%motions%node(i))
-    end do
+    now%motion = [(old%displacement(operators%motions%dof(i), operators%motions%node(i)), &
+      i=1, operators%motions%n)]
+    call carry_over(scene, plan%points, operators, old, increment, now)
     ! Obstacles are where they will be, nodes where they were.
     now%start = old%displacement
     where (now%forces%prescribed) now%start = now%u_free
@@ -143,28 +140,31 @@ contains
     end do attempts
     if (report%ending /= ended_unbalanced) call finish(scene, plan%points, operators, old, now, &
       new, report)
-    if (report%certificate%certified .and. .not. is_exact(scene%precision)) then
-      operators%pressed = now%u_free - now%loaded + now%pressed
-      operators%applied = now%applied
-    end if
     report%wall_time = wall_seconds() - clock
   end subroutine advance
 
   !> Begin with the reactions of the increment before, where the factor is not exact: what it makes
   !> of them was refined there, and only what changes has to be refined again.
-  subroutine carry_over(points, operators, now)
+  subroutine carry_over(scene, points, operators, old, increment, now)
+    type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(inout) :: operators
-    type(attempt_t), intent(inout) :: now            !! its displacements and applied reactions
+    type(operators_t), intent(in) :: operators
+    type(state_t), intent(in) :: old
+    type(increment_t), intent(in) :: increment
+    type(attempt_t), intent(inout) :: now      !! its displacements and applied reactions
+    real(wp), allocatable :: loaded(:, :), external(:, :)
+    real(wp) :: before !! where the increment begins, a share of its *STEP [-]
 
-    allocate (now%pressed(3, size(now%u_free, 2)), now%applied(3, points%n))
-    now%pressed = 0.0_wp
-    now%applied = 0.0_wp
-    if (.not. allocated(operators%pressed)) return
-    now%applied = operators%applied
+    allocate (now%pressed(3, scene%mesh%n_nodes), now%applied(3, points%n), source=0.0_wp)
+    if (is_exact(scene%precision)) return
+    before = increment%share*real(increment%number - 1, wp)/real(increment%number, wp)
+    call sum_patterns(scene, operators, before, before*scene%steps(increment%step)%period, loaded, &
+      external)
+    call add_motions(operators%motions, scene%mesh, now%motion, loaded)
+    now%applied = old%reaction
     ! On the interface u_free must be what the contact problem adds W r to.
-    now%pressed = on_interface(operators%inverse, nodal(points, now%applied, size(now%u_free, 2)))
-    now%u_free = now%u_free + operators%pressed - now%pressed
+    now%pressed = on_interface(operators%inverse, nodal(points, now%applied, scene%mesh%n_nodes))
+    now%u_free = now%u_free + (old%displacement - loaded) - now%pressed
   end subroutine carry_over
 
   !> 7. Energies, and what the state keeps beside displacements and reactions.
@@ -265,18 +265,17 @@ contains
     end if
   end subroutine equilibrate
 
-  !> Displacement without contact and loads at the end of the increment, from the patterns of its
-  !> *STEP.
-  subroutine sum_patterns(scene, operators, increment, u_free, external)
+  !> Displacement without contact and loads at a share of the *STEP, from its patterns.
+  subroutine sum_patterns(scene, operators, share, step_time, u_free, external)
     type(scene_t), intent(in) :: scene
     type(operators_t), intent(in) :: operators
-    type(increment_t), intent(in) :: increment
+    real(wp), intent(in) :: share, step_time             !! as of increment_t [-], [time]
     real(wp), allocatable, intent(out) :: u_free(:, :)   !! (3,n_nodes) [length]
     real(wp), allocatable, intent(out) :: external(:, :) !! (3,n_nodes) [force]
     real(wp) :: factor(operators%loads%n_patterns)
     integer :: g
 
-    factor = pattern_factors(scene, operators%loads, increment%share, increment%step_time)
+    factor = pattern_factors(scene, operators%loads, share, step_time)
     allocate (u_free(3, scene%mesh%n_nodes), external(3, scene%mesh%n_nodes), source=0.0_wp)
     do g = 1, operators%loads%n_patterns
       u_free = u_free + factor(g)*operators%response(:, :, g)

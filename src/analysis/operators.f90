@@ -61,10 +61,6 @@ module operators_mod
     logical, allocatable :: has_friction(:, :)    !! (2,n_points) tangents along which the law acts
     type(contact_problem_t) :: problem            !! over the active points
     type(floating_t) :: floating                  !! what the motions do to it
-    real(wp), allocatable :: pressed(:, :)
-    !! (3,n_nodes) K^-1 B^T r of the last certified increment, refined [length]
-    real(wp), allocatable :: applied(:, :)
-    !! (3,n_points) its reactions, x, y, z, where the factor is not exact [force]
     type(step_loads_t) :: loads                   !! of the present *STEP
     real(wp), allocatable :: response(:, :, :)
     !! (3,n_nodes,n_patterns) displacements under each pattern [length]
@@ -159,7 +155,6 @@ contains
     if (allocated(error)) return
     call lap(clock, operators%seconds%order)
     operators%inverse%factor%precision = scene%precision
-    if (allocated(operators%pressed)) deallocate (operators%pressed, operators%applied)
     call factorise(k, place, operators%inverse%map%n_interface, operators%inverse%factor, &
       operators%inverse%compliance, &
       error)
