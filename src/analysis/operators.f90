@@ -223,7 +223,7 @@ contains
     end if
     call make_problem(row(:, operators%active), points%mu(operators%active), w, &
       operators%problem, stiffness)
-    if (operators%inverse%factor%precision%single_compliance) call add_single_copy(operators%problem)
+    if (scene%precision%single_compliance) call add_single_copy(operators%problem)
     operators%problem%is_proximal = operators%motions%n > 0
   end subroutine update_contact
 

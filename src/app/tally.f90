@@ -78,8 +78,8 @@ contains
     tally%contact_points = max(tally%contact_points, operators%problem%n_points)
     tally%contact_rows = max(tally%contact_rows, operators%problem%n_rows)
     tally%factor_entries = max(tally%factor_entries, real(operators%inverse%factor%entries, wp))
-    if (allocated(operators%inverse%compliance)) tally%compliance_bytes = max(tally%compliance_bytes, &
-      8.0_wp*real(size(operators%inverse%compliance, 1), wp)*real(size(operators%inverse%compliance, 2), wp))
+    if (allocated(operators%inverse%compliance)) tally%compliance_bytes = &
+      max(tally%compliance_bytes, 8.0_wp*real(size(operators%inverse%compliance, 1), wp)**2)
     if (allocated(operators%problem%w)) tally%contact_matrix_bytes = &
       max(tally%contact_matrix_bytes, 8.0_wp*real(size(operators%problem%w, 1), wp)**2)
   end subroutine note_sizes

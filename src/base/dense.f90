@@ -1,6 +1,7 @@
 !> Dense linear algebra by LAPACK: inverse, solution, least squares, eigenvectors, singular values.
 module dense_mod
   use kinds_mod, only: wp
+  use blas_mod, only: dsymv
   implicit none
   private
 
@@ -11,16 +12,6 @@ module dense_mod
   real(wp), parameter :: singular = 1.0e-14_wp !! reciprocal condition taken for 0 [-]
 
   interface
-    !> BLAS: y = alpha A x + beta y, A symmetric.
-    subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
-      import :: wp
-      implicit none
-      character, intent(in) :: uplo
-      integer, intent(in) :: n, lda, incx, incy
-      real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
-      real(wp), intent(inout) :: y(*)
-    end subroutine dsymv
-
     !> LAPACK: Cholesky factor of a symmetric positive definite matrix.
     subroutine dpotrf(uplo, n, a, lda, info)
       import :: wp

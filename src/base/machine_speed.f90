@@ -2,6 +2,7 @@
 !> second.
 module machine_speed_mod
   use kinds_mod, only: wp, i8
+  use blas_mod, only: dgemm, dsymv, dasum
   use system_mod, only: cpu_seconds
   implicit none
   private
@@ -16,37 +17,6 @@ module machine_speed_mod
   end type machine_speed_t
 
   real(wp), parameter :: long_enough = 0.006_wp !! of one measurement [s]
-
-  interface
-    !> BLAS: C = alpha op(A) op(B) + beta C.
-    subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
-      import :: wp
-      implicit none
-      character, intent(in) :: transa, transb
-      integer, intent(in) :: m, n, k, lda, ldb, ldc
-      real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
-      real(wp), intent(inout) :: c(ldc, *)
-    end subroutine dgemm
-
-    !> BLAS: y = alpha A x + beta y, A symmetric.
-    subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
-      import :: wp
-      implicit none
-      character, intent(in) :: uplo
-      integer, intent(in) :: n, lda, incx, incy
-      real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
-      real(wp), intent(inout) :: y(*)
-    end subroutine dsymv
-
-    !> BLAS: sum of |x|.
-    function dasum(n, x, incx) result(total)
-      import :: wp
-      implicit none
-      integer, intent(in) :: n, incx
-      real(wp), intent(in) :: x(*)
-      real(wp) :: total
-    end function dasum
-  end interface
 
 contains
 

@@ -24,6 +24,7 @@
 !> docs/theory.md section 9.
 module floating_mod
   use kinds_mod, only: wp
+  use blas_mod, only: dgemm
   use dense_mod, only: singular_values, null_space, solve_least_squares
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton
   use step_report_mod, only: ended_unbalanced, ended_stalled, status_stick, status_slide
@@ -93,18 +94,6 @@ module floating_mod
     integer  :: idle = 0                       !! trials without progress
     logical  :: is_flying = .false.            !! nothing resists at the best
   end type search_t
-
-  interface
-    !> BLAS: C = alpha op(A) op(B) + beta C.
-    subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
-      import :: wp
-      implicit none
-      character, intent(in) :: transa, transb
-      integer, intent(in) :: m, n, k, lda, ldb, ldc
-      real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
-      real(wp), intent(inout) :: c(ldc, *)
-    end subroutine dgemm
-  end interface
 
 contains
 

@@ -4,6 +4,7 @@
 !> a direction has no reaction. docs/theory.md section 2.
 module problem_mod
   use kinds_mod, only: wp, sp
+  use blas_mod, only: ssymv
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
   use step_report_mod, only: ended_well
@@ -55,18 +56,6 @@ module problem_mod
     integer  :: improved_at = 0       !! iteration of the last real progress
     real(wp) :: lowest_residual = huge(1.0_wp) !! then [-]
   end type contact_report_t
-
-  interface
-    !> BLAS: y = alpha A x + beta y, A symmetric, in single precision.
-    subroutine ssymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
-      import :: sp
-      implicit none
-      character, intent(in) :: uplo
-      integer, intent(in) :: n, lda, incx, incy
-      real(sp), intent(in) :: alpha, beta, a(lda, *), x(*)
-      real(sp), intent(inout) :: y(*)
-    end subroutine ssymv
-  end interface
 
 contains
 

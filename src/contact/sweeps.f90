@@ -2,6 +2,7 @@
 !> their newest.
 module sweeps_mod
   use kinds_mod, only: wp, sp
+  use blas_mod, only: ddot, sdot
   use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton6, &
                           local_exact, stop_at_change, solver_sweeps
   use law_mod, only: project_prediction
@@ -44,26 +45,6 @@ module sweeps_mod
   integer,  parameter :: patience = 5000          !! sweeps without a tenth of progress
   real(wp), parameter :: exploded = 1.0e8_wp
   !! times the forces that would undo the gaps and slips one by one: diverging [-]
-
-  interface
-    !> BLAS: scalar product.
-    function ddot(n, x, incx, y, incy) result(product)
-      import :: wp
-      implicit none
-      integer, intent(in) :: n, incx, incy
-      real(wp), intent(in) :: x(*), y(*)
-      real(wp) :: product
-    end function ddot
-
-    !> BLAS: scalar product in single precision.
-    function sdot(n, x, incx, y, incy) result(product)
-      import :: sp
-      implicit none
-      integer, intent(in) :: n, incx, incy
-      real(sp), intent(in) :: x(*), y(*)
-      real(sp) :: product
-    end function sdot
-  end interface
 
 contains
 

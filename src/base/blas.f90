@@ -1,0 +1,68 @@
+!> Interfaces of the BLAS that the program calls.
+module blas_mod
+  use kinds_mod, only: wp, sp
+  implicit none
+  private
+
+  public :: ddot, sdot, dasum, dsymv, ssymv, dgemm
+
+  interface
+    !> BLAS: scalar product.
+    function ddot(n, x, incx, y, incy) result(product)
+      import :: wp
+      implicit none
+      integer, intent(in) :: n, incx, incy
+      real(wp), intent(in) :: x(*), y(*)
+      real(wp) :: product
+    end function ddot
+
+    !> BLAS: scalar product in single precision.
+    function sdot(n, x, incx, y, incy) result(product)
+      import :: sp
+      implicit none
+      integer, intent(in) :: n, incx, incy
+      real(sp), intent(in) :: x(*), y(*)
+      real(sp) :: product
+    end function sdot
+
+    !> BLAS: sum of |x|.
+    function dasum(n, x, incx) result(total)
+      import :: wp
+      implicit none
+      integer, intent(in) :: n, incx
+      real(wp), intent(in) :: x(*)
+      real(wp) :: total
+    end function dasum
+
+    !> BLAS: y = alpha A x + beta y, A symmetric.
+    subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
+      import :: wp
+      implicit none
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, lda, incx, incy
+      real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
+      real(wp), intent(inout) :: y(*)
+    end subroutine dsymv
+
+    !> BLAS: y = alpha A x + beta y, A symmetric, in single precision.
+    subroutine ssymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
+      import :: sp
+      implicit none
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, lda, incx, incy
+      real(sp), intent(in) :: alpha, beta, a(lda, *), x(*)
+      real(sp), intent(inout) :: y(*)
+    end subroutine ssymv
+
+    !> BLAS: C = alpha op(A) op(B) + beta C.
+    subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+      import :: wp
+      implicit none
+      character, intent(in) :: transa, transb
+      integer, intent(in) :: m, n, k, lda, ldb, ldc
+      real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
+      real(wp), intent(inout) :: c(ldc, *)
+    end subroutine dgemm
+  end interface
+
+end module blas_mod
