@@ -11,10 +11,10 @@ module make_plan_mod
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most
   use dof_map_mod, only: dof_map_t, make_dof_map
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
-  use search_mod, only: locate
   use compliance_mod, only: rows_of_points
   use candidate_points_mod, only: find_points
   use contact_interface_mod, only: find_reach, interface_dofs
+  use point_motions_mod, only: undeformed_frames
   use step_loads_mod, only: prescribed_dofs
   use plan_table_mod, only: describe
   implicit none
@@ -118,17 +118,11 @@ contains
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: prescribed(:, :) !! (3,n_nodes)
     type(plan_t), intent(inout) :: plan
-    real(wp) :: frame(3, 3, plan%points%n), gap
     integer :: row(3, plan%points%n), i, n
     logical :: free(3)
 
     associate (points => plan%points)
-      do i = 1, points%n
-        call locate(scene%obstacles(scene%pairs(points%pair(i))%obstacle), &
-          [0.0_wp, 0.0_wp, 0.0_wp], scene%mesh%coordinates(:, points%node(i)), gap, &
-          frame(:, :, i))
-      end do
-      call rows_of_points(prescribed, points, frame, row)
+      call rows_of_points(prescribed, points, undeformed_frames(scene, points), row)
       do i = 1, points%n
         n = count(row(:, i) > 0)
         if (.not. is_flat(scene%obstacles(scene%pairs(points%pair(i))%obstacle))) then

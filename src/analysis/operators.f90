@@ -16,7 +16,7 @@ module operators_mod
   use dof_map_mod, only: make_dof_map
   use assembly_mod, only: triplets_t, assemble_stiffness, diagonal_ratio
   use ordering_mod, only: order_equations
-  use sparse_factor_mod, only: factorise
+  use sparse_factor_mod, only: factorise, is_analysed, analysed_order
   use stiffness_inverse_mod, only: stiffness_inverse_t, apply_inverse
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use compliance_mod, only: invert_schur, point_stiffness, rows_of_points, compliance_of_rows
@@ -151,10 +151,16 @@ contains
       n_stiffnesses)
     operators%n_stiffnesses = operators%n_stiffnesses + n_stiffnesses
     call lap(clock, operators%seconds%assemble)
-    call order_equations(operators%inverse%map, start, neighbours, place, error)
-    if (allocated(error)) return
+    associate (inverse => operators%inverse)
+      inverse%factor%precision = scene%precision
+      if (is_analysed(inverse%factor, k, inverse%map%n_interface)) then
+        place = analysed_order(inverse%factor) ! by the plan
+      else
+        call order_equations(inverse%map, start, neighbours, place, error)
+        if (allocated(error)) return
+      end if
+    end associate
     call lap(clock, operators%seconds%order)
-    operators%inverse%factor%precision = scene%precision
     call factorise(k, place, operators%inverse%map%n_interface, operators%inverse%factor, &
       operators%inverse%compliance, &
       error)

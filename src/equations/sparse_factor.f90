@@ -23,7 +23,7 @@ module sparse_factor_mod
   implicit none
   private
 
-  public :: sparse_factor_t, analysis_t, analyse, factorise
+  public :: sparse_factor_t, analysis_t, analyse, factorise, is_analysed, analysed_order
 
   !> What the pattern of a matrix says of its factorisation, without a number of it.
   type :: analysis_t
@@ -84,21 +84,33 @@ contains
     end associate
   end subroutine analyse
 
-  !> Whether `factor` is the analysis of the pattern of `k` in this order, and no more.
-  pure function is_analysed(factor, k, place, n_schur)
+  !> Whether `factor` is the analysis of the pattern of `k`, and no more.
+  pure function is_analysed(factor, k, n_schur)
     type(sparse_factor_t), intent(in) :: factor
     type(triplets_t), intent(in) :: k
-    integer, intent(in) :: place(:), n_schur
+    integer, intent(in) :: n_schur
     logical :: is_analysed
 
     is_analysed = .not. factor%is_factorised .and. factor%n == k%n .and. factor%n_schur == n_schur
     if (.not. is_analysed) return
     if (factor%precision%single_factor) then
-      is_analysed = factor%single%has_pattern(k, place, factor%precision%block_low_rank)
+      is_analysed = factor%single%has_pattern(k, factor%precision%block_low_rank)
     else
-      is_analysed = factor%double%has_pattern(k, place, factor%precision%block_low_rank)
+      is_analysed = factor%double%has_pattern(k, factor%precision%block_low_rank)
     end if
   end function is_analysed
+
+  !> The order of elimination that was analysed.
+  pure function analysed_order(factor) result(place)
+    type(sparse_factor_t), intent(in) :: factor !! an analysis
+    integer, allocatable :: place(:)            !! (n) as of `analyse`
+
+    if (factor%precision%single_factor) then
+      place = factor%single%order()
+    else
+      place = factor%double%order()
+    end if
+  end function analysed_order
 
   !> Factorise `k` in the given order of elimination; `schur` gets the Schur complement on the last
   !> variables.
@@ -114,9 +126,12 @@ contains
     !! not positive definite (exit_not_solved), or no memory
     real(wp), allocatable :: a(:)
     real(sp), allocatable :: single_a(:), single_schur(:, :)
+    logical :: goes_on !! where the analysis ended
     integer :: i
 
-    if (.not. is_analysed(factor, k, place, n_schur)) then
+    goes_on = is_analysed(factor, k, n_schur)
+    if (goes_on) goes_on = all(analysed_order(factor) == place)
+    if (.not. goes_on) then
       call analyse(k, place, n_schur, factor, error)
       if (allocated(error)) return
     end if
