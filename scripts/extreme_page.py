@@ -6,6 +6,7 @@ from matplotlib.patches import Patch
 
 from block_runs import BLUE, GREEN, INK, ORANGE, RED, new_axes, save
 from extreme_judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK
+from study_pieces import table
 from two_answers import HEADS
 from two_answers import rows as rows_of_answers
 
@@ -54,12 +55,6 @@ def draw_map(outcomes, solvers, path):
         bbox_to_anchor=(0, 1.0),
     )
     save(figure, path)
-
-
-def table(heads, rows):
-    """Lines of a table in Markdown."""
-    lines = ["| " + " | ".join(heads) + " |", "| " + " | ".join("---" for _ in heads) + " |"]
-    return lines + ["| " + " | ".join(map(str, row)) + " |" for row in rows]
 
 
 def good(outcomes):

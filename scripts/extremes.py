@@ -28,6 +28,7 @@ from pathlib import Path
 from extreme_confirm import confirm
 from extreme_judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK, cause_of, judge
 from extreme_scenes import all_scenes, deck
+from study_pieces import Bar
 
 ROOT = Path(__file__).resolve().parent.parent
 SOLVERS = {
@@ -88,7 +89,7 @@ def run_scene(scene, solver, program, folder, limit, keep=False):
     return Outcome(scene.name, scene.axis, solver, outcome, words, cause, error, seconds)
 
 
-def run_matrix(scenes, solvers, program, folder, limit=60.0, jobs=2, progress=None):
+def run_matrix(scenes, solvers, program, folder, limit=60.0, jobs=2):
     """Run all scenes by all solvers, `jobs` at a time; return the outcomes in their order."""
     tasks = [(scene, solver) for scene in scenes for solver in solvers]
     found = {}
@@ -104,24 +105,13 @@ def run_matrix(scenes, solvers, program, folder, limit=60.0, jobs=2, progress=No
             ): (scene.name, solver)
             for scene, solver in tasks
         }
-        for count, future in enumerate(as_completed(futures), 1):
+        bar = Bar(len(tasks))
+        for future in as_completed(futures):
             found[futures[future]] = future.result()
-            if progress:
-                progress(count, len(tasks), futures[future])
+            bar.advance(1)
+            bar.show(futures[future][0])
+        bar.close()
     return [found[scene.name, solver] for scene, solver in tasks]
-
-
-def show_progress(count, total, task):
-    """Draw a bar on a terminal; nothing elsewhere."""
-    if not sys.stderr.isatty():
-        return
-    done = 40 * count // total
-    print(
-        f"\r{'#' * done}{'.' * (40 - done)} {count}/{total} {task[0]:40.40}",
-        end="\n" if count == total else "",
-        file=sys.stderr,
-        flush=True,
-    )
 
 
 def confirm_refusals(scenes, outcomes):
@@ -150,9 +140,7 @@ def main():
     start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="extremes-") as temporary:
         folder = Path(options.keep or temporary)
-        outcomes = run_matrix(
-            scenes, solvers, options.program, folder, options.limit, options.jobs, show_progress
-        )
+        outcomes = run_matrix(scenes, solvers, options.program, folder, options.limit, options.jobs)
     for one in outcomes:
         if one.outcome != CERTIFIED:
             print(f"{one.outcome:10} {one.solver:24} {one.scene:34} {one.words}")

@@ -16,8 +16,7 @@ try:
 
     from bipot_result import ResultError
     from block_runs import ROOT, RunError, new_axes, save, script_options
-    from study_solvers import StudyError, claim, machine
-    from study_solvers import table as table_lines
+    from study_pieces import StudyError, claim, machine, table
     from tradeoff import (
         QUANTITIES,
         Study,
@@ -212,7 +211,7 @@ def knob_table(measured):
             factor(first.seconds / base.seconds), factor(first.memory / base.memory),
             *(share(point.error) for point in points),
         ])
-    return table_lines(["changed", "time", "memory", *QUANTITIES], rows)
+    return [*table(["changed", "time", "memory", *QUANTITIES], rows), ""]
 
 
 def solver_table(measured):
@@ -226,7 +225,7 @@ def solver_table(measured):
             solved = point.outcome == "solved"
             cells.append(factor(point.seconds / auto.seconds) if solved else point.outcome)
         rows.append([solver, *cells])
-    return table_lines(["", *(f"n = {n}" for n in meshes)], rows)
+    return [*table(["", *(f"n = {n}" for n in meshes)], rows), ""]
 
 
 def short(name):
@@ -439,7 +438,7 @@ def summary(measured):
 
     columns = [turns(one) for one in measured]
     head = ["", *(f"{one.case.name}: {one.case.quantity}" for one in measured)]
-    return table_lines(head, [[name, *(c[name] for c in columns)] for name in columns[0]])
+    return [*table(head, [[name, *(c[name] for c in columns)] for name in columns[0]]), ""]
 
 
 def section(measured, findings):

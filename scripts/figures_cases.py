@@ -32,6 +32,7 @@ try:
         hertz,
         stick_radius,
     )
+    from study_pieces import table as table_lines
 except ImportError as error:
     sys.exit(
         f"figures_cases: {error};"
@@ -44,9 +45,8 @@ SSNV128 = {0.0: 2.86, 0.00125: 2.72, 0.005: 2.28, 0.0075: 1.98, 0.01125: 1.50}
 
 
 def table(heads, rows):
-    """Return a Markdown table."""
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
+    """Return a Markdown table as one text."""
+    return "\n".join(table_lines(heads, rows))
 
 
 def percent(found, expected):

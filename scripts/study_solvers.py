@@ -11,7 +11,6 @@ import hashlib
 import itertools
 import json
 import os
-import platform
 import sys
 import tempfile
 import time
@@ -41,6 +40,7 @@ try:
         save,
         script_options,
     )
+    from study_pieces import Bar, StudyError, claim, machine, table
 except ImportError as error:
     sys.exit(
         f"study_solvers: {error};"
@@ -92,9 +92,6 @@ VARIANTS = {
 }
 WITH_RHO = ("uzawa", "uzawa-pseudo", "newton", "newton-pseudo")
 
-
-class StudyError(Exception):
-    """The study cannot go on, or its runs do not show what the page says."""
 
 
 @dataclass(frozen=True)
@@ -276,45 +273,6 @@ def numbers(result):
     }
 
 
-def machine():
-    """Return the processor's name."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.machine()
-
-
-class Bar:
-    """A progress bar on a terminal; a line now and then elsewhere."""
-
-    def __init__(self, total):
-        self.total, self.done, self.begun, self.said = total, 0.0, time.monotonic(), 0.0
-
-    def show(self, what):
-        """Show how far the study is and what runs now."""
-        if self.total == 0:
-            return
-        share, now = self.done / self.total, time.monotonic()
-        left = "?" if share < 0.01 else f"{(now - self.begun) * (1 / share - 1):.0f} s"
-        blocks = "#" * int(30 * share)
-        line = f"[{blocks:<30}] {share:4.0%}  {left} left  {what}"
-        if sys.stderr.isatty():
-            print(f"\r{line:<90.90}", end="", file=sys.stderr, flush=True)
-        elif now - self.said > 30:
-            self.said = now
-            print(line, file=sys.stderr, flush=True)
-
-    def advance(self, weight):
-        """Count a run of this weight."""
-        self.done += weight
-
-    def close(self):
-        """End the bar's line."""
-        if self.total and sys.stderr.isatty():
-            print(f"\r{'':<90}\r", end="", file=sys.stderr, flush=True)
-
-
 # --- Figures ----------------------------------------------------------------------------------
 
 MESH_LINES = (
@@ -440,12 +398,6 @@ def figure_error(study, path, cases):
 # --- Tables -----------------------------------------------------------------------------------
 
 
-def table(head, rows):
-    """Return a table in Markdown."""
-    lines = [head, ["---"] * len(head), *rows]
-    return ["| " + " | ".join(map(str, line)) + " |" for line in lines] + [""]
-
-
 def entry(study, case, text):
     """Return a cell: the text of a record, where it was not solved, or a dash."""
     record = study[case]
@@ -468,7 +420,7 @@ def mesh_table(study, meshes, stop, text, variants):
         rule = stop if VARIANTS[variant].sweeps else "residual"
         cases = [Case(variant, n, rho=rho, stop=rule) for n in meshes]
         rows.append([line_name(variant, rho), *(entry(study, case, text) for case in cases)])
-    return table(["", *(f"n = {n}" for n in meshes)], rows)
+    return [*table(["", *(f"n = {n}" for n in meshes)], rows), ""]
 
 
 def rho_table(study, n, variants, mus):
@@ -478,7 +430,7 @@ def rho_table(study, n, variants, mus):
         cases = [Case(variant, n, mu, rho) for rho in RHOS]
         cells = [entry(study, case, lambda r: f"{r['iterations']}") for case in cases]
         rows.append([VARIANTS[variant].name, f"{mu:g}", *cells])
-    return table(["", "mu", *(f"rho = {rho:g}" for rho in RHOS)], rows)
+    return [*table(["", "mu", *(f"rho = {rho:g}" for rho in RHOS)], rows), ""]
 
 
 def global_table(study, meshes):
@@ -497,17 +449,10 @@ def global_table(study, meshes):
         ])
     head = ["n", "unknowns", "linear systems", "iterations a step", "worst step",
             "products a step", "time (s)", "certified", "true error"]
-    return table(head, rows)
+    return [*table(head, rows), ""]
 
 
 # --- The page ---------------------------------------------------------------------------------
-
-
-def claim(holds, words):
-    """Return the words if the runs bear them out; refuse to write the page otherwise."""
-    if not holds:
-        raise StudyError(f"the runs no longer show this, so the page must change: {words}")
-    return words
 
 
 def listed(values):

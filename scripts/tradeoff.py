@@ -51,7 +51,7 @@ try:
         save,
         script_options,
     )
-    from study_solvers import Bar
+    from study_pieces import Bar
 except ImportError as error:
     sys.exit(
         f"tradeoff: {error};"
