@@ -4,7 +4,7 @@ module run_mod
   use errors_mod, only: error_t, raise, exit_not_solved, exit_machine
   use text_mod, only: string_t, to_text
   use system_mod, only: wall_seconds, peak_memory_bytes, utc_now, build_description
-  use runtime_failures_mod, only: check_library_room
+  use machine_room_mod, only: check_library_room
   use blas_core_mod, only: blas_core_name
   use scene_mod, only: scene_t
   use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_controls_t, &
@@ -121,7 +121,7 @@ contains
     integer(i8) :: written
 
     path = result_path(options, scene)
-    call check_library_room(3*room_to_write(scene), error)
+    call check_library_room(3*room_to_write(scene), 'begin the result file', error)
     if (allocated(error)) return
     call open_result(path, scene, plan, provenance(), options%overwrite, file, error)
     if (allocated(error)) return
@@ -221,7 +221,7 @@ contains
 
       clock = wall_seconds()
       call make_fields(scene, new, report, fields)
-      call check_library_room(room_to_write(scene), error)
+      call check_library_room(room_to_write(scene), 'write the result file', error)
       if (allocated(error)) return
       call append_increment(file, scene, plan, new, report, fields, error)
       if (allocated(error)) return

@@ -1,23 +1,24 @@
 !> What the compiler's run-time library and the system would end the program for, met in the
 !> program's own way.
 !>
-!> - ALLOCATE without STAT=, automatic arrays and temporaries call the library's procedure
-!>   `os_error_at` where there is no memory; it would end the program with exit status 1, which
-!>   stands for a wrong deck. The procedures of that name below take its place: one sentence on
-!>   standard error, exit status 3. What the result file has counted is in it.
+!> - Where there is no memory, compiled Fortran either ends the program with exit status 1, which
+!>   stands for a wrong deck (ALLOCATE), or writes to address 0 (an assignment that makes its left
+!>   side grow, a temporary). So the linker puts the procedures below in the place of malloc,
+!>   realloc and calloc for the program's own code (--wrap in src/CMakeLists.txt): a request that
+!>   is refused ends the program with one sentence on standard error and exit status 3. What the
+!>   result file has counted is in it. Who can do better asks `has_memory` first.
+!> - An ALLOCATE whose bytes cannot be counted calls the library's procedure `runtime_error`, which
+!>   would end the program with exit status 2, an increment that was not solved.
 !> - A file that grows past the limit on files (ulimit -f) makes the system send SIGXFSZ, which
 !>   would kill the program. Ignored, the write itself fails, as on a full disk.
-!> - HDF5 does not survive every failed allocation of its own: before it is called there must be
-!>   room for what it asks.
 module runtime_failures_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_size_t
-  use errors_mod, only: error_t, raise, exit_machine
-  use kinds_mod, only: i8
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_ptr, c_size_t
+  use errors_mod, only: exit_machine
   use standard_streams_mod, only: write_to, standard_error
   implicit none
   private
 
-  public :: meet_runtime_failures, check_library_room
+  public :: meet_runtime_failures
 
   integer(c_int), parameter :: sigxfsz = 25     !! on Linux
   integer(c_intptr_t), parameter :: sig_ign = 1
@@ -45,6 +46,30 @@ module runtime_failures_mod
       character(c_char), intent(in) :: text(*)
       integer(c_size_t) :: length
     end function c_length
+
+    ! The C library's own, past the procedures below.
+
+    function real_malloc(bytes) result(address) bind(c, name='__real_malloc')
+      import :: c_ptr, c_size_t
+      implicit none
+      integer(c_size_t), value :: bytes
+      type(c_ptr) :: address
+    end function real_malloc
+
+    function real_realloc(old, bytes) result(address) bind(c, name='__real_realloc')
+      import :: c_ptr, c_size_t
+      implicit none
+      type(c_ptr), value :: old
+      integer(c_size_t), value :: bytes
+      type(c_ptr) :: address
+    end function real_realloc
+
+    function real_calloc(n, bytes) result(address) bind(c, name='__real_calloc')
+      import :: c_ptr, c_size_t
+      implicit none
+      integer(c_size_t), value :: n, bytes
+      type(c_ptr) :: address
+    end function real_calloc
   end interface
 
 contains
@@ -57,28 +82,41 @@ contains
     if (before == sig_ign) return
   end subroutine meet_runtime_failures
 
-  !> Refuse to go on where a limit (ulimit -v, ulimit -d) leaves libraries no memory to work in.
-  subroutine check_library_room(bytes, error)
-    integer(i8), intent(in) :: bytes !! that they may ask for
-    type(error_t), allocatable, intent(out) :: error !! no memory
-    character(c_char), allocatable :: probe(:)
-    integer :: status
+  !> In the place of C's malloc, for the program's own code.
+  function checked_malloc(bytes) result(address) bind(c, name='__wrap_malloc')
+    integer(c_size_t), value :: bytes
+    type(c_ptr) :: address
 
-    allocate (probe(bytes), stat=status)
-    if (status /= 0) call raise(error, exit_machine, 'bipot: error: not enough memory to write '// &
-      'the result file: the limits of the process (ulimit -v, ulimit -d) are reached')
-  end subroutine check_library_room
+    address = real_malloc(bytes)
+    if (.not. c_associated(address)) call refuse(bytes)
+  end function checked_malloc
 
-  !> In the place of the run-time library's procedure: a failed ALLOCATE. Does not return.
-  subroutine os_error_at(place, message, bytes) bind(c, name='_gfortran_os_error_at')
-    character(c_char), intent(in) :: place(*)   !! "In file '...', around line ..."
-    character(c_char), intent(in) :: message(*) !! 'Error allocating %lu bytes'
-    integer(c_size_t), value :: bytes           !! that were asked for
+  !> In the place of C's realloc.
+  function checked_realloc(old, bytes) result(address) bind(c, name='__wrap_realloc')
+    type(c_ptr), value :: old
+    integer(c_size_t), value :: bytes
+    type(c_ptr) :: address
+
+    address = real_realloc(old, bytes)
+    if (.not. c_associated(address) .and. bytes > 0) call refuse(bytes)
+  end function checked_realloc
+
+  !> In the place of C's calloc.
+  function checked_calloc(n, bytes) result(address) bind(c, name='__wrap_calloc')
+    integer(c_size_t), value :: n, bytes
+    type(c_ptr) :: address
+
+    address = real_calloc(n, bytes)
+    if (.not. c_associated(address)) call refuse(n*bytes)
+  end function checked_calloc
+
+  !> No memory. Does not return; allocates nothing.
+  subroutine refuse(bytes)
+    integer(c_size_t), intent(in) :: bytes !! that were asked for
     character(20) :: number
     integer(c_size_t) :: left
     integer :: first
 
-    if (place(1) == message(1)) continue ! the compiler's words say nothing to a user
     number = ''
     first = len(number) + 1
     left = max(bytes, 1_c_size_t)
@@ -93,7 +131,7 @@ contains
     call write_to(standard_error, ' bytes were asked for); increments that were written are in '// &
       'the result file')
     call end_program()
-  end subroutine os_error_at
+  end subroutine refuse
 
   !> In the place of the run-time library's procedure: an ALLOCATE of more bytes than can be
   !> counted. Does not return.
