@@ -119,6 +119,7 @@ contains
     type(string_t), allocatable :: names(:)
     real(wp), allocatable :: counters(:)
     integer(i8) :: written
+    logical :: in_place
 
     path = result_path(options, scene)
     call check_library_room(3*room_to_write(scene), 'begin the result file', error)
@@ -139,9 +140,9 @@ contains
     call finish_result(file, status, names, counters, closing)
     call clear_bar(console)
     if (allocated(error)) then
-      if (tally%increments > 0) error%message = error%message//new_line('a')// &
-        to_text(tally%increments)// &
-        ' increments before it are in '//path
+      inquire (file=path, exist=in_place)
+      if (tally%increments > 0 .and. in_place) error%message = error%message//new_line('a')// &
+        to_text(tally%increments)//' increments before it are in '//path
       return
     end if
     if (allocated(closing)) then

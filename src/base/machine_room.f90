@@ -113,10 +113,12 @@ contains
 
     folder = path(:index(path, '/', back=.true.))//'.'
     bytes = no_limit
-    ! f_bsize, f_frsize, f_blocks, f_bfree, f_bavail: longs on every 64-bit Linux.
+    ! f_bsize, f_frsize, f_blocks, f_bfree, f_bavail: longs on every 64-bit Linux. What has no
+    ! blocks at all (/proc, /sys) says nothing of its room.
     if (number_after('/proc/self/status', 'VmSize:') >= 0) then
       buffer = 0
-      if (c_statvfs(folder//c_null_char, buffer) == 0) bytes = buffer(2)*buffer(5)
+      if (c_statvfs(folder//c_null_char, buffer) == 0 .and. buffer(3) > 0) &
+        bytes = buffer(2)*buffer(5)
     end if
     call lower(bytes, 1_i8, number_after('/proc/self/limits', 'Max file size'), 0_i8)
   end function disk_left

@@ -126,10 +126,9 @@ contains
       left = left/10_c_size_t
     end do
     call begin_message()
-    call write_to(standard_error, 'not enough memory (')
+    call write_to(standard_error, 'not enough memory: ')
     call write_to(standard_error, number(first:))
-    call write_to(standard_error, ' bytes were asked for); increments that were written are in '// &
-      'the result file')
+    call write_to(standard_error, ' bytes were refused (increments written before are kept)')
     call end_program()
   end subroutine refuse
 
