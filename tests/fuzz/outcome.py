@@ -59,7 +59,9 @@ class Outcome:
         self.waited = time.monotonic() - started
         self.limit = limit
         self.status = process.returncode
-        self.peak = 1024 * usage.ru_maxrss
+        # A child begins as a copy of this process: what is no more than that is not its own.
+        own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        self.peak = 1024 * usage.ru_maxrss if usage.ru_maxrss > own else 0
         self.output = (folder / "stdout").read_bytes().decode("utf-8", "replace")
         self.errors = (folder / "stderr").read_bytes().decode("utf-8", "replace")
 
