@@ -90,6 +90,7 @@ contains
     new%row = increment%row
     new%step = increment%step
     new%increment = increment%number
+    new%position = increment%position
     new%time = increment%time
     call sum_patterns(scene, operators, increment%share, increment%step_time, now%u_free, &
       now%forces%external)
@@ -153,13 +154,11 @@ contains
     type(increment_t), intent(in) :: increment
     type(attempt_t), intent(inout) :: now      !! its displacements and applied reactions
     real(wp), allocatable :: loaded(:, :), external(:, :)
-    real(wp) :: before !! where the increment begins, a share of its *STEP [-]
 
     allocate (now%pressed(3, scene%mesh%n_nodes), now%applied(3, points%n), source=0.0_wp)
     if (is_exact(scene%precision)) return
-    before = increment%share*real(increment%number - 1, wp)/real(increment%number, wp)
-    call sum_patterns(scene, operators, before, before*scene%steps(increment%step)%period, loaded, &
-      external)
+    call sum_patterns(scene, operators, increment%begin, &
+      increment%begin*scene%steps(increment%step)%period, loaded, external)
     call add_motions(operators%motions, scene%mesh, now%motion, loaded)
     now%applied = old%reaction
     ! On the interface u_free must be what the contact problem adds W r to.

@@ -105,7 +105,7 @@ contains
     n = 0
     do step = 1, size(scene%steps)
       do i = 1, scene%steps(step)%n_increments
-        if (fields_due(scene%output%frequency, i, scene%steps(step)%n_increments)) n = n + 1
+        if (fields_due(scene%output%frequency, i, i == scene%steps(step)%n_increments)) n = n + 1
       end do
     end do
   end function count_outputs

@@ -2,6 +2,7 @@
 module make_fields_mod
   use scene_mod, only: scene_t
   use state_mod, only: state_t
+  use increments_mod, only: ends_step
   use step_report_mod, only: step_report_t
   use step_fields_mod, only: step_fields_t, tensor_field_t, fields_due
   use mesh_fields_mod, only: fill_tensor_fields
@@ -20,11 +21,11 @@ contains
     type(step_report_t), intent(inout) :: report !! gets the error of the mesh, where it is due
     type(step_fields_t), intent(out) :: fields
     logical :: due
-    integer :: last
+    logical :: is_last
 
-    last = scene%steps(state%step)%n_increments
-    due = fields_due(scene%output%frequency, state%increment, last)
-    if (state%increment == last .or. (due .and. scene%output%mesh_error)) then
+    is_last = ends_step(scene%steps, state)
+    due = fields_due(scene%output%frequency, state%increment, is_last)
+    if (is_last .or. (due .and. scene%output%mesh_error)) then
       call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, &
         fields%mesh_error, report%mesh_error)
     end if

@@ -205,7 +205,7 @@ contains
       if (allocated(error)) return
       tally%write_time = tally%write_time + wall_seconds() - clock
       call add_increment(increment, report, fields_due(scene%output%frequency, &
-        increment%number, scene%steps(increment%step)%n_increments), tally)
+        increment%number, increment%last_of_step), tally)
       call print_increment(console, increment, plan%n_increments, report)
       old = new
     end do increments

@@ -20,6 +20,7 @@ module result_file_mod
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t, bound_in_words
   use state_mod, only: state_t
+  use increments_mod, only: ends_step
   use step_report_mod, only: step_report_t
   use step_fields_mod, only: step_fields_t, fields_due
   use hdf5_files_mod, only: hdf5_file_t, look_at_file, create_file, open_file, flush_file, &
@@ -253,7 +254,7 @@ contains
 
     worst_node = 0
     if (report%worst_point > 0) worst_node = plan%points%node(report%worst_point)
-    due = fields_due(scene%output%frequency, state%increment, scene%steps(state%step)%n_increments)
+    due = fields_due(scene%output%frequency, state%increment, ends_step(scene%steps, state))
 
     if (due) then
       if (scene%output%contact .and. plan%points%n > 0) then

@@ -1,7 +1,7 @@
 !> The state of the scene after an increment: everything a step changes, nothing that follows from
 !> it.
 module state_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   implicit none
   private
 
@@ -12,6 +12,8 @@ module state_mod
     integer  :: row = 0        !! increments done in the run
     integer  :: step = 0       !! ordinal of the last increment's *STEP
     integer  :: increment = 0  !! and its number within the step
+    integer(i8) :: position = 0
+    !! its end within the step, in parts of the deck's increments (increments_mod)
     real(wp) :: time = 0.0_wp  !! total, in the deck's unit
     real(wp), allocatable :: displacement(:, :)   !! (3, n_nodes) [length]
     real(wp), allocatable :: reaction(:, :) !! (3, n_points) on the slave body, x, y, z [force]
