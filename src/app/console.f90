@@ -7,13 +7,13 @@ module console_mod
   use system_mod, only: output_is_terminal, wall_seconds
   use increments_mod, only: increment_t
   use controls_mod, only: solver_sweeps, solver_global_newton
-  use step_report_mod, only: step_report_t, worst_entry, status_open, &
+  use step_report_mod, only: step_report_t, error_parts_t, worst_entry, status_open, &
     status_stick, status_slide
   implicit none
   private
 
   public :: console_t, open_console, say, print_lines, print_increment, print_warning, clear_bar, &
-    seconds_in_words, solver_name
+    seconds_in_words, solver_name, errors_in_words, percent
 
   !> Where and how to print.
   type :: console_t
@@ -91,14 +91,36 @@ contains
     if (report%solver_stages > 1) line = trim(line)//', after '// &
       to_text(report%solver_stages - 1)//' that did not reach the tolerance'
     if (.not. report%certificate%certified) line = trim(line)//'  not certified'
-    if (report%mesh_error >= 0.0_wp) line = trim(line)//'  (mesh: about '// &
-      to_text(100.0_wp*report%mesh_error, 2)//' % error)'
     call say(trim(line))
+    if (report%errors%mesh >= 0.0_wp) call say('      error about '//errors_in_words(report%errors))
     if (.not. console%terminal .or. increment%row == n_increments) return
     elapsed = wall_seconds() - console%started
     call draw_bar(real(increment%row, wp)/real(n_increments, wp), &
                   elapsed*real(n_increments - increment%row, wp)/real(increment%row, wp))
   end subroutine print_increment
+
+  !> Mesh 0.6 %, load steps 0.01 %, contact 2e-10, arithmetic 1e-12.
+  pure function errors_in_words(errors) result(words)
+    type(error_parts_t), intent(in) :: errors
+    character(:), allocatable :: words
+
+    words = 'mesh '//percent(errors%mesh)
+    if (errors%load_steps >= 0.0_wp) words = words//', load steps '//percent(errors%load_steps)
+    words = words//', contact '//percent(errors%contact)//', arithmetic '// &
+      percent(errors%arithmetic)
+  end function errors_in_words
+
+  !> 0.62 %; what is too small for that, as a plain number.
+  pure function percent(part) result(words)
+    real(wp), intent(in) :: part !! [-]
+    character(:), allocatable :: words
+
+    if (part >= 1.0e-5_wp) then
+      words = to_text(100.0_wp*part, 2)//' %'
+    else
+      words = to_text(part, 2)
+    end if
+  end function percent
 
   !> A contact solver as the console calls it.
   pure function solver_name(solver) result(name)

@@ -27,7 +27,7 @@ contains
     due = fields_due(scene%output%frequency, state%increment, is_last)
     if (is_last .or. (due .and. scene%output%mesh_error)) then
       call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, &
-        fields%mesh_error, report%mesh_error)
+        fields%mesh_error, report%errors%mesh)
     end if
     if (.not. due) return
     if (scene%output%reaction) fields%reaction_force = state%support_force

@@ -20,6 +20,7 @@ module run_mod
     widen_interface
   use step_loads_mod, only: prescribed_dofs
   use advance_mod, only: advance
+  use load_step_error_mod, only: coarse_run_t, start_coarse, follow_coarsely
   use result_file_mod, only: result_file_t, provenance_t, open_result, append_increment, &
     finish_result, run_finished, run_not_solved, run_failed
   use command_line_mod, only: options_t, command_text
@@ -170,11 +171,13 @@ contains
     type(increment_t) :: increment
     type(step_report_t) :: report
     type(step_fields_t) :: fields
+    type(coarse_run_t) :: coarse
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
     real(wp) :: clock
 
     unheld = ''
     old = initial_state(scene%mesh%n_nodes, plan%points%n)
+    call start_coarse(old, coarse)
     increments: do
       increment = next_increment(scene%steps, old)
       if (increment%row == 0) exit increments
@@ -197,6 +200,7 @@ contains
       if (allocated(error)) return
       call refuse_unsolved(scene, plan, increment, report, operators%inverse%condition, error)
       if (allocated(error)) return
+      call estimate_errors(scene, plan, operators, old, new, coarse, report)
       call tell_unheld(console, increment, report, unheld)
 
       clock = wall_seconds()
@@ -210,6 +214,22 @@ contains
       old = new
     end do increments
   end subroutine go_through
+
+  !> How wrong the increment is, but for the mesh.
+  subroutine estimate_errors(scene, plan, operators, old, new, coarse, report)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(operators_t), intent(inout) :: operators
+    type(state_t), intent(in) :: old, new
+    type(coarse_run_t), intent(inout) :: coarse
+    type(step_report_t), intent(inout) :: report
+
+    associate (c => report%certificate)
+      report%errors%contact = max(c%penetration, c%adhesion, c%complementarity, c%cone, c%law)
+    end associate
+    report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*operators%inverse%condition
+    call follow_coarsely(scene, plan, operators, old, new, coarse, report%errors%load_steps)
+  end subroutine estimate_errors
 
   !> A node went further than the plan had it go: from here on every slave node is a candidate.
   subroutine take_whole_surfaces(scene, increment, report, console, plan, operators, error)

@@ -7,7 +7,7 @@ module result_history_mod
   use hdf5_rows_mod, only: rows_t, create_rows, append_row
   use hdf5_types_mod, only: of_real, of_integer, of_byte
   use state_mod, only: state_t
-  use step_report_mod, only: step_report_t
+  use step_report_mod, only: step_report_t, total_error
   implicit none
   private
 
@@ -21,7 +21,7 @@ module result_history_mod
     type(rows_t) :: solver, residual, worst_node, wall_time, contact_time
     type(rows_t) :: penetration, adhesion, complementarity, cone, law, equilibrium
     type(rows_t) :: external_work, strain, dissipation, balance
-    type(rows_t) :: mesh_error
+    type(rows_t) :: error_contact, error_load_steps, error_mesh, error_arithmetic, error_total
   end type history_t
 
 contains
@@ -89,8 +89,15 @@ contains
     call create_group(file, '/history/error', error)
     call write_attribute(file, '/history/error', 'description', &
                          'estimated errors; -1 where there is no estimate', error)
+    call reals('error/contact', 'largest entry of the certificate but equilibrium', 'ratio', &
+               history%error_contact)
+    call reals('error/load_steps', 'difference of the contact resultants from those with '// &
+               'increments of another size', 'ratio', history%error_load_steps)
     call reals('error/mesh', 'error of the stresses by recovery, squared, over the energy of '// &
-               'the stresses', 'ratio', history%mesh_error)
+               'the stresses', 'ratio', history%error_mesh)
+    call reals('error/arithmetic', 'forces out of balance, and rounding times the condition', &
+               'ratio', history%error_arithmetic)
+    call reals('error/total', 'sum of the parts', 'ratio', history%error_total)
 
   contains
 
@@ -155,7 +162,11 @@ contains
       call append_row(history%strain, energy%strain, error)
       call append_row(history%dissipation, energy%dissipation, error)
       call append_row(history%balance, energy%balance, error)
-      call append_row(history%mesh_error, report%mesh_error, error)
+      call append_row(history%error_contact, report%errors%contact, error)
+      call append_row(history%error_load_steps, report%errors%load_steps, error)
+      call append_row(history%error_mesh, report%errors%mesh, error)
+      call append_row(history%error_arithmetic, report%errors%arithmetic, error)
+      call append_row(history%error_total, total_error(report%errors), error)
     end associate
   end subroutine append_history
 

@@ -1,0 +1,111 @@
+!> What the size of the increments does to the contact resultants.
+!>
+!> Beside the run goes a coarse one, in increments of twice the size. Friction makes both first-order
+!> accurate in the increment, so their difference is the error of the finer one. Where a *STEP is one
+!> increment, that is done again in two halves instead. docs/theory.md section 10.
+module load_step_error_mod
+  use kinds_mod, only: wp, i8
+  use errors_mod, only: error_t
+  use scene_mod, only: scene_t
+  use plan_mod, only: plan_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use step_report_mod, only: step_report_t
+  use increments_mod, only: increment_t, next_increment, ends_step
+  use operators_mod, only: operators_t
+  use advance_mod, only: advance
+  implicit none
+  private
+
+  public :: coarse_run_t, start_coarse, follow_coarsely, resultant_change
+
+  !> The run in coarser increments.
+  type :: coarse_run_t
+    type(state_t) :: state
+    integer :: n_behind = 0 !! increments that the run is ahead of it
+  end type coarse_run_t
+
+contains
+
+  !> Where the run begins, or goes on after something that the coarse one cannot follow.
+  subroutine start_coarse(state, coarse)
+    type(state_t), intent(in) :: state
+    type(coarse_run_t), intent(out) :: coarse
+
+    coarse%state = state
+  end subroutine start_coarse
+
+  !> After an increment of the run, from `old` to `new`: let the coarse run catch up where it is
+  !> due, and say how far apart they are.
+  subroutine follow_coarsely(scene, plan, operators, old, new, coarse, estimate)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(operators_t), intent(inout) :: operators
+    type(state_t), intent(in) :: old, new
+    type(coarse_run_t), intent(inout) :: coarse
+    real(wp), intent(out) :: estimate !! as of error_parts_t%load_steps; negative where there is none
+    type(state_t) :: middle, other
+    logical :: ok
+
+    estimate = -1.0_wp
+    coarse%n_behind = coarse%n_behind + 1
+    if (coarse%n_behind < 2 .and. .not. ends_step(scene%steps, new)) return
+    if (new%increment == 1) then
+      call go(old, new%position/2, middle, ok)
+      if (ok) call go(middle, new%position, other, ok)
+      ! Half the size leaves half of the error.
+      if (ok) estimate = 2.0_wp*resultant_change(plan%points, other%reaction, new%reaction)
+      coarse%state = new
+    else
+      call go(coarse%state, new%position, other, ok)
+      if (ok) then
+        estimate = resultant_change(plan%points, other%reaction, new%reaction)
+        coarse%state = other
+      else
+        coarse%state = new
+      end if
+    end if
+    coarse%n_behind = 0
+
+  contains
+
+    !> One increment, up to that position of the step.
+    subroutine go(from, position, to, ok)
+      type(state_t), intent(in) :: from
+      integer(i8), intent(in) :: position
+      type(state_t), intent(out) :: to
+      logical, intent(out) :: ok
+      type(increment_t) :: increment
+      type(step_report_t) :: report
+      type(error_t), allocatable :: error
+      integer(i8) :: start
+
+      start = from%position
+      if (from%step < new%step) start = 0
+      increment = next_increment(scene%steps, from, position - start)
+      call advance(scene, plan, operators, from, increment, to, report, error)
+      ok = .not. allocated(error) .and. report%converged
+    end subroutine go
+
+  end subroutine follow_coarsely
+
+  !> The largest change of a pair's resultant, beside the largest resultant.
+  pure function resultant_change(points, one, other) result(change)
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: one(:, :), other(:, :) !! (3,n_points) reactions in x, y, z [force]
+    real(wp) :: change                             !! 0 where there are no forces [-]
+    real(wp) :: largest
+    integer :: i
+
+    change = 0.0_wp
+    largest = 0.0_wp
+    do i = 1, size(points%first) - 1
+      associate (a => points%first(i), b => points%first(i + 1) - 1)
+        change = max(change, norm2(sum(one(:, a:b) - other(:, a:b), dim=2)))
+        largest = max(largest, norm2(sum(one(:, a:b), dim=2)), norm2(sum(other(:, a:b), dim=2)))
+      end associate
+    end do
+    if (largest > 0.0_wp) change = change/largest
+  end function resultant_change
+
+end module load_step_error_mod
