@@ -17,7 +17,7 @@ module advance_mod
   use scene_mod, only: scene_t
   use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t
-  use increments_mod, only: increment_t, next_increment
+  use increments_mod, only: increment_t, next_increment, mark_end
   use plan_mod, only: plan_t
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t, contact_fields_t, worst_entry, &
@@ -64,7 +64,7 @@ contains
     clock = wall_seconds()
     call begin_attempt(scene, plan%points, operators, old, increment, now)
     new = old
-    call count_increment(increment, new)
+    call mark_end(increment, new)
     call complete(scene, plan%points, operators, old, now, new, report, error)
     report%wall_time = wall_seconds() - clock
   end subroutine advance
@@ -96,24 +96,13 @@ contains
     clock = wall_seconds()
     call begin_attempt(scene, plan%points, operators, old, increment, now)
     new = old
-    call count_increment(increment, new)
+    call mark_end(increment, new)
     call take_foreseen(ahead, increment, operators, now, new%reaction, report)
     call complete(scene, plan%points, operators, old, now, new, report, error)
     report%wall_time = report%wall_time + wall_seconds() - clock
     ! What was corrected was not what those after it began from.
     if (report%newton_raphson_iterations > 1 .or. .not. report%converged) call cut(ahead)
   end subroutine advance_along
-
-  !> Whose end `state` is.
-  pure subroutine count_increment(increment, state)
-    type(increment_t), intent(in) :: increment
-    type(state_t), intent(inout) :: state
-
-    state%row = increment%row
-    state%step = increment%step
-    state%increment = increment%number
-    state%time = increment%time
-  end subroutine count_increment
 
   !> From the loads of an increment, and perhaps its first reactions, to its end.
   subroutine complete(scene, points, operators, old, now, new, report, error)

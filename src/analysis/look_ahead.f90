@@ -1,5 +1,5 @@
-!> Several increments at once, as far as their contact goes, and one solution with the factor for all
-!> of them.
+!> Several increments at once, as far as their contact goes, and one solution with the factor for
+!> all of them.
 !>
 !> Where obstacles are flat and the factor is exact, the next increment needs of the one before only
 !> its reactions and what its interface does, and both come from the contact problem. So contact is
@@ -17,7 +17,7 @@ module look_ahead_mod
   use scene_mod, only: scene_t
   use controls_mod, only: is_exact
   use contact_points_mod, only: contact_points_t
-  use increments_mod, only: increment_t, next_increment
+  use increments_mod, only: increment_t, next_increment, mark_end
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t
   use rigid_modes_mod, only: add_motions
@@ -117,9 +117,7 @@ contains
           scene%mesh%n_nodes)
         call add_motions(operators%motions, scene%mesh, now%motion, there%displacement)
         there%reaction = foreseen%reaction
-        there%row = increment%row
-        there%step = increment%step
-        there%increment = increment%number
+        call mark_end(increment, there)
         foreseen%report%wall_time = wall_seconds() - began
         if (.not. foreseen%report%converged) exit increments
       end associate

@@ -6,7 +6,7 @@ module increments_mod
   implicit none
   private
 
-  public :: increment_t, next_increment, count_increments
+  public :: increment_t, next_increment, count_increments, mark_end
 
   !> One increment of one *STEP.
   type :: increment_t
@@ -45,6 +45,17 @@ contains
     ! From the start of the run each time, so that rounding does not add up.
     increment%time = sum(steps(:increment%step - 1)%period) + increment%step_time
   end function next_increment
+
+  !> Mark a state as the end of an increment.
+  pure subroutine mark_end(increment, state)
+    type(increment_t), intent(in) :: increment
+    type(state_t), intent(inout) :: state
+
+    state%row = increment%row
+    state%step = increment%step
+    state%increment = increment%number
+    state%time = increment%time
+  end subroutine mark_end
 
   !> The number of increments of all steps.
   pure function count_increments(steps) result(n)
