@@ -1,8 +1,8 @@
 !> What the size of the increments does to the contact resultants.
 !>
-!> Beside the run goes a coarse one, in increments of twice the size. Friction makes both first-order
-!> accurate in the increment, so their difference is the error of the finer one. Where a *STEP is one
-!> increment, that is done again in two halves instead. docs/theory.md section 10.
+!> Beside the run goes a coarse one, in increments of twice the size. Friction makes both
+!> first-order accurate in the increment, so their difference is the error of the finer one. Where a
+!> *STEP is one increment, that is done again in two halves instead. docs/theory.md section 10.
 module load_step_error_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
@@ -13,11 +13,15 @@ module load_step_error_mod
   use step_report_mod, only: step_report_t
   use increments_mod, only: increment_t, next_increment, ends_step
   use operators_mod, only: operators_t
+  use attempt_mod, only: attempt_t, begin_attempt
+  use look_ahead_mod, only: can_look_ahead, step_on_interface
   use advance_mod, only: advance
   implicit none
   private
 
   public :: coarse_run_t, start_coarse, follow_coarsely, resultant_change
+
+  real(wp), parameter :: sharp_enough = 1.0e-6_wp !! residual of what only an estimate needs [-]
 
   !> The run in coarser increments.
   type :: coarse_run_t
@@ -43,7 +47,8 @@ contains
     type(operators_t), intent(inout) :: operators
     type(state_t), intent(in) :: old, new
     type(coarse_run_t), intent(inout) :: coarse
-    real(wp), intent(out) :: estimate !! as of error_parts_t%load_steps; negative where there is none
+    real(wp), intent(out) :: estimate !! as of error_parts_t%load_steps; negative where there is
+                                      !! none
     type(state_t) :: middle, other
     logical :: ok
 
@@ -76,14 +81,23 @@ contains
       type(state_t), intent(out) :: to
       logical, intent(out) :: ok
       type(increment_t) :: increment
+      type(attempt_t) :: now
       type(step_report_t) :: report
       type(error_t), allocatable :: error
+      real(wp) :: answer(operators%inverse%map%n_interface)
       integer(i8) :: start
 
       start = from%position
       if (from%step < new%step) start = 0
       increment = next_increment(scene%steps, from, position - start)
-      call advance(scene, plan, operators, from, increment, to, report, error)
+      if (can_look_ahead(scene, operators)) then
+        to = from
+        call begin_attempt(scene, plan%points, operators, from, increment, now)
+        now%controls%tolerance = max(now%controls%tolerance, sharp_enough)
+        call step_on_interface(scene, plan%points, operators, increment, now, to, report, answer)
+      else
+        call advance(scene, plan, operators, from, increment, to, report, error)
+      end if
       ok = .not. allocated(error) .and. report%converged
     end subroutine go
 

@@ -160,7 +160,8 @@ contains
       known = [string_t('--help'), string_t('--version'), string_t('--plan'), &
         string_t('--force'), string_t('--overwrite'), &
         string_t('--quiet'), string_t('--output'), string_t('--set'), &
-        string_t('--export-fclib'), string_t('--accuracy'), string_t('--solver'), string_t('--formulation'), &
+        string_t('--export-fclib'), string_t('--accuracy'), string_t('--solver'), &
+        string_t('--formulation'), &
         string_t('--local'), string_t('--rho'), string_t('--relaxation'), &
         string_t('--tolerance'), string_t('--max-sweeps'), string_t('--acceleration')]
       nearest = nearest_word(word, known)
@@ -212,8 +213,10 @@ contains
       '       bipot PROBLEM.hdf5 [options]   a contact problem in FCLIB''s layout'//nl//nl// &
       '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory)'//nl// &
       '  --set name=value    give a parameter of the deck another value; may be repeated'//nl// &
-      '  --accuracy X        how wrong the contact resultants may be, 0.01 for 1 %; the program'//nl// &
-      '                      spends no more than that takes, and says where it is not reached'//nl// &
+      '  --accuracy X        how wrong the contact resultants may be, 0.01 for 1 %; the program'// &
+      nl// &
+      '                      spends no more than that takes, and says where it is not reached'// &
+      nl// &
       '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
     '  --force             run even what does not fit into memory or on the disk'//nl// &
       '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32'//nl// &

@@ -19,7 +19,8 @@ module run_mod
   use operators_mod, only: operators_t, make_operators, change_supports, prepare_step, &
     widen_interface
   use step_loads_mod, only: prescribed_dofs
-  use advance_mod, only: advance
+  use advance_mod, only: advance_along
+  use look_ahead_mod, only: ahead_t
   use load_step_error_mod, only: coarse_run_t, start_coarse, follow_coarsely
   use result_file_mod, only: result_file_t, provenance_t, open_result, append_increment, &
     finish_result, run_finished, run_not_solved, run_failed
@@ -168,6 +169,7 @@ contains
     type(tally_t), intent(inout) :: tally
     type(error_t), allocatable, intent(out) :: error
     type(state_t) :: old, new
+    type(ahead_t) :: ahead
     type(increment_t) :: increment
     type(step_report_t) :: report
     type(step_fields_t) :: fields
@@ -185,13 +187,13 @@ contains
         call enter_step(scene, plan, increment%step, old, operators, error)
         if (allocated(error)) return
       end if
-      call advance(scene, plan, operators, old, increment, new, report, error)
+      call advance_along(scene, plan, operators, old, ahead, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) then
         call take_whole_surfaces(scene, increment, report, console, plan, operators, error)
         if (allocated(error)) return
         tally%plan_revisions = tally%plan_revisions + 1
-        call advance(scene, plan, operators, old, increment, new, report, error)
+        call advance_along(scene, plan, operators, old, ahead, new, report, error)
         if (allocated(error)) return
       end if
       call note_sizes(operators, tally)

@@ -60,35 +60,33 @@ contains
   contains
 
     !> Say which fits a node takes: its own inside; else those around it that are inside, or else
-    !> those of more bricks than its own, or its own for want of others.
+    !> those where most bricks meet, if these are more than its own.
     subroutine centres_of(around, node, list, n)
       integer, intent(in) :: around(:, :) !! (8,n_bricks) nodes of its bricks
       integer, intent(in) :: node
       integer, intent(out) :: list(:)     !! a centre as often as bricks share it with the node
       integer, intent(out) :: n
-      integer :: e, k
+      integer :: e, k, most
 
       n = 0
+      most = n_bricks(node)
       if (.not. is_inside(node)) then
         do e = 1, size(around, 2)
+          most = max(most, maxval(n_bricks(around(:, e))))
           do k = 1, 8
-            if (.not. is_inside(around(k, e))) cycle
-            n = n + 1
-            list(n) = around(k, e)
+            if (is_inside(around(k, e))) call take(around(k, e), list, n)
           end do
         end do
         if (n > 0) return
         do e = 1, size(around, 2)
           do k = 1, 8
-            if (n_bricks(around(k, e)) <= n_bricks(node)) cycle
-            n = n + 1
-            list(n) = around(k, e)
+            if (n_bricks(around(k, e)) == most .and. most > n_bricks(node)) then
+              call take(around(k, e), list, n)
+            end if
           end do
         end do
       end if
-      if (n > 0) return
-      n = 1
-      list(1) = node
+      if (n == 0) call take(node, list, n)
     end subroutine centres_of
 
     subroutine mark_centres(around, node)
@@ -117,6 +115,15 @@ contains
     end function mean_of_fits
 
   end subroutine recover_at_nodes
+
+  !> One more in a list.
+  pure subroutine take(centre, list, n)
+    integer, intent(in) :: centre
+    integer, intent(inout) :: list(:), n
+
+    n = n + 1
+    list(n) = centre
+  end subroutine take
 
   !> Whether bricks lie all around a node: then each face at it belongs to two of them.
   pure logical function surrounded(mesh, node, bricks)

@@ -2,7 +2,8 @@
 !> last variables.
 !>
 !> With a Schur complement a solution goes in three parts: `condense` (right-hand side to the last
-!> variables), the caller's dense solution there, `expand`.
+!> variables), the caller's dense solution there, `expand`. Where nothing acts on the others,
+!> `extend` is the last part alone, at half the price.
 !>
 !> `analyse` looks at the pattern alone and foretells what the factorisation will need; `factorise`
 !> of a matrix with that pattern then begins where it ended.
@@ -51,6 +52,7 @@ module sparse_factor_mod
     procedure :: solve
     procedure :: condense
     procedure :: expand
+    procedure :: extend
     final :: release
   end type sparse_factor_t
 
@@ -270,6 +272,33 @@ contains
     call scale_rows(factor%d, x)
     if (factor%precision%single_factor) x(n + 1:, :) = reduced
   end subroutine expand
+
+  !> Solutions on all variables from those on the Schur variables, where no right-hand side acts on
+  !> the others. A column that is 0 costs what the others cost and counts as no solution.
+  subroutine extend(factor, reduced, x, error)
+    class(sparse_factor_t), intent(inout) :: factor
+    real(wp), contiguous, target, intent(inout) :: reduced(:, :)
+    !! (n_schur,m) solutions on the Schur variables
+    real(wp), contiguous, target, intent(inout) :: x(:, :)       !! (n,m) out: solutions
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: at_schur(:, :)
+    real(sp), allocatable :: single_x(:, :), single_at_schur(:, :)
+
+    if (factor%n > factor%n_schur .and. size(x, 2) > 0) then
+      at_schur = reduced
+      if (factor%precision%single_factor) then
+        call scale_rows(1.0_wp/factor%d(factor%n - factor%n_schur + 1:), at_schur)
+        factor%size_b = column_sizes(at_schur)
+        allocate (single_x(factor%n, size(x, 2)), single_at_schur(factor%n_schur, size(x, 2)))
+        call factor%single%condense_nothing(single_x, single_at_schur, error)
+      else
+        call factor%double%condense_nothing(x, at_schur, error)
+      end if
+      if (allocated(error)) return
+    end if
+    call factor%expand(reduced, x, error)
+    factor%solutions = factor%solutions - count(all(abs(reduced) <= 0.0_wp, dim=1))
+  end subroutine extend
 
   !> Multiply each row by a factor of its own.
   pure subroutine scale_rows(factors, b)
