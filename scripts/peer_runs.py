@@ -146,7 +146,7 @@ def run_ours(program, deck, overrides, folder, name, home=None):
 
 def with_tolerance(text, tolerance):
     """Return the text of a deck with this tolerance of the contact solver."""
-    card = re.compile(r"^\s*\*\s*CONTACT\s+SOLVER[^\n]*(?:,\s*\n[^\n*]*)*",
+    card = re.compile(r"^[ \t]*\*\s*CONTACT\s+SOLVER(?:[^\n]*,[ \t]*\n)*[^\n]*",
                       re.IGNORECASE | re.MULTILINE)
     found = card.search(text)
     if found is None:
