@@ -1,9 +1,9 @@
 !> What a run prints: the plan, a line an increment, the closing sentence. On a terminal also a
 !> progress bar.
 module console_mod
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use kinds_mod, only: wp, i8
   use text_mod, only: string_t, to_text
+  use standard_streams_mod, only: write_to, standard_output
   use system_mod, only: output_is_terminal, wall_seconds
   use increments_mod, only: increment_t
   use controls_mod, only: solver_sweeps, solver_global_newton
@@ -41,8 +41,7 @@ contains
   subroutine say(text)
     character(*), intent(in) :: text
 
-    write (output_unit, '(a)') text
-    flush (output_unit)
+    call write_to(standard_output, text//new_line('a'))
   end subroutine say
 
   !> Print lines unless quiet.
@@ -143,10 +142,8 @@ contains
     integer :: done
 
     done = int(share*bar_width)
-    write (output_unit, '(a)', advance='no') '['//repeat('#', done)//repeat('.', bar_width - &
-      done)//'] '// &
-      to_text(int(100.0_wp*share))//' %, '//seconds_in_words(left)//' left'
-    flush (output_unit)
+    call write_to(standard_output, '['//repeat('#', done)//repeat('.', bar_width - done)//'] '// &
+      to_text(int(100.0_wp*share))//' %, '//seconds_in_words(left)//' left')
   end subroutine draw_bar
 
   !> Wipe the bar off the terminal's last line.
@@ -154,8 +151,7 @@ contains
     type(console_t), intent(in) :: console
 
     if (.not. console%terminal) return
-    write (output_unit, '(a)', advance='no') achar(13)//achar(27)//'[K'
-    flush (output_unit)
+    call write_to(standard_output, achar(13)//achar(27)//'[K')
   end subroutine clear_bar
 
   !> 0.32 s, 12 s, 3 min 20 s, 2 h 5 min.

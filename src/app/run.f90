@@ -4,6 +4,7 @@ module run_mod
   use errors_mod, only: error_t, raise, exit_not_solved, exit_machine
   use text_mod, only: string_t, to_text
   use system_mod, only: wall_seconds, utc_now, build_description
+  use machine_room_mod, only: check_library_room
   use blas_core_mod, only: blas_core_name
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t, find_breaches
@@ -116,8 +117,11 @@ contains
     type(string_t), allocatable :: names(:)
     real(wp), allocatable :: counters(:)
     integer(i8) :: written
+    logical :: in_place
 
     path = result_path(options, scene)
+    call check_library_room(3*room_to_write(scene), 'begin the result file', error)
+    if (allocated(error)) return
     call open_result(path, scene, plan, provenance(), options%overwrite, file, error)
     if (allocated(error)) return
     call go_through(scene, plan, exports, operators, file, console, tally, error)
@@ -134,9 +138,9 @@ contains
     call finish_result(file, status, names, counters, closing)
     call clear_bar(console)
     if (allocated(error)) then
-      if (tally%increments > 0) error%message = error%message//new_line('a')// &
-        to_text(tally%increments)// &
-        ' increments before it are in '//path
+      inquire (file=path, exist=in_place)
+      if (tally%increments > 0 .and. in_place) error%message = error%message//new_line('a')// &
+        to_text(tally%increments)//' increments before it are in '//path
       return
     end if
     if (allocated(closing)) then
@@ -146,6 +150,19 @@ contains
     call tell_breaches(console, find_breaches(plan, names, counters))
     call close_run(scene, console, tally, operators, path)
   end subroutine run_scene
+
+  !> Memory that HDF5 may ask for while an increment is written: its tables, and a few copies of
+  !> the longest row, which it shuffles and deflates.
+  pure function room_to_write(scene) result(bytes)
+    type(scene_t), intent(in) :: scene
+    integer(i8) :: bytes
+    integer(i8), parameter :: tables = 16000000_i8, copies = 4, tensor = 48, at_gauss_points = 8
+
+    bytes = tensor*max(scene%mesh%n_nodes, scene%mesh%n_elements)
+    if (scene%output%at_gauss_points) bytes = max(bytes, &
+      at_gauss_points*tensor*scene%mesh%n_elements)
+    bytes = tables + copies*bytes
+  end function room_to_write
 
   !> Say where the run did not keep to its plan.
   subroutine tell_breaches(console, breaches)
@@ -207,6 +224,8 @@ contains
 
       clock = wall_seconds()
       call make_fields(scene, new, report, fields)
+      call check_library_room(room_to_write(scene), 'write the result file', error)
+      if (allocated(error)) return
       call append_increment(file, scene, plan, new, report, fields, error)
       if (allocated(error)) return
       tally%write_time = tally%write_time + wall_seconds() - clock

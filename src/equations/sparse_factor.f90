@@ -129,7 +129,7 @@ contains
     real(wp), allocatable :: a(:)
     real(sp), allocatable :: single_a(:), single_schur(:, :)
     logical :: goes_on !! where the analysis ended
-    integer :: i
+    integer(i8) :: i
 
     goes_on = is_analysed(factor, k, n_schur)
     if (goes_on) goes_on = all(analysed_order(factor) == place)
@@ -140,7 +140,7 @@ contains
     factor%is_factorised = .true.
     if (n_schur == k%n) then ! MUMPS takes no Schur complement of the whole matrix
       allocate (schur(n_schur, n_schur), source=0.0_wp)
-      do i = 1, size(k%value)
+      do i = 1, size(k%value, kind=i8)
         schur(k%row(i), k%column(i)) = k%value(i)
         schur(k%column(i), k%row(i)) = k%value(i)
       end do
@@ -172,10 +172,10 @@ contains
     type(triplets_t), intent(in) :: k
     real(wp) :: d(k%n)
     real(wp) :: diagonal(k%n)
-    integer :: i
+    integer(i8) :: i
 
     diagonal = 0.0_wp
-    do i = 1, size(k%value)
+    do i = 1, size(k%value, kind=i8)
       if (k%row(i) == k%column(i)) diagonal(k%row(i)) = diagonal(k%row(i)) + k%value(i)
     end do
     d = 1.0_wp
