@@ -167,6 +167,7 @@ contains
     type(progress_t), intent(inout) :: progress
     type(tally_t), intent(inout) :: tally
     type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable :: ignored
     real(wp), allocatable :: kept(:)
     logical :: continues
 
@@ -182,6 +183,8 @@ contains
         error)
       if (allocated(error)) return
       call keep_progress(progress, tally, file, error)
+      if (allocated(error)) call finish_result(file, run_failed, [string_t ::], [real(wp) ::], &
+        ignored)
     end if
   end subroutine begin_file
 

@@ -9,7 +9,7 @@ module fresh_file_mod
   private
 
   public :: beginning_of, take_place, delete_file
-  public :: folder_lock_t, lock_folder, unlock_folder
+  public :: folder_lock_t, lock_folder, unlock_folder, is_locked
 
   !> A lock on a folder, held by at most one process at a time.
   type :: folder_lock_t
@@ -45,6 +45,27 @@ module fresh_file_mod
       integer(c_int), value :: descriptor, operation
       integer(c_int) :: status
     end function c_flock
+
+    function c_fopen(path, mode) result(file) bind(c, name='fopen')
+      import :: c_char, c_ptr
+      implicit none
+      character(c_char), intent(in) :: path(*), mode(*)
+      type(c_ptr) :: file
+    end function c_fopen
+
+    function c_fileno(file) result(descriptor) bind(c, name='fileno')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: file
+      integer(c_int) :: descriptor
+    end function c_fileno
+
+    function c_fclose(file) result(status) bind(c, name='fclose')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: file
+      integer(c_int) :: status
+    end function c_fclose
 
     function c_closedir(folder) result(status) bind(c, name='closedir')
       import :: c_int, c_ptr
@@ -111,5 +132,22 @@ contains
     status = c_closedir(lock%folder)
     if (status == 0) lock%folder = c_null_ptr
   end subroutine unlock_folder
+
+  !> Whether another process holds a lock on the file, be it empty yet.
+  function is_locked(path) result(locked)
+    character(*), intent(in) :: path
+    logical :: locked
+    type(c_ptr) :: file
+    integer(c_int), parameter :: exclusive_at_once = 6
+    integer(c_int) :: status
+
+    locked = .false.
+    ! For writing too: so a pipe does not wait for its other end.
+    file = c_fopen(path//c_null_char, 'r+'//c_null_char)
+    if (.not. c_associated(file)) return
+    locked = c_flock(c_fileno(file), exclusive_at_once) /= 0
+    status = c_fclose(file)
+    if (status /= 0) return
+  end function is_locked
 
 end module fresh_file_mod

@@ -15,6 +15,7 @@ module hdf5_files_mod
   use errors_mod, only: error_t, raise, exit_machine
   use hdf5_failures_mod, only: fail, reason_t, why
   use hdf5_types_mod, only: no_id
+  use kinds_mod, only: i8
   use text_mod, only: string_t, to_text
   implicit none
   private
@@ -74,15 +75,15 @@ contains
     integer :: found, status
     logical :: there, is_hdf5
     integer(hid_t) :: id
-    character(7) :: is_regular
+    integer(i8) :: bytes
     type(reason_t) :: reason
 
     found = file_absent
-    inquire (file=path, exist=there, direct=is_regular)
+    inquire (file=path, exist=there, size=bytes)
     if (.not. there) return
     ! HDF5 would wait for ever at the end of a pipe.
     found = file_foreign
-    if (is_regular /= 'YES') return
+    if (bytes <= 0) return
     call start_library()
     call open_strongly(path, H5F_ACC_RDONLY_F, id, status)
     if (status >= 0) then

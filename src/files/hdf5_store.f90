@@ -3,7 +3,7 @@ module hdf5_store_mod
   use, intrinsic :: iso_c_binding, only: c_loc
   use hdf5, only: hid_t, hsize_t, h5dclose_f, h5dcreate_f, h5dget_space_f, h5dopen_f, &
     h5dset_extent_f, h5dwrite_f, h5pclose_f, h5pcreate_f, h5pset_chunk_f, h5sclose_f, &
-    h5screate_simple_f, h5sget_simple_extent_npoints_f, h5sselect_hyperslab_f, &
+    h5screate_simple_f, h5sget_simple_extent_dims_f, h5sselect_hyperslab_f, &
     H5P_DATASET_CREATE_F, H5S_SELECT_SET_F, H5S_UNLIMITED_F
   use errors_mod, only: error_t
   use hdf5_attributes_mod, only: describe
@@ -51,7 +51,7 @@ contains
     real(wp), intent(in), contiguous, target :: values(:)
     type(error_t), allocatable, intent(inout) :: error
     integer(hid_t) :: dataset, memory, space
-    integer(hsize_t) :: n
+    integer(hsize_t) :: n(1), limits(1)
     integer :: status, ignored
 
     if (allocated(error)) return
@@ -60,9 +60,9 @@ contains
     call h5dopen_f(file%id, path, dataset, status)
     if (status >= 0) then
       call h5dget_space_f(dataset, space, status)
-      call h5sget_simple_extent_npoints_f(space, n, status)
+      call h5sget_simple_extent_dims_f(space, n, limits, status)
       call h5sclose_f(space, ignored)
-      if (status >= 0) call h5dset_extent_f(dataset, [max(n, size(values, kind=hsize_t))], status)
+      if (status >= 0) call h5dset_extent_f(dataset, max(n, size(values, kind=hsize_t)), status)
       if (status >= 0) call h5dget_space_f(dataset, space, status)
       if (status >= 0) then
         call h5sselect_hyperslab_f(space, H5S_SELECT_SET_F, [0_hsize_t], &

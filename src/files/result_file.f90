@@ -41,7 +41,7 @@ module result_file_mod
   use result_view_mod, only: view_t, create_view, append_step, count_step
   use result_state_mod, only: slots_t, create_state, write_state, read_state
   use fresh_file_mod, only: beginning_of, take_place, delete_file, folder_lock_t, lock_folder, &
-    unlock_folder
+    unlock_folder, is_locked
   use xdmf_mod, only: write_xdmf, xdmf_path
   implicit none
   private
@@ -363,15 +363,12 @@ contains
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
 
-    select case (look_at_file(beginning_of(path)))
-    case (file_absent)
-      return
-    case (file_locked)
+    if (is_locked(beginning_of(path))) then
       ! Not even --overwrite: that run is alive, and would put its file in the place of ours.
       call raise(error, exit_wrong_input, "another run is about to write '"//path//"'")
-    case default
+    else
       call delete_file(beginning_of(path))
-    end select
+    end if
   end subroutine clear_beginning
 
   subroutine write_run(hdf5, scene, plan, provenance, error)
