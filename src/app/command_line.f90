@@ -1,7 +1,7 @@
 !> The command line.
 !>
 !>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--plan] [--force]
-!>                [--export-fclib STEPS] [--overwrite] [--quiet]
+!>                [--export-fclib STEPS] [--overwrite | --continue] [--quiet]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite] [--quiet]
 !>     bipot --help | --version
 module command_line_mod
@@ -28,6 +28,7 @@ module command_line_mod
     logical :: plan = .false.
     logical :: force = .false.                   !! run what does not fit the machine
     logical :: overwrite = .false.
+    logical :: continues = .false.               !! --continue: goes on with a stopped run
     logical :: quiet = .false.
     logical :: help = .false.
     logical :: version = .false.
@@ -64,6 +65,8 @@ contains
         options%force = .true.
       case ('--overwrite')
         options%overwrite = .true.
+      case ('--continue')
+        options%continues = .true.
       case ('--quiet', '-q')
         options%quiet = .true.
       case ('-o', '--output')
@@ -91,6 +94,11 @@ contains
       end select
       if (allocated(error)) return
     end do
+    if (options%continues .and. options%overwrite) then
+      call raise(error, exit_wrong_input, 'bipot: error: --continue keeps the result that '// &
+        '--overwrite replaces')
+      return
+    end if
     call settle_solver(sweeps_option, options%controls, error)
     if (allocated(error)) return
     if (options%deck == '' .and. .not. (options%help .or. options%version)) call raise(error, &
@@ -111,6 +119,7 @@ contains
       if (options%plan) misplaced = '--plan'
       if (options%force) misplaced = '--force'
       if (options%accuracy > 0.0_wp) misplaced = '--accuracy'
+      if (options%continues) misplaced = '--continue'
       if (options%exported /= '') misplaced = '--export-fclib'
       if (size(options%overrides) > 0) misplaced = '--set'
       if (misplaced /= '') call raise(error, exit_wrong_input, 'bipot: error: '//misplaced// &
@@ -153,12 +162,12 @@ contains
     character(*), intent(in) :: word
     type(options_t), intent(inout) :: options
     type(error_t), allocatable, intent(out) :: error
-    type(string_t) :: known(18)
+    type(string_t) :: known(19)
     integer :: nearest
 
     if (word(:min(1, len(word))) == '-') then
       known = [string_t('--help'), string_t('--version'), string_t('--plan'), &
-        string_t('--force'), string_t('--overwrite'), &
+        string_t('--force'), string_t('--overwrite'), string_t('--continue'), &
         string_t('--quiet'), string_t('--output'), string_t('--set'), &
         string_t('--export-fclib'), string_t('--accuracy'), string_t('--solver'), &
         string_t('--formulation'), &
@@ -221,6 +230,7 @@ contains
     '  --force             run even what does not fit into memory or on the disk'//nl// &
       '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32'//nl// &
       '                      or all, to NAME-<increment>.fclib.hdf5'//nl// &
+      '  --continue          go on with the run that left an unfinished result'//nl// &
       '  --overwrite         replace a result file that is unfinished or of another deck'//nl// &
       '  -q, --quiet         print only the closing sentence'//nl// &
       '  -h, --help          print this'//nl// &
@@ -231,7 +241,7 @@ contains
       '  --tolerance X   --max-sweeps N   -o FILE (default: PROBLEM.solution.hdf5)'//nl//nl// &
       'exit status: 0 every step certified; 1 wrong command line or deck; 2 a step did not '// &
       'converge or certify;'//nl// &
-      '3 the machine failed (memory, disk, a library). docs/deck.md, docs/results.md and '// &
+      '3 the machine failed (memory, disk, a library); 130, 143 stopped by SIGINT, SIGTERM. docs/deck.md, docs/results.md and '// &
       'docs/fclib.md describe the files.'
   end function help_text
 

@@ -1,15 +1,14 @@
 !> A run: advance, append, report, increment by increment.
 module run_mod
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t, raise, exit_not_solved, exit_machine
+  use errors_mod, only: error_t, raise, exit_not_solved, exit_machine, exit_signal
   use text_mod, only: string_t, to_text
-  use system_mod, only: wall_seconds, utc_now, build_description
+  use system_mod, only: wall_seconds, catch_signals
   use machine_room_mod, only: check_library_room
-  use blas_core_mod, only: blas_core_name
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t, find_breaches
   use increments_mod, only: increment_t, next_increment
-  use state_mod, only: state_t, initial_state
+  use state_mod, only: state_t
   use step_report_mod, only: step_report_t, ended_out_of_reach
   use step_fields_mod, only: step_fields_t, fields_due
   use read_deck_mod, only: read_deck
@@ -17,19 +16,20 @@ module run_mod
   use estimate_costs_mod, only: estimate_costs
   use fit_machine_mod, only: misfit
   use initial_overlaps_mod, only: overlaps
-  use operators_mod, only: operators_t, make_operators, change_supports, prepare_step, &
-    widen_interface
-  use step_loads_mod, only: prescribed_dofs
+  use operators_mod, only: operators_t, widen_interface
   use advance_mod, only: advance_along
   use look_ahead_mod, only: ahead_t
   use load_step_error_mod, only: coarse_run_t, start_coarse, follow_coarsely
-  use result_file_mod, only: result_file_t, provenance_t, open_result, append_increment, &
-    finish_result, run_finished, run_not_solved, run_failed
+  use result_file_mod, only: result_file_t, open_result, reopen_result, append_increment, &
+    finish_result, run_finished, run_not_solved, run_stopped, run_failed
   use command_line_mod, only: options_t, command_text
   use tally_mod, only: tally_t, add_increment, note_sizes, list_counters
   use export_problems_mod, only: exports_t, choose_rows, export_increment
   use console_mod, only: console_t, open_console, say, print_lines, print_increment, &
     print_warning, clear_bar
+  use provenance_mod, only: make_provenance
+  use continue_run_mod, only: progress_t, start_run, take_up_run, keep_progress, enter_step, &
+    heed_signal, how_to_continue
   use make_fields_mod, only: make_fields
   use refuse_unsolved_mod, only: refuse_unsolved
   use close_run_mod, only: close_run
@@ -112,6 +112,7 @@ contains
     type(tally_t), intent(inout) :: tally
     type(error_t), allocatable, intent(out) :: error
     type(result_file_t) :: file
+    type(progress_t) :: progress
     type(error_t), allocatable :: closing
     character(:), allocatable :: path, status
     type(string_t), allocatable :: names(:)
@@ -122,10 +123,13 @@ contains
     path = result_path(options, scene)
     call check_library_room(3*room_to_write(scene), 'begin the result file', error)
     if (allocated(error)) return
-    call open_result(path, scene, plan, provenance(), options%overwrite, file, error)
+    call catch_signals()
+    call begin_file(options, path, scene, plan, operators, file, progress, tally, error)
     if (allocated(error)) return
-    call go_through(scene, plan, exports, operators, file, console, tally, error)
-    tally%total_time = wall_seconds() - console%started
+    if (progress%state%row > 0) call print_lines(console, [string_t('continued       behind '// &
+      'increment '//to_text(progress%state%row))])
+    call go_through(scene, plan, exports, operators, file, console, progress, tally, error)
+    tally%total_time = tally%earlier_time + wall_seconds() - console%started
     inquire (file=path, size=written)
     tally%file_bytes = real(max(0_i8, written), wp)
     call list_counters(tally, operators, names, counters)
@@ -134,13 +138,19 @@ contains
     if (allocated(error)) then
       status = run_failed
       if (error%exit_status == exit_not_solved) status = run_not_solved
+      if (error%exit_status > exit_signal) status = run_stopped
     end if
     call finish_result(file, status, names, counters, closing)
     call clear_bar(console)
     if (allocated(error)) then
       inquire (file=path, exist=in_place)
-      if (tally%increments > 0 .and. in_place) error%message = error%message//new_line('a')// &
-        to_text(tally%increments)//' increments before it are in '//path
+      if (status == run_stopped) then
+        error%message = error%message//': '//how_to_continue(path, file%n_rows, &
+          plan%n_increments, command_text())
+      else if (tally%increments > 0 .and. in_place) then
+        error%message = error%message//new_line('a')//to_text(tally%increments)// &
+          ' increments before it are in '//path
+      end if
       return
     end if
     if (allocated(closing)) then
@@ -164,6 +174,38 @@ contains
     bytes = tables + copies*bytes
   end function room_to_write
 
+  !> Open the result file, that of a run to be continued where there is one.
+  subroutine begin_file(options, path, scene, plan, operators, file, progress, tally, error)
+    type(options_t), intent(in) :: options
+    character(*), intent(in) :: path
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(inout) :: plan
+    type(operators_t), intent(in) :: operators
+    type(result_file_t), intent(inout) :: file
+    type(progress_t), intent(inout) :: progress
+    type(tally_t), intent(inout) :: tally
+    type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable :: ignored
+    real(wp), allocatable :: kept(:)
+    logical :: continues
+
+    call start_run(scene, plan, progress)
+    inquire (file=path, exist=continues)
+    continues = continues .and. options%continues
+    if (continues) then
+      call reopen_result(path, scene, plan, make_provenance(operators), file, kept, error)
+      if (allocated(error)) return
+      call take_up_run(kept, scene, plan, file, progress, tally, error)
+    else
+      call open_result(path, scene, plan, make_provenance(operators), options%overwrite, file, &
+        error)
+      if (allocated(error)) return
+      call keep_progress(progress, tally, file, error)
+      if (allocated(error)) call finish_result(file, run_failed, [string_t ::], [real(wp) ::], &
+        ignored)
+    end if
+  end subroutine begin_file
+
   !> Say where the run did not keep to its plan.
   subroutine tell_breaches(console, breaches)
     type(console_t), intent(in) :: console
@@ -176,50 +218,51 @@ contains
   end subroutine tell_breaches
 
   !> The loop: advance, append, report.
-  subroutine go_through(scene, plan, exports, operators, file, console, tally, error)
+  subroutine go_through(scene, plan, exports, operators, file, console, progress, tally, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
     type(operators_t), intent(inout) :: operators
     type(result_file_t), intent(inout) :: file
     type(console_t), intent(inout) :: console
+    type(progress_t), intent(inout) :: progress
     type(tally_t), intent(inout) :: tally
     type(error_t), allocatable, intent(out) :: error
-    type(state_t) :: old, new
+    type(state_t) :: new
     type(ahead_t) :: ahead
     type(increment_t) :: increment
     type(step_report_t) :: report
     type(step_fields_t) :: fields
-    type(coarse_run_t) :: coarse
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
     real(wp) :: clock
 
     unheld = ''
-    old = initial_state(scene%mesh%n_nodes, plan%points%n)
-    call start_coarse(old, coarse)
     increments: do
-      increment = next_increment(scene%steps, old)
+      increment = next_increment(scene%steps, progress%state)
       if (increment%row == 0) exit increments
-      if (increment%first_of_step) then
-        call enter_step(scene, plan, increment%step, old, operators, error)
+      if (increment%step /= progress%entered) then
+        call enter_step(scene, plan, increment, progress, operators, error)
         if (allocated(error)) return
       end if
-      call advance_along(scene, plan, operators, old, ahead, new, report, error)
+      call heed_signal(error)
+      if (allocated(error)) return
+      call advance_along(scene, plan, operators, progress%state, ahead, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) then
         call take_whole_surfaces(scene, increment, report, console, plan, operators, error)
         if (allocated(error)) return
         tally%plan_revisions = tally%plan_revisions + 1
-        call advance_along(scene, plan, operators, old, ahead, new, report, error)
+        progress%widened_in = increment%step
+        call advance_along(scene, plan, operators, progress%state, ahead, new, report, error)
         if (allocated(error)) return
       end if
       call note_sizes(operators, tally)
       ! Also where the increment is not solved: others may want to try.
-      call export_increment(scene, operators, increment, old, report, exports, error)
+      call export_increment(scene, operators, increment, progress%state, report, exports, error)
       if (allocated(error)) return
       call refuse_unsolved(scene, plan, increment, report, operators%inverse%condition, error)
       if (allocated(error)) return
-      call estimate_errors(scene, plan, operators, old, new, coarse, report)
+      call estimate_errors(scene, plan, operators, progress%state, new, progress%coarse, report)
       call tell_unheld(console, increment, report, unheld)
 
       clock = wall_seconds()
@@ -228,11 +271,14 @@ contains
       if (allocated(error)) return
       call append_increment(file, scene, plan, new, report, fields, error)
       if (allocated(error)) return
-      tally%write_time = tally%write_time + wall_seconds() - clock
       call add_increment(increment, report, fields_due(scene%output%frequency, &
         increment%number, increment%last_of_step), tally)
+      progress%state = new
+      tally%total_time = tally%earlier_time + wall_seconds() - console%started
+      call keep_progress(progress, tally, file, error)
+      if (allocated(error)) return
+      tally%write_time = tally%write_time + wall_seconds() - clock
       call print_increment(console, increment, plan%n_increments, report)
-      old = new
     end do increments
   end subroutine go_through
 
@@ -293,36 +339,5 @@ contains
     call say('note: step '//to_text(increment%step)//', increment '//to_text(increment%number)// &
       ': motions that nothing holds and nothing drives stay where they are: '//now)
   end subroutine tell_unheld
-
-  !> New operators where a step holds other degrees of freedom than the one before; its loads in any
-  !> case.
-  subroutine enter_step(scene, plan, step, state, operators, error)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    integer, intent(in) :: step
-    type(state_t), intent(in) :: state
-    type(operators_t), intent(inout) :: operators
-    type(error_t), allocatable, intent(out) :: error
-
-    if (step == 1) then
-      call make_operators(scene, plan%points, prescribed_dofs(scene, step), operators, error)
-    else
-      call change_supports(scene, plan%points, prescribed_dofs(scene, step), operators, error)
-    end if
-    if (allocated(error)) return
-    call prepare_step(scene, step, state, operators, error)
-  end subroutine enter_step
-
-  !> Who makes the file.
-  function provenance()
-    type(provenance_t) :: provenance
-
-    provenance%version = version
-    provenance%build = build_description()
-    provenance%libraries = 'MUMPS (sequential), METIS, LAPACK and BLAS (OpenBLAS), HDF5'
-    provenance%command = command_text()
-    provenance%blas_core = blas_core_name()
-    provenance%started = utc_now()
-  end function provenance
 
 end module run_mod

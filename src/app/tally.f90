@@ -2,6 +2,7 @@
 module tally_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t
+  use number_list_mod, only: number_list_t, carry
   use system_mod, only: cpu_seconds, peak_memory_bytes
   use increments_mod, only: increment_t
   use step_report_mod, only: step_report_t, worst_entry
@@ -9,7 +10,7 @@ module tally_mod
   implicit none
   private
 
-  public :: tally_t, add_increment, note_sizes, list_counters
+  public :: tally_t, add_increment, note_sizes, list_counters, carry_tally
 
   !> What the run as a whole adds up to.
   type :: tally_t
@@ -39,6 +40,7 @@ module tally_mod
     real(wp) :: step_time = 0.0_wp      !! advancing, contact included
     real(wp) :: write_time = 0.0_wp
     real(wp) :: total_time = 0.0_wp
+    real(wp) :: earlier_time = 0.0_wp   !! of it, in sessions that this one continues
   end type tally_t
 
 contains
@@ -83,6 +85,39 @@ contains
     if (allocated(operators%problem%w)) tally%contact_matrix_bytes = &
       max(tally%contact_matrix_bytes, 8.0_wp*real(size(operators%problem%w, 1), wp)**2)
   end subroutine note_sizes
+
+  !> Put what the sessions of a run add up to into the list, or take it out. The memory, the time of
+  !> the processor and what the operators count are those of one session.
+  subroutine carry_tally(list, tally)
+    type(number_list_t), intent(inout) :: list
+    type(tally_t), intent(inout) :: tally
+
+    call carry(list, tally%increments)
+    call carry(list, tally%outputs)
+    call carry(list, tally%certified)
+    call carry(list, tally%plan_revisions)
+    call carry(list, tally%contact_iterations)
+    call carry(list, tally%products)
+    call carry(list, tally%fallbacks)
+    call carry(list, tally%local_iterations)
+    call carry(list, tally%newton_raphson)
+    call carry(list, tally%worst_row)
+    call carry(list, tally%equations)
+    call carry(list, tally%interface_equations)
+    call carry(list, tally%contact_points)
+    call carry(list, tally%contact_rows)
+    call carry(list, tally%compliance_bytes)
+    call carry(list, tally%contact_matrix_bytes)
+    call carry(list, tally%factor_entries)
+    call carry(list, tally%worst)
+    call carry(list, tally%unrefined)
+    call carry(list, tally%imbalance)
+    call carry(list, tally%read_time)
+    call carry(list, tally%contact_time)
+    call carry(list, tally%step_time)
+    call carry(list, tally%write_time)
+    call carry(list, tally%total_time)
+  end subroutine carry_tally
 
   !> Names and values of what /run/counters holds. What the plan counts has the plan's names.
   subroutine list_counters(tally, operators, names, values)

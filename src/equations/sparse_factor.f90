@@ -24,7 +24,8 @@ module sparse_factor_mod
   implicit none
   private
 
-  public :: sparse_factor_t, analysis_t, analyse, factorise, is_analysed, analysed_order
+  public :: sparse_factor_t, analysis_t, analyse, factorise, is_analysed, analysed_order, &
+    library_version
 
   !> What the pattern of a matrix says of its factorisation, without a number of it.
   type :: analysis_t
@@ -101,6 +102,15 @@ contains
       is_analysed = factor%double%has_pattern(k, factor%precision%block_low_rank)
     end if
   end function is_analysed
+
+  !> MUMPS's version, as in "5.5.1"; empty where it has nothing to do.
+  function library_version(factor) result(version)
+    type(sparse_factor_t), intent(in) :: factor
+    character(:), allocatable :: version
+
+    version = factor%double%version()
+    if (version == '') version = factor%single%version()
+  end function library_version
 
   !> The order of elimination that was analysed.
   pure function analysed_order(factor) result(place)
