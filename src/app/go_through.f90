@@ -126,6 +126,7 @@ contains
       if (allocated(error)) return
       call append_increment(file, scene, plan, new, report, fields, error)
       if (allocated(error)) return
+      tally%allowed = max(tally%allowed, 10.0_wp*scene%contact%tolerance)
       missed = ''
       if (increment%last_of_step) then
         missed = shortfall(scene, increment%step, report%errors, fields%mesh_error)

@@ -34,6 +34,7 @@ module tally_mod
     real(wp) :: contact_matrix_bytes = 0.0_wp !! W
     real(wp) :: factor_entries = 0.0_wp
     real(wp) :: file_bytes = 0.0_wp     !! of the result, when it is complete but for the counters
+    real(wp) :: allowed = 0.0_wp        !! the most that a certificate entry was allowed [-]
     real(wp) :: worst = 0.0_wp          !! certificate entry [-]
     real(wp) :: unrefined = 0.0_wp      !! largest out-of-balance force before correction [-]
     real(wp) :: imbalance = 0.0_wp      !! and at the end of increments [-]
@@ -114,6 +115,7 @@ contains
     call carry(list, tally%compliance_bytes)
     call carry(list, tally%contact_matrix_bytes)
     call carry(list, tally%factor_entries)
+    call carry(list, tally%allowed)
     call carry(list, tally%worst)
     call carry(list, tally%unrefined)
     call carry(list, tally%imbalance)

@@ -20,7 +20,7 @@ contains
   !> The error of the stresses in the energy norm, squared: of each brick, and of the whole beside
   !> the energy of the stresses.
   !>
-  !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 24 (1987) 337-357.
+  !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 33 (1992) 1331-1364.
   subroutine estimate_mesh_error(mesh, materials, u, of_bricks, relative)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
