@@ -3,6 +3,7 @@ module single_factor_mod
   use kinds_mod, only: wp, i8, mp => sp
   use errors_mod, only: error_t, raise, exit_not_solved, exit_machine
   use text_mod, only: to_text
+  use controls_mod, only: precision_controls_t
   use assembly_mod, only: triplets_t
   use mumps_single_mod, only: mumps_struc => smumps_struc, mumps => smumps, arithmetic, remedy
   implicit none
