@@ -73,9 +73,9 @@ class Comparison:
     reference: str = ""
 
 
-def one_thread():
-    """Return the environment in which every program has one thread."""
-    return {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+def with_threads(threads=1):
+    """Return the environment in which a program has so many threads."""
+    return {**os.environ, "OPENBLAS_NUM_THREADS": str(threads), "OMP_NUM_THREADS": str(threads)}
 
 
 def peak_memory(pid):
@@ -88,7 +88,7 @@ def peak_memory(pid):
     return 1024 * int(found[1]) if found else 0
 
 
-def measure(command, folder, log, must_stop=lambda seconds: False):
+def measure(command, folder, log, must_stop=lambda seconds: False, threads=1):
     """Run a command to its end, or until `must_stop` of its processor seconds is true.
 
     The resource usage of a child holds the memory of the process that started it, so memory is read
@@ -96,8 +96,8 @@ def measure(command, folder, log, must_stop=lambda seconds: False):
     """
     with log.open("wb") as output:
         process = subprocess.Popen(
-            [str(word) for word in command], cwd=folder, env=one_thread(), stdin=subprocess.DEVNULL,
-            stdout=output, stderr=subprocess.STDOUT,
+            [str(word) for word in command], cwd=folder, env=with_threads(threads),
+            stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
         )
         memory, stopped, looked = 0, False, 0.0
         begun = time.monotonic()

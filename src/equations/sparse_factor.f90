@@ -8,7 +8,8 @@
 !> `analyse` looks at the pattern alone and foretells what the factorisation will need; `factorise`
 !> of a matrix with that pattern then begins where it ended.
 !>
-!> The factor is in double or in single precision, of full rank or compressed, as `precision` says.
+!> The factor is in double or in single precision, of full rank or compressed, in memory or on the
+!> disk, as `precision` says.
 !> MUMPS gets the matrix with a diagonal near 1, D K D with powers of two in D, which round nothing:
 !> it has absolute thresholds, and below pivots of about 1e-16 (double) its solutions are wrong
 !> without a word. In single precision a right-hand side is scaled too, so that no force is out of
@@ -72,14 +73,14 @@ contains
     factor%n = k%n
     factor%n_schur = n_schur
     if (n_schur == k%n) return ! nothing to eliminate
-    associate (foretold => factor%foretold, low_rank => factor%precision%block_low_rank)
+    associate (foretold => factor%foretold, precision => factor%precision)
       if (factor%precision%single_factor) then
-        call factor%single%analyse(k, place, n_schur, low_rank, error)
+        call factor%single%analyse(k, place, n_schur, precision, error)
         if (allocated(error)) return
         call factor%single%tell_analysis(foretold%entries, foretold%bytes, foretold%flops, &
           foretold%largest_front)
       else
-        call factor%double%analyse(k, place, n_schur, low_rank, error)
+        call factor%double%analyse(k, place, n_schur, precision, error)
         if (allocated(error)) return
         call factor%double%tell_analysis(foretold%entries, foretold%bytes, foretold%flops, &
           foretold%largest_front)
@@ -97,9 +98,9 @@ contains
     is_analysed = .not. factor%is_factorised .and. factor%n == k%n .and. factor%n_schur == n_schur
     if (.not. is_analysed) return
     if (factor%precision%single_factor) then
-      is_analysed = factor%single%has_pattern(k, factor%precision%block_low_rank)
+      is_analysed = factor%single%has_pattern(k, factor%precision)
     else
-      is_analysed = factor%double%has_pattern(k, factor%precision%block_low_rank)
+      is_analysed = factor%double%has_pattern(k, factor%precision)
     end if
   end function is_analysed
 
