@@ -27,14 +27,14 @@ contains
     !! (3,n_points) row of each component in `s`, 0 where there is none
     real(wp), intent(in) :: s(:, :)          !! (n,n) symmetric positive definite [force/length]
     type(near_stiffness_t), intent(out) :: near
-    real(wp) :: own(size(index, 2)), limit   !! sizes of the points' own blocks, squared
+    real(wp) :: own(size(index, 2)), limit   !! roots of the sizes of the points' own blocks
     integer :: i, j, n, n_points
 
     n_points = size(index, 2)
-    own = [(squared(s, index(:, i), index(:, i)), i=1, n_points)]
+    own = [(sqrt(largest(s, index(:, i), index(:, i))), i=1, n_points)]
     allocate (near%start(n_points + 1))
     ! Where stiffness does not fall with the distance only the largest blocks are kept.
-    limit = negligible**2
+    limit = negligible
     do
       n = 0
       do j = 1, n_points
@@ -46,7 +46,7 @@ contains
       end do
       near%start(n_points + 1) = n + 1
       if (n <= most_blocks*n_points) exit
-      limit = 4.0_wp*limit
+      limit = 2.0_wp*limit
     end do
     allocate (near%other(n), near%block(3, 3, n))
     do j = 1, n_points
@@ -69,26 +69,26 @@ contains
 
       is_near = .false.
       if (any(index(:, i) > 0 .and. index(:, i) == index(:, j))) return
-      is_near = squared(s, index(:, i), index(:, j))**2 > limit**2*own(i)*own(j)
+      is_near = largest(s, index(:, i), index(:, j)) > limit*own(i)*own(j)
     end function is_near
 
   end subroutine find_near
 
-  !> The sum of the squares of a block.
-  pure function squared(s, row, column) result(total)
+  !> The largest entry of a block.
+  pure function largest(s, row, column) result(size_of_largest)
     real(wp), intent(in) :: s(:, :)
     integer, intent(in) :: row(3), column(3) !! 0 where there is none
-    real(wp) :: total
+    real(wp) :: size_of_largest
     integer :: a, b
 
-    total = 0.0_wp
+    size_of_largest = 0.0_wp
     do b = 1, 3
       if (column(b) == 0) cycle
       do a = 1, 3
-        if (row(a) > 0) total = total + s(row(a), column(b))**2
+        if (row(a) > 0) size_of_largest = max(size_of_largest, abs(s(row(a), column(b))))
       end do
     end do
-  end function squared
+  end function largest
 
   !> A block, 0 where a row or a column is missing.
   pure function block_of(s, row, column) result(block)
