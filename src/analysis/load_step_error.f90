@@ -92,6 +92,7 @@ contains
       increment = next_increment(scene%steps, from, position - start)
       if (can_look_ahead(scene, operators)) then
         to = from
+        to%reaction = new%reaction ! nearer to where it ends than where it begins
         call begin_attempt(scene, plan%points, operators, from, increment, now)
         now%controls%tolerance = max(now%controls%tolerance, sharp_enough)
         call step_on_interface(scene, plan%points, operators, increment, now, to, report, answer)
