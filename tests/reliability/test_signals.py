@@ -132,13 +132,13 @@ class Signals(unittest.TestCase):
 
 
 def caught(process):
-    """Whether the program has set its own handlers: bits of the signals that /proc shows."""
+    """Whether the program has set its own handler of SIGINT, a bit that /proc shows."""
     try:
         text = Path(f"/proc/{process.pid}/status").read_text()
     except OSError:
         return False
     mask = next(int(x.split()[1], 16) for x in text.splitlines() if x.startswith("SigCgt"))
-    return mask >> (signal.SIGTERM - 1) & 1 == 1
+    return mask >> (signal.SIGINT - 1) & 1 == 1
 
 
 if __name__ == "__main__":
