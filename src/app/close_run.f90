@@ -45,7 +45,7 @@ contains
     end if
     call say(to_text(tally%certified)//' of '//to_text(tally%increments)// &
       ' increments certified to '// &
-             to_text(10.0_wp*scene%contact%tolerance)//', worst error '//to_text(tally%worst, 2)// &
+             to_text(tally%allowed, 3)//', worst error '//to_text(tally%worst, 2)// &
              ' (increment '// &
              to_text(tally%worst_row)//'), '//seconds_in_words(tally%total_time)//': '//path)
   end subroutine close_run

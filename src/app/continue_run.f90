@@ -17,6 +17,7 @@ module continue_run_mod
   use step_loads_mod, only: prescribed_dofs
   use operators_mod, only: operators_t, make_operators, change_supports, prepare_step
   use load_step_error_mod, only: coarse_run_t, start_coarse
+  use choose_increment_mod, only: increment_size_t, carry_size
   use result_file_mod, only: result_file_t, keep_state
   use tally_mod, only: tally_t, carry_tally
   implicit none
@@ -28,6 +29,8 @@ module continue_run_mod
   !> Where a run stands between two increments.
   type :: progress_t
     type(state_t) :: state
+    type(increment_size_t) :: size      !! of increments that may be cut
+    real(wp) :: tolerance = 0.0_wp      !! of contact, as the accuracy wants it [-]
     type(coarse_run_t) :: coarse        !! the run in coarser increments, for the estimate of errors
     integer :: entered = 0              !! *STEP that the operators are made for; 0: none yet
     integer :: widened_in = 0
@@ -46,6 +49,7 @@ contains
 
     progress%state = initial_state(scene%mesh%n_nodes, plan%points%n)
     call start_coarse(progress%state, progress%coarse)
+    progress%tolerance = scene%contact%tolerance
   end subroutine start_run
 
   !> Go on from what a result file kept.
@@ -99,6 +103,8 @@ contains
     call carry_state(list, progress%state)
     call carry_state(list, progress%coarse%state)
     call carry(list, progress%coarse%n_behind)
+    call carry_size(list, progress%size)
+    call carry(list, progress%tolerance)
     call carry(list, progress%widened_in)
     call carry(list, progress%begun)
     call carry_tally(list, tally)

@@ -2,8 +2,9 @@
 !> status.
 program bipot
   use, intrinsic :: iso_c_binding, only: c_int
-  use, intrinsic :: iso_fortran_env, only: error_unit
   use errors_mod, only: error_t, exit_ok
+  use standard_streams_mod, only: write_to, standard_error
+  use runtime_failures_mod, only: meet_runtime_failures
   use blas_core_mod, only: choose_blas_core, check_blas_room
   use fclib_mod, only: is_fclib_path
   use command_line_mod, only: options_t, read_command_line, check_kind, help_text
@@ -26,6 +27,7 @@ program bipot
   type(error_t), allocatable :: error
   integer :: exit_status
 
+  call meet_runtime_failures()
   call choose_blas_core()
   exit_status = exit_ok
   call read_command_line(options, error)
@@ -39,7 +41,7 @@ program bipot
     end if
   end if
   if (allocated(error)) then
-    write (error_unit, '(a)') error%message
+    call write_to(standard_error, error%message//new_line('a'))
     exit_status = error%exit_status
   end if
   call c_exit(int(exit_status, c_int))

@@ -13,9 +13,18 @@ module refuse_unsolved_mod
   implicit none
   private
 
-  public :: refuse_unsolved
+  public :: refuse_unsolved, is_solved
 
 contains
+
+  !> Whether an increment may stand.
+  pure logical function is_solved(scene, report)
+    type(scene_t), intent(in) :: scene
+    type(step_report_t), intent(in) :: report
+
+    is_solved = report%converged .and. (report%certificate%certified .or. &
+      scene%contact%stop_rule == stop_at_change)
+  end function is_solved
 
   !> A step that did not converge or is not certified ends the run; only comparisons (STOP=CHANGE)
   !> go on past one that converged and is not certified.
@@ -28,8 +37,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: where_and_what
 
-    if (report%converged .and. scene%contact%stop_rule == stop_at_change) return
-    if (report%converged .and. report%certificate%certified) return
+    if (is_solved(scene, report)) return
     where_and_what = 'step '//to_text(increment%step)//', increment '//to_text(increment%number)
     if (report%ending == ended_unbalanced) then
       where_and_what = where_and_what//': nothing balances the loads along '//report%unbalanced

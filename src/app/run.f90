@@ -1,35 +1,28 @@
-!> A run: advance, append, report, increment by increment.
+!> A run: deck, plan, result file, increments, and how it went.
 module run_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_not_solved, exit_machine, exit_signal
-  use text_mod, only: string_t, to_text
+  use text_mod, only: string_t, to_text, percent
   use system_mod, only: wall_seconds, catch_signals
+  use machine_room_mod, only: check_library_room
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t, find_breaches
-  use increments_mod, only: increment_t, next_increment
-  use state_mod, only: state_t
-  use step_report_mod, only: step_report_t, ended_out_of_reach
-  use step_fields_mod, only: step_fields_t, fields_due
   use read_deck_mod, only: read_deck
-  use make_plan_mod, only: make_plan, revise_plan
+  use make_plan_mod, only: make_plan
   use estimate_costs_mod, only: estimate_costs
   use fit_machine_mod, only: misfit
   use initial_overlaps_mod, only: overlaps
-  use operators_mod, only: operators_t, widen_interface
-  use advance_mod, only: advance
-  use load_step_error_mod, only: coarse_run_t, start_coarse, follow_coarsely
-  use result_file_mod, only: result_file_t, open_result, reopen_result, append_increment, &
-    finish_result, run_finished, run_not_solved, run_stopped, run_failed
+  use operators_mod, only: operators_t
+  use meet_accuracy_mod, only: choose_arithmetic, sharpen
+  use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result, &
+    run_finished, run_not_solved, run_stopped, run_failed
   use command_line_mod, only: options_t, command_text
-  use tally_mod, only: tally_t, add_increment, note_sizes, list_counters
-  use export_problems_mod, only: exports_t, choose_rows, export_increment
-  use console_mod, only: console_t, open_console, say, print_lines, print_increment, &
-    print_warning, clear_bar
+  use tally_mod, only: tally_t, list_counters
+  use export_problems_mod, only: exports_t, choose_rows
+  use console_mod, only: console_t, open_console, print_lines, print_warning, clear_bar
   use provenance_mod, only: make_provenance
-  use continue_run_mod, only: progress_t, start_run, take_up_run, keep_progress, enter_step, &
-    heed_signal, how_to_continue
-  use make_fields_mod, only: make_fields
-  use refuse_unsolved_mod, only: refuse_unsolved
+  use continue_run_mod, only: progress_t, start_run, take_up_run, keep_progress, how_to_continue
+  use go_through_mod, only: go_through, room_to_write
   use close_run_mod, only: close_run
   use version_mod, only: version
   implicit none
@@ -54,6 +47,7 @@ contains
     console = open_console(options%quiet)
     call read_deck(options%deck, options%overrides, scene, error)
     if (allocated(error)) return
+    call take_accuracy(options, scene)
     call make_plan(scene, plan, error)
     if (allocated(error)) return
     call estimate_costs(scene, result_path(options, scene), plan, operators%inverse%factor, error)
@@ -69,6 +63,19 @@ contains
     if (allocated(error) .or. options%plan) return
     call run_scene(options, scene, plan, exports, operators, console, tally, error)
   end subroutine run_deck
+
+  !> The accuracy of the command line wins over the deck's.
+  subroutine take_accuracy(options, scene)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(inout) :: scene
+
+    if (options%accuracy > 0.0_wp) then
+      scene%accuracy%wanted = options%accuracy
+      scene%overrides = scene%overrides//'--accuracy '//to_text(options%accuracy)//new_line('a')
+    end if
+    call choose_arithmetic(scene)
+    call sharpen(scene)
+  end subroutine take_accuracy
 
   !> Where the result goes.
   pure function result_path(options, scene) result(path)
@@ -102,7 +109,7 @@ contains
   !> Open the file, go through the increments, close the file whatever happened.
   subroutine run_scene(options, scene, plan, exports, operators, console, tally, error)
     type(options_t), intent(in) :: options
-    type(scene_t), intent(in) :: scene
+    type(scene_t), intent(inout) :: scene
     type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
     type(operators_t), intent(inout) :: operators !! its factor holds the symbolic analysis
@@ -116,8 +123,11 @@ contains
     type(string_t), allocatable :: names(:)
     real(wp), allocatable :: counters(:)
     integer(i8) :: written
+    logical :: in_place
 
     path = result_path(options, scene)
+    call check_library_room(3*room_to_write(scene), 'begin the result file', error)
+    if (allocated(error)) return
     call catch_signals()
     call begin_file(options, path, scene, plan, operators, file, progress, tally, error)
     if (allocated(error)) return
@@ -138,13 +148,13 @@ contains
     call finish_result(file, status, names, counters, closing)
     call clear_bar(console)
     if (allocated(error)) then
+      inquire (file=path, exist=in_place)
       if (status == run_stopped) then
         error%message = error%message//': '//how_to_continue(path, file%n_rows, &
           plan%n_increments, command_text())
-      else if (tally%increments > 0) then
-        error%message = error%message//new_line('a')// &
-        to_text(tally%increments)// &
-        ' increments before it are in '//path
+      else if (tally%increments > 0 .and. in_place) then
+        error%message = error%message//new_line('a')//to_text(tally%increments)// &
+          ' increments before it are in '//path
       end if
       return
     end if
@@ -154,6 +164,9 @@ contains
     end if
     call tell_breaches(console, find_breaches(plan, names, counters))
     call close_run(scene, console, tally, operators, path)
+    if (tally%missed > 0) call raise(error, exit_not_solved, 'accuracy '// &
+      percent(scene%accuracy%wanted)//' was not reached at the end of '//to_text(tally%missed)// &
+      ' of '//to_text(size(scene%steps))//' steps; the result is complete all the same')
   end subroutine run_scene
 
   !> Open the result file, that of a run to be continued where there is one.
@@ -198,125 +211,5 @@ contains
       call print_warning(console, breaches(i)%text)
     end do
   end subroutine tell_breaches
-
-  !> The loop: advance, append, report.
-  subroutine go_through(scene, plan, exports, operators, file, console, progress, tally, error)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(inout) :: plan
-    type(exports_t), intent(in) :: exports
-    type(operators_t), intent(inout) :: operators
-    type(result_file_t), intent(inout) :: file
-    type(console_t), intent(inout) :: console
-    type(progress_t), intent(inout) :: progress
-    type(tally_t), intent(inout) :: tally
-    type(error_t), allocatable, intent(out) :: error
-    type(state_t) :: new
-    type(increment_t) :: increment
-    type(step_report_t) :: report
-    type(step_fields_t) :: fields
-    character(:), allocatable :: unheld !! motions that nothing held in the increment before
-    real(wp) :: clock
-
-    unheld = ''
-    increments: do
-      increment = next_increment(scene%steps, progress%state)
-      if (increment%row == 0) exit increments
-      if (increment%step /= progress%entered) then
-        call enter_step(scene, plan, increment, progress, operators, error)
-        if (allocated(error)) return
-      end if
-      call heed_signal(error)
-      if (allocated(error)) return
-      call advance(scene, plan, operators, progress%state, increment, new, report, error)
-      if (allocated(error)) return
-      if (report%ending == ended_out_of_reach) then
-        call take_whole_surfaces(scene, increment, report, console, plan, operators, error)
-        if (allocated(error)) return
-        tally%plan_revisions = tally%plan_revisions + 1
-        progress%widened_in = increment%step
-        call advance(scene, plan, operators, progress%state, increment, new, report, error)
-        if (allocated(error)) return
-      end if
-      call note_sizes(operators, tally)
-      ! Also where the increment is not solved: others may want to try.
-      call export_increment(scene, operators, increment, progress%state, report, exports, error)
-      if (allocated(error)) return
-      call refuse_unsolved(scene, plan, increment, report, operators%inverse%condition, error)
-      if (allocated(error)) return
-      call estimate_errors(scene, plan, operators, progress%state, new, progress%coarse, report)
-      call tell_unheld(console, increment, report, unheld)
-
-      clock = wall_seconds()
-      call make_fields(scene, new, report, fields)
-      call append_increment(file, scene, plan, new, report, fields, error)
-      if (allocated(error)) return
-      call add_increment(increment, report, fields_due(scene%output%frequency, &
-        increment%number, increment%last_of_step), tally)
-      progress%state = new
-      tally%total_time = tally%earlier_time + wall_seconds() - console%started
-      call keep_progress(progress, tally, file, error)
-      if (allocated(error)) return
-      tally%write_time = tally%write_time + wall_seconds() - clock
-      call print_increment(console, increment, plan%n_increments, report)
-    end do increments
-  end subroutine go_through
-
-  !> How wrong the increment is, but for the mesh.
-  subroutine estimate_errors(scene, plan, operators, old, new, coarse, report)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(operators_t), intent(inout) :: operators
-    type(state_t), intent(in) :: old, new
-    type(coarse_run_t), intent(inout) :: coarse
-    type(step_report_t), intent(inout) :: report
-
-    associate (c => report%certificate)
-      report%errors%contact = max(c%penetration, c%adhesion, c%complementarity, c%cone, c%law)
-    end associate
-    report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*operators%inverse%condition
-    call follow_coarsely(scene, plan, operators, old, new, coarse, report%errors%load_steps)
-  end subroutine estimate_errors
-
-  !> A node went further than the plan had it go: from here on every slave node is a candidate.
-  subroutine take_whole_surfaces(scene, increment, report, console, plan, operators, error)
-    type(scene_t), intent(in) :: scene
-    type(increment_t), intent(in) :: increment
-    type(step_report_t), intent(in) :: report
-    type(console_t), intent(inout) :: console
-    type(plan_t), intent(inout) :: plan
-    type(operators_t), intent(inout) :: operators
-    type(error_t), allocatable, intent(out) :: error
-
-    associate (points => plan%points, i => report%worst_point)
-      call clear_bar(console)
-      call say('note: step '//to_text(increment%step)//', increment '//to_text(increment%number)// &
-        ': node '//to_text(scene%mesh%node_id(points%node(i)))//' reaches '// &
-        scene%obstacles(scene%pairs(points%pair(i))%obstacle)%name// &
-        ', which the plan held to be '// &
-        'out of its reach; the increment is repeated with the whole of the slave surfaces')
-    end associate
-    plan%points%in_reach = .true.
-    call revise_plan(scene, plan, error)
-    if (allocated(error)) return
-    call widen_interface(scene, plan%points, operators, error)
-  end subroutine take_whole_surfaces
-
-  !> Say which rigid motions nothing holds, where that has changed.
-  subroutine tell_unheld(console, increment, report, before)
-    type(console_t), intent(inout) :: console
-    type(increment_t), intent(in) :: increment
-    type(step_report_t), intent(in) :: report
-    character(:), allocatable, intent(inout) :: before
-    character(:), allocatable :: now
-
-    now = ''
-    if (allocated(report%unheld)) now = report%unheld
-    if (now == before) return
-    before = now
-    if (now == '') now = 'none any more'
-    call clear_bar(console)
-    call say('note: step '//to_text(increment%step)//', increment '//to_text(increment%number)// &
-      ': motions that nothing holds and nothing drives stay where they are: '//now)
-  end subroutine tell_unheld
 
 end module run_mod

@@ -17,6 +17,8 @@ module tally_mod
     integer  :: increments = 0          !! in the file
     integer  :: outputs = 0             !! of them, with fields
     integer  :: certified = 0
+    integer  :: cuts = 0                !! of increments that were not solved
+    integer  :: missed = 0              !! steps whose end is not as accurate as wanted
     integer  :: plan_revisions = 0      !! points that reached what the plan held out of reach
     integer  :: contact_iterations = 0
     integer  :: products = 0            !! of the compliance with a vector
@@ -32,6 +34,7 @@ module tally_mod
     real(wp) :: contact_matrix_bytes = 0.0_wp !! W
     real(wp) :: factor_entries = 0.0_wp
     real(wp) :: file_bytes = 0.0_wp     !! of the result, when it is complete but for the counters
+    real(wp) :: allowed = 0.0_wp        !! the most that a certificate entry was allowed [-]
     real(wp) :: worst = 0.0_wp          !! certificate entry [-]
     real(wp) :: unrefined = 0.0_wp      !! largest out-of-balance force before correction [-]
     real(wp) :: imbalance = 0.0_wp      !! and at the end of increments [-]
@@ -39,6 +42,7 @@ module tally_mod
     real(wp) :: contact_time = 0.0_wp
     real(wp) :: step_time = 0.0_wp      !! advancing, contact included
     real(wp) :: write_time = 0.0_wp
+    real(wp) :: estimate_time = 0.0_wp  !! of errors, but for the mesh
     real(wp) :: total_time = 0.0_wp
     real(wp) :: earlier_time = 0.0_wp   !! of it, in sessions that this one continues
   end type tally_t
@@ -95,6 +99,8 @@ contains
     call carry(list, tally%increments)
     call carry(list, tally%outputs)
     call carry(list, tally%certified)
+    call carry(list, tally%cuts)
+    call carry(list, tally%missed)
     call carry(list, tally%plan_revisions)
     call carry(list, tally%contact_iterations)
     call carry(list, tally%products)
@@ -109,6 +115,7 @@ contains
     call carry(list, tally%compliance_bytes)
     call carry(list, tally%contact_matrix_bytes)
     call carry(list, tally%factor_entries)
+    call carry(list, tally%allowed)
     call carry(list, tally%worst)
     call carry(list, tally%unrefined)
     call carry(list, tally%imbalance)
@@ -116,6 +123,7 @@ contains
     call carry(list, tally%contact_time)
     call carry(list, tally%step_time)
     call carry(list, tally%write_time)
+    call carry(list, tally%estimate_time)
     call carry(list, tally%total_time)
   end subroutine carry_tally
 
@@ -142,6 +150,7 @@ contains
     call count('newton_raphson_iterations', real(tally%newton_raphson, wp))
     call count('contact_iterations', real(tally%contact_iterations, wp))
     call count('compliance_products', real(tally%products, wp))
+    call count('increments_cut', real(tally%cuts, wp))
     call count('plan_revisions', real(tally%plan_revisions, wp))
     call count('brick_stiffnesses', real(operators%n_stiffnesses, wp))
     call count('solver_fallbacks', real(tally%fallbacks, wp))
@@ -164,6 +173,7 @@ contains
     call count('seconds_contact', tally%contact_time)
     call count('seconds_recover', tally%step_time - tally%contact_time)
     call count('seconds_write', tally%write_time)
+    call count('seconds_estimate', tally%estimate_time)
     call count('seconds_total', tally%total_time)
     names = names(:n)
     values = values(:n)

@@ -2,7 +2,9 @@
 module double_factor_mod
   use kinds_mod, only: wp, i8, mp => wp
   use errors_mod, only: error_t, raise, exit_not_solved, exit_machine
+  use machine_room_mod, only: check_library_room
   use text_mod, only: to_text
+  use controls_mod, only: precision_controls_t
   use assembly_mod, only: triplets_t
   use mumps_double_mod, only: mumps_struc => dmumps_struc, mumps => dmumps, arithmetic, remedy
   implicit none

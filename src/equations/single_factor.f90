@@ -2,7 +2,9 @@
 module single_factor_mod
   use kinds_mod, only: wp, i8, mp => sp
   use errors_mod, only: error_t, raise, exit_not_solved, exit_machine
+  use machine_room_mod, only: check_library_room
   use text_mod, only: to_text
+  use controls_mod, only: precision_controls_t
   use assembly_mod, only: triplets_t
   use mumps_single_mod, only: mumps_struc => smumps_struc, mumps => smumps, arithmetic, remedy
   implicit none

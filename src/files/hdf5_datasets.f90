@@ -11,6 +11,7 @@ module hdf5_datasets_mod
   use hdf5_types_mod, only: of_real, of_integer, of_long, of_unsigned_byte, bytes_of, no_id, &
     type_in_file, type_in_memory, text_type, is_text, new_space
   use kinds_mod, only: wp, i1, i4, i8
+  use machine_room_mod, only: has_memory
   implicit none
   private
 
@@ -207,12 +208,13 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer(hid_t) :: dataset
     integer(i8), allocatable :: extents(:)
-    integer :: status
 
     call open_dataset(file, path, dataset, extents, error)
-    allocate (values(product(extents)), stat=status)
-    if (status /= 0) call fail_to_hold(error, file, path)
-    if (status /= 0) allocate (values(0))
+    if (.not. has_memory(bytes_for(extents, of_real))) then
+      call fail_to_hold(error, file, path)
+      extents = [0_i8]
+    end if
+    allocate (values(product(extents)))
     call get_values(file, path, dataset, of_real, c_loc(values), error)
   end subroutine read_reals
 
@@ -223,12 +225,13 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer(hid_t) :: dataset
     integer(i8), allocatable :: extents(:)
-    integer :: status
 
     call open_dataset(file, path, dataset, extents, error)
-    allocate (values(product(extents)), stat=status)
-    if (status /= 0) call fail_to_hold(error, file, path)
-    if (status /= 0) allocate (values(0))
+    if (.not. has_memory(bytes_for(extents, of_integer))) then
+      call fail_to_hold(error, file, path)
+      extents = [0_i8]
+    end if
+    allocate (values(product(extents)))
     call get_values(file, path, dataset, of_integer, c_loc(values), error)
   end subroutine read_integers
 
@@ -239,14 +242,25 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer(hid_t) :: dataset
     integer(i8), allocatable :: extents(:)
-    integer :: status
 
     call open_dataset(file, path, dataset, extents, error)
-    allocate (values(product(extents)), stat=status)
-    if (status /= 0) call fail_to_hold(error, file, path)
-    if (status /= 0) allocate (values(0))
+    if (.not. has_memory(bytes_for(extents, of_long))) then
+      call fail_to_hold(error, file, path)
+      extents = [0_i8]
+    end if
+    allocate (values(product(extents)))
     call get_values(file, path, dataset, of_long, c_loc(values), error)
   end subroutine read_longs
+
+  !> What so many numbers take; more than there can be where they cannot be counted.
+  pure function bytes_for(extents, kind) result(bytes)
+    integer(i8), intent(in) :: extents(:)
+    integer, intent(in) :: kind
+    integer(i8) :: bytes
+
+    bytes = huge(bytes)
+    if (product(real(extents, wp)) < 1.0e15_wp) bytes = bytes_of(kind)*product(extents)
+  end function bytes_for
 
   !> Read a text written by `write_text`.
   subroutine read_text(file, path, text, error)
@@ -269,7 +283,8 @@ contains
     call h5tis_variable_str_f(type_id, variable, status)
     if (is_text(type_id) .and. .not. variable .and. product(extents) == 1) then
       call h5tget_size_f(type_id, length, status)
-      if (status >= 0) allocate (bytes(length), stat=status)
+      if (status >= 0) status = merge(0, -1, has_memory(int(length, i8)))
+      if (status == 0) allocate (bytes(length))
       if (status == 0) address = c_loc(bytes)
       if (status == 0) call h5dread_f(dataset, type_id, address, status)
       if (status == 0) text = text_of(bytes)

@@ -99,7 +99,7 @@ contains
     type(result_file_t), intent(out) :: file
     type(error_t), allocatable, intent(out) :: error
     type(folder_lock_t) :: lock
-    logical :: is_folder
+    logical :: is_folder, was_there
 
     inquire (file=path//'/.', exist=is_folder)
     if (is_folder) then
@@ -113,7 +113,12 @@ contains
     if (.not. allocated(error)) then
       call check_replaceable(path, scene%name, overwrite, error)
     end if
-    if (.not. allocated(error)) call create_file(beginning_of(path), file%hdf5, error)
+    if (.not. allocated(error)) then
+      inquire (file=beginning_of(path), exist=was_there)
+      call create_file(beginning_of(path), file%hdf5, error)
+      ! On a full disk the file may be there all the same.
+      if (allocated(error) .and. .not. was_there) call delete_file(beginning_of(path))
+    end if
     call unlock_folder(lock)
     if (allocated(error)) return
     file%path = path
@@ -484,6 +489,8 @@ contains
     integer :: worst_node
     logical :: due
 
+    call check_in_place(file, error)
+    if (allocated(error)) return
     worst_node = 0
     if (report%worst_point > 0) worst_node = plan%points%node(report%worst_point)
     due = fields_due(scene%output%frequency, state%increment, ends_step(scene%steps, state))
@@ -512,6 +519,20 @@ contains
     if (.not. allocated(error) .and. file%n_rows == 0) call publish(file, error)
     if (.not. allocated(error)) file%n_rows = file%n_rows + 1
   end subroutine append_increment
+
+  !> Refuse to write on into a file that has been deleted: what is written would go with the end of
+  !> the program.
+  subroutine check_in_place(file, error)
+    type(result_file_t), intent(in) :: file
+    type(error_t), allocatable, intent(out) :: error !! it is gone
+    logical :: there
+
+    if (file%n_rows == 0) return
+    inquire (file=file%path, exist=there)
+    if (.not. there) call raise(error, exit_machine, "'"//file%path//"' is no longer there: it "// &
+      'was deleted, renamed or moved while the run wrote to it, with '//to_text(file%n_rows)// &
+      ' increments')
+  end subroutine check_in_place
 
   !> Keep what it takes to go on from an increment that was appended, or from the start.
   subroutine keep_state(file, row, numbers, error)

@@ -54,6 +54,13 @@ module controls_mod
     logical  :: single_compliance = .false. !! of the contact rows
     real(wp) :: block_low_rank = 0.0_wp
     !! what compression may drop from the factor, beside a pivot near 1; 0: full rank [-]
+    logical  :: out_of_core = .false.       !! the factor lives on the disk
+    ! What the deck says and the plan must keep to.
+    logical  :: factor_is_given = .false.   !! single_factor
+    logical  :: low_rank_is_given = .false. !! block_low_rank
+    logical  :: core_is_given = .false.     !! out_of_core
+    character(:), allocatable :: scratch
+    !! folder of a factor out of core, with its last slash; not allocated: MUMPS's own choice
   end type precision_controls_t
 
   !> *ACCURACY: how wrong the results may be.

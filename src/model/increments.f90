@@ -10,7 +10,7 @@ module increments_mod
   implicit none
   private
 
-  public :: increment_t, next_increment, count_increments, ends_step
+  public :: increment_t, next_increment, count_increments, ends_step, mark_end
   public :: whole_increment, smallest_increment
 
   integer(i8), parameter :: whole_increment = 2_i8**20 !! parts in an increment of the deck
@@ -79,6 +79,18 @@ contains
 
     ends_step = state%position >= steps(max(1, state%step))%n_increments*whole_increment
   end function ends_step
+
+  !> Mark a state as the end of an increment.
+  pure subroutine mark_end(increment, state)
+    type(increment_t), intent(in) :: increment
+    type(state_t), intent(inout) :: state
+
+    state%row = increment%row
+    state%step = increment%step
+    state%increment = increment%number
+    state%position = increment%position
+    state%time = increment%time
+  end subroutine mark_end
 
   !> The number of increments of all steps, uncut.
   pure function count_increments(steps) result(n)
