@@ -322,7 +322,7 @@ contains
     type(plan_t), intent(in) :: plan
     type(sizes_t), intent(in) :: sizes
     type(file_t) :: file
-    real(wp) :: held, once, contact
+    real(wp) :: held, once, contact, table
     integer :: i
 
     held = count(prescribed_nodes(scene))
@@ -357,9 +357,15 @@ contains
     ! The mesh and its ids; nodes, places, areas and frames of the points.
     once = 32.0_wp*sizes%nodes + 81.0_wp*sizes%bricks + 112.0_wp*sizes%points + &
       real(len(scene%deck), wp)
-    file%size = once + growing_dataset*file%datasets + squeezed*file%varying + file%zeros/200.0_wp
+    ! A table of a dataset has room for the increments, twice; the state is there in two slots, and
+    ! of the forces in it few are not 0.
+    table = growing_dataset*min(64.0_wp, max(1.0_wp, sizes%increments/512.0_wp))
+    file%datasets = file%datasets + 2
+    file%size = once + table*file%datasets + squeezed*file%varying + file%zeros/200.0_wp + &
+      100.0_wp*sizes%nodes
     ! Nothing squeezed, and room to spare in the tables.
-    file%most = once + 1.0e6_wp + 2.0_wp*growing_dataset*file%datasets + file%varying + file%zeros
+    file%most = once + 1.0e6_wp + 2.0_wp*table*file%datasets + file%varying + file%zeros + &
+      340.0_wp*sizes%nodes
   end function size_of_file
 
   !> A field: all its numbers in an output, and those of them that are not 0 throughout.

@@ -115,7 +115,7 @@ contains
     end if
     if (.not. allocated(error)) then
       inquire (file=beginning_of(path), exist=was_there)
-      call create_file(beginning_of(path), file%hdf5, error)
+      call create_file(beginning_of(path), rows_at_most(plan), file%hdf5, error)
       ! On a full disk the file may be there all the same.
       if (allocated(error) .and. .not. was_there) call delete_file(beginning_of(path))
     end if
@@ -509,10 +509,7 @@ contains
     end if
     call flush_file(file%hdf5, error)
 
-    if (due) then
-      call count_step(file%hdf5, state%time, file%view, error)
-      call flush_file(file%hdf5, error)
-    end if
+    if (due) call count_step(file%hdf5, state%time, file%view, error)
     if (state%row <= file%n_rows) return
     call finish_row(file%hdf5, file%n_rows + 1, error)
     call flush_file(file%hdf5, error)
@@ -586,6 +583,13 @@ contains
   end subroutine finish_result
 
   ! ------------------------------------------------------------------ helpers
+
+  !> Increments that the file is to hold: twice as many as planned, should some be cut.
+  pure integer function rows_at_most(plan)
+    type(plan_t), intent(in) :: plan
+
+    rows_at_most = int(min(2_i8*plan%n_increments, int(huge(1), i8)))
+  end function rows_at_most
 
   !> A status with room for the longest one: an attribute keeps the length it began with.
   pure function padded(status) result(text)

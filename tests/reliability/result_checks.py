@@ -154,6 +154,8 @@ class Whole:
             if parts[-1] in ("node", "coordinates", "area"):
                 return None
             return min(rows, 1) if len(self.data[name]) < self.rows else rows
+        if name == "VTKHDF/Steps/Values":  # it grows when the increment is counted already
+            return self.outputs[rows - 1] if rows > 0 else 0
         if parts[1] == "Steps":
             return steps
         if parts[1] in ("PointData", "CellData") and parts[2] not in ("node_id", "element_id"):
