@@ -13,7 +13,7 @@ module run_mod
   use fit_machine_mod, only: misfit
   use initial_overlaps_mod, only: overlaps
   use operators_mod, only: operators_t
-  use meet_accuracy_mod, only: sharpen
+  use meet_accuracy_mod, only: choose_arithmetic, sharpen
   use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result, &
     run_finished, run_not_solved, run_stopped, run_failed
   use command_line_mod, only: options_t, command_text
@@ -73,6 +73,7 @@ contains
       scene%accuracy%wanted = options%accuracy
       scene%overrides = scene%overrides//'--accuracy '//to_text(options%accuracy)//new_line('a')
     end if
+    call choose_arithmetic(scene)
     call sharpen(scene)
   end subroutine take_accuracy
 
