@@ -28,7 +28,8 @@ module look_ahead_mod
   implicit none
   private
 
-  public :: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut, step_on_interface
+  public :: most_ahead, ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut, &
+    step_on_interface
 
   integer,  parameter :: most_ahead = 16          !! increments
   real(wp), parameter :: longest_ahead = 5.0_wp   !! that a crash may lose [s]
