@@ -18,7 +18,8 @@ module estimate_costs_mod
   use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness, nodal_force
   use dof_map_mod, only: dof_map_t, make_dof_map
-  use assembly_mod, only: triplets_t, list_pattern
+  use assembly_mod, only: triplets_t
+  use shares_mod, only: list_shares
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: sparse_factor_t, analyse
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
@@ -162,7 +163,7 @@ contains
     call order_equations(map, start, neighbours, place, error)
     if (allocated(error)) return
     ordering = cpu_seconds() - ordering
-    call list_pattern(map, start, neighbours, pattern)
+    call list_shares(scene%mesh, scene%materials, map, start, neighbours, pattern)
     factor%precision = scene%precision
     call analyse(pattern, place, map%n_interface, factor, error)
     if (allocated(error)) return

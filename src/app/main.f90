@@ -5,6 +5,8 @@ program bipot
   use, intrinsic :: iso_fortran_env, only: error_unit
   use errors_mod, only: error_t, exit_ok
   use blas_core_mod, only: choose_blas_core, check_blas_room
+  use parallel_mod, only: start_ranks, end_ranks, is_host
+  use serve_host_mod, only: serve_host
   use fclib_mod, only: is_fclib_path
   use command_line_mod, only: options_t, read_command_line, check_kind, help_text
   use console_mod, only: say
@@ -28,8 +30,26 @@ program bipot
 
   call choose_blas_core()
   exit_status = exit_ok
-  call read_command_line(options, error)
+  call start_ranks(error)
   if (.not. allocated(error)) then
+    if (is_host()) then
+      call read_and_run()
+    else
+      call serve_host()
+    end if
+  end if
+  if (allocated(error)) then
+    write (error_unit, '(a)') error%message
+    exit_status = error%exit_status
+  end if
+  call end_ranks()
+  call c_exit(int(exit_status, c_int))
+
+contains
+
+  subroutine read_and_run()
+    call read_command_line(options, error)
+    if (allocated(error)) return
     if (options%help) then
       call say(help_text())
     else if (options%version) then
@@ -37,14 +57,7 @@ program bipot
     else
       call run(is_fclib_path(options%deck))
     end if
-  end if
-  if (allocated(error)) then
-    write (error_unit, '(a)') error%message
-    exit_status = error%exit_status
-  end if
-  call c_exit(int(exit_status, c_int))
-
-contains
+  end subroutine read_and_run
 
   subroutine run(is_problem)
     logical, intent(in) :: is_problem

@@ -19,9 +19,6 @@ module blas_core_mod
   character(*), parameter :: core_variable = 'OPENBLAS_CORETYPE'
   ! Set before the second start: there is never a third.
   character(*), parameter :: guard_variable = 'BIPOT_BLAS_CORE'
-  ! Set by MPI's launchers, whose ranks must not replace themselves.
-  character(*), parameter :: mpi_variables(4) = [character(20) :: &
-    'OMPI_COMM_WORLD_SIZE', 'PMI_RANK', 'PMIX_RANK', 'MPI_LOCALRANKID']
 
   interface
     function c_dlsym(handle, symbol) result(address) bind(c, name='dlsym')
@@ -97,8 +94,9 @@ contains
   !> Take care of OpenBLAS's kernels and threads. Returns, or does not: then the program starts
   !> again.
   !>
-  !> What the user has set in the environment wins. The program does not start again under MPI,
-  !> valgrind or a sanitizer, or with another BLAS.
+  !> What the user has set in the environment wins. The program does not start again under valgrind
+  !> or a sanitizer, or with another BLAS. Under MPI every rank does so for its own processor: before
+  !> it has joined the others it is a process like any.
   subroutine choose_blas_core()
     character(:), allocatable :: core
     integer(c_int) :: status
@@ -109,7 +107,6 @@ contains
     core = blas_core_name()
     if (core == '') return
     if (any_set([character(20) :: guard_variable])) return
-    if (any_set(mpi_variables)) return
     if (watched()) return
     core = wanted_core(core, processor_flags())
     if (any_set([character(20) :: core_variable])) core = ''

@@ -7,7 +7,7 @@ module system_mod
   private
 
   public :: wall_seconds, cpu_seconds, peak_memory_bytes, output_is_terminal, utc_now, &
-    build_description
+    build_description, nap
 
   interface
     !> POSIX: 1 when the file descriptor is a terminal.
@@ -17,6 +17,14 @@ module system_mod
       integer(c_int), value :: descriptor
       integer(c_int) :: answer
     end function c_isatty
+
+    !> POSIX: sleep; at most a second.
+    function c_usleep(microseconds) result(status) bind(c, name='usleep')
+      import :: c_int
+      implicit none
+      integer(c_int), value :: microseconds
+      integer(c_int) :: status
+    end function c_usleep
   end interface
 
 contains
@@ -36,6 +44,15 @@ contains
 
     call cpu_time(seconds)
   end function cpu_seconds
+
+  !> Leave the processor to others for a moment.
+  subroutine nap(seconds)
+    real(wp), intent(in) :: seconds !! 0 to 0.9 [s]
+    integer(c_int) :: status
+
+    status = c_usleep(int(1.0e6_wp*max(0.0_wp, min(0.9_wp, seconds)), c_int))
+    if (status /= 0) return ! a signal cuts it short
+  end subroutine nap
 
   !> The largest resident memory of the process so far; 0 where the system does not tell.
   function peak_memory_bytes() result(bytes)
