@@ -9,6 +9,7 @@ module estimate_costs_mod
   use text_mod, only: to_text
   use system_mod, only: cpu_seconds
   use machine_room_mod, only: resident_bytes, memory_left, disk_left
+  use parallel_mod, only: n_ranks, usage_t, usage_of_others
   use machine_speed_mod, only: machine_speed_t, measure_speed
   use mesh_mod, only: node_neighbours
   use obstacles_mod, only: is_flat, ref_nodes
@@ -72,6 +73,8 @@ module estimate_costs_mod
     real(wp) :: front, workspace, flops
     real(wp) :: increments, outputs, steps, factorisations, motions
     real(wp) :: neighbours
+    real(wp) :: ranks = 1.0_wp !! on this machine
+    real(wp) :: share = 1.0_wp !! of all ranks
     real(wp) :: word = 8.0_wp !! of the factor, a number [bytes]
     real(wp) :: copy = 0.0_wp !! of W in single precision, a number [bytes]
   end type sizes_t
@@ -107,12 +110,14 @@ contains
     type(sizes_t) :: sizes
     type(file_t) :: file
     type(seconds_t) :: seconds
+    type(usage_t) :: others
     real(wp) :: base, memory, ordering
 
-    base = real(resident_bytes(), wp)
+    others = usage_of_others()
+    base = real(resident_bytes() + others%resident, wp)
     plan%memory_left = memory_left()
     plan%disk_left = disk_left(path)
-    call look_at_pattern(scene, plan, factor, sizes, ordering, error)
+    call look_at_pattern(scene, plan, others%ranks_here, factor, sizes, ordering, error)
     if (allocated(error)) return
     file = size_of_file(scene, plan, sizes)
     plan%more_memory = peak_memory(sizes, file)
@@ -136,9 +141,10 @@ contains
   end subroutine estimate_costs
 
   !> Order the equations of the first step and analyse their elimination.
-  subroutine look_at_pattern(scene, plan, factor, sizes, ordering, error)
+  subroutine look_at_pattern(scene, plan, ranks, factor, sizes, ordering, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
+    integer, intent(in) :: ranks           !! on this machine
     type(sparse_factor_t), intent(inout) :: factor
     type(sizes_t), intent(out) :: sizes
     real(wp), intent(out) :: ordering      !! time it took to order [s]
@@ -150,7 +156,7 @@ contains
     logical :: prescribed(3, scene%mesh%n_nodes)
 
     ordering = 0.0_wp
-    call count_sizes(scene, plan, sizes)
+    call count_sizes(scene, plan, ranks, sizes)
     if (peak_memory(sizes, file_t()) > real(plan%memory_left, wp)) return
     prescribed = prescribed_dofs(scene, 1)
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), plan%points%node, &
@@ -171,18 +177,22 @@ contains
     sizes%motions = motions%n
     sizes%neighbours = size(neighbours)
     sizes%entries = size(pattern%row, kind=i8)
+    if (pattern%is_shared) sizes%entries = sizes%ranks*sizes%entries
     sizes%factor = real(factor%foretold%entries, wp)
     sizes%front = factor%foretold%largest_front
-    sizes%workspace = real(factor%foretold%bytes, wp)
+    sizes%workspace = sizes%share*real(factor%foretold%bytes, wp)
     sizes%flops = factor%foretold%flops
   end subroutine look_at_pattern
 
   !> Sizes that the scene tells; of those of the elimination the least they can be.
-  pure subroutine count_sizes(scene, plan, sizes)
+  subroutine count_sizes(scene, plan, ranks, sizes)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
+    integer, intent(in) :: ranks !! on this machine
     type(sizes_t), intent(out) :: sizes
 
+    sizes%ranks = ranks
+    sizes%share = real(ranks, wp)/real(n_ranks(), wp)
     sizes%nodes = scene%mesh%n_nodes
     sizes%bricks = scene%mesh%n_elements
     sizes%equations = plan%n_equations
@@ -196,7 +206,7 @@ contains
     sizes%front = 0.0_wp
     if (scene%precision%single_factor) sizes%word = 4.0_wp
     if (scene%precision%single_compliance) sizes%copy = 4.0_wp
-    sizes%workspace = sizes%word*sizes%factor
+    sizes%workspace = sizes%share*sizes%word*sizes%factor
     sizes%flops = 0.0_wp
     sizes%increments = plan%n_increments
     sizes%outputs = plan%n_outputs
@@ -223,7 +233,7 @@ contains
     ! forces and fields of a step: some thirty vectors over the nodes; HDF5's chunks.
     running = sizes%workspace + 8.0_wp*sizes%interface**2 + (8.0_wp + sizes%copy)*sizes%rows**2 + &
       30.0_wp*24.0_wp*sizes%nodes + krylov_bytes(sizes) + file%cache
-    bytes = libraries + max(factorising, running)
+    bytes = sizes%ranks*libraries + max(factorising, running)
   end function peak_memory
 
   !> The vectors of GMRES that are used; where bodies are free the dense system of the response to
@@ -455,6 +465,9 @@ contains
     if (plan%is_analysed .and. sizes%factor > 0.0_wp) call add_line(plan, 'factor', &
       bound_at_most, to_text(sizes%factor/1.0e6_wp, 3)//' million entries, '// &
       to_text(sizes%flops/1.0e9_wp, 3)//' Gflop each time')
+    if (sizes%ranks > 1.0_wp .or. sizes%share < 1.0_wp) call add_line(plan, 'ranks', bound_fixed, &
+      to_text(nint(sizes%ranks/sizes%share))//', of them '//to_text(nint(sizes%ranks))// &
+      ' on this machine, whose memory follows')
     call add_line(plan, 'memory', bound_about, least//bytes_in_words(memory)// &
       left_in_words(plan%memory_left))
     if (plan%is_analysed) call add_line(plan, 'time', bound_about, &

@@ -5,6 +5,7 @@ module run_mod
   use text_mod, only: string_t, to_text
   use system_mod, only: wall_seconds, peak_memory_bytes, utc_now, build_description
   use blas_core_mod, only: blas_core_name
+  use parallel_mod, only: n_ranks, usage_t, usage_of_others
   use scene_mod, only: scene_t
   use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_controls_t, &
     precision_in_words, is_exact
@@ -397,7 +398,9 @@ contains
     type(tally_t), intent(in) :: tally
     type(operators_t), intent(in) :: operators
     character(*), intent(in) :: path
+    type(usage_t) :: others
 
+    others = usage_of_others()
     associate (s => operators%seconds)
       call print_lines(console, [ &
         string_t('time            read '//seconds(tally%read_time)//', assemble '// &
@@ -410,8 +413,8 @@ contains
                  seconds(tally%write_time)), &
         string_t('accuracy        '//accuracy_in_words(scene%precision, tally%unrefined, &
         tally%imbalance)), &
-        string_t('memory          '//to_text(real(peak_memory_bytes(), wp)/1.0e6_wp, 3)// &
-        ' MB at most')])
+        string_t('memory          '//to_text(real(peak_memory_bytes() + others%peak, wp)/1.0e6_wp, &
+        3)//' MB at most')])
     end associate
     if (tally%certified < tally%increments) then
       call print_warning(console, to_text(tally%increments - tally%certified)//' of '// &
@@ -456,7 +459,8 @@ contains
 
     provenance%version = version
     provenance%build = build_description()
-    provenance%libraries = 'MUMPS (sequential), METIS, LAPACK and BLAS (OpenBLAS), HDF5'
+    provenance%ranks = n_ranks()
+    provenance%libraries = 'MUMPS, METIS, LAPACK and BLAS (OpenBLAS), HDF5'
     provenance%command = command_text()
     provenance%blas_core = blas_core_name()
     provenance%started = utc_now()

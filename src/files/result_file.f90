@@ -58,6 +58,7 @@ module result_file_mod
     character(:), allocatable :: command   !! the command line
     character(:), allocatable :: blas_core !! the kernels OpenBLAS runs
     character(:), allocatable :: started   !! date and time, ISO 8601
+    integer :: ranks = 1                   !! processes that ran together
   end type provenance_t
 
   !> An open result file.
@@ -196,6 +197,7 @@ contains
     call write_attribute(hdf5, '/run', 'build', text_of(provenance%build), error)
     call write_attribute(hdf5, '/run', 'libraries', text_of(provenance%libraries), error)
     call write_attribute(hdf5, '/run', 'blas_core', text_of(provenance%blas_core), error)
+    call write_attribute(hdf5, '/run', 'ranks', int(provenance%ranks, i8), error)
     call write_attribute(hdf5, '/run', 'command', text_of(provenance%command), error)
     call write_attribute(hdf5, '/run', 'started', text_of(provenance%started), error)
     call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
