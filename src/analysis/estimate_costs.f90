@@ -14,7 +14,7 @@ module estimate_costs_mod
   use mesh_mod, only: node_neighbours
   use obstacles_mod, only: is_flat, ref_nodes
   use scene_mod, only: scene_t
-  use controls_mod, only: solver_sweeps, is_exact
+  use controls_mod, only: solver_sweeps, is_exact, precision_controls_t
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most, bound_about
   use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness, nodal_force
@@ -26,7 +26,8 @@ module estimate_costs_mod
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use contact_interface_mod, only: interface_dofs
   use step_loads_mod, only: prescribed_dofs
-  use plan_table_mod, only: add_line, bytes_in_words, time_in_words
+  use alternatives_mod, only: alternatives, where_in_words
+  use plan_table_mod, only: add_line, describe_choice, bytes_in_words, time_in_words
   implicit none
   private
 
@@ -48,6 +49,9 @@ module estimate_costs_mod
   real(wp), parameter :: passes_to_factorise = 50.0_wp
   real(wp), parameter :: cached = 24.0e6_wp       !! that caches may hold [bytes]
   real(wp), parameter :: passes_to_solve = 2.5_wp !! forward, backward, and the vectors
+  ! Of a factor that is written and read: from the disk, and where the system keeps it in memory
+  ! that nobody needs [bytes/s].
+  real(wp), parameter :: disk_rate = 0.5e9_wp, kept_rate = 2.0e9_wp
 
   ! Typical counts of an increment (docs/solvers.md).
   real(wp), parameter :: products_with_friction = 75.0_wp !! of W with a vector, by global Newton
@@ -67,6 +71,9 @@ module estimate_costs_mod
   real(wp), parameter :: squeeze_zeros = 400.0e6_wp  !! of zeros [bytes/s]
   real(wp), parameter :: visit_of_sweep = 0.5_wp     !! of a point, in internal forces of a brick
 
+  ! Of the memory that is left, what a plan with an alternative may take: estimates are that good.
+  real(wp), parameter :: enough = 0.9_wp
+
   !> Sizes that costs are made of.
   type :: sizes_t
     real(wp) :: nodes, bricks, equations, interface, rows, points, entries, factor
@@ -77,6 +84,8 @@ module estimate_costs_mod
     real(wp) :: share = 1.0_wp !! of all ranks
     real(wp) :: word = 8.0_wp !! of the factor, a number [bytes]
     real(wp) :: copy = 0.0_wp !! of W in single precision, a number [bytes]
+    real(wp) :: scratch = 0.0_wp !! of the factor, on the disk [bytes]
+    real(wp) :: scratch_rate = disk_rate !! [bytes/s]
   end type sizes_t
 
   !> What the result file takes [bytes].
@@ -97,12 +106,13 @@ module estimate_costs_mod
 
 contains
 
-  !> Foresee the costs of a planned run and add them to its table.
+  !> Foresee the costs of a planned run and add them to its table; choose, of what *PRECISION leaves
+  !> open, what fits the machine.
   !>
   !> `factor` keeps the symbolic analysis for the first factorisation. Where even the analysis has
   !> no room the memory is a lower bound, and the plan has no time.
   subroutine estimate_costs(scene, path, plan, factor, error)
-    type(scene_t), intent(in) :: scene
+    type(scene_t), intent(inout) :: scene !! its precision as it is chosen
     character(*), intent(in) :: path !! of the result file
     type(plan_t), intent(inout) :: plan
     type(sparse_factor_t), intent(inout) :: factor
@@ -112,17 +122,24 @@ contains
     type(seconds_t) :: seconds
     type(usage_t) :: others
     real(wp) :: base, memory, ordering
+    character(:), allocatable :: reasons
 
     others = usage_of_others()
     base = real(resident_bytes() + others%resident, wp)
     plan%memory_left = memory_left()
     plan%disk_left = disk_left(path)
-    call look_at_pattern(scene, plan, others%ranks_here, factor, sizes, ordering, error)
-    if (allocated(error)) return
+    scene%precision%scratch = path(:index(path, '/', back=.true.))
+    if (scene%precision%scratch == '') scene%precision%scratch = './'
+    sizes%ranks = others%ranks_here
+    sizes%share = sizes%ranks/real(n_ranks(), wp)
+    call count_sizes(scene, plan, sizes)
     file = size_of_file(scene, plan, sizes)
+    call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+    if (allocated(error)) return
     plan%more_memory = peak_memory(sizes, file)
     plan%file_size = file%size
     plan%fields_size = file%fields
+    plan%scratch_size = sizes%scratch
     memory = base + plan%more_memory
     call add_figure(plan, 'peak_memory_bytes', memory, bound_about)
     call add_figure(plan, 'file_bytes', file%most, bound_at_most)
@@ -138,25 +155,35 @@ contains
       call add_figure(plan, 'cpu_seconds', cpu_seconds() + total(seconds), bound_about)
     end if
     call describe_costs(plan, sizes, file, memory, seconds)
+    if (reasons /= '') call describe_choice(scene, reasons, plan)
   end subroutine estimate_costs
 
-  !> Order the equations of the first step and analyse their elimination.
-  subroutine look_at_pattern(scene, plan, ranks, factor, sizes, ordering, error)
-    type(scene_t), intent(in) :: scene
+  !> Order the equations of the first step and analyse their elimination, in the first arithmetic
+  !> that fits; where none does, in the one that needs least.
+  subroutine look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+    type(scene_t), intent(inout) :: scene  !! its precision as it is chosen
+    type(file_t), intent(in) :: file
     type(plan_t), intent(inout) :: plan
-    integer, intent(in) :: ranks           !! on this machine
     type(sparse_factor_t), intent(inout) :: factor
-    type(sizes_t), intent(out) :: sizes
+    type(sizes_t), intent(inout) :: sizes  !! what the analysis tells
     real(wp), intent(out) :: ordering      !! time it took to order [s]
+    character(:), allocatable, intent(out) :: reasons !! why nothing better was chosen
     type(error_t), allocatable, intent(out) :: error
     type(free_motions_t) :: motions
     type(dof_map_t) :: map
     type(triplets_t) :: pattern
+    type(precision_controls_t), allocatable :: list(:)
     integer, allocatable :: start(:), neighbours(:), place(:)
+    real(wp), allocatable :: need(:)
+    logical, allocatable :: has_disk(:)
     logical :: prescribed(3, scene%mesh%n_nodes)
+    integer :: i, best
 
     ordering = 0.0_wp
-    call count_sizes(scene, plan, ranks, sizes)
+    reasons = ''
+    list = alternatives(scene%precision)
+    ! The least that any of them needs.
+    call take_precision(list(size(list)), sizes)
     if (peak_memory(sizes, file_t()) > real(plan%memory_left, wp)) return
     prescribed = prescribed_dofs(scene, 1)
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), plan%points%node, &
@@ -170,29 +197,81 @@ contains
     if (allocated(error)) return
     ordering = cpu_seconds() - ordering
     call list_shares(scene%mesh, scene%materials, map, start, neighbours, pattern)
-    factor%precision = scene%precision
-    call analyse(pattern, place, map%n_interface, factor, error)
-    if (allocated(error)) return
     plan%is_analysed = .true.
     sizes%motions = motions%n
     sizes%neighbours = size(neighbours)
     sizes%entries = size(pattern%row, kind=i8)
     if (pattern%is_shared) sizes%entries = sizes%ranks*sizes%entries
-    sizes%factor = real(factor%foretold%entries, wp)
-    sizes%front = factor%foretold%largest_front
-    sizes%workspace = sizes%share*real(factor%foretold%bytes, wp)
-    sizes%flops = factor%foretold%flops
+
+    allocate (need(size(list)), has_disk(size(list)))
+    best = 0
+    do i = 1, size(list)
+      call analyse_in(list(i))
+      if (allocated(error)) return
+      need(i) = peak_memory(sizes, file)
+      has_disk(i) = file%size + sizes%scratch <= real(plan%disk_left, wp)
+      if (need(i) <= enough*real(plan%memory_left, wp) .and. has_disk(i)) exit
+      if (best == 0) best = i
+      if (need(i) < need(best) .and. has_disk(i)) best = i
+      if (i > 1) reasons = reasons//', '
+      reasons = reasons//reason_against(i)
+    end do
+    if (i > size(list)) then
+      ! None is sure to fit: the one that needs least, which may just do.
+      reasons = 'which needs least'
+      if (best < size(list)) call analyse_in(list(best))
+      if (best == 1) reasons = ''
+      i = best
+    end if
+    scene%precision = list(i)
+    if (sizes%scratch < real(plan%memory_left, wp) - need(i)) sizes%scratch_rate = kept_rate
+
+  contains
+
+    !> The analysis and the sizes in one of the arithmetics.
+    subroutine analyse_in(precision)
+      type(precision_controls_t), intent(in) :: precision
+
+      factor%precision = precision
+      call analyse(pattern, place, map%n_interface, factor, error)
+      if (allocated(error)) return
+      call take_precision(precision, sizes)
+      sizes%factor = real(factor%foretold%entries, wp)
+      sizes%front = factor%foretold%largest_front
+      sizes%workspace = sizes%share*real(factor%foretold%bytes, wp)
+      sizes%flops = factor%foretold%flops
+      sizes%scratch = 0.0_wp
+      if (precision%out_of_core) sizes%scratch = sizes%share*sizes%word*sizes%factor
+    end subroutine analyse_in
+
+    !> Why the choice does not do, in words.
+    function reason_against(choice) result(words)
+      integer, intent(in) :: choice
+      character(:), allocatable :: words
+
+      words = where_in_words(list(choice))//', needs '//bytes_in_words(need(choice))
+      if (.not. has_disk(choice)) words = words//' and '//bytes_in_words(sizes%scratch)//' of disk'
+    end function reason_against
+
   end subroutine look_at_pattern
 
+  !> Sizes of numbers in an arithmetic, and the least that the factor takes.
+  pure subroutine take_precision(precision, sizes)
+    type(precision_controls_t), intent(in) :: precision
+    type(sizes_t), intent(inout) :: sizes
+
+    sizes%word = merge(4.0_wp, 8.0_wp, precision%single_factor)
+    sizes%copy = merge(4.0_wp, 0.0_wp, precision%single_compliance)
+    sizes%workspace = sizes%share*sizes%word*sizes%factor
+    if (precision%out_of_core) sizes%workspace = 0.0_wp
+  end subroutine take_precision
+
   !> Sizes that the scene tells; of those of the elimination the least they can be.
-  subroutine count_sizes(scene, plan, ranks, sizes)
+  pure subroutine count_sizes(scene, plan, sizes)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    integer, intent(in) :: ranks !! on this machine
-    type(sizes_t), intent(out) :: sizes
+    type(sizes_t), intent(inout) :: sizes !! its ranks are known
 
-    sizes%ranks = ranks
-    sizes%share = real(ranks, wp)/real(n_ranks(), wp)
     sizes%nodes = scene%mesh%n_nodes
     sizes%bricks = scene%mesh%n_elements
     sizes%equations = plan%n_equations
@@ -204,9 +283,7 @@ contains
     sizes%entries = 40.0_wp*sizes%equations
     sizes%factor = sizes%entries
     sizes%front = 0.0_wp
-    if (scene%precision%single_factor) sizes%word = 4.0_wp
-    if (scene%precision%single_compliance) sizes%copy = 4.0_wp
-    sizes%workspace = sizes%share*sizes%word*sizes%factor
+    call take_precision(scene%precision, sizes)
     sizes%flops = 0.0_wp
     sizes%increments = plan%n_increments
     sizes%outputs = plan%n_outputs
@@ -386,7 +463,7 @@ contains
       sizes%factorisations*sizes%bricks*(1.5_wp*stiffness_time + force_time)
     ! Numbers of half the size are worked on twice as fast.
     seconds%factorise = sizes%factorisations*sizes%word/8.0_wp*(sizes%flops/speed%flops + &
-      passes_to_factorise*8.0_wp*sizes%factor/speed%bytes)
+      passes_to_factorise*8.0_wp*sizes%factor/speed%bytes) + sizes%scratch/sizes%scratch_rate
     seconds%condense = sizes%factorisations*(sizes%interface**3/speed%flops + &
       40.0_wp*sizes%interface**2/speed%bytes)
     product = sizes%rows**2/speed%entries
@@ -397,7 +474,8 @@ contains
       sizes%points*visit_of_sweep*force_time
     seconds%contact = sizes%increments*products_of_increment(scene, sizes)*product
     seconds%recover = solutions(scene, sizes)*(passes_to_solve*sizes%word*sizes%factor + &
-      8.0_wp*sizes%interface**2)/speed%bytes + sizes%increments*(start_of_increment*plain + &
+      8.0_wp*sizes%interface**2)/speed%bytes + 2.0_wp*solutions(scene, sizes)*sizes%scratch/ &
+      sizes%scratch_rate + sizes%increments*(start_of_increment*plain + &
       2.0_wp*iterations_of_increment(scene)*sizes%bricks*force_time)
     seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
       file%zeros/squeeze_zeros)

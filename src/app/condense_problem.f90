@@ -7,6 +7,7 @@ module condense_problem_mod
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_not_solved, exit_machine
   use text_mod, only: to_text
   use system_mod, only: wall_seconds
+  use machine_room_mod, only: has_memory, memory_left
   use assembly_mod, only: triplets_t
   use dof_map_mod, only: dof_map_t
   use ordering_mod, only: order_equations
@@ -56,7 +57,7 @@ contains
     type(condensed_t), intent(inout) :: condensed
     type(error_t), allocatable, intent(out) :: error !! M or W cannot be used, no memory
     real(wp), allocatable :: w(:, :)
-    integer :: n, i, status
+    integer :: n, i
 
     n = 3*given%n_points
     if (.not. given%is_global) then
@@ -64,11 +65,7 @@ contains
     end if
     if (.not. allocated(error)) call check_memory(path, n, error)
     if (allocated(error)) return
-    allocate (w(n, n), source=0.0_wp, stat=status)
-    if (status /= 0) then
-      call raise(error, exit_machine, path//': error: not enough memory for '//to_text(n)//' rows')
-      return
-    end if
+    allocate (w(n, n), source=0.0_wp)
     if (given%is_global) then
       call factorise_m(path, given%m, condensed%factor, error)
       if (.not. allocated(error)) call condense_global(given, condensed, w, error)
@@ -357,23 +354,10 @@ contains
     integer, intent(in) :: n !! rows
     type(error_t), allocatable, intent(out) :: error
     integer(i8) :: needed, available
-    integer :: unit, status
-    character(256) :: line
 
     needed = 3_i8*8_i8*int(n, i8)**2
-    available = huge(available)
-    open (newunit=unit, file='/proc/meminfo', action='read', status='old', iostat=status)
-    if (status /= 0) return
-    do
-      read (unit, '(a)', iostat=status) line
-      if (status /= 0) exit
-      if (line(:13) /= 'MemAvailable:') cycle
-      read (line(14:index(line, 'kB') - 1), *, iostat=status) available
-      if (status == 0) available = 1024*available
-      exit
-    end do
-    close (unit)
-    if (needed <= available) return
+    available = memory_left()
+    if (has_memory(needed)) return
     call raise(error, exit_machine, path//': error: '//to_text(n)//' rows need '// &
       to_text(real(needed, wp)*1.0e-9_wp, 2)//' GB of memory, and '// &
       to_text(real(available, wp)*1.0e-9_wp, 2)//' GB are free')

@@ -2,9 +2,11 @@
 !> status.
 program bipot
   use, intrinsic :: iso_c_binding, only: c_int
-  use, intrinsic :: iso_fortran_env, only: error_unit
   use errors_mod, only: error_t, exit_ok
+  use standard_streams_mod, only: write_to, standard_error
+  use runtime_failures_mod, only: meet_runtime_failures
   use blas_core_mod, only: choose_blas_core, check_blas_room
+  use system_mod, only: catch_signals
   use parallel_mod, only: start_ranks, end_ranks, is_host
   use serve_host_mod, only: serve_host
   use fclib_mod, only: is_fclib_path
@@ -28,6 +30,7 @@ program bipot
   type(error_t), allocatable :: error
   integer :: exit_status
 
+  call meet_runtime_failures()
   call choose_blas_core()
   exit_status = exit_ok
   call start_ranks(error)
@@ -35,11 +38,13 @@ program bipot
     if (is_host()) then
       call read_and_run()
     else
+      ! The host alone decides when to stop.
+      call catch_signals()
       call serve_host()
     end if
   end if
   if (allocated(error)) then
-    write (error_unit, '(a)') error%message
+    call write_to(standard_error, error%message//new_line('a'))
     exit_status = error%exit_status
   end if
   call end_ranks()

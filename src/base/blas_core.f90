@@ -15,7 +15,7 @@ module blas_core_mod
   implicit none
   private
 
-  public :: choose_blas_core, check_blas_room, blas_core_name, wanted_core
+  public :: choose_blas_core, check_blas_room, blas_core_name, blas_version, wanted_core
 
   character(*), parameter :: core_variable = 'OPENBLAS_CORETYPE'
   ! Set before the second start: there is never a third.
@@ -56,11 +56,11 @@ module blas_core_mod
   end interface
 
   abstract interface
-    function core_name_function() result(name) bind(c)
+    function text_function() result(text) bind(c)
       import :: c_ptr
       implicit none
-      type(c_ptr) :: name
-    end function core_name_function
+      type(c_ptr) :: text
+    end function text_function
 
     subroutine set_threads_function(n) bind(c)
       import :: c_int
@@ -116,23 +116,41 @@ contains
   !> The kernels in use, by OpenBLAS's name; empty with another BLAS.
   function blas_core_name() result(name)
     character(:), allocatable :: name
+
+    name = told_by('openblas_get_corename')
+  end function blas_core_name
+
+  !> As in "OpenBLAS 0.3.21"; empty with another BLAS.
+  function blas_version() result(name)
+    character(:), allocatable :: name
+    integer :: first_blank
+
+    name = told_by('openblas_get_config')
+    first_blank = index(name, ' ')
+    name = name(:first_blank + index(name(first_blank + 1:)//' ', ' ') - 1)
+  end function blas_version
+
+  !> What a function of OpenBLAS without arguments tells; empty with another BLAS.
+  function told_by(function_name) result(told)
+    character(*), intent(in) :: function_name
+    character(:), allocatable :: told
     type(c_funptr) :: address
     type(c_ptr) :: text
-    procedure(core_name_function), pointer :: get_name
+    procedure(text_function), pointer :: get_text
     character(c_char), pointer :: letters(:)
     integer :: i
 
-    name = ''
-    address = c_dlsym(c_null_ptr, c_text('openblas_get_corename'))
+    told = ''
+    address = c_dlsym(c_null_ptr, c_text(function_name))
     if (.not. c_associated(address)) return
-    call c_f_procpointer(address, get_name)
-    text = get_name()
+    call c_f_procpointer(address, get_text)
+    text = get_text()
     if (.not. c_associated(text)) return
     call c_f_pointer(text, letters, [c_strlen(text)])
     do i = 1, size(letters)
-      name = name//letters(i)
+      told = told//letters(i)
     end do
-  end function blas_core_name
+  end function told_by
 
   !> The core to ask for: empty when `current` already uses what the processor offers, or is not
   !> OpenBLAS's.

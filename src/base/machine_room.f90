@@ -2,12 +2,15 @@
 !>
 !> What a Linux system says in /proc and /sys; where it says nothing there is no limit.
 module machine_room_mod
-  use, intrinsic :: iso_c_binding, only: c_int, c_long, c_char, c_null_char
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_long, c_null_char, c_ptr, &
+    c_size_t
+  use errors_mod, only: error_t, raise, exit_machine
   use kinds_mod, only: i8
+  use text_mod, only: to_text
   implicit none
   private
 
-  public :: memory_left, address_space_left, disk_left, resident_bytes, no_limit
+  public :: has_memory, check_library_room, memory_left, address_space_left, disk_left, resident_bytes, no_limit
 
   integer(i8), parameter :: no_limit = huge(1_i8)
 
@@ -20,9 +23,59 @@ module machine_room_mod
       integer(c_long), intent(inout) :: buffer(*)
       integer(c_int) :: status
     end function c_statvfs
+
+    !> C's malloc, which returns null where there is no memory (src/base/runtime_failures.f90).
+    function real_malloc(bytes) result(address) bind(c, name='__real_malloc')
+      import :: c_ptr, c_size_t
+      implicit none
+      integer(c_size_t), value :: bytes
+      type(c_ptr) :: address
+    end function real_malloc
+
+    subroutine c_free(address) bind(c, name='free')
+      import :: c_ptr
+      implicit none
+      type(c_ptr), value :: address
+    end subroutine c_free
   end interface
 
 contains
+
+  !> Whether so many bytes can be had and the machine has them: to be asked before an ALLOCATE whose
+  !> failure can be told better than by the end of the program.
+  function has_memory(bytes)
+    integer(i8), intent(in) :: bytes
+    logical :: has_memory
+
+    has_memory = bytes <= memory_left()
+    if (has_memory) has_memory = is_granted(bytes)
+  end function has_memory
+
+  !> Refuse to go on where a limit (ulimit -v, ulimit -d) leaves a library no memory to work in:
+  !> not every one survives an allocation of its own that fails.
+  subroutine check_library_room(bytes, task, error)
+    integer(i8), intent(in) :: bytes      !! that it may ask for in small pieces
+    character(*), intent(in) :: task      !! what it is to do, as "write the result file"
+    type(error_t), allocatable, intent(out) :: error !! no memory
+    integer(i8), parameter :: megabyte = 1000000_i8
+
+    if (.not. is_granted(bytes)) call raise(error, exit_machine, 'bipot: error: not enough '// &
+      'memory to '//task//': it may take '//to_text(max(1_i8, bytes/megabyte))//' MB and '// &
+      to_text(memory_left()/megabyte)//' MB are left to the process (ulimit -v, ulimit -d)')
+  end subroutine check_library_room
+
+  !> Whether the system grants so many bytes; it need not have them.
+  function is_granted(bytes)
+    integer(i8), intent(in) :: bytes
+    logical :: is_granted
+    type(c_ptr) :: probe
+
+    is_granted = bytes >= 0
+    if (.not. is_granted) return
+    probe = real_malloc(int(max(bytes, 1_i8), c_size_t))
+    is_granted = c_associated(probe)
+    if (is_granted) call c_free(probe)
+  end function is_granted
 
   !> Bytes of memory that this process can still get: the least of what the machine has free, what
   !> its control groups leave, and what its own limits (ulimit -v, ulimit -d) leave.
@@ -60,10 +113,12 @@ contains
 
     folder = path(:index(path, '/', back=.true.))//'.'
     bytes = no_limit
-    ! f_bsize, f_frsize, f_blocks, f_bfree, f_bavail: longs on every 64-bit Linux.
+    ! f_bsize, f_frsize, f_blocks, f_bfree, f_bavail: longs on every 64-bit Linux. What has no
+    ! blocks at all (/proc, /sys) says nothing of its room.
     if (number_after('/proc/self/status', 'VmSize:') >= 0) then
       buffer = 0
-      if (c_statvfs(folder//c_null_char, buffer) == 0) bytes = buffer(2)*buffer(5)
+      if (c_statvfs(folder//c_null_char, buffer) == 0 .and. buffer(3) > 0) &
+        bytes = buffer(2)*buffer(5)
     end if
     call lower(bytes, 1_i8, number_after('/proc/self/limits', 'Max file size'), 0_i8)
   end function disk_left

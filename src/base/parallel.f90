@@ -18,7 +18,8 @@ module parallel_mod
   public :: start_ranks, end_ranks, n_ranks, is_host, communicator, has_launcher
   public :: announce, next_task, task_length, task_end, task_usage, task_pattern, task_stiffness, &
     task_double, task_single
-  public :: send_integers, send_reals, receive_integers, receive_reals, sum_over_ranks, all_ranks
+  public :: send_integers, send_reals, receive_integers, receive_reals, sum_over_ranks, all_ranks, &
+    share_text
   public :: usage_t, usage_of_others, tell_usage
 
   include 'mpif.h'
@@ -217,6 +218,15 @@ contains
     x = total
   end subroutine sum_over_ranks
 
+  !> Give all ranks the host's text: all must call it, with texts of one length.
+  subroutine share_text(text)
+    character(*), target, intent(inout) :: text
+    integer(c_int) :: status
+
+    if (n_ranks() == 1) return
+    call mpi_bcast(c_loc(text(1:1)), len(text), mpi_character, host, mpi_comm_world, status)
+  end subroutine share_text
+
   !> Whether it is true on every rank: all must call it.
   function all_ranks(condition)
     logical, intent(in) :: condition
@@ -332,13 +342,13 @@ contains
   subroutine add_usage(sums)
     real(wp), intent(out) :: sums(4) !! ranks there, their memory now and at most, processor time
     integer, parameter :: room = 256
-    character(room), target :: name, name_of_host
+    character(room) :: name, name_of_host
     integer(c_int) :: status
 
     name = repeat(c_null_char, room)
     status = c_gethostname(name, int(room - 1, c_size_t))
     name_of_host = name
-    call mpi_bcast(c_loc(name_of_host(1:1)), room, mpi_character, host, mpi_comm_world, status)
+    call share_text(name_of_host)
     sums = 0.0_wp
     if (.not. is_host()) then
       if (name == name_of_host) sums(:3) = [1.0_wp, real(resident_bytes(), wp), &

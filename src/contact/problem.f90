@@ -9,6 +9,7 @@ module problem_mod
   use controls_mod, only: solver_none
   use step_report_mod, only: ended_well
   use dense_mod, only: invert_spd, times_symmetric
+  use near_stiffness_mod, only: near_stiffness_t, find_near
   use law_mod, only: project_on_cone, project_prediction
   implicit none
   private
@@ -40,6 +41,8 @@ module problem_mod
     !! (n_points) rows/trace(W_ii), of the natural map [force/length]
     real(wp), allocatable :: rho_global(:, :)
     !! (2,n_points) normal and tangential, of the global Newton [force/length]
+    type(near_stiffness_t) :: near
+    !! blocks of W^-1, about; what is not allocated in it is not known [force/length]
   end type contact_problem_t
 
   !> What a contact solver says of its solution.
@@ -60,14 +63,13 @@ module problem_mod
 contains
 
   !> Complete a problem from its rows and its compliance.
-  subroutine make_problem(row, mu, w, problem, stiffness)
+  subroutine make_problem(row, mu, w, problem, near)
     integer,  intent(in) :: row(:, :)   !! (3,n_points) as in the type; the first is never 0
     real(wp), intent(in) :: mu(:)       !! (n_points) [-]
     real(wp), allocatable, intent(inout) :: w(:, :)
     !! (n_rows,n_rows), moved into the problem [length/force]
     type(contact_problem_t), intent(out) :: problem
-    real(wp), intent(in), optional :: stiffness(:, :, :)
-    !! (3,3,n_points) blocks of W^-1 at the points, where known
+    type(near_stiffness_t), intent(in), optional :: near !! blocks of W^-1, where known
     integer :: i
 
     problem%n_points = size(mu)
@@ -83,7 +85,12 @@ contains
           mask=has)
       end associate
     end do
-    call scale_global_newton(problem, stiffness)
+    if (present(near)) then
+      problem%near = near
+    else
+      call invert_near(problem)
+    end if
+    call scale_global_newton(problem)
   end subroutine make_problem
 
   !> Keep W in single precision beside W: half the memory to read wherever few digits do.
@@ -145,38 +152,39 @@ contains
     end do
   end subroutine set_blocks
 
+  !> Blocks of W^-1 from W; none where W is singular.
+  subroutine invert_near(problem)
+    type(contact_problem_t), intent(inout) :: problem
+    real(wp), allocatable :: s(:, :)
+    logical :: regular
+
+    allocate (s, source=problem%w)
+    call invert_spd(s, regular)
+    if (regular) call find_near(problem%row, s, problem%near)
+  end subroutine invert_near
+
   !> The two rho a point of the global Newton: sqrt(S_nn/W_nn) and sqrt(tr S_tt/tr W_tt), S = W^-1.
   !>
-  !> Where W is singular, rows/trace(W_ii) for both. docs/theory.md (4.10).
-  subroutine scale_global_newton(problem, stiffness)
+  !> Where S is not known, rows/trace(W_ii) for both. docs/theory.md (4.10).
+  pure subroutine scale_global_newton(problem)
     type(contact_problem_t), intent(inout) :: problem
-    real(wp), intent(in), optional :: stiffness(:, :, :) !! as in make_problem
-    real(wp), allocatable :: s(:, :)
-    real(wp) :: s_nn, s_tt, w_tt
-    logical :: regular
+    real(wp) :: s_tt, w_tt
     integer :: i, a
 
     allocate (problem%rho_global(2, problem%n_points))
     problem%rho_global = spread(problem%rho_map, 1, 2)
-    regular = .true.
-    if (.not. present(stiffness)) then
-      s = problem%w
-      call invert_spd(s, regular)
-    end if
-    if (.not. regular) return
+    if (.not. allocated(problem%near%block)) return
     do i = 1, problem%n_points
-      associate (row => problem%row(:, i), block => problem%block(:, :, i))
+      associate (row => problem%row(:, i), w => problem%block(:, :, i), &
+                 s => problem%near%block(:, :, problem%near%start(i)))
         s_tt = 0.0_wp
         w_tt = 0.0_wp
-        if (present(stiffness)) s_nn = stiffness(1, 1, i)
-        if (.not. present(stiffness)) s_nn = s(row(1), row(1))
         do a = 2, 3
           if (row(a) == 0) cycle
-          if (present(stiffness)) s_tt = s_tt + stiffness(a, a, i)
-          if (.not. present(stiffness)) s_tt = s_tt + s(row(a), row(a))
-          w_tt = w_tt + block(a, a)
+          s_tt = s_tt + s(a, a)
+          w_tt = w_tt + w(a, a)
         end do
-        if (s_nn > 0.0_wp) problem%rho_global(1, i) = sqrt(s_nn/block(1, 1))
+        if (s(1, 1) > 0.0_wp) problem%rho_global(1, i) = sqrt(s(1, 1)/w(1, 1))
         if (min(s_tt, w_tt) > 0.0_wp) problem%rho_global(2, i) = sqrt(s_tt/w_tt)
       end associate
     end do

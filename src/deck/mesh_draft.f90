@@ -2,6 +2,7 @@
 module mesh_draft_mod
   use kinds_mod, only: i8, wp
   use lookup_mod, only: id_lookup_t
+  use machine_room_mod, only: has_memory
   use numbers_mod, only: largest_number
   implicit none
   private
@@ -12,6 +13,8 @@ module mesh_draft_mod
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
   integer, parameter :: max_nodes = 20000000
+  ! What a node and an element take, with the list that is being replaced. [byte]
+  integer(i8), parameter :: bytes_of_node = 64_i8, bytes_of_element = 88_i8
 
   !> In the place of a coordinate that could not be read.
   real(wp), parameter :: not_a_coordinate = 2.0_wp*largest_number
@@ -88,9 +91,11 @@ contains
     if (ok) return
     want = new_size(have, draft%n_nodes, more)
     ok = want > 0
-    if (ok) call enlarge(draft%node_id, draft%n_nodes, want, ok)
-    if (ok) call enlarge(draft%node_position, draft%n_nodes, want, ok)
-    if (ok) call enlarge(draft%coordinates, draft%n_nodes, want, ok)
+    if (ok) ok = has_memory(bytes_of_node*want)
+    if (.not. ok) return
+    call enlarge(draft%node_id, draft%n_nodes, want)
+    call enlarge(draft%node_position, draft%n_nodes, want)
+    call enlarge(draft%coordinates, draft%n_nodes, want)
   end subroutine reserve_nodes
 
   !> Make room for `more` further elements; `ok` is false when there is no memory for them.
@@ -106,10 +111,12 @@ contains
     if (ok) return
     want = new_size(have, draft%n_elements, more)
     ok = want > 0
-    if (ok) call enlarge(draft%element_id, draft%n_elements, want, ok)
-    if (ok) call enlarge(draft%element_position, draft%n_elements, want, ok)
-    if (ok) call enlarge(draft%element_kind, draft%n_elements, want, ok)
-    if (ok) call enlarge(draft%connectivity, draft%n_elements, want, ok)
+    if (ok) ok = has_memory(bytes_of_element*want)
+    if (.not. ok) return
+    call enlarge(draft%element_id, draft%n_elements, want)
+    call enlarge(draft%element_position, draft%n_elements, want)
+    call enlarge(draft%element_kind, draft%n_elements, want)
+    call enlarge(draft%connectivity, draft%n_elements, want)
   end subroutine reserve_elements
 
   !> The next size of a list: at least half as long again; 0 when that is beyond the limit.
@@ -127,16 +134,14 @@ contains
   subroutine add_skipped(draft, id, position)
     type(mesh_draft_t), intent(inout) :: draft
     integer, intent(in) :: id, position
-    logical :: ok
 
     if (.not. allocated(draft%skipped_id)) then
       allocate (draft%skipped_id(1024), draft%skipped_position(1024), draft%skipped_first(1024))
     end if
     if (draft%n_skipped == size(draft%skipped_id)) then
-      call enlarge(draft%skipped_id, draft%n_skipped, 2*draft%n_skipped, ok)
-      if (ok) call enlarge(draft%skipped_position, draft%n_skipped, 2*draft%n_skipped, ok)
-      if (ok) call enlarge(draft%skipped_first, draft%n_skipped, 2*draft%n_skipped, ok)
-      if (.not. ok) return
+      call enlarge(draft%skipped_id, draft%n_skipped, 2*draft%n_skipped)
+      call enlarge(draft%skipped_position, draft%n_skipped, 2*draft%n_skipped)
+      call enlarge(draft%skipped_first, draft%n_skipped, 2*draft%n_skipped)
     end if
     draft%n_skipped = draft%n_skipped + 1
     draft%skipped_id(draft%n_skipped) = id
@@ -150,13 +155,11 @@ contains
     type(mesh_draft_t), intent(inout) :: draft
     integer, intent(in) :: id
     integer :: n
-    logical :: ok
 
     n = draft%n_skipped_nodes
     if (.not. allocated(draft%skipped_nodes)) allocate (draft%skipped_nodes(4096))
     if (n == size(draft%skipped_nodes)) then
-      call enlarge(draft%skipped_nodes, n, 2*n, ok)
-      if (.not. ok) return
+      call enlarge(draft%skipped_nodes, n, 2*n)
     end if
     draft%skipped_nodes(n + 1) = id
     draft%n_skipped_nodes = n + 1
@@ -198,45 +201,33 @@ contains
     draft%sets(draft%n_sets) = set
   end subroutine add_early_set
 
-  subroutine enlarge_integers(list, used, want, ok)
+  subroutine enlarge_integers(list, used, want)
     integer, allocatable, intent(inout) :: list(:)
     integer, intent(in) :: used  !! entries to keep
     integer, intent(in) :: want  !! entries to have
-    logical, intent(out) :: ok   !! false: no memory
     integer, allocatable :: larger(:)
-    integer :: status
 
-    allocate (larger(want), stat=status)
-    ok = status == 0
-    if (.not. ok) return
+    allocate (larger(want))
     if (used > 0) larger(:used) = list(:used)
     call move_alloc(larger, list)
   end subroutine enlarge_integers
 
-  subroutine enlarge_columns(list, used, want, ok)
+  subroutine enlarge_columns(list, used, want)
     integer, allocatable, intent(inout) :: list(:, :)
     integer, intent(in) :: used, want
-    logical, intent(out) :: ok
     integer, allocatable :: larger(:, :)
-    integer :: status
 
-    allocate (larger(8, want), stat=status)
-    ok = status == 0
-    if (.not. ok) return
+    allocate (larger(8, want))
     if (used > 0) larger(:, :used) = list(:, :used)
     call move_alloc(larger, list)
   end subroutine enlarge_columns
 
-  subroutine enlarge_real_columns(list, used, want, ok)
+  subroutine enlarge_real_columns(list, used, want)
     real(wp), allocatable, intent(inout) :: list(:, :)
     integer, intent(in) :: used, want
-    logical, intent(out) :: ok
     real(wp), allocatable :: larger(:, :)
-    integer :: status
 
-    allocate (larger(3, want), stat=status)
-    ok = status == 0
-    if (.not. ok) return
+    allocate (larger(3, want))
     if (used > 0) larger(:, :used) = list(:, :used)
     call move_alloc(larger, list)
   end subroutine enlarge_real_columns

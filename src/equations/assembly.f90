@@ -1,6 +1,6 @@
 !> The stiffness matrix of the free degrees of freedom.
 module assembly_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
   use brick8_mod, only: lame_constants
@@ -145,7 +145,8 @@ contains
     integer, intent(in) :: start(:), neighbours(:), lower_start(:)
     type(triplets_t), intent(out) :: k
     real(wp), intent(in), optional :: blocks(:, :, :) !! (3,3,entries) [force/length]
-    integer :: pass, node, entry, other, i, j, row, column, n
+    integer :: pass, node, entry, other, i, j, row, column
+    integer(i8) :: n !! beyond 17 million nodes a default integer does not count them
 
     do pass = 1, 2
       n = 0

@@ -24,9 +24,18 @@ module ordering_mod
       integer(c_int), intent(out) :: perm(*), iperm(*)
       integer(c_int) :: status
     end function metis_nodend
+
+    !> C: send the process a signal.
+    function c_raise(signal) result(status) bind(c, name='raise')
+      import :: c_int
+      implicit none
+      integer(c_int), value :: signal
+      integer(c_int) :: status
+    end function c_raise
   end interface
 
-  integer(c_int), parameter :: metis_ok = 1
+  integer(c_int), parameter :: metis_ok = 1, metis_error = -4
+  integer(c_int), parameter :: sigterm = 15
 
 contains
 
@@ -83,7 +92,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer(c_int), allocatable :: xadj(:), adjncy(:), perm(:), iperm(:)
     integer :: n, i, k, m, other
-    integer(c_int) :: status
+    integer(c_int) :: status, ignored
 
     n = size(node_of)
     allocate (xadj(n + 1), perm(n), iperm(n))
@@ -104,6 +113,9 @@ contains
       return
     end if
     status = metis_nodend(n, xadj, adjncy, c_null_ptr, c_null_ptr, perm, iperm)
+    ! METIS catches SIGTERM while it works and takes it for an error of its own: given on to whom it
+    ! was meant for, it ends the program, or is remembered.
+    if (status == metis_error) ignored = c_raise(sigterm)
     if (status /= metis_ok) then
       call raise(error, exit_machine, 'METIS could not order the equations (status '// &
         to_text(int(status))//')')

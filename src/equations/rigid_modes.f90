@@ -52,13 +52,19 @@ contains
     type(error_t), allocatable, intent(out) :: error !! LAPACK failed
     logical :: welcome(mesh%n_nodes)
     integer :: body, i, k
+    integer, allocatable :: first(:), nodes(:)
 
-    allocate (motions%body(0), motions%node(0), motions%dof(0), motions%extent(0))
-    allocate (motions%translation(3, 0), motions%rotation(3, 0), motions%centre(3, 0))
+    ! Room for all there can be; what is not used is given back at the end.
+    k = 6*mesh%n_bodies + 3*size(ref_nodes)
+    allocate (motions%body(k), motions%node(k), motions%dof(k), motions%extent(k))
+    allocate (motions%translation(3, k), motions%rotation(3, k), motions%centre(3, k), &
+      source=0.0_wp)
     welcome = .true.
     welcome(contact_nodes) = .false.
+    call list_nodes(mesh, first, nodes)
     do body = 1, mesh%n_bodies
-      call find_body_motions(mesh, body, prescribed, welcome, motions, error)
+      call find_body_motions(mesh, nodes(first(body):first(body + 1) - 1), prescribed, welcome, &
+        motions, error)
       if (allocated(error)) return
     end do
     do k = 1, size(ref_nodes)
@@ -68,34 +74,68 @@ contains
         motions%translation(i, motions%n) = 1.0_wp
       end do
     end do
+    k = motions%n
+    motions%body = motions%body(:k)
+    motions%node = motions%node(:k)
+    motions%dof = motions%dof(:k)
+    motions%extent = motions%extent(:k)
+    motions%translation = motions%translation(:, :k)
+    motions%rotation = motions%rotation(:, :k)
+    motions%centre = motions%centre(:, :k)
   end subroutine find_free_motions
+
+  !> The nodes of every body, ascending.
+  pure subroutine list_nodes(mesh, first, nodes)
+    type(mesh_t), intent(in) :: mesh
+    integer, allocatable, intent(out) :: first(:) !! (n_bodies+1) where the nodes of each begin
+    integer, allocatable, intent(out) :: nodes(:) !! one body after the other
+    integer :: next(mesh%n_bodies), node, body
+
+    allocate (first(mesh%n_bodies + 1), source=0)
+    do node = 1, mesh%n_nodes
+      body = mesh%body(node)
+      if (body > 0) first(body + 1) = first(body + 1) + 1
+    end do
+    first(1) = 1
+    do body = 1, mesh%n_bodies
+      first(body + 1) = first(body) + first(body + 1)
+    end do
+    next = first(:mesh%n_bodies)
+    allocate (nodes(first(mesh%n_bodies + 1) - 1))
+    do node = 1, mesh%n_nodes
+      body = mesh%body(node)
+      if (body == 0) cycle
+      nodes(next(body)) = node
+      next(body) = next(body) + 1
+    end do
+  end subroutine list_nodes
 
   !> The motions of one body.
   !>
   !> Rotations are taken about the principal axes through the body's centre, each scaled so that it
   !> moves the farthest node by 1: turning a needle about its length compares with shifting it. What
   !> the prescribed degrees of freedom do not see is free.
-  subroutine find_body_motions(mesh, body, prescribed, welcome, motions, error)
+  subroutine find_body_motions(mesh, nodes, prescribed, welcome, motions, error)
     type(mesh_t), intent(in) :: mesh
-    integer, intent(in) :: body
+    integer, intent(in) :: nodes(:)          !! of the body
     logical, intent(in) :: prescribed(:, :), welcome(:)
     type(free_motions_t), intent(inout) :: motions
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: seen(:, :), z(:, :)
     real(wp) :: s(6), v(6, 6)
     type(extents_t) :: extents
-    integer :: pin_node(6), pin_dof(6), node, i, j, k
+    integer :: pin_node(6), pin_dof(6), node, i, j, k, m
     logical :: ok
 
-    call measure_body(mesh, body, extents, ok)
+    call measure_body(mesh, nodes, extents, ok)
     if (.not. ok) then
       call raise(error, exit_machine, 'LAPACK failed on the principal axes of a body')
       return
     end if
-    allocate (seen(count(prescribed .and. spread(mesh%body == body, 1, 3)), 6))
+    allocate (seen(count(prescribed(:, nodes)), 6))
     k = 0
-    do node = 1, mesh%n_nodes
-      if (mesh%body(node) /= body) cycle
+    do m = 1, size(nodes)
+      node = nodes(m)
       do i = 1, 3
         if (.not. prescribed(i, node)) cycle
         k = k + 1
@@ -108,7 +148,7 @@ contains
     if (ok) then
       allocate (z(6, k))
       z = v(:, 7 - k:) ! singular values descend
-      call choose_pins(mesh, body, extents, prescribed, welcome, z, pin_node, pin_dof)
+      call choose_pins(mesh, nodes, extents, prescribed, welcome, z, pin_node, pin_dof)
       call scale_to_pins(mesh, extents, pin_node(:k), pin_dof(:k), z, ok)
     end if
     if (.not. ok) then
@@ -116,33 +156,33 @@ contains
       return
     end if
     do j = 1, k
-      call add_motion(motions, body, pin_node(j), pin_dof(j), extents%centre, extents%largest)
+      call add_motion(motions, mesh%body(nodes(1)), pin_node(j), pin_dof(j), extents%centre, extents%largest)
       motions%translation(:, motions%n) = z(:3, j)
       motions%rotation(:, motions%n) = matmul(extents%turn, z(4:, j))
     end do
   end subroutine find_body_motions
 
   !> Centre, largest side and principal axes of a body, with how far its nodes reach from each axis.
-  subroutine measure_body(mesh, body, extents, ok)
+  subroutine measure_body(mesh, nodes, extents, ok)
     type(mesh_t), intent(in) :: mesh
-    integer, intent(in) :: body
+    integer, intent(in) :: nodes(:) !! of the body
     type(extents_t), intent(out) :: extents
     logical, intent(out) :: ok !! false: LAPACK did not converge
     real(wp) :: low(3), high(3), axis(3, 3), spread_of_axis(3), arm(3), reach(3)
-    integer :: node, k
+    integer :: node, k, m
 
     low = huge(1.0_wp)
     high = -huge(1.0_wp)
-    do node = 1, mesh%n_nodes
-      if (mesh%body(node) /= body) cycle
+    do m = 1, size(nodes)
+      node = nodes(m)
       low = min(low, mesh%coordinates(:, node))
       high = max(high, mesh%coordinates(:, node))
     end do
     extents%centre = 0.5_wp*(low + high)
     extents%largest = maxval(high - low)
     axis = 0.0_wp
-    do node = 1, mesh%n_nodes
-      if (mesh%body(node) /= body) cycle
+    do m = 1, size(nodes)
+      node = nodes(m)
       arm = (mesh%coordinates(:, node) - extents%centre)/extents%largest
       axis = axis + spread(arm, 2, 3)*spread(arm, 1, 3)
     end do
@@ -151,8 +191,8 @@ contains
     call symmetric_eigenvectors(axis, spread_of_axis, ok)
     if (.not. ok) return
     reach = 0.0_wp
-    do node = 1, mesh%n_nodes
-      if (mesh%body(node) /= body) cycle
+    do m = 1, size(nodes)
+      node = nodes(m)
       arm = mesh%coordinates(:, node) - extents%centre
       do k = 1, 3
         reach(k) = max(reach(k), norm2(cross(axis(:, k), arm)))
@@ -182,9 +222,9 @@ contains
 
   !> Choose as many degrees of freedom as there are motions, one after the other the one that the
   !> motions not yet pinned move most.
-  pure subroutine choose_pins(mesh, body, extents, prescribed, welcome, z, pin_node, pin_dof)
+  pure subroutine choose_pins(mesh, nodes, extents, prescribed, welcome, z, pin_node, pin_dof)
     type(mesh_t), intent(in) :: mesh
-    integer, intent(in) :: body
+    integer, intent(in) :: nodes(:)                    !! of the body
     type(extents_t), intent(in) :: extents
     logical, intent(in) :: prescribed(:, :), welcome(:)
     real(wp), intent(in) :: z(:, :)                    !! (6,k) the free motions, orthonormal
@@ -192,15 +232,15 @@ contains
     real(wp), parameter :: reluctance = 0.1_wp         ! weight of nodes that are less welcome
     real(wp), dimension(size(z, 2), size(z, 2)) :: chosen
     real(wp) :: row(size(z, 2)), best_row(size(z, 2)), weight, best
-    integer :: j, l, node, i
+    integer :: j, l, m, node, i
 
     pin_node = 0
     pin_dof = 0
     do j = 1, size(z, 2)
       best = -1.0_wp
       best_row = 0.0_wp
-      do node = 1, mesh%n_nodes
-        if (mesh%body(node) /= body) cycle
+      do m = 1, size(nodes)
+        node = nodes(m)
         do i = 1, 3
           if (prescribed(i, node)) cycle
           row = matmul(rigid_mode(extents, mesh%coordinates(:, node), i), z)
@@ -237,32 +277,19 @@ contains
     if (ok) z = matmul(z, p)
   end subroutine scale_to_pins
 
-  !> Make room for one more motion, all zero so far.
+  !> One more motion, which does not move yet.
   pure subroutine add_motion(motions, body, node, dof, centre, extent)
-    type(free_motions_t), intent(inout) :: motions
+    type(free_motions_t), intent(inout) :: motions !! with room for it
     integer, intent(in) :: body, node, dof
     real(wp), intent(in) :: centre(3), extent
 
-    motions%body = [motions%body, body]
-    motions%node = [motions%node, node]
-    motions%dof = [motions%dof, dof]
-    motions%extent = [motions%extent, extent]
-    call add_column(motions%translation, [0.0_wp, 0.0_wp, 0.0_wp])
-    call add_column(motions%rotation, [0.0_wp, 0.0_wp, 0.0_wp])
-    call add_column(motions%centre, centre)
     motions%n = motions%n + 1
+    motions%body(motions%n) = body
+    motions%node(motions%n) = node
+    motions%dof(motions%n) = dof
+    motions%extent(motions%n) = extent
+    motions%centre(:, motions%n) = centre
   end subroutine add_motion
-
-  pure subroutine add_column(a, column)
-    real(wp), allocatable, intent(inout) :: a(:, :)
-    real(wp), intent(in) :: column(3)
-    real(wp), allocatable :: larger(:, :)
-
-    allocate (larger(3, size(a, 2) + 1))
-    larger(:, :size(a, 2)) = a
-    larger(:, size(larger, 2)) = column
-    call move_alloc(larger, a)
-  end subroutine add_column
 
   !> The prescribed degrees of freedom and the pins of the bodies.
   pure function hold_pins(motions, prescribed) result(held)

@@ -11,10 +11,11 @@ module hdf5_datasets_mod
   use hdf5_types_mod, only: of_real, of_integer, of_long, of_unsigned_byte, bytes_of, no_id, &
     type_in_file, type_in_memory, text_type, is_text, new_space
   use kinds_mod, only: wp, i1, i4, i8
+  use machine_room_mod, only: has_memory
   implicit none
   private
 
-  public :: write_dataset, write_text
+  public :: write_dataset, rewrite_dataset, write_text
   public :: dataset_extents, dataset_kind, read_dataset, read_text
 
   !> Write a dataset of fixed extents:
@@ -73,6 +74,26 @@ contains
     call create_fixed(file, path, of_long, shape(values), c_loc(values), error)
     call describe(file, path, description, quantity, error)
   end subroutine write_longs
+
+  !> Give a dataset other numbers, as many as it has.
+  subroutine rewrite_dataset(file, path, values, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    real(wp), intent(in), contiguous, target :: values(:)
+    type(error_t), allocatable, intent(inout) :: error
+    integer(hid_t) :: dataset
+    integer(i8), allocatable :: extents(:)
+    integer :: status
+
+    call open_dataset(file, path, dataset, extents, error)
+    if (allocated(error)) return
+    status = -1
+    if (product(extents) == size(values)) then
+      call h5dwrite_f(dataset, type_in_memory(of_real), c_loc(values), status)
+    end if
+    if (status < 0) call fail_to_write(error, file, path)
+    call close_dataset(dataset)
+  end subroutine rewrite_dataset
 
   !> Bytes are unsigned in the file: VTK wants its cell types so.
   subroutine write_bytes(file, path, values, description, quantity, error)
@@ -187,12 +208,13 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer(hid_t) :: dataset
     integer(i8), allocatable :: extents(:)
-    integer :: status
 
     call open_dataset(file, path, dataset, extents, error)
-    allocate (values(product(extents)), stat=status)
-    if (status /= 0) call fail_to_hold(error, file, path)
-    if (status /= 0) allocate (values(0))
+    if (.not. has_memory(bytes_for(extents, of_real))) then
+      call fail_to_hold(error, file, path)
+      extents = [0_i8]
+    end if
+    allocate (values(product(extents)))
     call get_values(file, path, dataset, of_real, c_loc(values), error)
   end subroutine read_reals
 
@@ -203,12 +225,13 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer(hid_t) :: dataset
     integer(i8), allocatable :: extents(:)
-    integer :: status
 
     call open_dataset(file, path, dataset, extents, error)
-    allocate (values(product(extents)), stat=status)
-    if (status /= 0) call fail_to_hold(error, file, path)
-    if (status /= 0) allocate (values(0))
+    if (.not. has_memory(bytes_for(extents, of_integer))) then
+      call fail_to_hold(error, file, path)
+      extents = [0_i8]
+    end if
+    allocate (values(product(extents)))
     call get_values(file, path, dataset, of_integer, c_loc(values), error)
   end subroutine read_integers
 
@@ -219,14 +242,25 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer(hid_t) :: dataset
     integer(i8), allocatable :: extents(:)
-    integer :: status
 
     call open_dataset(file, path, dataset, extents, error)
-    allocate (values(product(extents)), stat=status)
-    if (status /= 0) call fail_to_hold(error, file, path)
-    if (status /= 0) allocate (values(0))
+    if (.not. has_memory(bytes_for(extents, of_long))) then
+      call fail_to_hold(error, file, path)
+      extents = [0_i8]
+    end if
+    allocate (values(product(extents)))
     call get_values(file, path, dataset, of_long, c_loc(values), error)
   end subroutine read_longs
+
+  !> What so many numbers take; more than there can be where they cannot be counted.
+  pure function bytes_for(extents, kind) result(bytes)
+    integer(i8), intent(in) :: extents(:)
+    integer, intent(in) :: kind
+    integer(i8) :: bytes
+
+    bytes = huge(bytes)
+    if (product(real(extents, wp)) < 1.0e15_wp) bytes = bytes_of(kind)*product(extents)
+  end function bytes_for
 
   !> Read a text written by `write_text`.
   subroutine read_text(file, path, text, error)
@@ -249,7 +283,8 @@ contains
     call h5tis_variable_str_f(type_id, variable, status)
     if (is_text(type_id) .and. .not. variable .and. product(extents) == 1) then
       call h5tget_size_f(type_id, length, status)
-      if (status >= 0) allocate (bytes(length), stat=status)
+      if (status >= 0) status = merge(0, -1, has_memory(int(length, i8)))
+      if (status == 0) allocate (bytes(length))
       if (status == 0) address = c_loc(bytes)
       if (status == 0) call h5dread_f(dataset, type_id, address, status)
       if (status == 0) text = text_of(bytes)

@@ -11,6 +11,7 @@ module xdmf_mod
   use hdf5_attributes_mod, only: read_attribute
   use hdf5_datasets_mod, only: dataset_extents, dataset_kind, read_dataset
   use hdf5_types_mod, only: of_real, of_integer, of_long, of_byte
+  use fresh_file_mod, only: delete_file
   implicit none
   private
 
@@ -112,10 +113,12 @@ contains
     character(:), allocatable :: path, source
     character(200) :: reason
     integer :: unit, status, step, i, closed
+    integer(i8) :: given, written
 
     path = xdmf_path(result_path)
     source = escaped(result_path(index(result_path, '/', back=.true.) + 1:))
     reason = ''
+    given = 0
     open (newunit=unit, file=path, access='stream', form='formatted', action='write', &
           status='replace', iostat=status, iomsg=reason)
     if (status == 0) then
@@ -143,6 +146,13 @@ contains
       call line('</Xdmf>')
       close (unit, iostat=closed)
       if (status == 0) status = closed
+      ! The run-time library does not tell of a disk that is full at the end.
+      inquire (file=path, size=written)
+      if (status == 0 .and. written /= given) then
+        status = 1
+        reason = to_text(written)//' of '//to_text(given)//' bytes reached the disk'
+      end if
+      if (status /= 0) call delete_file(path)
     end if
     if (status /= 0) call raise(error, exit_machine, "cannot write '"//path//"': "//trim(reason))
 
@@ -155,6 +165,7 @@ contains
       if (status /= 0) return
       write (unit, '(a)', iostat=failure, iomsg=reason) text
       if (failure /= 0) status = failure
+      given = given + len(text) + 1
     end subroutine line
 
   end subroutine write_xml

@@ -1,0 +1,160 @@
+!> What the compiler's run-time library and the system would end the program for, met in the
+!> program's own way.
+!>
+!> - Where there is no memory, compiled Fortran either ends the program with exit status 1, which
+!>   stands for a wrong deck (ALLOCATE), or writes to address 0 (an assignment that makes its left
+!>   side grow, a temporary). So the linker puts the procedures below in the place of malloc,
+!>   realloc and calloc for the program's own code (--wrap in src/CMakeLists.txt): a request that
+!>   is refused ends the program with one sentence on standard error and exit status 3. What the
+!>   result file has counted is in it. Who can do better asks `has_memory` first.
+!> - An ALLOCATE whose bytes cannot be counted calls the library's procedure `runtime_error`, which
+!>   would end the program with exit status 2, an increment that was not solved.
+!> - A file that grows past the limit on files (ulimit -f) makes the system send SIGXFSZ, which
+!>   would kill the program. Ignored, the write itself fails, as on a full disk.
+module runtime_failures_mod
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_ptr, c_size_t
+  use errors_mod, only: exit_machine
+  use standard_streams_mod, only: write_to, standard_error
+  implicit none
+  private
+
+  public :: meet_runtime_failures
+
+  integer(c_int), parameter :: sigxfsz = 25     !! on Linux
+  integer(c_intptr_t), parameter :: sig_ign = 1
+
+  interface
+    !> C: what is done at a signal; the handler as an address.
+    function c_signal(number, handler) result(before) bind(c, name='signal')
+      import :: c_int, c_intptr_t
+      implicit none
+      integer(c_int), value :: number
+      integer(c_intptr_t), value :: handler
+      integer(c_intptr_t) :: before
+    end function c_signal
+
+    !> POSIX: end the process now, without cleaning up, which would need memory.
+    subroutine c_exit_now(status) bind(c, name='_exit')
+      import :: c_int
+      implicit none
+      integer(c_int), value :: status
+    end subroutine c_exit_now
+
+    pure function c_length(text) result(length) bind(c, name='strlen')
+      import :: c_char, c_size_t
+      implicit none
+      character(c_char), intent(in) :: text(*)
+      integer(c_size_t) :: length
+    end function c_length
+
+    ! The C library's own, past the procedures below.
+
+    function real_malloc(bytes) result(address) bind(c, name='__real_malloc')
+      import :: c_ptr, c_size_t
+      implicit none
+      integer(c_size_t), value :: bytes
+      type(c_ptr) :: address
+    end function real_malloc
+
+    function real_realloc(old, bytes) result(address) bind(c, name='__real_realloc')
+      import :: c_ptr, c_size_t
+      implicit none
+      type(c_ptr), value :: old
+      integer(c_size_t), value :: bytes
+      type(c_ptr) :: address
+    end function real_realloc
+
+    function real_calloc(n, bytes) result(address) bind(c, name='__real_calloc')
+      import :: c_ptr, c_size_t
+      implicit none
+      integer(c_size_t), value :: n, bytes
+      type(c_ptr) :: address
+    end function real_calloc
+  end interface
+
+contains
+
+  !> To be called first of all.
+  subroutine meet_runtime_failures()
+    integer(c_intptr_t) :: before
+
+    before = c_signal(sigxfsz, sig_ign)
+    if (before == sig_ign) return
+  end subroutine meet_runtime_failures
+
+  !> In the place of C's malloc, for the program's own code.
+  function checked_malloc(bytes) result(address) bind(c, name='__wrap_malloc')
+    integer(c_size_t), value :: bytes
+    type(c_ptr) :: address
+
+    address = real_malloc(bytes)
+    if (.not. c_associated(address)) call refuse(bytes)
+  end function checked_malloc
+
+  !> In the place of C's realloc.
+  function checked_realloc(old, bytes) result(address) bind(c, name='__wrap_realloc')
+    type(c_ptr), value :: old
+    integer(c_size_t), value :: bytes
+    type(c_ptr) :: address
+
+    address = real_realloc(old, bytes)
+    if (.not. c_associated(address) .and. bytes > 0) call refuse(bytes)
+  end function checked_realloc
+
+  !> In the place of C's calloc.
+  function checked_calloc(n, bytes) result(address) bind(c, name='__wrap_calloc')
+    integer(c_size_t), value :: n, bytes
+    type(c_ptr) :: address
+
+    address = real_calloc(n, bytes)
+    if (.not. c_associated(address)) call refuse(n*bytes)
+  end function checked_calloc
+
+  !> No memory. Does not return; allocates nothing.
+  subroutine refuse(bytes)
+    integer(c_size_t), intent(in) :: bytes !! that were asked for
+    character(20) :: number
+    integer(c_size_t) :: left
+    integer :: first
+
+    number = ''
+    first = len(number) + 1
+    left = max(bytes, 1_c_size_t)
+    do while (left > 0 .and. first > 1)
+      first = first - 1
+      number(first:first) = achar(iachar('0') + int(mod(left, 10_c_size_t)))
+      left = left/10_c_size_t
+    end do
+    call begin_message()
+    call write_to(standard_error, 'not enough memory: ')
+    call write_to(standard_error, number(first:))
+    call write_to(standard_error, ' bytes were refused (increments written before are kept)')
+    call end_program()
+  end subroutine refuse
+
+  !> In the place of the run-time library's procedure: an ALLOCATE of more bytes than can be
+  !> counted. Does not return.
+  subroutine runtime_error(message) bind(c, name='_gfortran_runtime_error')
+    character(c_char), intent(in) :: message(*)
+    integer :: i
+
+    call begin_message()
+    do i = 1, int(c_length(message))
+      call write_to(standard_error, message(i))
+    end do
+    call end_program()
+  end subroutine runtime_error
+
+  ! Texts are written piece by piece: putting them together would take memory.
+
+  subroutine begin_message()
+    call write_to(standard_error, new_line('a'))
+    call write_to(standard_error, 'bipot: error: ')
+  end subroutine begin_message
+
+  subroutine end_program()
+    call write_to(standard_error, new_line('a'))
+    call c_exit_now(int(exit_machine, c_int))
+  end subroutine end_program
+
+end module runtime_failures_mod
