@@ -152,6 +152,13 @@ contains
       before = new
       of_before = report
     end do attempts
+    ! Points that still move where the certificate does not pass are why.
+    if (report%moved > 10.0_wp*scene%contact%tolerance .and. report%converged .and. &
+      .not. report%certificate%certified) then
+      report%converged = .false.
+      report%ending = ended_moving
+      report%residual = report%moved
+    end if
     if (report%ending /= ended_unbalanced) call finish(scene, points, operators, old, now, &
       new, report)
   end subroutine complete
@@ -249,11 +256,7 @@ contains
       if (allocated(error)) return
       now%u_free = now%u_free + correction
     end do newton_raphson
-    if (moved > 10.0_wp*now%controls%tolerance .and. report%converged) then
-      report%converged = .false.
-      report%ending = ended_moving
-      report%residual = moved
-    end if
+    report%moved = moved
   end subroutine equilibrate
 
   !> f_ext + B^T r - f_int on the free degrees of freedom, and its largest node beside the largest

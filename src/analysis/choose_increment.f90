@@ -43,7 +43,7 @@ contains
       return
     end if
     if (size%granted == 0) then
-      size%length = fitting(scene, old, increment, size%length)
+      size%length = fitting(old, increment, size%length)
       if (scene%accuracy%wanted > 0.0_wp) then
         call try_sizes(scene, plan, operators, old, increment, size)
       else
@@ -55,8 +55,7 @@ contains
   end subroutine choose_increment
 
   !> The largest size up to twice `length` that begins and ends where one of its kind may.
-  pure integer(i8) function fitting(scene, old, increment, length)
-    type(scene_t), intent(in) :: scene
+  pure integer(i8) function fitting(old, increment, length)
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment  !! uncut
     integer(i8), intent(in) :: length

@@ -59,13 +59,14 @@ contains
     coarse%n_behind = 0
     if (new%increment == 1) then
       call try_increment(scene, plan, operators, old, new%position/2, middle, ok)
-      if (ok) call try_increment(scene, plan, operators, middle, new%position/2, other, ok)
+      if (ok) call try_increment(scene, plan, operators, middle, new%position/2, other, ok, &
+        new%reaction)
       ! Half the size leaves half of the error.
       if (ok) report%errors%load_steps = 2.0_wp*change()
       coarse%state = new
     else
       call try_increment(scene, plan, operators, coarse%state, &
-        new%position - beginning(coarse%state, new%step), other, ok)
+        new%position - beginning(coarse%state, new%step), other, ok, new%reaction)
       if (ok) report%errors%load_steps = change()
       if (.not. ok) other = new
       coarse%state = other
@@ -93,7 +94,7 @@ contains
   end function beginning
 
   !> An increment that only an estimate needs, as far as its contact goes.
-  subroutine try_increment(scene, plan, operators, from, length, to, ok)
+  subroutine try_increment(scene, plan, operators, from, length, to, ok, near)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(operators_t), intent(inout) :: operators
@@ -101,6 +102,8 @@ contains
     integer(i8), intent(in) :: length  !! in parts of the deck's increments
     type(state_t), intent(out) :: to   !! reactions and what contact sees of the displacement
     logical, intent(out) :: ok         !! it was solved
+    real(wp), intent(in), optional :: near(:, :)
+    !! (3,n_points) reactions nearer to those it ends with than those it begins with [force]
     type(increment_t) :: increment
     type(attempt_t) :: now
     type(step_report_t) :: report
@@ -110,6 +113,7 @@ contains
     increment = next_increment(scene%steps, from, length)
     if (can_look_ahead(scene, operators)) then
       to = from
+      if (present(near)) to%reaction = near
       call begin_attempt(scene, plan%points, operators, from, increment, now)
       now%controls%tolerance = max(now%controls%tolerance, sharp_enough)
       call step_on_interface(scene, plan%points, operators, increment, now, to, report, answer)

@@ -26,6 +26,8 @@ module global_newton_mod
 
   integer,  parameter :: max_iterations = 60
   integer,  parameter :: small_dense = 100      !! rows up to which a factorisation is cheaper
+  real(wp), parameter :: products_saved = 30.0_wp
+  !! so is that of m among n rows where m^3 is up to so many n^2
   integer,  parameter :: largest_dense = 3000   !! rows up to which it replaces GMRES that fails
   integer,  parameter :: exact_response = 1000  !! rows up to which responses are factorised
   integer,  parameter :: max_products = 400     !! largest Krylov space
@@ -226,8 +228,9 @@ contains
     logical :: reached
 
     allocate (dr(problem%n_rows))
+    call find_moving(problem, now, moving)
     if (controls%linear == linear_gmres .or. &
-        (controls%linear == linear_auto .and. problem%n_rows > small_dense)) then
+        (controls%linear == linear_auto .and. .not. is_cheap(size(moving), problem%n_rows))) then
       near%problem => problem
       near%at => now
       near%held = held_directions(problem, now)
@@ -241,7 +244,6 @@ contains
     map%problem => problem
     map%at => now
     ! Rows whose residual does not depend on x say dr = -Z at once; the others make a dense system.
-    call find_moving(problem, now, moving)
     dr = -now%z
     dr(moving) = 0.0_wp
     allocate (b(problem%n_rows))
@@ -253,6 +255,13 @@ contains
     call solve_dense(j, b)
     dr(moving) = b
   end subroutine find_correction
+
+  !> Whether the dense system of m among n rows costs less than a few products with W.
+  pure logical function is_cheap(m, n)
+    integer, intent(in) :: m, n
+
+    is_cheap = m <= small_dense .or. real(m, wp)**3 <= products_saved*real(n, wp)**2
+  end function is_cheap
 
   !> The rows of the points that do not project to 0.
   subroutine find_moving(problem, now, moving)

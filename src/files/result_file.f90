@@ -60,6 +60,7 @@ module result_file_mod
   integer, parameter :: room_for_sessions = 1000 !! bytes, a line each time a run was continued
 
   character(*), parameter :: program_name = 'bipot'
+  character(*), parameter :: in_use = 'is in use by another program, perhaps a run that writes it'
 
   !> Who made the file. What is not allocated is left empty.
   type :: provenance_t
@@ -95,7 +96,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(provenance_t), intent(in) :: provenance
-    logical, intent(in) :: overwrite !! replace whatever stands at `path`
+    logical, intent(in) :: overwrite !! replace whatever stands at `path` and no run writes
     type(result_file_t), intent(out) :: file
     type(error_t), allocatable, intent(out) :: error
     type(folder_lock_t) :: lock
@@ -142,23 +143,16 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! in use, foreign, damaged; another deck, overrides or version; finished
     type(error_t), allocatable :: ignored
+    type(folder_lock_t) :: lock
     integer(i8) :: finished
 
     allocate (state(0))
-    select case (look_at_file(path))
-    case (file_foreign)
-      call raise(error, exit_wrong_input, "'"//path//"' is not a result of "//program_name)
-    case (file_locked)
-      call raise(error, exit_wrong_input, "'"//path//"' is in use by another program, perhaps "// &
-        'the run itself')
-    case (file_readable)
-      call open_file(path, .true., file%hdf5, error)
-    case default
-      call raise(error, exit_wrong_input, "'"//path//"' cannot be read: it is damaged or cut off")
-    end select
+    lock = lock_folder(path)
+    call look_before_reopening(path, scene, provenance, error)
+    if (.not. allocated(error)) call open_file(path, .true., file%hdf5, error)
+    call unlock_folder(lock)
     if (allocated(error)) return
     file%path = path
-    call check_same_run(file%hdf5, path, scene, provenance, error)
     call read_state(file%hdf5, file%slots, state, error)
     if (.not. allocated(error)) then
       call keep_clear(file%hdf5, error)
@@ -175,6 +169,33 @@ contains
       call delete_file(xdmf_path(path))
     end if
   end subroutine reopen_result
+
+  !> See whether a run can be continued; only to read: a file that was open for writing is another
+  !> even if nothing was written.
+  subroutine look_before_reopening(path, scene, provenance, error)
+    character(*), intent(in) :: path
+    type(scene_t), intent(in) :: scene
+    type(provenance_t), intent(in) :: provenance
+    type(error_t), allocatable, intent(out) :: error
+    type(hdf5_file_t) :: hdf5
+    type(slots_t) :: slots
+    real(wp), allocatable :: state(:)
+
+    select case (look_at_file(path))
+    case (file_foreign)
+      call raise(error, exit_wrong_input, "'"//path//"' is not a result of "//program_name)
+    case (file_locked)
+      call raise(error, exit_wrong_input, "'"//path//"' "//in_use)
+    case (file_readable)
+      call open_file(path, .false., hdf5, error)
+    case default
+      call raise(error, exit_wrong_input, "'"//path//"' cannot be read: it is damaged or cut off")
+    end select
+    if (allocated(error)) return
+    call check_same_run(hdf5, path, scene, provenance, error)
+    call read_state(hdf5, slots, state, error)
+    call close_file(hdf5, error)
+  end subroutine look_before_reopening
 
   !> Make the groups of a run, or open those of one that is continued.
   subroutine lay_out(file, scene, plan, n_rows, error)
@@ -316,13 +337,14 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: matter, advice
 
-    if (overwrite) return
     advice = ' (--overwrite replaces it)'
     select case (look_at_file(path))
     case (file_absent)
       return
     case (file_locked)
-      matter = 'is in use by another program, perhaps a run that writes it'
+      ! Not even --overwrite takes it from a run that is alive.
+      call raise(error, exit_wrong_input, "'"//path//"' "//in_use)
+      return
     case (file_foreign)
       matter = 'is not a result of '//program_name
     case (file_readable)
@@ -331,6 +353,7 @@ contains
     case default
       matter = 'cannot be read'
     end select
+    if (overwrite) return
     call raise(error, exit_wrong_input, "'"//path//"' "//matter//advice)
   end subroutine check_replaceable
 

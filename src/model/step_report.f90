@@ -72,6 +72,7 @@ module step_report_mod
     real(wp) :: residual = 0.0_wp       !! scaled natural map [-]
     real(wp) :: unrefined = 0.0_wp !! out of balance before Newton-Raphson corrected it [-]
     real(wp) :: imbalance = 0.0_wp !! and at the end, of the largest nodal force [-]
+    real(wp) :: moved = 0.0_wp !! points on curved obstacles, in the last iteration [-]
     real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]
     real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
