@@ -145,6 +145,11 @@ class Result:
         """The deck's ids of the nodes, (N,)."""
         return self._dataset("/VTKHDF/PointData/node_id")[: len(self.points)].ravel().astype(int)
 
+    @cached_property
+    def element_ids(self):
+        """The deck's ids of the bricks, (E,)."""
+        return self._dataset("/VTKHDF/CellData/element_id")[: len(self.bricks)].ravel().astype(int)
+
     def node(self, node_id):
         """Return the row in `points` of the node that the deck calls `node_id`."""
         found = np.flatnonzero(self.node_ids == node_id)

@@ -14,11 +14,10 @@ module advance_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
   use system_mod, only: wall_seconds
-  use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
-  use controls_mod, only: contact_controls_t, stop_at_change, solver_auto, is_exact
+  use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t
-  use increments_mod, only: increment_t
+  use increments_mod, only: increment_t, next_increment, mark_end
   use plan_mod, only: plan_t
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t, contact_fields_t, worst_entry, &
@@ -26,40 +25,22 @@ module advance_mod
                              ended_out_of_reach, ended_stalled
   use mesh_forces_mod, only: internal_force, force_rounding
   use certificate_mod, only: certify, energy_balance, step_forces_t
-  use problem_mod, only: pack_rows, unpack_rows, relative_gaps, natural_map, contact_report_t
-  use rigid_modes_mod, only: generalised_loads, add_motions
-  use solve_mod, only: solve_contact
-  use floating_mod, only: drift_t, solve_floating, resisting_rows
-  use motion_words_mod, only: free_in_words, motion_in_words, unresisted_part
+  use problem_mod, only: natural_map
+  use rigid_modes_mod, only: add_motions
   use follow_points_mod, only: rounding_of_places, relative, nodal, measure_points, carried_slip
-  use step_loads_mod, only: pattern_factors
-  use stiffness_inverse_mod, only: begin_inverse, finish_inverse, on_interface
+  use stiffness_inverse_mod, only: begin_inverse, finish_inverse
   use operators_mod, only: operators_t, locate_points, update_contact
   use neutral_motions_mod, only: neutral_step
+  use attempt_mod, only: attempt_t, begin_attempt, solve_reactions
+  use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
   implicit none
   private
 
-  public :: advance
+  public :: advance, advance_along
 
   integer,  parameter :: max_newton_raphson = 40
   integer,  parameter :: max_attempts = 4                   !! with ever smaller residuals
   real(wp), parameter :: smallest_tolerance = 1.0e-14_wp    !! that an attempt asks for [-]
-
-  !> What an increment is solved with.
-  type :: attempt_t
-    type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
-    type(step_forces_t) :: forces
-    real(wp), allocatable :: u_free(:, :)
-    !! (3,n_nodes) displacement without contact and free motions [length]
-    real(wp), allocatable :: pressed(:, :)
-    !! (3,n_nodes) displacement by the reactions, K^-1 B^T r [length]
-    real(wp), allocatable :: applied(:, :)     !! (3,n_points) those reactions, x, y, z [force]
-    real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
-    real(wp), allocatable :: turned(:)
-    !! (k) what turned normals leave on neutral motions [force]
-    real(wp), allocatable :: start(:, :)
-    !! (3,n_nodes) displacement where curved obstacles are linearised [length]
-  end type attempt_t
 
 contains
 
@@ -78,34 +59,68 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! MUMPS failed; a node is prescribed into an obstacle
     type(attempt_t) :: now
-    type(state_t) :: before
-    type(step_report_t) :: of_before
     real(wp) :: clock
-    integer :: i
 
     clock = wall_seconds()
-
-    ! 1. Loads
+    call begin_attempt(scene, plan%points, operators, old, increment, now)
     new = old
-    new%row = increment%row
-    new%step = increment%step
-    new%increment = increment%number
-    new%time = increment%time
-    call sum_patterns(scene, operators, increment%share, increment%step_time, now%u_free, &
-      now%forces%external)
-    now%forces%prescribed = operators%prescribed
-    allocate (now%forces%internal, mold=old%displacement)
+    call mark_end(increment, new)
+    call complete(scene, plan%points, operators, old, now, new, report, error)
+    report%wall_time = wall_seconds() - clock
+  end subroutine advance
 
-    now%controls = scene%contact
-    now%motion = [(old%displacement(operators%motions%dof(i), operators%motions%node(i)), &
-      i=1, operators%motions%n)]
-    call carry_over(scene, plan%points, operators, old, increment, now)
-    ! Obstacles are where they will be, nodes where they were.
-    now%start = old%displacement
-    where (now%forces%prescribed) now%start = now%u_free
+  !> The same for the increment that follows `old` in the deck, with the help of `ahead`: where the
+  !> interface is all that one increment needs of the one before, several are solved for at once.
+  subroutine advance_along(scene, plan, operators, old, ahead, new, report, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(operators_t), intent(inout) :: operators  !! as of `advance`
+    type(state_t), intent(in) :: old
+    type(ahead_t), intent(inout) :: ahead
+    type(state_t), intent(out) :: new
+    type(step_report_t), intent(out) :: report
+    type(error_t), allocatable, intent(out) :: error
+    type(increment_t) :: increment
+    type(attempt_t) :: now
+    real(wp) :: clock
+
+    increment = next_increment(scene%steps, old)
+    if (.not. can_look_ahead(scene, operators)) then
+      call advance(scene, plan, operators, old, increment, new, report, error)
+      return
+    end if
+    if (.not. is_ahead(ahead, increment)) then
+      call look_ahead(scene, plan%points, operators, old, ahead, error)
+      if (allocated(error)) return
+    end if
+    clock = wall_seconds()
+    call begin_attempt(scene, plan%points, operators, old, increment, now)
+    new = old
+    call mark_end(increment, new)
+    call take_foreseen(ahead, increment, operators, now, new%reaction, report)
+    call complete(scene, plan%points, operators, old, now, new, report, error)
+    report%wall_time = report%wall_time + wall_seconds() - clock
+    ! What was corrected was not what those after it began from.
+    if (report%newton_raphson_iterations > 1 .or. .not. report%converged) call cut(ahead)
+  end subroutine advance_along
+
+  !> From the loads of an increment, and perhaps its first reactions, to its end.
+  subroutine complete(scene, points, operators, old, now, new, report, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(inout) :: operators
+    type(state_t), intent(in) :: old
+    type(attempt_t), intent(inout) :: now
+    type(state_t), intent(inout) :: new
+    type(step_report_t), intent(inout) :: report
+    type(error_t), allocatable, intent(out) :: error !! as of `advance`
+    type(state_t) :: before
+    type(step_report_t) :: of_before
+    integer :: i
+
     attempts: do i = 1, max_attempts
       ! 2. to 5. Equilibrium
-      call equilibrate(scene, plan%points, operators, old, now, new, report, error)
+      call equilibrate(scene, points, operators, old, now, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_unbalanced) exit attempts
       if (i > 1 .and. .not. report%converged) then
@@ -116,15 +131,14 @@ contains
       end if
 
       ! 6. Certificate
-      call locate_points(scene, plan%points, operators%is_curved, new%displacement, operators)
-      call describe_contact(plan%points, operators, old, new, report%contact)
-      call watch_inactive(scene, plan%points, operators, new, report, error)
+      call locate_points(scene, points, operators%is_curved, new%displacement, operators)
+      call describe_contact(points, operators, old, new, report%contact)
+      call watch_inactive(scene, points, operators, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
       now%forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
-      report%certificate = certify(scene%mesh, plan%points, report%contact, &
-        operators%has_friction, &
-                                   old, new, now%forces, scene%contact%tolerance)
+      report%certificate = certify(scene%mesh, points, report%contact, operators%has_friction, &
+        old, new, now%forces, scene%contact%tolerance)
       ! Where no solver gets any further the certificate judges what the best of them found.
       if (report%certificate%certified .and. report%ending == ended_stalled .and. &
         now%controls%solver == solver_auto) report%converged = .true.
@@ -138,34 +152,16 @@ contains
       before = new
       of_before = report
     end do attempts
-    if (report%ending /= ended_unbalanced) call finish(scene, plan%points, operators, old, now, &
+    ! Points that still move where the certificate does not pass are why.
+    if (report%moved > 10.0_wp*scene%contact%tolerance .and. report%converged .and. &
+      .not. report%certificate%certified) then
+      report%converged = .false.
+      report%ending = ended_moving
+      report%residual = report%moved
+    end if
+    if (report%ending /= ended_unbalanced) call finish(scene, points, operators, old, now, &
       new, report)
-    report%wall_time = wall_seconds() - clock
-  end subroutine advance
-
-  !> Begin with the reactions of the increment before, where the factor is not exact: what it makes
-  !> of them was refined there, and only what changes has to be refined again.
-  subroutine carry_over(scene, points, operators, old, increment, now)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(in) :: operators
-    type(state_t), intent(in) :: old
-    type(increment_t), intent(in) :: increment
-    type(attempt_t), intent(inout) :: now      !! its displacements and applied reactions
-    real(wp), allocatable :: loaded(:, :), external(:, :)
-    real(wp) :: before !! where the increment begins, a share of its *STEP [-]
-
-    allocate (now%pressed(3, scene%mesh%n_nodes), now%applied(3, points%n), source=0.0_wp)
-    if (is_exact(scene%precision)) return
-    before = increment%share*real(increment%number - 1, wp)/real(increment%number, wp)
-    call sum_patterns(scene, operators, before, before*scene%steps(increment%step)%period, loaded, &
-      external)
-    call add_motions(operators%motions, scene%mesh, now%motion, loaded)
-    now%applied = old%reaction
-    ! On the interface u_free must be what the contact problem adds W r to.
-    now%pressed = on_interface(operators%inverse, nodal(points, now%applied, scene%mesh%n_nodes))
-    now%u_free = now%u_free + (old%displacement - loaded) - now%pressed
-  end subroutine carry_over
+  end subroutine complete
 
   !> 7. Energies, and what the state keeps beside displacements and reactions.
   subroutine finish(scene, points, operators, old, now, new, report)
@@ -215,7 +211,9 @@ contains
         call locate_points(scene, points, operators%is_curved, now%start, operators)
         call update_contact(scene, points, operators)
       end if
-      call solve_reactions(scene, points, operators, old, now, new%reaction, report)
+      if (.not. now%is_foreseen) call solve_reactions(scene, points, operators, old, now, &
+        new%reaction, report)
+      now%is_foreseen = .false.
       if (report%ending == ended_unbalanced) return
 
       ! 4. Displacement
@@ -258,91 +256,8 @@ contains
       if (allocated(error)) return
       now%u_free = now%u_free + correction
     end do newton_raphson
-    if (moved > 10.0_wp*now%controls%tolerance .and. report%converged) then
-      report%converged = .false.
-      report%ending = ended_moving
-      report%residual = moved
-    end if
+    report%moved = moved
   end subroutine equilibrate
-
-  !> Displacement without contact and loads at a share of the *STEP, from its patterns.
-  subroutine sum_patterns(scene, operators, share, step_time, u_free, external)
-    type(scene_t), intent(in) :: scene
-    type(operators_t), intent(in) :: operators
-    real(wp), intent(in) :: share, step_time             !! as of increment_t [-], [time]
-    real(wp), allocatable, intent(out) :: u_free(:, :)   !! (3,n_nodes) [length]
-    real(wp), allocatable, intent(out) :: external(:, :) !! (3,n_nodes) [force]
-    real(wp) :: factor(operators%loads%n_patterns)
-    integer :: g
-
-    factor = pattern_factors(scene, operators%loads, share, step_time)
-    allocate (u_free(3, scene%mesh%n_nodes), external(3, scene%mesh%n_nodes), source=0.0_wp)
-    do g = 1, operators%loads%n_patterns
-      u_free = u_free + factor(g)*operators%response(:, :, g)
-      external = external + factor(g)*operators%loads%force(:, :, g)
-    end do
-  end subroutine sum_patterns
-
-  !> The contact problem of the increment: gaps and slips that u_free would give, then the
-  !> reactions, and the free motions.
-  subroutine solve_reactions(scene, points, operators, old, now, reaction, report)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(inout) :: operators
-    type(state_t), intent(in) :: old
-    type(attempt_t), intent(inout) :: now        !! gets how far the motions go
-    real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z; warm start in [force]
-    type(step_report_t), intent(inout) :: report
-    real(wp), dimension(3, size(operators%active)) :: x, r
-    type(drift_t) :: drift
-    real(wp), allocatable :: resisting(:, :)
-    type(contact_report_t) :: contact
-    real(wp) :: clock
-    integer :: i, k
-
-    clock = wall_seconds()
-    do k = 1, size(operators%active)
-      i = operators%active(k)
-      x(:, k) = matmul(relative(points, i, now%u_free) - relative(points, i, old%displacement), &
-        operators%frame(:, :, i))
-      x(1, k) = operators%gap(i) + dot_product(operators%frame(:, 1, i), &
-        relative(points, i, now%u_free) - operators%place(:, i))
-      r(:, k) = matmul(reaction(:, i), operators%frame(:, :, i))
-    end do
-    report%x_free = pack_rows(operators%problem, x)
-    if (operators%motions%n == 0) then
-      call solve_contact(operators%problem, report%x_free, now%controls, r, contact)
-    else
-      drift%load = generalised_loads(operators%motions, scene%mesh, now%forces%external)
-      drift%a = now%motion
-      call solve_floating(operators%problem, operators%floating, report%x_free, now%controls, &
-        drift, r, contact)
-      now%motion = drift%a
-      now%turned = drift%turned
-      resisting = resisting_rows(operators%problem, operators%floating, r, report%x_free, &
-        contact%converged)
-      if (contact%ending == ended_unbalanced) report%unbalanced = motion_in_words(scene%mesh, &
-        operators%motions, unresisted_part(resisting, drift%unbalanced))
-      if (contact%converged) call free_in_words(scene%mesh, operators%motions, resisting, &
-        report%n_unheld, report%unheld)
-    end if
-    reaction = 0.0_wp
-    do k = 1, size(operators%active)
-      i = operators%active(k)
-      reaction(:, i) = matmul(operators%frame(:, :, i), r(:, k))
-    end do
-    report%converged = contact%converged
-    report%solver = contact%solver
-    report%contact_iterations = report%contact_iterations + contact%iterations
-    report%local_iterations = report%local_iterations + contact%local_iterations
-    report%compliance_products = report%compliance_products + contact%products
-    report%solver_stages = max(report%solver_stages, contact%stages, 1)
-    report%ending = contact%ending
-    report%residual = contact%residual
-    report%worst_point = 0
-    if (contact%worst_point > 0) report%worst_point = operators%active(contact%worst_point)
-    report%contact_time = report%contact_time + wall_seconds() - clock
-  end subroutine solve_reactions
 
   !> f_ext + B^T r - f_int on the free degrees of freedom, and its largest node beside the largest
   !> force.

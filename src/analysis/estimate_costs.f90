@@ -9,22 +9,26 @@ module estimate_costs_mod
   use text_mod, only: to_text
   use system_mod, only: cpu_seconds
   use machine_room_mod, only: resident_bytes, memory_left, disk_left
+  use parallel_mod, only: n_ranks, usage_t, usage_of_others
   use machine_speed_mod, only: machine_speed_t, measure_speed
   use mesh_mod, only: node_neighbours
   use obstacles_mod, only: is_flat, ref_nodes
   use scene_mod, only: scene_t
-  use controls_mod, only: solver_sweeps, is_exact
+  use controls_mod, only: solver_sweeps, is_exact, precision_controls_t
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most, bound_about
   use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness, nodal_force
   use dof_map_mod, only: dof_map_t, make_dof_map
-  use assembly_mod, only: triplets_t, list_pattern
+  use assembly_mod, only: triplets_t
+  use shares_mod, only: list_shares
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: sparse_factor_t, analyse
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use contact_interface_mod, only: interface_dofs
   use step_loads_mod, only: prescribed_dofs
-  use plan_table_mod, only: add_line, bytes_in_words, time_in_words
+  use look_ahead_mod, only: most_ahead
+  use alternatives_mod, only: alternatives, where_in_words
+  use plan_table_mod, only: add_line, describe_choice, bytes_in_words, time_in_words
   implicit none
   private
 
@@ -33,6 +37,8 @@ module estimate_costs_mod
   ! Memory that no array of the run explains [bytes]: pages of the libraries' code that are first
   ! touched by a solution and by writing, HDF5's own tables, the heap's unused parts.
   real(wp), parameter :: libraries = 15.0e6_wp
+  ! What must be left whenever a library is called (machine_room's check) [bytes].
+  real(wp), parameter :: granted = 32.0e6_wp
   real(wp), parameter :: chunk_cache = 1048576.0_wp !! of HDF5, a dataset at most [bytes]
 
   ! The file [bytes]: what a dataset that grows takes empty, and the share of its numbers that is
@@ -46,6 +52,10 @@ module estimate_costs_mod
   real(wp), parameter :: passes_to_factorise = 50.0_wp
   real(wp), parameter :: cached = 24.0e6_wp       !! that caches may hold [bytes]
   real(wp), parameter :: passes_to_solve = 2.5_wp !! forward, backward, and the vectors
+  real(wp), parameter :: passes_ahead = 1.0_wp    !! backward alone, many columns at once
+  ! Of a factor that is written and read: from the disk, and where the system keeps it in memory
+  ! that nobody needs [bytes/s].
+  real(wp), parameter :: disk_rate = 0.5e9_wp, kept_rate = 2.0e9_wp
 
   ! Typical counts of an increment (docs/solvers.md).
   real(wp), parameter :: products_with_friction = 75.0_wp !! of W with a vector, by global Newton
@@ -65,14 +75,23 @@ module estimate_costs_mod
   real(wp), parameter :: squeeze_zeros = 400.0e6_wp  !! of zeros [bytes/s]
   real(wp), parameter :: visit_of_sweep = 0.5_wp     !! of a point, in internal forces of a brick
 
+  ! Of the memory that is left, what a plan with an alternative may take: estimates are that good.
+  real(wp), parameter :: enough = 0.9_wp
+
   !> Sizes that costs are made of.
   type :: sizes_t
     real(wp) :: nodes, bricks, equations, interface, rows, points, entries, factor
     real(wp) :: front, workspace, flops
     real(wp) :: increments, outputs, steps, factorisations, motions
     real(wp) :: neighbours
+    real(wp) :: columns = 0.0_wp !! increments that are recovered at once, 0: one by one
+    real(wp) :: most_columns = 0.0_wp !! the same with an exact factor
+    real(wp) :: ranks = 1.0_wp !! on this machine
+    real(wp) :: share = 1.0_wp !! of all ranks
     real(wp) :: word = 8.0_wp !! of the factor, a number [bytes]
     real(wp) :: copy = 0.0_wp !! of W in single precision, a number [bytes]
+    real(wp) :: scratch = 0.0_wp !! of the factor, on the disk [bytes]
+    real(wp) :: scratch_rate = disk_rate !! [bytes/s]
   end type sizes_t
 
   !> What the result file takes [bytes].
@@ -93,12 +112,13 @@ module estimate_costs_mod
 
 contains
 
-  !> Foresee the costs of a planned run and add them to its table.
+  !> Foresee the costs of a planned run and add them to its table; choose, of what *PRECISION leaves
+  !> open, what fits the machine.
   !>
   !> `factor` keeps the symbolic analysis for the first factorisation. Where even the analysis has
   !> no room the memory is a lower bound, and the plan has no time.
   subroutine estimate_costs(scene, path, plan, factor, error)
-    type(scene_t), intent(in) :: scene
+    type(scene_t), intent(inout) :: scene !! its precision as it is chosen
     character(*), intent(in) :: path !! of the result file
     type(plan_t), intent(inout) :: plan
     type(sparse_factor_t), intent(inout) :: factor
@@ -106,18 +126,27 @@ contains
     type(sizes_t) :: sizes
     type(file_t) :: file
     type(seconds_t) :: seconds
+    type(usage_t) :: others
     real(wp) :: base, memory, ordering
+    character(:), allocatable :: reasons
 
-    base = real(resident_bytes(), wp)
+    others = usage_of_others()
+    base = real(resident_bytes() + others%resident, wp)
     plan%memory_left = memory_left()
     plan%disk_left = disk_left(path)
-    call look_at_pattern(scene, plan, factor, sizes, ordering, error)
-    if (allocated(error)) return
+    scene%precision%scratch = path(:index(path, '/', back=.true.))
+    if (scene%precision%scratch == '') scene%precision%scratch = './'
+    sizes%ranks = others%ranks_here
+    sizes%share = sizes%ranks/real(n_ranks(), wp)
+    call count_sizes(scene, plan, sizes)
     file = size_of_file(scene, plan, sizes)
-    plan%more_memory = peak_memory(sizes, file)
+    call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+    if (allocated(error)) return
+    plan%more_memory = peak_memory(sizes, file) + granted
     plan%file_size = file%size
     plan%fields_size = file%fields
-    memory = base + plan%more_memory
+    plan%scratch_size = sizes%scratch
+    memory = base + peak_memory(sizes, file)
     call add_figure(plan, 'peak_memory_bytes', memory, bound_about)
     call add_figure(plan, 'file_bytes', file%most, bound_at_most)
     call add_figure(plan, 'likely_file_bytes', file%size, bound_about)
@@ -132,25 +161,36 @@ contains
       call add_figure(plan, 'cpu_seconds', cpu_seconds() + total(seconds), bound_about)
     end if
     call describe_costs(plan, sizes, file, memory, seconds)
+    if (reasons /= '') call describe_choice(scene, reasons, plan)
   end subroutine estimate_costs
 
-  !> Order the equations of the first step and analyse their elimination.
-  subroutine look_at_pattern(scene, plan, factor, sizes, ordering, error)
-    type(scene_t), intent(in) :: scene
+  !> Order the equations of the first step and analyse their elimination, in the first arithmetic
+  !> that fits; where none does, in the one that needs least.
+  subroutine look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+    type(scene_t), intent(inout) :: scene  !! its precision as it is chosen
+    type(file_t), intent(in) :: file
     type(plan_t), intent(inout) :: plan
     type(sparse_factor_t), intent(inout) :: factor
-    type(sizes_t), intent(out) :: sizes
+    type(sizes_t), intent(inout) :: sizes  !! what the analysis tells
     real(wp), intent(out) :: ordering      !! time it took to order [s]
+    character(:), allocatable, intent(out) :: reasons !! why nothing better was chosen
     type(error_t), allocatable, intent(out) :: error
     type(free_motions_t) :: motions
     type(dof_map_t) :: map
     type(triplets_t) :: pattern
+    type(precision_controls_t), allocatable :: list(:)
     integer, allocatable :: start(:), neighbours(:), place(:)
+    real(wp), allocatable :: need(:)
+    logical, allocatable :: has_disk(:)
     logical :: prescribed(3, scene%mesh%n_nodes)
+    integer :: i, best
 
     ordering = 0.0_wp
-    call count_sizes(scene, plan, sizes)
-    if (peak_memory(sizes, file_t()) > real(plan%memory_left, wp)) return
+    reasons = ''
+    list = alternatives(scene%precision)
+    ! The least that any of them needs.
+    call take_precision(list(size(list)), sizes)
+    if (peak_memory(sizes, file_t()) + granted > real(plan%memory_left, wp)) return
     prescribed = prescribed_dofs(scene, 1)
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), plan%points%node, &
       motions, error)
@@ -162,25 +202,84 @@ contains
     call order_equations(map, start, neighbours, place, error)
     if (allocated(error)) return
     ordering = cpu_seconds() - ordering
-    call list_pattern(map, start, neighbours, pattern)
-    factor%precision = scene%precision
-    call analyse(pattern, place, map%n_interface, factor, error)
-    if (allocated(error)) return
+    call list_shares(scene%mesh, scene%materials, map, start, neighbours, pattern)
     plan%is_analysed = .true.
     sizes%motions = motions%n
     sizes%neighbours = size(neighbours)
     sizes%entries = size(pattern%row, kind=i8)
-    sizes%factor = real(factor%foretold%entries, wp)
-    sizes%front = factor%foretold%largest_front
-    sizes%workspace = real(factor%foretold%bytes, wp)
-    sizes%flops = factor%foretold%flops
+    if (pattern%is_shared) sizes%entries = sizes%ranks*sizes%entries
+
+    allocate (need(size(list)), has_disk(size(list)))
+    best = 0
+    do i = 1, size(list)
+      call analyse_in(list(i))
+      if (allocated(error)) return
+      need(i) = peak_memory(sizes, file) + granted
+      has_disk(i) = file%size + sizes%scratch <= real(plan%disk_left, wp)
+      if (need(i) <= enough*real(plan%memory_left, wp) .and. has_disk(i)) exit
+      if (best == 0) best = i
+      if (need(i) < need(best) .and. has_disk(i)) best = i
+      if (i > 1) reasons = reasons//', '
+      reasons = reasons//reason_against(i)
+    end do
+    if (i > size(list)) then
+      ! None is sure to fit: the one that needs least, which may just do.
+      reasons = 'which needs least'
+      if (best < size(list)) call analyse_in(list(best))
+      if (best == 1) reasons = ''
+      i = best
+    end if
+    scene%precision = list(i)
+    if (sizes%scratch < real(plan%memory_left, wp) - need(i)) sizes%scratch_rate = kept_rate
+
+  contains
+
+    !> The analysis and the sizes in one of the arithmetics.
+    subroutine analyse_in(precision)
+      type(precision_controls_t), intent(in) :: precision
+
+      factor%precision = precision
+      call analyse(pattern, place, map%n_interface, factor, error)
+      if (allocated(error)) return
+      call take_precision(precision, sizes)
+      sizes%factor = real(factor%foretold%entries, wp)
+      sizes%front = factor%foretold%largest_front
+      sizes%workspace = sizes%share*real(factor%foretold%bytes, wp)
+      sizes%flops = factor%foretold%flops
+      sizes%scratch = 0.0_wp
+      if (precision%out_of_core) sizes%scratch = sizes%share*sizes%word*sizes%factor
+    end subroutine analyse_in
+
+    !> Why the choice does not do, in words.
+    function reason_against(choice) result(words)
+      integer, intent(in) :: choice
+      character(:), allocatable :: words
+
+      words = where_in_words(list(choice))//', needs '//bytes_in_words(need(choice))
+      if (.not. has_disk(choice)) words = words//' and '//bytes_in_words(sizes%scratch)//' of disk'
+    end function reason_against
+
   end subroutine look_at_pattern
+
+  !> Sizes of numbers in an arithmetic, and the least that the factor takes.
+  pure subroutine take_precision(precision, sizes)
+    type(precision_controls_t), intent(in) :: precision
+    type(sizes_t), intent(inout) :: sizes
+
+    sizes%word = merge(4.0_wp, 8.0_wp, precision%single_factor)
+    sizes%copy = merge(4.0_wp, 0.0_wp, precision%single_compliance)
+    sizes%columns = 0.0_wp
+    if (is_exact(precision)) sizes%columns = sizes%most_columns
+    sizes%workspace = sizes%share*sizes%word*sizes%factor
+    if (precision%out_of_core) sizes%workspace = 0.0_wp
+  end subroutine take_precision
 
   !> Sizes that the scene tells; of those of the elimination the least they can be.
   pure subroutine count_sizes(scene, plan, sizes)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    type(sizes_t), intent(out) :: sizes
+    type(sizes_t), intent(inout) :: sizes !! its ranks are known
+    integer :: i
 
     sizes%nodes = scene%mesh%n_nodes
     sizes%bricks = scene%mesh%n_elements
@@ -193,13 +292,16 @@ contains
     sizes%entries = 40.0_wp*sizes%equations
     sizes%factor = sizes%entries
     sizes%front = 0.0_wp
-    if (scene%precision%single_factor) sizes%word = 4.0_wp
-    if (scene%precision%single_compliance) sizes%copy = 4.0_wp
-    sizes%workspace = sizes%word*sizes%factor
+    call take_precision(scene%precision, sizes)
     sizes%flops = 0.0_wp
     sizes%increments = plan%n_increments
     sizes%outputs = plan%n_outputs
     sizes%steps = size(scene%steps)
+    sizes%most_columns = max(0, min(most_ahead, maxval(scene%steps%n_increments)))
+    if (plan%n_interface == 0) sizes%most_columns = 0.0_wp
+    do i = 1, size(scene%pairs)
+      if (.not. is_flat(scene%obstacles(scene%pairs(i)%obstacle))) sizes%most_columns = 0.0_wp
+    end do
     sizes%factorisations = plan%n_factorisations
     sizes%motions = 0.0_wp
   end subroutine count_sizes
@@ -219,10 +321,12 @@ contains
     ! The Schur complement beside MUMPS's fronts.
     factorising = matrix + mesh + sizes%workspace + sizes%word*sizes%interface**2
     ! The factor stays; compliance and W; responses and loads of two patterns, old and new state,
-    ! forces and fields of a step: some thirty vectors over the nodes; HDF5's chunks.
+    ! forces and fields of a step: some thirty vectors over the nodes; the columns of the increments
+    ! ahead, ours and MUMPS's; HDF5's chunks.
     running = sizes%workspace + 8.0_wp*sizes%interface**2 + (8.0_wp + sizes%copy)*sizes%rows**2 + &
-      30.0_wp*24.0_wp*sizes%nodes + krylov_bytes(sizes) + file%cache
-    bytes = libraries + max(factorising, running)
+      30.0_wp*24.0_wp*sizes%nodes + 16.0_wp*sizes%equations*sizes%columns + krylov_bytes(sizes) + &
+      file%cache
+    bytes = sizes%ranks*libraries + max(factorising, running)
   end function peak_memory
 
   !> The vectors of GMRES that are used; where bodies are free the dense system of the response to
@@ -243,7 +347,7 @@ contains
     type(plan_t), intent(in) :: plan
     type(sizes_t), intent(in) :: sizes
     type(file_t) :: file
-    real(wp) :: held, once, contact
+    real(wp) :: held, once, contact, table
     integer :: i
 
     held = count(prescribed_nodes(scene))
@@ -278,9 +382,15 @@ contains
     ! The mesh and its ids; nodes, places, areas and frames of the points.
     once = 32.0_wp*sizes%nodes + 81.0_wp*sizes%bricks + 112.0_wp*sizes%points + &
       real(len(scene%deck), wp)
-    file%size = once + growing_dataset*file%datasets + squeezed*file%varying + file%zeros/200.0_wp
+    ! A table of a dataset has room for the increments, twice; the state is there in two slots, and
+    ! of the forces in it few are not 0.
+    table = growing_dataset*min(64.0_wp, max(1.0_wp, sizes%increments/512.0_wp))
+    file%datasets = file%datasets + 2
+    file%size = once + table*file%datasets + squeezed*file%varying + file%zeros/200.0_wp + &
+      100.0_wp*sizes%nodes
     ! Nothing squeezed, and room to spare in the tables.
-    file%most = once + 1.0e6_wp + 2.0_wp*growing_dataset*file%datasets + file%varying + file%zeros
+    file%most = once + 1.0e6_wp + 2.0_wp*table*file%datasets + file%varying + file%zeros + &
+      340.0_wp*sizes%nodes
   end function size_of_file
 
   !> A field: all its numbers in an output, and those of them that are not 0 throughout.
@@ -364,7 +474,7 @@ contains
     real(wp), intent(in) :: ordering !! [s]
     type(seconds_t) :: seconds
     type(machine_speed_t) :: speed
-    real(wp) :: stiffness_time, force_time, product, plain
+    real(wp) :: stiffness_time, force_time, product, plain, passes
 
     call measure_speed(nint(sizes%front), nint(sizes%rows), int(sizes%word*sizes%factor, i8), speed)
     call time_brick(scene, stiffness_time, force_time)
@@ -375,7 +485,7 @@ contains
       sizes%factorisations*sizes%bricks*(1.5_wp*stiffness_time + force_time)
     ! Numbers of half the size are worked on twice as fast.
     seconds%factorise = sizes%factorisations*sizes%word/8.0_wp*(sizes%flops/speed%flops + &
-      passes_to_factorise*8.0_wp*sizes%factor/speed%bytes)
+      passes_to_factorise*8.0_wp*sizes%factor/speed%bytes) + sizes%scratch/sizes%scratch_rate
     seconds%condense = sizes%factorisations*(sizes%interface**3/speed%flops + &
       40.0_wp*sizes%interface**2/speed%bytes)
     product = sizes%rows**2/speed%entries
@@ -385,8 +495,11 @@ contains
     if (scene%contact%solver == solver_sweeps) product = 8.0_wp*sizes%rows**2/speed%bytes + &
       sizes%points*visit_of_sweep*force_time
     seconds%contact = sizes%increments*products_of_increment(scene, sizes)*product
-    seconds%recover = solutions(scene, sizes)*(passes_to_solve*sizes%word*sizes%factor + &
-      8.0_wp*sizes%interface**2)/speed%bytes + sizes%increments*(start_of_increment*plain + &
+    passes = passes_to_solve
+    if (sizes%columns > 1.0_wp) passes = passes_ahead
+    seconds%recover = solutions(scene, sizes)*(passes*sizes%word*sizes%factor + &
+      8.0_wp*sizes%interface**2)/speed%bytes + 2.0_wp*solutions(scene, sizes)*sizes%scratch/ &
+      sizes%scratch_rate + sizes%increments*(start_of_increment*plain + &
       2.0_wp*iterations_of_increment(scene)*sizes%bricks*force_time)
     seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
       file%zeros/squeeze_zeros)
@@ -454,6 +567,9 @@ contains
     if (plan%is_analysed .and. sizes%factor > 0.0_wp) call add_line(plan, 'factor', &
       bound_at_most, to_text(sizes%factor/1.0e6_wp, 3)//' million entries, '// &
       to_text(sizes%flops/1.0e9_wp, 3)//' Gflop each time')
+    if (sizes%ranks > 1.0_wp .or. sizes%share < 1.0_wp) call add_line(plan, 'ranks', bound_fixed, &
+      to_text(nint(sizes%ranks/sizes%share))//', of them '//to_text(nint(sizes%ranks))// &
+      ' on this machine, whose memory follows')
     call add_line(plan, 'memory', bound_about, least//bytes_in_words(memory)// &
       left_in_words(plan%memory_left))
     if (plan%is_analysed) call add_line(plan, 'time', bound_about, &

@@ -4,6 +4,7 @@ module fit_machine_mod
   use text_mod, only: to_text
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
+  use alternatives_mod, only: where_in_words
   use plan_table_mod, only: bytes_in_words
   implicit none
   private
@@ -19,8 +20,8 @@ contains
     character(:), allocatable :: text
 
     text = ''
-    if (plan%more_memory > real(plan%memory_left, wp)) text = memory_misfit(plan)
-    if (plan%file_size > real(plan%disk_left, wp)) then
+    if (plan%more_memory > real(plan%memory_left, wp)) text = memory_misfit(scene, plan)
+    if (plan%file_size + plan%scratch_size > real(plan%disk_left, wp)) then
       if (text /= '') text = text//new_line('a')
       text = text//disk_misfit(scene, plan)
     end if
@@ -28,18 +29,22 @@ contains
 
   !> Memory. Of a mesh refined s times in every direction the factor grows as s^4, as the square of
   !> the contact nodes does; the equations as s^3.
-  pure function memory_misfit(plan) result(text)
+  function memory_misfit(scene, plan) result(text)
+    type(scene_t), intent(in) :: scene !! its precision as the plan chose it
     type(plan_t), intent(in) :: plan
     character(:), allocatable :: text
-    real(wp) :: coarser
+    real(wp), parameter :: fixed = 47.0e6_wp !! of the libraries, whatever the mesh [bytes]
+    real(wp) :: coarser, left
 
     text = 'the run needs about '
     if (.not. plan%is_analysed) text = 'the run needs more than '
     text = text//bytes_in_words(plan%more_memory)//' of memory and '// &
       bytes_in_words(real(plan%memory_left, wp))//' are left for it'
-    coarser = (plan%more_memory/max(1.0_wp, real(plan%memory_left, wp)))**0.25_wp
-    ! The fixed part of a small run does not shrink with its mesh.
-    if (plan%memory_left < 50000000 .or. .not. plan%is_analysed) return
+    if (scene%precision%single_factor .or. scene%precision%out_of_core) text = text// &
+      ' (with the factor in '//where_in_words(scene%precision)//')'
+    left = real(plan%memory_left, wp) - fixed
+    if (left < 1.0_wp .or. .not. plan%is_analysed) return
+    coarser = max(1.0_wp, ((plan%more_memory - fixed)/left)**0.25_wp)
     text = text//'; bricks '//to_text(1.05_wp*coarser, 3)//' times as large would fit (about '// &
       to_text(nint(real(plan%n_equations, wp)/(1.05_wp*coarser)**3))//' equations instead of '// &
       to_text(plan%n_equations)//')'
@@ -52,9 +57,11 @@ contains
     character(:), allocatable :: text
     real(wp) :: left, share
 
-    text = 'the result file takes about '//bytes_in_words(plan%file_size)//' and '// &
-      bytes_in_words(real(plan%disk_left, wp))//' are left where it goes'
-    left = real(plan%disk_left, wp) - (plan%file_size - plan%fields_size)
+    text = 'the result file takes about '//bytes_in_words(plan%file_size)
+    if (plan%scratch_size > 0.0_wp) text = text//', the factor out of core '// &
+      bytes_in_words(plan%scratch_size)//','
+    text = text//' and '//bytes_in_words(real(plan%disk_left, wp))//' are left where it goes'
+    left = real(plan%disk_left, wp) - (plan%file_size - plan%fields_size) - plan%scratch_size
     if (plan%fields_size <= 0.0_wp .or. plan%n_outputs <= size(scene%steps)) return
     ! The last increment of every step has its fields whatever the frequency.
     share = left/plan%fields_size - real(size(scene%steps), wp)/real(plan%n_outputs, wp)

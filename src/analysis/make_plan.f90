@@ -16,7 +16,7 @@ module make_plan_mod
   use contact_interface_mod, only: find_reach, interface_dofs
   use point_motions_mod, only: undeformed_frames
   use step_loads_mod, only: prescribed_dofs
-  use plan_table_mod, only: describe
+  use plan_table_mod, only: describe, bound_of_increments
   implicit none
   private
 
@@ -38,7 +38,7 @@ contains
     plan%n_outputs = count_outputs(scene)
     call count_unknowns(scene, plan, motions, error)
     if (allocated(error)) return
-    call list_figures(plan)
+    call list_figures(scene, plan)
     call describe(scene, motions, plan)
   end subroutine make_plan
 
@@ -55,7 +55,7 @@ contains
     plan%n_factorisations = plan%n_factorisations + 1
     plan%is_constant = .false.
     if (allocated(plan%figures)) deallocate (plan%figures)
-    call list_figures(plan)
+    call list_figures(scene, plan)
   end subroutine revise_plan
 
   !> Unknowns, rows and factorisations, step by step.
@@ -105,7 +105,7 @@ contains
     n = 0
     do step = 1, size(scene%steps)
       do i = 1, scene%steps(step)%n_increments
-        if (fields_due(scene%output%frequency, i, scene%steps(step)%n_increments)) n = n + 1
+        if (fields_due(scene%output%frequency, i, i == scene%steps(step)%n_increments)) n = n + 1
       end do
     end do
   end function count_outputs
@@ -136,14 +136,16 @@ contains
   end subroutine count_rows
 
   !> What the run is held against.
-  subroutine list_figures(plan)
+  subroutine list_figures(scene, plan)
+    type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
-    integer :: bound
+    integer :: bound, of_increments
 
     bound = bound_at_most
     if (plan%is_constant) bound = bound_fixed
-    call add_figure(plan, 'increments', real(plan%n_increments, wp), bound_fixed)
-    call add_figure(plan, 'increments_with_fields', real(plan%n_outputs, wp), bound_fixed)
+    of_increments = bound_of_increments(scene)
+    call add_figure(plan, 'increments', real(plan%n_increments, wp), of_increments)
+    call add_figure(plan, 'increments_with_fields', real(plan%n_outputs, wp), of_increments)
     call add_figure(plan, 'equations', real(plan%n_equations, wp), bound)
     call add_figure(plan, 'interface_equations', real(plan%n_interface, wp), bound)
     call add_figure(plan, 'factorisations', real(plan%n_factorisations, wp), bound_at_most)

@@ -14,12 +14,14 @@ module operators_mod
   use state_mod, only: state_t
   use mesh_forces_mod, only: internal_force, force_rounding
   use dof_map_mod, only: make_dof_map
-  use assembly_mod, only: triplets_t, assemble_stiffness, diagonal_ratio
+  use assembly_mod, only: triplets_t, diagonal_ratio
+  use shares_mod, only: assemble_shares
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: factorise, is_analysed, analysed_order
   use stiffness_inverse_mod, only: stiffness_inverse_t, apply_inverse
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use compliance_mod, only: invert_schur, point_stiffness, rows_of_points, compliance_of_rows
+  use near_stiffness_mod, only: near_stiffness_t, turn_near
   use problem_mod, only: contact_problem_t, make_problem, add_single_copy
   use floating_mod, only: floating_t, free_the_motions
   use contact_interface_mod, only: interface_dofs
@@ -50,8 +52,7 @@ module operators_mod
     logical, allocatable :: prescribed(:, :)      !! (3,n_nodes) reference nodes included
     type(free_motions_t) :: motions               !! rigid motions that supports leave free
     type(stiffness_inverse_t) :: inverse          !! with the motions pinned
-    real(wp), allocatable :: stiffness(:, :, :)
-    !! (3,3,n_points) of the Schur complement at the points, x, y, z [force/length]
+    type(near_stiffness_t) :: stiffness           !! of the Schur complement at the points, x, y, z
     logical, allocatable :: is_curved(:)          !! (n_points) the obstacle of the point is
     real(wp), allocatable :: frame(:, :, :)       !! (3,3,n_points) columns n, t1, t2
     real(wp), allocatable :: gap(:)               !! (n_points) where the frames hold [length]
@@ -146,9 +147,8 @@ contains
     operators%inverse%map = make_dof_map(scene%mesh%body, hold_pins(operators%motions, &
       operators%prescribed), interface_dofs(scene, points))
     call node_neighbours(scene%mesh, start, neighbours)
-    call assemble_stiffness(scene%mesh, scene%materials, operators%inverse%map, start, &
-      neighbours, k, &
-      n_stiffnesses)
+    call assemble_shares(scene%mesh, scene%materials, operators%inverse%map, start, neighbours, &
+      k, n_stiffnesses)
     operators%n_stiffnesses = operators%n_stiffnesses + n_stiffnesses
     call lap(clock, operators%seconds%assemble)
     associate (inverse => operators%inverse)
@@ -206,21 +206,14 @@ contains
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(operators_t), intent(inout) :: operators
-    real(wp), allocatable :: w(:, :), stiffness(:, :, :)
-    integer :: row(3, points%n), i, k
+    real(wp), allocatable :: w(:, :)
+    integer :: row(3, points%n), i
 
     call rows_of_points(operators%prescribed, points, operators%frame, row)
     call compliance_of_rows(operators%inverse%map, points, operators%frame, row, &
       operators%inverse%compliance, w)
     operators%active = pack([(i, i=1, points%n)], row(1, :) > 0)
     operators%has_friction = row(2:, :) > 0
-    allocate (stiffness(3, 3, size(operators%active)))
-    do k = 1, size(operators%active)
-      i = operators%active(k)
-      associate (frame => operators%frame(:, :, i))
-        stiffness(:, :, k) = matmul(transpose(frame), matmul(operators%stiffness(:, :, i), frame))
-      end associate
-    end do
     if (operators%motions%n > 0) then
       call free_the_motions( &
         motions_at_rows(scene, points, operators%motions, operators%frame, row), &
@@ -228,7 +221,7 @@ contains
         w, operators%floating)
     end if
     call make_problem(row(:, operators%active), points%mu(operators%active), w, &
-      operators%problem, stiffness)
+      operators%problem, turn_near(operators%stiffness, operators%frame, operators%active))
     if (scene%precision%single_compliance) call add_single_copy(operators%problem)
     operators%problem%is_proximal = operators%motions%n > 0
   end subroutine update_contact
@@ -296,13 +289,16 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! MUMPS failed; nothing is gained any more before rounding is reached
     real(wp), allocatable :: residual(:, :, :), correction(:, :, :)
-    real(wp) :: left, last, largest, rounding
+    real(wp) :: left, last, largest, rounding, enough
     integer :: i, g
 
     allocate (residual, source=load)
     last = huge(last)
     largest = maxval(abs(load), mask=spread(operators%inverse%map%equation > 0, 3, size(load, 3)))
     rounding = 0.0_wp
+    enough = 0.0_wp
+    ! What Newton-Raphson would let pass.
+    if (scene%accuracy%wanted > 0.0_wp) enough = 0.1_wp*scene%contact%tolerance*largest
     refinements: do i = 1, max_refinements
       do g = 1, size(load, 3)
         call internal_force(scene%mesh, scene%materials, operators%response(:, :, g), &
@@ -313,7 +309,7 @@ contains
           abs(operators%response(:, :, g))))
       end do
       left = maxval(abs(residual))
-      if (left <= rounding) return
+      if (left <= max(rounding, enough)) return
       if (left > 0.5_wp*last) exit refinements
       last = left
       call apply_inverse(operators%inverse, residual, correction, error)

@@ -3,20 +3,23 @@
 !> A line is its name, how it is meant (fixed, at most, about), and the rest in words.
 module plan_table_mod
   use kinds_mod, only: wp
-  use text_mod, only: string_t, to_text
+  use text_mod, only: string_t, to_text, percent
   use scene_mod, only: scene_t, contact_pair_t
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
                           formulation_bipotential, local_uzawa, local_newton, local_newton6, &
-                          stop_at_change, precision_controls_t, precision_in_words, is_exact
-  use plan_mod, only: plan_t, bound_fixed, bound_at_most, bound_in_words
+                          stop_at_change, precision_controls_t, is_exact
+  use plan_mod, only: plan_t, bound_fixed, bound_at_most, bound_about, bound_in_words
   use rigid_modes_mod, only: free_motions_t
   use motion_words_mod, only: body_in_words, motions_together
+  use alternatives_mod, only: where_in_words
   implicit none
   private
 
-  public :: describe, add_line, bytes_in_words, time_in_words
+  public :: describe, describe_choice, bound_of_increments, add_line, bytes_in_words, time_in_words
 
   integer, parameter :: most_listed = 6 !! bodies or pairs that get a line of their own
+  character(*), parameter :: factorisations = 'factorisations'
+  integer, parameter :: name_width = 16, bound_width = 9 !! of a line's first two columns
 
 contains
 
@@ -45,22 +48,68 @@ contains
         bytes_in_words(8.0_wp*real(plan%n_interface, wp)**2 + &
         merge(12.0_wp, 8.0_wp, scene%precision%single_compliance)*real(sum(plan%rows), wp)**2))
     end if
-    call add_line(plan, 'factorisations', bound_at_most, factorisations_in_words(plan, &
+    call add_line(plan, factorisations, bound_at_most, factorisations_in_words(plan, &
       scene%precision))
-    call add_line(plan, 'increments', bound_fixed, to_text(plan%n_increments)//' in '// &
-      to_text(size(scene%steps))//plural(' step', ' steps', size(scene%steps)))
+    call add_line(plan, 'increments', bound_of_increments(scene), increments_in_words(scene, plan))
+    if (scene%accuracy%wanted > 0.0_wp) call add_line(plan, 'accuracy', 0, accuracy_in_words(scene))
     if (sum(plan%rows) > 0) call add_line(plan, 'contact solver', 0, &
       solver_in_words(scene%contact))
-    call add_line(plan, 'fields', bound_fixed, fields_in_words(scene, plan))
+    call add_line(plan, 'fields', bound_of_increments(scene), fields_in_words(scene, plan))
   end subroutine describe
+
+  !> How the number of increments is meant: fixed where no *STEP lets them be cut.
+  pure integer function bound_of_increments(scene)
+    type(scene_t), intent(in) :: scene
+
+    bound_of_increments = bound_about
+    if (all(scene%steps%direct)) bound_of_increments = bound_fixed
+  end function bound_of_increments
+
+  !> 50 in 2 steps, cut where they are not solved.
+  pure function increments_in_words(scene, plan) result(words)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    character(:), allocatable :: words
+
+    words = to_text(plan%n_increments)//' in '//to_text(size(scene%steps))// &
+      plural(' step', ' steps', size(scene%steps))
+    if (all(scene%steps%direct)) return
+    words = words//', cut where they are not solved'
+    if (scene%accuracy%wanted > 0.0_wp) words = words//' or not accurate enough'
+  end function increments_in_words
+
+  !> 1 % of the contact resultants.
+  pure function accuracy_in_words(scene) result(words)
+    type(scene_t), intent(in) :: scene
+    character(:), allocatable :: words
+
+    words = percent(scene%accuracy%wanted)//' of the contact resultants'
+    if (scene%accuracy%of_energy) words = percent(scene%accuracy%wanted)//' of the energies'
+    words = words//', at the end of each step'
+  end function accuracy_in_words
+
+  !> Where the plan has chosen how the stiffness is factorised: that in the table, and why.
+  subroutine describe_choice(scene, reasons, plan)
+    type(scene_t), intent(in) :: scene    !! its precision as chosen
+    character(*), intent(in) :: reasons   !! why nothing better, in words
+    type(plan_t), intent(inout) :: plan
+    integer :: i
+
+    do i = 1, size(plan%lines)
+      if (index(plan%lines(i)%text, factorisations//' ') /= 1) cycle
+      plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
+        factorisations_in_words(plan, scene%precision)
+    end do
+    call add_line(plan, 'chosen', 0, where_in_words(scene%precision)//': '//reasons)
+  end subroutine describe_choice
 
   !> A line of the table; without a bound (0) its column stays empty.
   subroutine add_line(plan, name, bound, words)
     type(plan_t), intent(inout) :: plan
     character(*), intent(in) :: name, words
     integer, intent(in) :: bound
-    character(16) :: column
-    character(9) :: meant
+    character(name_width) :: column
+    character(bound_width) :: meant
     type(string_t) :: line
 
     column = name
@@ -168,7 +217,7 @@ contains
     words = '1 for the whole run (small strain, the same supports)'
     if (plan%n_factorisations > 1) words = to_text(plan%n_factorisations)// &
       ' (steps prescribe other degrees of freedom)'
-    words = words//'; LDL^T, '//precision_in_words(precision)//', in core'
+    words = words//'; LDL^T, '//where_in_words(precision)
     if (.not. is_exact(precision)) words = words//', refined in double precision'
   end function factorisations_in_words
 

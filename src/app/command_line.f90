@@ -1,14 +1,16 @@
 !> The command line.
 !>
-!>     bipot DECK [-o FILE] [--set name=value ...] [--plan] [--force] [--export-fclib STEPS]
-!>                [--overwrite] [--quiet]
+!>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--plan] [--force]
+!>                [--export-fclib STEPS] [--overwrite | --continue] [--quiet]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite] [--quiet]
 !>     bipot --help | --version
 module command_line_mod
+  use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_wrong_input
   use text_mod, only: as_list, string_t, nearest_word
   use controls_mod, only: contact_controls_t
-  use solver_options_mod, only: is_solver_option, set_solver_option, settle_solver
+  use solver_options_mod, only: is_solver_option, set_solver_option, settle_solver, &
+    take_real
   implicit none
   private
 
@@ -22,9 +24,11 @@ module command_line_mod
     character(:), allocatable :: exported        !! --export-fclib: increments, empty for none
     type(contact_controls_t) :: controls         !! of an FCLIB problem; a deck has its own
     character(:), allocatable :: solver_option   !! one that set them, empty for none
+    real(wp) :: accuracy = 0.0_wp                !! --accuracy; 0: the deck's [-]
     logical :: plan = .false.
     logical :: force = .false.                   !! run what does not fit the machine
     logical :: overwrite = .false.
+    logical :: continues = .false.               !! --continue: goes on with a stopped run
     logical :: quiet = .false.
     logical :: help = .false.
     logical :: version = .false.
@@ -61,6 +65,8 @@ contains
         options%force = .true.
       case ('--overwrite')
         options%overwrite = .true.
+      case ('--continue')
+        options%continues = .true.
       case ('--quiet', '-q')
         options%quiet = .true.
       case ('-o', '--output')
@@ -69,6 +75,9 @@ contains
         call take_override(i, options, error)
       case ('--export-fclib')
         call take_value(word, i, options%exported, error)
+      case ('--accuracy')
+        call take_value(word, i, value, error)
+        if (.not. allocated(error)) call take_real(word, value, 1.0_wp, options%accuracy, error)
       case ('--acceleration')
         options%solver_option = word
         sweeps_option = word
@@ -85,6 +94,11 @@ contains
       end select
       if (allocated(error)) return
     end do
+    if (options%continues .and. options%overwrite) then
+      call raise(error, exit_wrong_input, 'bipot: error: --continue keeps the result that '// &
+        '--overwrite replaces')
+      return
+    end if
     call settle_solver(sweeps_option, options%controls, error)
     if (allocated(error)) return
     if (options%deck == '' .and. .not. (options%help .or. options%version)) call raise(error, &
@@ -104,6 +118,8 @@ contains
       misplaced = ''
       if (options%plan) misplaced = '--plan'
       if (options%force) misplaced = '--force'
+      if (options%accuracy > 0.0_wp) misplaced = '--accuracy'
+      if (options%continues) misplaced = '--continue'
       if (options%exported /= '') misplaced = '--export-fclib'
       if (size(options%overrides) > 0) misplaced = '--set'
       if (misplaced /= '') call raise(error, exit_wrong_input, 'bipot: error: '//misplaced// &
@@ -151,7 +167,7 @@ contains
 
     if (word(:min(1, len(word))) == '-') then
       known = as_list([character(14) :: '--help', '--version', '--plan', '--force', &
-        '--overwrite', '--quiet', '--output', '--set', '--export-fclib', '--solver', &
+        '--overwrite', '--continue', '--accuracy', '--quiet', '--output', '--set', '--export-fclib', '--solver', &
         '--formulation', '--local', '--rho', '--relaxation', '--tolerance', '--max-sweeps', &
         '--acceleration'])
       nearest = nearest_word(word, known)
@@ -203,10 +219,15 @@ contains
       '       bipot PROBLEM.hdf5 [options]   a contact problem in FCLIB''s layout'//nl//nl// &
       '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory)'//nl// &
       '  --set name=value    give a parameter of the deck another value; may be repeated'//nl// &
+      '  --accuracy X        how wrong the contact resultants may be, 0.01 for 1 %; the program'// &
+      nl// &
+      '                      spends no more than that takes, and says where it is not reached'// &
+      nl// &
       '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
     '  --force             run even what does not fit into memory or on the disk'//nl// &
       '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32'//nl// &
       '                      or all, to NAME-<increment>.fclib.hdf5'//nl// &
+      '  --continue          go on with the run that left an unfinished result'//nl// &
       '  --overwrite         replace a result file that is unfinished or of another deck'//nl// &
       '  -q, --quiet         print only the closing sentence'//nl// &
       '  -h, --help          print this'//nl// &
@@ -217,7 +238,7 @@ contains
       '  --tolerance X   --max-sweeps N   -o FILE (default: PROBLEM.solution.hdf5)'//nl//nl// &
       'exit status: 0 every step certified; 1 wrong command line or deck; 2 a step did not '// &
       'converge or certify;'//nl// &
-      '3 the machine failed (memory, disk, a library). docs/deck.md, docs/results.md and '// &
+      '3 the machine failed (memory, disk, a library); 130, 143 stopped by SIGINT, SIGTERM. docs/deck.md, docs/results.md and '// &
       'docs/fclib.md describe the files.'
   end function help_text
 

@@ -2,18 +2,19 @@
 !> progress bar.
 module console_mod
   use kinds_mod, only: wp, i8
-  use text_mod, only: string_t, to_text
+  use text_mod, only: string_t, to_text, percent
   use standard_streams_mod, only: write_to, standard_output
   use system_mod, only: output_is_terminal, wall_seconds
+  use parallel_mod, only: has_launcher
   use increments_mod, only: increment_t
   use controls_mod, only: solver_sweeps, solver_global_newton
-  use step_report_mod, only: step_report_t, worst_entry, status_open, &
+  use step_report_mod, only: step_report_t, error_parts_t, worst_entry, status_open, &
     status_stick, status_slide
   implicit none
   private
 
   public :: console_t, open_console, say, print_lines, print_increment, print_warning, clear_bar, &
-    seconds_in_words, solver_name
+    seconds_in_words, solver_name, errors_in_words
 
   !> Where and how to print.
   type :: console_t
@@ -33,8 +34,11 @@ contains
     type(console_t) :: console
 
     console%quiet = quiet
-    console%terminal = output_is_terminal() .and. .not. quiet
     console%started = wall_seconds()
+    if (quiet) return
+    console%terminal = output_is_terminal()
+    ! mpirun gives its processes a terminal of their own, wherever it writes itself.
+    if (has_launcher()) console%terminal = .false.
   end function open_console
 
   !> Print one line, even when quiet.
@@ -66,10 +70,10 @@ contains
   end subroutine print_warning
 
   !> One line for an increment and, on a terminal, the bar with the time left.
-  subroutine print_increment(console, increment, n_increments, report)
+  subroutine print_increment(console, increment, done, report)
     type(console_t), intent(inout) :: console
     type(increment_t), intent(in) :: increment
-    integer, intent(in) :: n_increments
+    real(wp), intent(in) :: done  !! of the run, 0 to 1
     type(step_report_t), intent(in) :: report
     character(160) :: line
     real(wp) :: elapsed
@@ -90,14 +94,23 @@ contains
     if (report%solver_stages > 1) line = trim(line)//', after '// &
       to_text(report%solver_stages - 1)//' that did not reach the tolerance'
     if (.not. report%certificate%certified) line = trim(line)//'  not certified'
-    if (report%mesh_error >= 0.0_wp) line = trim(line)//'  (mesh: about '// &
-      to_text(100.0_wp*report%mesh_error, 2)//' % error)'
     call say(trim(line))
-    if (.not. console%terminal .or. increment%row == n_increments) return
+    if (report%errors%mesh >= 0.0_wp) call say('      error about '//errors_in_words(report%errors))
+    if (.not. console%terminal .or. done >= 1.0_wp) return
     elapsed = wall_seconds() - console%started
-    call draw_bar(real(increment%row, wp)/real(n_increments, wp), &
-                  elapsed*real(n_increments - increment%row, wp)/real(increment%row, wp))
+    call draw_bar(done, elapsed*(1.0_wp - done)/done)
   end subroutine print_increment
+
+  !> Mesh 0.6 %, load steps 0.01 %, contact 2e-10, arithmetic 1e-12.
+  pure function errors_in_words(errors) result(words)
+    type(error_parts_t), intent(in) :: errors
+    character(:), allocatable :: words
+
+    words = 'mesh '//percent(errors%mesh)
+    if (errors%load_steps >= 0.0_wp) words = words//', load steps '//percent(errors%load_steps)
+    words = words//', contact '//percent(errors%contact)//', arithmetic '// &
+      percent(errors%arithmetic)
+  end function errors_in_words
 
   !> A contact solver as the console calls it.
   pure function solver_name(solver) result(name)

@@ -15,7 +15,7 @@ module solver_options_mod
   implicit none
   private
 
-  public :: is_solver_option, set_solver_option, settle_solver
+  public :: take_real, is_solver_option, set_solver_option, settle_solver
 
 contains
 

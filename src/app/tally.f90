@@ -2,20 +2,24 @@
 module tally_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t
+  use number_list_mod, only: number_list_t, carry
   use system_mod, only: cpu_seconds, peak_memory_bytes
+  use parallel_mod, only: usage_t, usage_of_others
   use increments_mod, only: increment_t
   use step_report_mod, only: step_report_t, worst_entry
   use operators_mod, only: operators_t
   implicit none
   private
 
-  public :: tally_t, add_increment, note_sizes, list_counters
+  public :: tally_t, add_increment, note_sizes, list_counters, carry_tally
 
   !> What the run as a whole adds up to.
   type :: tally_t
     integer  :: increments = 0          !! in the file
     integer  :: outputs = 0             !! of them, with fields
     integer  :: certified = 0
+    integer  :: cuts = 0                !! of increments that were not solved
+    integer  :: missed = 0              !! steps whose end is not as accurate as wanted
     integer  :: plan_revisions = 0      !! points that reached what the plan held out of reach
     integer  :: contact_iterations = 0
     integer  :: products = 0            !! of the compliance with a vector
@@ -31,6 +35,7 @@ module tally_mod
     real(wp) :: contact_matrix_bytes = 0.0_wp !! W
     real(wp) :: factor_entries = 0.0_wp
     real(wp) :: file_bytes = 0.0_wp     !! of the result, when it is complete but for the counters
+    real(wp) :: allowed = 0.0_wp        !! the most that a certificate entry was allowed [-]
     real(wp) :: worst = 0.0_wp          !! certificate entry [-]
     real(wp) :: unrefined = 0.0_wp      !! largest out-of-balance force before correction [-]
     real(wp) :: imbalance = 0.0_wp      !! and at the end of increments [-]
@@ -38,7 +43,9 @@ module tally_mod
     real(wp) :: contact_time = 0.0_wp
     real(wp) :: step_time = 0.0_wp      !! advancing, contact included
     real(wp) :: write_time = 0.0_wp
+    real(wp) :: estimate_time = 0.0_wp  !! of errors, but for the mesh
     real(wp) :: total_time = 0.0_wp
+    real(wp) :: earlier_time = 0.0_wp   !! of it, in sessions that this one continues
   end type tally_t
 
 contains
@@ -84,17 +91,56 @@ contains
       max(tally%contact_matrix_bytes, 8.0_wp*real(size(operators%problem%w, 1), wp)**2)
   end subroutine note_sizes
 
+  !> Put what the sessions of a run add up to into the list, or take it out. The memory, the time of
+  !> the processor and what the operators count are those of one session.
+  subroutine carry_tally(list, tally)
+    type(number_list_t), intent(inout) :: list
+    type(tally_t), intent(inout) :: tally
+
+    call carry(list, tally%increments)
+    call carry(list, tally%outputs)
+    call carry(list, tally%certified)
+    call carry(list, tally%cuts)
+    call carry(list, tally%missed)
+    call carry(list, tally%plan_revisions)
+    call carry(list, tally%contact_iterations)
+    call carry(list, tally%products)
+    call carry(list, tally%fallbacks)
+    call carry(list, tally%local_iterations)
+    call carry(list, tally%newton_raphson)
+    call carry(list, tally%worst_row)
+    call carry(list, tally%equations)
+    call carry(list, tally%interface_equations)
+    call carry(list, tally%contact_points)
+    call carry(list, tally%contact_rows)
+    call carry(list, tally%compliance_bytes)
+    call carry(list, tally%contact_matrix_bytes)
+    call carry(list, tally%factor_entries)
+    call carry(list, tally%allowed)
+    call carry(list, tally%worst)
+    call carry(list, tally%unrefined)
+    call carry(list, tally%imbalance)
+    call carry(list, tally%read_time)
+    call carry(list, tally%contact_time)
+    call carry(list, tally%step_time)
+    call carry(list, tally%write_time)
+    call carry(list, tally%estimate_time)
+    call carry(list, tally%total_time)
+  end subroutine carry_tally
+
   !> Names and values of what /run/counters holds. What the plan counts has the plan's names.
   subroutine list_counters(tally, operators, names, values)
     type(tally_t), intent(in) :: tally
     type(operators_t), intent(in) :: operators
     type(string_t), allocatable, intent(out) :: names(:)
     real(wp), allocatable, intent(out) :: values(:)
+    type(usage_t) :: others
     integer, parameter :: room = 40
     integer :: n
 
     n = 0
     allocate (names(room), values(room))
+    others = usage_of_others()
     call count('increments', real(tally%increments, wp))
     call count('increments_with_fields', real(tally%outputs, wp))
     call count('equations', real(tally%equations, wp))
@@ -107,6 +153,7 @@ contains
     call count('newton_raphson_iterations', real(tally%newton_raphson, wp))
     call count('contact_iterations', real(tally%contact_iterations, wp))
     call count('compliance_products', real(tally%products, wp))
+    call count('increments_cut', real(tally%cuts, wp))
     call count('plan_revisions', real(tally%plan_revisions, wp))
     call count('brick_stiffnesses', real(operators%n_stiffnesses, wp))
     call count('solver_fallbacks', real(tally%fallbacks, wp))
@@ -115,9 +162,9 @@ contains
     call count('imbalance', tally%imbalance)
     call count('compliance_bytes', tally%compliance_bytes)
     call count('contact_matrix_bytes', tally%contact_matrix_bytes)
-    call count('peak_memory_bytes', real(peak_memory_bytes(), wp))
+    call count('peak_memory_bytes', real(peak_memory_bytes() + others%peak, wp))
     call count('file_bytes', tally%file_bytes)
-    call count('cpu_seconds', cpu_seconds())
+    call count('cpu_seconds', cpu_seconds() + others%cpu)
     call count('seconds_read', tally%read_time)
     associate (s => operators%seconds)
       call count('seconds_assemble', s%assemble)
@@ -129,6 +176,7 @@ contains
     call count('seconds_contact', tally%contact_time)
     call count('seconds_recover', tally%step_time - tally%contact_time)
     call count('seconds_write', tally%write_time)
+    call count('seconds_estimate', tally%estimate_time)
     call count('seconds_total', tally%total_time)
     names = names(:n)
     values = values(:n)

@@ -108,6 +108,10 @@ module dense_mod
     end subroutine dgesvd
   end interface
 
+  interface solve_least_squares
+    module procedure least_squares_columns, least_squares_column
+  end interface solve_least_squares
+
 contains
 
   !> Replace a matrix by its inverse, both triangles; only the lower one is read.
@@ -169,23 +173,35 @@ contains
     b = x
   end subroutine solve_dense
 
-  !> The x of least norm among those for which |A x - b| is least.
-  function solve_least_squares(a, b) result(x)
+  !> The x of least norm among those for which |A x - b| is least, for each column of b.
+  function least_squares_columns(a, b) result(x)
     real(wp), intent(in) :: a(:, :) !! (m,n)
-    real(wp), intent(in) :: b(:)    !! (m)
-    real(wp) :: x(size(a, 2))
+    real(wp), intent(in) :: b(:, :) !! (m,k)
+    real(wp) :: x(size(a, 2), size(b, 2))
     real(wp), parameter :: dependent = 1.0e-10_wp ! columns closer than this count as one
-    real(wp) :: copy(size(a, 1), size(a, 2)), rhs(max(size(b), size(a, 2)))
-    real(wp) :: work(65*(size(a, 2) + size(b) + 1))
+    real(wp) :: copy(size(a, 1), size(a, 2)), rhs(max(size(b, 1), size(a, 2)), size(b, 2))
+    real(wp) :: work(65*(size(a, 2) + max(size(b, 1), size(b, 2)) + 1))
     integer :: pivot(size(a, 2)), rank, info
 
     copy = a
-    rhs(:size(b)) = b
+    rhs(:size(b, 1), :) = b
     pivot = 0
-    call dgelsy(size(a, 1), size(a, 2), 1, copy, size(a, 1), rhs, size(rhs), pivot, dependent, &
+    call dgelsy(size(a, 1), size(a, 2), size(b, 2), copy, size(a, 1), rhs, size(rhs, 1), pivot, &
+      dependent, &
       rank, work, size(work), info)
-    x = rhs(:size(a, 2))
-  end function solve_least_squares
+    x = rhs(:size(a, 2), :)
+  end function least_squares_columns
+
+  !> The same for one column.
+  function least_squares_column(a, b) result(x)
+    real(wp), intent(in) :: a(:, :) !! (m,n)
+    real(wp), intent(in) :: b(:)    !! (m)
+    real(wp) :: x(size(a, 2))
+    real(wp) :: columns(size(a, 2), 1)
+
+    columns = least_squares_columns(a, reshape(b, [size(b), 1]))
+    x = columns(:, 1)
+  end function least_squares_column
 
   !> Replace a square matrix by its inverse.
   subroutine invert_general(a, regular)

@@ -6,12 +6,13 @@ module errors_mod
   implicit none
   private
 
-  public :: error_t, raise, exit_ok, exit_wrong_input, exit_not_solved, exit_machine
+  public :: error_t, raise, exit_ok, exit_wrong_input, exit_not_solved, exit_machine, exit_signal
 
   integer, parameter :: exit_ok = 0           !! every step certified
   integer, parameter :: exit_wrong_input = 1  !! command line or deck
   integer, parameter :: exit_not_solved = 2   !! a step did not converge or certify
   integer, parameter :: exit_machine = 3      !! memory, disk, a library
+  integer, parameter :: exit_signal = 128     !! and the number of the signal that stopped the run
 
   !> What went wrong, in words for the user, and the exit status it leads to.
   type :: error_t
@@ -24,7 +25,7 @@ contains
   !> Make `error` say `message` and lead to `exit_status`.
   pure subroutine raise(error, exit_status, message)
     type(error_t), allocatable, intent(out) :: error
-    integer, intent(in) :: exit_status      !! exit_wrong_input, exit_not_solved or exit_machine
+    integer, intent(in) :: exit_status      !! exit_wrong_input, exit_not_solved, ...
     character(*), intent(in) :: message
 
     allocate (error)

@@ -1,13 +1,14 @@
-!> What the program asks of the machine it runs on: clocks, memory, the terminal.
+!> What the program asks of the machine it runs on: clocks, memory, the terminal, signals.
 module system_mod
-  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_intptr_t, &
+    c_null_char, c_size_t
   use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
   use kinds_mod, only: wp, i8
   implicit none
   private
 
   public :: wall_seconds, cpu_seconds, peak_memory_bytes, output_is_terminal, utc_now, &
-    build_description
+    build_description, nap, set_environment, catch_signals, caught_signal, signal_name
 
   interface
     !> POSIX: 1 when the file descriptor is a terminal.
@@ -17,7 +18,55 @@ module system_mod
       integer(c_int), value :: descriptor
       integer(c_int) :: answer
     end function c_isatty
+
+    !> POSIX: 0 when it worked.
+    function c_setenv(name, value, overwrite) result(status) bind(c, name='setenv')
+      import :: c_char, c_int
+      implicit none
+      character(c_char), intent(in) :: name(*), value(*)
+      integer(c_int), value :: overwrite
+      integer(c_int) :: status
+    end function c_setenv
+
+    !> POSIX: sleep; at most a second.
+    function c_usleep(microseconds) result(status) bind(c, name='usleep')
+      import :: c_int
+      implicit none
+      integer(c_int), value :: microseconds
+      integer(c_int) :: status
+    end function c_usleep
+
+    !> Set what a signal does; gives what it did before. The handler stays set, and what the signal
+    !> interrupts goes on (BSD's semantics; SIGACTION's argument is laid out otherwise everywhere).
+    function c_signal(number, handler) result(previous) bind(c, name='signal')
+      import :: c_int, c_funptr
+      implicit none
+      integer(c_int), value :: number
+      type(c_funptr), value :: handler
+      type(c_funptr) :: previous
+    end function c_signal
+
+    !> Of what may be called in a handler: output, and the end of the process.
+    function c_write(descriptor, text, length) result(written) bind(c, name='write')
+      import :: c_int, c_char, c_size_t, c_intptr_t
+      implicit none
+      integer(c_int), value :: descriptor
+      character(c_char), intent(in) :: text(*)
+      integer(c_size_t), value :: length
+      integer(c_intptr_t) :: written
+    end function c_write
+
+    subroutine c_exit_at_once(status) bind(c, name='_exit')
+      import :: c_int
+      implicit none
+      integer(c_int), value :: status
+    end subroutine c_exit_at_once
   end interface
+
+  integer(c_int), parameter :: sigint = 2, sigterm = 15
+
+  !> The first signal that came; 0: none.
+  integer(c_int), volatile, save :: caught = 0
 
 contains
 
@@ -36,6 +85,24 @@ contains
 
     call cpu_time(seconds)
   end function cpu_seconds
+
+  !> Give a variable of the environment a value, for this process and what it starts.
+  subroutine set_environment(name, value, replace, worked)
+    character(*), intent(in) :: name, value
+    logical, intent(in) :: replace !! a value that it has already
+    logical, intent(out) :: worked
+
+    worked = c_setenv(name//c_null_char, value//c_null_char, merge(1_c_int, 0_c_int, replace)) == 0
+  end subroutine set_environment
+
+  !> Leave the processor to others for a moment.
+  subroutine nap(seconds)
+    real(wp), intent(in) :: seconds !! 0 to 0.9 [s]
+    integer(c_int) :: status
+
+    status = c_usleep(int(1.0e6_wp*max(0.0_wp, min(0.9_wp, seconds)), c_int))
+    if (status /= 0) return ! a signal cuts it short
+  end subroutine nap
 
   !> The largest resident memory of the process so far; 0 where the system does not tell.
   function peak_memory_bytes() result(bytes)
@@ -118,5 +185,49 @@ contains
 
     text = compiler_version()//' '//compiler_options()
   end function build_description
+
+  ! ------------------------------------------------------------------ signals
+
+  !> From now on SIGINT and SIGTERM are noted, for `caught_signal` to tell; a second one ends the
+  !> process at once, with the status that a shell gives it. A signal that is ignored (nohup, jobs
+  !> in the background) stays ignored.
+  subroutine catch_signals()
+    integer(c_int), parameter :: numbers(2) = [sigint, sigterm]
+    integer(c_intptr_t), parameter :: ignores = 1
+    type(c_funptr) :: previous
+    integer :: i
+
+    do i = 1, size(numbers)
+      previous = c_signal(numbers(i), c_funloc(note_signal))
+      if (transfer(previous, 0_c_intptr_t) == ignores) previous = c_signal(numbers(i), previous)
+    end do
+  end subroutine catch_signals
+
+  !> The signal that came first, 0 where none did.
+  integer function caught_signal()
+    caught_signal = int(caught)
+  end function caught_signal
+
+  pure function signal_name(number) result(name)
+    integer, intent(in) :: number !! of caught_signal
+    character(:), allocatable :: name
+
+    name = 'SIGTERM'
+    if (number == sigint) name = 'SIGINT'
+  end function signal_name
+
+  !> The handler. It may come at any moment, so it does nothing but what signals allow.
+  subroutine note_signal(number) bind(c)
+    integer(c_int), value :: number
+    character(*), parameter :: words = new_line('a')//'bipot: stops when the present increment '// &
+      'is in the file; another signal stops at once'//new_line('a')
+    integer(c_int), parameter :: by_a_signal = 128, standard_error = 2
+    integer(c_intptr_t) :: written
+
+    if (caught /= 0) call c_exit_at_once(by_a_signal + number)
+    caught = number
+    written = c_write(standard_error, words, int(len(words), c_size_t))
+    if (written < 0) return
+  end subroutine note_signal
 
 end module system_mod

@@ -4,7 +4,7 @@ module text_mod
   implicit none
   private
 
-  public :: upper, to_text, nearest_word, string_t, as_list
+  public :: upper, to_text, percent, nearest_word, string_t, as_list
 
   !> A text of its own length, for lists of texts.
   type :: string_t
@@ -135,5 +135,17 @@ contains
     end do
     distance = row(len(b))
   end function edit_distance
+
+  !> 0.62 %; what is too small for that, as a plain number.
+  pure function percent(part) result(words)
+    real(wp), intent(in) :: part !! [-]
+    character(:), allocatable :: words
+
+    if (part >= 1.0e-5_wp) then
+      words = to_text(100.0_wp*part, 2)//' %'
+    else
+      words = to_text(part, 2)
+    end if
+  end function percent
 
 end module text_mod

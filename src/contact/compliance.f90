@@ -6,6 +6,7 @@ module compliance_mod
   use dense_mod, only: invert_spd
   use dof_map_mod, only: dof_map_t
   use contact_points_mod, only: contact_points_t
+  use near_stiffness_mod, only: near_stiffness_t, find_near
   implicit none
   private
 
@@ -28,17 +29,16 @@ contains
       'held, or the material is at the limit of what double precision holds')
   end subroutine invert_schur
 
-  !> The Schur complement's 3x3 block at the node of every point; 0 along prescribed directions.
-  pure function point_stiffness(map, points, s) result(stiffness)
+  !> The blocks of the Schur complement at the nodes of the points, as far as they matter.
+  pure function point_stiffness(map, points, s) result(near)
     type(dof_map_t), intent(in) :: map
     type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: s(:, :)              !! (n_interface,n_interface) [force/length]
-    real(wp) :: stiffness(3, 3, points%n)        !! x, y, z [force/length]
-    integer :: i
+    real(wp), intent(in) :: s(:, :)       !! (n_interface,n_interface) [force/length]
+    type(near_stiffness_t) :: near        !! x, y, z; 0 along prescribed directions
+    integer :: index(3, points%n)
 
-    do i = 1, points%n
-      stiffness(:, :, i) = interface_block(map, s, points%node(i), points%node(i))
-    end do
+    index = max(0, map%equation(:, points%node) - (map%n_free - map%n_interface))
+    call find_near(index, s, near)
   end function point_stiffness
 
   !> The 3x3 block of a matrix over the interface at two nodes, 0 where a direction is prescribed.

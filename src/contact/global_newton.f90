@@ -12,6 +12,7 @@ module global_newton_mod
   use controls_mod, only: contact_controls_t, solver_global_newton, linear_auto, linear_gmres, &
     linear_direct
   use step_report_mod, only: ended_at_limit, ended_stalled
+  use near_stiffness_mod, only: times_near
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
                          rough_product_with_w, &
                          pack_rows, unpack_rows, measure
@@ -25,6 +26,8 @@ module global_newton_mod
 
   integer,  parameter :: max_iterations = 60
   integer,  parameter :: small_dense = 100      !! rows up to which a factorisation is cheaper
+  real(wp), parameter :: products_saved = 30.0_wp
+  !! so is that of m among n rows where m^3 is up to so many n^2
   integer,  parameter :: largest_dense = 3000   !! rows up to which it replaces GMRES that fails
   integer,  parameter :: exact_response = 1000  !! rows up to which responses are factorised
   integer,  parameter :: max_products = 400     !! largest Krylov space
@@ -50,6 +53,14 @@ module global_newton_mod
     procedure :: apply => apply_jacobian
   end type jacobian_t
 
+  !> J M^-1, M^-1 an approximate inverse by the stiffness near each point.
+  type, extends(jacobian_t) :: preconditioned_t
+    real(wp), allocatable :: held(:, :, :) !! (3,3,n_points) projection on what cannot move [-]
+  contains
+    procedure :: apply => apply_preconditioned
+    procedure :: precondition
+  end type preconditioned_t
+
 contains
 
   !> Iterate from the warm start until the scaled natural map is at the tolerance.
@@ -65,8 +76,10 @@ contains
     type(contact_report_t) :: here
     real(wp) :: r_start(3, problem%n_points), projected(problem%n_rows)
     real(wp), allocatable :: dr(:)
+    real(wp) :: forcing, last_merit
     integer :: stalled
 
+    last_merit = 0.0_wp
     r_start = r
     now = start_at(problem, x_free, r)
     trial = now
@@ -89,7 +102,9 @@ contains
       if (report%converged .or. stalled > max_stalled .or. &
         report%iterations >= max_iterations) exit newton
 
-      call find_correction(problem, now, controls, report%residual, dr, report%products)
+      forcing = forcing_term(now%merit, last_merit, controls%tolerance/report%residual)
+      last_merit = now%merit
+      call find_correction(problem, now, controls, forcing, dr, report%products)
       call search_line(problem, now, dr, trial)
       report%products = report%products + 1
       report%iterations = report%iterations + 1
@@ -102,6 +117,18 @@ contains
       ended_at_limit
     report%solver = solver_global_newton
   end subroutine solve_by_global_newton
+
+  !> How exactly the next linear system has to be solved: as Newton's method has converged lately
+  !> (Eisenstat and Walker, their second choice), no tighter than the tolerance needs.
+  pure real(wp) function forcing_term(merit, last_merit, left)
+    real(wp), intent(in) :: merit, last_merit !! |Z| now and an iteration before, 0 at first [force]
+    real(wp), intent(in) :: left              !! tolerance over residual [-]
+    real(wp), parameter :: share = 0.9_wp
+
+    forcing_term = loosest_inner
+    if (last_merit > 0.0_wp) forcing_term = share*min(1.0_wp, merit/last_merit)**2
+    forcing_term = min(loosest_inner, max(tightest_inner, forcing_term, 0.3_wp*left))
+  end function forcing_term
 
   !> How the reactions of a solved problem answer small changes of x_free: dr/dx_free times `q`.
   subroutine response_to_shifts(problem, x_free, controls, r, q, response)
@@ -127,7 +154,7 @@ contains
         change(:, i) = matmul(at%dz_dx(:, :, i), change(:, i))
       end do
       at%z = pack_rows(problem, change)
-      call find_correction(problem, at, exactly, huge(1.0_wp), dr, products)
+      call find_correction(problem, at, exactly, tightest_inner, dr, products)
       response(:, j) = dr
     end do
   end subroutine response_to_shifts
@@ -186,34 +213,37 @@ contains
   end subroutine evaluate
 
   !> The Newton correction J dr = -Z.
-  subroutine find_correction(problem, now, controls, residual, dr, products)
+  subroutine find_correction(problem, now, controls, inexact, dr, products)
     type(contact_problem_t), target, intent(in) :: problem
     type(iterate_t), target, intent(in) :: now
     type(contact_controls_t), intent(in) :: controls
-    real(wp), intent(in) :: residual            !! reached so far [-]
+    real(wp), intent(in) :: inexact             !! how exactly GMRES has to solve [-]
     real(wp), allocatable, intent(out) :: dr(:) !! (n_rows) [force]
     integer, intent(inout) :: products          !! with W, summed
     integer, allocatable :: moving(:)
     real(wp), allocatable :: j(:, :), b(:)
     type(jacobian_t) :: map
+    type(preconditioned_t) :: near
     integer :: inner
     logical :: reached
 
     allocate (dr(problem%n_rows))
-    map%problem => problem
-    map%at => now
+    call find_moving(problem, now, moving)
     if (controls%linear == linear_gmres .or. &
-        (controls%linear == linear_auto .and. problem%n_rows > small_dense)) then
-      ! No tighter than the outer residual needs.
-      call solve_by_gmres(map, -now%z, min(loosest_inner, max(tightest_inner, &
-        0.3_wp*controls%tolerance/residual)), max_products, dr, inner, reached)
+        (controls%linear == linear_auto .and. .not. is_cheap(size(moving), problem%n_rows))) then
+      near%problem => problem
+      near%at => now
+      near%held = held_directions(problem, now)
+      call solve_by_gmres(near, -now%z, inexact, max_products, dr, inner, reached)
+      dr = near%precondition(dr)
       products = products + inner
       ! A system that GMRES does not solve is factorised, as far as that can be paid for.
       if (reached .or. controls%linear == linear_gmres) return
       if (problem%n_rows > largest_dense) return
     end if
+    map%problem => problem
+    map%at => now
     ! Rows whose residual does not depend on x say dr = -Z at once; the others make a dense system.
-    call find_moving(problem, now, moving)
     dr = -now%z
     dr(moving) = 0.0_wp
     allocate (b(problem%n_rows))
@@ -225,6 +255,13 @@ contains
     call solve_dense(j, b)
     dr(moving) = b
   end subroutine find_correction
+
+  !> Whether the dense system of m among n rows costs less than a few products with W.
+  pure logical function is_cheap(m, n)
+    integer, intent(in) :: m, n
+
+    is_cheap = m <= small_dense .or. real(m, wp)**3 <= products_saved*real(n, wp)**2
+  end function is_cheap
 
   !> The rows of the points that do not project to 0.
   subroutine find_moving(problem, now, moving)
@@ -302,5 +339,69 @@ contains
     end do
     product = pack_rows(map%problem, r)
   end subroutine apply_jacobian
+
+  subroutine apply_preconditioned(map, v, product)
+    class(preconditioned_t), intent(in) :: map
+    real(wp), intent(in)  :: v(:)       !! (n_rows)
+    real(wp), intent(out) :: product(:) !! (n_rows)
+
+    call apply_jacobian(map, map%precondition(v), product)
+  end subroutine apply_preconditioned
+
+  !> The directions in which a point is held, a projection: the normal of a point that presses, the
+  !> tangents of one that sticks; of one that slides the tangent across, as long as it is held there
+  !> more than it is free.
+  pure function held_directions(problem, at) result(held)
+    type(contact_problem_t), intent(in) :: problem
+    type(iterate_t), intent(in) :: at
+    real(wp) :: held(3, 3, problem%n_points)
+    real(wp) :: across
+    integer :: i
+
+    held = 0.0_wp
+    do i = 1, problem%n_points
+      associate (rho => problem%rho_global(:, i), p => at%dz_dx(:, :, i))
+        if (p(1, 1) > 0.0_wp) held(1, 1, i) = 1.0_wp
+        ! rho P'_tt is I, or its share that holds times the projection across the slip.
+        across = (p(2, 2) + p(3, 3))/rho(2)
+        if (across > 1.5_wp) then
+          held(2, 2, i) = 1.0_wp
+          held(3, 3, i) = 1.0_wp
+        else if (across > 0.5_wp) then
+          held(2:, 2:, i) = p(2:, 2:)/(rho(2)*across)
+        end if
+      end associate
+    end do
+  end function held_directions
+
+  !> About J^-1 v: what is held takes the reactions that the stiffness near it says, then the others
+  !> what their own rows say. docs/theory.md (4.11).
+  function precondition(map, v) result(dr)
+    class(preconditioned_t), intent(in) :: map
+    real(wp), intent(in) :: v(:)        !! (n_rows) [force]
+    real(wp) :: dr(size(v))             !! [force]
+    real(wp), dimension(3, map%problem%n_points) :: x, z, r
+    real(wp) :: rest(3), rho(3)
+    integer :: i
+
+    if (.not. allocated(map%problem%near%block)) then
+      dr = v
+      return
+    end if
+    z = unpack_rows(map%problem, v)
+    do i = 1, map%problem%n_points
+      rho = map%problem%rho_global([1, 2, 2], i)
+      x(:, i) = matmul(map%held(:, :, i), z(:, i)/rho)
+    end do
+    r = times_near(map%problem%near, x)
+    do i = 1, map%problem%n_points
+      r(:, i) = matmul(map%held(:, :, i), r(:, i))
+      ! I - dz_dr = P'
+      rest = r(:, i) - matmul(map%held(:, :, i), z(:, i))
+      rest = z(:, i) + rest - matmul(map%at%dz_dr(:, :, i), rest)
+      r(:, i) = r(:, i) + rest - matmul(map%held(:, :, i), rest)
+    end do
+    dr = pack_rows(map%problem, r)
+  end function precondition
 
 end module global_newton_mod

@@ -4,11 +4,12 @@
 !> a direction has no reaction. docs/theory.md section 2.
 module problem_mod
   use kinds_mod, only: wp, sp
-  use blas_mod, only: ssymv
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
   use step_report_mod, only: ended_well
   use dense_mod, only: invert_spd, times_symmetric
+  use single_panels_mod, only: single_panels_t, make_panels, times_panels
+  use near_stiffness_mod, only: near_stiffness_t, find_near
   use law_mod, only: project_on_cone, project_prediction
   implicit none
   private
@@ -18,6 +19,8 @@ module problem_mod
     force_scale, &
     measure, project_reactions
 
+  integer, parameter :: large = 300 !! rows from which on a product waits for memory
+
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
   type :: contact_problem_t
     integer :: n_points = 0
@@ -26,8 +29,9 @@ module problem_mod
     integer,  allocatable :: row(:, :) !! (3,n_points) row of each component, 0 where there is none
     real(wp), allocatable :: mu(:)          !! (n_points) [-]
     real(wp), allocatable :: w(:, :) !! (n_rows,n_rows) compliance, both triangles [length/force]
+    type(single_panels_t) :: rough !! W again, where it is large, for products of few digits
     real(sp), allocatable :: single_w(:, :)
-    !! (n_rows,n_rows) W/unit in single precision, for what needs few digits, where chosen [-]
+    !! (n_rows,n_rows) W/unit in single precision, for sweeps, where chosen [-]
     real(wp) :: unit = 1.0_wp !! power of two near the largest of W [length/force]
     real(wp), allocatable :: block(:, :, :)
     !! (3,3,n_points) W_ii; a missing row has its diagonal alone
@@ -40,6 +44,8 @@ module problem_mod
     !! (n_points) rows/trace(W_ii), of the natural map [force/length]
     real(wp), allocatable :: rho_global(:, :)
     !! (2,n_points) normal and tangential, of the global Newton [force/length]
+    type(near_stiffness_t) :: near
+    !! blocks of W^-1, about; what is not allocated in it is not known [force/length]
   end type contact_problem_t
 
   !> What a contact solver says of its solution.
@@ -60,14 +66,13 @@ module problem_mod
 contains
 
   !> Complete a problem from its rows and its compliance.
-  subroutine make_problem(row, mu, w, problem, stiffness)
+  subroutine make_problem(row, mu, w, problem, near)
     integer,  intent(in) :: row(:, :)   !! (3,n_points) as in the type; the first is never 0
     real(wp), intent(in) :: mu(:)       !! (n_points) [-]
     real(wp), allocatable, intent(inout) :: w(:, :)
     !! (n_rows,n_rows), moved into the problem [length/force]
     type(contact_problem_t), intent(out) :: problem
-    real(wp), intent(in), optional :: stiffness(:, :, :)
-    !! (3,3,n_points) blocks of W^-1 at the points, where known
+    type(near_stiffness_t), intent(in), optional :: near !! blocks of W^-1, where known
     integer :: i
 
     problem%n_points = size(mu)
@@ -75,6 +80,7 @@ contains
     problem%row = row
     problem%mu = mu
     call move_alloc(w, problem%w)
+    if (problem%n_rows >= large) call make_panels(problem%w, problem%rough)
     call set_blocks(problem)
     allocate (problem%rho_map(size(mu)))
     do i = 1, size(mu)
@@ -83,10 +89,15 @@ contains
           mask=has)
       end associate
     end do
-    call scale_global_newton(problem, stiffness)
+    if (present(near)) then
+      problem%near = near
+    else
+      call invert_near(problem)
+    end if
+    call scale_global_newton(problem)
   end subroutine make_problem
 
-  !> Keep W in single precision beside W: half the memory to read wherever few digits do.
+  !> Keep W in single precision beside W: half the memory to read in sweeps.
   subroutine add_single_copy(problem)
     type(contact_problem_t), intent(inout) :: problem
     real(wp) :: largest
@@ -145,38 +156,39 @@ contains
     end do
   end subroutine set_blocks
 
+  !> Blocks of W^-1 from W; none where W is singular.
+  subroutine invert_near(problem)
+    type(contact_problem_t), intent(inout) :: problem
+    real(wp), allocatable :: s(:, :)
+    logical :: regular
+
+    allocate (s, source=problem%w)
+    call invert_spd(s, regular)
+    if (regular) call find_near(problem%row, s, problem%near)
+  end subroutine invert_near
+
   !> The two rho a point of the global Newton: sqrt(S_nn/W_nn) and sqrt(tr S_tt/tr W_tt), S = W^-1.
   !>
-  !> Where W is singular, rows/trace(W_ii) for both. docs/theory.md (4.10).
-  subroutine scale_global_newton(problem, stiffness)
+  !> Where S is not known, rows/trace(W_ii) for both. docs/theory.md (4.10).
+  pure subroutine scale_global_newton(problem)
     type(contact_problem_t), intent(inout) :: problem
-    real(wp), intent(in), optional :: stiffness(:, :, :) !! as in make_problem
-    real(wp), allocatable :: s(:, :)
-    real(wp) :: s_nn, s_tt, w_tt
-    logical :: regular
+    real(wp) :: s_tt, w_tt
     integer :: i, a
 
     allocate (problem%rho_global(2, problem%n_points))
     problem%rho_global = spread(problem%rho_map, 1, 2)
-    regular = .true.
-    if (.not. present(stiffness)) then
-      s = problem%w
-      call invert_spd(s, regular)
-    end if
-    if (.not. regular) return
+    if (.not. allocated(problem%near%block)) return
     do i = 1, problem%n_points
-      associate (row => problem%row(:, i), block => problem%block(:, :, i))
+      associate (row => problem%row(:, i), w => problem%block(:, :, i), &
+                 s => problem%near%block(:, :, problem%near%start(i)))
         s_tt = 0.0_wp
         w_tt = 0.0_wp
-        if (present(stiffness)) s_nn = stiffness(1, 1, i)
-        if (.not. present(stiffness)) s_nn = s(row(1), row(1))
         do a = 2, 3
           if (row(a) == 0) cycle
-          if (present(stiffness)) s_tt = s_tt + stiffness(a, a, i)
-          if (.not. present(stiffness)) s_tt = s_tt + s(row(a), row(a))
-          w_tt = w_tt + block(a, a)
+          s_tt = s_tt + s(a, a)
+          w_tt = w_tt + w(a, a)
         end do
-        if (s_nn > 0.0_wp) problem%rho_global(1, i) = sqrt(s_nn/block(1, 1))
+        if (s(1, 1) > 0.0_wp) problem%rho_global(1, i) = sqrt(s(1, 1)/w(1, 1))
         if (min(s_tt, w_tt) > 0.0_wp) problem%rho_global(2, i) = sqrt(s_tt/w_tt)
       end associate
     end do
@@ -229,28 +241,17 @@ contains
     w_v = times_symmetric(problem%w, v)
   end function product_with_w
 
-  !> W v to the digits of the single copy, where there is one: for directions, not for residuals.
+  !> W v to the digits of single precision where W is large: for directions, not for residuals.
   function rough_product_with_w(problem, v) result(w_v)
     type(contact_problem_t), intent(in) :: problem
-    real(wp), intent(in) :: v(:)        !! (n_rows) [force]
+    real(wp), contiguous, intent(in) :: v(:) !! (n_rows) [force]
     real(wp) :: w_v(problem%n_rows)     !! [length]
-    real(sp) :: single_v(problem%n_rows), product(problem%n_rows)
-    real(wp) :: size_v
 
-    if (.not. is_single(problem)) then
+    if (problem%rough%n > 0) then
+      w_v = times_panels(problem%rough, v)
+    else
       w_v = product_with_w(problem, v)
-      return
     end if
-    w_v = 0.0_wp
-    if (problem%n_rows == 0) return
-    size_v = maxval(abs(v))
-    if (.not. size_v > 0.0_wp) return
-    size_v = scale(1.0_wp, exponent(size_v))
-    single_v = real(v/size_v, sp)
-    product = 0.0_sp
-    call ssymv('L', problem%n_rows, 1.0_sp, problem%single_w, problem%n_rows, single_v, 1, 0.0_sp, &
-      product, 1)
-    w_v = problem%unit*size_v*real(product, wp)
   end function rough_product_with_w
 
   !> Z_i = r_i - P_K(r_i - rho_i x*_i) of every point, rho_i = rows/trace(W_ii): zero exactly at the

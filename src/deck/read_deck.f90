@@ -22,6 +22,7 @@ module read_deck_mod
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
   use read_obstacles_mod, only: read_obstacles
   use read_precision_mod, only: read_precision
+  use read_accuracy_mod, only: read_accuracy
   use read_properties_mod, only: find_weights, read_materials, read_sections
   use read_sets_mod, only: read_sets
   use read_source_mod, only: read_source, source_from_text
@@ -117,6 +118,7 @@ contains
     call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
     call read_contact_controls(reader, scene%contact)
     call read_precision(reader, scene%precision)
+    call read_accuracy(reader, scene%accuracy)
     call read_output_controls(reader, scene%output)
     call read_amplitudes(reader, amplitudes)
     call read_steps(reader, model, amplitudes, surfaces, scene%steps, scene%regions)

@@ -1,6 +1,8 @@
 !> In which arithmetic the stiffness is factorised and the compliance is kept.
 !>
-!>     *PRECISION, FACTOR=DOUBLE, COMPLIANCE=DOUBLE, BLOCK LOW RANK=1e-8
+!>     *PRECISION, FACTOR=DOUBLE, COMPLIANCE=DOUBLE, BLOCK LOW RANK=1e-8, OUT OF CORE=NO
+!>
+!> What it does not say is chosen by the plan, as memory requires.
 module read_precision_mod
   use cards_mod, only: reader_t, report
   use controls_mod, only: precision_controls_t
@@ -17,7 +19,8 @@ contains
   subroutine read_precision(reader, precision)
     type(reader_t), intent(inout) :: reader
     type(precision_controls_t), intent(out) :: precision
-    character(6), parameter :: formats(2) = ['DOUBLE', 'SINGLE']
+    character(6), parameter :: formats(3) = ['DOUBLE', 'SINGLE', 'AUTO  ']
+    character(4), parameter :: places(3) = ['NO  ', 'YES ', 'AUTO']
     type(card_t) :: card
     integer :: k, choice
     logical :: given, ok
@@ -28,13 +31,19 @@ contains
       call open_card(reader, k, card)
       if (given) call report(reader, card%position, 'a second *PRECISION')
       given = .true.
-      call allow_options(reader, card, ['FACTOR        ', 'COMPLIANCE    ', 'BLOCK LOW RANK'])
+      call allow_options(reader, card, ['FACTOR        ', 'COMPLIANCE    ', &
+        'BLOCK LOW RANK', 'OUT OF CORE   '])
       call allow_no_data(reader, card)
       call choice_option(reader, card, 'FACTOR', formats, choice, ok)
       if (ok) precision%single_factor = choice == 2
-      call choice_option(reader, card, 'COMPLIANCE', formats, choice, ok)
+      if (ok) precision%factor_is_given = choice < 3
+      call choice_option(reader, card, 'COMPLIANCE', formats(:2), choice, ok)
       if (ok) precision%single_compliance = choice == 2
-      call real_option(reader, card, 'BLOCK LOW RANK', 0.0_wp, 1.0_wp, precision%block_low_rank, ok)
+      call real_option(reader, card, 'BLOCK LOW RANK', 0.0_wp, 1.0_wp, precision%block_low_rank, &
+        precision%low_rank_is_given)
+      call choice_option(reader, card, 'OUT OF CORE', places, choice, ok)
+      if (ok) precision%out_of_core = choice == 2
+      if (ok) precision%core_is_given = choice < 3
     end do
   end subroutine read_precision
 

@@ -1,15 +1,15 @@
-!> How far the stresses of a mesh are from smooth ones: the recovery of Zienkiewicz and Zhu.
+!> How far the stresses of a mesh are from smooth ones.
 !>
-!> The stresses at the Gauss points, extrapolated to the nodes and averaged there over the bricks of
-!> one material, are closer to the truth than those of the bricks; the difference stands for the
-!> error. docs/theory.md section 10.
+!> Smooth stresses recovered at the nodes (patch_recovery) are closer to the truth than those of the
+!> bricks; the difference stands for the error. docs/theory.md section 10.
 module recovered_error_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
-  use brick8_mod, only: lame_constants, stress_of, extrapolate_to_nodes, jacobian_determinants, &
-    xi_node, eta_node, zeta_node, gauss
+  use brick8_mod, only: lame_constants, stress_of, jacobian_determinants, volume_mean, xi_node, &
+    eta_node, zeta_node, gauss
   use elements_mod, only: gauss_strain
+  use patch_recovery_mod, only: recover_at_nodes
   implicit none
   private
 
@@ -20,7 +20,7 @@ contains
   !> The error of the stresses in the energy norm, squared: of each brick, and of the whole beside
   !> the energy of the stresses.
   !>
-  !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 24 (1987) 337-357.
+  !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 33 (1992) 1331-1364.
   subroutine estimate_mesh_error(mesh, materials, u, of_bricks, relative)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
@@ -28,26 +28,23 @@ contains
     real(wp), allocatable, intent(out) :: of_bricks(:)
     !! (n_elements) int d : C^-1 : d, d the stresses less the smooth ones [energy]
     real(wp), intent(out) :: relative      !! their sum over int sigma : C^-1 : sigma [-]
-    real(wp), allocatable :: stress(:, :, :), smooth(:, :)
+    real(wp), allocatable :: stress(:, :, :), means(:, :), smooth(:, :)
     real(wp) :: weight(16), lambda, shear, energy
-    integer :: material, e, nodes(8), bricks(mesh%n_nodes)
+    integer :: material, e, nodes(8)
 
-    allocate (stress(6, 8, mesh%n_elements), smooth(6, mesh%n_nodes))
+    allocate (stress(6, 8, mesh%n_elements), means(6, mesh%n_elements), smooth(6, mesh%n_nodes))
     allocate (of_bricks(mesh%n_elements), source=0.0_wp)
     energy = 0.0_wp
     do material = 1, size(materials)
       call lame_constants(materials(material)%young, materials(material)%poisson, lambda, shear)
-      smooth = 0.0_wp
-      bricks = 0
       do e = 1, mesh%n_elements
         if (mesh%material(e) /= material) cycle
         nodes = mesh%connectivity(:, e)
         stress(:, :, e) = stress_of(gauss_strain(mesh%element_kind(e), mesh%coordinates(:, nodes), &
           u(:, nodes), lambda, shear), lambda, shear)
-        smooth(:, nodes) = smooth(:, nodes) + extrapolate_to_nodes(stress(:, :, e))
-        bricks(nodes) = bricks(nodes) + 1
+        means(:, e) = volume_mean(mesh%coordinates(:, nodes), stress(:, :, e))
       end do
-      smooth = smooth/spread(max(1, bricks), 1, 6)
+      call recover_at_nodes(mesh, material, means, smooth)
       do e = 1, mesh%n_elements
         if (mesh%material(e) /= material) cycle
         nodes = mesh%connectivity(:, e)

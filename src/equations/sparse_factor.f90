@@ -2,12 +2,14 @@
 !> last variables.
 !>
 !> With a Schur complement a solution goes in three parts: `condense` (right-hand side to the last
-!> variables), the caller's dense solution there, `expand`.
+!> variables), the caller's dense solution there, `expand`. Where nothing acts on the others,
+!> `extend` is the last part alone, at half the price.
 !>
 !> `analyse` looks at the pattern alone and foretells what the factorisation will need; `factorise`
 !> of a matrix with that pattern then begins where it ended.
 !>
-!> The factor is in double or in single precision, of full rank or compressed, as `precision` says.
+!> The factor is in double or in single precision, of full rank or compressed, in memory or on the
+!> disk, as `precision` says.
 !> MUMPS gets the matrix with a diagonal near 1, D K D with powers of two in D, which round nothing:
 !> it has absolute thresholds, and below pivots of about 1e-16 (double) its solutions are wrong
 !> without a word. In single precision a right-hand side is scaled too, so that no force is out of
@@ -17,13 +19,14 @@ module sparse_factor_mod
   use kinds_mod, only: wp, sp, i8
   use errors_mod, only: error_t
   use controls_mod, only: precision_controls_t
-  use assembly_mod, only: triplets_t
+  use assembly_mod, only: triplets_t, scales_of
   use double_factor_mod, only: double_factor_t => mumps_factor_t
   use single_factor_mod, only: single_factor_t => mumps_factor_t
   implicit none
   private
 
-  public :: sparse_factor_t, analysis_t, analyse, factorise, is_analysed, analysed_order
+  public :: sparse_factor_t, analysis_t, analyse, factorise, is_analysed, analysed_order, &
+    library_version
 
   !> What the pattern of a matrix says of its factorisation, without a number of it.
   type :: analysis_t
@@ -51,6 +54,7 @@ module sparse_factor_mod
     procedure :: solve
     procedure :: condense
     procedure :: expand
+    procedure :: extend
     final :: release
   end type sparse_factor_t
 
@@ -69,14 +73,14 @@ contains
     factor%n = k%n
     factor%n_schur = n_schur
     if (n_schur == k%n) return ! nothing to eliminate
-    associate (foretold => factor%foretold, low_rank => factor%precision%block_low_rank)
+    associate (foretold => factor%foretold, precision => factor%precision)
       if (factor%precision%single_factor) then
-        call factor%single%analyse(k, place, n_schur, low_rank, error)
+        call factor%single%analyse(k, place, n_schur, precision, error)
         if (allocated(error)) return
         call factor%single%tell_analysis(foretold%entries, foretold%bytes, foretold%flops, &
           foretold%largest_front)
       else
-        call factor%double%analyse(k, place, n_schur, low_rank, error)
+        call factor%double%analyse(k, place, n_schur, precision, error)
         if (allocated(error)) return
         call factor%double%tell_analysis(foretold%entries, foretold%bytes, foretold%flops, &
           foretold%largest_front)
@@ -85,7 +89,7 @@ contains
   end subroutine analyse
 
   !> Whether `factor` is the analysis of the pattern of `k`, and no more.
-  pure function is_analysed(factor, k, n_schur)
+  function is_analysed(factor, k, n_schur)
     type(sparse_factor_t), intent(in) :: factor
     type(triplets_t), intent(in) :: k
     integer, intent(in) :: n_schur
@@ -94,11 +98,20 @@ contains
     is_analysed = .not. factor%is_factorised .and. factor%n == k%n .and. factor%n_schur == n_schur
     if (.not. is_analysed) return
     if (factor%precision%single_factor) then
-      is_analysed = factor%single%has_pattern(k, factor%precision%block_low_rank)
+      is_analysed = factor%single%has_pattern(k, factor%precision)
     else
-      is_analysed = factor%double%has_pattern(k, factor%precision%block_low_rank)
+      is_analysed = factor%double%has_pattern(k, factor%precision)
     end if
   end function is_analysed
+
+  !> MUMPS's version, as in "5.5.1"; empty where it has nothing to do.
+  function library_version(factor) result(version)
+    type(sparse_factor_t), intent(in) :: factor
+    character(:), allocatable :: version
+
+    version = factor%double%version()
+    if (version == '') version = factor%single%version()
+  end function library_version
 
   !> The order of elimination that was analysed.
   pure function analysed_order(factor) result(place)
@@ -164,21 +177,6 @@ contains
       schur(:, i) = schur(:, i)/(factor%d(k%n - n_schur + 1:)*factor%d(k%n - n_schur + i))
     end do
   end subroutine factorise
-
-  !> Powers of two near 1/sqrt(diagonal).
-  pure function scales_of(k) result(d)
-    type(triplets_t), intent(in) :: k
-    real(wp) :: d(k%n)
-    real(wp) :: diagonal(k%n)
-    integer(i8) :: i
-
-    diagonal = 0.0_wp
-    do i = 1, size(k%value, kind=i8)
-      if (k%row(i) == k%column(i)) diagonal(k%row(i)) = diagonal(k%row(i)) + k%value(i)
-    end do
-    d = 1.0_wp
-    where (diagonal > 0.0_wp) d = scale(1.0_wp, -exponent(diagonal)/2)
-  end function scales_of
 
   !> Solution of K x = b for matrices without Schur complement, several right-hand sides at once.
   subroutine solve(factor, b, error)
@@ -270,6 +268,33 @@ contains
     call scale_rows(factor%d, x)
     if (factor%precision%single_factor) x(n + 1:, :) = reduced
   end subroutine expand
+
+  !> Solutions on all variables from those on the Schur variables, where no right-hand side acts on
+  !> the others. A column that is 0 costs what the others cost and counts as no solution.
+  subroutine extend(factor, reduced, x, error)
+    class(sparse_factor_t), intent(inout) :: factor
+    real(wp), contiguous, target, intent(inout) :: reduced(:, :)
+    !! (n_schur,m) solutions on the Schur variables
+    real(wp), contiguous, target, intent(inout) :: x(:, :)       !! (n,m) out: solutions
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: at_schur(:, :)
+    real(sp), allocatable :: single_x(:, :), single_at_schur(:, :)
+
+    if (factor%n > factor%n_schur .and. size(x, 2) > 0) then
+      at_schur = reduced
+      if (factor%precision%single_factor) then
+        call scale_rows(1.0_wp/factor%d(factor%n - factor%n_schur + 1:), at_schur)
+        factor%size_b = column_sizes(at_schur)
+        allocate (single_x(factor%n, size(x, 2)), single_at_schur(factor%n_schur, size(x, 2)))
+        call factor%single%condense_nothing(single_x, single_at_schur, error)
+      else
+        call factor%double%condense_nothing(x, at_schur, error)
+      end if
+      if (allocated(error)) return
+    end if
+    call factor%expand(reduced, x, error)
+    factor%solutions = factor%solutions - count(all(abs(reduced) <= 0.0_wp, dim=1))
+  end subroutine extend
 
   !> Multiply each row by a factor of its own.
   pure subroutine scale_rows(factors, b)

@@ -11,7 +11,8 @@ module stiffness_inverse_mod
   implicit none
   private
 
-  public :: stiffness_inverse_t, apply_inverse, begin_inverse, finish_inverse, on_interface
+  public :: stiffness_inverse_t, apply_inverse, begin_inverse, finish_inverse
+  public :: answer_of_interface, at_interface, recover_columns, at_nodes
 
   !> The stiffness of the free degrees of freedom, factorised and condensed.
   type :: stiffness_inverse_t
@@ -90,46 +91,73 @@ contains
     !! of begin_inverse, spent by this; not allocated where nothing was begun
     real(wp), intent(out) :: displacement(:, :)      !! (3,n_nodes) [length]
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp) :: b(inverse%map%n_free, 1), answer(inverse%map%n_interface), &
-      reduced(inverse%map%n_interface, 1), nothing(3, size(force, 2))
+    real(wp) :: b(inverse%map%n_free, 1)
+    real(wp), dimension(inverse%map%n_interface, 1) :: answer, reduced
 
     displacement = 0.0_wp
-    nothing = 0.0_wp
     if (inverse%map%n_interface == 0) then
       if (allocated(begun)) deallocate (begun)
       return
     end if
-    associate (first => inverse%map%n_free - inverse%map%n_interface + 1)
-      if (.not. allocated(begun)) then
-        call begin_inverse(inverse, nothing, begun, displacement, error)
-        if (allocated(error)) return
-      end if
-      call gather(inverse%map, force, b(:, 1))
-      answer = times_symmetric(inverse%compliance, b(first:, 1))
-      reduced(:, 1) = begun + answer
+    answer(:, 1) = answer_of_interface(inverse, force)
+    if (allocated(begun)) then
+      reduced(:, 1) = begun + answer(:, 1)
       deallocate (begun)
       call inverse%factor%expand(reduced, b, error)
-      if (allocated(error)) return
-      b(first:, 1) = answer
-    end associate
+    else
+      call inverse%factor%extend(answer, b, error)
+    end if
+    if (allocated(error)) return
+    b(inverse%map%n_free - inverse%map%n_interface + 1:, 1) = answer(:, 1)
     call scatter(inverse%map, b(:, 1), displacement)
   end subroutine finish_inverse
 
   !> What forces on the interface do to it.
-  function on_interface(inverse, force) result(displacement)
+  function answer_of_interface(inverse, force) result(answer)
     type(stiffness_inverse_t), intent(in) :: inverse
-    real(wp), intent(in) :: force(:, :)                 !! (3,n_nodes) on the interface [force]
-    real(wp) :: displacement(3, size(force, 2))         !! 0 elsewhere [length]
-    real(wp) :: b(inverse%map%n_free), answer(inverse%map%n_interface)
+    real(wp), intent(in) :: force(:, :)           !! (3,n_nodes) on the interface [force]
+    real(wp) :: answer(inverse%map%n_interface)   !! [length]
+    real(wp) :: b(inverse%map%n_free)
 
     call gather(inverse%map, force, b)
-    associate (first => inverse%map%n_free - inverse%map%n_interface + 1)
-      answer = times_symmetric(inverse%compliance, b(first:))
-      b = 0.0_wp
-      b(first:) = answer
-    end associate
+    answer = times_symmetric(inverse%compliance, &
+      b(inverse%map%n_free - inverse%map%n_interface + 1:))
+  end function answer_of_interface
+
+  !> Displacements of the interface as those of its nodes.
+  pure function at_interface(inverse, answer, n_nodes) result(displacement)
+    type(stiffness_inverse_t), intent(in) :: inverse
+    real(wp), intent(in) :: answer(:)             !! (n_interface) [length]
+    integer, intent(in) :: n_nodes
+    real(wp) :: displacement(3, n_nodes)          !! 0 elsewhere [length]
+    real(wp) :: b(inverse%map%n_free)
+
+    b = 0.0_wp
+    b(inverse%map%n_free - inverse%map%n_interface + 1:) = answer
     call scatter(inverse%map, b, displacement)
-  end function on_interface
+  end function at_interface
+
+  !> What the body does when its interface moves as told and nothing else acts, several at once.
+  subroutine recover_columns(inverse, answers, columns, error)
+    type(stiffness_inverse_t), intent(inout) :: inverse
+    real(wp), contiguous, intent(inout) :: answers(:, :) !! (n_interface,m) unchanged [length]
+    real(wp), contiguous, intent(inout) :: columns(:, :) !! (n_free,m) out, for `at_nodes` [length]
+    type(error_t), allocatable, intent(out) :: error     !! MUMPS failed
+
+    call inverse%factor%extend(answers, columns, error)
+    if (allocated(error)) return
+    columns(inverse%map%n_free - inverse%map%n_interface + 1:, :) = answers
+  end subroutine recover_columns
+
+  !> One of these columns as displacements of the nodes.
+  pure function at_nodes(inverse, column, n_nodes) result(displacement)
+    type(stiffness_inverse_t), intent(in) :: inverse
+    real(wp), intent(in) :: column(:)       !! (n_free) [length]
+    integer, intent(in) :: n_nodes
+    real(wp) :: displacement(3, n_nodes)    !! [length]
+
+    call scatter(inverse%map, column, displacement)
+  end function at_nodes
 
   !> From nodes to equations.
   pure subroutine gather(map, nodal, b)

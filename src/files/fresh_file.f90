@@ -2,12 +2,20 @@
 !>
 !> So a program that fails or is killed leaves what stood there alone.
 module fresh_file_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_null_ptr, &
+    c_ptr
   use errors_mod, only: error_t, raise, exit_machine
   implicit none
   private
 
   public :: beginning_of, take_place, delete_file
+  public :: folder_lock_t, lock_folder, unlock_folder, is_locked
+
+  !> A lock on a folder, held by at most one process at a time.
+  type :: folder_lock_t
+    private
+    type(c_ptr) :: folder = c_null_ptr
+  end type folder_lock_t
 
   interface
     function c_rename(old, new) result(status) bind(c, name='rename')
@@ -16,6 +24,55 @@ module fresh_file_mod
       character(c_char), intent(in) :: old(*), new(*)
       integer(c_int) :: status
     end function c_rename
+
+    function c_opendir(path) result(folder) bind(c, name='opendir')
+      import :: c_char, c_ptr
+      implicit none
+      character(c_char), intent(in) :: path(*)
+      type(c_ptr) :: folder
+    end function c_opendir
+
+    function c_dirfd(folder) result(descriptor) bind(c, name='dirfd')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: folder
+      integer(c_int) :: descriptor
+    end function c_dirfd
+
+    function c_flock(descriptor, operation) result(status) bind(c, name='flock')
+      import :: c_int
+      implicit none
+      integer(c_int), value :: descriptor, operation
+      integer(c_int) :: status
+    end function c_flock
+
+    function c_fopen(path, mode) result(file) bind(c, name='fopen')
+      import :: c_char, c_ptr
+      implicit none
+      character(c_char), intent(in) :: path(*), mode(*)
+      type(c_ptr) :: file
+    end function c_fopen
+
+    function c_fileno(file) result(descriptor) bind(c, name='fileno')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: file
+      integer(c_int) :: descriptor
+    end function c_fileno
+
+    function c_fclose(file) result(status) bind(c, name='fclose')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: file
+      integer(c_int) :: status
+    end function c_fclose
+
+    function c_closedir(folder) result(status) bind(c, name='closedir')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: folder
+      integer(c_int) :: status
+    end function c_closedir
   end interface
 
 contains
@@ -48,5 +105,49 @@ contains
     close (unit, status='delete', iostat=status)
     if (status /= 0) close (unit)
   end subroutine delete_file
+
+  !> Wait until no other process has the folder of `path` locked, and lock it; to be unlocked at
+  !> once. Where the file system has no locks, or there is no such folder, nothing happens.
+  function lock_folder(path) result(lock)
+    character(*), intent(in) :: path !! of a file in it
+    type(folder_lock_t) :: lock
+    character(:), allocatable :: folder
+    integer(c_int), parameter :: exclusive = 2
+    integer(c_int) :: status
+
+    folder = path(:index(path, '/', back=.true.))
+    if (folder == '') folder = '.'
+    lock%folder = c_opendir(folder//c_null_char)
+    if (.not. c_associated(lock%folder)) return
+    status = c_flock(c_dirfd(lock%folder), exclusive)
+    if (status /= 0) return
+  end function lock_folder
+
+  !> Give the folder free.
+  subroutine unlock_folder(lock)
+    type(folder_lock_t), intent(inout) :: lock
+    integer(c_int) :: status
+
+    if (.not. c_associated(lock%folder)) return
+    status = c_closedir(lock%folder)
+    if (status == 0) lock%folder = c_null_ptr
+  end subroutine unlock_folder
+
+  !> Whether another process holds a lock on the file, be it empty yet.
+  function is_locked(path) result(locked)
+    character(*), intent(in) :: path
+    logical :: locked
+    type(c_ptr) :: file
+    integer(c_int), parameter :: exclusive_at_once = 6
+    integer(c_int) :: status
+
+    locked = .false.
+    ! For writing too: so a pipe does not wait for its other end.
+    file = c_fopen(path//c_null_char, 'r+'//c_null_char)
+    if (.not. c_associated(file)) return
+    locked = c_flock(c_fileno(file), exclusive_at_once) /= 0
+    status = c_fclose(file)
+    if (status /= 0) return
+  end function is_locked
 
 end module fresh_file_mod

@@ -6,7 +6,7 @@ module hdf5_attributes_mod
     h5sget_simple_extent_npoints_f, h5tclose_f, h5tget_size_f, h5tis_variable_str_f
   use errors_mod, only: error_t
   use hdf5_failures_mod, only: fail, text_of
-  use hdf5_files_mod, only: hdf5_file_t, fail_to_read
+  use hdf5_files_mod, only: hdf5_file_t, create_group, exists, fail_to_read
   use hdf5_types_mod, only: of_real, of_long, no_id, type_in_file, type_in_memory, text_type, &
     is_text, new_space
   use kinds_mod, only: wp, i8
@@ -14,7 +14,7 @@ module hdf5_attributes_mod
   implicit none
   private
 
-  public :: write_attribute, read_attribute, describe
+  public :: write_attribute, read_attribute, describe, describe_group
 
   integer, parameter :: longest_attribute = 60000 !! the classic format ends at 64 KiB
 
@@ -305,5 +305,17 @@ contains
     call write_attribute(file, path, 'description', description, error)
     call write_attribute(file, path, 'quantity', quantity, error)
   end subroutine describe
+
+  !> Make a group that says what it is, unless the file has it.
+  subroutine describe_group(file, path, description, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path, description
+    type(error_t), allocatable, intent(inout) :: error
+
+    if (allocated(error)) return
+    if (exists(file, path)) return
+    call create_group(file, path, error)
+    call write_attribute(file, path, 'description', description, error)
+  end subroutine describe_group
 
 end module hdf5_attributes_mod

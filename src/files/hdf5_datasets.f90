@@ -15,7 +15,7 @@ module hdf5_datasets_mod
   implicit none
   private
 
-  public :: write_dataset, write_text
+  public :: write_dataset, rewrite_dataset, write_text
   public :: dataset_extents, dataset_kind, read_dataset, read_text
 
   !> Write a dataset of fixed extents:
@@ -77,6 +77,26 @@ contains
     call create_fixed(file, path, of_long, shape(values), c_loc(values), error)
     call describe(file, path, description, quantity, error)
   end subroutine write_longs
+
+  !> Give a dataset other numbers, as many as it has.
+  subroutine rewrite_dataset(file, path, values, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    real(wp), intent(in), contiguous, target :: values(:)
+    type(error_t), allocatable, intent(inout) :: error
+    integer(hid_t) :: dataset
+    integer(i8), allocatable :: extents(:)
+    integer :: status
+
+    call open_dataset(file, path, dataset, extents, error)
+    if (allocated(error)) return
+    status = -1
+    if (product(extents) == size(values)) then
+      call h5dwrite_f(dataset, type_in_memory(of_real), c_loc(values), status)
+    end if
+    if (status < 0) call fail_to_write(error, file, path)
+    call close_dataset(dataset)
+  end subroutine rewrite_dataset
 
   !> Bytes are unsigned in the file: VTK wants its cell types so.
   subroutine write_bytes(file, path, values, description, quantity, error)

@@ -6,6 +6,7 @@
 !>
 !> Files are of the classic format: it survives a kill at any moment without being repaired.
 module hdf5_files_mod
+  use, intrinsic :: iso_c_binding, only: c_int, c_int64_t
   use hdf5, only: hid_t, h5dont_atexit_f, h5eset_auto_f, h5fclose_f, h5fcreate_f, h5fflush_f, &
     h5fis_hdf5_f, h5fopen_f, h5gclose_f, h5gcreate_f, h5get_libversion_f, h5gget_obj_info_idx_f, &
     h5gn_members_f, h5iis_valid_f, h5ldelete_f, h5lexists_f, h5open_f, h5pclose_f, h5pcreate_f, &
@@ -21,7 +22,8 @@ module hdf5_files_mod
 
   public :: hdf5_file_t
   public :: file_absent, file_readable, file_locked, file_foreign, file_damaged
-  public :: look_at_file, create_file, open_file, flush_file, close_file, is_open, hdf5_version
+  public :: look_at_file, create_file, open_file, keep_clear, flush_file, close_file, is_open, &
+    hdf5_version
   public :: create_group, exists, delete_object, list_members
   public :: fail_to_write, fail_to_read, fail_to_hold
 
@@ -37,6 +39,18 @@ module hdf5_files_mod
     integer(hid_t) :: id = no_id !! for the other hdf5_ files alone
     character(:), allocatable :: path
   end type hdf5_file_t
+
+  interface
+    !> Let the file end behind all that was ever written to it, and `increment` bytes more. The
+    !> library's Fortran has no procedure for this.
+    function c_increment_filesize(id, increment) result(status) bind(c, &
+      name='H5Fincrement_filesize')
+      import :: c_int, c_int64_t
+      implicit none
+      integer(c_int64_t), value :: id, increment
+      integer(c_int) :: status
+    end function c_increment_filesize
+  end interface
 
 contains
 
@@ -87,10 +101,12 @@ contains
   end function look_at_file
 
   !> Make a new file; one that exists is an error.
-  subroutine create_file(path, file, error)
+  subroutine create_file(path, n_rows, file, error)
     character(*), intent(in) :: path
+    integer, intent(in) :: n_rows !! that its datasets will have at most, if it is to survive a kill
     type(hdf5_file_t), intent(out) :: file
     type(error_t), allocatable, intent(out) :: error
+    integer, parameter :: least = 512, most = 32767 ! half of the chunks of a B-tree node
     integer(hid_t) :: creation, access
     integer :: status, ignored
 
@@ -98,8 +114,9 @@ contains
     file%path = path
     access = strong_access()
     call h5pcreate_f(H5P_FILE_CREATE_F, creation, status)
-    ! 1024 chunks a B-tree node: a node that splits while the program is killed loses old rows.
-    if (status >= 0) call h5pset_istore_k_f(creation, 512, status)
+    ! All chunks of a dataset in one node of its B-tree: when a node splits and the program is killed
+    ! at that moment, old rows are lost.
+    if (status >= 0) call h5pset_istore_k_f(creation, min(most, max(least, (n_rows + 1)/2)), status)
     if (status >= 0) then
       call h5fcreate_f(path, H5F_ACC_EXCL_F, file%id, status, creation, access)
     end if
@@ -148,6 +165,18 @@ contains
     call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
     call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
   end function strong_access
+
+  !> Right after opening a file whose writer was killed: nothing new is to go where that one wrote.
+  !>
+  !> What it wrote last lies beyond what the file calls its end, and what refers to it may be
+  !> in the file already.
+  subroutine keep_clear(file, error)
+    type(hdf5_file_t), intent(in) :: file
+    type(error_t), allocatable, intent(inout) :: error
+
+    if (allocated(error)) return
+    if (c_increment_filesize(file%id, 0_c_int64_t) < 0) call fail_to_write(error, file, '/')
+  end subroutine keep_clear
 
   !> Hand everything written so far to the operating system.
   subroutine flush_file(file, error)

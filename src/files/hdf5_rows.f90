@@ -1,14 +1,15 @@
 !> Datasets that grow by one row at a time, as long as a run goes on.
 module hdf5_rows_mod
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc
-  use hdf5, only: hid_t, hsize_t, h5dcreate_f, h5dget_space_f, h5dset_extent_f, h5dwrite_f, &
+  use hdf5, only: hid_t, hsize_t, h5dcreate_f, h5dget_space_f, h5dopen_f, h5dset_extent_f, &
+    h5dwrite_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
     h5pclose_f, h5pcreate_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5sclose_f, &
     h5screate_simple_f, h5sselect_hyperslab_f, H5P_DATASET_CREATE_F, H5S_SELECT_SET_F, &
     H5S_UNLIMITED_F
   use errors_mod, only: error_t, raise, exit_machine
   use hdf5_attributes_mod, only: describe
   use hdf5_failures_mod, only: fail
-  use hdf5_files_mod, only: hdf5_file_t, fail_to_write
+  use hdf5_files_mod, only: hdf5_file_t, exists, fail_to_read, fail_to_write
   use hdf5_types_mod, only: of_real, of_integer, of_long, of_byte, bytes_of, no_id, &
     type_in_file, type_in_memory, new_space
   use kinds_mod, only: wp, i1, i4, i8
@@ -16,7 +17,7 @@ module hdf5_rows_mod
   implicit none
   private
 
-  public :: rows_t, create_rows, create_stack, append_row
+  public :: rows_t, create_rows, create_stack, keep_rows, append_row
 
   !> An open dataset that grows by one row at a time along its last extent.
   type :: rows_t
@@ -37,6 +38,8 @@ module hdf5_rows_mod
 contains
 
   !> Make a dataset whose rows are arrays of `row` extents: it grows along one more extent.
+  !>
+  !> Of a run that is continued: open the one that is there, with all its rows (`keep_rows`).
   subroutine create_rows(file, path, kind, row, description, quantity, rows, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path
@@ -52,7 +55,8 @@ contains
     call describe(file, path, description, quantity, error)
   end subroutine create_rows
 
-  !> Make a dataset whose rows are stacked along their own last extent, as VTKHDF wants fields.
+  !> Make a dataset whose rows are stacked along their own last extent, as VTKHDF wants fields; or
+  !> open the one that is there.
   subroutine create_stack(file, path, kind, row, description, quantity, rows, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path
@@ -84,6 +88,10 @@ contains
 
     if (allocated(error)) return
     rows%name = path
+    if (exists(file, path)) then
+      call open_growing(file, path, rows, error)
+      return
+    end if
     rank = size(start)
     start = [rows%fixed, 0_hsize_t]
     chunk = max(1_hsize_t, [rows%fixed, rows%step])
@@ -106,6 +114,56 @@ contains
     call h5pclose_f(creation, ignored)
     call h5sclose_f(space, ignored)
   end subroutine create_growing
+
+  subroutine open_growing(file, path, rows, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    type(rows_t), intent(inout) :: rows
+    type(error_t), allocatable, intent(inout) :: error
+    integer(hid_t) :: space
+    integer(hsize_t) :: found(size(rows%fixed) + 1), limits(size(rows%fixed) + 1)
+    integer :: rank, status, ignored
+
+    call h5dopen_f(file%id, path, rows%id, status)
+    if (status < 0) then
+      rows%id = no_id
+      call fail_to_read(error, file, path)
+      return
+    end if
+    call h5dget_space_f(rows%id, space, status)
+    call h5sget_simple_extent_ndims_f(space, rank, status)
+    found = -1
+    if (rank == size(found)) call h5sget_simple_extent_dims_f(space, found, limits, status)
+    call h5sclose_f(space, ignored)
+    if (any(found(:size(rows%fixed)) /= rows%fixed) .or. found(size(found)) < 0) then
+      call raise(error, exit_machine, "'"//path//"' in '"//file%path// &
+        "' has other extents than "// &
+        'this run gives it')
+      return
+    end if
+    rows%length = found(size(found))
+  end subroutine open_growing
+
+  !> Cut what is there to its first `n` rows.
+  subroutine keep_rows(rows, n, error)
+    type(rows_t), intent(inout) :: rows
+    integer, intent(in) :: n
+    type(error_t), allocatable, intent(inout) :: error
+    integer(hsize_t) :: length
+    integer :: status
+
+    if (allocated(error)) return
+    length = n*rows%step
+    if (rows%length < length) then
+      call raise(error, exit_machine, "'"//rows%name//"' has "//to_text(rows%length/rows%step)// &
+        ' rows, not the '//to_text(n)//' that are said to be finished: the file is damaged')
+      return
+    end if
+    if (rows%length == length) return
+    call h5dset_extent_f(rows%id, [rows%fixed, length], status)
+    if (status < 0) call fail(error, "cannot cut '"//rows%name//"'")
+    rows%length = length
+  end subroutine keep_rows
 
   subroutine append_real(rows, values, error)
     type(rows_t), intent(inout) :: rows

@@ -4,10 +4,10 @@ module result_contact_mod
   use errors_mod, only: error_t
   use text_mod, only: to_text
   use small_matrix_mod, only: cross
-  use hdf5_files_mod, only: hdf5_file_t, create_group, exists
-  use hdf5_attributes_mod, only: write_attribute
+  use hdf5_files_mod, only: hdf5_file_t, exists
+  use hdf5_attributes_mod, only: write_attribute, describe_group
   use hdf5_datasets_mod, only: write_dataset
-  use hdf5_rows_mod, only: rows_t, create_rows, append_row
+  use hdf5_rows_mod, only: rows_t, create_rows, keep_rows, append_row
   use hdf5_types_mod, only: of_real, of_byte
   use obstacles_mod, only: obstacle_plane
   use scene_mod, only: scene_t
@@ -42,10 +42,11 @@ module result_contact_mod
 contains
 
   !> Make a group for each pair, in their order, and write what does not change.
-  subroutine create_contact(file, scene, points, pairs, error)
+  subroutine create_contact(file, scene, points, n_rows, pairs, error)
     type(hdf5_file_t), intent(in) :: file
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: n_rows !! that the file has already, of a run that is continued
     type(pair_rows_t), allocatable, intent(out) :: pairs(:)
     type(error_t), allocatable, intent(out) :: error
     integer :: i, n_pairs
@@ -53,9 +54,8 @@ contains
     n_pairs = 0
     if (allocated(scene%pairs)) n_pairs = size(scene%pairs)
     allocate (pairs(n_pairs))
-    call create_group(file, '/contact', error)
-    call write_attribute(file, '/contact', 'description', 'a group a contact pair, named '// &
-                         '<slave surface>:<obstacle>', error)
+    call describe_group(file, '/contact', 'a group a contact pair, named '// &
+                        '<slave surface>:<obstacle>', error)
     do i = 1, n_pairs
       if (allocated(error)) return
       if (points%n > 0) then
@@ -63,41 +63,53 @@ contains
         pairs(i)%last = points%first(i + 1) - 1
       end if
       pairs(i)%frame_is_fixed = scene%obstacles(scene%pairs(i)%obstacle)%kind == obstacle_plane
-      call create_pair(file, free_path(file, scene%pairs(i)%name), pairs(i), error)
+      pairs(i)%path = free_path(scene%pairs(i)%name, pairs(:i - 1))
+      call create_pair(file, n_rows, pairs(i), error)
       call write_points(file, scene%mesh%coordinates, points, pairs(i), error)
       call write_attribute(file, pairs(i)%path, 'friction_coefficient', scene%pairs(i)%mu, error)
     end do
   end subroutine create_contact
 
-  subroutine create_pair(file, path, pair, error)
+  subroutine create_pair(file, n_rows, pair, error)
     type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: path
+    integer, intent(in) :: n_rows
     type(pair_rows_t), intent(inout) :: pair
     type(error_t), allocatable, intent(inout) :: error
     integer :: n
 
     n = pair%last - pair%first + 1
-    pair%path = path
-    call create_group(file, path, error)
-    call write_attribute(file, path, 'description', 'a row an increment; local components are '// &
-                         'along n, t1, t2', error)
-    call create_rows(file, path//'/frame', of_real, [3, 3, n], 'local frame: rows n (from the '// &
-                     'obstacle to the body), t1, t2; one for the whole run where it is fixed', &
-                     'ratio', pair%frame, error)
-    call create_rows(file, path//'/reaction', of_real, [3, n], 'on the slave body, local', &
-                     'force', pair%reaction, error)
-    call create_rows(file, path//'/gap', of_real, [n], 'distance along n', 'length', pair%gap, &
-                     error)
-    call create_rows(file, path//'/slip_increment', of_real, [2, n], 'slip in the increment, '// &
-                     'along t1, t2', 'length', pair%slip_increment, error)
-    call create_rows(file, path//'/slip', of_real, [2, n], 'sum of the slip increments', &
-                     'length', pair%slip, error)
-    call create_rows(file, path//'/status', of_byte, [n], '0: open, 1: stick, 2: slide', 'code', &
-                     pair%status, error)
-    call create_rows(file, path//'/resultant', of_real, [3], 'sum of the reactions on the '// &
-                     'slave body, x, y, z', 'force', pair%resultant, error)
-    call create_rows(file, path//'/moment', of_real, [3], 'moment of the reactions on the '// &
-                     'slave body about the origin, undeformed arms', 'moment', pair%moment, error)
+    call describe_group(file, pair%path, 'a row an increment; local components are '// &
+                        'along n, t1, t2', error)
+    call rows('frame', of_real, [3, 3, n], &
+      'local frame: rows n (from the obstacle to the body), '// &
+      't1, t2; one for the whole run where it is fixed', 'ratio', pair%frame)
+    call rows('reaction', of_real, [3, n], 'on the slave body, local', 'force', pair%reaction)
+    call rows('gap', of_real, [n], 'distance along n', 'length', pair%gap)
+    call rows('slip_increment', of_real, [2, n], 'slip in the increment, along t1, t2', 'length', &
+      pair%slip_increment)
+    call rows('slip', of_real, [2, n], 'sum of the slip increments', 'length', pair%slip)
+    call rows('status', of_byte, [n], '0: open, 1: stick, 2: slide', 'code', pair%status)
+    call rows('resultant', of_real, [3], 'sum of the reactions on the slave body, x, y, z', &
+      'force', &
+      pair%resultant)
+    call rows('moment', of_real, [3], 'moment of the reactions on the slave body about the '// &
+      'origin, undeformed arms', 'moment', pair%moment)
+    pair%frame_is_written = n_rows > 0
+
+  contains
+
+    subroutine rows(name, kind, row, description, quantity, these)
+      character(*), intent(in) :: name, description, quantity
+      integer, intent(in) :: kind, row(:)
+      type(rows_t), intent(out) :: these
+      integer :: n_kept
+
+      call create_rows(file, pair%path//'/'//name, kind, row, description, quantity, these, error)
+      n_kept = n_rows
+      if (name == 'frame' .and. pair%frame_is_fixed) n_kept = min(n_rows, 1)
+      call keep_rows(these, n_kept, error)
+    end subroutine rows
+
   end subroutine create_pair
 
   !> Write which nodes the points are, where they stand and what they carry.
@@ -116,6 +128,7 @@ contains
       area = points%area(pair%first:pair%last)
     end if
     pair%coordinates = coordinates(:, node)
+    if (exists(file, pair%path//'/node')) return
     call write_dataset(file, pair%path//'/node', int(node - 1, i8), &
                        'slave node of each point: index into Points, from 0', 'number', error)
     call write_dataset(file, pair%path//'/coordinates', pair%coordinates, &
@@ -125,21 +138,21 @@ contains
   end subroutine write_points
 
   !> The path of a pair's group: its name, made fit for HDF5 and unlike those before it.
-  function free_path(file, name) result(path)
-    type(hdf5_file_t), intent(in) :: file
+  pure function free_path(name, before) result(path)
     character(*), intent(in) :: name
+    type(pair_rows_t), intent(in) :: before(:) !! the pairs that have a path
     character(:), allocatable :: path, plain
-    integer :: i
+    integer :: i, n
 
     plain = name
     do i = 1, len(plain)
       if (plain(i:i) == '/') plain(i:i) = '_'
     end do
     path = '/contact/'//plain
-    i = 1
-    do while (exists(file, path))
-      i = i + 1
-      path = '/contact/'//plain//'-'//to_text(i)
+    n = 1
+    do while (any([(before(i)%path == path, i = 1, size(before))]))
+      n = n + 1
+      path = '/contact/'//plain//'-'//to_text(n)
     end do
   end function free_path
 

@@ -2,8 +2,9 @@
 !>
 !> docs/results.md describes it. A run is written in three kinds of calls:
 !>
-!>   1. `open_result`       after everything that can fail cheaply: deck, plan
-!>   2. `append_increment`  once an increment
+!>   1. `open_result`       after everything that can fail cheaply: deck, plan;
+!>      `reopen_result`     instead, to go on with a run that did not finish
+!>   2. `append_increment`  once an increment, then `keep_state`: what it takes to go on from there
 !>   3. `finish_result`     however the run ends
 !>
 !> The file begins beside its place, as NAME.vtkhdf.new, and takes its place when the first
@@ -11,8 +12,13 @@
 !> memory) leaves the result of an earlier run alone, and a reader never meets a file without
 !> increments.
 !>
-!> Order within an increment: data, then a flush, then the counts that make it valid, then a flush.
-!> What a killed program leaves behind holds every increment that was counted.
+!> Order within an increment: data, then a flush, then the count of the fields, a flush, the count
+!> of the increments, a flush; the state last. So what a killed program leaves behind holds every
+!> increment that was counted, its fields with it, and a state no later than those. Whoever goes on
+!> from that state appends again what is there already, and nothing happens.
+!>
+!> Of a file that others may read nothing that they read is ever moved or made anew: counters and
+!> the like are there from the beginning and get their values in place.
 module result_file_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_machine
@@ -20,24 +26,28 @@ module result_file_mod
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t, bound_in_words
   use state_mod, only: state_t
+  use increments_mod, only: ends_step
   use step_report_mod, only: step_report_t
   use step_fields_mod, only: step_fields_t, fields_due
-  use hdf5_files_mod, only: hdf5_file_t, look_at_file, create_file, open_file, flush_file, &
-    close_file, is_open, create_group, exists, file_absent, file_readable, file_locked, &
-    file_foreign
+  use hdf5_files_mod, only: hdf5_file_t, look_at_file, create_file, open_file, keep_clear, &
+    flush_file, close_file, is_open, create_group, exists, file_absent, file_readable, &
+    file_locked, file_foreign
   use hdf5_attributes_mod, only: write_attribute, read_attribute
-  use hdf5_datasets_mod, only: write_dataset, write_text
+  use hdf5_datasets_mod, only: write_dataset, rewrite_dataset, write_text, read_text, &
+    dataset_extents
   use result_history_mod, only: history_t, create_history, append_history, finish_row
   use result_contact_mod, only: pair_rows_t, nodal_contact_t, create_contact, append_contact, &
                                 contact_at_nodes
   use result_view_mod, only: view_t, create_view, append_step, count_step
-  use fresh_file_mod, only: beginning_of, take_place, delete_file
+  use result_state_mod, only: slots_t, create_state, write_state, read_state
+  use fresh_file_mod, only: beginning_of, take_place, delete_file, folder_lock_t, lock_folder, &
+    unlock_folder, is_locked
   use xdmf_mod, only: write_xdmf, xdmf_path
   implicit none
   private
 
   public :: result_file_t, provenance_t
-  public :: open_result, append_increment, finish_result
+  public :: open_result, reopen_result, append_increment, keep_state, finish_result
   public :: run_finished, run_not_solved, run_stopped, run_failed
 
   ! What /run@status says. It is `running` until `finish_result`, and for ever if that never comes.
@@ -47,8 +57,10 @@ module result_file_mod
   character(*), parameter :: run_stopped = 'stopped'       !! by a signal
   character(*), parameter :: run_failed = 'failed'         !! the machine: memory, a library
   integer, parameter :: longest_status = 16
+  integer, parameter :: room_for_sessions = 1000 !! bytes, a line each time a run was continued
 
   character(*), parameter :: program_name = 'bipot'
+  character(*), parameter :: in_use = 'is in use by another program, perhaps a run that writes it'
 
   !> Who made the file. What is not allocated is left empty.
   type :: provenance_t
@@ -58,16 +70,20 @@ module result_file_mod
     character(:), allocatable :: command   !! the command line
     character(:), allocatable :: blas_core !! the kernels OpenBLAS runs
     character(:), allocatable :: started   !! date and time, ISO 8601
+    integer :: ranks = 1                   !! processes that ran together
+    type(string_t), allocatable :: counters(:) !! names of those that finish_result will get
   end type provenance_t
 
   !> An open result file.
   type :: result_file_t
     character(:), allocatable :: path !! its final place
     integer :: n_rows = 0             !! increments that are complete in it
+    integer :: n_outputs = 0          !! increments with fields that were appended, or gone past
     type(hdf5_file_t), private :: hdf5
     type(history_t),   private :: history
     type(view_t),      private :: view
     type(pair_rows_t), private, allocatable :: pairs(:)
+    type(slots_t),     private :: slots
   end type result_file_t
 
 contains
@@ -80,9 +96,10 @@ contains
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(provenance_t), intent(in) :: provenance
-    logical, intent(in) :: overwrite !! replace whatever stands at `path`
+    logical, intent(in) :: overwrite !! replace whatever stands at `path` and no run writes
     type(result_file_t), intent(out) :: file
     type(error_t), allocatable, intent(out) :: error
+    type(folder_lock_t) :: lock
     logical :: is_folder, was_there
 
     inquire (file=path//'/.', exist=is_folder)
@@ -90,43 +107,244 @@ contains
       call raise(error, exit_wrong_input, "'"//path//"' is a folder")
       return
     end if
-    if (.not. overwrite) call check_replaceable(path, scene%name, error)
-    if (allocated(error)) return
+    ! One run at a time may look at what is there and claim the name. A run that has begun holds a
+    ! lock on its file, wherever that stands: first where it begins, then in its place.
+    lock = lock_folder(path)
     call clear_beginning(path, error)
-    if (allocated(error)) return
-    inquire (file=beginning_of(path), exist=was_there)
-    call create_file(beginning_of(path), file%hdf5, error)
-    if (allocated(error)) then
-      ! On a full disk the file may be there all the same.
-      if (.not. was_there) call delete_file(beginning_of(path))
-      return
+    if (.not. allocated(error)) then
+      call check_replaceable(path, scene%name, overwrite, error)
     end if
+    if (.not. allocated(error)) then
+      inquire (file=beginning_of(path), exist=was_there)
+      call create_file(beginning_of(path), rows_at_most(plan), file%hdf5, error)
+      ! On a full disk the file may be there all the same.
+      if (allocated(error) .and. .not. was_there) call delete_file(beginning_of(path))
+    end if
+    call unlock_folder(lock)
+    if (allocated(error)) return
     file%path = path
     call write_run(file%hdf5, scene, plan, provenance, error)
-    if (.not. allocated(error)) call create_history(file%hdf5, file%history, error)
-    if (.not. allocated(error)) then
-      call create_contact(file%hdf5, scene, plan%points, file%pairs, error)
-    end if
-    if (.not. allocated(error)) then
-      call create_view(file%hdf5, scene%mesh, scene%output, plan%points%n > 0, file%view, error)
-    end if
+    if (.not. allocated(error)) call lay_out(file, scene, plan, 0, error)
+    call create_state(file%hdf5, 8*scene%mesh%n_nodes, error)
     call flush_file(file%hdf5, error)
     if (allocated(error)) call discard(file)
   end subroutine open_result
 
-  !> Refuse to replace anything but a finished result of the same deck.
-  subroutine check_replaceable(path, name, error)
+  !> Open the file of a run that did not finish, to go on with it.
+  !>
+  !> What a killed program was writing is cut off.
+  subroutine reopen_result(path, scene, plan, provenance, file, state, error)
     character(*), intent(in) :: path
-    character(*), intent(in) :: name !! of the deck
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(provenance_t), intent(in) :: provenance !! of the program that goes on
+    type(result_file_t), intent(out) :: file
+    real(wp), allocatable, intent(out) :: state(:) !! as it was given to keep_state
     type(error_t), allocatable, intent(out) :: error
-    character(*), parameter :: advice = ' (--overwrite replaces it)'
-    character(:), allocatable :: matter
+    !! in use, foreign, damaged; another deck, overrides or version; finished
+    type(error_t), allocatable :: ignored
+    type(folder_lock_t) :: lock
+    integer(i8) :: finished
 
+    allocate (state(0))
+    lock = lock_folder(path)
+    call look_before_reopening(path, scene, provenance, error)
+    if (.not. allocated(error)) call open_file(path, .true., file%hdf5, error)
+    call unlock_folder(lock)
+    if (allocated(error)) return
+    file%path = path
+    call read_state(file%hdf5, file%slots, state, error)
+    if (.not. allocated(error)) then
+      call keep_clear(file%hdf5, error)
+      call read_attribute(file%hdf5, '/history', 'finished', finished, error)
+      if (.not. allocated(error)) call lay_out(file, scene, plan, int(finished), error)
+      call write_attribute(file%hdf5, '/run', 'status', padded(run_running), error)
+      call note_session(file%hdf5, provenance, error)
+      call flush_file(file%hdf5, error)
+    end if
+    if (allocated(error)) then
+      call close_file(file%hdf5, ignored)
+    else
+      ! Its extents are those of the datasets as they were.
+      call delete_file(xdmf_path(path))
+    end if
+  end subroutine reopen_result
+
+  !> See whether a run can be continued; only to read: a file that was open for writing is another
+  !> even if nothing was written.
+  subroutine look_before_reopening(path, scene, provenance, error)
+    character(*), intent(in) :: path
+    type(scene_t), intent(in) :: scene
+    type(provenance_t), intent(in) :: provenance
+    type(error_t), allocatable, intent(out) :: error
+    type(hdf5_file_t) :: hdf5
+    type(slots_t) :: slots
+    real(wp), allocatable :: state(:)
+
+    select case (look_at_file(path))
+    case (file_foreign)
+      call raise(error, exit_wrong_input, "'"//path//"' is not a result of "//program_name)
+    case (file_locked)
+      call raise(error, exit_wrong_input, "'"//path//"' "//in_use)
+    case (file_readable)
+      call open_file(path, .false., hdf5, error)
+    case default
+      call raise(error, exit_wrong_input, "'"//path//"' cannot be read: it is damaged or cut off")
+    end select
+    if (allocated(error)) return
+    call check_same_run(hdf5, path, scene, provenance, error)
+    call read_state(hdf5, slots, state, error)
+    call close_file(hdf5, error)
+  end subroutine look_before_reopening
+
+  !> Make the groups of a run, or open those of one that is continued.
+  subroutine lay_out(file, scene, plan, n_rows, error)
+    type(result_file_t), intent(inout) :: file
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    integer, intent(in) :: n_rows !! that are finished
+    type(error_t), allocatable, intent(out) :: error
+    integer(i8), allocatable :: written(:)
+    integer(i8) :: n_steps
+
+    file%n_rows = n_rows
+    n_steps = 0
+    if (n_rows > 0) then
+      ! A count and what it counts are two writes, and a kill may come between.
+      call read_attribute(file%hdf5, '/VTKHDF/Steps', 'NSteps', n_steps, error)
+      call dataset_extents(file%hdf5, '/VTKHDF/Steps/Values', written, error)
+      if (allocated(error)) return
+      n_steps = min(n_steps, written(1))
+    end if
+    call create_history(file%hdf5, n_rows, file%history, error)
+    if (allocated(error)) return
+    call create_contact(file%hdf5, scene, plan%points, n_rows, file%pairs, error)
+    if (allocated(error)) return
+    call create_view(file%hdf5, scene%mesh, scene%output, plan%points%n > 0, int(n_steps), &
+      file%view, error)
+  end subroutine lay_out
+
+  !> Refuse to continue anything but an unfinished run of this deck by this program.
+  subroutine check_same_run(hdf5, path, scene, provenance, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    character(*), intent(in) :: path
+    type(scene_t), intent(in) :: scene
+    type(provenance_t), intent(in) :: provenance
+    type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable :: unreadable
+    character(:), allocatable :: maker, name, version, status, deck, overrides, matter
+
+    maker = ''
+    if (exists(hdf5, '/run')) call read_attribute(hdf5, '/run', 'program', maker, unreadable)
+    if (maker /= program_name) then
+      call raise(error, exit_wrong_input, "'"//path//"' is not a result of "//program_name)
+      return
+    end if
+    call read_attribute(hdf5, '/run', 'name', name, unreadable)
+    call read_attribute(hdf5, '/run', 'version', version, unreadable)
+    call read_attribute(hdf5, '/run', 'status', status, unreadable)
+    call read_text(hdf5, '/run/deck', deck, unreadable)
+    call read_text(hdf5, '/run/overrides', overrides, unreadable)
+    if (allocated(unreadable)) then
+      call move_alloc(unreadable, error)
+      return
+    end if
+    if (name /= scene%name) then
+      matter = "is the result of another deck, '"//name//"'"
+    else if (status == run_finished) then
+      matter = 'is finished: there is nothing to continue'
+    else if (version /= text_of(provenance%version)) then
+      matter = 'was begun by version '//version//' of '//program_name//', this is version '// &
+        text_of(provenance%version)
+    else if (overrides /= text_of(scene%overrides)) then
+      matter = 'was begun '//with_parameters(overrides)//', not '// &
+        with_parameters(text_of(scene%overrides))
+    else if (deck /= text_of(scene%deck)) then
+      matter = 'was begun with a deck that was otherwise: '// &
+        first_difference(deck, text_of(scene%deck))
+    else
+      return
+    end if
+    call raise(error, exit_wrong_input, "'"//path//"' "//matter)
+  end subroutine check_same_run
+
+  pure function with_parameters(overrides) result(words)
+    character(*), intent(in) :: overrides !! name=value a line
+    character(:), allocatable :: words
+    integer :: i
+
+    words = 'without --set'
+    if (overrides == '') return
+    words = "with --set "//overrides
+    do i = 1, len(words)
+      if (words(i:i) == new_line('a')) words(i:i) = ' '
+    end do
+  end function with_parameters
+
+  !> In which line two texts first differ, and how.
+  pure function first_difference(then, now) result(words)
+    character(*), intent(in) :: then, now
+    character(:), allocatable :: words
+    character, parameter :: nl = new_line('a')
+    integer :: i, line, first
+
+    line = 1
+    first = 1
+    do i = 1, min(len(then), len(now))
+      if (then(i:i) /= now(i:i)) exit
+      if (then(i:i) /= nl) cycle
+      line = line + 1
+      first = i + 1
+    end do
+    words = 'line '//to_text(line)//" was '"//line_at(then)//"', is '"//line_at(now)//"'"
+
+  contains
+
+    pure function line_at(text) result(found)
+      character(*), intent(in) :: text
+      character(:), allocatable :: found
+
+      found = text(min(first, len(text) + 1):)
+      found = found(:index(found//nl, nl) - 1)
+    end function line_at
+
+  end function first_difference
+
+  !> Add a line to the sessions that continued the run; where there is no room the oldest go.
+  subroutine note_session(hdf5, provenance, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    type(provenance_t), intent(in) :: provenance
+    type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: sessions
+    character(room_for_sessions) :: text
+
+    call read_attribute(hdf5, '/run', 'continued', sessions, error)
+    if (sessions /= '') sessions = sessions//new_line('a')
+    sessions = sessions//text_of(provenance%started)//' '//text_of(provenance%command)
+    do while (len(sessions) > room_for_sessions .and. index(sessions, new_line('a')) > 0)
+      sessions = sessions(index(sessions, new_line('a')) + 1:)
+    end do
+    text = repeat(achar(0), room_for_sessions)
+    text(:min(len(sessions), room_for_sessions)) = sessions
+    call write_attribute(hdf5, '/run', 'continued', text, error)
+  end subroutine note_session
+
+  !> Refuse to replace anything but a finished result of the same deck.
+  subroutine check_replaceable(path, name, overwrite, error)
+    character(*), intent(in) :: path
+    character(*), intent(in) :: name     !! of the deck
+    logical, intent(in) :: overwrite     !! anything may be replaced
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: matter, advice
+
+    advice = ' (--overwrite replaces it)'
     select case (look_at_file(path))
     case (file_absent)
       return
     case (file_locked)
-      matter = 'is in use by another program, perhaps a run that writes it'
+      ! Not even --overwrite takes it from a run that is alive.
+      call raise(error, exit_wrong_input, "'"//path//"' "//in_use)
+      return
     case (file_foreign)
       matter = 'is not a result of '//program_name
     case (file_readable)
@@ -135,6 +353,7 @@ contains
     case default
       matter = 'cannot be read'
     end select
+    if (overwrite) return
     call raise(error, exit_wrong_input, "'"//path//"' "//matter//advice)
   end subroutine check_replaceable
 
@@ -158,7 +377,8 @@ contains
         if (maker == program_name .and. deck /= name) then
           matter = "is the result of another deck, '"//deck//"'"
         else if (maker == program_name .and. status /= run_finished) then
-          matter = 'is an unfinished result ('//to_text(n_rows)//' increments, '//status//')'
+          matter = 'is an unfinished result ('//to_text(n_rows)//' increments, '//status// &
+            '), which --continue goes on with'
         else if (maker == program_name) then
           matter = ''
         end if
@@ -172,15 +392,12 @@ contains
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
 
-    select case (look_at_file(beginning_of(path)))
-    case (file_absent)
-      return
-    case (file_locked)
+    if (is_locked(beginning_of(path))) then
       ! Not even --overwrite: that run is alive, and would put its file in the place of ours.
       call raise(error, exit_wrong_input, "another run is about to write '"//path//"'")
-    case default
+    else
       call delete_file(beginning_of(path))
-    end select
+    end if
   end subroutine clear_beginning
 
   subroutine write_run(hdf5, scene, plan, provenance, error)
@@ -201,9 +418,13 @@ contains
     call write_attribute(hdf5, '/run', 'build', text_of(provenance%build), error)
     call write_attribute(hdf5, '/run', 'libraries', text_of(provenance%libraries), error)
     call write_attribute(hdf5, '/run', 'blas_core', text_of(provenance%blas_core), error)
+    call write_attribute(hdf5, '/run', 'ranks', int(provenance%ranks, i8), error)
     call write_attribute(hdf5, '/run', 'command', text_of(provenance%command), error)
     call write_attribute(hdf5, '/run', 'started', text_of(provenance%started), error)
     call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
+    call write_attribute(hdf5, '/run', 'continued', repeat(achar(0), room_for_sessions), error)
+    if (allocated(provenance%counters)) call write_counters(hdf5, provenance%counters, &
+      spread(0.0_wp, 1, size(provenance%counters)), error)
 
     call write_text(hdf5, '/run/deck', text_of(scene%deck), 'the deck as read, includes put in', &
                     error)
@@ -239,11 +460,25 @@ contains
     call write_attribute(hdf5, '/run/estimates', 'bound', bounds, error)
   end subroutine write_estimates
 
+  !> The counters, or zeros where they are to come.
+  subroutine write_counters(hdf5, names, counters, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    type(string_t), intent(in) :: names(:) !! (n)
+    real(wp), intent(in) :: counters(:)    !! (n)
+    type(error_t), allocatable, intent(inout) :: error
+
+    call write_dataset(hdf5, '/run/counters', counters, &
+                       'sizes, times in seconds and memory of the run; their names are in the '// &
+                       'attribute "name"', 'number', error)
+    call write_attribute(hdf5, '/run/counters', 'name', names, error)
+  end subroutine write_counters
+
   ! ------------------------------------------------------------------ writing
 
   !> Append an increment and see it safely to the disk.
   !>
-  !> Its histories always; its fields where `fields_due` says so.
+  !> Its histories always; its fields where `fields_due` says so. What the file of a continued run
+  !> has already is not appended again.
   subroutine append_increment(file, scene, plan, state, report, fields, error)
     type(result_file_t), intent(inout) :: file
     type(scene_t), intent(in) :: scene
@@ -260,19 +495,24 @@ contains
     if (allocated(error)) return
     worst_node = 0
     if (report%worst_point > 0) worst_node = plan%points%node(report%worst_point)
-    due = fields_due(scene%output%frequency, state%increment, scene%steps(state%step)%n_increments)
+    due = fields_due(scene%output%frequency, state%increment, ends_step(scene%steps, state))
 
+    if (due) file%n_outputs = file%n_outputs + 1
+    due = due .and. file%n_outputs > file%view%n_steps
     if (due) then
       if (scene%output%contact .and. plan%points%n > 0) then
         nodal = contact_at_nodes(scene%mesh%n_nodes, plan%points, state, report%contact)
       end if
       call append_step(file%view, state, fields, nodal, error)
     end if
-    call append_contact(file%pairs, state, report%contact, error)
-    call append_history(file%history, state, report, worst_node, error)
+    if (state%row > file%n_rows) then
+      call append_contact(file%pairs, state, report%contact, error)
+      call append_history(file%history, state, report, worst_node, error)
+    end if
     call flush_file(file%hdf5, error)
 
     if (due) call count_step(file%hdf5, state%time, file%view, error)
+    if (state%row <= file%n_rows) return
     call finish_row(file%hdf5, file%n_rows + 1, error)
     call flush_file(file%hdf5, error)
     if (.not. allocated(error) .and. file%n_rows == 0) call publish(file, error)
@@ -292,6 +532,17 @@ contains
       'was deleted, renamed or moved while the run wrote to it, with '//to_text(file%n_rows)// &
       ' increments')
   end subroutine check_in_place
+
+  !> Keep what it takes to go on from an increment that was appended, or from the start.
+  subroutine keep_state(file, row, numbers, error)
+    type(result_file_t), intent(inout) :: file
+    integer, intent(in) :: row          !! of the increment; 0: the start
+    real(wp), intent(in) :: numbers(:)
+    type(error_t), allocatable, intent(out) :: error
+
+    call write_state(file%hdf5, row, numbers, file%slots, error)
+    call flush_file(file%hdf5, error)
+  end subroutine keep_state
 
   !> Put the file in its place, which may be that of an older one. It stays open.
   subroutine publish(file, error)
@@ -321,10 +572,11 @@ contains
       call discard(file)
       return
     end if
-    call write_dataset(file%hdf5, '/run/counters', counters, &
-                       'sizes, times in seconds and memory of the run; their names are in the '// &
-                       'attribute "name"', 'number', error)
-    call write_attribute(file%hdf5, '/run/counters', 'name', counter_names, error)
+    if (exists(file%hdf5, '/run/counters')) then
+      call rewrite_dataset(file%hdf5, '/run/counters', counters, error)
+    else
+      call write_counters(file%hdf5, counter_names, counters, error)
+    end if
     ! All else must be in the file before it calls itself finished.
     call flush_file(file%hdf5, error)
     call write_attribute(file%hdf5, '/run', 'status', padded(status), error)
@@ -333,6 +585,13 @@ contains
   end subroutine finish_result
 
   ! ------------------------------------------------------------------ helpers
+
+  !> Increments that the file is to hold: twice as many as planned, should some be cut.
+  pure integer function rows_at_most(plan)
+    type(plan_t), intent(in) :: plan
+
+    rows_at_most = int(min(2_i8*plan%n_increments, int(huge(1), i8)))
+  end function rows_at_most
 
   !> A status with room for the longest one: an attribute keeps the length it began with.
   pure function padded(status) result(text)

@@ -2,12 +2,12 @@
 module result_history_mod
   use kinds_mod, only: wp, i1, i4, i8
   use errors_mod, only: error_t
-  use hdf5_files_mod, only: hdf5_file_t, create_group
-  use hdf5_attributes_mod, only: write_attribute
-  use hdf5_rows_mod, only: rows_t, create_rows, append_row
+  use hdf5_files_mod, only: hdf5_file_t
+  use hdf5_attributes_mod, only: write_attribute, describe_group
+  use hdf5_rows_mod, only: rows_t, create_rows, keep_rows, append_row
   use hdf5_types_mod, only: of_real, of_integer, of_byte
   use state_mod, only: state_t
-  use step_report_mod, only: step_report_t
+  use step_report_mod, only: step_report_t, total_error
   implicit none
   private
 
@@ -21,20 +21,21 @@ module result_history_mod
     type(rows_t) :: solver, residual, worst_node, wall_time, contact_time
     type(rows_t) :: penetration, adhesion, complementarity, cone, law, equilibrium
     type(rows_t) :: external_work, strain, dissipation, balance
-    type(rows_t) :: mesh_error
+    type(rows_t) :: error_contact, error_load_steps, error_mesh, error_arithmetic, error_total
   end type history_t
 
 contains
 
-  subroutine create_history(file, history, error)
+  subroutine create_history(file, n_rows, history, error)
     type(hdf5_file_t), intent(in) :: file
+    integer, intent(in) :: n_rows !! that the file has already, of a run that is continued
     type(history_t), intent(out) :: history
     type(error_t), allocatable, intent(out) :: error
 
-    call create_group(file, '/history', error)
-    call write_attribute(file, '/history', 'finished', 0_i8, error)
-    call write_attribute(file, '/history', 'description', &
-                         'a row an increment; rows beyond "finished" do not count', error)
+    call describe_group(file, '/history', &
+      'a row an increment; rows beyond "finished" do not count', &
+      error)
+    call write_attribute(file, '/history', 'finished', int(n_rows, i8), error)
     call integers('step', 'ordinal of the *STEP', history%step)
     call integers('increment', 'number of the increment within its step', history%increment)
     call reals('time', 'time from the start of the run, at the end of the increment', 'time', &
@@ -62,9 +63,8 @@ contains
     call reals('wall_time', 'time the increment took', 'seconds', history%wall_time)
     call reals('contact_time', 'of it, in the contact solver', 'seconds', history%contact_time)
 
-    call create_group(file, '/history/certificate', error)
-    call write_attribute(file, '/history/certificate', 'description', &
-                         'errors found by a check that shares nothing with the solvers', error)
+    call describe_group(file, '/history/certificate', &
+      'errors found by a check that shares nothing with the solvers', error)
     call reals('certificate/penetration', 'deepest penetration', 'ratio', history%penetration)
     call reals('certificate/adhesion', 'largest tension between the bodies', 'ratio', &
                history%adhesion)
@@ -76,9 +76,7 @@ contains
     call reals('certificate/equilibrium', 'largest force out of balance', 'ratio', &
                history%equilibrium)
 
-    call create_group(file, '/history/energy', error)
-    call write_attribute(file, '/history/energy', 'description', &
-                         'energies from the start of the run', error)
+    call describe_group(file, '/history/energy', 'energies from the start of the run', error)
     call reals('energy/external_work', 'work of loads and supports', 'energy', &
                history%external_work)
     call reals('energy/strain', 'elastic energy of the bodies', 'energy', history%strain)
@@ -86,11 +84,17 @@ contains
     call reals('energy/balance', 'work less strain less dissipation: of the order of the '// &
                'increment', 'energy', history%balance)
 
-    call create_group(file, '/history/error', error)
-    call write_attribute(file, '/history/error', 'description', &
-                         'estimated errors; -1 where there is no estimate', error)
+    call describe_group(file, '/history/error', &
+      'estimated errors; -1 where there is no estimate', error)
+    call reals('error/contact', 'largest entry of the certificate but equilibrium', 'ratio', &
+               history%error_contact)
+    call reals('error/load_steps', 'difference of the contact resultants from those with '// &
+               'increments of another size', 'ratio', history%error_load_steps)
     call reals('error/mesh', 'error of the stresses by recovery, squared, over the energy of '// &
-               'the stresses', 'ratio', history%mesh_error)
+               'the stresses', 'ratio', history%error_mesh)
+    call reals('error/arithmetic', 'forces out of balance, and rounding times the condition', &
+               'ratio', history%error_arithmetic)
+    call reals('error/total', 'sum of the parts', 'ratio', history%error_total)
 
   contains
 
@@ -100,6 +104,7 @@ contains
 
       call create_rows(file, '/history/'//name, of_real, [integer ::], description, quantity, &
                        rows, error)
+      call keep_rows(rows, n_rows, error)
     end subroutine reals
 
     subroutine integers(name, description, rows)
@@ -108,6 +113,7 @@ contains
 
       call create_rows(file, '/history/'//name, of_integer, [integer ::], description, 'number', &
                        rows, error)
+      call keep_rows(rows, n_rows, error)
     end subroutine integers
 
     subroutine bytes(name, description, rows)
@@ -116,6 +122,7 @@ contains
 
       call create_rows(file, '/history/'//name, of_byte, [integer ::], description, 'code', &
                        rows, error)
+      call keep_rows(rows, n_rows, error)
     end subroutine bytes
 
   end subroutine create_history
@@ -155,7 +162,11 @@ contains
       call append_row(history%strain, energy%strain, error)
       call append_row(history%dissipation, energy%dissipation, error)
       call append_row(history%balance, energy%balance, error)
-      call append_row(history%mesh_error, report%mesh_error, error)
+      call append_row(history%error_contact, report%errors%contact, error)
+      call append_row(history%error_load_steps, report%errors%load_steps, error)
+      call append_row(history%error_mesh, report%errors%mesh, error)
+      call append_row(history%error_arithmetic, report%errors%arithmetic, error)
+      call append_row(history%error_total, total_error(report%errors), error)
     end associate
   end subroutine append_history
 

@@ -6,10 +6,10 @@
 module result_view_mod
   use kinds_mod, only: wp, i1, i8
   use errors_mod, only: error_t, raise, exit_machine
-  use hdf5_files_mod, only: hdf5_file_t, create_group
+  use hdf5_files_mod, only: hdf5_file_t, create_group, exists, flush_file
   use hdf5_attributes_mod, only: write_attribute
   use hdf5_datasets_mod, only: write_dataset
-  use hdf5_rows_mod, only: rows_t, create_rows, create_stack, append_row
+  use hdf5_rows_mod, only: rows_t, create_rows, create_stack, keep_rows, append_row
   use hdf5_types_mod, only: of_real, of_byte, of_long
   use mesh_mod, only: mesh_t
   use controls_mod, only: output_controls_t
@@ -48,15 +48,17 @@ module result_view_mod
 
 contains
 
-  subroutine create_view(file, mesh, output, has_contact, view, error)
+  subroutine create_view(file, mesh, output, has_contact, n_steps, view, error)
     type(hdf5_file_t), intent(in) :: file
     type(mesh_t), intent(in) :: mesh
     type(output_controls_t), intent(in) :: output
     logical, intent(in) :: has_contact !! the run has contact points
+    integer, intent(in) :: n_steps !! that the file has already, of a run that is continued
     type(view_t), intent(out) :: view
     type(error_t), allocatable, intent(out) :: error
     character(*), parameter :: steps = '/VTKHDF/Steps/'
 
+    view%n_steps = n_steps
     view%n_nodes = mesh%n_nodes
     view%n_elements = mesh%n_elements
     view%displacement%is_asked = output%displacement
@@ -70,23 +72,24 @@ contains
     view%node_id%is_asked = .true.
     view%element_id%is_asked = .true.
 
-    call create_group(file, '/VTKHDF', error)
-    call write_attribute(file, '/VTKHDF', 'Version', [2_i8, 0_i8], error)
-    call write_attribute(file, '/VTKHDF', 'Type', 'UnstructuredGrid', error)
-    call write_mesh(file, mesh, error)
-
-    call create_group(file, '/VTKHDF/Steps', error)
-    call write_attribute(file, '/VTKHDF/Steps', 'NSteps', 0_i8, error)
+    if (.not. exists(file, '/VTKHDF')) then
+      call create_group(file, '/VTKHDF', error)
+      call write_attribute(file, '/VTKHDF', 'Version', [2_i8, 0_i8], error)
+      call write_attribute(file, '/VTKHDF', 'Type', 'UnstructuredGrid', error)
+      call write_mesh(file, mesh, error)
+      call create_group(file, '/VTKHDF/Steps', error)
+    end if
+    call write_attribute(file, '/VTKHDF/Steps', 'NSteps', int(n_steps, i8), error)
     call create_rows(file, steps//'Values', of_real, [integer ::], &
                      'time from the start of the run', 'time', view%values, error)
+    call keep_rows(view%values, n_steps, error)
     call table('NumberOfParts', 'parts of the mesh', view%parts)
     call table('PartOffsets', 'first part', view%part_offsets)
     call table('PointOffsets', 'first point', view%point_offsets)
     call table('CellOffsets', 'first cell', view%cell_offsets)
     call table('ConnectivityIdOffsets', 'first entry of Connectivity', view%connectivity_offsets)
 
-    call create_group(file, '/VTKHDF/PointData', error)
-    call create_group(file, steps//'PointDataOffsets', error)
+    call group('PointData')
     call point_field('displacement', of_real, [3, mesh%n_nodes], 'from the undeformed mesh, '// &
                      'x, y, z', 'length', view%displacement)
     call point_field('reaction_force', of_real, [3, mesh%n_nodes], 'of the supports on the '// &
@@ -104,8 +107,7 @@ contains
                      'components; extrapolated from the Gauss points, averaged over the '// &
                      'bricks at the node', 'strain', view%strain%at_nodes)
 
-    call create_group(file, '/VTKHDF/CellData', error)
-    call create_group(file, steps//'CellDataOffsets', error)
+    call group('CellData')
     call cell_field('stress', [6, mesh%n_elements], tensor_order//'; mean of the brick', &
                     'pressure', view%stress%at_centroids)
     call cell_field('strain', [6, mesh%n_elements], tensor_order//' as tensor components; '// &
@@ -120,16 +122,26 @@ contains
                     'norm, squared, by recovery', 'energy', view%mesh_error)
 
     ! The ids never change: one block, where every increment's offset points to.
-    call write_dataset(file, '/VTKHDF/PointData/node_id', int(mesh%node_id, i8), &
+    if (.not. exists(file, '/VTKHDF/PointData/node_id')) call write_dataset(file, &
+      '/VTKHDF/PointData/node_id', int(mesh%node_id, i8), &
                        'ids of the nodes in the deck', 'number', error)
     call table('PointDataOffsets/node_id', 'where the block of an increment begins', &
                view%node_id%offsets)
-    call write_dataset(file, '/VTKHDF/CellData/element_id', int(mesh%element_id, i8), &
+    if (.not. exists(file, '/VTKHDF/CellData/element_id')) call write_dataset(file, &
+      '/VTKHDF/CellData/element_id', int(mesh%element_id, i8), &
                        'ids of the elements in the deck', 'number', error)
     call table('CellDataOffsets/element_id', 'where the block of an increment begins', &
                view%element_id%offsets)
 
   contains
+
+    subroutine group(name)
+      character(*), intent(in) :: name
+
+      if (exists(file, '/VTKHDF/'//name)) return
+      call create_group(file, '/VTKHDF/'//name, error)
+      call create_group(file, steps//name//'Offsets', error)
+    end subroutine group
 
     subroutine table(name, description, rows)
       character(*), intent(in) :: name, description
@@ -137,6 +149,7 @@ contains
 
       call create_rows(file, steps//name, of_long, [integer ::], description, 'number', rows, &
                        error)
+      call keep_rows(rows, n_steps, error)
     end subroutine table
 
     subroutine point_field(name, kind, extents, description, quantity, field)
@@ -147,6 +160,7 @@ contains
       if (.not. field%is_asked) return
       call create_stack(file, '/VTKHDF/PointData/'//name, kind, extents, description, quantity, &
                         field%blocks, error)
+      call keep_rows(field%blocks, n_steps, error)
       call table('PointDataOffsets/'//name, 'where the block of an increment begins', &
                  field%offsets)
     end subroutine point_field
@@ -159,6 +173,7 @@ contains
       if (.not. field%is_asked) return
       call create_stack(file, '/VTKHDF/CellData/'//name, of_real, extents, description, &
                         quantity, field%blocks, error)
+      call keep_rows(field%blocks, n_steps, error)
       call table('CellDataOffsets/'//name, 'where the block of an increment begins', field%offsets)
     end subroutine cell_field
 
@@ -285,15 +300,20 @@ contains
   end subroutine append_tensor
 
   !> Make the appended fields count: to be called when they are on disk.
+  !>
+  !> The number of increments comes before the time of the last: VTK fails on more times than
+  !> increments, not on fewer.
   subroutine count_step(file, time, view, error)
     type(hdf5_file_t), intent(in) :: file
     real(wp), intent(in) :: time !! from the start of the run
     type(view_t), intent(inout) :: view
     type(error_t), allocatable, intent(inout) :: error
 
-    call append_row(view%values, time, error)
     view%n_steps = view%n_steps + 1
     call write_attribute(file, '/VTKHDF/Steps', 'NSteps', int(view%n_steps, i8), error)
+    call flush_file(file, error)
+    call append_row(view%values, time, error)
+    call flush_file(file, error)
   end subroutine count_step
 
 end module result_view_mod

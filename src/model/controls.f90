@@ -5,8 +5,8 @@ module controls_mod
   implicit none
   private
 
-  public :: contact_controls_t, output_controls_t, precision_controls_t, is_exact, &
-    precision_in_words
+  public :: contact_controls_t, output_controls_t, precision_controls_t, accuracy_controls_t, &
+    is_exact, precision_in_words
   public :: solver_none, solver_auto, solver_sweeps, solver_global_newton
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
@@ -54,7 +54,20 @@ module controls_mod
     logical  :: single_compliance = .false. !! of the contact rows
     real(wp) :: block_low_rank = 0.0_wp
     !! what compression may drop from the factor, beside a pivot near 1; 0: full rank [-]
+    logical  :: out_of_core = .false.       !! the factor lives on the disk
+    ! What the deck says and the plan must keep to.
+    logical  :: factor_is_given = .false.   !! single_factor
+    logical  :: low_rank_is_given = .false. !! block_low_rank
+    logical  :: core_is_given = .false.     !! out_of_core
+    character(:), allocatable :: scratch
+    !! folder of a factor out of core, with its last slash; not allocated: MUMPS's own choice
   end type precision_controls_t
+
+  !> *ACCURACY: how wrong the results may be.
+  type :: accuracy_controls_t
+    real(wp) :: wanted = 0.0_wp      !! of the largest, below 1; 0: not asked for [-]
+    logical  :: of_energy = .false.  !! of the energies, not of the contact resultants
+  end type accuracy_controls_t
 
   !> *NODE FILE, *EL FILE, *CONTACT FILE: which fields the result file holds at each increment.
   type :: output_controls_t

@@ -1,12 +1,20 @@
 !> The increments of a run, one after the other.
+!>
+!> The deck says how many a *STEP has. Where it lets them be cut (no DIRECT), an increment may be
+!> any binary fraction of the deck's: ends within a step are counted in whole parts of it, so no
+!> rounding adds up.
 module increments_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   use loads_mod, only: load_step_t
   use state_mod, only: state_t
   implicit none
   private
 
-  public :: increment_t, next_increment, count_increments
+  public :: increment_t, next_increment, count_increments, ends_step, mark_end
+  public :: whole_increment, smallest_increment
+
+  integer(i8), parameter :: whole_increment = 2_i8**20 !! parts in an increment of the deck
+  integer(i8), parameter :: smallest_increment = 2_i8**8 !! nothing is cut below 1/4096
 
   !> One increment of one *STEP.
   type :: increment_t
@@ -15,7 +23,9 @@ module increments_mod
     integer  :: number = 0            !! within the step, from 1
     logical  :: first_of_step = .false.
     logical  :: last_of_step = .false.
-    real(wp) :: share = 0.0_wp        !! of the step's period, at its end, 0 < share <= 1 [-]
+    integer(i8) :: position = 0       !! its end, in parts of the deck's increments
+    real(wp) :: begin = 0.0_wp        !! share of the step's period where it begins [-]
+    real(wp) :: share = 0.0_wp        !! and at its end, 0 < share <= 1 [-]
     real(wp) :: step_time = 0.0_wp    !! at its end, from the start of the step
     real(wp) :: time = 0.0_wp         !! at its end, from the start of the run
   end type increment_t
@@ -23,30 +33,66 @@ module increments_mod
 contains
 
   !> The increment that follows `state`; its row is 0 when there is none.
-  pure function next_increment(steps, state) result(increment)
+  pure function next_increment(steps, state, length) result(increment)
     type(load_step_t), intent(in) :: steps(:)
     type(state_t), intent(in) :: state
+    integer(i8), intent(in), optional :: length !! in parts, as the deck's where it is left out
     type(increment_t) :: increment
+    integer(i8) :: start, parts
 
     increment%step = max(1, state%step)
     increment%number = state%increment + 1
-    if (increment%number > steps(increment%step)%n_increments) then
+    start = state%position
+    if (state%step > 0 .and. ends_step(steps, state)) then
       increment%step = increment%step + 1
       increment%number = 1
+      start = 0
     end if
     if (increment%step > size(steps)) return
     increment%row = state%row + 1
-    increment%first_of_step = increment%number == 1
+    increment%first_of_step = start == 0
+    parts = whole_increment
+    if (present(length)) parts = length
     associate (step => steps(increment%step))
-      increment%last_of_step = increment%number == step%n_increments
-      increment%share = real(increment%number, wp)/real(step%n_increments, wp)
+      increment%position = min(start + parts, step%n_increments*whole_increment)
+      increment%last_of_step = increment%position == step%n_increments*whole_increment
+      increment%begin = share_of(step, start)
+      increment%share = share_of(step, increment%position)
       increment%step_time = increment%share*step%period
     end associate
     ! From the start of the run each time, so that rounding does not add up.
     increment%time = sum(steps(:increment%step - 1)%period) + increment%step_time
   end function next_increment
 
-  !> The number of increments of all steps.
+  !> The share of the step's period at a position; that of uncut increments to the last bit.
+  pure real(wp) function share_of(step, position)
+    type(load_step_t), intent(in) :: step
+    integer(i8), intent(in) :: position
+
+    share_of = real(position, wp)/(real(step%n_increments, wp)*real(whole_increment, wp))
+  end function share_of
+
+  !> Whether a state is that at the end of its *STEP.
+  pure logical function ends_step(steps, state)
+    type(load_step_t), intent(in) :: steps(:)
+    type(state_t), intent(in) :: state
+
+    ends_step = state%position >= steps(max(1, state%step))%n_increments*whole_increment
+  end function ends_step
+
+  !> Mark a state as the end of an increment.
+  pure subroutine mark_end(increment, state)
+    type(increment_t), intent(in) :: increment
+    type(state_t), intent(inout) :: state
+
+    state%row = increment%row
+    state%step = increment%step
+    state%increment = increment%number
+    state%position = increment%position
+    state%time = increment%time
+  end subroutine mark_end
+
+  !> The number of increments of all steps, uncut.
   pure function count_increments(steps) result(n)
     type(load_step_t), intent(in) :: steps(:)
     integer :: n

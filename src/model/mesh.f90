@@ -5,7 +5,7 @@ module mesh_mod
   implicit none
   private
 
-  public :: mesh_t, find_bodies, node_neighbours, kind_c3d8, kind_c3d8i, kind_c3d8b
+  public :: mesh_t, find_bodies, elements_at_nodes, node_neighbours, kind_c3d8, kind_c3d8i, kind_c3d8b
 
   integer, parameter :: kind_c3d8 = 1  !! full integration
   integer, parameter :: kind_c3d8i = 2 !! incompatible modes
@@ -78,36 +78,48 @@ contains
     end do
   end subroutine find_root
 
-  !> Compressed lists of each node's neighbours (nodes that share an element), itself included,
-  !> ascending.
-  pure subroutine node_neighbours(mesh, start, neighbours)
+  !> Compressed lists of the elements that meet at each node, ascending.
+  pure subroutine elements_at_nodes(mesh, start, elements, counts)
     type(mesh_t), intent(in) :: mesh
-    integer, allocatable, intent(out) :: start(:) !! (n_nodes+1) first entry of each node's list
-    integer, allocatable, intent(out) :: neighbours(:) !! the lists, one after the other
-    integer, allocatable :: element_start(:), elements(:), fill(:), marked(:), list(:)
-    integer :: e, k, l, m, node, other, n_list
+    integer, allocatable, intent(out) :: start(:)    !! (n_nodes+1) first entry of each node's list
+    integer, allocatable, intent(out) :: elements(:) !! the lists, one after the other
+    logical, intent(in) :: counts(:)                 !! (n_elements) those that are listed
+    integer :: fill(mesh%n_nodes), e, k, node
 
-    allocate (element_start(mesh%n_nodes + 1), source=0)
+    allocate (start(mesh%n_nodes + 1), source=0)
     do e = 1, mesh%n_elements
+      if (.not. counts(e)) cycle
       do k = 1, 8
         node = mesh%connectivity(k, e)
-        element_start(node + 1) = element_start(node + 1) + 1
+        start(node + 1) = start(node + 1) + 1
       end do
     end do
-    element_start(1) = 1
+    start(1) = 1
     do node = 1, mesh%n_nodes
-      element_start(node + 1) = element_start(node) + element_start(node + 1)
+      start(node + 1) = start(node) + start(node + 1)
     end do
-    allocate (elements(8*mesh%n_elements), fill(mesh%n_nodes))
-    fill = element_start(:mesh%n_nodes)
+    allocate (elements(8*count(counts)))
+    fill = start(:mesh%n_nodes)
     do e = 1, mesh%n_elements
+      if (.not. counts(e)) cycle
       do k = 1, 8
         node = mesh%connectivity(k, e)
         elements(fill(node)) = e
         fill(node) = fill(node) + 1
       end do
     end do
+  end subroutine elements_at_nodes
 
+  !> Compressed lists of each node's neighbours (nodes that share an element), itself included,
+  !> ascending.
+  pure subroutine node_neighbours(mesh, start, neighbours)
+    type(mesh_t), intent(in) :: mesh
+    integer, allocatable, intent(out) :: start(:) !! (n_nodes+1) first entry of each node's list
+    integer, allocatable, intent(out) :: neighbours(:) !! the lists, one after the other
+    integer, allocatable :: element_start(:), elements(:), marked(:), list(:)
+    integer :: k, l, m, node, other, n_list
+
+    call elements_at_nodes(mesh, element_start, elements, spread(.true., 1, mesh%n_elements))
     ! Twice over the nodes: once to count, once to store.
     allocate (start(mesh%n_nodes + 1), marked(mesh%n_nodes), list(mesh%n_nodes))
     do m = 1, 2

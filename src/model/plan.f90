@@ -35,6 +35,7 @@ module plan_mod
     integer(i8) :: memory_left = huge(1_i8) !! on this machine, before the run [bytes]
     real(wp) :: file_size = 0.0_wp       !! of the result, at its end [bytes]
     real(wp) :: fields_size = 0.0_wp     !! of it, the fields of all increments [bytes]
+    real(wp) :: scratch_size = 0.0_wp    !! of a factor out of core, beside it [bytes]
     integer(i8) :: disk_left = huge(1_i8) !! where the result goes [bytes]
     type(figure_t), allocatable :: figures(:) !! what the run is held against
     type(string_t), allocatable :: lines(:)   !! the table as printed and stored

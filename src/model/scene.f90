@@ -6,7 +6,8 @@ module scene_mod
   use surfaces_mod, only: surface_t
   use obstacles_mod, only: obstacle_t
   use loads_mod, only: amplitude_t, load_step_t
-  use controls_mod, only: contact_controls_t, output_controls_t, precision_controls_t
+  use controls_mod, only: contact_controls_t, output_controls_t, precision_controls_t, &
+    accuracy_controls_t
   implicit none
   private
 
@@ -50,7 +51,7 @@ module scene_mod
     character(:), allocatable :: title
     character(:), allocatable :: name       !! the deck's file name without folder and ending
     character(:), allocatable :: deck       !! the deck as read, includes put in
-    character(:), allocatable :: overrides  !! name=value a line, as given on the command line
+    character(:), allocatable :: overrides  !! name=value a line, and --accuracy, as given on the command line
     type(mesh_t) :: mesh
     type(material_t),     allocatable :: materials(:)
     type(surface_t),      allocatable :: surfaces(:)
@@ -63,6 +64,7 @@ module scene_mod
     type(contact_controls_t) :: contact
     type(output_controls_t)  :: output
     type(precision_controls_t) :: precision
+    type(accuracy_controls_t) :: accuracy
     type(string_t), allocatable :: notes(:) !! what was ignored or noticed, one sentence each
   end type scene_t
 

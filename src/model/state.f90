@@ -1,17 +1,20 @@
 !> The state of the scene after an increment: everything a step changes, nothing that follows from
 !> it.
 module state_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
+  use number_list_mod, only: number_list_t, carry
   implicit none
   private
 
-  public :: state_t, initial_state
+  public :: state_t, initial_state, carry_state
 
   !> All zero at the start of the run. `advance` reads an old state and writes a new one.
   type :: state_t
     integer  :: row = 0        !! increments done in the run
     integer  :: step = 0       !! ordinal of the last increment's *STEP
     integer  :: increment = 0  !! and its number within the step
+    integer(i8) :: position = 0
+    !! its end within the step, in parts of the deck's increments (increments_mod)
     real(wp) :: time = 0.0_wp  !! total, in the deck's unit
     real(wp), allocatable :: displacement(:, :)   !! (3, n_nodes) [length]
     real(wp), allocatable :: reaction(:, :) !! (3, n_points) on the slave body, x, y, z [force]
@@ -36,5 +39,24 @@ contains
     allocate (state%external_force(3, n_nodes), state%support_force(3, n_nodes), source=0.0_wp)
     allocate (state%reaction(3, n_points), state%slip(2, n_points), source=0.0_wp)
   end function initial_state
+
+  !> Put the state into the list, or take it out: every component, a line each.
+  subroutine carry_state(list, state)
+    type(number_list_t), intent(inout) :: list
+    type(state_t), intent(inout) :: state
+
+    call carry(list, state%row)
+    call carry(list, state%step)
+    call carry(list, state%increment)
+    call carry(list, state%position)
+    call carry(list, state%time)
+    call carry(list, state%displacement)
+    call carry(list, state%reaction)
+    call carry(list, state%slip)
+    call carry(list, state%external_force)
+    call carry(list, state%support_force)
+    call carry(list, state%external_work)
+    call carry(list, state%dissipation)
+  end subroutine carry_state
 
 end module state_mod

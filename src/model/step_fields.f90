@@ -24,14 +24,14 @@ module step_fields_mod
 contains
 
   !> Say whether the fields of an increment reach the result file.
-  pure function fields_due(frequency, increment, n_increments) result(due)
+  pure function fields_due(frequency, increment, is_last) result(due)
     integer, intent(in) :: frequency    !! every so many increments, and the last; below 1: never
     integer, intent(in) :: increment    !! number within its step, from 1
-    integer, intent(in) :: n_increments !! of the step
+    logical, intent(in) :: is_last      !! of its step
     logical :: due
 
     due = frequency > 0
-    if (due) due = mod(increment, frequency) == 0 .or. increment >= n_increments
+    if (due) due = mod(increment, frequency) == 0 .or. is_last
   end function fields_due
 
 end module step_fields_mod

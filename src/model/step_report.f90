@@ -5,7 +5,7 @@ module step_report_mod
   implicit none
   private
 
-  public :: step_report_t, certificate_t, energy_t, contact_fields_t
+  public :: step_report_t, certificate_t, error_parts_t, total_error, energy_t, contact_fields_t
   public :: status_open, status_stick, status_slide
   public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
     ended_moving, ended_out_of_reach
@@ -32,6 +32,15 @@ module step_report_mod
     real(wp) :: equilibrium = 0.0_wp
     logical  :: certified = .false.  !! all six at most 10 times the contact tolerance
   end type certificate_t
+
+  !> How wrong the contact resultants are, by source, each a part of the largest; negative where it
+  !> is not estimated.
+  type :: error_parts_t
+    real(wp) :: contact = -1.0_wp    !! the worst entry of the certificate but equilibrium
+    real(wp) :: load_steps = -1.0_wp !! by increments of another size
+    real(wp) :: mesh = -1.0_wp       !! of the stresses by recovery, a part of the energy
+    real(wp) :: arithmetic = -1.0_wp !! forces out of balance, and rounding times the condition
+  end type error_parts_t
 
   !> The energies of the run up to this increment [energy].
   type :: energy_t
@@ -63,6 +72,7 @@ module step_report_mod
     real(wp) :: residual = 0.0_wp       !! scaled natural map [-]
     real(wp) :: unrefined = 0.0_wp !! out of balance before Newton-Raphson corrected it [-]
     real(wp) :: imbalance = 0.0_wp !! and at the end, of the largest nodal force [-]
+    real(wp) :: moved = 0.0_wp !! points on curved obstacles, in the last iteration [-]
     real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]
     real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
@@ -73,11 +83,21 @@ module step_report_mod
     !! (n_rows) of the last contact problem: gaps and slips without reactions [length]
     type(certificate_t)    :: certificate
     type(energy_t)         :: energy
-    real(wp) :: mesh_error = -1.0_wp    !! part of the energy; negative: not estimated [-]
+    type(error_parts_t)    :: errors
     type(contact_fields_t) :: contact
   end type step_report_t
 
 contains
+
+  !> The parts together; negative where mesh or load steps are not estimated.
+  pure function total_error(errors) result(total)
+    type(error_parts_t), intent(in) :: errors
+    real(wp) :: total
+
+    total = -1.0_wp
+    if (min(errors%contact, errors%load_steps, errors%mesh, errors%arithmetic) < 0.0_wp) return
+    total = errors%contact + errors%load_steps + errors%mesh + errors%arithmetic
+  end function total_error
 
   !> The largest of the certificate's six entries; huge where one of them is no number, which
   !> Fortran's MAX may pass over.

@@ -6,9 +6,10 @@ import resource
 import subprocess
 import tempfile
 import unittest
+from pathlib import Path
 
 import h5py
-from program import INPUT, PROGRAM, SOURCE, Run
+from program import INPUT, PROGRAM, SOURCE, Result, Run
 
 ODD = SOURCE / "tests" / "deck" / "odd"
 AUTO = {"solver": "AUTO", "local": "AUTO"}
@@ -132,7 +133,7 @@ class Foreseen(unittest.TestCase):
                 self.assertLess(ratio, 3)
 
 
-class Refused(unittest.TestCase):
+class Limited(unittest.TestCase):
     def limited(self, kind, megabytes, *words, folder=None):
         """Run the program with a limit of its own on addresses or on the size of files."""
         return subprocess.run(
@@ -141,12 +142,14 @@ class Refused(unittest.TestCase):
             preexec_fn=lambda: resource.setrlimit(kind, (megabytes * MEGABYTE,) * 2),
         )
 
-    def call(self, n, megabytes, *words):
+    def call(self, n, megabytes, *words, deck=INPUT / "block.inp", folder=None):
         settings = ("--set", f"n={n}", "--set", "solver=AUTO", "--set", "local=AUTO")
         return self.limited(
-            resource.RLIMIT_AS, megabytes, INPUT / "block.inp", *settings, *words
+            resource.RLIMIT_AS, megabytes, deck, *settings, *words, folder=folder
         )
 
+
+class Refused(Limited):
     def test_what_fits_ends_with_0_and_writes_nothing(self):
         with tempfile.TemporaryDirectory() as folder:
             answer = self.limited(
@@ -156,7 +159,7 @@ class Refused(unittest.TestCase):
             self.assertEqual(os.listdir(folder), [])
 
     def test_too_little_memory_ends_with_3_and_says_what_would_fit(self):
-        answer = self.call(16, 290, "--plan")
+        answer = self.call(32, 480, "--plan")
         self.assertEqual(answer.returncode, 3)
         found = re.search(
             r"needs about (\d+) MB of memory and (\d+) MB are left.* bricks ([\d.]+) times",
@@ -166,12 +169,12 @@ class Refused(unittest.TestCase):
         needs, left, coarser = map(float, found.groups())
         self.assertGreater(needs, left)
         self.assertGreater(coarser, 1)
-        self.assertEqual(self.call(int(16 / coarser), 290, "--plan").returncode, 0)
+        self.assertEqual(self.call(int(32 / coarser), 480, "--plan").returncode, 0)
 
     def test_a_run_is_refused_before_it_begins(self):
         with tempfile.TemporaryDirectory() as folder:
             answer = self.limited(
-                resource.RLIMIT_AS, 290, INPUT / "block.inp", "--set", "n=16", folder=folder
+                resource.RLIMIT_AS, 330, INPUT / "block.inp", "--set", "n=24", folder=folder
             )
             self.assertEqual(answer.returncode, 3)
             self.assertIn("nothing was run", answer.stderr)
@@ -183,7 +186,7 @@ class Refused(unittest.TestCase):
         self.assertIn("needs more than", answer.stderr)
 
     def test_forced_it_goes_on(self):
-        answer = self.call(16, 290, "--plan", "--force")
+        answer = self.call(24, 360, "--plan", "--force")
         self.assertEqual(answer.returncode, 0, answer.stderr)
         self.assertIn("warning: the run needs about", answer.stdout)
 
@@ -208,6 +211,61 @@ class Refused(unittest.TestCase):
         answer = self.call(2, 150, "--plan")
         self.assertEqual(answer.returncode, 3)
         self.assertIn("ulimit -v", answer.stderr)
+
+
+class Chosen(Limited):
+    """What the deck leaves open is chosen so that the run fits."""
+
+    def chosen(self, megabytes, card=""):
+        """Run the block with n = 16 in so many megabytes; return the arithmetic, and the forces."""
+        with tempfile.TemporaryDirectory() as folder:
+            deck = Path(folder) / "block.inp"
+            text = (INPUT / "block.inp").read_text()
+            deck.write_text(text.replace("*STEP\n", f"{card}*STEP\n", 1))
+            words = ("--set", "steps=5")
+            answer = self.call(16, megabytes, *words, deck=deck, folder=folder)
+            self.assertEqual(answer.returncode, 0, answer.stderr)
+            kept = sorted(os.listdir(folder))
+            self.assertEqual(kept, ["block.inp", "block.vtkhdf", "block.xdmf"])
+            factor = re.search(r"LDL\^T, (.*?core)", answer.stdout)
+            why = re.search(r"^chosen +(.*)", answer.stdout, re.MULTILINE)
+            with Result(Path(folder) / "block.vtkhdf") as result:
+                self.assertTrue(result.history("certified").all())
+                return factor[1], why and why[1], result.pairs[0].reaction
+
+    def test_less_memory_takes_another_arithmetic(self):
+        room, why, expected = self.chosen(4000)
+        self.assertEqual(room, "double precision, in core")
+        self.assertIsNone(why)
+        for megabytes, arithmetic in (
+            (365, "single precision, in core"), (320, "single precision, out of core"),
+        ):
+            with self.subTest(megabytes=megabytes):
+                factor, why, found = self.chosen(megabytes)
+                self.assertEqual(factor, arithmetic)
+                self.assertIn(f"{arithmetic}: double precision, in core, needs", why)
+                self.assertLess(abs(found - expected).max(), 1e-7 * abs(expected).max())
+
+    def test_what_the_deck_says_is_kept(self):
+        factor, why, _ = self.chosen(365, "*PRECISION, FACTOR=DOUBLE\n")
+        self.assertEqual(factor, "double precision, out of core")
+        self.assertIn("double precision, in core, needs", why)
+        factor, why, _ = self.chosen(4000, "*PRECISION, FACTOR=SINGLE, OUT OF CORE=YES\n")
+        self.assertEqual(factor, "single precision, out of core")
+        self.assertIsNone(why)
+        factor, why, _ = self.chosen(4000, "*PRECISION, FACTOR=AUTO, OUT OF CORE=AUTO\n")
+        self.assertEqual(factor, "double precision, in core")
+
+    def test_nothing_else_is_chosen_where_all_is_said(self):
+        with tempfile.TemporaryDirectory() as folder:
+            deck = Path(folder) / "block.inp"
+            card = "*PRECISION, FACTOR=DOUBLE, OUT OF CORE=NO\n"
+            text = (INPUT / "block.inp").read_text().replace("*STEP\n", f"{card}*STEP\n", 1)
+            deck.write_text(text)
+            answer = self.call(16, 365, "--plan", deck=deck)
+            self.assertEqual(answer.returncode, 3, answer.stdout)
+            self.assertIn("double precision, in core", answer.stdout)
+            self.assertNotIn("chosen", answer.stdout)
 
 
 if __name__ == "__main__":

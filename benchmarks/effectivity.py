@@ -1,0 +1,166 @@
+#!/usr/bin/python3
+"""How far the estimated errors are from the true ones.
+
+    benchmarks/effectivity.py [-o docs/effectivity.md]
+
+The estimate is /history/error/total at the end of each *STEP: mesh, load steps, contact and
+arithmetic together. The truth is taken from finer meshes with fine increments: their limit by
+Richardson's extrapolation where their errors fall regularly, else the finest of them. Effectivity
+is estimate over truth.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@dataclass
+class Case:
+    """A deck, what is judged on which meshes, and what the truth is taken from."""
+
+    deck: str
+    quantity: str
+    meshes: tuple
+    truth: tuple
+    settings: dict
+    steps: tuple = (10, 50, 200)
+
+
+AUTO = {"solver": "AUTO", "local": "AUTO"}
+CASES = (
+    Case("block", "resultant", (2, 4, 8, 16), (8, 16, 24), AUTO),
+    Case("quarter", "resultant", (2, 4, 8, 16), (8, 16, 24), {}),
+    Case("ssnv128", "strain energy", (4, 8, 16, 32), (128,), {"thickness": 0.005}),
+)
+BESIDE = (Case("tool", "resultant", (6, 12, 18), (36,), {}, (10, 50)),)
+
+
+def run(program, case, n, steps, folder):
+    """Return, at the ends of the steps, the estimates and the quantity: (steps,), (steps, k)."""
+    result = Path(folder) / f"{case.deck}.vtkhdf"
+    command = [program, ROOT / "input" / f"{case.deck}.inp", "-o", result, "--quiet"]
+    for name, value in {**case.settings, "n": n, "steps": steps}.items():
+        command += ["--set", f"{name}={value}"]
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=environment)
+    with h5py.File(result) as file:
+        step = file["history/step"][:]
+        ends = np.flatnonzero(np.append(step[1:] != step[:-1], True))
+        if case.quantity == "strain energy":
+            values = file["history/energy/strain"][:][ends, None]
+        else:
+            values = np.hstack([pair["resultant"][:][ends] for pair in file["contact"].values()])
+        return file["history/error/total"][:][ends], values
+
+
+def limit(meshes, values):
+    """Return the limit of values on three meshes, v + c n^-p, p of the largest component."""
+    first, second, third = values
+    largest = np.argmax(abs(third))
+    ratio = (first[largest] - second[largest]) / (second[largest] - third[largest])
+    low, high = 0.1, 8.0
+    for _ in range(60):
+        order = 0.5 * (low + high)
+        powers = [n**-order for n in meshes]
+        found = (powers[0] - powers[1]) / (powers[1] - powers[2])
+        low, high = (order, high) if found < ratio else (low, order)
+    return third + (third - second) * powers[2] / (powers[1] - powers[2])
+
+
+def rows(program, cases):
+    """Yield a table row a case, mesh, number of increments and step."""
+    with tempfile.TemporaryDirectory() as folder:
+        for case in cases:
+            finest = case.steps[-1]
+            fine = [run(program, case, n, finest, folder)[1] for n in case.truth]
+            for n in case.meshes:
+                for steps in case.steps:
+                    estimates, values = run(program, case, n, steps, folder)
+                    for step, estimate in enumerate(estimates):
+                        true = [of_mesh[step] for of_mesh in fine]
+                        true = limit(case.truth, true) if len(true) == 3 else true[0]
+                        error = abs(values[step] - true).max() / abs(true).max()
+                        yield case, n, steps, step + 1, estimate, error
+
+
+def tabulate(program, cases):
+    """The rows of a table in Markdown, and how many of them are between a third and 3."""
+    lines, within = [], 0
+    for case, n, steps, step, estimate, error in rows(program, cases):
+        ratio = estimate / error
+        within += 1 / 3 <= ratio <= 3
+        lines.append(
+            f"| {case.deck} | {case.quantity} | {n} | {steps} | {step} | {estimate:.2g} "
+            f"| {error:.2g} | {ratio:.2g} |"
+        )
+        print(lines[-1], file=sys.stderr, flush=True)
+    return lines, within
+
+
+HEAD = (
+    "| deck | quantity | n | increments | step | estimate | true | effectivity |",
+    "|---|---|---|---|---|---|---|---|",
+)
+
+
+def page(program):
+    """The page as Markdown."""
+    table, within = tabulate(program, CASES)
+    beside, beside_within = tabulate(program, BESIDE)
+    return "\n".join(
+        [
+            "# How good the estimates of errors are",
+            "",
+            "By `benchmarks/effectivity.py`: the whole estimate of [theory](theory.md), section 10",
+            "(`/history/error/total`: mesh, load steps, contact, arithmetic), at the end of each",
+            "`*STEP`, and the true error of the largest contact resultant or of the strain energy.",
+            "True is, of the block and its quarter, the limit of n = 8, 16, 24 (Richardson), of",
+            "the plate n = 128, all with 200 increments. `increments` is the parameter `steps` of",
+            "the deck. Effectivity is estimate over truth.",
+            "",
+            f"Between 1/3 and 3: **{within} of {len(table)}**.",
+            "",
+            *HEAD,
+            *table,
+            "",
+            "## Where it is too large",
+            "",
+            "A round tool of a few bricks' contact width. The mesh makes the body too stiff, and",
+            "between its nodes the tool sinks into it, so that errors of opposite sign cancel in",
+            "its force; the estimate sees the energy of both. True: n = 36.",
+            f"Between 1/3 and 3: {beside_within} of {len(beside)}.",
+            "",
+            *HEAD,
+            *beside,
+            "",
+            "Where prescribed forces press the bodies together (Hertz, Spence), equilibrium gives",
+            "the resultants on any mesh; there the estimate is that of displacements and energy.",
+            "",
+        ]
+    )
+
+
+def main():
+    """Print the page, or write it to a file."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot")
+    parser.add_argument("-o", type=Path, help="write the page here")
+    options = parser.parse_args()
+    text = page(options.bipot.resolve())
+    if options.o:
+        options.o.write_text(text, encoding="utf-8")
+    else:
+        print(text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,320 @@
+#!/usr/bin/python3
+"""Time and memory of the paper's block by phase, beside what the machine can do.
+
+    benchmarks/run.py [-n 8,16,24,32,40] [--threads 1,2] [--repeat 3] [--steps 50]
+    benchmarks/run.py -n 48,64 --threads 1 --add
+    benchmarks/run.py --scene plate -n 20,40,60 --threads 1 --steps 6 --add
+    benchmarks/run.py --take block.vtkhdf
+
+Runs the block with the automatic solver and writes every run into benchmarks/runs.csv, then
+docs/speed.md from the medians. Before each run the machine is measured: its dense products, its
+memory. `--add` keeps the runs that the file has of other sizes and threads; `--page` only writes
+the page; `--take` adds runs that were made otherwise, with one thread, from their results. From
+n = 32 on each setting is run once. A quiet machine takes some ten minutes.
+
+The scene `plate` is benchmarks/plate.inp: many contact points and few bricks above them.
+"""
+
+import argparse
+import csv
+import itertools
+import math
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "scripts"))
+
+from bipot_result import Result  # noqa: E402
+from peer_runs import measure, with_threads  # noqa: E402
+from study_pieces import machine, table  # noqa: E402
+
+RUNS = ROOT / "benchmarks" / "runs.csv"
+SCENES = {
+    "block": (ROOT / "input" / "block.inp", {"solver": "AUTO", "local": "AUTO"}),
+    "plate": (ROOT / "benchmarks" / "plate.inp", {}),
+}
+WORDS = ("scene", "arithmetic")  # columns that are no numbers
+PHASES = (
+    "read", "assemble", "order", "factorise", "condense", "loads", "contact", "recover", "estimate",
+    "write",
+)
+COUNTERS = (
+    "equations", "contact_points", "contact_rows", "interface_equations", "increments",
+    "factor_entries", "solutions", "compliance_products", "contact_iterations",
+    "newton_raphson_iterations", "solver_fallbacks", "imbalance",
+)
+LIMITS = ("dgemm", "read", "dsymv")
+COLUMNS = (
+    "scene", "n", "steps", "threads", "arithmetic", "cpu", "total", "memory", "worst", "certified",
+    "factor_flops", *(f"seconds_{phase}" for phase in PHASES), *COUNTERS,
+    *(f"limit_{name}" for name in LIMITS),
+)
+ONCE_FROM = 32
+
+
+def limits(program, threads):
+    """Return what the machine does at this moment: name, value."""
+    done = subprocess.run([program], env=with_threads(threads), check=True, capture_output=True,
+                          text=True)
+    return {name: float(value) for name, value in map(str.split, done.stdout.splitlines())}
+
+
+def row_of(result):
+    """Return what a result tells of its run."""
+    counters, plan = result.counters, result.run_text("plan")
+    row = {name: counters[name] for name in COUNTERS}
+    row |= {f"seconds_{phase}": counters.get(f"seconds_{phase}", 0.0) for phase in PHASES}
+    return row | {
+        "cpu": counters["cpu_seconds"], "total": counters["seconds_total"],
+        "memory": counters["peak_memory_bytes"],
+        "worst": max(float(entry.max()) for entry in result.certificate.values()),
+        "certified": int(result.history("certified").sum()),
+        "arithmetic": re.search(r"LDL\^T, (.*?core)", plan)[1],
+        "factor_flops": 1e9 * float(re.search(r"([\d.]+) Gflop", plan)[1]),
+    }
+
+
+def run(options, n, threads):
+    """Run the scene once; return its row."""
+    deck, settings = SCENES[options.scene]
+    with tempfile.TemporaryDirectory(dir=options.scratch) as folder:
+        row = {"scene": options.scene, "n": n, "steps": options.steps, "threads": threads}
+        found = limits(options.limits, threads)
+        row |= {f"limit_{name}": found[name] for name in LIMITS}
+        path = Path(folder) / "run.vtkhdf"
+        words = [options.bipot, deck, "-o", path, "--quiet"]
+        for name, value in {"n": n, "steps": options.steps, **settings}.items():
+            words += ["--set", f"{name}={value}"]
+        log = Path(folder) / "log"
+        taken = measure(words, ROOT, log, threads=threads)
+        if taken.status != 0:
+            sys.exit(f"n = {n}: status {taken.status}: {log.read_text()}")
+        with Result(path) as result:
+            return row | row_of(result) | {"cpu": taken.seconds}
+
+
+def take(path):
+    """Return the row of a run that was made otherwise; nothing is known of the machine then."""
+    with Result(path) as result:
+        title = result.run["name"]
+        scene = "plate" if "plate" in str(title).lower() else "block"
+        words = f"{result.run_text('overrides')}\n{result.run_text('deck')}"
+        value = {
+            name: float(re.search(rf"^\s*{name}\s*=\s*([\d.]+)", words, re.MULTILINE)[1])
+            for name in ("n", "steps")
+        }
+        row = {"scene": scene, **value, "threads": 1}
+        return row | {f"limit_{name}": math.nan for name in LIMITS} | row_of(result)
+
+
+def read_rows(path=RUNS):
+    """Return the rows of the file, numbers as such."""
+    if not path.is_file():
+        return []
+    with path.open(encoding="utf-8", newline="") as file:
+        return [
+            {name: text if name in WORDS else float(text) for name, text in row.items()}
+            for row in csv.DictReader(file)
+        ]
+
+
+def write_rows(rows, path=RUNS):
+    """Write all rows, ordered by size and threads."""
+    rows.sort(key=lambda row: (row["scene"], row["threads"], row["n"], row["steps"]))
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            writer.writerow({
+                name: row[name] if name in WORDS else f"{row[name]:.6g}" for name in COLUMNS
+            })
+
+
+def same_setting(one, other):
+    """Whether two runs are of one setting."""
+    return all(one[name] == other[name] for name in ("scene", "n", "steps", "threads"))
+
+
+def medians(rows):
+    """Return one row for each scene, size, number of increments, arithmetic and threads."""
+    keys = ("scene", "threads", "n", "steps", "arithmetic")
+    groups = {}
+    for row in rows:
+        groups.setdefault(tuple(row[key] for key in keys), []).append(row)
+    return [
+        {
+            name: group[0][name] if name in WORDS else statistics.median(r[name] for r in group)
+            for name in COLUMNS
+        } | {"repeats": len(group)}
+        for _, group in sorted(groups.items())
+    ]
+
+
+def seconds_of(row, phase):
+    """Return the seconds of a phase: with one thread processor time, else wall time.
+
+    The program clocks its phases by the wall; on a machine that others use too the processor's
+    share of a run is taken for that of its phases.
+    """
+    return row[f"seconds_{phase}"] * (row["cpu"] / row["total"] if row["threads"] == 1 else 1)
+
+
+def shares(row):
+    """Return, for each phase that has one, its rate over the machine's: of what, and the share.
+
+    Factorising: operations of the elimination; condensing: the cube of the interface's size. An
+    iteration of contact reads a triangle of W for every product; a solution reads the factor twice.
+    """
+    word = 4 if "single" in row["arithmetic"] else 8
+    return {
+        "factorise": row["factor_flops"] / seconds_of(row, "factorise") / row["limit_dgemm"],
+        "condense": row["interface_equations"] ** 3
+        / seconds_of(row, "condense") / row["limit_dgemm"],
+        "contact": 4 * row["contact_rows"] ** 2 * row["compliance_products"]
+        / seconds_of(row, "contact") / row["limit_dsymv"],
+        "recover": 2 * word * row["factor_entries"] * row["solutions"]
+        / (seconds_of(row, "recover") + seconds_of(row, "loads")) / row["limit_read"],
+    }
+
+
+def time_table(rows):
+    """Return the lines of the table of times."""
+    head = ["n", "increments", "threads", "arithmetic", "equations", "points", *PHASES, "total",
+            "processor", "MB", "worst error"]
+    lines = []
+    for row in rows:
+        cells = [f"{row[name]:.0f}" for name in ("n", "steps", "threads")]
+        cells += [row["arithmetic"].replace(" precision", "")]
+        cells += [f"{row['equations']:.0f}", f"{row['contact_points']:.0f}"]
+        cells += [f"{seconds_of(row, phase):.2g}" for phase in PHASES]
+        cells += [f"{row['total']:.3g}", f"{row['cpu']:.3g}", f"{row['memory'] / 1e6:.0f}",
+                  f"{row['worst']:.1e}"]
+        lines.append(cells)
+    return table(head, lines)
+
+
+def share_table(rows):
+    """Return the lines of the table of rates; runs beside which nothing was measured are not in."""
+    head = ["n", "threads", "dgemm Gflop/s", "read GB/s", "dsymv GB/s", "factorise", "condense",
+            "contact", "recover", "products", "solutions", "Gflop of the factor", "entries, 1e6"]
+    lines = []
+    for row in rows:
+        share = shares(row)
+        if math.isnan(row["limit_dgemm"]):
+            continue
+        lines.append([
+            f"{row['n']:.0f}", f"{row['threads']:.0f}", f"{row['limit_dgemm'] / 1e9:.3g}",
+            f"{row['limit_read'] / 1e9:.3g}", f"{row['limit_dsymv'] / 1e9:.3g}",
+            *(f"{share[name]:.2f}" for name in ("factorise", "condense", "contact", "recover")),
+            f"{row['compliance_products']:.0f}", f"{row['solutions']:.0f}",
+            f"{row['factor_flops'] / 1e9:.3g}", f"{row['factor_entries'] / 1e6:.4g}",
+        ])
+    return table(head, lines)
+
+
+def thread_table(rows):
+    """Return the lines of the table of two threads over one: ratios of wall time by phase."""
+    found = {(r["n"], r["steps"], r["threads"]): r for r in rows}
+    names = ("factorise", "condense", "contact", "recover")
+    lines = []
+    for (n, steps, threads), row in sorted(found.items()):
+        one = found.get((n, steps, 1.0))
+        if threads < 2 or one is None:
+            continue
+        ratios = [row[f"seconds_{name}"] / one[f"seconds_{name}"] for name in names]
+        lines.append([f"{n:.0f}", *(f"{ratio:.2f}" for ratio in ratios),
+                      f"{row['total'] / one['total']:.2f}"])
+    return table(["n", *names, "total"], lines) if lines else []
+
+
+def page(rows):
+    """Return the lines of docs/speed.md."""
+    repeats = max(row["repeats"] for row in medians(rows))
+    every = medians(rows)
+    rows = [row for row in every if row["scene"] == "block"]
+    plates = [row for row in every if row["scene"] == "plate"]
+    lines = [
+        "# Time and memory of the block by phase", "",
+        f"By `benchmarks/run.py` on {machine()}: the paper's block, automatic solver, tolerance",
+        f"1e-10, medians of {repeats} runs (one from n = {ONCE_FROM} on), the largest memory.",
+        "Seconds by phase: with one thread of the processor (the machine is shared; phases are",
+        "clocked by the wall, and scaled by the processor's share of the whole run), with two of",
+        "the wall.",
+        "`total` is wall time, `processor` that of the whole process. All runs are in",
+        "`benchmarks/runs.csv`; [scaling](scaling.md) fits their growth.", "",
+        *time_table(rows), "",
+        "## Beside the machine", "",
+        "Measured before each run: the rate of large dense products, of reading memory, and of a",
+        "symmetric matrix beyond the caches in its product with a vector. The shares are those of",
+        "the phases in these limits: operations of the elimination in dense products, products",
+        "with W (a triangle is read) in the rate of dsymv, solutions (the factor is read twice) in",
+        "that of memory. Above 1: from the caches. The machine's limit and the phase are not",
+        "measured in the same second, so a share has an error of a tenth or two.", "",
+        *share_table(rows), "",
+    ]
+    threads = thread_table(rows)
+    if threads:
+        lines += ["## Two threads over one", "", "Ratios of wall time.", "", *threads, ""]
+    if plates:
+        lines += ["## A plate with many contact points", "",
+                  "`benchmarks/plate.inp`, three layers of bricks.", "", *time_table(plates), ""]
+    return lines
+
+
+def whole_numbers(text):
+    """Return the numbers of a text such as "8,16"."""
+    try:
+        found = [int(word) for word in text.split(",")]
+    except ValueError:
+        found = [0]
+    if min(found) < 1:
+        raise argparse.ArgumentTypeError(f"expected numbers of at least 1, found '{text}'")
+    return found
+
+
+def main():
+    """Run and write."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    parser.add_argument("-n", type=whole_numbers, default=[8, 16, 24, 32, 40])
+    parser.add_argument("--threads", type=whole_numbers, default=[1, 2])
+    parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--steps", type=int, default=50, help="increments")
+    parser.add_argument("--scene", choices=SCENES, default="block")
+    parser.add_argument("--take", type=Path, nargs="+", default=[], metavar="RESULT")
+    parser.add_argument("--add", action="store_true", help="to the runs that are there")
+    parser.add_argument("--page", action="store_true", help="write the page from the runs there")
+    parser.add_argument("--scratch", type=Path, help="where results go for the moment")
+    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot")
+    parser.add_argument("--limits", type=Path, help="(build/benchmarks/machine_limits)",
+                        default=ROOT / "build" / "benchmarks" / "machine_limits")
+    options = parser.parse_args()
+    rows = read_rows() if options.add or options.page or options.take else []
+    for path in options.take:
+        new = take(path)
+        rows = [row for row in rows if not same_setting(row, new)] + [new]
+        write_rows(rows)
+    if not options.page and not options.take:
+        for program in (options.bipot, options.limits):
+            if not program.is_file():
+                sys.exit(f"no program at {program}; configure with -DBIPOT_BENCHMARKS=ON and build")
+        options.bipot, options.limits = options.bipot.resolve(), options.limits.resolve()
+        for n, threads in itertools.product(options.n, options.threads):
+            new = []
+            for _ in range(1 if n >= ONCE_FROM else options.repeat):
+                print(f"{options.scene}, n = {n}, {threads} threads", file=sys.stderr, flush=True)
+                new.append(run(options, n, threads))
+            rows = [row for row in rows if not same_setting(row, new[0])] + new
+            write_rows(rows)
+    if not rows:
+        sys.exit(f"no runs in {RUNS}")
+    (ROOT / "docs" / "speed.md").write_text("\n".join(page(rows)) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,529 @@
+"""Read a bipot deck into a flat scene: ids instead of parameters, *BLOCKs, sets and includes.
+
+    scene = read_flat(Path("input/block.inp"), {"n": "8"})
+    scene.take_mesh(result)          # coordinates as the program had them, *ADJUST and all
+    lines = scene.model_lines()      # *NODE to *SOLID SECTION in the common dialect
+
+It is for programs that read the Abaqus dialect but not our cards. It trusts that bipot has run the
+deck, so mistakes are not looked for, and holds its mesh against the one in the result file.
+"""
+
+import ast
+import math
+import operator
+import re
+from dataclasses import dataclass, field
+
+import numpy as np
+
+BRICKS = {"C3D8": "C3D8", "C3D8I": "C3D8I", "C3D8B": "C3D8B"} | dict.fromkeys(
+    ("C3D8R", "C3D8H", "C3D8RH"), "C3D8"
+)
+# Sides of a *BLOCK: axis, whether its far end, and the bricks' face there.
+SIDES = {
+    "XMIN": (0, False, 6), "XMAX": (0, True, 4), "YMIN": (1, False, 3),
+    "YMAX": (1, True, 5), "ZMIN": (2, False, 1), "ZMAX": (2, True, 2),
+}
+FACE_CORNERS = np.array(
+    [[1, 4, 3, 2], [5, 6, 7, 8], [1, 2, 6, 5], [2, 3, 7, 6], [3, 4, 8, 7], [4, 1, 5, 8]]
+) - 1
+HELD = {
+    "XSYMM": (1,), "YSYMM": (2,), "ZSYMM": (3,), "XASYMM": (2, 3), "YASYMM": (1, 3),
+    "ZASYMM": (1, 2), "PINNED": (1, 2, 3), "ENCASTRE": (1, 2, 3),
+}
+NOTHING = {  # what asks for output or for a way of solving, and says nothing about the scene
+    "HEADING", "CONTACT SOLVER", "PRECISION", "ACCURACY", "NODE FILE", "EL FILE", "CONTACT FILE",
+    "NODE PRINT", "EL PRINT", "CONTACT PRINT", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT",
+    "CONTACT OUTPUT", "CONTROLS", "SURFACE BEHAVIOR", "PREPRINT", "RESTART", "PARAMETER",
+    "END STEP",
+}
+OPERATORS = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.USub: operator.neg, ast.UAdd: operator.pos,
+}
+FUNCTIONS = {"SQRT": math.sqrt, "SIN": math.sin, "COS": math.cos, "TAN": math.tan}
+
+
+class DeckError(Exception):
+    """The deck holds something that has no place in a flat scene."""
+
+
+@dataclass
+class Card:
+    """A keyword line with its data lines, parameters put in."""
+
+    keyword: str
+    options: dict
+    rows: list
+
+    def name(self, option, default=None):
+        """Return an option that is a name; DeckError where it is missing and has no default."""
+        if option not in self.options and default is None:
+            raise DeckError(f"*{self.keyword}: no {option}=")
+        return self.options.get(option, default)
+
+
+@dataclass
+class Obstacle:
+    """A rigid obstacle."""
+
+    kind: str
+    numbers: list
+    ref_node: int | None
+
+
+@dataclass
+class Pair:
+    """A contact pair."""
+
+    slave: str
+    obstacle: str
+    interaction: str
+
+
+@dataclass
+class Load:
+    """A line of a *BOUNDARY, *CLOAD, *DLOAD or *DSLOAD: the words after the set, as they go out."""
+
+    target: str
+    words: list
+
+
+@dataclass
+class LoadCard:
+    """A loading card of a step, its values resolved."""
+
+    keyword: str
+    options: dict
+    loads: list
+
+
+@dataclass
+class Step:
+    """A step: increment, period, and its loads."""
+
+    increment: float = 1.0
+    period: float = 1.0
+    cards: list = field(default_factory=list)
+
+    @property
+    def n_increments(self):
+        """Number of increments, as bipot counts them."""
+        return max(1, math.floor(self.period / self.increment + 0.5))
+
+
+# --- Text to cards --------------------------------------------------------------------------------
+
+
+def number(text):
+    """Return the number of a text such as "2.1D+05" or "2.1+5"; ValueError where it is none."""
+    text = text.strip().replace("d", "e").replace("D", "E")
+    exponent = re.fullmatch(r"([+-]?[\d.]+)([+-]\d+)", text)
+    return float(f"{exponent[1]}E{exponent[2]}" if exponent else text)
+
+
+def arithmetic(text, names):
+    """Return the value of an expression with the parameters `names`; ValueError where none."""
+
+    def value(node):
+        match node:
+            case ast.Expression(body=body):
+                return value(body)
+            case ast.Constant(value=int() | float() as found):
+                return float(found)
+            case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
+                return OPERATORS[type(op)](value(left), value(right))
+            case ast.UnaryOp(op=op, operand=operand) if type(op) in OPERATORS:
+                return OPERATORS[type(op)](value(operand))
+            case ast.Call(func=ast.Name(id=name), args=[one]) if name.upper() in FUNCTIONS:
+                return FUNCTIONS[name.upper()](value(one))
+            case ast.Name(id=name) if isinstance(names.get(name.upper()), float):
+                return names[name.upper()]
+            case ast.Name(id=name) if name.upper() == "PI":
+                return math.pi
+        raise ValueError(f"not arithmetic: {text}")
+
+    try:
+        tree = ast.parse(text.strip(), mode="eval")
+    except SyntaxError as error:
+        raise ValueError(f"not arithmetic: {text}") from error
+    return value(tree)
+
+
+def parameter_value(text, names):
+    """Return a number where the text is one or is arithmetic, else the word it is."""
+    text = text.strip()
+    if text[:1] in ("'", '"'):
+        return text.strip("'\"")
+    for read in (number, lambda words: arithmetic(words, names)):
+        try:
+            return read(text)
+        except ValueError:
+            continue
+    return text
+
+
+def put_in(line, names):
+    """Return a line with its <expressions> replaced."""
+
+    def text(match):
+        words = match[1].strip()
+        found = names.get(words.upper())
+        if found is None:
+            found = arithmetic(words, names)
+        if isinstance(found, str):
+            return found
+        return str(int(found)) if found == int(found) and abs(found) < 1e15 else repr(found)
+
+    return re.sub(r"<([^<>]*)>", text, line)
+
+
+def lines_of(path, above=()):
+    """Give the lines of a deck, those of included files in their place, without comments."""
+    for line in path.read_text(encoding="utf-8-sig").splitlines():
+        line = line.strip()
+        if not line or line.startswith("**"):
+            continue
+        include = re.fullmatch(r"\*INCLUDE\s*,\s*INPUT\s*=\s*(.*)", line, re.IGNORECASE)
+        if include is None:
+            yield line
+            continue
+        name = include[1].strip().strip("\"'")
+        found = next((p for p in (path.parent / name, path.cwd() / name) if p.is_file()), None)
+        if found is None or found in above:
+            raise DeckError(f"*INCLUDE: cannot read {name}")
+        yield from lines_of(found, (*above, path))
+
+
+def words_of(line):
+    """Return the words of a line between commas, names in capitals and without quotes."""
+    parts = re.split(r',(?=(?:[^"]*"[^"]*")*[^"]*$)', line)
+    return [part.strip().strip('"').upper() for part in parts]
+
+
+def cards_of(path, overrides):
+    """Give the cards of a deck, the parameters replaced; `overrides` as --set takes them."""
+    names = {name.upper(): parameter_value(text, {}) for name, text in overrides.items()}
+    fixed = set(names)
+    card, goes_on = None, False
+    for line in lines_of(path):
+        if line.startswith("*") or goes_on:
+            words = words_of(put_in(line, names))
+            goes_on_now = line.endswith(",")
+            words = [word for word in words if word]
+            if not goes_on:
+                if card is not None:
+                    yield card
+                card = Card(" ".join(words[0].lstrip("* ").split()), {}, [])
+                words = words[1:]
+            for word in words:
+                option, _, value = word.partition("=")
+                card.options[" ".join(option.split())] = value.strip().strip('"')
+            goes_on = goes_on_now
+        elif card is None or card.keyword == "HEADING":
+            continue
+        elif card.keyword == "PARAMETER":
+            name, _, text = line.partition("=")
+            name = name.strip().upper()
+            if name not in fixed:
+                names[name] = parameter_value(text, names)
+        else:
+            card.rows.append(words_of(put_in(line, names)))
+    if card is not None:
+        yield card
+
+
+# --- Cards to a scene -----------------------------------------------------------------------------
+
+
+class Scene:
+    """A flat scene; every set is a list of ids, every face an element and its number 1 to 6."""
+
+    def __init__(self):
+        self.nodes = {}          # id: coordinates
+        self.elements = {}       # id: (type, eight ids)
+        self.skipped = {}        # id: nodes of an element that is not a brick
+        self.node_sets = {}
+        self.element_sets = {}
+        self.faces = {}          # surface: [(element, face)]
+        self.node_surfaces = {}  # surface: [ids]
+        self.materials = {}      # name: {"ELASTIC": [words], "DENSITY": [words]}
+        self.sections = []       # (element set, material)
+        self.obstacles = {}
+        self.pairs = []
+        self.friction = {}       # interaction: mu
+        self.amplitudes = {}     # name: [numbers]
+        self.steps = []
+        self.gaps = False        # whether a *CONTACT GAP adds to the gaps of the mesh
+
+    # What the readers of single cards share.
+
+    def nodes_of(self, name):
+        """Return the ids that a set, a block's side, a surface or an id names."""
+        if name in self.node_sets:
+            return self.node_sets[name]
+        if name in self.node_surfaces:
+            return self.node_surfaces[name]
+        if name in self.faces:
+            return self.nodes_on(name)
+        if name.isdigit():
+            return [int(name)]
+        raise DeckError(f"no set of nodes '{name}'")
+
+    def nodes_on(self, surface):
+        """Return the ids on a surface of faces, each once, in the order of the faces."""
+        found = {}
+        for element, face in self.faces[surface]:
+            corners = self.elements[element][1]
+            found.update(dict.fromkeys(corners[k] for k in FACE_CORNERS[face - 1]))
+        return list(found)
+
+    def elements_of(self, name):
+        """Return the ids that a set of elements or an id names."""
+        if name in self.element_sets:
+            return self.element_sets[name]
+        if name.isdigit():
+            return [int(name)]
+        raise DeckError(f"no set of elements '{name}'")
+
+    def add(self, sets, name, ids):
+        """Add ids to a set, each once."""
+        sets[name] = list(dict.fromkeys([*sets.get(name, ()), *ids]))
+
+    @property
+    def material_of(self):
+        """The material of each element by its id."""
+        return {e: material for name, material in self.sections for e in self.elements_of(name)}
+
+    def take_mesh(self, result):
+        """Take the coordinates from a result of the deck; DeckError where its bricks differ."""
+        ids = result.node_ids
+        self.nodes = dict(zip(ids.tolist(), result.points.tolist(), strict=True))
+        bricks = dict(zip(result.element_ids.tolist(), ids[result.bricks].tolist(), strict=True))
+        ours = {name: list(corners) for name, (_, corners) in self.elements.items()}
+        if bricks != ours:
+            raise DeckError("the mesh read from the deck is not the one in the result file")
+
+    # The mesh as text.
+
+    def model_lines(self):
+        """Give the lines of mesh, sets, materials and sections in the common dialect."""
+        yield "*NODE, NSET=ALLNODES"
+        for name, place in self.nodes.items():
+            yield f"{name}, " + ", ".join(f"{x:.12g}" for x in place)
+        for kind in sorted({kind for kind, _ in self.elements.values()}):
+            yield f"*ELEMENT, TYPE={kind}, ELSET=ALL{kind}"
+            for name, (found, corners) in self.elements.items():
+                if found == kind:
+                    yield f"{name}, " + ", ".join(map(str, corners))
+        for k, (name, cards) in enumerate(self.materials.items()):
+            yield f"*MATERIAL, NAME=MATERIAL{k + 1}"
+            for keyword, words in cards.items():
+                yield from (f"*{keyword}", ", ".join(words))
+            ids = [e for e, material in self.material_of.items() if material == name]
+            yield from id_lines(f"*ELSET, ELSET=MADEOF{k + 1}", ids)
+            yield f"*SOLID SECTION, ELSET=MADEOF{k + 1}, MATERIAL=MATERIAL{k + 1}"
+        for name, numbers in self.amplitudes.items():
+            yield f"*AMPLITUDE, NAME={name}"
+            yield from (f"{t:.12g}, {f:.12g}" for t, f in zip(numbers[::2], numbers[1::2],
+                                                              strict=True))
+
+
+def id_lines(head, ids):
+    """Give a card that lists ids, eight a line."""
+    yield head
+    for k in range(0, len(ids), 8):
+        yield ", ".join(map(str, ids[k : k + 8])) + ","
+
+
+def read_set(card, scene):
+    """Add the ids of a *NSET or *ELSET."""
+    kind = card.keyword
+    sets, members = (
+        (scene.node_sets, scene.nodes_of) if kind == "NSET"
+        else (scene.element_sets, scene.elements_of)
+    )
+    name = card.name(kind)
+    ids = []
+    if kind == "NSET" and "ELSET" in card.options:
+        for element in scene.elements_of(card.options["ELSET"]):
+            ids += scene.skipped.get(element) or scene.elements[element][1]
+    for row in card.rows:
+        words = [word for word in row if word]
+        if "GENERATE" in card.options:
+            first, last, *step = (int(word) for word in words)
+            ids += range(first, last + 1, step[0] if step else 1)
+        else:
+            for word in words:
+                ids += members(word)
+    known = scene.nodes if kind == "NSET" else scene.elements | scene.skipped
+    scene.add(sets, name, [one for one in ids if one in known])
+
+
+def read_elements(card, scene):
+    """Add the elements of a card."""
+    kind = card.name("TYPE")
+    numbers = [int(word) for row in card.rows for word in row if word]
+    # Of what is no brick the number of nodes is not known; such cards have a line an element.
+    rows = (
+        [numbers[k : k + 9] for k in range(0, len(numbers), 9)] if kind in BRICKS
+        else [[int(word) for word in row if word] for row in card.rows]
+    )
+    for name, *corners in rows:
+        if kind in BRICKS:
+            scene.elements[name] = (BRICKS[kind], corners)
+        else:
+            scene.skipped[name] = corners
+    if "ELSET" in card.options:
+        scene.add(scene.element_sets, card.options["ELSET"], [name for name, *_ in rows])
+
+
+def read_block(card, scene):
+    """Add a *BLOCK with its sets and sides; its coordinates are those of an ungraded one."""
+    shape = [int(float(card.name(axis))) for axis in ("NX", "NY", "NZ")]
+    numbers = [number(word) for row in card.rows[:2] for word in row if is_number(word)][:6]
+    corner, size = np.array(numbers[:3]), np.array(numbers[3:])
+    first_node = max(scene.nodes, default=0) + 1
+    first_brick = max([0, *scene.elements, *scene.skipped]) + 1
+    planes = [n + 1 for n in shape]
+    for k in np.ndindex(planes[2], planes[1], planes[0]):
+        place = np.array(k[::-1]) / shape
+        scene.nodes[first_node + flat(k, planes)] = (corner + size * place).tolist()
+    row, layer = planes[0], planes[0] * planes[1]
+    kind = BRICKS[card.options.get("TYPE", "C3D8")]
+    bricks = {}
+    for k in np.ndindex(shape[2], shape[1], shape[0]):
+        base = first_node + flat(k, planes)
+        lower = [base, base + 1, base + 1 + row, base + row]
+        name = first_brick + flat(k, shape)
+        bricks[name] = k
+        scene.elements[name] = (kind, lower + [node + layer for node in lower])
+    block = card.name("NAME")
+    for name in {block, card.options.get("ELSET", block)}:
+        scene.add(scene.element_sets, name, bricks)
+    scene.add(scene.node_sets, block, range(first_node, first_node + math.prod(planes)))
+    for side, (axis, far, face) in SIDES.items():
+        where = shape[axis] - 1 if far else 0
+        name = f"{block}-{side}"
+        scene.faces[name] = [(e, face) for e, k in bricks.items() if k[2 - axis] == where]
+        scene.add(scene.node_sets, name, sorted(scene.nodes_on(name)))
+
+
+def flat(k, shape):
+    """Return the place of (z, y, x) in a grid of (x, y, z) points, x fastest."""
+    return k[2] + shape[0] * (k[1] + shape[1] * k[0])
+
+
+def is_number(word):
+    """Whether a word is a number."""
+    try:
+        number(word)
+    except ValueError:
+        return False
+    return True
+
+
+def read_surface(card, scene):
+    """Add a surface of faces or nodes."""
+    name = card.name("NAME")
+    if card.options.get("TYPE", "ELEMENT") == "NODE":
+        scene.node_surfaces[name] = [
+            node for row in card.rows for word in row if word for node in scene.nodes_of(word)
+        ]
+        return
+    scene.faces[name] = [
+        (element, int(face.lstrip("S")))
+        for where, face, *_ in card.rows for element in scene.elements_of(where)
+        if element in scene.elements
+    ]
+
+
+def read_load(card, scene, step):
+    """Add the loads of a card to a step, directions as numbers and values given."""
+    loads = []
+    for row in card.rows:
+        target, words = row[0], row[1:]
+        if card.keyword == "BOUNDARY":
+            loads += [Load(target, words) for words in boundary_words(words)]
+        elif card.keyword in ("CLOAD", "DSLOAD"):
+            loads.append(Load(target, words))
+        else:
+            given = [word or "0." for word in words]
+            if given and given[0] == "GRAV":
+                given += ["0."] * (5 - len(given))
+            loads.append(Load(target, given))
+    options = {name: card.options[name] for name in ("AMPLITUDE", "OP") if name in card.options}
+    step.cards.append(LoadCard(card.keyword, options, loads))
+
+
+def boundary_words(words):
+    """Return first and last direction and value of a line of *BOUNDARY, directions 1 to 3 only."""
+    if words[0] in HELD:
+        return [[str(axis), str(axis), "0."] for axis in HELD[words[0]]]
+    first = int(words[0])
+    last = int(words[1]) if len(words) > 1 and words[1] else first
+    value = words[2] if len(words) > 2 and words[2] else "0."
+    return [[str(first), str(min(last, 3)), value]] if first <= 3 else []
+
+
+def read_flat(path, overrides):
+    """Return the flat scene of a deck; DeckError where it holds a card that is not known here."""
+    scene, step, before = Scene(), None, Step()
+    material = interaction = None
+    for card in cards_of(path, overrides):
+        match card.keyword:
+            case "NODE":
+                for row in card.rows:
+                    scene.nodes[int(row[0])] = [number(word) for word in row[1:4] if word]
+                if "NSET" in card.options:
+                    ids = [int(row[0]) for row in card.rows]
+                    scene.add(scene.node_sets, card.options["NSET"], ids)
+            case "ELEMENT":
+                read_elements(card, scene)
+            case "BLOCK":
+                read_block(card, scene)
+            case "NSET" | "ELSET":
+                read_set(card, scene)
+            case "SURFACE":
+                read_surface(card, scene)
+            case "MATERIAL":
+                material = scene.materials.setdefault(card.name("NAME"), {})
+            case "ELASTIC" | "DENSITY":
+                words = [word for row in card.rows for word in row if word]
+                material[card.keyword] = [f"{number(word):.12g}" for word in words]
+            case "SOLID SECTION":
+                scene.sections.append((card.name("ELSET"), card.name("MATERIAL")))
+            case "OBSTACLE":
+                words = [word for row in card.rows for word in row if word]
+                ref = card.options.get("REF NODE")
+                scene.obstacles[card.name("NAME")] = Obstacle(
+                    card.name("TYPE"), [number(word) for word in words], int(ref) if ref else None
+                )
+            case "SURFACE INTERACTION":
+                interaction = card.name("NAME")
+                scene.friction[interaction] = 0.0
+            case "FRICTION":
+                scene.friction[interaction] = number(card.rows[0][0])
+            case "CONTACT PAIR":
+                for slave, obstacle, *_ in card.rows:
+                    scene.pairs.append(Pair(slave, obstacle, card.name("INTERACTION")))
+            case "CONTACT GAP":
+                scene.gaps = True
+            case "AMPLITUDE":
+                words = [word for row in card.rows for word in row if word]
+                scene.amplitudes[card.name("NAME")] = [number(word) for word in words]
+            case "STEP":
+                step = Step()
+                if not scene.steps:
+                    step.cards = before.cards
+                scene.steps.append(step)
+            case "STATIC":
+                given = [number(word) for row in card.rows for word in row if word]
+                step.increment, step.period = [*given, 1.0, 1.0][:2]
+            case "BOUNDARY" | "CLOAD" | "DLOAD" | "DSLOAD":
+                read_load(card, scene, before if step is None else step)
+            case keyword if keyword in NOTHING:
+                pass
+            case keyword:
+                raise DeckError(f"*{keyword} has no translation")
+    return scene

@@ -1,0 +1,291 @@
+"""Run a deck here and in CalculiX, and hold both against our converged solution.
+
+    comparison = compare(Path("input/block.inp"), {"n": "8"}, [1e7, 1e8], options)
+    for run in comparison.runs: ...
+
+Times are processor seconds, user and system, of the whole process, one thread each; memory is the
+most that the process ever had. The error of a run is the largest difference of a pair's resultant
+from the reference over the increments, relative to the largest resultant of the run.
+"""
+
+import math
+import os
+import re
+import shutil
+import subprocess
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from bipot_result import Result
+from calculix_deck import Penalty, check_translatable, deck_lines, read_resultants
+from flat_deck import read_flat
+
+CCX = "ccx"
+TOLERANCES = ("1e-13", "1e-12", "1e-11", "1e-10")  # of the reference: the first that is certified
+# Largest tension of ccx's open points, of the largest contact pressure. It matters to no digit that
+# is compared, but ccx diverges by chance in an increment; then the next is tried.
+TENSIONS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+
+
+class PeerError(Exception):
+    """The comparison cannot be made."""
+
+
+@dataclass
+class Measured:
+    """What a process took."""
+
+    status: int     # exit status; negative: ended by that signal
+    seconds: float  # processor time, user and system
+    memory: float   # bytes, the most it had
+    stopped: bool   # by us
+
+
+@dataclass
+class PeerRun:
+    """A row of the comparison."""
+
+    program: str
+    settings: str
+    seconds: float
+    memory: float
+    error: float
+    increments: int       # that it finished
+    total: int            # that the deck has
+    note: str = ""
+
+    @property
+    def whole_seconds(self):
+        """Time of all increments: measured, or extrapolated from those that were finished."""
+        return self.seconds * self.total / self.increments if self.increments else math.nan
+
+
+@dataclass
+class Comparison:
+    """The runs of one deck."""
+
+    runs: list = field(default_factory=list)
+    equations: int = 0
+    points: int = 0
+    reference: str = ""
+
+
+def with_threads(threads=1):
+    """Return the environment in which a program has so many threads."""
+    return {**os.environ, "OPENBLAS_NUM_THREADS": str(threads), "OMP_NUM_THREADS": str(threads)}
+
+
+def peak_memory(pid):
+    """Return the most memory a live process has had [bytes], 0 when it has gone."""
+    try:
+        text = Path(f"/proc/{pid}/status").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return 0
+    found = re.search(r"VmHWM:\s+(\d+) kB", text)
+    return 1024 * int(found[1]) if found else 0
+
+
+def measure(command, folder, log, must_stop=lambda seconds: False, threads=1):
+    """Run a command to its end, or until `must_stop` of its processor seconds is true.
+
+    The resource usage of a child holds the memory of the process that started it, so memory is read
+    from /proc while the command runs.
+    """
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            [str(word) for word in command], cwd=folder, env=with_threads(threads),
+            stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+        )
+        memory, stopped, looked = 0, False, 0.0
+        begun = time.monotonic()
+        while True:
+            pid, status, usage = os.wait4(process.pid, os.WNOHANG)
+            if pid:
+                break
+            memory = max(memory, peak_memory(process.pid))
+            if not stopped and time.monotonic() - looked > 0.5:
+                looked = time.monotonic()
+                if must_stop(seconds_so_far(process.pid)):
+                    process.kill()
+                    stopped = True
+            # A short run is looked at often: its memory is known only while it lives.
+            time.sleep(min(0.05, 0.002 + 0.02 * (time.monotonic() - begun)))
+        process.returncode = os.waitstatus_to_exitcode(status)
+    return Measured(process.returncode, usage.ru_utime + usage.ru_stime, memory, stopped)
+
+
+def seconds_so_far(pid):
+    """Return the processor seconds of a live process."""
+    try:
+        text = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return 0.0
+    user, system = text.rpartition(")")[2].split()[11:13]
+    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+
+def run_ours(program, deck, overrides, folder, name, home=None):
+    """Run bipot; return what it took and its result, None where it failed.
+
+    `home` is the folder where the deck's includes are, if not its own.
+    """
+    command = [program, deck, "-o", folder / f"{name}.vtkhdf", "--overwrite", "--quiet"]
+    for key, value in overrides.items():
+        command += ["--set", f"{key}={value}"]
+    log = folder / f"{name}.log"
+    taken = measure(command, home or deck.parent, log)
+    if taken.status == 0:
+        return taken, Result(folder / f"{name}.vtkhdf")
+    if taken.status == 1:
+        raise PeerError(log.read_text(encoding="utf-8", errors="replace").strip())
+    return taken, None
+
+
+def with_tolerance(text, tolerance):
+    """Return the text of a deck with this tolerance of the contact solver."""
+    card = re.compile(r"^[ \t]*\*\s*CONTACT\s+SOLVER(?:[^\n]*,[ \t]*\n)*[^\n]*",
+                      re.IGNORECASE | re.MULTILINE)
+    found = card.search(text)
+    if found is None:
+        step = re.search(r"^\s*\*\s*STEP", text, re.IGNORECASE | re.MULTILINE)
+        at = step.start() if step else len(text)
+        return f"{text[:at]}*CONTACT SOLVER, TOLERANCE={tolerance}\n{text[at:]}"
+    words, changes = re.subn(r"TOLERANCE\s*=\s*[^,\s]+", f"TOLERANCE={tolerance}", found[0],
+                             flags=re.IGNORECASE)
+    if not changes:
+        words = re.sub(r"(SOLVER)", rf"\1, TOLERANCE={tolerance}", words, count=1,
+                       flags=re.IGNORECASE)
+    return text[: found.start()] + words + text[found.end() :]
+
+
+def resultants(result, scene):
+    """Return the forces on the slave bodies, (T, pairs, 3), in the order of the deck's pairs."""
+    return np.stack(
+        [result.pair(f"{p.slave}:{p.obstacle}".replace("/", "_")).resultant for p in scene.pairs], 1
+    )
+
+
+def error_of(found, reference):
+    """Return the largest difference over the increments both have, of the largest resultant."""
+    rows = min(len(found), len(reference))
+    if rows == 0:
+        return math.nan
+    return float(abs(found[:rows] - reference[:rows]).max() / abs(reference).max())
+
+
+def converged(program, deck, overrides, folder):
+    """Return the reference's result and its tolerance, the tightest that is certified."""
+    text = deck.read_text(encoding="utf-8-sig")
+    copy = folder / deck.name
+    for tolerance in TOLERANCES:
+        copy.write_text(with_tolerance(text, tolerance), encoding="utf-8")
+        _, result = run_ours(program, copy, overrides, folder, "reference", deck.parent)
+        if result is not None and result.history("certified").all():
+            return result, tolerance
+    raise PeerError(f"no run is certified as a reference, even with tolerance {TOLERANCES[-1]}")
+
+
+def default_penalty(scene, result):
+    """Return a stiff penalty: 500 times the stiffest material over the body's extent."""
+    modulus = max(float(cards["ELASTIC"][0]) for cards in scene.materials.values())
+    used = result.points[np.unique(result.bricks)]
+    extent = np.ptp(used, axis=0).max()
+    return float(f"{500 * modulus / extent:.1g}")
+
+
+def run_calculix(scene, penalties, reference, folder, options):
+    """Give the runs of ccx, one a penalty."""
+    pressure = largest_pressure(reference)
+    forces = resultants(reference, scene)
+    for stiffness in penalties:
+        slope = options.slope or stiffness / 10
+        for tension in TENSIONS:
+            penalty = Penalty(stiffness, slope, tension * pressure)
+            taken, found = run_ccx(deck_lines(scene, penalty), len(scene.pairs), folder, options)
+            if len(found) == len(forces) or taken.stopped:
+                break
+        note = ""
+        if taken.stopped:
+            note = f"from {len(found)} of {len(forces)} increments"
+        elif len(found) < len(forces):
+            note = f"ended in increment {len(found) + 1}"
+        yield PeerRun(
+            "CalculiX", f"K {stiffness:.0e}, slope {slope:.0e}", taken.seconds, taken.memory,
+            error_of(found, forces), len(found), len(forces), note,
+        )
+
+
+def run_ccx(lines, n_pairs, folder, options):
+    """Run ccx on a deck; return what it took and the resultants of its increments."""
+    for old in folder.glob("peer.*"):
+        old.unlink()
+    (folder / "peer.inp").write_text("\n".join(lines) + "\n", encoding="ascii")
+
+    def must_stop(seconds):
+        done = len(read_resultants(folder / "peer.dat", n_pairs))
+        return done > 0 and seconds > options.limit
+
+    taken = measure([CCX, "-i", "peer"], folder, folder / "peer.log", must_stop)
+    return taken, read_resultants(folder / "peer.dat", n_pairs)
+
+
+def largest_pressure(result):
+    """Return the largest normal reaction over the area of its point, or over the mean area."""
+    found = [1e-30]
+    for pair in result.pairs:
+        area = np.where(pair.area > 0, pair.area, max(pair.area.mean(), 1e-30))
+        found.append(float((pair.reaction[:, :, 0] / area).max(initial=0.0)))
+    return max(found)
+
+
+def compare(program, deck, overrides, penalties, folder, options):
+    """Run the deck here and in ccx; `penalties` empty for one that suits the scene.
+
+    `options` has `slope` (None: a tenth of the penalty) and `limit`, processor seconds after which
+    a run of ccx is stopped and its time taken from the increments it has finished.
+    """
+    deck = deck.resolve()
+    scene = read_flat(deck, overrides)
+    check_translatable(scene)
+    reference, tolerance = converged(program, deck, overrides, folder)
+    scene.take_mesh(reference)
+    taken, result = run_ours(program, deck, overrides, folder, "ours")
+    if result is None:
+        raise PeerError(f"{deck.name}: our own run ended with status {taken.status}")
+    forces = resultants(reference, scene)
+    comparison = Comparison(
+        equations=int(result.counters["equations"]),
+        points=int(result.counters["contact_points"]), reference=tolerance,
+    )
+    comparison.runs.append(PeerRun(
+        "bipot", "", taken.seconds, taken.memory, error_of(resultants(result, scene), forces),
+        result.finished, len(forces),
+    ))
+    if shutil.which(CCX):
+        penalties = penalties or [default_penalty(scene, result)]
+        comparison.runs += run_calculix(scene, penalties, reference, folder, options)
+    return comparison
+
+
+def comparison_rows(comparison):
+    """Return the rows of a table: program, settings, time, ratio, memory, error, note."""
+    ours = comparison.runs[0]
+    rows = []
+    for run in comparison.runs:
+        about = "about " if run.increments < run.total else ""
+        ratio = run.whole_seconds / ours.whole_seconds
+        failed = run.increments < run.total and run.note.startswith("ended")
+        rows.append([
+            run.program, run.settings,
+            "-" if failed else f"{about}{run.whole_seconds:.3g}",
+            "-" if failed else f"{ratio:.3g}",
+            f"{run.memory / 1e6:.0f}", f"{run.error:.1e}", run.note,
+        ])
+    return rows
+
+
+HEAD = ["program", "penalty", "processor s", "ratio", "MB", "error of the resultants", ""]
+

@@ -1,0 +1,163 @@
+!> What the size of the increments does to the contact resultants.
+!>
+!> Beside the run goes a coarse one, in increments of twice the size. Friction makes both
+!> first-order accurate in the increment, so their difference is the error of the finer one. Where a
+!> *STEP is one increment, that is done again in two halves instead. docs/theory.md section 10.
+module load_step_error_mod
+  use kinds_mod, only: wp, i8
+  use errors_mod, only: error_t
+  use scene_mod, only: scene_t
+  use plan_mod, only: plan_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use step_report_mod, only: step_report_t
+  use increments_mod, only: increment_t, next_increment, ends_step
+  use follow_points_mod, only: relative
+  use operators_mod, only: operators_t
+  use attempt_mod, only: attempt_t, begin_attempt
+  use look_ahead_mod, only: can_look_ahead, step_on_interface
+  use advance_mod, only: advance
+  implicit none
+  private
+
+  public :: coarse_run_t, start_coarse, follow_coarsely, try_increment, resultant_change
+
+  real(wp), parameter :: sharp_enough = 1.0e-6_wp !! residual of what only an estimate needs [-]
+
+  !> The run in coarser increments.
+  type :: coarse_run_t
+    type(state_t) :: state
+    integer :: n_behind = 0 !! increments that the run is ahead of it
+  end type coarse_run_t
+
+contains
+
+  !> Where the run begins, or goes on after something that the coarse one cannot follow.
+  subroutine start_coarse(state, coarse)
+    type(state_t), intent(in) :: state
+    type(coarse_run_t), intent(out) :: coarse
+
+    coarse%state = state
+  end subroutine start_coarse
+
+  !> After an increment of the run, from `old` to `new`: let the coarse run catch up where it is
+  !> due, and say how far apart they are.
+  subroutine follow_coarsely(scene, plan, operators, old, new, coarse, report)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(operators_t), intent(inout) :: operators
+    type(state_t), intent(in) :: old, new
+    type(coarse_run_t), intent(inout) :: coarse
+    type(step_report_t), intent(inout) :: report
+    !! of the increment; gets errors%load_steps, negative where there is none
+    type(state_t) :: middle, other
+    logical :: ok
+
+    report%errors%load_steps = -1.0_wp
+    coarse%n_behind = coarse%n_behind + 1
+    if (coarse%n_behind < 2 .and. .not. ends_step(scene%steps, new)) return
+    coarse%n_behind = 0
+    if (new%increment == 1) then
+      call try_increment(scene, plan, operators, old, new%position/2, middle, ok)
+      if (ok) call try_increment(scene, plan, operators, middle, new%position/2, other, ok, &
+        new%reaction)
+      ! Half the size leaves half of the error.
+      if (ok) report%errors%load_steps = 2.0_wp*change()
+      coarse%state = new
+    else
+      call try_increment(scene, plan, operators, coarse%state, &
+        new%position - beginning(coarse%state, new%step), other, ok, new%reaction)
+      if (ok) report%errors%load_steps = change()
+      if (.not. ok) other = new
+      coarse%state = other
+    end if
+
+  contains
+
+    real(wp) function change()
+      if (scene%accuracy%of_energy) then
+        change = energy_change(plan%points, other, new, report%energy%strain)
+      else
+        change = resultant_change(plan%points, other%reaction, new%reaction)
+      end if
+    end function change
+
+  end subroutine follow_coarsely
+
+  !> Where a state is in a step that it has just entered, or is in.
+  pure integer(i8) function beginning(state, step)
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: step
+
+    beginning = 0
+    if (state%step == step) beginning = state%position
+  end function beginning
+
+  !> An increment that only an estimate needs, as far as its contact goes.
+  subroutine try_increment(scene, plan, operators, from, length, to, ok, near)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(operators_t), intent(inout) :: operators
+    type(state_t), intent(in) :: from
+    integer(i8), intent(in) :: length  !! in parts of the deck's increments
+    type(state_t), intent(out) :: to   !! reactions and what contact sees of the displacement
+    logical, intent(out) :: ok         !! it was solved
+    real(wp), intent(in), optional :: near(:, :)
+    !! (3,n_points) reactions nearer to those it ends with than those it begins with [force]
+    type(increment_t) :: increment
+    type(attempt_t) :: now
+    type(step_report_t) :: report
+    type(error_t), allocatable :: error
+    real(wp) :: answer(operators%inverse%map%n_interface)
+
+    increment = next_increment(scene%steps, from, length)
+    if (can_look_ahead(scene, operators)) then
+      to = from
+      if (present(near)) to%reaction = near
+      call begin_attempt(scene, plan%points, operators, from, increment, now)
+      now%controls%tolerance = max(now%controls%tolerance, sharp_enough)
+      call step_on_interface(scene, plan%points, operators, increment, now, to, report, answer)
+    else
+      call advance(scene, plan, operators, from, increment, to, report, error)
+    end if
+    ok = .not. allocated(error) .and. report%converged
+  end subroutine try_increment
+
+  !> The energy of the difference of two states under the same loads, beside that of the bodies:
+  !> what their reactions' difference does on their motions' difference.
+  pure function energy_change(points, one, other, strain) result(change)
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: one, other
+    real(wp), intent(in) :: strain !! energy of the bodies [energy]
+    real(wp) :: change             !! 0 where there is no energy [-]
+    integer :: i
+
+    change = 0.0_wp
+    do i = 1, points%n
+      change = change + 0.5_wp*dot_product(one%reaction(:, i) - other%reaction(:, i), &
+        relative(points, i, one%displacement) - relative(points, i, other%displacement))
+    end do
+    change = abs(change)
+    if (strain > 0.0_wp) change = change/strain
+  end function energy_change
+
+  !> The largest change of a pair's resultant, beside the largest resultant.
+  pure function resultant_change(points, one, other) result(change)
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: one(:, :), other(:, :) !! (3,n_points) reactions in x, y, z [force]
+    real(wp) :: change                             !! 0 where there are no forces [-]
+    real(wp) :: largest
+    integer :: i
+
+    change = 0.0_wp
+    largest = 0.0_wp
+    do i = 1, size(points%first) - 1
+      associate (a => points%first(i), b => points%first(i + 1) - 1)
+        change = max(change, norm2(sum(one(:, a:b) - other(:, a:b), dim=2)))
+        largest = max(largest, norm2(sum(one(:, a:b), dim=2)), norm2(sum(other(:, a:b), dim=2)))
+      end associate
+    end do
+    if (largest > 0.0_wp) change = change/largest
+  end function resultant_change
+
+end module load_step_error_mod

@@ -1,0 +1,191 @@
+!> Several increments at once, as far as their contact goes, and one solution with the factor for
+!> all of them.
+!>
+!> Where obstacles are flat and the factor is exact, the next increment needs of the one before only
+!> its reactions and what its interface does, and both come from the contact problem. So contact is
+!> solved some increments ahead, and what the interiors do follows from one solution with as many
+!> right-hand sides, which costs little more than one. Then `advance` goes on with each of them in
+!> turn: internal forces, certificate, energies. Where it corrects one, those after it are forgotten
+!> and done anew.
+!>
+!> Every increment of a *STEP has a column of its own among the right-hand sides, whose number the
+!> step alone decides; so how far one looks ahead changes no bit of a result.
+module look_ahead_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t
+  use system_mod, only: wall_seconds
+  use scene_mod, only: scene_t
+  use controls_mod, only: is_exact
+  use contact_points_mod, only: contact_points_t
+  use increments_mod, only: increment_t, next_increment, mark_end
+  use state_mod, only: state_t
+  use step_report_mod, only: step_report_t
+  use rigid_modes_mod, only: add_motions
+  use follow_points_mod, only: nodal
+  use stiffness_inverse_mod, only: answer_of_interface, at_interface, recover_columns, at_nodes
+  use operators_mod, only: operators_t
+  use attempt_mod, only: attempt_t, begin_attempt, solve_reactions
+  implicit none
+  private
+
+  public :: most_ahead, ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut, &
+    step_on_interface
+
+  integer,  parameter :: most_ahead = 16          !! increments
+  real(wp), parameter :: longest_ahead = 5.0_wp   !! that a crash may lose [s]
+
+  !> An increment whose contact is solved.
+  type :: foreseen_t
+    real(wp), allocatable :: reaction(:, :)  !! (3,n_points) x, y, z [force]
+    real(wp), allocatable :: motion(:), turned(:) !! as of attempt_t
+    type(step_report_t) :: report            !! what the contact solver said
+  end type foreseen_t
+
+  !> The increments that lie ahead.
+  type :: ahead_t
+    private
+    integer :: first = 1                     !! row within the run of the first of them
+    integer :: n = 0                         !! how many there are
+    integer :: reach = most_ahead            !! how many to look for
+    type(foreseen_t) :: of(most_ahead)
+    real(wp), allocatable :: columns(:, :)
+    !! (n_free,columns) what their reactions do to the body [length]
+  end type ahead_t
+
+contains
+
+  !> Whether the interface is all that an increment needs of the one before.
+  pure logical function can_look_ahead(scene, operators)
+    type(scene_t), intent(in) :: scene
+    type(operators_t), intent(in) :: operators
+
+    can_look_ahead = is_exact(scene%precision) .and. .not. any(operators%is_curved) .and. &
+      operators%inverse%map%n_interface > 0
+  end function can_look_ahead
+
+  !> Whether an increment of the run is among those that were foreseen.
+  pure logical function is_ahead(ahead, increment)
+    type(ahead_t), intent(in) :: ahead
+    type(increment_t), intent(in) :: increment
+
+    is_ahead = increment%row >= ahead%first .and. increment%row < ahead%first + ahead%n
+  end function is_ahead
+
+  !> Solve the contact of the increments that follow `old`, to the end of their *STEP, as many and
+  !> for as long as allowed.
+  subroutine look_ahead(scene, points, operators, old, ahead, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(inout) :: operators
+    type(state_t), intent(in) :: old
+    type(ahead_t), intent(inout) :: ahead
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    type(state_t) :: there !! an increment on; its displacement is right on the interface alone
+    type(increment_t) :: increment
+    type(attempt_t) :: now
+    real(wp), allocatable :: answers(:, :) !! (n_interface,columns) [length]
+    real(wp) :: clock, began
+    integer :: n_columns, column
+
+    clock = wall_seconds()
+    increment = next_increment(scene%steps, old)
+    if (is_ahead(ahead, increment)) return
+    ! All that was asked for last time was of use: more.
+    if (ahead%n == ahead%reach) ahead%reach = min(most_ahead, 2*ahead%reach)
+    n_columns = min(most_ahead, scene%steps(increment%step)%n_increments)
+    allocate (answers(operators%inverse%map%n_interface, n_columns), source=0.0_wp)
+    there = old
+    ahead%first = increment%row
+    ahead%n = 0
+    increments: do while (ahead%n < ahead%reach)
+      increment = next_increment(scene%steps, there)
+      if (increment%row == 0 .or. (ahead%n > 0 .and. increment%first_of_step)) exit increments
+      began = wall_seconds()
+      ahead%n = ahead%n + 1
+      associate (foreseen => ahead%of(ahead%n), answer => answers(:, column_of(increment, &
+        n_columns)))
+        call begin_attempt(scene, points, operators, there, increment, now)
+        call step_on_interface(scene, points, operators, increment, now, there, foreseen%report, &
+          answer)
+        foreseen%reaction = there%reaction
+        foreseen%motion = now%motion
+        if (allocated(now%turned)) foreseen%turned = now%turned
+        foreseen%report%wall_time = wall_seconds() - began
+        if (.not. foreseen%report%converged) exit increments
+      end associate
+      if (wall_seconds() - clock > longest_ahead) exit increments
+    end do increments
+
+    began = wall_seconds()
+    if (allocated(ahead%columns)) deallocate (ahead%columns)
+    allocate (ahead%columns(operators%inverse%map%n_free, n_columns), source=0.0_wp)
+    if (any(abs(answers) > 0.0_wp)) then
+      call recover_columns(operators%inverse, answers, ahead%columns, error)
+    end if
+    do column = 1, ahead%n
+      associate (time => ahead%of(column)%report%wall_time)
+        time = time + (wall_seconds() - began)/real(ahead%n, wp)
+      end associate
+    end do
+  end subroutine look_ahead
+
+  !> One increment as far as the interface goes: its reactions and what they do there.
+  subroutine step_on_interface(scene, points, operators, increment, now, state, report, answer)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(inout) :: operators
+    type(increment_t), intent(in) :: increment
+    type(attempt_t), intent(inout) :: now     !! of begin_attempt
+    type(state_t), intent(inout) :: state
+    !! its beginning, then its end; of the displacement what contact sees, the rest is wrong
+    type(step_report_t), intent(out) :: report
+    real(wp), intent(out) :: answer(:)        !! (n_interface) to the reactions [length]
+    real(wp) :: reaction(3, points%n)
+
+    reaction = state%reaction
+    call solve_reactions(scene, points, operators, state, now, reaction, report)
+    answer = answer_of_interface(operators%inverse, nodal(points, reaction, scene%mesh%n_nodes))
+    state%displacement = now%u_free + at_interface(operators%inverse, answer, scene%mesh%n_nodes)
+    call add_motions(operators%motions, scene%mesh, now%motion, state%displacement)
+    state%reaction = reaction
+    call mark_end(increment, state)
+  end subroutine step_on_interface
+
+  !> The column of an increment: those of a *STEP take turns.
+  pure integer function column_of(increment, n_columns)
+    type(increment_t), intent(in) :: increment
+    integer, intent(in) :: n_columns
+
+    column_of = 1 + mod(increment%number - 1, n_columns)
+  end function column_of
+
+  !> Begin an increment with what was foreseen of it.
+  subroutine take_foreseen(ahead, increment, operators, now, reaction, report)
+    type(ahead_t), intent(in) :: ahead
+    type(increment_t), intent(in) :: increment  !! one that is ahead
+    type(operators_t), intent(in) :: operators
+    type(attempt_t), intent(inout) :: now
+    real(wp), intent(out) :: reaction(:, :)     !! (3,n_points) x, y, z [force]
+    type(step_report_t), intent(out) :: report
+
+    associate (foreseen => ahead%of(increment%row - ahead%first + 1))
+      reaction = foreseen%reaction
+      report = foreseen%report
+      now%applied = foreseen%reaction
+      now%motion = foreseen%motion
+      if (allocated(foreseen%turned)) now%turned = foreseen%turned
+      now%pressed = at_nodes(operators%inverse, &
+        ahead%columns(:, column_of(increment, size(ahead%columns, 2))), size(now%u_free, 2))
+      now%is_foreseen = .true.
+    end associate
+  end subroutine take_foreseen
+
+  !> Forget what lies ahead, and look less far the next time.
+  pure subroutine cut(ahead)
+    type(ahead_t), intent(inout) :: ahead
+
+    ahead%n = 0
+    ahead%reach = 1
+  end subroutine cut
+
+end module look_ahead_mod

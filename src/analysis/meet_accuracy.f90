@@ -1,0 +1,115 @@
+!> What it takes to reach the accuracy that the user wants, and what to say where that is missed.
+!>
+!> docs/theory.md section 10.
+module meet_accuracy_mod
+  use kinds_mod, only: wp
+  use text_mod, only: string_t, to_text, percent
+  use scene_mod, only: scene_t
+  use mesh_mod, only: mesh_t
+  use increments_mod, only: count_increments
+  use brick8_mod, only: volume
+  use step_report_mod, only: error_parts_t, total_error
+  implicit none
+  private
+
+  public :: choose_arithmetic, sharpen, shortfall
+
+  ! The contact tolerance, beside the accuracy: the certificate allows ten times as much.
+  real(wp), parameter :: smallest_share = 0.02_wp
+  real(wp), parameter :: largest_share = 0.05_wp
+  real(wp), parameter :: of_discretisation = 0.1_wp !! of the error of mesh and load steps
+  ! Where a factor in single precision pays (docs/arithmetic.md).
+  real(wp), parameter :: roughest_for_single = 1.0e-3_wp
+  !! accuracy from which on its errors, some 1e-5, need no refinement [-]
+  integer, parameter :: many_equations = 20000, few_increments = 20
+  real(wp), parameter :: order_of_mesh = 4.0_wp/3.0_wp
+  !! of its error in the size of the bricks: 1 to 2 where it was measured
+
+contains
+
+  !> Factorise in single precision where that is accurate enough without refinement and pays, unless
+  !> the deck says otherwise.
+  subroutine choose_arithmetic(scene)
+    type(scene_t), intent(inout) :: scene
+
+    associate (precision => scene%precision)
+      if (scene%accuracy%wanted < roughest_for_single .or. precision%factor_is_given) return
+      if (3*scene%mesh%n_nodes < many_equations) return
+      if (count_increments(scene%steps) > few_increments) return
+      precision%single_factor = .true.
+      precision%single_compliance = .true.
+    end associate
+  end subroutine choose_arithmetic
+
+  !> Choose the contact tolerance, a tenth of the error that mesh and load steps make anyway.
+  subroutine sharpen(scene, errors)
+    type(scene_t), intent(inout) :: scene
+    type(error_parts_t), intent(in), optional :: errors !! of the last *STEP, where there was one
+    real(wp) :: tolerance
+
+    associate (wanted => scene%accuracy%wanted)
+      if (wanted <= 0.0_wp) return
+      tolerance = smallest_share*wanted
+      if (present(errors)) tolerance = min(largest_share*wanted, max(tolerance, &
+        of_discretisation*(max(0.0_wp, errors%mesh) + max(0.0_wp, errors%load_steps))))
+    end associate
+    scene%contact%tolerance = tolerance
+  end subroutine sharpen
+
+  !> Why the accuracy was missed at the end of a *STEP, and what would reach it; empty where it was
+  !> not.
+  function shortfall(scene, step, errors, of_bricks) result(words)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    type(error_parts_t), intent(in) :: errors
+    real(wp), intent(in) :: of_bricks(:) !! (n_elements) what each adds to the mesh's error [energy]
+    character(:), allocatable :: words
+    real(wp) :: others
+
+    words = ''
+    if (scene%accuracy%wanted <= 0.0_wp) return
+    if (total_error(errors) >= 0.0_wp .and. total_error(errors) <= scene%accuracy%wanted) return
+    words = 'step '//to_text(step)//': '//what(scene)//' are wrong by about '
+    if (errors%load_steps < 0.0_wp) then
+      words = words//percent(errors%mesh)//' by the mesh, and by the load steps nobody knows '// &
+        'how much: twice their size could not be solved'
+      return
+    end if
+    words = words//percent(total_error(errors))//', not '//percent(scene%accuracy%wanted)
+    others = errors%load_steps + errors%contact + errors%arithmetic
+    if (errors%mesh > scene%accuracy%wanted) then
+      words = words//'; the mesh alone makes '//percent(errors%mesh)//': it takes '// &
+        bricks_in_words(scene%mesh, of_bricks, errors%mesh, scene%accuracy%wanted)
+    else if (errors%load_steps > 0.5_wp*others) then
+      words = words//'; the load steps make '//percent(errors%load_steps)
+      if (scene%steps(step)%direct) words = words//', and DIRECT keeps them as they are'
+    else
+      words = words//'; contact makes '//percent(errors%contact)//', arithmetic '// &
+        percent(errors%arithmetic)
+    end if
+  end function shortfall
+
+  pure function what(scene) result(words)
+    type(scene_t), intent(in) :: scene
+    character(:), allocatable :: words
+
+    words = 'the contact resultants'
+    if (scene%accuracy%of_energy) words = 'the energies'
+  end function what
+
+  !> Bricks of about 0.03 in place of 0.125 around element 17.
+  function bricks_in_words(mesh, of_bricks, error, wanted) result(words)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: of_bricks(:), error, wanted
+    character(:), allocatable :: words
+    real(wp) :: edge
+    integer :: e
+
+    e = maxloc(of_bricks, dim=1)
+    edge = volume(mesh%coordinates(:, mesh%connectivity(:, e)))**(1.0_wp/3.0_wp)
+    words = 'bricks of about '//to_text(edge*(wanted/error)**(1.0_wp/order_of_mesh), 2)// &
+      ' where they are '//to_text(edge, 2)//' now, around element '// &
+      to_text(mesh%element_id(e))//' first'
+  end function bricks_in_words
+
+end module meet_accuracy_mod

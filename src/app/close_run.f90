@@ -1,0 +1,80 @@
+!> How a run says how it went.
+module close_run_mod
+  use kinds_mod, only: wp
+  use text_mod, only: string_t, to_text
+  use system_mod, only: peak_memory_bytes
+  use parallel_mod, only: usage_t, usage_of_others
+  use scene_mod, only: scene_t
+  use controls_mod, only: precision_controls_t, precision_in_words
+  use operators_mod, only: operators_t
+  use tally_mod, only: tally_t
+  use console_mod, only: console_t, say, print_lines, print_warning, seconds_in_words
+  implicit none
+  private
+
+  public :: close_run
+
+contains
+
+  !> Phases and memory, then the one sentence that says how it went.
+  subroutine close_run(scene, console, tally, operators, path)
+    type(scene_t), intent(in) :: scene
+    type(console_t), intent(in) :: console
+    type(tally_t), intent(in) :: tally
+    type(operators_t), intent(in) :: operators
+    character(*), intent(in) :: path
+    type(usage_t) :: others
+    type(string_t) :: lines(4)
+
+    others = usage_of_others()
+    associate (s => operators%seconds)
+      lines(1)%text = 'time            read '//seconds(tally%read_time)//', assemble '// &
+        seconds(s%assemble)//', order '//seconds(s%order)//', factorise '// &
+        seconds(s%factorise)//', condense '//seconds(s%condense)//', loads '// &
+        seconds(s%loads)//','
+      lines(2)%text = '                contact '//seconds(tally%contact_time)//', recover '// &
+        seconds(tally%step_time - tally%contact_time)//', write '//seconds(tally%write_time)
+      lines(3)%text = 'accuracy        '//accuracy_in_words(scene%precision, tally%unrefined, &
+        tally%imbalance)
+      lines(4)%text = 'memory          '//to_text(real(peak_memory_bytes() + others%peak, &
+        wp)/1.0e6_wp, 3)//' MB at most'
+      call print_lines(console, lines)
+    end associate
+    if (tally%certified < tally%increments) then
+      call print_warning(console, to_text(tally%increments - tally%certified)//' of '// &
+        to_text(tally%increments)// &
+        ' increments are not certified (STOP=CHANGE goes on past them)')
+    end if
+    call say(to_text(tally%certified)//' of '//to_text(tally%increments)// &
+      ' increments certified to '// &
+             to_text(tally%allowed, 3)//', worst error '//to_text(tally%worst, 2)// &
+             ' (increment '// &
+             to_text(tally%worst_row)//'), '//seconds_in_words(tally%total_time)//': '//path)
+  end subroutine close_run
+
+  !> In which arithmetic, and what was out of balance before and after Newton-Raphson.
+  function accuracy_in_words(precision, before, after) result(words)
+    type(precision_controls_t), intent(in) :: precision
+    real(wp), intent(in) :: before, after !! largest out-of-balance force, of the largest force [-]
+    character(:), allocatable :: words
+
+    words = 'factor in '//precision_in_words(precision)//': out of balance by at most '// &
+      or_rounding(before)//' as solved, '//or_rounding(after)//' as refined'
+  end function accuracy_in_words
+
+  pure function or_rounding(imbalance) result(text)
+    real(wp), intent(in) :: imbalance !! 0 where it is no more than internal forces round [-]
+    character(:), allocatable :: text
+
+    text = 'rounding'
+    if (imbalance > 0.0_wp) text = to_text(imbalance, 2)
+  end function or_rounding
+
+  pure function seconds(time) result(text)
+    real(wp), intent(in) :: time
+    character(:), allocatable :: text
+
+    text = to_text(max(0.0_wp, time), 3)//' s'
+  end function seconds
+
+end module close_run_mod

@@ -1,0 +1,186 @@
+!> Going on with a run that was stopped or killed: what is kept for it after every increment, and
+!> how it is taken up again.
+!>
+!> A continued run makes its operators as the first session did, step by step from the last one that
+!> factorised, so that every number comes out the same to the last bit.
+module continue_run_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, raise, exit_wrong_input, exit_signal
+  use text_mod, only: to_text
+  use system_mod, only: caught_signal, signal_name
+  use number_list_mod, only: number_list_t, list_of, numbers_in, is_used_up, carry
+  use scene_mod, only: scene_t
+  use plan_mod, only: plan_t
+  use state_mod, only: state_t, initial_state, carry_state
+  use increments_mod, only: increment_t
+  use make_plan_mod, only: revise_plan
+  use step_loads_mod, only: prescribed_dofs
+  use operators_mod, only: operators_t, make_operators, change_supports, prepare_step
+  use load_step_error_mod, only: coarse_run_t, start_coarse
+  use choose_increment_mod, only: increment_size_t, carry_size
+  use result_file_mod, only: result_file_t, keep_state
+  use tally_mod, only: tally_t, carry_tally
+  implicit none
+  private
+
+  public :: progress_t, start_run, take_up_run, keep_progress, enter_step, heed_signal, &
+    how_to_continue
+
+  !> Where a run stands between two increments.
+  type :: progress_t
+    type(state_t) :: state
+    type(increment_size_t) :: size      !! of increments that may be cut
+    real(wp) :: tolerance = 0.0_wp      !! of contact, as the accuracy wants it [-]
+    type(coarse_run_t) :: coarse        !! the run in coarser increments, for the estimate of errors
+    integer :: entered = 0              !! *STEP that the operators are made for; 0: none yet
+    integer :: widened_in = 0
+    !! *STEP in which the whole of the slave surfaces became candidates; 0: not
+    real(wp), allocatable :: begun(:, :)
+    !! (3,n_nodes) prescribed displacements at the beginning of the *STEP, 0 elsewhere [length]
+  end type progress_t
+
+contains
+
+  !> The beginning of a run.
+  subroutine start_run(scene, plan, progress)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(progress_t), intent(out) :: progress
+
+    progress%state = initial_state(scene%mesh%n_nodes, plan%points%n)
+    call start_coarse(progress%state, progress%coarse)
+    progress%tolerance = scene%contact%tolerance
+  end subroutine start_run
+
+  !> Go on from what a result file kept.
+  subroutine take_up_run(numbers, scene, plan, file, progress, tally, error)
+    real(wp), intent(in) :: numbers(:)           !! as reopen_result found them
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(inout) :: plan          !! revised where it had been
+    type(result_file_t), intent(inout) :: file
+    type(progress_t), intent(inout) :: progress  !! the beginning of the run
+    type(tally_t), intent(inout) :: tally
+    type(error_t), allocatable, intent(out) :: error !! the numbers do not fit the scene
+    type(number_list_t) :: list
+    real(wp) :: read_time
+
+    read_time = tally%read_time
+    list = list_of(numbers)
+    call carry_progress(list, progress, tally)
+    tally%earlier_time = tally%total_time
+    tally%read_time = tally%read_time + read_time
+    if (.not. is_used_up(list)) then
+      call raise(error, exit_wrong_input, "the state in '"//file%path// &
+        "' is not one of this run: "// &
+        'it cannot be continued')
+      return
+    end if
+    file%n_outputs = tally%outputs
+    progress%entered = 0 ! by this session
+    if (progress%widened_in == 0) return
+    plan%points%in_reach = .true.
+    call revise_plan(scene, plan, error)
+  end subroutine take_up_run
+
+  !> Keep where the run stands in its file. Everything up to there must be in it already.
+  subroutine keep_progress(progress, tally, file, error)
+    type(progress_t), intent(inout) :: progress
+    type(tally_t), intent(inout) :: tally
+    type(result_file_t), intent(inout) :: file
+    type(error_t), allocatable, intent(out) :: error
+    type(number_list_t) :: list
+
+    call carry_progress(list, progress, tally)
+    call keep_state(file, progress%state%row, numbers_in(list), error)
+  end subroutine keep_progress
+
+  !> All that a continued run must know.
+  subroutine carry_progress(list, progress, tally)
+    type(number_list_t), intent(inout) :: list
+    type(progress_t), intent(inout) :: progress
+    type(tally_t), intent(inout) :: tally
+
+    call carry_state(list, progress%state)
+    call carry_state(list, progress%coarse%state)
+    call carry(list, progress%coarse%n_behind)
+    call carry_size(list, progress%size)
+    call carry(list, progress%tolerance)
+    call carry(list, progress%widened_in)
+    call carry(list, progress%begun)
+    call carry_tally(list, tally)
+  end subroutine carry_progress
+
+  !> New operators where a step holds other degrees of freedom than the one before; its loads in any
+  !> case. In a continued run also in the middle of a step.
+  subroutine enter_step(scene, plan, increment, progress, operators, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(increment_t), intent(in) :: increment
+    type(progress_t), intent(inout) :: progress
+    type(operators_t), intent(inout) :: operators
+    type(error_t), allocatable, intent(out) :: error
+    type(state_t) :: begun
+    integer :: step
+
+    associate (made_for => progress%entered)
+      if (made_for == 0) then
+        made_for = last_factorised(scene, increment%step, progress%widened_in)
+        call make_operators(scene, plan%points, prescribed_dofs(scene, made_for), operators, error)
+        if (allocated(error)) return
+      end if
+      do step = made_for + 1, increment%step
+        call change_supports(scene, plan%points, prescribed_dofs(scene, step), operators, error)
+        if (allocated(error)) return
+      end do
+      made_for = increment%step
+    end associate
+    if (increment%first_of_step) progress%begun = merge(progress%state%displacement, 0.0_wp, &
+      prescribed_dofs(scene, increment%step))
+    begun%displacement = progress%begun
+    call prepare_step(scene, increment%step, begun, operators, error)
+  end subroutine enter_step
+
+  !> The latest step up to `step` that began with a new factor, or in which there was one because
+  !> the interface was widened.
+  pure integer function last_factorised(scene, step, widened_in) result(last)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step, widened_in
+    logical, dimension(3, scene%mesh%n_nodes) :: before, now, of_bodies
+    integer :: k
+
+    of_bodies = spread(scene%mesh%body > 0, 1, 3)
+    last = 1
+    before = prescribed_dofs(scene, 1)
+    do k = 2, step
+      now = prescribed_dofs(scene, k)
+      if (any((now .neqv. before) .and. of_bodies)) last = k
+      before = now
+    end do
+    last = max(last, widened_in)
+  end function last_factorised
+
+  !> Where a signal asks for it, end the run.
+  subroutine heed_signal(error)
+    type(error_t), allocatable, intent(out) :: error
+
+    if (caught_signal() == 0) return
+    call raise(error, exit_signal + caught_signal(), 'stopped by '//signal_name(caught_signal()))
+  end subroutine heed_signal
+
+  !> What a stopped run has left, and the command that goes on with it.
+  function how_to_continue(path, n_done, n_increments, command) result(words)
+    character(*), intent(in) :: path    !! of the result file
+    integer, intent(in) :: n_done, n_increments
+    character(*), intent(in) :: command !! that was given
+    character(:), allocatable :: words
+
+    if (n_done == 0) then
+      words = 'no increment was finished, so nothing is kept'
+      return
+    end if
+    words = to_text(n_done)//' of '//to_text(n_increments)//' increments are in '//path// &
+      '; to go on:'//new_line('a')//'  '//command
+    if (index(command//' ', ' --continue ') == 0) words = words//' --continue'
+  end function how_to_continue
+
+end module continue_run_mod

@@ -1,0 +1,228 @@
+!> The increments of a run, one after the other: choose its size, advance, judge, append, report.
+module go_through_mod
+  use kinds_mod, only: wp, i8
+  use errors_mod, only: error_t
+  use text_mod, only: to_text
+  use system_mod, only: wall_seconds
+  use machine_room_mod, only: check_library_room
+  use scene_mod, only: scene_t
+  use plan_mod, only: plan_t
+  use increments_mod, only: increment_t, next_increment, whole_increment
+  use state_mod, only: state_t
+  use step_report_mod, only: step_report_t, ended_out_of_reach
+  use step_fields_mod, only: step_fields_t, fields_due
+  use make_plan_mod, only: revise_plan
+  use operators_mod, only: operators_t, widen_interface
+  use advance_mod, only: advance, advance_along
+  use look_ahead_mod, only: ahead_t
+  use load_step_error_mod, only: follow_coarsely
+  use choose_increment_mod, only: choose_increment, cut_increment
+  use meet_accuracy_mod, only: sharpen, shortfall
+  use result_file_mod, only: result_file_t, append_increment
+  use tally_mod, only: tally_t, add_increment, note_sizes
+  use export_problems_mod, only: exports_t, export_increment
+  use console_mod, only: console_t, say, print_increment, print_warning, clear_bar
+  use continue_run_mod, only: progress_t, keep_progress, enter_step, heed_signal
+  use make_fields_mod, only: make_fields
+  use refuse_unsolved_mod, only: refuse_unsolved, is_solved
+  implicit none
+  private
+
+  public :: go_through, room_to_write
+
+contains
+
+  !> From where the run stands to its end.
+  subroutine go_through(scene, plan, exports, operators, file, console, progress, tally, error)
+    type(scene_t), intent(inout) :: scene        !! its contact tolerance follows the accuracy
+    type(plan_t), intent(inout) :: plan
+    type(exports_t), intent(in) :: exports
+    type(operators_t), intent(inout) :: operators
+    type(result_file_t), intent(inout) :: file
+    type(console_t), intent(inout) :: console
+    type(progress_t), intent(inout) :: progress
+    type(tally_t), intent(inout) :: tally
+    type(error_t), allocatable, intent(out) :: error
+    type(state_t) :: new
+    type(ahead_t) :: ahead
+    type(increment_t) :: increment
+    type(step_report_t) :: report
+    logical :: is_cut
+    character(:), allocatable :: missed !! accuracy, and by what
+    character(:), allocatable :: unheld !! motions that nothing held in the increment before
+
+    unheld = ''
+    scene%contact%tolerance = progress%tolerance
+    increments: do
+      increment = next_increment(scene%steps, progress%state)
+      if (increment%row == 0) exit increments
+      if (increment%step /= progress%entered) then
+        call enter_step(scene, plan, increment, progress, operators, error)
+        if (allocated(error)) return
+      end if
+      call heed_signal(error)
+      if (allocated(error)) return
+      call choose_increment(scene, plan, operators, progress%state, progress%size, increment)
+      call solve_increment()
+      if (allocated(error)) return
+      call note_sizes(operators, tally)
+      if (.not. is_solved(scene, report)) then
+        call cut_increment(scene, increment, progress%size, is_cut)
+        if (is_cut) then
+          tally%cuts = tally%cuts + 1
+          call clear_bar(console)
+          call say('note: step '//to_text(increment%step)//', increment '// &
+            to_text(increment%number)//' was not solved up to time '//to_text(increment%time)// &
+            ': half of it is tried')
+          cycle increments
+        end if
+      end if
+      ! Also where the increment is not solved: others may want to try.
+      call export_increment(scene, operators, increment, progress%state, report, exports, error)
+      if (allocated(error)) return
+      call refuse_unsolved(scene, plan, increment, report, operators%inverse%condition, error)
+      if (allocated(error)) return
+      call estimate_errors(scene, plan, operators, new, progress, report, tally)
+      call tell_unheld(console, increment, report, unheld)
+      call write_increment()
+      if (allocated(error)) return
+      call print_increment(console, increment, share_done(), report)
+      if (missed /= '') call print_warning(console, missed)
+    end do increments
+
+  contains
+
+    !> Advance by one increment; once more where the plan had to be revised.
+    subroutine solve_increment()
+      call advance_once()
+      if (allocated(error) .or. report%ending /= ended_out_of_reach) return
+      call take_whole_surfaces(scene, increment, report, console, plan, operators, error)
+      if (allocated(error)) return
+      tally%plan_revisions = tally%plan_revisions + 1
+      progress%widened_in = increment%step
+      call advance_once()
+    end subroutine solve_increment
+
+    !> Ahead of increments that may yet be cut nobody looks.
+    subroutine advance_once()
+      logical :: is_whole
+
+      is_whole = progress%size%length == whole_increment .and. .not. scene%accuracy%wanted > 0.0_wp
+      if (scene%steps(increment%step)%direct .or. is_whole) then
+        call advance_along(scene, plan, operators, progress%state, ahead, new, report, error)
+      else
+        call advance(scene, plan, operators, progress%state, increment, new, report, error)
+      end if
+    end subroutine advance_once
+
+    !> Write the increment: from here on it is done.
+    subroutine write_increment()
+      type(step_fields_t) :: fields
+      real(wp) :: clock
+
+      clock = wall_seconds()
+      call make_fields(scene, new, report, fields)
+      call check_library_room(room_to_write(scene), 'write the result file', error)
+      if (allocated(error)) return
+      call append_increment(file, scene, plan, new, report, fields, error)
+      if (allocated(error)) return
+      tally%allowed = max(tally%allowed, 10.0_wp*scene%contact%tolerance)
+      missed = ''
+      if (increment%last_of_step) then
+        missed = shortfall(scene, increment%step, report%errors, fields%mesh_error)
+        call sharpen(scene, report%errors)
+      end if
+      if (missed /= '') tally%missed = tally%missed + 1
+      call add_increment(increment, report, fields_due(scene%output%frequency, &
+        increment%number, increment%last_of_step), tally)
+      progress%state = new
+      progress%tolerance = scene%contact%tolerance
+      tally%total_time = tally%earlier_time + wall_seconds() - console%started
+      call keep_progress(progress, tally, file, error)
+      tally%write_time = tally%write_time + wall_seconds() - clock
+    end subroutine write_increment
+
+    !> The part of the run that is done, 0 to 1.
+    real(wp) function share_done()
+      share_done = (real(sum(scene%steps(:increment%step - 1)%n_increments), wp) + &
+        real(increment%position, wp)/real(whole_increment, wp))/real(plan%n_increments, wp)
+    end function share_done
+
+  end subroutine go_through
+
+  !> How wrong the increment is, but for the mesh.
+  subroutine estimate_errors(scene, plan, operators, new, progress, report, tally)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(operators_t), intent(inout) :: operators
+    type(state_t), intent(in) :: new
+    type(progress_t), intent(inout) :: progress
+    type(step_report_t), intent(inout) :: report
+    type(tally_t), intent(inout) :: tally
+    real(wp) :: clock
+
+    clock = wall_seconds()
+    associate (c => report%certificate)
+      report%errors%contact = max(c%penetration, c%adhesion, c%complementarity, c%cone, c%law)
+    end associate
+    report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*operators%inverse%condition
+    call follow_coarsely(scene, plan, operators, progress%state, new, progress%coarse, report)
+    tally%estimate_time = tally%estimate_time + wall_seconds() - clock
+  end subroutine estimate_errors
+
+  !> A node went further than the plan had it go: from here on every slave node is a candidate.
+  subroutine take_whole_surfaces(scene, increment, report, console, plan, operators, error)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(step_report_t), intent(in) :: report
+    type(console_t), intent(inout) :: console
+    type(plan_t), intent(inout) :: plan
+    type(operators_t), intent(inout) :: operators
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (points => plan%points, i => report%worst_point)
+      call clear_bar(console)
+      call say('note: step '//to_text(increment%step)//', increment '//to_text(increment%number)// &
+        ': node '//to_text(scene%mesh%node_id(points%node(i)))//' reaches '// &
+        scene%obstacles(scene%pairs(points%pair(i))%obstacle)%name// &
+        ', which the plan held to be '// &
+        'out of its reach; the increment is repeated with the whole of the slave surfaces')
+    end associate
+    plan%points%in_reach = .true.
+    call revise_plan(scene, plan, error)
+    if (allocated(error)) return
+    call widen_interface(scene, plan%points, operators, error)
+  end subroutine take_whole_surfaces
+
+  !> Say which rigid motions nothing holds, where that has changed.
+  subroutine tell_unheld(console, increment, report, before)
+    type(console_t), intent(inout) :: console
+    type(increment_t), intent(in) :: increment
+    type(step_report_t), intent(in) :: report
+    character(:), allocatable, intent(inout) :: before
+    character(:), allocatable :: now
+
+    now = ''
+    if (allocated(report%unheld)) now = report%unheld
+    if (now == before) return
+    before = now
+    if (now == '') now = 'none any more'
+    call clear_bar(console)
+    call say('note: step '//to_text(increment%step)//', increment '//to_text(increment%number)// &
+      ': motions that nothing holds and nothing drives stay where they are: '//now)
+  end subroutine tell_unheld
+
+  !> Memory that HDF5 may ask for while an increment is written: its tables, and a few copies of
+  !> the longest row, which it shuffles and deflates.
+  pure function room_to_write(scene) result(bytes)
+    type(scene_t), intent(in) :: scene
+    integer(i8) :: bytes
+    integer(i8), parameter :: tables = 16000000_i8, copies = 4, tensor = 48, at_gauss_points = 8
+
+    bytes = tensor*max(scene%mesh%n_nodes, scene%mesh%n_elements)
+    if (scene%output%at_gauss_points) bytes = max(bytes, &
+      at_gauss_points*tensor*scene%mesh%n_elements)
+    bytes = tables + copies*bytes
+  end function room_to_write
+
+end module go_through_mod

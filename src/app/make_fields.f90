@@ -1,0 +1,54 @@
+!> The fields of an increment that are made only where they are written.
+module make_fields_mod
+  use scene_mod, only: scene_t
+  use state_mod, only: state_t
+  use increments_mod, only: ends_step
+  use step_report_mod, only: step_report_t
+  use step_fields_mod, only: step_fields_t, tensor_field_t, fields_due
+  use mesh_fields_mod, only: fill_tensor_fields
+  use recovered_error_mod, only: estimate_mesh_error
+  implicit none
+  private
+
+  public :: make_fields
+
+contains
+
+  !> The fields that the state does not hold, where the increment's are due.
+  subroutine make_fields(scene, state, report, fields)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: state
+    type(step_report_t), intent(inout) :: report !! gets the error of the mesh, where it is due
+    type(step_fields_t), intent(out) :: fields
+    logical :: due
+    logical :: is_last
+
+    is_last = ends_step(scene%steps, state)
+    due = fields_due(scene%output%frequency, state%increment, is_last)
+    if (is_last .or. (due .and. scene%output%mesh_error)) then
+      call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, &
+        fields%mesh_error, report%errors%mesh)
+    end if
+    if (.not. due) return
+    if (scene%output%reaction) fields%reaction_force = state%support_force
+    if (scene%output%stress) call allocate_tensors(scene, fields%stress)
+    if (scene%output%strain) call allocate_tensors(scene, fields%strain)
+    if (scene%output%stress .or. scene%output%strain) then
+      call fill_tensor_fields(scene%mesh, scene%materials, state%displacement, fields%strain, &
+        fields%stress)
+    end if
+  end subroutine make_fields
+
+  !> Room for a tensor wherever the deck wants it.
+  subroutine allocate_tensors(scene, field)
+    type(scene_t), intent(in) :: scene
+    type(tensor_field_t), intent(inout) :: field
+
+    associate (mesh => scene%mesh, output => scene%output)
+      if (output%at_centroids) allocate (field%at_centroids(6, mesh%n_elements))
+      if (output%at_gauss_points) allocate (field%at_gauss_points(6, 8, mesh%n_elements))
+      if (output%at_nodes) allocate (field%at_nodes(6, mesh%n_nodes))
+    end associate
+  end subroutine allocate_tensors
+
+end module make_fields_mod

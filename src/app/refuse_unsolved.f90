@@ -1,0 +1,105 @@
+!> What ends a run that found no solution, in words.
+module refuse_unsolved_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, raise, exit_not_solved
+  use text_mod, only: to_text
+  use scene_mod, only: scene_t
+  use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_in_words, is_exact
+  use plan_mod, only: plan_t
+  use increments_mod, only: increment_t
+  use step_report_mod, only: step_report_t, worst_entry, ended_at_limit, ended_stalled, &
+    ended_unbalanced, ended_moving
+  use console_mod, only: solver_name
+  implicit none
+  private
+
+  public :: refuse_unsolved, is_solved
+
+contains
+
+  !> Whether an increment may stand.
+  pure logical function is_solved(scene, report)
+    type(scene_t), intent(in) :: scene
+    type(step_report_t), intent(in) :: report
+
+    is_solved = report%converged .and. (report%certificate%certified .or. &
+      scene%contact%stop_rule == stop_at_change)
+  end function is_solved
+
+  !> A step that did not converge or is not certified ends the run; only comparisons (STOP=CHANGE)
+  !> go on past one that converged and is not certified.
+  subroutine refuse_unsolved(scene, plan, increment, report, condition, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(increment_t), intent(in) :: increment
+    type(step_report_t), intent(in) :: report
+    real(wp), intent(in) :: condition !! of the stiffness, at least [-]
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: where_and_what
+
+    if (is_solved(scene, report)) return
+    where_and_what = 'step '//to_text(increment%step)//', increment '//to_text(increment%number)
+    if (report%ending == ended_unbalanced) then
+      where_and_what = where_and_what//': nothing balances the loads along '//report%unbalanced
+    else if (report%ending == ended_moving) then
+      where_and_what = where_and_what//': the contact points on curved obstacles do not settle '// &
+        '(they still move by '//to_text(report%residual, 3)//'); smaller increments may help'
+    else if (.not. report%converged) then
+      where_and_what = where_and_what//': '//solver_name(report%solver)// &
+        ' did not reach the tolerance '//to_text(scene%contact%tolerance)//' in '// &
+        to_text(report%contact_iterations)//' iterations, '//ending_in_words(report%ending)// &
+        ' (best residual '//to_text(report%residual, 3)
+      if (report%worst_point > 0) where_and_what = where_and_what//', largest at node '// &
+        to_text(scene%mesh%node_id(plan%points%node(report%worst_point)))
+      where_and_what = where_and_what//'; condition of the stiffness at least '// &
+        to_text(condition, 2)//')'
+      if (scene%contact%local == local_uzawa .and. report%solver == solver_sweeps) then
+        where_and_what = where_and_what//'; rho = '//to_text(scene%contact%rho)//' times its '// &
+        'natural scale is outside the range in which Uzawa converges here: below 2, often less'
+      end if
+    else
+      where_and_what = where_and_what//': not certified, '//certificate_in_words(report)// &
+        ', allowed '// &
+        to_text(10.0_wp*scene%contact%tolerance)//' (condition of the stiffness at least '// &
+        to_text(condition, 2)//')'
+      if (.not. is_exact(scene%precision)) then
+        where_and_what = where_and_what//'; the factor ('// &
+          precision_in_words(scene%precision)//') left '//to_text(report%unrefined, 2)// &
+          ' out of balance, Newton-Raphson '//to_text(report%imbalance, 2)// &
+          ': full rank and FACTOR=DOUBLE of *PRECISION hold more'
+      else if (report%certificate%equilibrium >= worst_entry(report%certificate)) then
+        where_and_what = where_and_what// &
+          ': displacements in double precision do not hold these forces any closer'
+      end if
+    end if
+    call raise(error, exit_not_solved, where_and_what)
+  end subroutine refuse_unsolved
+
+  !> Why a contact solver gave up.
+  pure function ending_in_words(ending) result(words)
+    integer, intent(in) :: ending
+    character(:), allocatable :: words
+
+    select case (ending)
+    case (ended_at_limit)
+      words = 'their limit'
+    case (ended_stalled)
+      words = 'without progress any more'
+    case default
+      words = 'the reactions growing without bound'
+    end select
+  end function ending_in_words
+
+  pure function certificate_in_words(report) result(words)
+    type(step_report_t), intent(in) :: report
+    character(:), allocatable :: words
+
+    associate (c => report%certificate)
+      words = 'penetration '//to_text(c%penetration, 2)//', adhesion '//to_text(c%adhesion, 2)// &
+        ', complementarity '//to_text(c%complementarity, 2)//', cone '//to_text(c%cone, 2)// &
+        ', law '// &
+        to_text(c%law, 2)//', equilibrium '//to_text(c%equilibrium, 2)
+    end associate
+  end function certificate_in_words
+
+end module refuse_unsolved_mod

@@ -1,0 +1,67 @@
+!> How accurate the user wants the results.
+!>
+!>     *ACCURACY, OF=RESULTANTS
+!>     0.01                           of the largest resultant, or of the energy
+module read_accuracy_mod
+  use cards_mod, only: reader_t, report
+  use controls_mod, only: accuracy_controls_t
+  use diagnostics_mod, only: quoted
+  use fields_mod, only: field_position, field_text, fields_t, limit_fields, next_data_line, &
+    real_field
+  use kinds_mod, only: wp
+  use options_mod, only: allow_options, card_t, choice_option, open_card
+  implicit none
+  private
+
+  public :: read_accuracy
+
+contains
+
+  !> *ACCURACY
+  subroutine read_accuracy(reader, accuracy)
+    type(reader_t), intent(inout) :: reader
+    type(accuracy_controls_t), intent(out) :: accuracy
+    type(card_t) :: card
+    integer :: k, choice
+    logical :: given, ok
+
+    given = .false.
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'ACCURACY') cycle
+      call open_card(reader, k, card)
+      if (given) call report(reader, card%position, 'a second *ACCURACY')
+      given = .true.
+      call allow_options(reader, card, ['OF'])
+      call choice_option(reader, card, 'OF', ['RESULTANTS', 'ENERGY    '], choice, ok)
+      if (ok) accuracy%of_energy = choice == 2
+      call read_wanted(reader, card, accuracy%wanted)
+    end do
+  end subroutine read_accuracy
+
+  !> The one data line.
+  subroutine read_wanted(reader, card, wanted)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    real(wp), intent(inout) :: wanted
+    type(fields_t) :: fields
+    real(wp) :: value
+    logical :: found, ok
+
+    call next_data_line(reader, card, fields, found)
+    if (.not. found) then
+      call report(reader, card%position, '*ACCURACY needs a data line: an accuracy, as 0.01')
+      return
+    end if
+    call limit_fields(reader, fields, 1, 'an accuracy')
+    call real_field(reader, fields, 1, 'an accuracy between 0 and 1', value, ok)
+    if (ok .and. (value <= 0.0_wp .or. value >= 1.0_wp)) then
+      call report(reader, field_position(reader, fields, 1), 'an accuracy is above 0 and below '// &
+        '1, found '//quoted(field_text(reader, fields, 1)))
+    else if (ok) then
+      wanted = value
+    end if
+    call next_data_line(reader, card, fields, found)
+    if (found) call report(reader, fields%start, '*ACCURACY takes one data line')
+  end subroutine read_wanted
+
+end module read_accuracy_mod

@@ -1,0 +1,179 @@
+!> Smooth stresses at the nodes from those of the bricks: superconvergent patch recovery.
+!>
+!> The mean stress of a brick is more accurate than any other in it. Around a node inside the body a
+!> linear stress is fitted to the means of the bricks that meet there; a node on the body's surface,
+!> where bricks are missing, takes what the fits of its neighbours inside say of it. Where a mesh has
+!> nothing inside (a plate of one layer), nodes where more bricks meet stand for those inside.
+!>
+!> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 33 (1992) 1331-1364.
+module patch_recovery_mod
+  use kinds_mod, only: wp
+  use dense_mod, only: solve_least_squares
+  use mesh_mod, only: mesh_t, elements_at_nodes
+  implicit none
+  private
+
+  public :: recover_at_nodes
+
+  ! The nodes at the other ends of a brick's three edges at each of its nodes.
+  integer, parameter :: edge_ends(3, 8) = reshape([2, 4, 5, 1, 3, 6, 2, 4, 7, 1, 3, 8, 1, 6, 8, &
+    2, 5, 7, 3, 6, 8, 4, 5, 7], [3, 8])
+
+contains
+
+  !> Smooth stresses at the nodes of the bricks of one material; 0 at other nodes.
+  subroutine recover_at_nodes(mesh, of_material, means, smooth)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: of_material
+    real(wp), intent(in) :: means(:, :)   !! (6,n_elements) mean stress of each [force/length^2]
+    real(wp), intent(out) :: smooth(:, :) !! (6,n_nodes) [force/length^2]
+    real(wp), allocatable :: fit(:, :, :) !! (4,6,n_nodes) value and gradient
+    real(wp), allocatable :: middle(:, :) !! (3,n_nodes) where that value is [length]
+    integer, allocatable :: start(:), elements(:)
+    integer :: n_bricks(mesh%n_nodes), node
+    logical :: is_inside(mesh%n_nodes), has_fit(mesh%n_nodes)
+
+    call elements_at_nodes(mesh, start, elements, mesh%material == of_material)
+    n_bricks = start(2:) - start(:mesh%n_nodes)
+    do node = 1, mesh%n_nodes
+      is_inside(node) = surrounded(mesh, node, elements(start(node):start(node + 1) - 1))
+    end do
+    ! Fits are made where they are used.
+    has_fit = .false.
+    do node = 1, mesh%n_nodes
+      associate (bricks => elements(start(node):start(node + 1) - 1))
+        call mark_centres(mesh%connectivity(:, bricks), node)
+      end associate
+    end do
+    allocate (fit(4, 6, mesh%n_nodes), middle(3, mesh%n_nodes))
+    do node = 1, mesh%n_nodes
+      if (has_fit(node)) call make_fit(mesh, elements(start(node):start(node + 1) - 1), means, &
+        fit(:, :, node), middle(:, node))
+    end do
+    smooth = 0.0_wp
+    do node = 1, mesh%n_nodes
+      associate (bricks => elements(start(node):start(node + 1) - 1))
+        if (size(bricks) > 0) smooth(:, node) = mean_of_fits(mesh%connectivity(:, bricks), node)
+      end associate
+    end do
+
+  contains
+
+    !> Say which fits a node takes: its own inside; else those around it that are inside, or else
+    !> those where most bricks meet, if these are more than its own.
+    subroutine centres_of(around, node, list, n)
+      integer, intent(in) :: around(:, :) !! (8,n_bricks) nodes of its bricks
+      integer, intent(in) :: node
+      integer, intent(out) :: list(:)     !! a centre as often as bricks share it with the node
+      integer, intent(out) :: n
+      integer :: e, k, most
+
+      n = 0
+      most = n_bricks(node)
+      if (.not. is_inside(node)) then
+        do e = 1, size(around, 2)
+          most = max(most, maxval(n_bricks(around(:, e))))
+          do k = 1, 8
+            if (is_inside(around(k, e))) call take(around(k, e), list, n)
+          end do
+        end do
+        if (n > 0) return
+        do e = 1, size(around, 2)
+          do k = 1, 8
+            if (n_bricks(around(k, e)) == most .and. most > n_bricks(node)) then
+              call take(around(k, e), list, n)
+            end if
+          end do
+        end do
+      end if
+      if (n == 0) call take(node, list, n)
+    end subroutine centres_of
+
+    subroutine mark_centres(around, node)
+      integer, intent(in) :: around(:, :), node
+      integer :: list(max(1, size(around))), n
+
+      if (size(around) == 0) return
+      call centres_of(around, node, list, n)
+      has_fit(list(:n)) = .true.
+    end subroutine mark_centres
+
+    function mean_of_fits(around, node) result(stress)
+      integer, intent(in) :: around(:, :), node
+      real(wp) :: stress(6)
+      integer :: list(size(around)), n, i
+
+      call centres_of(around, node, list, n)
+      stress = 0.0_wp
+      do i = 1, n
+        associate (centre => list(i))
+          stress = stress + matmul([1.0_wp, mesh%coordinates(:, node) - middle(:, centre)], &
+            fit(:, :, centre))
+        end associate
+      end do
+      stress = stress/real(n, wp)
+    end function mean_of_fits
+
+  end subroutine recover_at_nodes
+
+  !> One more in a list.
+  pure subroutine take(centre, list, n)
+    integer, intent(in) :: centre
+    integer, intent(inout) :: list(:), n
+
+    n = n + 1
+    list(n) = centre
+  end subroutine take
+
+  !> Whether bricks lie all around a node: then each face at it belongs to two of them.
+  pure logical function surrounded(mesh, node, bricks)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: node
+    integer, intent(in) :: bricks(:) !! those that meet there
+    integer :: face(2, 3*size(bricks)), n, e, k, i
+
+    n = 0
+    do e = 1, size(bricks)
+      associate (nodes => mesh%connectivity(:, bricks(e)))
+        k = findloc(nodes, node, dim=1)
+        do i = 1, 3
+          associate (a => nodes(edge_ends(i, k)), b => nodes(edge_ends(mod(i, 3) + 1, k)))
+            n = n + 1
+            face(:, n) = [min(a, b), max(a, b)]
+          end associate
+        end do
+      end associate
+    end do
+    surrounded = n > 0
+    do i = 1, n
+      if (count(face(1, :) == face(1, i) .and. face(2, :) == face(2, i)) < 2) surrounded = .false.
+    end do
+  end function surrounded
+
+  !> The linear stress closest to the means of some bricks; constant along what they do not span.
+  subroutine make_fit(mesh, bricks, means, fit, middle)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: bricks(:)
+    real(wp), intent(in) :: means(:, :)
+    real(wp), intent(out) :: fit(4, 6)  !! value in the middle of the bricks and its gradient
+    real(wp), intent(out) :: middle(3)  !! [length]
+    real(wp) :: a(size(bricks), 4), extent
+    integer :: e, i
+
+    a(:, 1) = 1.0_wp
+    do e = 1, size(bricks)
+      do i = 1, 3
+        a(e, i + 1) = sum(mesh%coordinates(i, mesh%connectivity(:, bricks(e))))/8.0_wp
+      end do
+    end do
+    ! From their middle: what they do not span is then a column of zeros, apart from the constant.
+    middle = sum(a(:, 2:), dim=1)/real(size(bricks), wp)
+    a(:, 2:) = a(:, 2:) - spread(middle, 1, size(bricks))
+    extent = maxval(abs(a(:, 2:)))
+    if (extent <= 0.0_wp) extent = 1.0_wp
+    a(:, 2:) = a(:, 2:)/extent
+    fit = solve_least_squares(a, transpose(means(:, bricks)))
+    fit(2:, :) = fit(2:, :)/extent
+  end subroutine make_fit
+
+end module patch_recovery_mod

@@ -1,0 +1,122 @@
+!> The group /state of a result file: what it takes to go on with the run.
+!>
+!> Two slots are written in turn, each in its own place, so that a program killed while it writes
+!> one leaves the other. A slot says how many of its numbers count and what their sum of bits is; of
+!> the slots whose numbers agree with that, the later one holds. What the numbers mean is the
+!> writer's affair.
+module result_state_mod
+  use kinds_mod, only: wp, i8
+  use errors_mod, only: error_t, raise, exit_wrong_input
+  use text_mod, only: to_text
+  use hdf5_files_mod, only: hdf5_file_t, exists
+  use hdf5_attributes_mod, only: write_attribute, read_attribute, describe_group
+  use hdf5_datasets_mod, only: read_dataset
+  use hdf5_store_mod, only: create_store, write_store
+  implicit none
+  private
+
+  public :: slots_t, create_state, write_state, read_state
+
+  integer, parameter :: n_slots = 2
+
+  !> Which slot is the next to be written: never the one that holds.
+  type :: slots_t
+    private
+    integer :: next = 1
+  end type slots_t
+
+contains
+
+  !> Make the group, with nothing to go on from.
+  subroutine create_state(file, room, error)
+    type(hdf5_file_t), intent(in) :: file
+    integer, intent(in) :: room !! numbers that a state has, about
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: i
+
+    call describe_group(file, '/state', 'what it takes to continue the run, in two slots of '// &
+                        'which the later one holds', error)
+    do i = 1, n_slots
+      call create_store(file, slot(i), room, 'a state, for the program that wrote it', 'number', &
+                        error)
+      call label(file, i, 0, -1, 0_i8, error)
+    end do
+  end subroutine create_state
+
+  !> Write the numbers of a state. They hold when the file is flushed; till then those before do.
+  subroutine write_state(file, row, numbers, slots, error)
+    type(hdf5_file_t), intent(in) :: file
+    integer, intent(in) :: row          !! increment of the run that the state is the end of
+    real(wp), intent(in) :: numbers(:)
+    type(slots_t), intent(inout) :: slots
+    type(error_t), allocatable, intent(inout) :: error
+
+    call write_store(file, slot(slots%next), numbers, error)
+    call label(file, slots%next, size(numbers), row, sum_of_bits(numbers), error)
+    slots%next = 1 + mod(slots%next, n_slots)
+  end subroutine write_state
+
+  !> Read the latest state that is whole.
+  subroutine read_state(file, slots, numbers, error)
+    type(hdf5_file_t), intent(in) :: file
+    type(slots_t), intent(out) :: slots
+    real(wp), allocatable, intent(out) :: numbers(:)
+    type(error_t), allocatable, intent(inout) :: error !! there is none
+    type(error_t), allocatable :: failure
+    real(wp), allocatable :: found(:)
+    integer(i8) :: row, length, bits, latest
+    integer :: i
+
+    allocate (numbers(0))
+    if (allocated(error)) return
+    latest = -1
+    do i = 1, n_slots
+      if (.not. exists(file, slot(i))) cycle
+      if (allocated(failure)) deallocate (failure)
+      call read_attribute(file, slot(i), 'row', row, failure)
+      call read_attribute(file, slot(i), 'length', length, failure)
+      call read_attribute(file, slot(i), 'bits', bits, failure)
+      call read_dataset(file, slot(i), found, failure)
+      if (allocated(failure)) cycle
+      if (length < 1 .or. length > size(found) .or. row <= latest) cycle
+      if (sum_of_bits(found(:length)) /= bits) cycle
+      latest = row
+      numbers = found(:length)
+      slots%next = 1 + mod(i, n_slots)
+    end do
+    if (latest < 0) call raise(error, exit_wrong_input, "'"//file%path// &
+      "' holds no state to continue from: /state is missing or damaged")
+  end subroutine read_state
+
+  pure function slot(i) result(path)
+    integer, intent(in) :: i
+    character(:), allocatable :: path
+
+    path = '/state/slot_'//to_text(i)
+  end function slot
+
+  !> Say what a slot holds.
+  subroutine label(file, i, length, row, bits, error)
+    type(hdf5_file_t), intent(in) :: file
+    integer, intent(in) :: i, length, row
+    integer(i8), intent(in) :: bits
+    type(error_t), allocatable, intent(inout) :: error
+
+    call write_attribute(file, slot(i), 'row', int(row, i8), error)
+    call write_attribute(file, slot(i), 'length', int(length, i8), error)
+    call write_attribute(file, slot(i), 'bits', bits, error)
+  end subroutine label
+
+  !> A number that changes with every bit of the numbers, and with their order.
+  pure function sum_of_bits(numbers) result(bits)
+    real(wp), intent(in) :: numbers(:)
+    integer(i8) :: bits
+    integer :: i
+
+    bits = size(numbers)
+    do i = 1, size(numbers)
+      bits = ieor(ishftc(bits, 5), transfer(numbers(i), bits))
+    end do
+  end function sum_of_bits
+
+end module result_state_mod

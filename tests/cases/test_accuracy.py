@@ -1,0 +1,190 @@
+"""What is told of errors is about true, and an accuracy that is asked for is reached or refused."""
+
+import unittest
+
+import numpy as np
+from program import INPUT, Run
+
+AUTO = {"solver": "AUTO", "local": "AUTO"}
+
+
+def deck(name, direct=False):
+    """A deck of input/, its increments free to be cut unless `direct`."""
+    text = (INPUT / f"{name}.inp").read_text()
+    return text if direct else text.replace("*STATIC, DIRECT", "*STATIC")
+
+
+def with_card(text, card):
+    """The deck with a card before its first step."""
+    return text.replace("*STEP\n", f"{card}\n*STEP\n", 1)
+
+
+def at_ends(run, name):
+    """A history where the steps end."""
+    step = run.history("step")
+    return run.history(name)[np.append(step[1:] != step[:-1], True)]
+
+
+def resultants(run):
+    """Contact resultants where the steps end."""
+    step = run.history("step")
+    ends = np.append(step[1:] != step[:-1], True)
+    return np.hstack([pair.resultant[ends] for pair in run.pairs])
+
+
+class Told(unittest.TestCase):
+    """Errors by source, in runs of which nothing is asked."""
+
+    def test_load_steps(self):
+        """The part of load steps is the difference from fine ones, 1/3 to 3, while it is seen."""
+        with Run(deck("block", direct=True), name="block", n=4, steps=200, **AUTO).result() as run:
+            time = run.history("time")
+            fine = run.pairs[0].resultant[:]
+        for steps in (10, 20, 40):
+            run = Run(deck("block", direct=True), name="block", n=4, steps=steps, **AUTO)
+            with run.result() as run:
+                told = run.history("error/load_steps")
+                mine = run.pairs[0].resultant[:]
+                seen = 0
+                for row in np.flatnonzero((run.history("step") == 2) & (told > 1e-4)):
+                    same = np.argmin(abs(time - run.history("time")[row]))
+                    true = np.linalg.norm(mine[row] - fine[same]) / np.linalg.norm(fine[same])
+                    if true > 1e-4:
+                        seen += 1
+                        self.assertLess(told[row] / true, 3.0, (steps, row))
+                        self.assertGreater(told[row] / true, 1 / 3, (steps, row))
+                self.assertGreaterEqual(seen, 1, steps)
+
+    def test_where_they_are(self):
+        """Each part where it is known, -1 elsewhere; the total is their sum."""
+        with Run(deck("block", direct=True), name="block", n=4, **AUTO).result() as run:
+            parts = {
+                name: run.history(f"error/{name}")
+                for name in ("contact", "load_steps", "mesh", "arithmetic", "total")
+            }
+            last = np.isin(np.arange(50), (9, 49))
+            number = run.history("increment")
+        self.assertTrue(np.array_equal(parts["mesh"] >= 0, last))
+        self.assertTrue(np.array_equal(parts["load_steps"] >= 0, number % 2 == 0))
+        self.assertTrue(np.all(parts["contact"] >= 0) and np.all(parts["arithmetic"] > 0))
+        total = sum(parts[name] for name in ("contact", "load_steps", "mesh", "arithmetic"))
+        np.testing.assert_allclose(parts["total"][last], total[last], rtol=1e-14)
+        self.assertTrue(np.all(parts["total"][~last] == -1))
+
+    def test_one_increment(self):
+        """A step of one increment is held against two halves of it."""
+        with Run(deck("spence", direct=True), name="spence", n=8, steps=1).result() as run:
+            told = run.history("error/load_steps")[0]
+            one = run.pairs[0].reaction[-1]
+        with Run(deck("spence", direct=True), name="spence", n=8, steps=2).result() as run:
+            two = run.pairs[0].reaction[-1]
+        change = np.linalg.norm((one - two).sum(axis=0)) / np.linalg.norm(two.sum(axis=0))
+        self.assertAlmostEqual(told / (2 * change), 1.0, delta=0.02)
+
+
+class Asked(unittest.TestCase):
+    """--accuracy and *ACCURACY."""
+
+    def judge(self, name, accuracy, reference, **settings):
+        """The run ends well and is as accurate as asked, by its estimate and in truth."""
+        run = Run(deck(name), "--accuracy", str(accuracy), name=name, **settings)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertTrue(np.all(at_ends(result, "error/total") <= accuracy))
+            self.assertTrue(np.all(at_ends(result, "error/total") >= 0))
+            true = abs(resultants(result) - reference).max() / abs(reference).max()
+            self.assertLess(true, accuracy)
+            return len(result.history("step"))
+
+    def test_block(self):
+        """What is spent grows with what is asked; finer increments come of themselves."""
+        fine = Run(deck("block", direct=True), name="block", n=16, steps=100, **AUTO)
+        with fine.result() as result:
+            reference = resultants(result)
+        counts = [
+            self.judge("block", accuracy, reference, n=8, steps=5, **AUTO)
+            for accuracy in (0.1, 0.02)
+        ]
+        self.assertLessEqual(counts[0], counts[1])
+        self.assertLess(counts[1], 30)
+
+    def test_increments_are_cut(self):
+        """Increments follow the direction of the motion as finely as the accuracy asks."""
+        text = with_card(deck("block"), "*ACCURACY\n3e-4")
+        run = Run(text, name="block", n=4, steps=5, **AUTO)
+        self.assertEqual(run.status, 2)
+        with run.result() as result:
+            time = np.append(0.0, result.history("time"))
+            self.assertGreater(len(time), 10)
+            length = np.diff(time)
+            # Halves, quarters, ... of the deck's 1 and 0.25.
+            share = np.where(time[1:] <= 1.0 + 1e-12, length, length / 0.25)
+            np.testing.assert_allclose(np.log2(share), np.round(np.log2(share)), atol=1e-9)
+            np.testing.assert_array_equal(at_ends(result, "time"), [1.0, 2.0])
+            self.assertTrue(np.all(at_ends(result, "error/load_steps") < 3e-4))
+
+    def test_the_mesh_is_too_coarse(self):
+        """Said with the estimate and the bricks that would do; the result is complete."""
+        run = Run(deck("block"), "--accuracy", "0.001", name="block", n=4, steps=5, **AUTO)
+        self.assertEqual(run.status, 2)
+        self.assertRegex(
+            run.output,
+            r"step 1: the contact resultants are wrong by about 1\.2 %, "
+            r"not 0\.1 %; the mesh alone makes 1\.2 %: it takes bricks of about 0\.0",
+        )
+        self.assertIn("was not reached at the end of 2 of 2 steps", run.errors)
+        with run.result() as result:
+            self.assertEqual(result.history("time")[-1], 2.0)
+            self.assertTrue(np.all(result.history("certified") == 1))
+
+    def test_direct_keeps_increments(self):
+        """With DIRECT the program only tells."""
+        run = Run(deck("tool", direct=True), "--accuracy", "0.2", name="tool", n=12, steps=2)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertEqual(len(result.history("step")), 4)
+
+    def test_energy(self):
+        """*ACCURACY, OF=ENERGY: the plate's strain energy within what is asked."""
+        with Run(INPUT / "ssnv128.inp", n=64, thickness=0.005).result() as result:
+            true = result.history("energy/strain")[-1]
+        for accuracy in (0.01, 0.001):
+            text = with_card(deck("ssnv128"), f"*ACCURACY, OF=ENERGY\n{accuracy}")
+            run = Run(text, name="ssnv128", n=32, steps=1, thickness=0.005)
+            self.assertEqual(run.status, 0, run.errors)
+            with run.result() as result:
+                found = result.history("energy/strain")[-1]
+                self.assertLess(abs(found / true - 1), accuracy)
+
+    def test_the_command_line_wins(self):
+        """--accuracy stands in the file beside the overrides, and over the deck's."""
+        run = Run(
+            with_card(deck("ssnv128"), "*ACCURACY\n0.5"),
+            "--accuracy",
+            "0.01",
+            name="ssnv128",
+            n=8,
+            steps=1,
+        )
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertIn("1 % of the contact resultants", run.output)
+        with run.result() as result:
+            self.assertIn("--accuracy 0.01", result.file["run/overrides"].asstr()[()])
+
+
+class Cut(unittest.TestCase):
+    """Increments that are not solved are cut where the deck lets them be."""
+
+    def test_a_sliding_body(self):
+        """Beyond its limit nothing balances a body, however small the increment: status 2."""
+        run = Run(deck("slope"), name="slope", n=2, margin=0.1)
+        self.assertEqual(run.status, 2)
+        self.assertIn("nothing balances the loads along", run.errors)
+        self.assertIn("half of it is tried", run.output)
+        direct = Run(deck("slope", direct=True), name="slope", n=2, margin=0.1)
+        self.assertEqual(direct.status, 2)
+        self.assertNotIn("half of it is tried", direct.output)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,314 @@
+"""`--continue` ends with the file of a run that was never stopped, or says why it cannot."""
+
+import shutil
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+from result_checks import HERE, INPUT, NAME, PROGRAM, Case, Whole, close_reader, rows_in
+
+# Every deck of input/ but fall.inp, which has no solution, in a size that takes little time.
+SMALL = {
+    "ball": {"n": 6, "steps": 4},
+    "block": {"n": 3, "steps": 10},
+    "cantilever": {},
+    "corner": {"n": 3},
+    "hertz": {"n": 6, "steps": 4},
+    "incompressible": {},
+    "mindlin": {"n": 12, "steps": 3},
+    "patch": {"n": 2},
+    "pipe": {},
+    "quarter": {"n": 4, "steps": 6},
+    "rest": {},
+    "roller": {"n": 4},
+    "slope": {"n": 3},
+    "spence": {"n": 6, "steps": 4},
+    "ssnv128": {"n": 4, "steps": 4},
+    "tool": {"n": 4, "steps": 3},
+}
+
+# A step behind those of the block in which nothing balances the loads any more.
+PULLED_OFF = """*STEP
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY, OP=NEW
+BODY-ZMAX, 3, 3, -0.1
+*CLOAD
+BODY-ZMAX, 1, 1e6
+*END STEP
+"""
+
+
+class Folder(unittest.TestCase):
+    """A folder for a test."""
+
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp(prefix="bipot-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def fresh(self, name):
+        """Make a folder in it, empty."""
+        folder = self.folder / name
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+        return folder
+
+
+class EveryDeck(Folder):
+    """Killed in the middle of its run and continued, every deck ends with the same file."""
+
+    @classmethod
+    def tearDownClass(cls):
+        close_reader()
+
+    def check(self, case, kills=(0.35, 0.8)):
+        """Kill at shares of the writes and continue."""
+        folder = self.fresh("whole")
+        n = case.count_changes(folder)
+        whole = Whole(folder / NAME)
+        for share in kills:
+            with self.subTest(deck=str(case), share=share):
+                folder = self.fresh("killed")
+                self.assertTrue(case.kill_at(folder, int(share * n)))
+                rows = rows_in(folder / NAME)
+                status, words = case.run(folder, "--continue")
+                self.assertEqual(status, 0, words)
+                self.assertEqual(whole.differences(folder / NAME), [])
+                self.assertGreaterEqual(whole.rows, rows)
+
+    def test_decks_of_input(self):
+        self.assertEqual(set(SMALL), {p.stem for p in INPUT.glob("*.inp")} - {"fall"})
+        for name, overrides in SMALL.items():
+            self.check(Case(INPUT / f"{name}.inp", **overrides))
+
+    def test_supports_obstacles_and_outputs_that_change(self):
+        self.check(Case(HERE / "changes.inp"), kills=(0.2, 0.35, 0.5, 0.65, 0.75, 0.95))
+        self.check(Case(HERE / "changes.inp", factor="DOUBLE"))
+        self.check(Case(HERE / "changes.inp", solver="SWEEPS", tolerance="1e-7"))
+
+    def test_an_interface_that_was_widened(self):
+        self.check(Case(HERE / "widened.inp"), kills=(0.1, 0.2, 0.3, 0.45, 0.6, 0.7, 0.9))
+
+    def test_between_two_steps(self):
+        case = Case(HERE / "changes.inp")
+        folder = self.fresh("whole")
+        n = case.count_changes(folder)
+        whole = Whole(folder / NAME)
+        first, last = 1, n
+        while last - first > 1:  # the first write after which step 1 is finished
+            middle = (first + last) // 2
+            folder = self.fresh("killed")
+            case.kill_at(folder, middle)
+            first, last = (first, middle) if rows_in(folder / NAME) >= 4 else (middle, last)
+        for change in range(first, first + 12):
+            with self.subTest(change=change):
+                folder = self.fresh("killed")
+                case.kill_at(folder, change)
+                status, words = case.run(folder, "--continue")
+                self.assertEqual(status, 0, words)
+                self.assertEqual(whole.differences(folder / NAME), [])
+
+    def test_a_run_without_a_solution_is_refused_again(self):
+        deck = self.folder / "pulled.inp"
+        deck.write_text((INPUT / "block.inp").read_text() + PULLED_OFF)
+        case = Case(deck, n=2, steps=10)
+        first = self.fresh("first")
+        status, words = case.run(first)
+        self.assertEqual(status, 2, words)
+        rows = rows_in(first / NAME)
+        self.assertGreater(rows, 0)
+        whole = Whole(first / NAME)
+        status, again = case.run(first, "--continue")
+        self.assertEqual((status, again), (2, words))
+        self.assertEqual(whole.differences(first / NAME), [])
+
+    def test_exported_problems_of_the_rest(self):
+        case = Case(INPUT / "block.inp", "--export-fclib", "2,9", n=2, steps=10)
+        whole = self.fresh("whole")
+        n = case.count_changes(whole)
+        folder = self.fresh("killed")
+        case.kill_at(folder, n // 2)
+        status, words = case.run(folder, "--continue")
+        self.assertEqual(status, 0, words)
+        for name in ("block-2.fclib.hdf5", "block-9.fclib.hdf5"):
+            with h5py.File(whole / name) as one, h5py.File(folder / name) as two:
+                for key in ("fclib_local/W/nzval", "fclib_local/vectors/q", "guesses/1/r"):
+                    if key in one:
+                        self.assertEqual(one[key][()].tobytes(), two[key][()].tobytes(), key)
+
+
+class WhatIsKept(Folder):
+    """A continued file says so, and counts over all sessions."""
+
+    def test_counters_sidecar_and_sessions(self):
+        case = Case(INPUT / "block.inp", n=2, steps=10)
+        whole = self.fresh("whole")
+        n = case.count_changes(whole)
+        folder = self.fresh("killed")
+        case.kill_at(folder, n // 2)
+        case.kill_at(folder, n // 4, "--continue")
+        self.assertEqual(case.run(folder, "--continue")[0], 0)
+        tables = []
+        for path in (whole / NAME, folder / NAME):
+            with h5py.File(path) as file:
+                run = file["run"]
+                names = run["counters"].attrs["name"].astype(str)
+                tables.append(dict(zip(names, run["counters"][:], strict=True)))
+                self.assertEqual(run.attrs["status"], b"finished")
+                sessions = run.attrs["continued"].decode().splitlines()
+                self.assertNotIn("--continue", run.attrs["command"].decode())
+        self.assertEqual(len(sessions), 2)
+        for line in sessions:
+            self.assertRegex(line, r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ .* --continue$")
+        for name in (
+            "increments", "increments_with_fields", "contact_iterations", "local_iterations",
+            "newton_raphson_iterations", "factorisations", "equations", "contact_points",
+            "compliance_products", "imbalance", "unrefined_imbalance", "plan_revisions",
+        ):
+            self.assertEqual(tables[0][name], tables[1][name], name)
+        self.assertGreater(tables[1]["seconds_total"], tables[1]["seconds_contact"])
+        one, two = ((f / "run.xdmf").read_text() for f in (whole, folder))
+        # Both are complete; a continued file may be longer, and nothing of that shows.
+        self.assertEqual(one, two)
+
+    def test_the_state_is_a_small_part_of_the_file(self):
+        folder = self.fresh("whole")
+        Case(INPUT / "block.inp", n=8, steps=50, solver="AUTO", local="AUTO").run(folder)
+        with h5py.File(folder / NAME) as file:
+            stored = {
+                group: sum_of_storage(file[group]) for group in ("state", "VTKHDF", "contact")
+            }
+        # Here as much as the fields of six increments, of 50.
+        self.assertLess(stored["state"], 0.12 * stored["VTKHDF"])
+
+
+def sum_of_storage(group):
+    """Bytes that the datasets of a group take."""
+    sizes = []
+
+    def add(_, thing):
+        if isinstance(thing, h5py.Dataset):
+            sizes.append(thing.id.get_storage_size())
+
+    group.visititems(add)
+    return sum(sizes)
+
+
+class Refusals(Folder):
+    """What cannot be continued is left as it is, and the reason is told."""
+
+    def setUp(self):
+        super().setUp()
+        self.deck = self.folder / "run.inp"
+        self.deck.write_text((INPUT / "block.inp").read_text())
+        self.case = Case(self.deck, n=2, steps=10)
+        self.whole = self.fresh("whole")
+        self.n = self.case.count_changes(self.whole)
+        self.killed = self.fresh("killed")
+        self.case.kill_at(self.killed, self.n // 2)
+
+    def refused(self, reason, case=None, folder=None, *more):
+        """Check that --continue ends with 1, tells the reason and leaves the file."""
+        folder = folder or self.killed
+        before = (folder / NAME).read_bytes()
+        status, words = (case or self.case).run(folder, "--continue", *more)
+        self.assertEqual(status, 1, words)
+        self.assertRegex(words, reason)
+        self.assertEqual((folder / NAME).read_bytes(), before)
+
+    def test_another_parameter(self):
+        self.refused(
+            "begun with --set n=2 steps=10, not with --set n=3 steps=10",
+            Case(self.deck, n=3, steps=10),
+        )
+        self.refused("begun with --set n=2 steps=10, not without --set", Case(self.deck))
+
+    def test_another_text_of_the_deck(self):
+        text = self.deck.read_text()
+        line = text[: text.index("mu = 0.3")].count("\n") + 1
+        self.deck.write_text(text.replace("mu = 0.3", "mu = 0.4"))
+        self.refused(f"line {line} was 'mu = 0.3', is 'mu = 0.4'")
+        self.deck.write_text(text + "** more\n")
+        self.refused(r"was '', is '\*\* more'")
+        self.deck.write_text(text)
+        self.assertEqual(self.case.run(self.killed, "--continue")[0], 0)
+
+    def test_another_deck(self):
+        other = self.folder / "other.inp"
+        other.write_text(self.deck.read_text())
+        self.refused("is the result of another deck, 'run'", Case(other, n=2, steps=10))
+
+    def test_another_version(self):
+        with h5py.File(self.killed / NAME, "r+") as file:
+            file["run"].attrs.modify("version", b"0.0.9")
+        self.refused("begun by version 0.0.9 of bipot, this is version ")
+
+    def test_a_finished_run(self):
+        self.refused("is finished: there is nothing to continue", folder=self.whole)
+
+    def test_a_foreign_file(self):
+        (self.killed / NAME).write_text("something else\n")
+        self.refused("is not a result of bipot")
+        with h5py.File(self.killed / NAME, "w") as file:
+            file["run/deck"] = 1
+        self.refused("is not a result of bipot")
+
+    def test_a_truncated_file(self):
+        data = (self.killed / NAME).read_bytes()
+        for share in (0.99, 0.5, 0.01):
+            (self.killed / NAME).write_bytes(data[: int(share * len(data))])
+            self.refused("cannot be read: it is damaged or cut off")
+        (self.killed / NAME).write_bytes(b"")
+        self.refused("is not a result of bipot")
+
+    def test_a_damaged_state(self):
+        slots = ("state/slot_1", "state/slot_2")
+        with h5py.File(self.killed / NAME) as file:
+            later = max(slots, key=lambda slot: file[slot].attrs["row"])
+        with h5py.File(self.killed / NAME, "r+") as file:
+            file[later][20] += 1e-15
+        copy = self.fresh("copy")
+        shutil.copy(self.killed / NAME, copy)
+        # The other slot still holds, one increment before.
+        self.assertEqual(self.case.run(copy, "--continue")[0], 0)
+        self.assertEqual(Whole(self.whole / NAME).differences(copy / NAME), [])
+        with h5py.File(self.killed / NAME, "r+") as file:
+            for slot in slots:
+                file[slot].attrs["bits"] += 1
+        self.refused("no state to continue from: /state is missing or damaged")
+        with h5py.File(self.killed / NAME, "r+") as file:
+            del file["state"]
+        self.refused("no state to continue from: /state is missing or damaged")
+
+    def test_what_is_called_finished_but_is_not_there(self):
+        with h5py.File(self.killed / NAME, "r+") as file:
+            file["history"].attrs["finished"] += 3
+        status, words = self.case.run(self.killed, "--continue")
+        self.assertEqual(status, 3, words)
+        self.assertIn("the file is damaged", words)
+
+    def test_to_replace_and_to_keep_at_once(self):
+        self.refused("--continue keeps the result that --overwrite replaces", None, None,
+                     "--overwrite")
+
+    def test_an_unfinished_result_is_not_replaced(self):
+        before = (self.killed / NAME).read_bytes()
+        status, words = self.case.run(self.killed)
+        self.assertEqual(status, 1)
+        self.assertRegex(words, r"unfinished result \(\d+ increments, running\), which --continue")
+        self.assertEqual((self.killed / NAME).read_bytes(), before)
+        self.assertEqual(self.case.run(self.killed, "--overwrite")[0], 0)
+        self.assertEqual(Whole(self.whole / NAME).differences(self.killed / NAME), [])
+
+    def test_where_there_is_nothing_it_begins(self):
+        folder = self.fresh("nothing")
+        self.case.kill_at(folder, 3)
+        self.assertFalse((folder / NAME).exists())
+        self.assertEqual(self.case.run(folder, "--continue")[0], 0)
+        self.assertEqual(Whole(self.whole / NAME).differences(folder / NAME), [])
+
+
+if __name__ == "__main__":
+    assert Path(PROGRAM).exists(), PROGRAM
+    unittest.main()

@@ -1,0 +1,147 @@
+"""SIGINT and SIGTERM end a run between two increments, a second one at once."""
+
+import os
+import shutil
+import signal
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+import h5py
+from result_checks import INPUT, NAME, Case, Whole, close_reader, rows_in
+
+MANY = Case(INPUT / "block.inp", n=2, steps=400)  # seconds, of which no increment takes any
+# Minutes in one phase, of which the program is not asked for more than the beginning.
+LONG = Case(INPUT / "block.inp", "--force", n=40, steps=5, solver="AUTO", local="AUTO")
+
+
+def wait_for(condition, seconds=120.0):
+    """Wait until something is so."""
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            raise AssertionError("waited in vain")
+        time.sleep(0.005)
+
+
+class Signals(unittest.TestCase):
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp(prefix="bipot-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.path = self.folder / NAME
+
+    @classmethod
+    def tearDownClass(cls):
+        close_reader()
+
+    def start(self, case, *more):
+        """Begin a run that is ended with the test."""
+        process = case.start(self.folder, *more)
+
+        def end():
+            process.kill()
+            process.communicate()
+
+        self.addCleanup(end)
+        return process
+
+    def test_a_stopped_run_says_how_to_go_on_and_does(self):
+        other = Path(tempfile.mkdtemp(prefix="bipot-"))
+        self.addCleanup(shutil.rmtree, other)
+        self.assertEqual(MANY.run(other)[0], 0)
+        whole = Whole(other / NAME)
+        rows = 0
+        for number, status in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            process = self.start(MANY, *(["--continue"] if rows else []))
+            wait_for(self.path.exists)
+            size = self.path.stat().st_size
+            wait_for(lambda size=size: self.path.stat().st_size > size)
+            process.send_signal(number)
+            _, words = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, status, words)
+            self.assertIn("another signal stops at once", words)
+            name = signal.Signals(number).name
+            self.assertRegex(words, rf"stopped by {name}: \d+ of 400 increments are in run.vtkhdf")
+            self.assertRegex(words, r"to go on:\n  \S.* -o run.vtkhdf .*--continue\n")
+            self.assertEqual(words.count("--continue"), 1)
+            self.assertGreater(rows_in(self.path), rows)
+            rows = rows_in(self.path)
+            self.assertLess(rows, 400)
+            self.assertEqual(whole.losses(self.path, rows), [])
+            self.assertTrue((self.folder / "run.xdmf").exists())
+            with h5py.File(self.path) as file:
+                self.assertEqual(file["run"].attrs["status"], b"stopped")
+                counters = file["run/counters"]
+                names = list(counters.attrs["name"].astype(str))
+                self.assertEqual(counters[names.index("increments")], rows)
+        self.assertEqual(MANY.run(self.folder, "--continue")[0], 0)
+        self.assertEqual(whole.differences(self.path), [])
+
+    def test_before_the_first_increment_nothing_is_kept(self):
+        process = self.start(MANY)
+        wait_for(lambda: caught(process))
+        process.send_signal(signal.SIGTERM)
+        _, words = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 143, words)
+        if "no increment was finished, so nothing is kept" in words:
+            self.assertEqual(list(self.folder.iterdir()), [])
+        else:  # it had come further when the signal came
+            self.assertGreater(rows_in(self.path), 0)
+
+    def test_a_second_signal_does_not_wait(self):
+        for first in (signal.SIGINT, signal.SIGTERM):
+            process = self.start(LONG)
+            wait_for(lambda process=process: caught(process))
+            time.sleep(1.0)
+            process.send_signal(first)
+            line = process.stderr.readline() + process.stderr.readline()
+            self.assertIn("stops when the present increment is in the file", line)
+            self.assertIsNone(process.poll())
+            process.send_signal(signal.SIGTERM)
+            started = time.monotonic()
+            process.communicate(timeout=60)
+            self.assertLess(time.monotonic() - started, 10.0)
+            self.assertEqual(process.returncode, 143)
+            self.assertFalse(self.path.exists())
+
+    def test_a_second_signal_loses_nothing(self):
+        process = self.start(MANY)
+        wait_for(self.path.exists)
+        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=60)
+        self.assertIn(process.returncode, (130, 143))
+        with h5py.File(self.path) as file:
+            self.assertIn(file["run"].attrs["status"], (b"running", b"stopped"))
+        self.assertGreater(rows_in(self.path), 0)
+        status, words = MANY.run(self.folder, "--continue")
+        self.assertEqual(status, 0, words)
+        self.assertEqual(rows_in(self.path), 400)
+
+    def test_an_ignored_signal_stays_ignored(self):
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            process = self.start(MANY)
+        finally:
+            signal.signal(signal.SIGINT, before)
+        wait_for(self.path.exists)
+        process.send_signal(signal.SIGINT)
+        _, words = process.communicate(timeout=120)
+        self.assertEqual((process.returncode, words), (0, ""))
+
+
+def caught(process):
+    """Whether the program has set its own handler of SIGINT, a bit that /proc shows."""
+    try:
+        text = Path(f"/proc/{process.pid}/status").read_text()
+    except OSError:
+        return False
+    mask = next(int(x.split()[1], 16) for x in text.splitlines() if x.startswith("SigCgt"))
+    return mask >> (signal.SIGINT - 1) & 1 == 1
+
+
+if __name__ == "__main__":
+    if not os.path.exists("/proc/self/status"):
+        raise SystemExit(77)
+    unittest.main()

@@ -1,0 +1,276 @@
+"""scripts/compare: what it makes of a deck, and what it finds in CalculiX where there is one."""
+
+import itertools
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
+PROGRAM = Path(os.environ.get("BIPOT", ROOT / "build" / "bipot"))
+INPUT = ROOT / "input"
+sys.path.insert(0, str(ROOT / "scripts"))
+
+try:
+    import h5py  # noqa: F401
+    import numpy as np
+except ImportError as error:
+    print(f"skipped: {error}")
+    sys.exit(77)
+
+from bipot_result import Result  # noqa: E402
+from calculix_deck import (  # noqa: E402
+    Penalty,
+    Targets,
+    check_translatable,
+    deck_lines,
+    make_planes,
+    read_resultants,
+    slave_nodes,
+    step_lines,
+)
+from flat_deck import DeckError, read_flat  # noqa: E402
+from peer_runs import with_tolerance  # noqa: E402
+
+# A deck that says the same in many ways: parameters, an include, sets of sets, numbers of Fortran,
+# a range of directions to 6, an obstacle with a reference node that moves, quoted names.
+ODD = """*HEADING
+*PARAMETER
+n = 2
+down = -0.01*sqrt(4)/2
+kind = C3D8
+*NODE
+ 500, 0., 0., -1.
+*INCLUDE, INPUT=cube.inp
+*NSET, NSET="upper, face"
+CUBE-ZMAX
+*nset, nset=SOME, generate
+501, 505, 2
+*MATERIAL, NAME=STEEL
+*ELASTIC
+2.1D+05, .3
+*SOLID SECTION, ELSET=CUBE, MATERIAL=STEEL
+*OBSTACLE, NAME=GROUND, TYPE=PLANE, REF NODE=500
+0., 0., 0.,
+0., 0., 2.
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=DRY, ADJUST=0.
+CUBE-ZMIN, GROUND
+*AMPLITUDE, NAME=RAMP
+0., 0., 1., 1.+0
+*BOUNDARY
+"upper, face", 1, 6
+*STEP
+*STATIC
+.5
+*BOUNDARY, AMPLITUDE=RAMP
+CUBE-ZMAX, 3, , <down>
+500, 1, 3
+*END STEP
+*STEP
+*STATIC, DIRECT
+.25, 1.
+*BOUNDARY
+500, 1, 1, 0.002
+*DSLOAD
+CUBE-XMAX, P, 50.
+*END STEP
+"""
+CUBE = """*BLOCK, NAME=CUBE, NX=<n>, NY=<n>, NZ=<2*n>, TYPE=<kind>
+0., 0., -0.001,  1., 1., 2.
+Z, 3.
+"""
+
+
+def run(deck, folder, *words):
+    """Run bipot on a deck; return its result."""
+    path = Path(folder) / "result.vtkhdf"
+    subprocess.run([PROGRAM, deck, "-o", path, "--overwrite", "--quiet", *words], cwd=folder,
+                   check=True, capture_output=True)
+    return Result(path)
+
+
+def forces(result, names):
+    """Return the resultants of the pairs of these names, and the displacements at the end."""
+    found = [result.pair(name).resultant for name in names]
+    return np.stack(found), result.field("displacement", -1)
+
+
+def flat_for_bipot(scene):
+    """Return a flat scene as a deck of bipot's, its planes and pairs unchanged."""
+    targets = Targets(scene)
+    steps = list(step_lines(scene, [], targets))
+    lines = list(scene.model_lines())
+    for name, obstacle in scene.obstacles.items():
+        ref = f", REF NODE={obstacle.ref_node}" if obstacle.ref_node else ""
+        lines += [f"*OBSTACLE, NAME={name}, TYPE={obstacle.kind}{ref}",
+                  ", ".join(f"{x:.17g}" for x in obstacle.numbers)]
+    for k, pair in enumerate(scene.pairs):
+        lines += [f"*SURFACE, NAME=S{k}, TYPE=NODE", *map(str, slave_nodes(scene, pair)),
+                  f"*SURFACE INTERACTION, NAME=I{k}", "*FRICTION",
+                  f"{scene.friction[pair.interaction]:.17g}",
+                  f"*CONTACT PAIR, INTERACTION=I{k}", f"S{k}, {pair.obstacle}"]
+    lines.append("*CONTACT SOLVER, TOLERANCE=1e-12")
+    return "\n".join([*lines, *targets.lines, *steps]) + "\n"
+
+
+class Flat(unittest.TestCase):
+    """A deck written out flat is the same scene."""
+
+    def same(self, deck, folder, **overrides):
+        """Check that bipot finds the same with the deck and with what it is written out as."""
+        words = [word for name, value in overrides.items() for word in ("--set", f"{name}={value}")]
+        tight = Path(folder) / deck.name
+        tight.write_text(with_tolerance(deck.read_text(), "1e-12"))
+        with run(tight, folder, *words) as result:
+            scene = read_flat(deck, overrides)
+            scene.take_mesh(result)
+            expected = forces(result, [f"{p.slave}:{p.obstacle}" for p in scene.pairs])
+        flat = Path(folder) / "flat.inp"
+        flat.write_text(flat_for_bipot(scene))
+        with run(flat, folder) as result:
+            found = forces(result, [f"S{k}:{p.obstacle}" for k, p in enumerate(scene.pairs)])
+        for one, other in zip(expected, found, strict=True):
+            self.assertGreater(abs(one).max(), 0)
+            self.assertLess(abs(one - other).max(), 1e-8 * abs(one).max(), deck.name)
+
+    def test_decks_of_input_are_the_same(self):
+        for name, overrides in (
+            ("block", {"n": "2", "steps": "10", "theta": "20."}), ("quarter", {}), ("patch", {}),
+            ("ssnv128", {"n": "4"}), ("corner", {}),
+        ):
+            with tempfile.TemporaryDirectory() as folder:
+                self.same(INPUT / f"{name}.inp", folder, **overrides)
+
+    def test_an_oddly_written_deck_is_the_same(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "cube.inp").write_text(CUBE)
+            deck = Path(folder) / "odd" / "odd.inp"
+            deck.parent.mkdir()
+            deck.write_text(ODD)
+            (deck.parent / "cube.inp").write_text(CUBE)
+            self.same(deck, folder)
+
+    def test_another_mesh_is_noticed(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with run(INPUT / "block.inp", folder, "--set", "n=2", "--set", "steps=5") as result:
+                scene = read_flat(INPUT / "block.inp", {"n": "3"})
+                with self.assertRaises(DeckError):
+                    scene.take_mesh(result)
+
+
+class Translation(unittest.TestCase):
+    """What goes to CalculiX, and what cannot."""
+
+    def test_what_has_no_translation_is_named(self):
+        for name, words in (("tool", "SPHERE"), ("pipe", "CYLINDER"), ("hertz", "CONTACT GAP"),
+                            ("cantilever", "CONTACT PAIR")):
+            with self.assertRaisesRegex(DeckError, words):
+                check_translatable(read_flat(INPUT / f"{name}.inp", {}))
+        with self.assertRaisesRegex(DeckError, "C3D8B"):
+            check_translatable(read_flat(INPUT / "block.inp", {"element": "C3D8B"}))
+
+    def test_master_faces_lie_on_the_planes(self):
+        scene = read_flat(INPUT / "corner.inp", {})
+        for plane, normal in zip(make_planes(scene), np.eye(3), strict=True):
+            upper = plane.corners[4:]
+            np.testing.assert_allclose(upper @ normal, 0, atol=1e-12)
+            outward = np.cross(upper[1] - upper[0], upper[2] - upper[1])
+            np.testing.assert_allclose(outward / np.linalg.norm(outward), normal, atol=1e-12)
+            self.assertTrue((abs(upper).sum(axis=1) > 1).all())
+
+    def test_the_tolerance_is_put_in_anywhere(self):
+        cards = (
+            "*CONTACT SOLVER, SOLVER=AUTO,\n TOLERANCE=1e-3, STOP=RESIDUAL\n*STEP\n",
+            "*contact  solver, solver=auto\n*STEP\n", "*CONTACT SOLVER\n*STEP\n", "*STEP\n",
+            "*CONTACT SOLVER, TOLERANCE = <tolerance>\n*STEP\n",
+        )
+        for text in cards:
+            changed = with_tolerance(text, "1e-12")
+            self.assertEqual(changed.upper().count("TOLERANCE"), 1, changed)
+            self.assertIn("TOLERANCE=1e-12", changed)
+            self.assertLess(changed.index("TOLERANCE"), changed.index("*STEP"))
+
+    def test_totals_are_read_from_a_dat_file(self):
+        text = "".join(
+            f"\n total force (fx,fy,fz) for set PLANE{k} and time  {time}\n\n  {force}\n"
+            for time, k, force in (
+                ("0.1E+00", 1, "1.0E+00 2.0E+00 3.0E+00"), ("0.1E+00", 2, "4. 5. 6."),
+                ("0.2E+00", 1, "7. 8. -9.E+00"),
+            )
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "peer.dat"
+            path.write_text(text)
+            # The second increment is not complete, so it does not count.
+            np.testing.assert_array_equal(read_resultants(path, 2), [[[1, 2, 3], [4, 5, 6]]])
+            self.assertEqual(read_resultants(Path(folder) / "none", 2).shape, (0, 2, 3))
+
+    def test_every_load_has_its_set(self):
+        lines = deck_lines(read_flat(INPUT / "ssnv128.inp", {"n": "4"}), Penalty(1e15, 1e14, 1.0))
+        cards = [line for line in lines if line.startswith("*")]
+        self.assertTrue(any(card.startswith("*DSLOAD") for card in cards))
+        for k, line in enumerate(lines):
+            if line.startswith("*BOUNDARY") or line.startswith("*DSLOAD"):
+                name = lines[k + 1].split(",")[0]
+                self.assertTrue(any(card.endswith(f"={name}") or f"={name}," in card
+                                    for card in cards), name)
+
+
+class Alone(unittest.TestCase):
+    """Where no peer is installed."""
+
+    def test_it_says_that_bipot_ran_alone(self):
+        with tempfile.TemporaryDirectory() as empty:
+            done = subprocess.run(
+                [sys.executable, "-B", ROOT / "scripts" / "compare", INPUT / "block.inp", "--bipot",
+                 PROGRAM, "--set", "n=1"],
+                capture_output=True, text=True, check=False, env={**os.environ, "PATH": empty},
+            )
+        self.assertEqual(done.returncode, 77, done.stderr)
+        self.assertIn("CalculiX is not installed", done.stdout)
+        self.assertIn("bipot", done.stdout)
+
+
+@unittest.skipIf(shutil.which("ccx") is None, "CalculiX is not installed")
+class CalculiX(unittest.TestCase):
+    """The peer itself."""
+
+    def test_its_error_falls_with_the_penalty(self):
+        done = subprocess.run(
+            [sys.executable, "-B", ROOT / "scripts" / "compare", INPUT / "block.inp", "--bipot",
+             PROGRAM, "--set", "n=2", "--penalty", "1e6,1e7,1e8"],
+            capture_output=True, text=True, check=False,
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = [line.split("|") for line in done.stdout.splitlines() if line.startswith("|")][2:]
+        errors = [float(row[6]) for row in rows]
+        self.assertEqual(len(errors), 4)
+        self.assertLess(errors[0], 1e-8)
+        for softer, stiffer in itertools.pairwise(errors[1:]):
+            self.assertGreater(softer, 5 * stiffer)
+        self.assertLess(errors[-1], 5e-3)
+
+    def test_an_obstacle_moves_with_its_reference_node(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "cube.inp").write_text(CUBE)
+            deck = Path(folder) / "odd.inp"
+            deck.write_text(ODD)
+            done = subprocess.run(
+                [sys.executable, "-B", ROOT / "scripts" / "compare", deck, "--bipot", PROGRAM,
+                 "--penalty", "1e9"],
+                capture_output=True, text=True, check=False,
+            )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("CalculiX", done.stdout)
+        error = float(done.stdout.splitlines()[-1].split("|")[6])
+        self.assertLess(error, 1e-2, done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
