@@ -125,8 +125,8 @@ def judge(arguments, number, whole):
             except (TypeError, ValueError, KeyError, IndexError, OSError, AttributeError):
                 path.write_bytes(whole)  # h5py itself does not write that
         data = path.read_bytes()
-        outcome = Outcome([arguments.program, str(DECK), *SETTINGS, "--continue", "--quiet"], folder,
-                          TIME, ADDRESSES)
+        outcome = Outcome([arguments.program, str(DECK), *SETTINGS, "--continue", "--quiet"],
+                          folder, TIME, ADDRESSES)
         complaints = [c for c in outcome.complaints() if "without a place" not in c]
         if outcome.status == 1 and not outcome.errors.strip():
             complaints.append("status 1 without a message")
