@@ -1,8 +1,9 @@
 !> One triangle of a symmetric matrix in single precision, laid out for products with vectors.
 !>
 !> A product is as fast as memory is read: a triangle in single precision is a quarter of the matrix
-!> in double. Panels of four columns lie one after the other, eight rows of a panel together, so that
-!> memory is read from one end to the other, and an entry, once read, serves its row and its column.
+!> in double. Panels of four columns lie one after the other, eight rows of a panel together, so
+!> that memory is read from one end to the other, and an entry, once read, serves its row and its
+!> column.
 module single_panels_mod
   use kinds_mod, only: wp, sp
   implicit none
