@@ -88,8 +88,8 @@ contains
   !> again.
   !>
   !> What the user has set in the environment wins. The program does not start again under valgrind
-  !> or a sanitizer, or with another BLAS. Under MPI every rank does so for its own processor: before
-  !> it has joined the others it is a process like any.
+  !> or a sanitizer, or with another BLAS. Under MPI every rank does so for its own processor:
+  !> before it has joined the others it is a process like any.
   subroutine choose_blas_core()
     character(:), allocatable :: core
     logical :: threads_given, worked

@@ -102,9 +102,9 @@ class SameForces(unittest.TestCase):
             with self.subTest(deck=deck):
                 self.check((2,), INPUT / deck, tolerance=1e-12)
 
-    def test_a_factor_in_single_precision_or_compressed(self):
+    def test_factors_in_single_compressed_or_on_the_disk(self):
         settings = {"n": 8, "steps": 10, **AUTO}
-        for card in ("FACTOR=SINGLE", "BLOCK LOW RANK=1e-8"):
+        for card in ("FACTOR=SINGLE", "BLOCK LOW RANK=1e-8", "OUT OF CORE=YES"):
             with self.subTest(card=card):
                 deck = with_card("block.inp", f"*PRECISION, {card}")
                 self.check((2,), deck, name="block", **settings)
@@ -201,9 +201,10 @@ class Killed(unittest.TestCase):
                     rank = [e for e in environment if e.startswith(b"OMPI_COMM_WORLD_RANK=")]
                     if rank:
                         ranks[int(rank[0].split(b"=")[1])] = child
-                return [ranks[0], ranks[1]]
+                if len(ranks) == 2:
+                    return [ranks[0], ranks[1]]
             time.sleep(0.05)
-        self.fail("the run did not begin")
+        raise AssertionError("the run did not begin")
 
     def check_end(self, running, ranks):
         """All of it ends soon, says so, and leaves no process behind."""
