@@ -2,7 +2,7 @@
 !> announces it.
 module serve_host_mod
   use kinds_mod, only: i8
-  use parallel_mod, only: next_task, task_length, task_end, task_usage, task_pattern, &
+  use parallel_mod, only: next_task, task_length, task_usage, task_pattern, &
     task_stiffness, task_double, task_single, tell_usage
   use assembly_mod, only: triplets_t
   use shares_mod, only: list_own_share, assemble_own_share
@@ -25,8 +25,6 @@ contains
     do
       call next_task(task)
       select case (task(1))
-      case (task_end)
-        exit
       case (task_usage)
         call tell_usage()
       case (task_pattern)
@@ -37,6 +35,8 @@ contains
         call join_double(double, task, k)
       case (task_single)
         call join_single(single, task, k)
+      case default ! task_end
+        exit
       end select
     end do
   end subroutine serve_host
