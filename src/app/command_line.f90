@@ -7,7 +7,7 @@
 module command_line_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_wrong_input
-  use text_mod, only: string_t, nearest_word
+  use text_mod, only: as_list, string_t, nearest_word
   use controls_mod, only: contact_controls_t
   use solver_options_mod, only: is_solver_option, set_solver_option, settle_solver, &
     take_real
@@ -162,17 +162,16 @@ contains
     character(*), intent(in) :: word
     type(options_t), intent(inout) :: options
     type(error_t), allocatable, intent(out) :: error
-    type(string_t) :: known(19)
+    type(string_t), allocatable :: known(:)
     integer :: nearest
 
     if (word(:min(1, len(word))) == '-') then
-      known = [string_t('--help'), string_t('--version'), string_t('--plan'), &
-        string_t('--force'), string_t('--overwrite'), string_t('--continue'), &
-        string_t('--quiet'), string_t('--output'), string_t('--set'), &
-        string_t('--export-fclib'), string_t('--accuracy'), string_t('--solver'), &
-        string_t('--formulation'), &
-        string_t('--local'), string_t('--rho'), string_t('--relaxation'), &
-        string_t('--tolerance'), string_t('--max-sweeps'), string_t('--acceleration')]
+      known = as_list([character(14) :: '--help', '--version', '--plan', '--force', &
+        '--overwrite', '--continue', '--quiet', '--output', '--set', '--export-fclib', &
+        '--accuracy', &
+        '--solver', &
+        '--formulation', '--local', '--rho', '--relaxation', '--tolerance', '--max-sweeps', &
+        '--acceleration'])
       nearest = nearest_word(word, known)
       if (nearest > 0) then
         call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word// &

@@ -2,7 +2,7 @@
 module solve_problem_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_not_solved
-  use text_mod, only: string_t, to_text
+  use text_mod, only: as_list, string_t, to_text
   use system_mod, only: wall_seconds
   use controls_mod, only: contact_controls_t, solver_sweeps, solver_global_newton
   use step_report_mod, only: certificate_t, worst_entry, ended_at_limit, ended_diverging
@@ -208,10 +208,9 @@ contains
 
     solution%solver = solver_in_words(report)
     solution%converged = report%converged
-    solution%fact_name = [string_t('tolerance'), string_t('residual'), string_t('iterations'), &
-      string_t('local_iterations'), string_t('products'), string_t('seconds'), &
-      string_t('asymmetry'), string_t('penetration'), string_t('adhesion'), &
-      string_t('complementarity'), string_t('cone'), string_t('law'), string_t('equilibrium')]
+    solution%fact_name = as_list([character(16) :: 'tolerance', 'residual', 'iterations', &
+      'local_iterations', 'products', 'seconds', 'asymmetry', 'penetration', 'adhesion', &
+      'complementarity', 'cone', 'law', 'equilibrium'])
     solution%fact = [controls%tolerance, report%residual, real(report%iterations, wp), &
       real(report%local_iterations, wp), real(report%products, wp), seconds, asymmetry, &
       certificate%penetration, certificate%adhesion, certificate%complementarity, &

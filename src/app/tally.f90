@@ -4,6 +4,7 @@ module tally_mod
   use text_mod, only: string_t
   use number_list_mod, only: number_list_t, carry
   use system_mod, only: cpu_seconds, peak_memory_bytes
+  use parallel_mod, only: usage_t, usage_of_others
   use increments_mod, only: increment_t
   use step_report_mod, only: step_report_t, worst_entry
   use operators_mod, only: operators_t
@@ -133,11 +134,13 @@ contains
     type(operators_t), intent(in) :: operators
     type(string_t), allocatable, intent(out) :: names(:)
     real(wp), allocatable, intent(out) :: values(:)
+    type(usage_t) :: others
     integer, parameter :: room = 40
     integer :: n
 
     n = 0
     allocate (names(room), values(room))
+    others = usage_of_others()
     call count('increments', real(tally%increments, wp))
     call count('increments_with_fields', real(tally%outputs, wp))
     call count('equations', real(tally%equations, wp))
@@ -159,9 +162,9 @@ contains
     call count('imbalance', tally%imbalance)
     call count('compliance_bytes', tally%compliance_bytes)
     call count('contact_matrix_bytes', tally%contact_matrix_bytes)
-    call count('peak_memory_bytes', real(peak_memory_bytes(), wp))
+    call count('peak_memory_bytes', real(peak_memory_bytes() + others%peak, wp))
     call count('file_bytes', tally%file_bytes)
-    call count('cpu_seconds', cpu_seconds())
+    call count('cpu_seconds', cpu_seconds() + others%cpu)
     call count('seconds_read', tally%read_time)
     associate (s => operators%seconds)
       call count('seconds_assemble', s%assemble)

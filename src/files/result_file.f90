@@ -70,6 +70,7 @@ module result_file_mod
     character(:), allocatable :: command   !! the command line
     character(:), allocatable :: blas_core !! the kernels OpenBLAS runs
     character(:), allocatable :: started   !! date and time, ISO 8601
+    integer :: ranks = 1                   !! processes that ran together
     type(string_t), allocatable :: counters(:) !! names of those that finish_result will get
   end type provenance_t
 
@@ -425,6 +426,7 @@ contains
     call write_attribute(hdf5, '/run', 'build', text_of(provenance%build), error)
     call write_attribute(hdf5, '/run', 'libraries', text_of(provenance%libraries), error)
     call write_attribute(hdf5, '/run', 'blas_core', text_of(provenance%blas_core), error)
+    call write_attribute(hdf5, '/run', 'ranks', int(provenance%ranks, i8), error)
     call write_attribute(hdf5, '/run', 'command', text_of(provenance%command), error)
     call write_attribute(hdf5, '/run', 'started', text_of(provenance%started), error)
     call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
