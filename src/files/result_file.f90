@@ -290,15 +290,23 @@ contains
 
     line = 1
     first = 1
-    do i = 1, min(len(then), len(now))
-      if (then(i:i) /= now(i:i)) exit
-      if (then(i:i) /= nl) cycle
+    do i = 1, min(len(then), len(now)) + 1
+      if (character_at(then) /= character_at(now)) exit
+      if (character_at(then) /= nl) cycle
       line = line + 1
       first = i + 1
     end do
     words = 'line '//to_text(line)//" was '"//line_at(then)//"', is '"//line_at(now)//"'"
 
   contains
+
+    !> The last line ends like the others.
+    pure character function character_at(text)
+      character(*), intent(in) :: text
+
+      character_at = nl
+      if (i <= len(text)) character_at = text(i:i)
+    end function character_at
 
     pure function line_at(text) result(found)
       character(*), intent(in) :: text
