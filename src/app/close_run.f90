@@ -23,8 +23,8 @@ contains
     type(tally_t), intent(in) :: tally
     type(operators_t), intent(in) :: operators
     character(*), intent(in) :: path
-    type(string_t) :: lines(4)
     type(usage_t) :: others
+    type(string_t) :: lines(4)
 
     others = usage_of_others()
     associate (s => operators%seconds)
@@ -37,8 +37,8 @@ contains
         seconds(tally%estimate_time)//', write '//seconds(tally%write_time)
       lines(3)%text = 'accuracy        '//accuracy_in_words(scene%precision, tally%unrefined, &
         tally%imbalance)
-      lines(4)%text = 'memory          '//to_text(real(peak_memory_bytes(), wp)/1.0e6_wp, 3)// &
-        ' MB at most'
+      lines(4)%text = 'memory          '//to_text(real(peak_memory_bytes() + others%peak, &
+        wp)/1.0e6_wp, 3)//' MB at most'
       call print_lines(console, lines)
     end associate
     if (tally%certified < tally%increments) then

@@ -162,25 +162,14 @@ contains
     character(*), intent(in) :: word
     type(options_t), intent(inout) :: options
     type(error_t), allocatable, intent(out) :: error
-    type(string_t), allocatable :: known(:)
-    integer :: nearest
+    character(:), allocatable :: meant
 
     if (word(:min(1, len(word))) == '-') then
-      known = as_list([character(14) :: '--help', '--version', '--plan', '--force', &
-        '--overwrite', '--continue', '--quiet', '--output', '--set', '--export-fclib', &
-        '--accuracy', &
-        '--solver', &
-        '--formulation', '--local', '--rho', '--relaxation', '--tolerance', '--max-sweeps', &
-        '--acceleration'])
-      nearest = nearest_word(word, known)
-      if (nearest > 0) then
-        call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word// &
-          "', did you mean '"// &
-          known(nearest)%text//"'?")
-      else
-        call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word// &
-          "' (bipot --help lists them)")
-      end if
+      meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
+        '--force', '--overwrite', '--continue', '--accuracy', '--quiet', '--output', '--set', &
+        '--export-fclib', '--solver', '--formulation', '--local', '--rho', '--relaxation', &
+        '--tolerance', '--max-sweeps', '--acceleration']))
+      call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
     else if (options%deck /= '') then
       call raise(error, exit_wrong_input, "bipot: error: one deck a run, found '"//options%deck// &
         "' and '"//word//"'")
@@ -188,6 +177,18 @@ contains
       options%deck = word
     end if
   end subroutine take_deck
+
+  !> Which of the options that there are may have been meant.
+  pure function meant_option(word, known) result(meant)
+    character(*), intent(in) :: word
+    type(string_t), intent(in) :: known(:)
+    character(:), allocatable :: meant
+    integer :: nearest
+
+    nearest = nearest_word(word, known)
+    meant = ' (bipot --help lists them)'
+    if (nearest > 0) meant = ", did you mean '"//known(nearest)%text//"'?"
+  end function meant_option
 
   function argument(i) result(word)
     integer, intent(in) :: i

@@ -131,8 +131,8 @@ contains
     call catch_signals()
     call begin_file(options, path, scene, plan, operators, file, progress, tally, error)
     if (allocated(error)) return
-    if (progress%state%row > 0) call print_lines(console, [string_t('continued       behind '// &
-      'increment '//to_text(progress%state%row))])
+    if (progress%state%row > 0 .and. .not. console%quiet) call say('continued       behind '// &
+      'increment '//to_text(progress%state%row))
     call go_through(scene, plan, exports, operators, file, console, progress, tally, error)
     tally%total_time = tally%earlier_time + wall_seconds() - console%started
     inquire (file=path, size=written)
