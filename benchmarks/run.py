@@ -40,7 +40,8 @@ SCENES = {
 }
 WORDS = ("scene", "arithmetic")  # columns that are no numbers
 PHASES = (
-    "read", "assemble", "order", "factorise", "condense", "loads", "contact", "recover", "write",
+    "read", "assemble", "order", "factorise", "condense", "loads", "contact", "recover", "estimate",
+    "write",
 )
 COUNTERS = (
     "equations", "contact_points", "contact_rows", "interface_equations", "increments",
@@ -67,7 +68,7 @@ def row_of(result):
     """Return what a result tells of its run."""
     counters, plan = result.counters, result.run_text("plan")
     row = {name: counters[name] for name in COUNTERS}
-    row |= {f"seconds_{phase}": counters[f"seconds_{phase}"] for phase in PHASES}
+    row |= {f"seconds_{phase}": counters.get(f"seconds_{phase}", 0.0) for phase in PHASES}
     return row | {
         "cpu": counters["cpu_seconds"], "total": counters["seconds_total"],
         "memory": counters["peak_memory_bytes"],

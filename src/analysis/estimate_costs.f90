@@ -26,6 +26,7 @@ module estimate_costs_mod
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use contact_interface_mod, only: interface_dofs
   use step_loads_mod, only: prescribed_dofs
+  use look_ahead_mod, only: most_ahead
   use alternatives_mod, only: alternatives, where_in_words
   use plan_table_mod, only: add_line, describe_choice, bytes_in_words, time_in_words
   implicit none
@@ -36,6 +37,8 @@ module estimate_costs_mod
   ! Memory that no array of the run explains [bytes]: pages of the libraries' code that are first
   ! touched by a solution and by writing, HDF5's own tables, the heap's unused parts.
   real(wp), parameter :: libraries = 15.0e6_wp
+  ! What must be left whenever a library is called (machine_room's check) [bytes].
+  real(wp), parameter :: granted = 32.0e6_wp
   real(wp), parameter :: chunk_cache = 1048576.0_wp !! of HDF5, a dataset at most [bytes]
 
   ! The file [bytes]: what a dataset that grows takes empty, and the share of its numbers that is
@@ -49,6 +52,7 @@ module estimate_costs_mod
   real(wp), parameter :: passes_to_factorise = 50.0_wp
   real(wp), parameter :: cached = 24.0e6_wp       !! that caches may hold [bytes]
   real(wp), parameter :: passes_to_solve = 2.5_wp !! forward, backward, and the vectors
+  real(wp), parameter :: passes_ahead = 1.0_wp    !! backward alone, many columns at once
   ! Of a factor that is written and read: from the disk, and where the system keeps it in memory
   ! that nobody needs [bytes/s].
   real(wp), parameter :: disk_rate = 0.5e9_wp, kept_rate = 2.0e9_wp
@@ -80,6 +84,8 @@ module estimate_costs_mod
     real(wp) :: front, workspace, flops
     real(wp) :: increments, outputs, steps, factorisations, motions
     real(wp) :: neighbours
+    real(wp) :: columns = 0.0_wp !! increments that are recovered at once, 0: one by one
+    real(wp) :: most_columns = 0.0_wp !! the same with an exact factor
     real(wp) :: ranks = 1.0_wp !! on this machine
     real(wp) :: share = 1.0_wp !! of all ranks
     real(wp) :: word = 8.0_wp !! of the factor, a number [bytes]
@@ -136,11 +142,11 @@ contains
     file = size_of_file(scene, plan, sizes)
     call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
     if (allocated(error)) return
-    plan%more_memory = peak_memory(sizes, file)
+    plan%more_memory = peak_memory(sizes, file) + granted
     plan%file_size = file%size
     plan%fields_size = file%fields
     plan%scratch_size = sizes%scratch
-    memory = base + plan%more_memory
+    memory = base + peak_memory(sizes, file)
     call add_figure(plan, 'peak_memory_bytes', memory, bound_about)
     call add_figure(plan, 'file_bytes', file%most, bound_at_most)
     call add_figure(plan, 'likely_file_bytes', file%size, bound_about)
@@ -184,7 +190,7 @@ contains
     list = alternatives(scene%precision)
     ! The least that any of them needs.
     call take_precision(list(size(list)), sizes)
-    if (peak_memory(sizes, file_t()) > real(plan%memory_left, wp)) return
+    if (peak_memory(sizes, file_t()) + granted > real(plan%memory_left, wp)) return
     prescribed = prescribed_dofs(scene, 1)
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), plan%points%node, &
       motions, error)
@@ -208,7 +214,7 @@ contains
     do i = 1, size(list)
       call analyse_in(list(i))
       if (allocated(error)) return
-      need(i) = peak_memory(sizes, file)
+      need(i) = peak_memory(sizes, file) + granted
       has_disk(i) = file%size + sizes%scratch <= real(plan%disk_left, wp)
       if (need(i) <= enough*real(plan%memory_left, wp) .and. has_disk(i)) exit
       if (best == 0) best = i
@@ -262,6 +268,8 @@ contains
 
     sizes%word = merge(4.0_wp, 8.0_wp, precision%single_factor)
     sizes%copy = merge(4.0_wp, 0.0_wp, precision%single_compliance)
+    sizes%columns = 0.0_wp
+    if (is_exact(precision)) sizes%columns = sizes%most_columns
     sizes%workspace = sizes%share*sizes%word*sizes%factor
     if (precision%out_of_core) sizes%workspace = 0.0_wp
   end subroutine take_precision
@@ -271,6 +279,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(sizes_t), intent(inout) :: sizes !! its ranks are known
+    integer :: i
 
     sizes%nodes = scene%mesh%n_nodes
     sizes%bricks = scene%mesh%n_elements
@@ -288,6 +297,11 @@ contains
     sizes%increments = plan%n_increments
     sizes%outputs = plan%n_outputs
     sizes%steps = size(scene%steps)
+    sizes%most_columns = max(0, min(most_ahead, maxval(scene%steps%n_increments)))
+    if (plan%n_interface == 0) sizes%most_columns = 0.0_wp
+    do i = 1, size(scene%pairs)
+      if (.not. is_flat(scene%obstacles(scene%pairs(i)%obstacle))) sizes%most_columns = 0.0_wp
+    end do
     sizes%factorisations = plan%n_factorisations
     sizes%motions = 0.0_wp
   end subroutine count_sizes
@@ -307,9 +321,11 @@ contains
     ! The Schur complement beside MUMPS's fronts.
     factorising = matrix + mesh + sizes%workspace + sizes%word*sizes%interface**2
     ! The factor stays; compliance and W; responses and loads of two patterns, old and new state,
-    ! forces and fields of a step: some thirty vectors over the nodes; HDF5's chunks.
+    ! forces and fields of a step: some thirty vectors over the nodes; the columns of the increments
+    ! ahead, ours and MUMPS's; HDF5's chunks.
     running = sizes%workspace + 8.0_wp*sizes%interface**2 + (8.0_wp + sizes%copy)*sizes%rows**2 + &
-      30.0_wp*24.0_wp*sizes%nodes + krylov_bytes(sizes) + file%cache
+      30.0_wp*24.0_wp*sizes%nodes + 16.0_wp*sizes%equations*sizes%columns + krylov_bytes(sizes) + &
+      file%cache
     bytes = sizes%ranks*libraries + max(factorising, running)
   end function peak_memory
 
@@ -331,7 +347,7 @@ contains
     type(plan_t), intent(in) :: plan
     type(sizes_t), intent(in) :: sizes
     type(file_t) :: file
-    real(wp) :: held, once, contact
+    real(wp) :: held, once, contact, table
     integer :: i
 
     held = count(prescribed_nodes(scene))
@@ -366,9 +382,15 @@ contains
     ! The mesh and its ids; nodes, places, areas and frames of the points.
     once = 32.0_wp*sizes%nodes + 81.0_wp*sizes%bricks + 112.0_wp*sizes%points + &
       real(len(scene%deck), wp)
-    file%size = once + growing_dataset*file%datasets + squeezed*file%varying + file%zeros/200.0_wp
+    ! A table of a dataset has room for the increments, twice; the state is there in two slots, and
+    ! of the forces in it few are not 0.
+    table = growing_dataset*min(64.0_wp, max(1.0_wp, sizes%increments/512.0_wp))
+    file%datasets = file%datasets + 2
+    file%size = once + table*file%datasets + squeezed*file%varying + file%zeros/200.0_wp + &
+      100.0_wp*sizes%nodes
     ! Nothing squeezed, and room to spare in the tables.
-    file%most = once + 1.0e6_wp + 2.0_wp*growing_dataset*file%datasets + file%varying + file%zeros
+    file%most = once + 1.0e6_wp + 2.0_wp*table*file%datasets + file%varying + file%zeros + &
+      340.0_wp*sizes%nodes
   end function size_of_file
 
   !> A field: all its numbers in an output, and those of them that are not 0 throughout.
@@ -452,7 +474,7 @@ contains
     real(wp), intent(in) :: ordering !! [s]
     type(seconds_t) :: seconds
     type(machine_speed_t) :: speed
-    real(wp) :: stiffness_time, force_time, product, plain
+    real(wp) :: stiffness_time, force_time, product, plain, passes
 
     call measure_speed(nint(sizes%front), nint(sizes%rows), int(sizes%word*sizes%factor, i8), speed)
     call time_brick(scene, stiffness_time, force_time)
@@ -473,7 +495,9 @@ contains
     if (scene%contact%solver == solver_sweeps) product = 8.0_wp*sizes%rows**2/speed%bytes + &
       sizes%points*visit_of_sweep*force_time
     seconds%contact = sizes%increments*products_of_increment(scene, sizes)*product
-    seconds%recover = solutions(scene, sizes)*(passes_to_solve*sizes%word*sizes%factor + &
+    passes = passes_to_solve
+    if (sizes%columns > 1.0_wp) passes = passes_ahead
+    seconds%recover = solutions(scene, sizes)*(passes*sizes%word*sizes%factor + &
       8.0_wp*sizes%interface**2)/speed%bytes + 2.0_wp*solutions(scene, sizes)*sizes%scratch/ &
       sizes%scratch_rate + sizes%increments*(start_of_increment*plain + &
       2.0_wp*iterations_of_increment(scene)*sizes%bricks*force_time)

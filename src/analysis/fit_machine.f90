@@ -33,7 +33,8 @@ contains
     type(scene_t), intent(in) :: scene !! its precision as the plan chose it
     type(plan_t), intent(in) :: plan
     character(:), allocatable :: text
-    real(wp) :: coarser
+    real(wp), parameter :: fixed = 47.0e6_wp !! of the libraries, whatever the mesh [bytes]
+    real(wp) :: coarser, left
 
     text = 'the run needs about '
     if (.not. plan%is_analysed) text = 'the run needs more than '
@@ -41,9 +42,9 @@ contains
       bytes_in_words(real(plan%memory_left, wp))//' are left for it'
     if (scene%precision%single_factor .or. scene%precision%out_of_core) text = text// &
       ' (with the factor in '//where_in_words(scene%precision)//')'
-    coarser = (plan%more_memory/max(1.0_wp, real(plan%memory_left, wp)))**0.25_wp
-    ! The fixed part of a small run does not shrink with its mesh.
-    if (plan%memory_left < 50000000 .or. .not. plan%is_analysed) return
+    left = real(plan%memory_left, wp) - fixed
+    if (left < 1.0_wp .or. .not. plan%is_analysed) return
+    coarser = max(1.0_wp, ((plan%more_memory - fixed)/left)**0.25_wp)
     text = text//'; bricks '//to_text(1.05_wp*coarser, 3)//' times as large would fit (about '// &
       to_text(nint(real(plan%n_equations, wp)/(1.05_wp*coarser)**3))//' equations instead of '// &
       to_text(plan%n_equations)//')'

@@ -117,8 +117,12 @@ contains
       end do
       if (any(columns < 1) .or. any(columns > extents(2))) list%is_short = .true.
     end if
+    if (list%is_taken_from) then
+      if (list%used + extents(1)*n_columns > size(list%values)) list%is_short = .true.
+    else
+      call make_room(list, extents(1)*n_columns)
+    end if
     if (list%is_short) return
-    if (.not. list%is_taken_from) call make_room(list, extents(1)*n_columns)
     do i = 1, n_columns
       associate (first => list%used + 1, last => list%used + extents(1))
         if (list%is_taken_from) then

@@ -216,8 +216,9 @@ contains
     if (number == sigint) name = 'SIGINT'
   end function signal_name
 
-  !> The handler. It may come at any moment, so it does nothing but what signals allow.
-  subroutine note_signal(number) bind(c)
+  !> The handler. It may come at any moment, while it is at work too, so it does nothing but what
+  !> signals allow.
+  recursive subroutine note_signal(number) bind(c)
     integer(c_int), value :: number
     character(*), parameter :: words = new_line('a')//'bipot: stops when the present increment '// &
       'is in the file; another signal stops at once'//new_line('a')

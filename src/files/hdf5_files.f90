@@ -101,10 +101,12 @@ contains
   end function look_at_file
 
   !> Make a new file; one that exists is an error.
-  subroutine create_file(path, file, error)
+  subroutine create_file(path, n_rows, file, error)
     character(*), intent(in) :: path
+    integer, intent(in) :: n_rows !! that its datasets will have at most, if it is to survive a kill
     type(hdf5_file_t), intent(out) :: file
     type(error_t), allocatable, intent(out) :: error
+    integer, parameter :: least = 512, most = 32767 ! half of the chunks of a B-tree node
     integer(hid_t) :: creation, access
     integer :: status, ignored
 
@@ -112,8 +114,9 @@ contains
     file%path = path
     access = strong_access()
     call h5pcreate_f(H5P_FILE_CREATE_F, creation, status)
-    ! 1024 chunks a B-tree node: a node that splits while the program is killed loses old rows.
-    if (status >= 0) call h5pset_istore_k_f(creation, 512, status)
+    ! All chunks of a dataset in one node of its B-tree: when a node splits and the program is killed
+    ! at that moment, old rows are lost.
+    if (status >= 0) call h5pset_istore_k_f(creation, min(most, max(least, (n_rows + 1)/2)), status)
     if (status >= 0) then
       call h5fcreate_f(path, H5F_ACC_EXCL_F, file%id, status, creation, access)
     end if

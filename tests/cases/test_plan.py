@@ -174,7 +174,7 @@ class Refused(Limited):
     def test_a_run_is_refused_before_it_begins(self):
         with tempfile.TemporaryDirectory() as folder:
             answer = self.limited(
-                resource.RLIMIT_AS, 290, INPUT / "block.inp", "--set", "n=24", folder=folder
+                resource.RLIMIT_AS, 330, INPUT / "block.inp", "--set", "n=24", folder=folder
             )
             self.assertEqual(answer.returncode, 3)
             self.assertIn("nothing was run", answer.stderr)
@@ -186,13 +186,13 @@ class Refused(Limited):
         self.assertIn("needs more than", answer.stderr)
 
     def test_forced_it_goes_on(self):
-        answer = self.call(24, 320, "--plan", "--force")
+        answer = self.call(24, 360, "--plan", "--force")
         self.assertEqual(answer.returncode, 0, answer.stderr)
         self.assertIn("warning: the run needs about", answer.stdout)
 
     def test_too_little_disk_names_the_frequency_that_fits(self):
         answer = self.limited(
-            resource.RLIMIT_FSIZE, 4, INPUT / "block.inp", "--set", "n=16", "--plan"
+            resource.RLIMIT_FSIZE, 5, INPUT / "block.inp", "--set", "n=16", "--plan"
         )
         self.assertEqual(answer.returncode, 3)
         found = re.search(r"FREQUENCY=(\d+) would fit", answer.stderr)
@@ -204,7 +204,7 @@ class Refused(Limited):
             file.write(deck)
             file.flush()
             words = (file.name, "--set", "n=16")
-            answer = self.limited(resource.RLIMIT_FSIZE, 4, *words, "--plan")
+            answer = self.limited(resource.RLIMIT_FSIZE, 5, *words, "--plan")
             self.assertEqual(answer.returncode, 0, answer.stderr)
 
     def test_no_room_for_the_libraries_is_told(self):
@@ -238,7 +238,7 @@ class Chosen(Limited):
         self.assertEqual(room, "double precision, in core")
         self.assertIsNone(why)
         for megabytes, arithmetic in (
-            (345, "single precision, in core"), (300, "single precision, out of core"),
+            (365, "single precision, in core"), (320, "single precision, out of core"),
         ):
             with self.subTest(megabytes=megabytes):
                 factor, why, found = self.chosen(megabytes)
@@ -247,7 +247,7 @@ class Chosen(Limited):
                 self.assertLess(abs(found - expected).max(), 1e-7 * abs(expected).max())
 
     def test_what_the_deck_says_is_kept(self):
-        factor, why, _ = self.chosen(345, "*PRECISION, FACTOR=DOUBLE\n")
+        factor, why, _ = self.chosen(365, "*PRECISION, FACTOR=DOUBLE\n")
         self.assertEqual(factor, "double precision, out of core")
         self.assertIn("double precision, in core, needs", why)
         factor, why, _ = self.chosen(4000, "*PRECISION, FACTOR=SINGLE, OUT OF CORE=YES\n")
@@ -262,7 +262,7 @@ class Chosen(Limited):
             card = "*PRECISION, FACTOR=DOUBLE, OUT OF CORE=NO\n"
             text = (INPUT / "block.inp").read_text().replace("*STEP\n", f"{card}*STEP\n", 1)
             deck.write_text(text)
-            answer = self.call(16, 345, "--plan", deck=deck)
+            answer = self.call(16, 365, "--plan", deck=deck)
             self.assertEqual(answer.returncode, 3, answer.stdout)
             self.assertIn("double precision, in core", answer.stdout)
             self.assertNotIn("chosen", answer.stdout)

@@ -48,7 +48,7 @@ def keyword_of(line):
 def cards_of(lines):
     """Where each card begins and ends: (keyword, first line, line after the last)."""
     starts = [(keyword_of(line), i) for i, line in enumerate(lines) if keyword_of(line) is not None]
-    ends = [i for _, i in starts[1:]] + [len(lines)]
+    ends = [i for _, i in starts[1:]] + [len(lines)] * bool(starts)
     return [(keyword, first, end) for (keyword, first), end in zip(starts, ends, strict=True)]
 
 

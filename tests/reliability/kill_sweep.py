@@ -21,7 +21,17 @@ import tempfile
 import time
 from pathlib import Path
 
-from result_checks import HERE, INPUT, MISSING_VTK, NAME, Case, Whole, close_reader, rows_in
+from result_checks import (
+    HERE,
+    INPUT,
+    MISSING_VTK,
+    NAME,
+    Case,
+    Whole,
+    close_reader,
+    is_finished,
+    rows_in,
+)
 
 CASES = (
     Case(INPUT / "block.inp", n=2, steps=10),
@@ -120,12 +130,13 @@ class Sweep:
                 self.n_continued += 1
                 self.wrong += [f"{where}: {w}" for w in self.whole.differences(folder / NAME)]
                 return
-        self.n_continued += 1
-        status, words = self.case.run(folder, "--continue")
-        if status != 0:
-            self.wrong.append(f"{where}: continued with status {status}\n{words}")
-        else:
-            self.wrong += [f"{where}: {w}" for w in self.whole.differences(folder / NAME)]
+        if not (folder / NAME).exists() or not is_finished(folder / NAME):
+            self.n_continued += 1
+            status, words = self.case.run(folder, "--continue")
+            if status != 0:
+                self.wrong.append(f"{where}: continued with status {status}\n{words}")
+                return
+        self.wrong += [f"{where}: {w}" for w in self.whole.differences(folder / NAME)]
 
 
 def spread(items, n):

@@ -129,7 +129,7 @@ class Whole:
             rows, steps = rows_of(file), steps_of(file)
             if rows < fewest_rows:
                 found.append(f"{rows} increments, {fewest_rows} were finished before")
-            if rows > 0 and steps < self.outputs[rows - 1]:
+            if steps < self._due(rows):
                 found.append(f"{steps} increments with fields, {rows} are finished")
             for name, whole in self.data.items():
                 n = self._length(name, rows, steps)
@@ -141,9 +141,16 @@ class Whole:
                     found.append(f"{name}[:{n}]")
         if self.pictures is not None:
             pictures = pictures_of(path)
-            if pictures is None or pictures != self.pictures[:steps]:
-                found.append("VTK crashes" if pictures is None else "VTK reads other increments")
+            if pictures is None:
+                found.append("VTK crashes")
+            # One that is counted and not finished may be there or not.
+            elif pictures != self.pictures[: len(pictures)] or len(pictures) < self._due(rows):
+                found.append("VTK reads other increments")
         return found
+
+    def _due(self, rows):
+        """Increments with fields among the first `rows`."""
+        return self.outputs[rows - 1] if rows > 0 else 0
 
     def _length(self, name, rows, steps):
         """How much of a dataset counts; None for all of it."""
@@ -154,6 +161,8 @@ class Whole:
             if parts[-1] in ("node", "coordinates", "area"):
                 return None
             return min(rows, 1) if len(self.data[name]) < self.rows else rows
+        if name == "VTKHDF/Steps/Values":  # it grows when the increment is counted already
+            return self._due(rows)
         if parts[1] == "Steps":
             return steps
         if parts[1] in ("PointData", "CellData") and parts[2] not in ("node_id", "element_id"):
@@ -175,6 +184,12 @@ def same(value):
     """What two values share that agree in extents, type and every bit."""
     array = np.asarray(value)
     return array.shape, array.dtype.str, array.tobytes()
+
+
+def is_finished(path):
+    """Whether the run of this file came to its end."""
+    with h5py.File(path) as file:
+        return file["run"].attrs["status"] == b"finished"
 
 
 def rows_in(path):

@@ -148,7 +148,8 @@ class Scaling(unittest.TestCase):
     def test_the_page_is_that_of_the_runs_kept(self):
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run(
-                [sys.executable, "-B", ROOT / "benchmarks" / "scaling.py", "-o", folder],
+                [sys.executable, "-B", ROOT / "benchmarks" / "scaling.py", "-o", folder,
+                 "--bipot", PROGRAM],
                 check=True, capture_output=True,
             )
             made = (Path(folder) / "scaling.md").read_text(encoding="utf-8").splitlines()
