@@ -129,7 +129,7 @@ contains
     call check_library_room(3*room_to_write(scene), 'begin the result file', error)
     if (allocated(error)) return
     call catch_signals()
-    call begin_file(options, path, scene, plan, operators, file, progress, tally, error)
+    call begin_file(options, scene, plan, operators, file, progress, tally, error)
     if (allocated(error)) return
     if (progress%state%row > 0 .and. .not. console%quiet) call say('continued       behind '// &
       'increment '//to_text(progress%state%row))
@@ -170,9 +170,8 @@ contains
   end subroutine run_scene
 
   !> Open the result file, that of a run to be continued where there is one.
-  subroutine begin_file(options, path, scene, plan, operators, file, progress, tally, error)
+  subroutine begin_file(options, scene, plan, operators, file, progress, tally, error)
     type(options_t), intent(in) :: options
-    character(*), intent(in) :: path
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
     type(operators_t), intent(in) :: operators
@@ -181,9 +180,11 @@ contains
     type(tally_t), intent(inout) :: tally
     type(error_t), allocatable, intent(out) :: error
     type(error_t), allocatable :: ignored
+    character(:), allocatable :: path
     real(wp), allocatable :: kept(:)
     logical :: continues
 
+    path = result_path(options, scene)
     call start_run(scene, plan, progress)
     inquire (file=path, exist=continues)
     continues = continues .and. options%continues

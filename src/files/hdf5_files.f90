@@ -114,9 +114,11 @@ contains
     file%path = path
     access = strong_access()
     call h5pcreate_f(H5P_FILE_CREATE_F, creation, status)
-    ! All chunks of a dataset in one node of its B-tree: when a node splits and the program is killed
-    ! at that moment, old rows are lost.
-    if (status >= 0) call h5pset_istore_k_f(creation, min(most, max(least, (n_rows + 1)/2)), status)
+    ! All chunks of a dataset in one node of its B-tree: when a node splits and the program is
+    ! killed at that moment, old rows are lost.
+    if (status >= 0) then
+      call h5pset_istore_k_f(creation, min(most, max(least, (n_rows + 1)/2)), status)
+    end if
     if (status >= 0) then
       call h5fcreate_f(path, H5F_ACC_EXCL_F, file%id, status, creation, access)
     end if

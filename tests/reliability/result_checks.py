@@ -1,7 +1,7 @@
 """Runs that are killed and continued, and whether what they leave is what it should be.
 
-Environment: BIPOT, the executable; BIPOT_KILL_LIBRARY, the library made of kill_at_write.c. By hand:
-those of build/debug.
+Environment: BIPOT, the executable; BIPOT_KILL_LIBRARY, the library made of kill_at_write.c. By
+hand: those of build/debug.
 """
 
 import hashlib
@@ -115,9 +115,10 @@ class Whole:
                 found.append(f"{name} is in one of them")
             elif {k: same(v) for k, v in one.items()} != {k: same(v) for k, v in two.items()}:
                 found.append(f"attributes of {name}")
-            elif name in self.data and name not in CLOCKS:
-                if same(self.data[name]) != same(other.data[name]):
-                    found.append(name)
+            elif name not in self.data or name in CLOCKS:
+                continue
+            elif same(self.data[name]) != same(other.data[name]):
+                found.append(name)
         if other.pictures != self.pictures:
             found.append("what VTK reads")
         return found
