@@ -299,7 +299,9 @@ def no_number(rng, lines):
     """What is no number, in the place of one."""
     numeric = {"NODE", "ELASTIC", "DENSITY", "FRICTION", "BLOCK", "STATIC", "OBSTACLE", "AMPLITUDE",
                "CLOAD", "BOUNDARY"}
-    places = [(i, m) for i in data_lines(lines, numeric) for m in NUMBER.finditer(lines[i])]
+    # In an expression <...> some of them have a meaning.
+    places = [(i, m) for i in data_lines(lines, numeric) if "<" not in lines[i]
+              for m in NUMBER.finditer(lines[i])]
     if not places:
         return False
     i, match = rng.choice(places)
