@@ -10,7 +10,7 @@ module machine_room_mod
   implicit none
   private
 
-  public :: has_memory, check_library_room, memory_left, address_space_left, disk_left, &
+  public :: has_memory, check_library_room, memory_left, address_space_left, disk_left, file_limit, &
     resident_bytes, no_limit
 
   integer(i8), parameter :: no_limit = huge(1_i8)
@@ -121,8 +121,16 @@ contains
       if (c_statvfs(folder//c_null_char, buffer) == 0 .and. buffer(3) > 0) &
         bytes = buffer(2)*buffer(5)
     end if
-    call lower(bytes, 1_i8, number_after('/proc/self/limits', 'Max file size'), 0_i8)
+    bytes = min(bytes, file_limit())
   end function disk_left
+
+  !> How long a file may become (ulimit -f) [bytes].
+  function file_limit() result(bytes)
+    integer(i8) :: bytes
+
+    bytes = no_limit
+    call lower(bytes, 1_i8, number_after('/proc/self/limits', 'Max file size'), 0_i8)
+  end function file_limit
 
   !> The memory of the process that is in the machine now; 0 where the system does not tell.
   function resident_bytes() result(bytes)
