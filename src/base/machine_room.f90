@@ -118,8 +118,9 @@ contains
     ! blocks at all (/proc, /sys) says nothing of its room.
     if (number_after('/proc/self/status', 'VmSize:') >= 0) then
       buffer = 0
-      if (c_statvfs(folder//c_null_char, buffer) == 0 .and. buffer(3) > 0) &
+      if (c_statvfs(folder//c_null_char, buffer) == 0 .and. buffer(3) > 0) then
         bytes = buffer(2)*buffer(5)
+      end if
     end if
     call lower(bytes, 1_i8, number_after('/proc/self/limits', 'Max file size'), 0_i8)
   end function disk_left
