@@ -1,9 +1,9 @@
 !> Internal forces of bricks, many congruent ones at once.
 !>
-!> What a brick's stresses do is linear in its displacements: of bricks that are met often the forces
-!> of unit displacements are found once, from stresses, and applied to many of them together. Their
-!> displacements are taken from that of their first node, so a body that has moved far as a whole
-!> loses no digits.
+!> What a brick's stresses do is linear in its displacements: of bricks that are met often the
+!> forces of unit displacements are found once, from stresses, and applied to many of them together.
+!> Their displacements are taken from that of their first node, so a body that has moved far as a
+!> whole loses no digits.
 module congruent_forces_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
@@ -28,7 +28,8 @@ module congruent_forces_mod
     real(wp) :: corners(3, 8) = 0.0_wp            !! less the first [length]
     real(wp) :: force(24, 24) = 0.0_wp            !! of unit displacements [force/length]
     integer :: nodes(8, together) = 0             !! of those that wait
-    real(wp) :: u(24, together) = 0.0_wp          !! their displacements less the first node's [length]
+    real(wp) :: u(24, together) = 0.0_wp
+    !! their displacements less that of the first node [length]
   end type shape_t
 
 contains
