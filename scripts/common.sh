@@ -12,6 +12,7 @@ system_python=/usr/bin/python3
 # shellcheck disable=SC2034 # the scripts that source this file use these
 {
   packages_build=(gfortran cmake make libopenblas-dev libmumps-seq-dev libmetis-dev libhdf5-dev)
+  packages_mpi=(libmumps-dev openmpi-bin)
   packages_scripts=(python3 python3-numpy python3-h5py python3-matplotlib)
   packages_tests=(python3-venv)
 }
@@ -34,9 +35,19 @@ wrong_command_line() {
   exit 1
 }
 
+# Refuses what is no number of processes: check_number OPTION VALUE
+check_number() {
+  [[ $2 =~ ^[1-9][0-9]*$ ]] || wrong_command_line "$1 wants a number of processes, not '$2'"
+}
+
 set_jobs() {
-  [[ $1 =~ ^[1-9][0-9]*$ ]] || wrong_command_line "--jobs wants a number of processes, not '$1'"
+  check_number --jobs "$1"
   jobs=$1
+}
+
+# Open MPI starts nothing as root unless it is told twice.
+allow_root() {
+  [ "$(id -u)" -ne 0 ] || export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 }
 
 # Installs what is missing of the Debian packages named, or says what to do about them.

@@ -9,6 +9,7 @@ module estimate_costs_mod
   use text_mod, only: to_text
   use system_mod, only: cpu_seconds
   use machine_room_mod, only: resident_bytes, memory_left, disk_left
+  use parallel_mod, only: n_ranks, usage_t, usage_of_others
   use machine_speed_mod, only: machine_speed_t, measure_speed
   use mesh_mod, only: node_neighbours
   use obstacles_mod, only: is_flat, ref_nodes
@@ -18,7 +19,8 @@ module estimate_costs_mod
   use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness, nodal_force
   use dof_map_mod, only: dof_map_t, make_dof_map
-  use assembly_mod, only: triplets_t, list_pattern
+  use assembly_mod, only: triplets_t
+  use shares_mod, only: list_shares
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: sparse_factor_t, analyse
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
@@ -37,7 +39,7 @@ module estimate_costs_mod
   real(wp), parameter :: libraries = 15.0e6_wp
   ! What must be left whenever a library is called (machine_room's check) [bytes].
   real(wp), parameter :: granted = 32.0e6_wp
-  real(wp), parameter :: chunk_cache = 1048576.0_wp !! of HDF5, a dataset at most [bytes]
+  real(wp), parameter :: chunk_cache = 65536.0_wp !! of HDF5, a dataset at most [bytes]
 
   ! The file [bytes]: what a dataset that grows takes empty, and the share of its numbers that is
   ! left where HDF5 squeezes them.
@@ -56,7 +58,7 @@ module estimate_costs_mod
   real(wp), parameter :: disk_rate = 0.5e9_wp, kept_rate = 2.0e9_wp
 
   ! Typical counts of an increment (docs/solvers.md).
-  real(wp), parameter :: products_with_friction = 75.0_wp !! of W with a vector, by global Newton
+  real(wp), parameter :: products_with_friction = 30.0_wp !! of W with a vector, by global Newton
   real(wp), parameter :: products_without = 10.0_wp
   real(wp), parameter :: solves_for_motions = 3.0_wp      !! contact problems where bodies are free
   real(wp), parameter :: newton_raphson_curved = 3.0_wp   !! before round obstacles
@@ -84,6 +86,8 @@ module estimate_costs_mod
     real(wp) :: neighbours
     real(wp) :: columns = 0.0_wp !! increments that are recovered at once, 0: one by one
     real(wp) :: most_columns = 0.0_wp !! the same with an exact factor
+    real(wp) :: ranks = 1.0_wp !! on this machine
+    real(wp) :: share = 1.0_wp !! of all ranks
     real(wp) :: word = 8.0_wp !! of the factor, a number [bytes]
     real(wp) :: copy = 0.0_wp !! of W in single precision, a number [bytes]
     real(wp) :: scratch = 0.0_wp !! of the factor, on the disk [bytes]
@@ -122,14 +126,18 @@ contains
     type(sizes_t) :: sizes
     type(file_t) :: file
     type(seconds_t) :: seconds
+    type(usage_t) :: others
     real(wp) :: base, memory, ordering
     character(:), allocatable :: reasons
 
-    base = real(resident_bytes(), wp)
+    others = usage_of_others()
+    base = real(resident_bytes() + others%resident, wp)
     plan%memory_left = memory_left()
     plan%disk_left = disk_left(path)
     scene%precision%scratch = path(:index(path, '/', back=.true.))
     if (scene%precision%scratch == '') scene%precision%scratch = './'
+    sizes%ranks = others%ranks_here
+    sizes%share = sizes%ranks/real(n_ranks(), wp)
     call count_sizes(scene, plan, sizes)
     file = size_of_file(scene, plan, sizes)
     call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
@@ -194,11 +202,12 @@ contains
     call order_equations(map, start, neighbours, place, error)
     if (allocated(error)) return
     ordering = cpu_seconds() - ordering
-    call list_pattern(map, start, neighbours, pattern)
+    call list_shares(scene%mesh, scene%materials, map, start, neighbours, pattern)
     plan%is_analysed = .true.
     sizes%motions = motions%n
     sizes%neighbours = size(neighbours)
     sizes%entries = size(pattern%row, kind=i8)
+    if (pattern%is_shared) sizes%entries = sizes%ranks*sizes%entries
 
     allocate (need(size(list)), has_disk(size(list)))
     best = 0
@@ -235,10 +244,10 @@ contains
       call take_precision(precision, sizes)
       sizes%factor = real(factor%foretold%entries, wp)
       sizes%front = factor%foretold%largest_front
-      sizes%workspace = real(factor%foretold%bytes, wp)
+      sizes%workspace = sizes%share*real(factor%foretold%bytes, wp)
       sizes%flops = factor%foretold%flops
       sizes%scratch = 0.0_wp
-      if (precision%out_of_core) sizes%scratch = sizes%word*sizes%factor
+      if (precision%out_of_core) sizes%scratch = sizes%share*sizes%word*sizes%factor
     end subroutine analyse_in
 
     !> Why the choice does not do, in words.
@@ -258,10 +267,10 @@ contains
     type(sizes_t), intent(inout) :: sizes
 
     sizes%word = merge(4.0_wp, 8.0_wp, precision%single_factor)
-    sizes%copy = merge(4.0_wp, 0.0_wp, precision%single_compliance)
+    sizes%copy = 2.0_wp + merge(4.0_wp, 0.0_wp, precision%single_compliance) ! panels
     sizes%columns = 0.0_wp
     if (is_exact(precision)) sizes%columns = sizes%most_columns
-    sizes%workspace = sizes%word*sizes%factor
+    sizes%workspace = sizes%share*sizes%word*sizes%factor
     if (precision%out_of_core) sizes%workspace = 0.0_wp
   end subroutine take_precision
 
@@ -269,7 +278,7 @@ contains
   pure subroutine count_sizes(scene, plan, sizes)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    type(sizes_t), intent(out) :: sizes
+    type(sizes_t), intent(inout) :: sizes !! its ranks are known
     integer :: i
 
     sizes%nodes = scene%mesh%n_nodes
@@ -317,7 +326,7 @@ contains
     running = sizes%workspace + 8.0_wp*sizes%interface**2 + (8.0_wp + sizes%copy)*sizes%rows**2 + &
       30.0_wp*24.0_wp*sizes%nodes + 16.0_wp*sizes%equations*sizes%columns + krylov_bytes(sizes) + &
       file%cache
-    bytes = libraries + max(factorising, running)
+    bytes = sizes%ranks*libraries + max(factorising, running)
   end function peak_memory
 
   !> The vectors of GMRES that are used; where bodies are free the dense system of the response to
@@ -338,7 +347,7 @@ contains
     type(plan_t), intent(in) :: plan
     type(sizes_t), intent(in) :: sizes
     type(file_t) :: file
-    real(wp) :: held, once, contact
+    real(wp) :: held, once, contact, table
     integer :: i
 
     held = count(prescribed_nodes(scene))
@@ -373,9 +382,15 @@ contains
     ! The mesh and its ids; nodes, places, areas and frames of the points.
     once = 32.0_wp*sizes%nodes + 81.0_wp*sizes%bricks + 112.0_wp*sizes%points + &
       real(len(scene%deck), wp)
-    file%size = once + growing_dataset*file%datasets + squeezed*file%varying + file%zeros/200.0_wp
+    ! A table of a dataset has room for the increments, twice; the state is there in two slots, and
+    ! of the forces in it few are not 0.
+    table = growing_dataset*min(64.0_wp, max(1.0_wp, sizes%increments/512.0_wp))
+    file%datasets = file%datasets + 2
+    file%size = once + table*file%datasets + squeezed*file%varying + file%zeros/200.0_wp + &
+      100.0_wp*sizes%nodes
     ! Nothing squeezed, and room to spare in the tables.
-    file%most = once + 1.0e6_wp + 2.0_wp*growing_dataset*file%datasets + file%varying + file%zeros
+    file%most = once + 1.0e6_wp + 2.0_wp*table*file%datasets + file%varying + file%zeros + &
+      340.0_wp*sizes%nodes
   end function size_of_file
 
   !> A field: all its numbers in an output, and those of them that are not 0 throughout.
@@ -552,6 +567,9 @@ contains
     if (plan%is_analysed .and. sizes%factor > 0.0_wp) call add_line(plan, 'factor', &
       bound_at_most, to_text(sizes%factor/1.0e6_wp, 3)//' million entries, '// &
       to_text(sizes%flops/1.0e9_wp, 3)//' Gflop each time')
+    if (sizes%ranks > 1.0_wp .or. sizes%share < 1.0_wp) call add_line(plan, 'ranks', bound_fixed, &
+      to_text(nint(sizes%ranks/sizes%share))//', of them '//to_text(nint(sizes%ranks))// &
+      ' on this machine, whose memory follows')
     call add_line(plan, 'memory', bound_about, least//bytes_in_words(memory)// &
       left_in_words(plan%memory_left))
     if (plan%is_analysed) call add_line(plan, 'time', bound_about, &

@@ -14,7 +14,8 @@ module operators_mod
   use state_mod, only: state_t
   use mesh_forces_mod, only: internal_force, force_rounding
   use dof_map_mod, only: make_dof_map
-  use assembly_mod, only: triplets_t, assemble_stiffness, diagonal_ratio
+  use assembly_mod, only: triplets_t, diagonal_ratio
+  use shares_mod, only: assemble_shares
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: factorise, is_analysed, analysed_order
   use stiffness_inverse_mod, only: stiffness_inverse_t, apply_inverse
@@ -146,9 +147,8 @@ contains
     operators%inverse%map = make_dof_map(scene%mesh%body, hold_pins(operators%motions, &
       operators%prescribed), interface_dofs(scene, points))
     call node_neighbours(scene%mesh, start, neighbours)
-    call assemble_stiffness(scene%mesh, scene%materials, operators%inverse%map, start, &
-      neighbours, k, &
-      n_stiffnesses)
+    call assemble_shares(scene%mesh, scene%materials, operators%inverse%map, start, neighbours, &
+      k, n_stiffnesses)
     operators%n_stiffnesses = operators%n_stiffnesses + n_stiffnesses
     call lap(clock, operators%seconds%assemble)
     associate (inverse => operators%inverse)

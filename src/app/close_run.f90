@@ -3,6 +3,7 @@ module close_run_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t, to_text
   use system_mod, only: peak_memory_bytes
+  use parallel_mod, only: usage_t, usage_of_others
   use scene_mod, only: scene_t
   use controls_mod, only: precision_controls_t, precision_in_words
   use operators_mod, only: operators_t
@@ -22,21 +23,23 @@ contains
     type(tally_t), intent(in) :: tally
     type(operators_t), intent(in) :: operators
     character(*), intent(in) :: path
+    type(usage_t) :: others
+    type(string_t) :: lines(4)
 
+    others = usage_of_others()
     associate (s => operators%seconds)
-      call print_lines(console, [ &
-        string_t('time            read '//seconds(tally%read_time)//', assemble '// &
-        seconds(s%assemble)//', order '// &
-                 seconds(s%order)//', factorise '//seconds(s%factorise)//', condense '// &
-                 seconds(s%condense)// &
-                 ', loads '//seconds(s%loads)//','), &
-        string_t('                contact '//seconds(tally%contact_time)//', recover '// &
-                 seconds(tally%step_time - tally%contact_time)//', write '// &
-                 seconds(tally%write_time)), &
-        string_t('accuracy        '//accuracy_in_words(scene%precision, tally%unrefined, &
-        tally%imbalance)), &
-        string_t('memory          '//to_text(real(peak_memory_bytes(), wp)/1.0e6_wp, 3)// &
-        ' MB at most')])
+      lines(1)%text = 'time            read '//seconds(tally%read_time)//', assemble '// &
+        seconds(s%assemble)//', order '//seconds(s%order)//', factorise '// &
+        seconds(s%factorise)//', condense '//seconds(s%condense)//', loads '// &
+        seconds(s%loads)//','
+      lines(2)%text = '                contact '//seconds(tally%contact_time)//', recover '// &
+        seconds(tally%step_time - tally%contact_time)//', estimate '// &
+        seconds(tally%estimate_time)//', write '//seconds(tally%write_time)
+      lines(3)%text = 'accuracy        '//accuracy_in_words(scene%precision, tally%unrefined, &
+        tally%imbalance)
+      lines(4)%text = 'memory          '//to_text(real(peak_memory_bytes() + others%peak, &
+        wp)/1.0e6_wp, 3)//' MB at most'
+      call print_lines(console, lines)
     end associate
     if (tally%certified < tally%increments) then
       call print_warning(console, to_text(tally%increments - tally%certified)//' of '// &

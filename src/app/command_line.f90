@@ -7,7 +7,7 @@
 module command_line_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_wrong_input
-  use text_mod, only: string_t, nearest_word
+  use text_mod, only: as_list, string_t, nearest_word
   use controls_mod, only: contact_controls_t
   use solver_options_mod, only: is_solver_option, set_solver_option, settle_solver, &
     take_real
@@ -162,26 +162,14 @@ contains
     character(*), intent(in) :: word
     type(options_t), intent(inout) :: options
     type(error_t), allocatable, intent(out) :: error
-    type(string_t) :: known(19)
-    integer :: nearest
+    character(:), allocatable :: meant
 
     if (word(:min(1, len(word))) == '-') then
-      known = [string_t('--help'), string_t('--version'), string_t('--plan'), &
-        string_t('--force'), string_t('--overwrite'), string_t('--continue'), &
-        string_t('--quiet'), string_t('--output'), string_t('--set'), &
-        string_t('--export-fclib'), string_t('--accuracy'), string_t('--solver'), &
-        string_t('--formulation'), &
-        string_t('--local'), string_t('--rho'), string_t('--relaxation'), &
-        string_t('--tolerance'), string_t('--max-sweeps'), string_t('--acceleration')]
-      nearest = nearest_word(word, known)
-      if (nearest > 0) then
-        call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word// &
-          "', did you mean '"// &
-          known(nearest)%text//"'?")
-      else
-        call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word// &
-          "' (bipot --help lists them)")
-      end if
+      meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
+        '--force', '--overwrite', '--continue', '--accuracy', '--quiet', '--output', '--set', &
+        '--export-fclib', '--solver', '--formulation', '--local', '--rho', '--relaxation', &
+        '--tolerance', '--max-sweeps', '--acceleration']))
+      call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
     else if (options%deck /= '') then
       call raise(error, exit_wrong_input, "bipot: error: one deck a run, found '"//options%deck// &
         "' and '"//word//"'")
@@ -189,6 +177,18 @@ contains
       options%deck = word
     end if
   end subroutine take_deck
+
+  !> Which of the options that there are may have been meant.
+  pure function meant_option(word, known) result(meant)
+    character(*), intent(in) :: word
+    type(string_t), intent(in) :: known(:)
+    character(:), allocatable :: meant
+    integer :: nearest
+
+    nearest = nearest_word(word, known)
+    meant = ' (bipot --help lists them)'
+    if (nearest > 0) meant = ", did you mean '"//known(nearest)%text//"'?"
+  end function meant_option
 
   function argument(i) result(word)
     integer, intent(in) :: i

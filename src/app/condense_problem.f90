@@ -191,7 +191,6 @@ contains
     integer, allocatable, intent(out) :: place(:)
     type(error_t), allocatable, intent(out) :: error
     type(dof_map_t) :: map
-    type(triplets_t) :: edges
     integer, allocatable :: start(:), neighbours(:)
     integer :: i
 
@@ -199,8 +198,7 @@ contains
     map%node = [(i, i=1, lower%n)]
     allocate (map%equation(3, lower%n), source=0)
     map%equation(1, :) = map%node
-    edges = lower
-    call list_neighbours(edges, start, neighbours)
+    call list_neighbours(lower, start, neighbours)
     call order_equations(map, start, neighbours, place, error)
   end subroutine order_by_graph
 

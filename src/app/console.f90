@@ -5,6 +5,7 @@ module console_mod
   use text_mod, only: string_t, to_text, percent
   use standard_streams_mod, only: write_to, standard_output
   use system_mod, only: output_is_terminal, wall_seconds
+  use parallel_mod, only: has_launcher
   use increments_mod, only: increment_t
   use controls_mod, only: solver_sweeps, solver_global_newton
   use step_report_mod, only: step_report_t, error_parts_t, worst_entry, status_open, &
@@ -33,8 +34,11 @@ contains
     type(console_t) :: console
 
     console%quiet = quiet
-    console%terminal = output_is_terminal() .and. .not. quiet
     console%started = wall_seconds()
+    if (quiet) return
+    console%terminal = output_is_terminal()
+    ! mpirun gives its processes a terminal of their own, wherever it writes itself.
+    if (has_launcher()) console%terminal = .false.
   end function open_console
 
   !> Print one line, even when quiet.

@@ -6,6 +6,9 @@ program bipot
   use standard_streams_mod, only: write_to, standard_error
   use runtime_failures_mod, only: meet_runtime_failures
   use blas_core_mod, only: choose_blas_core, check_blas_room
+  use system_mod, only: catch_signals
+  use parallel_mod, only: start_ranks, end_ranks, is_host
+  use serve_host_mod, only: serve_host
   use fclib_mod, only: is_fclib_path
   use command_line_mod, only: options_t, read_command_line, check_kind, help_text
   use console_mod, only: say
@@ -30,8 +33,29 @@ program bipot
   call meet_runtime_failures()
   call choose_blas_core()
   exit_status = exit_ok
-  call read_command_line(options, error)
+  call start_ranks(error)
   if (.not. allocated(error)) then
+    if (is_host()) then
+      call read_and_run()
+    else
+      ! The host alone decides when to stop.
+      call catch_signals()
+      call check_blas_room(error)
+      if (.not. allocated(error)) call serve_host(error)
+    end if
+  end if
+  if (allocated(error)) then
+    call write_to(standard_error, error%message//new_line('a'))
+    exit_status = error%exit_status
+  end if
+  call end_ranks(exit_status)
+  call c_exit(int(exit_status, c_int))
+
+contains
+
+  subroutine read_and_run()
+    call read_command_line(options, error)
+    if (allocated(error)) return
     if (options%help) then
       call say(help_text())
     else if (options%version) then
@@ -39,14 +63,7 @@ program bipot
     else
       call run(is_fclib_path(options%deck))
     end if
-  end if
-  if (allocated(error)) then
-    call write_to(standard_error, error%message//new_line('a'))
-    exit_status = error%exit_status
-  end if
-  call c_exit(int(exit_status, c_int))
-
-contains
+  end subroutine read_and_run
 
   subroutine run(is_problem)
     logical, intent(in) :: is_problem

@@ -2,6 +2,7 @@
 module provenance_mod
   use kinds_mod, only: wp
   use system_mod, only: build_description, utc_now
+  use parallel_mod, only: n_ranks
   use blas_core_mod, only: blas_core_name, blas_version
   use loaded_libraries_mod, only: loaded_libraries
   use sparse_factor_mod, only: sparse_factor_t, library_version
@@ -28,6 +29,7 @@ contains
     provenance%version = version
     provenance%build = build_description()
     provenance%libraries = library_text(operators%inverse%factor)
+    provenance%ranks = n_ranks()
     provenance%command = command_text()
     provenance%blas_core = blas_core_name()
     provenance%started = utc_now()
@@ -43,8 +45,9 @@ contains
     if (mumps /= '') mumps = 'MUMPS '//mumps//', '
     blas = blas_version()
     if (blas == '') blas = 'BLAS'
-    text = mumps//blas//', HDF5 '//hdf5_version()//'; loaded '//loaded_libraries([character(8) :: &
-      'mumps_se', 'metis', 'scotch-', 'blas', 'lapack', 'hdf5', 'gfortran'])
+    text = mumps//blas//', HDF5 '//hdf5_version()//'; loaded '//loaded_libraries([character(9) :: &
+      'libdmumps', 'libsmumps', 'libmpi.so', 'metis', 'scotch-', 'blas', 'lapack', 'hdf5', &
+      'gfortran'])
   end function library_text
 
 end module provenance_mod

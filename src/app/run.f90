@@ -19,7 +19,7 @@ module run_mod
   use command_line_mod, only: options_t, command_text
   use tally_mod, only: tally_t, list_counters
   use export_problems_mod, only: exports_t, choose_rows
-  use console_mod, only: console_t, open_console, print_lines, print_warning, clear_bar
+  use console_mod, only: console_t, open_console, say, print_lines, print_warning, clear_bar
   use provenance_mod, only: make_provenance
   use continue_run_mod, only: progress_t, start_run, take_up_run, keep_progress, how_to_continue
   use go_through_mod, only: go_through, room_to_write
@@ -55,7 +55,7 @@ contains
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
     tally%read_time = wall_seconds() - console%started
-    call print_lines(console, [string_t('bipot '//version//': '//scene%title)])
+    if (.not. console%quiet) call say('bipot '//version//': '//scene%title)
     call print_lines(console, scene%notes)
     call print_lines(console, plan%lines)
     call print_lines(console, overlaps(scene, plan%points))
@@ -129,10 +129,10 @@ contains
     call check_library_room(3*room_to_write(scene), 'begin the result file', error)
     if (allocated(error)) return
     call catch_signals()
-    call begin_file(options, path, scene, plan, operators, file, progress, tally, error)
+    call begin_file(options, scene, plan, operators, file, progress, tally, error)
     if (allocated(error)) return
-    if (progress%state%row > 0) call print_lines(console, [string_t('continued       behind '// &
-      'increment '//to_text(progress%state%row))])
+    if (progress%state%row > 0 .and. .not. console%quiet) call say('continued       behind '// &
+      'increment '//to_text(progress%state%row))
     call go_through(scene, plan, exports, operators, file, console, progress, tally, error)
     tally%total_time = tally%earlier_time + wall_seconds() - console%started
     inquire (file=path, size=written)
@@ -170,9 +170,8 @@ contains
   end subroutine run_scene
 
   !> Open the result file, that of a run to be continued where there is one.
-  subroutine begin_file(options, path, scene, plan, operators, file, progress, tally, error)
+  subroutine begin_file(options, scene, plan, operators, file, progress, tally, error)
     type(options_t), intent(in) :: options
-    character(*), intent(in) :: path
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
     type(operators_t), intent(in) :: operators
@@ -181,9 +180,11 @@ contains
     type(tally_t), intent(inout) :: tally
     type(error_t), allocatable, intent(out) :: error
     type(error_t), allocatable :: ignored
+    character(:), allocatable :: path
     real(wp), allocatable :: kept(:)
     logical :: continues
 
+    path = result_path(options, scene)
     call start_run(scene, plan, progress)
     inquire (file=path, exist=continues)
     continues = continues .and. options%continues

@@ -2,7 +2,7 @@
 module solve_problem_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_not_solved
-  use text_mod, only: string_t, to_text
+  use text_mod, only: as_list, string_t, to_text
   use system_mod, only: wall_seconds
   use controls_mod, only: contact_controls_t, solver_sweeps, solver_global_newton
   use step_report_mod, only: certificate_t, worst_entry, ended_at_limit, ended_diverging
@@ -37,7 +37,7 @@ contains
     type(contact_report_t) :: report
     type(fclib_solution_t) :: solution
     type(certificate_t) :: certificate
-    type(string_t) :: labels(2)
+    type(string_t) :: labels(2), lines(2)
     character(:), allocatable :: path
     real(wp) :: seconds
 
@@ -56,14 +56,14 @@ contains
     call certify(given, condensed, options%controls, solution, certificate, error)
     if (allocated(error)) return
     call add_facts(options%controls, report, certificate, condensed%asymmetry, seconds, solution)
-    call print_lines(console, [ &
-      string_t(solver_in_words(report)//': '//to_text(report%iterations)//' iterations, '// &
-        to_text(report%local_iterations)//' local iterations, '//to_text(report%products)// &
-        ' products, residual '//to_text(report%residual, 3)//', '//seconds_in_words(seconds)), &
-      string_t('penetration '//to_text(certificate%penetration, 2)//', adhesion '// &
-        to_text(certificate%adhesion, 2)//', complementarity '// &
-        to_text(certificate%complementarity, 2)//', cone '//to_text(certificate%cone, 2)// &
-        ', law '//to_text(certificate%law, 2)//equilibrium_in_words(given, certificate))])
+    lines(1)%text = solver_in_words(report)//': '//to_text(report%iterations)//' iterations, '// &
+      to_text(report%local_iterations)//' local iterations, '//to_text(report%products)// &
+      ' products, residual '//to_text(report%residual, 3)//', '//seconds_in_words(seconds)
+    lines(2)%text = 'penetration '//to_text(certificate%penetration, 2)//', adhesion '// &
+      to_text(certificate%adhesion, 2)//', complementarity '// &
+      to_text(certificate%complementarity, 2)//', cone '//to_text(certificate%cone, 2)// &
+      ', law '//to_text(certificate%law, 2)//equilibrium_in_words(given, certificate)
+    call print_lines(console, lines)
     labels(1)%text = file_name(options%deck)
     labels(2)%text = 'bipot '//version//': the problem of '//file_name(options%deck)//', solved'
     call write_fclib_solution(path, given, labels, solution, options%overwrite, error)
@@ -208,10 +208,9 @@ contains
 
     solution%solver = solver_in_words(report)
     solution%converged = report%converged
-    solution%fact_name = [string_t('tolerance'), string_t('residual'), string_t('iterations'), &
-      string_t('local_iterations'), string_t('products'), string_t('seconds'), &
-      string_t('asymmetry'), string_t('penetration'), string_t('adhesion'), &
-      string_t('complementarity'), string_t('cone'), string_t('law'), string_t('equilibrium')]
+    solution%fact_name = as_list([character(16) :: 'tolerance', 'residual', 'iterations', &
+      'local_iterations', 'products', 'seconds', 'asymmetry', 'penetration', 'adhesion', &
+      'complementarity', 'cone', 'law', 'equilibrium'])
     solution%fact = [controls%tolerance, report%residual, real(report%iterations, wp), &
       real(report%local_iterations, wp), real(report%products, wp), seconds, asymmetry, &
       certificate%penetration, certificate%adhesion, certificate%complementarity, &

@@ -7,7 +7,7 @@
 module solver_options_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_wrong_input
-  use text_mod, only: string_t, to_text, upper, nearest_word
+  use text_mod, only: as_list, string_t, to_text, upper, nearest_word
   use numbers_mod, only: read_integer, read_real, number_ok
   use controls_mod, only: contact_controls_t, solver_auto, solver_sweeps, solver_global_newton, &
     formulation_bipotential, formulation_pseudopotential, local_uzawa, local_newton, &
@@ -45,16 +45,17 @@ contains
 
     select case (option)
     case ('--solver')
-      call choose(option, value, [string_t('auto'), string_t('sweeps'), &
-        string_t('global-newton')], choice, error)
+      call choose(option, value, as_list([character(13) :: 'auto', 'sweeps', &
+        'global-newton']), choice, error)
       if (.not. allocated(error)) controls%solver = solvers(choice)
     case ('--formulation')
-      call choose(option, value, [string_t('bipotential'), string_t('pseudopotential')], choice, &
+      call choose(option, value, as_list([character(15) :: 'bipotential', &
+        'pseudopotential']), choice, &
         error)
       if (.not. allocated(error)) controls%formulation = formulations(choice)
     case ('--local')
-      call choose(option, value, [string_t('uzawa'), string_t('newton'), string_t('newton6'), &
-        string_t('exact')], choice, error)
+      call choose(option, value, as_list([character(7) :: 'uzawa', 'newton', 'newton6', &
+        'exact']), choice, error)
       if (.not. allocated(error)) controls%local = locals(choice)
     case ('--rho')
       call take_real(option, value, 1.0e6_wp, controls%rho, error)

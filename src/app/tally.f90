@@ -4,6 +4,7 @@ module tally_mod
   use text_mod, only: string_t
   use number_list_mod, only: number_list_t, carry
   use system_mod, only: cpu_seconds, peak_memory_bytes
+  use parallel_mod, only: usage_t, usage_of_others
   use increments_mod, only: increment_t
   use step_report_mod, only: step_report_t, worst_entry
   use operators_mod, only: operators_t
@@ -134,10 +135,13 @@ contains
     type(string_t), allocatable, intent(out) :: names(:)
     real(wp), allocatable, intent(out) :: values(:)
     integer, parameter :: room = 40
+    type(string_t) :: all_names(room)
+    real(wp) :: all_values(room)
+    type(usage_t) :: others
     integer :: n
 
     n = 0
-    allocate (names(room), values(room))
+    others = usage_of_others()
     call count('increments', real(tally%increments, wp))
     call count('increments_with_fields', real(tally%outputs, wp))
     call count('equations', real(tally%equations, wp))
@@ -159,9 +163,9 @@ contains
     call count('imbalance', tally%imbalance)
     call count('compliance_bytes', tally%compliance_bytes)
     call count('contact_matrix_bytes', tally%contact_matrix_bytes)
-    call count('peak_memory_bytes', real(peak_memory_bytes(), wp))
+    call count('peak_memory_bytes', real(peak_memory_bytes() + others%peak, wp))
     call count('file_bytes', tally%file_bytes)
-    call count('cpu_seconds', cpu_seconds())
+    call count('cpu_seconds', cpu_seconds() + others%cpu)
     call count('seconds_read', tally%read_time)
     associate (s => operators%seconds)
       call count('seconds_assemble', s%assemble)
@@ -175,8 +179,8 @@ contains
     call count('seconds_write', tally%write_time)
     call count('seconds_estimate', tally%estimate_time)
     call count('seconds_total', tally%total_time)
-    names = names(:n)
-    values = values(:n)
+    names = all_names(:n)
+    values = all_values(:n)
 
   contains
 
@@ -185,8 +189,8 @@ contains
       real(wp), intent(in) :: value
 
       n = n + 1
-      names(n)%text = name
-      values(n) = value
+      all_names(n)%text = name
+      all_values(n) = value
     end subroutine count
 
   end subroutine list_counters

@@ -10,6 +10,7 @@ module blas_core_mod
   use kinds_mod, only: i8
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: string_t, upper, to_text
+  use system_mod, only: set_environment
   use machine_room_mod, only: address_space_left
   implicit none
   private
@@ -19,9 +20,6 @@ module blas_core_mod
   character(*), parameter :: core_variable = 'OPENBLAS_CORETYPE'
   ! Set before the second start: there is never a third.
   character(*), parameter :: guard_variable = 'BIPOT_BLAS_CORE'
-  ! Set by MPI's launchers, whose ranks must not replace themselves.
-  character(*), parameter :: mpi_variables(4) = [character(20) :: &
-    'OMPI_COMM_WORLD_SIZE', 'PMI_RANK', 'PMIX_RANK', 'MPI_LOCALRANKID']
 
   interface
     function c_dlsym(handle, symbol) result(address) bind(c, name='dlsym')
@@ -31,14 +29,6 @@ module blas_core_mod
       character(c_char), intent(in) :: symbol(*)
       type(c_funptr) :: address
     end function c_dlsym
-
-    function c_setenv(name, value, overwrite) result(status) bind(c, name='setenv')
-      import :: c_char, c_int
-      implicit none
-      character(c_char), intent(in) :: name(*), value(*)
-      integer(c_int), value :: overwrite
-      integer(c_int) :: status
-    end function c_setenv
 
     function c_execv(path, arguments) result(status) bind(c, name='execv')
       import :: c_char, c_int, c_ptr
@@ -97,30 +87,29 @@ contains
   !> Take care of OpenBLAS's kernels and threads. Returns, or does not: then the program starts
   !> again.
   !>
-  !> What the user has set in the environment wins. The program does not start again under MPI,
-  !> valgrind or a sanitizer, or with another BLAS.
+  !> What the user has set in the environment wins. The program does not start again under valgrind
+  !> or a sanitizer, or with another BLAS. Under MPI every rank does so for its own processor:
+  !> before it has joined the others it is a process like any.
   subroutine choose_blas_core()
     character(:), allocatable :: core
-    integer(c_int) :: status
-    logical :: threads_given
+    logical :: threads_given, worked
 
     threads_given = any_set([character(20) :: 'OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS'])
     if (.not. threads_given) call use_one_thread()
     core = blas_core_name()
     if (core == '') return
     if (any_set([character(20) :: guard_variable])) return
-    if (any_set(mpi_variables)) return
     if (watched()) return
     core = wanted_core(core, processor_flags())
     if (any_set([character(20) :: core_variable])) core = ''
     if (core == '' .and. threads_given) return
-    status = c_setenv(c_text(guard_variable), c_text('chosen'), 1_c_int)
-    if (status /= 0) return
-    if (core /= '') status = c_setenv(c_text(core_variable), c_text(core), 1_c_int)
-    if (status /= 0) return
+    call set_environment(guard_variable, 'chosen', .true., worked)
+    if (.not. worked) return
+    if (core /= '') call set_environment(core_variable, core, .true., worked)
+    if (.not. worked) return
     ! Threads that would wait in a loop for work are then not even made.
-    if (.not. threads_given) status = c_setenv(c_text('OPENBLAS_NUM_THREADS'), c_text('1'), 1_c_int)
-    if (status /= 0) return
+    if (.not. threads_given) call set_environment('OPENBLAS_NUM_THREADS', '1', .true., worked)
+    if (.not. worked) return
     call start_again()
   end subroutine choose_blas_core
 

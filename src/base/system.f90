@@ -1,13 +1,14 @@
 !> What the program asks of the machine it runs on: clocks, memory, the terminal, signals.
 module system_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_intptr_t, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_intptr_t, &
+    c_null_char, c_size_t
   use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
   use kinds_mod, only: wp, i8
   implicit none
   private
 
   public :: wall_seconds, cpu_seconds, peak_memory_bytes, output_is_terminal, utc_now, &
-    build_description, catch_signals, caught_signal, signal_name
+    build_description, nap, set_environment, catch_signals, caught_signal, signal_name
 
   interface
     !> POSIX: 1 when the file descriptor is a terminal.
@@ -17,6 +18,23 @@ module system_mod
       integer(c_int), value :: descriptor
       integer(c_int) :: answer
     end function c_isatty
+
+    !> POSIX: 0 when it worked.
+    function c_setenv(name, value, overwrite) result(status) bind(c, name='setenv')
+      import :: c_char, c_int
+      implicit none
+      character(c_char), intent(in) :: name(*), value(*)
+      integer(c_int), value :: overwrite
+      integer(c_int) :: status
+    end function c_setenv
+
+    !> POSIX: sleep; at most a second.
+    function c_usleep(microseconds) result(status) bind(c, name='usleep')
+      import :: c_int
+      implicit none
+      integer(c_int), value :: microseconds
+      integer(c_int) :: status
+    end function c_usleep
 
     !> Set what a signal does; gives what it did before. The handler stays set, and what the signal
     !> interrupts goes on (BSD's semantics; SIGACTION's argument is laid out otherwise everywhere).
@@ -48,7 +66,7 @@ module system_mod
   integer(c_int), parameter :: sigint = 2, sigterm = 15
 
   !> The first signal that came; 0: none.
-  integer(c_int), volatile, save :: caught = 0
+  integer(c_int), volatile :: caught = 0
 
 contains
 
@@ -67,6 +85,24 @@ contains
 
     call cpu_time(seconds)
   end function cpu_seconds
+
+  !> Give a variable of the environment a value, for this process and what it starts.
+  subroutine set_environment(name, value, replace, worked)
+    character(*), intent(in) :: name, value
+    logical, intent(in) :: replace !! a value that it has already
+    logical, intent(out) :: worked
+
+    worked = c_setenv(name//c_null_char, value//c_null_char, merge(1_c_int, 0_c_int, replace)) == 0
+  end subroutine set_environment
+
+  !> Leave the processor to others for a moment.
+  subroutine nap(seconds)
+    real(wp), intent(in) :: seconds !! 0 to 0.9 [s]
+    integer(c_int) :: status
+
+    status = c_usleep(int(1.0e6_wp*max(0.0_wp, min(0.9_wp, seconds)), c_int))
+    if (status /= 0) return ! a signal cuts it short
+  end subroutine nap
 
   !> The largest resident memory of the process so far; 0 where the system does not tell.
   function peak_memory_bytes() result(bytes)
@@ -180,8 +216,9 @@ contains
     if (number == sigint) name = 'SIGINT'
   end function signal_name
 
-  !> The handler. It may come at any moment, so it does nothing but what signals allow.
-  subroutine note_signal(number) bind(c)
+  !> The handler. It may come at any moment, while it is at work too, so it does nothing but what
+  !> signals allow.
+  recursive subroutine note_signal(number) bind(c)
     integer(c_int), value :: number
     character(*), parameter :: words = new_line('a')//'bipot: stops when the present increment '// &
       'is in the file; another signal stops at once'//new_line('a')

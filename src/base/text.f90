@@ -4,7 +4,7 @@ module text_mod
   implicit none
   private
 
-  public :: upper, to_text, percent, nearest_word, string_t
+  public :: upper, to_text, percent, nearest_word, string_t, as_list
 
   !> A text of its own length, for lists of texts.
   type :: string_t
@@ -17,6 +17,19 @@ module text_mod
   end interface to_text
 
 contains
+
+  !> Words of one length as a list of texts without the blanks behind them. (An array constructor
+  !> of `string_t` leaks with gfortran 12.)
+  pure function as_list(words) result(list)
+    character(*), intent(in) :: words(:)
+    type(string_t), allocatable :: list(:)
+    integer :: i
+
+    allocate (list(size(words)))
+    do i = 1, size(words)
+      list(i)%text = trim(words(i))
+    end do
+  end function as_list
 
   !> `text` in upper case (ASCII letters only; other bytes stay).
   pure function upper(text) result(converted)

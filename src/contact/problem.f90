@@ -4,11 +4,11 @@
 !> a direction has no reaction. docs/theory.md section 2.
 module problem_mod
   use kinds_mod, only: wp, sp
-  use blas_mod, only: ssymv
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
   use step_report_mod, only: ended_well
   use dense_mod, only: invert_spd, times_symmetric
+  use single_panels_mod, only: single_panels_t, make_panels, times_panels
   use near_stiffness_mod, only: near_stiffness_t, find_near
   use law_mod, only: project_on_cone, project_prediction
   implicit none
@@ -19,6 +19,8 @@ module problem_mod
     force_scale, &
     measure, project_reactions
 
+  integer, parameter :: large = 300 !! rows from which on a product waits for memory
+
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
   type :: contact_problem_t
     integer :: n_points = 0
@@ -27,8 +29,9 @@ module problem_mod
     integer,  allocatable :: row(:, :) !! (3,n_points) row of each component, 0 where there is none
     real(wp), allocatable :: mu(:)          !! (n_points) [-]
     real(wp), allocatable :: w(:, :) !! (n_rows,n_rows) compliance, both triangles [length/force]
+    type(single_panels_t) :: rough !! W again, where it is large, for products of few digits
     real(sp), allocatable :: single_w(:, :)
-    !! (n_rows,n_rows) W/unit in single precision, for what needs few digits, where chosen [-]
+    !! (n_rows,n_rows) W/unit in single precision, for sweeps, where chosen [-]
     real(wp) :: unit = 1.0_wp !! power of two near the largest of W [length/force]
     real(wp), allocatable :: block(:, :, :)
     !! (3,3,n_points) W_ii; a missing row has its diagonal alone
@@ -77,6 +80,7 @@ contains
     problem%row = row
     problem%mu = mu
     call move_alloc(w, problem%w)
+    if (problem%n_rows >= large) call make_panels(problem%w, problem%rough)
     call set_blocks(problem)
     allocate (problem%rho_map(size(mu)))
     do i = 1, size(mu)
@@ -93,7 +97,7 @@ contains
     call scale_global_newton(problem)
   end subroutine make_problem
 
-  !> Keep W in single precision beside W: half the memory to read wherever few digits do.
+  !> Keep W in single precision beside W: half the memory to read in sweeps.
   subroutine add_single_copy(problem)
     type(contact_problem_t), intent(inout) :: problem
     real(wp) :: largest
@@ -237,28 +241,17 @@ contains
     w_v = times_symmetric(problem%w, v)
   end function product_with_w
 
-  !> W v to the digits of the single copy, where there is one: for directions, not for residuals.
+  !> W v to the digits of single precision where W is large: for directions, not for residuals.
   function rough_product_with_w(problem, v) result(w_v)
     type(contact_problem_t), intent(in) :: problem
-    real(wp), intent(in) :: v(:)        !! (n_rows) [force]
+    real(wp), contiguous, intent(in) :: v(:) !! (n_rows) [force]
     real(wp) :: w_v(problem%n_rows)     !! [length]
-    real(sp) :: single_v(problem%n_rows), product(problem%n_rows)
-    real(wp) :: size_v
 
-    if (.not. is_single(problem)) then
+    if (problem%rough%n > 0) then
+      w_v = times_panels(problem%rough, v)
+    else
       w_v = product_with_w(problem, v)
-      return
     end if
-    w_v = 0.0_wp
-    if (problem%n_rows == 0) return
-    size_v = maxval(abs(v))
-    if (.not. size_v > 0.0_wp) return
-    size_v = scale(1.0_wp, exponent(size_v))
-    single_v = real(v/size_v, sp)
-    product = 0.0_sp
-    call ssymv('L', problem%n_rows, 1.0_sp, problem%single_w, problem%n_rows, single_v, 1, 0.0_sp, &
-      product, 1)
-    w_v = problem%unit*size_v*real(product, wp)
   end function rough_product_with_w
 
   !> Z_i = r_i - P_K(r_i - rho_i x*_i) of every point, rho_i = rows/trace(W_ii): zero exactly at the

@@ -7,7 +7,7 @@ module options_mod
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, number_too_large, read_integer, read_real
   use substitution_mod, only: substitute
-  use text_mod, only: string_t, upper
+  use text_mod, only: as_list, string_t, upper
   implicit none
   private
 
@@ -361,17 +361,6 @@ contains
     if (n < 2) return
     if (scan(bare(1:1), '"''') == 1 .and. bare(1:1) == bare(n:n)) bare = bare(2:n - 1)
   end function unquote
-
-  pure function as_list(words) result(list)
-    character(*), intent(in) :: words(:)
-    type(string_t), allocatable :: list(:)
-    integer :: i
-
-    allocate (list(size(words)))
-    do i = 1, size(words)
-      list(i)%text = trim(words(i))
-    end do
-  end function as_list
 
   pure function text_of(number) result(text)
     integer, intent(in) :: number

@@ -15,13 +15,14 @@ module substitution_mod
   use numbers_mod, only: number_ok, number_text, read_real
   use parameters_mod, only: add_parameter, find_override, find_parameter, is_name_part, &
     is_name_start, max_parameters, parameter_table_t
-  use text_mod, only: upper
+  use text_mod, only: to_text, upper
   implicit none
   private
 
   public :: substitute, define_parameter
 
   integer, parameter :: max_value = 1000   !! longest value of a parameter [byte]
+  integer, parameter :: max_name = 80      !! longest name of one [byte]
 
 contains
 
@@ -109,6 +110,10 @@ contains
     if (equal > 1) name = upper(trim(adjustl(without_tabs(line(:equal - 1)))))
     if (len(name) == 0) then
       problem = 'expected name = value'
+      return
+    end if
+    if (len(name) > max_name) then
+      problem = 'a name has at most '//to_text(max_name)//' letters: '//quoted(name)
       return
     end if
     do i = 1, len(name)

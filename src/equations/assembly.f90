@@ -9,7 +9,7 @@ module assembly_mod
   implicit none
   private
 
-  public :: triplets_t, assemble_stiffness, list_pattern, diagonal_ratio
+  public :: triplets_t, assemble_stiffness, list_pattern, diagonal_of, diagonal_ratio, scales_of
 
   real(wp), parameter :: negligible = 1.0e-13_wp !! of a brick, in its shape [-]
   integer, parameter :: n_remembered = 64 !! shapes: a row of a graded block has no more
@@ -27,11 +27,16 @@ module assembly_mod
   end type known_bricks_t
 
   !> One triangle of a symmetric matrix, each entry once.
+  !>
+  !> Or the share of one of several ranks, whose sum is the matrix.
   type :: triplets_t
     integer :: n = 0
+    logical :: is_shared = .false.    !! other ranks hold the rest
     integer,  allocatable :: row(:)   !! row >= column
     integer,  allocatable :: column(:)
     real(wp), allocatable :: value(:) !! [force/length]; not allocated in a pattern
+    real(wp), allocatable :: diagonal(:)
+    !! (n) of the whole matrix; allocated where it is shared and has values [force/length]
   end type triplets_t
 
 contains
@@ -170,16 +175,43 @@ contains
     k%n = map%n_free
   end subroutine list_free_entries
 
+  !> The diagonal of the whole matrix.
+  pure function diagonal_of(k) result(diagonal)
+    type(triplets_t), intent(in) :: k
+    real(wp) :: diagonal(k%n)
+    integer :: i
+
+    if (allocated(k%diagonal)) then
+      diagonal = k%diagonal
+      return
+    end if
+    diagonal = 0.0_wp
+    do i = 1, size(k%value)
+      if (k%row(i) == k%column(i)) diagonal(k%row(i)) = diagonal(k%row(i)) + k%value(i)
+    end do
+  end function diagonal_of
+
   !> Largest over smallest diagonal entry: no condition is better.
   pure real(wp) function diagonal_ratio(k)
     type(triplets_t), intent(in) :: k
-    logical :: on_diagonal(size(k%value))
+    real(wp) :: diagonal(k%n)
 
     diagonal_ratio = 1.0_wp
-    on_diagonal = k%row == k%column .and. k%value > 0.0_wp
-    if (.not. any(on_diagonal)) return
-    diagonal_ratio = maxval(k%value, mask=on_diagonal)/minval(k%value, mask=on_diagonal)
+    diagonal = diagonal_of(k)
+    if (.not. any(diagonal > 0.0_wp)) return
+    diagonal_ratio = maxval(diagonal)/minval(diagonal, mask=diagonal > 0.0_wp)
   end function diagonal_ratio
+
+  !> Powers of two near 1/sqrt(diagonal).
+  pure function scales_of(k) result(d)
+    type(triplets_t), intent(in) :: k
+    real(wp) :: d(k%n) !! [sqrt(length/force)]
+    real(wp) :: diagonal(k%n)
+
+    diagonal = diagonal_of(k)
+    d = 1.0_wp
+    where (diagonal > 0.0_wp) d = scale(1.0_wp, -exponent(diagonal)/2)
+  end function scales_of
 
   !> Index of `value` in an ascending list that holds it.
   pure function position_of(value, list) result(middle)

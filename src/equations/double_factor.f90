@@ -1,16 +1,18 @@
 !> A factor in double precision.
 module double_factor_mod
+  use, intrinsic :: iso_c_binding, only: c_loc
   use kinds_mod, only: wp, i8, mp => wp
   use errors_mod, only: error_t, raise, exit_not_solved, exit_machine
   use machine_room_mod, only: check_library_room
   use text_mod, only: to_text
   use controls_mod, only: precision_controls_t
-  use assembly_mod, only: triplets_t
+  use parallel_mod, only: communicator, announce, all_ranks, share_text, task => task_double
+  use assembly_mod, only: triplets_t, scales_of
   use mumps_double_mod, only: mumps_struc => dmumps_struc, mumps => dmumps, arithmetic, remedy
   implicit none
   private
 
-  public :: mumps_factor_t
+  public :: mumps_factor_t, join
 
   include 'mumps_factor.inc'
 

@@ -6,7 +6,8 @@
 !> which has a second name. An initialisation more does no harm where MUMPS has learnt it. The same
 !> seed every time, and one thread, make the same blocks in every run.
 module scotch_graph_mod
-  use, intrinsic :: iso_c_binding, only: c_ptr, c_int, c_char, c_null_char
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_int
+  use system_mod, only: set_environment
   implicit none
   private
 
@@ -30,14 +31,6 @@ module scotch_graph_mod
       implicit none
     end subroutine reset
 
-    function setenv(name, value, overwrite) result(status) bind(C, name='setenv')
-      import :: c_char, c_int
-      implicit none
-      character(kind=c_char), intent(in) :: name(*), value(*)
-      integer(c_int), value :: overwrite
-      integer(c_int) :: status
-    end function setenv
-
     !> SCOTCH's arguments as they come: none is looked at here.
     subroutine build(a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11) bind(C, &
       name='SCOTCHFGRAPHBUILD')
@@ -57,10 +50,11 @@ contains
     type(c_ptr), value :: a2, a3, a4, a5, a6, a7, a8, a9, a10
     type(c_ptr), value :: a11 !! status
     integer(c_int) :: status
+    logical :: worked
 
     ! One thread, unless the environment says otherwise: more are slower and never do the same
     ! twice.
-    status = setenv('SCOTCH_PTHREAD_NUMBER'//c_null_char, '1'//c_null_char, 0_c_int)
+    call set_environment('SCOTCH_PTHREAD_NUMBER', '1', .false., worked)
     call seed(1_c_int)
     call reset()
     call initialise(a1, status)

@@ -19,7 +19,7 @@ module sparse_factor_mod
   use kinds_mod, only: wp, sp, i8
   use errors_mod, only: error_t
   use controls_mod, only: precision_controls_t
-  use assembly_mod, only: triplets_t
+  use assembly_mod, only: triplets_t, scales_of
   use double_factor_mod, only: double_factor_t => mumps_factor_t
   use single_factor_mod, only: single_factor_t => mumps_factor_t
   implicit none
@@ -89,7 +89,7 @@ contains
   end subroutine analyse
 
   !> Whether `factor` is the analysis of the pattern of `k`, and no more.
-  pure function is_analysed(factor, k, n_schur)
+  function is_analysed(factor, k, n_schur)
     type(sparse_factor_t), intent(in) :: factor
     type(triplets_t), intent(in) :: k
     integer, intent(in) :: n_schur
@@ -177,21 +177,6 @@ contains
       schur(:, i) = schur(:, i)/(factor%d(k%n - n_schur + 1:)*factor%d(k%n - n_schur + i))
     end do
   end subroutine factorise
-
-  !> Powers of two near 1/sqrt(diagonal).
-  pure function scales_of(k) result(d)
-    type(triplets_t), intent(in) :: k
-    real(wp) :: d(k%n)
-    real(wp) :: diagonal(k%n)
-    integer(i8) :: i
-
-    diagonal = 0.0_wp
-    do i = 1, size(k%value, kind=i8)
-      if (k%row(i) == k%column(i)) diagonal(k%row(i)) = diagonal(k%row(i)) + k%value(i)
-    end do
-    d = 1.0_wp
-    where (diagonal > 0.0_wp) d = scale(1.0_wp, -exponent(diagonal)/2)
-  end function scales_of
 
   !> Solution of K x = b for matrices without Schur complement, several right-hand sides at once.
   subroutine solve(factor, b, error)

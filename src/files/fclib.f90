@@ -357,7 +357,7 @@ contains
     if (allocated(error)) return
     ! What a killed run has left behind.
     call delete_file(beginning_of(path))
-    call create_file(beginning_of(path), file, error)
+    call create_file(beginning_of(path), 0, file, error)
   end subroutine begin
 
   !> Close a file that was begun and move it to its place; after an error, take it away.

@@ -145,7 +145,7 @@ contains
     call check_extents(file, path, error)
     if (allocated(error)) return
     call read_dataset(file, path, values, error)
-    call make_wrong_input(error)
+    call make_wrong_input(file, error)
     if (allocated(error)) return
     if (size(values) /= 1) then
       call blame(error, file, path//' holds '//to_text(size(values))//' numbers instead of one')
@@ -167,7 +167,7 @@ contains
     call check_extents(file, path, error)
     if (allocated(error)) return
     call read_dataset(file, path, values, error)
-    call make_wrong_input(error)
+    call make_wrong_input(file, error)
   end subroutine read_indices
 
   !> Read real numbers that are finite and of usable size.
@@ -182,7 +182,7 @@ contains
     call check_extents(file, path, error)
     if (allocated(error)) return
     call read_dataset(file, path, values, error)
-    call make_wrong_input(error)
+    call make_wrong_input(file, error)
     if (allocated(error)) return
     do k = 1, size(values)
       if (is_usable(values(k))) cycle
@@ -205,7 +205,7 @@ contains
       return
     end if
     call dataset_extents(file, path, extents, error)
-    call make_wrong_input(error)
+    call make_wrong_input(file, error)
     if (allocated(error)) return
     inquire (file=file%path, size=bytes)
     if (product(real(extents, wp)) > min(real(most_packed, wp)*real(bytes, wp), &
@@ -234,10 +234,13 @@ contains
   end subroutine blame
 
   !> What cannot be read is the file's fault: it was opened, and its extents are in order.
-  subroutine make_wrong_input(error)
+  subroutine make_wrong_input(file, error)
+    type(hdf5_file_t), intent(in) :: file
     type(error_t), allocatable, intent(inout) :: error
 
-    if (allocated(error)) error%exit_status = exit_wrong_input
+    if (.not. allocated(error)) return
+    error%exit_status = exit_wrong_input
+    error%message = file%path//': error: '//error%message
   end subroutine make_wrong_input
 
   ! ------------------------------------------------------------------ writing

@@ -70,6 +70,7 @@ module result_file_mod
     character(:), allocatable :: command   !! the command line
     character(:), allocatable :: blas_core !! the kernels OpenBLAS runs
     character(:), allocatable :: started   !! date and time, ISO 8601
+    integer :: ranks = 1                   !! processes that ran together
     type(string_t), allocatable :: counters(:) !! names of those that finish_result will get
   end type provenance_t
 
@@ -115,7 +116,7 @@ contains
     end if
     if (.not. allocated(error)) then
       inquire (file=beginning_of(path), exist=was_there)
-      call create_file(beginning_of(path), file%hdf5, error)
+      call create_file(beginning_of(path), rows_at_most(plan), file%hdf5, error)
       ! On a full disk the file may be there all the same.
       if (allocated(error) .and. .not. was_there) call delete_file(beginning_of(path))
     end if
@@ -289,15 +290,23 @@ contains
 
     line = 1
     first = 1
-    do i = 1, min(len(then), len(now))
-      if (then(i:i) /= now(i:i)) exit
-      if (then(i:i) /= nl) cycle
+    do i = 1, min(len(then), len(now)) + 1
+      if (character_at(then) /= character_at(now)) exit
+      if (character_at(then) /= nl) cycle
       line = line + 1
       first = i + 1
     end do
     words = 'line '//to_text(line)//" was '"//line_at(then)//"', is '"//line_at(now)//"'"
 
   contains
+
+    !> The last line ends like the others.
+    pure character function character_at(text)
+      character(*), intent(in) :: text
+
+      character_at = nl
+      if (i <= len(text)) character_at = text(i:i)
+    end function character_at
 
     pure function line_at(text) result(found)
       character(*), intent(in) :: text
@@ -417,6 +426,7 @@ contains
     call write_attribute(hdf5, '/run', 'build', text_of(provenance%build), error)
     call write_attribute(hdf5, '/run', 'libraries', text_of(provenance%libraries), error)
     call write_attribute(hdf5, '/run', 'blas_core', text_of(provenance%blas_core), error)
+    call write_attribute(hdf5, '/run', 'ranks', int(provenance%ranks, i8), error)
     call write_attribute(hdf5, '/run', 'command', text_of(provenance%command), error)
     call write_attribute(hdf5, '/run', 'started', text_of(provenance%started), error)
     call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
@@ -509,10 +519,7 @@ contains
     end if
     call flush_file(file%hdf5, error)
 
-    if (due) then
-      call count_step(file%hdf5, state%time, file%view, error)
-      call flush_file(file%hdf5, error)
-    end if
+    if (due) call count_step(file%hdf5, state%time, file%view, error)
     if (state%row <= file%n_rows) return
     call finish_row(file%hdf5, file%n_rows + 1, error)
     call flush_file(file%hdf5, error)
@@ -586,6 +593,13 @@ contains
   end subroutine finish_result
 
   ! ------------------------------------------------------------------ helpers
+
+  !> Increments that the file is to hold: twice as many as planned, should some be cut.
+  pure integer function rows_at_most(plan)
+    type(plan_t), intent(in) :: plan
+
+    rows_at_most = int(min(2_i8*plan%n_increments, int(huge(1), i8)))
+  end function rows_at_most
 
   !> A status with room for the longest one: an attribute keeps the length it began with.
   pure function padded(status) result(text)

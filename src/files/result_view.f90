@@ -6,7 +6,7 @@
 module result_view_mod
   use kinds_mod, only: wp, i1, i8
   use errors_mod, only: error_t, raise, exit_machine
-  use hdf5_files_mod, only: hdf5_file_t, create_group, exists
+  use hdf5_files_mod, only: hdf5_file_t, create_group, exists, flush_file
   use hdf5_attributes_mod, only: write_attribute
   use hdf5_datasets_mod, only: write_dataset
   use hdf5_rows_mod, only: rows_t, create_rows, create_stack, keep_rows, append_row
@@ -300,15 +300,20 @@ contains
   end subroutine append_tensor
 
   !> Make the appended fields count: to be called when they are on disk.
+  !>
+  !> The number of increments comes before the time of the last: VTK fails on more times than
+  !> increments, not on fewer.
   subroutine count_step(file, time, view, error)
     type(hdf5_file_t), intent(in) :: file
     real(wp), intent(in) :: time !! from the start of the run
     type(view_t), intent(inout) :: view
     type(error_t), allocatable, intent(inout) :: error
 
-    call append_row(view%values, time, error)
     view%n_steps = view%n_steps + 1
     call write_attribute(file, '/VTKHDF/Steps', 'NSteps', int(view%n_steps, i8), error)
+    call flush_file(file, error)
+    call append_row(view%values, time, error)
+    call flush_file(file, error)
   end subroutine count_step
 
 end module result_view_mod

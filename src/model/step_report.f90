@@ -99,13 +99,17 @@ contains
     total = errors%contact + errors%load_steps + errors%mesh + errors%arithmetic
   end function total_error
 
-  !> The largest of the certificate's six entries.
+  !> The largest of the certificate's six entries; huge where one of them is no number, which
+  !> Fortran's MAX may pass over.
   pure function worst_entry(certificate) result(worst)
     type(certificate_t), intent(in) :: certificate
     real(wp) :: worst
+    real(wp) :: entries(6)
 
-    worst = max(certificate%penetration, certificate%adhesion, certificate%complementarity, &
-                certificate%cone, certificate%law, certificate%equilibrium)
+    entries = [certificate%penetration, certificate%adhesion, certificate%complementarity, &
+      certificate%cone, certificate%law, certificate%equilibrium]
+    worst = huge(worst)
+    if (all(entries <= worst)) worst = maxval(entries)
   end function worst_entry
 
 end module step_report_mod

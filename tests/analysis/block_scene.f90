@@ -89,6 +89,7 @@ contains
     type(load_step_t) :: step
 
     step%n_increments = n_increments
+    step%direct = .true.
     step%increment = 1.0_wp/n_increments
     allocate (step%boundary(0), step%forces(0), step%pressures(0), step%face_pressures(0), &
       step%gravity(0))

@@ -21,15 +21,18 @@ DATA = SOURCE / "tests" / "data"
 class Run:
     """One run of the program in a folder of its own; `result` opens its file."""
 
-    def __init__(self, deck, *options, name=None, **overrides):
-        """Run `deck` (a path, or a text to be written to `name`.inp) with --set for `overrides`."""
+    def __init__(self, deck, *options, name=None, command=(PROGRAM,), **overrides):
+        """Run `deck` (a path, or a text to be written to `name`.inp) with --set for `overrides`.
+
+        `command` starts the program.
+        """
         self.folder = Path(tempfile.mkdtemp(prefix="bipot-"))
         weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
         if name is not None:
             text, deck = deck, self.folder / f"{name}.inp"
             deck.write_text(text)
         self.deck = Path(deck)
-        command = [PROGRAM, str(self.deck), *options]
+        command = [*command, str(self.deck), *options]
         for key, value in overrides.items():
             command += ["--set", f"{key}={value}"]
         done = subprocess.run(

@@ -192,7 +192,7 @@ class Refused(Limited):
 
     def test_too_little_disk_names_the_frequency_that_fits(self):
         answer = self.limited(
-            resource.RLIMIT_FSIZE, 4, INPUT / "block.inp", "--set", "n=16", "--plan"
+            resource.RLIMIT_FSIZE, 5, INPUT / "block.inp", "--set", "n=16", "--plan"
         )
         self.assertEqual(answer.returncode, 3)
         found = re.search(r"FREQUENCY=(\d+) would fit", answer.stderr)
@@ -204,7 +204,7 @@ class Refused(Limited):
             file.write(deck)
             file.flush()
             words = (file.name, "--set", "n=16")
-            answer = self.limited(resource.RLIMIT_FSIZE, 4, *words, "--plan")
+            answer = self.limited(resource.RLIMIT_FSIZE, 5, *words, "--plan")
             self.assertEqual(answer.returncode, 0, answer.stderr)
 
     def test_no_room_for_the_libraries_is_told(self):

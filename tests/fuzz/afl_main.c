@@ -7,6 +7,7 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 extern uint8_t *__afl_area_ptr;
@@ -14,14 +15,14 @@ extern unsigned int *__afl_fuzz_len;
 extern unsigned char *__afl_fuzz_ptr;
 extern int __afl_persistent_loop(unsigned int);
 extern void __afl_manual_init(void);
-extern int try_deck(const char *bytes, int n);
+extern int try_deck(const char *bytes, int n, char *said, int room, int *length);
 
 int __afl_sharedmem_fuzzing = 1;
 /* AFL looks for these in the file of the program. */
 const char *const persistent_mark = "##SIG_AFL_PERSISTENT##";
 const char *const deferred_mark = "##SIG_AFL_DEFER_FORKSRV##";
 
-enum { map_mask = 0xffff, largest = 1 << 16 };
+enum { map_mask = 0xffff, largest = 1 << 16, room = 1 << 16 };
 
 void __sanitizer_cov_trace_pc(void)
 {
@@ -32,6 +33,17 @@ void __sanitizer_cov_trace_pc(void)
   before = place >> 1;
 }
 
+/* Try a deck; a refusal without a proper message is a crash of its own. */
+static int try_once(const char *bytes, int n)
+{
+  static char said[room];
+  int length = 0;
+  int status = try_deck(bytes, n, said, room - 1, &length);
+  said[length] = 0;
+  if (status == 1 && !strstr(said, "error: ")) abort();
+  return status;
+}
+
 static int try_file(const char *path)
 {
   static char bytes[largest];
@@ -40,7 +52,7 @@ static int try_file(const char *path)
   if (!file) return 1;
   n = fread(bytes, 1, sizeof bytes, file);
   fclose(file);
-  printf("%s: %s\n", path, try_deck(bytes, (int)n) ? "refused" : "accepted");
+  printf("%s: exit status %d\n", path, try_once(bytes, (int)n));
   return 0;
 }
 
@@ -55,7 +67,7 @@ int main(int n_arguments, char **arguments)
   __afl_manual_init();
   while (__afl_persistent_loop(2000)) {
     int n = (int)*__afl_fuzz_len;
-    if (n > 0 && n <= largest) try_deck((const char *)__afl_fuzz_ptr, n);
+    if (n > 0 && n <= largest) try_once((const char *)__afl_fuzz_ptr, n);
   }
   return persistent_mark[0] + deferred_mark[0] == 0;
 }

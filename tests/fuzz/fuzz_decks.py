@@ -2,7 +2,7 @@
 """Run the program on mutated decks and hold it to what it promises of any deck.
 
     fuzz_decks.py [--program P] [--count N] [--seed S] [--first I] [--jobs J] [--runs SHARE]
-                  [--keep FOLDER]
+                  [--server P] [--keep FOLDER]
 
 Deck number I of seed S is always the same; `--first I --count 1` makes it again. Of every deck the
 plan is asked for (the deck is read and checked, its cost foreseen), and a share of those that are
@@ -12,6 +12,8 @@ accepted and small is run. What is held against the program:
   signal, without a message of the compiler's run-time library or of a sanitizer;
 - status 1 comes with a message that names the deck, and its place where there is one; 2 and 3 with
   a message; 0 with none;
+- with --server (build/.../tests/deck_server) decks are read and planned by the thousand in one
+  process, without an estimate of their costs, and only runs are made by the program;
 - it takes no more memory than its limit, and a run at most twice what its plan says and 100 MB;
 - a deck that was made wrong (mutate_deck.wrong) is refused, at the line of the mistake where that
   is known; a deck that is only written differently (mutate_deck.same) keeps its plan;
@@ -30,7 +32,7 @@ import random
 import re
 import resource
 import shutil
-import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -39,10 +41,10 @@ import time
 from pathlib import Path
 
 import mutate_deck
+from outcome import ENVIRONMENT, PATIENCE, Outcome
 
 ROOT = Path(__file__).resolve().parents[2]
 TIME_OF_PLAN, TIME_OF_RUN = 5, 60  # seconds of the processor
-PATIENCE = 4  # times as long on a busy machine
 ADDRESSES = 1_000_000_000  # bytes that a process may reserve
 MEMORY = 600_000_000  # bytes that it may touch while it only plans
 # Small forms of the decks in input/: parameters in place of their own.
@@ -53,15 +55,7 @@ SMALL = {
     "roller": {"n": 4}, "slope": {"n": 3}, "spence": {"n": 4, "steps": 3}, "ssnv128": {"n": 4},
     "tool": {"n": 4, "steps": 2},
 }
-# A message of status 1: file:line:column, or the deck as a whole, or the command line.
-PLACED = re.compile(
-    r"^(?:[^\n]+:\d+:\d+: error: |[^\n]*deck\.inp: error: |error: --set |bipot: error: )", re.M
-)
-# What only a mistake in the program says.
-BROKEN = re.compile(
-    r"Backtrace|Fortran runtime|Program received|Sanitizer|runtime error:|internal error|"
-    r"At line \d+ of file", re.I
-)
+PIECE = b"** a piece\n*NSET, NSET=PIECE\n1\n"
 COMPARED = ("mesh", "bodies", "equations", "contact ", "increments", "fields")
 
 
@@ -116,78 +110,6 @@ class Corpus:
         return data, kind, f"{name}: {', '.join(done)}", place, rng, name
 
 
-class Outcome:
-    """What a run of the program did."""
-
-    def __init__(self, command, folder, limit, addresses):
-        """Run `command` in `folder` with a time limit."""
-
-        def prepare():
-            os.setpgid(0, 0)
-            if addresses:
-                resource.setrlimit(resource.RLIMIT_AS, (addresses, addresses))
-            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-
-        with open(folder / "stdout", "wb") as out, open(folder / "stderr", "wb") as err:
-            process = subprocess.Popen(
-                command, cwd=folder / "work", stdout=out, stderr=err, stdin=subprocess.DEVNULL,
-                preexec_fn=prepare, env=ENVIRONMENT,
-            )
-            self.timed_out = False
-
-            def stop():
-                self.timed_out = True
-                process.kill()
-
-            timer = threading.Timer(PATIENCE * limit, stop)
-            timer.start()
-            started = time.monotonic()
-            _, status, usage = os.wait4(process.pid, 0)
-            timer.cancel()
-            process.returncode = os.waitstatus_to_exitcode(status)
-        self.seconds = usage.ru_utime + usage.ru_stime
-        self.waited = time.monotonic() - started
-        self.limit = limit
-        self.status = process.returncode
-        self.peak = 1024 * usage.ru_maxrss
-        self.output = (folder / "stdout").read_bytes().decode("utf-8", "replace")
-        self.errors = (folder / "stderr").read_bytes().decode("utf-8", "replace")
-
-    def complaints(self):
-        """What is wrong with any end of the program like this."""
-        found = []
-        if self.timed_out:
-            return [f"no end within {self.waited:.0f} s"]
-        if self.seconds > self.limit:
-            found.append(f"{self.seconds:.0f} s")
-        if self.status < 0:
-            found.append(f"ended by {signal.Signals(-self.status).name}")
-        elif self.status not in (0, 1, 2, 3):
-            found.append(f"exit status {self.status}")
-        match = BROKEN.search(self.errors + self.output)
-        if match:
-            found.append(f"'{match.group()}' was said")
-        if self.status == 1 and not PLACED.search(self.errors):
-            found.append("status 1 without a place")
-        if self.status in (2, 3) and not self.errors.strip():
-            found.append(f"status {self.status} without a message")
-        if self.status == 0 and self.errors.strip():
-            found.append("status 0 and a message on standard error")
-        if "\ufffd" in self.errors + self.output:
-            found.append("what was said is not UTF-8")
-        if len(self.errors) > 2_000_000:
-            found.append(f"{len(self.errors)} characters of messages")
-        return found
-
-
-ENVIRONMENT = {
-    **os.environ,
-    "OPENBLAS_NUM_THREADS": "1",
-    # Chosen beforehand, so that the program need not start again.
-    "OPENBLAS_CORETYPE": os.environ.get("OPENBLAS_CORETYPE", "Haswell"),
-}
-
-
 def figures(output):
     """Equations, increments and seconds of a plan; None where it has no time."""
     found = []
@@ -211,6 +133,77 @@ def fixed_lines(output):
     return [line for line in output.splitlines() if line.startswith(COMPARED)]
 
 
+class Server:
+    """A process that reads and plans one deck after the other."""
+
+    def __init__(self, path, addresses):
+        """Start it in a folder of its own."""
+        self.path, self.addresses = path, addresses
+        self.folder = tempfile.TemporaryDirectory(prefix="bipot-fuzz-")
+        (Path(self.folder.name) / "deck.inp").write_bytes(b"** a deck\n")
+        (Path(self.folder.name) / "piece.inp").write_bytes(PIECE)
+        self.process = None
+
+    def start(self):
+        """Start the process, or start it again."""
+
+        def prepare():
+            if self.addresses:
+                resource.setrlimit(resource.RLIMIT_AS, (self.addresses, self.addresses))
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+        self.errors = open(Path(self.folder.name) / "errors", "w+b")  # noqa: SIM115
+        self.process = subprocess.Popen(
+            [self.path], cwd=self.folder.name, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=self.errors, env=ENVIRONMENT, preexec_fn=prepare,
+        )
+
+    def ask(self, data, limit):
+        """What the program would say to a deck; an outcome like that of a process."""
+        if self.process is None or self.process.poll() is not None:
+            self.start()
+        process = self.process
+        before = processor_seconds(process.pid)
+        outcome = Outcome.__new__(Outcome)
+        outcome.timed_out, outcome.limit, outcome.peak = False, limit, 0
+
+        def stop():
+            outcome.timed_out = True
+            process.kill()
+
+        timer = threading.Timer(PATIENCE * limit, stop)
+        timer.start()
+        started = time.monotonic()
+        try:
+            process.stdin.write(struct.pack("i", len(data)) + data)
+            process.stdin.flush()
+            head = process.stdout.read(8)
+        except BrokenPipeError:
+            head = b""
+        if len(head) == 8:
+            status, length = struct.unpack("ii", head)
+            said = process.stdout.read(length).decode("utf-8", "replace")
+            outcome.status = status
+            outcome.errors, outcome.output = (said, "") if status else ("", said)
+        else:
+            outcome.status, outcome.output = process.wait(), ""
+            self.errors.seek(0)
+            outcome.errors = self.errors.read().decode("utf-8", "replace")
+        timer.cancel()
+        outcome.waited = time.monotonic() - started
+        outcome.seconds = processor_seconds(process.pid) - before
+        return outcome
+
+
+def processor_seconds(pid):
+    """Seconds of the processor that a process has used so far."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    except OSError:
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 class Fuzz:
     """A campaign: decks by their numbers, findings by what they are."""
 
@@ -223,15 +216,24 @@ class Fuzz:
         self.addresses = 0 if self.sanitized else ADDRESSES
         self.slow = 4 if self.sanitized else 1
         self.plans = {}
+        self.server = None
+        if arguments.server:
+            self.server = Server(str(Path(arguments.server).resolve()), self.addresses)
         if arguments.runs > 0:
             import h5py  # noqa: F401, PLC0415  (missing it shows here, not in every run)
 
     def ask(self, data, folder, *options, limit=TIME_OF_PLAN):
+        """Run the program on a deck, or ask the server for its plan."""
+        if self.server and options:
+            return self.server.ask(data, limit * self.slow)
+        return self.run_program(data, folder, *options, limit=limit)
+
+    def run_program(self, data, folder, *options, limit=TIME_OF_PLAN):
         """Run the program on a deck."""
         shutil.rmtree(folder / "work", ignore_errors=True)
         (folder / "work").mkdir()
         (folder / "work" / "deck.inp").write_bytes(data)
-        (folder / "work" / "piece.inp").write_bytes(b"** a piece\n*NSET, NSET=PIECE\n1\n")
+        (folder / "work" / "piece.inp").write_bytes(PIECE)
         return Outcome([self.arguments.program, "deck.inp", *options], folder,
                        limit * self.slow, self.addresses)
 
@@ -242,7 +244,7 @@ class Fuzz:
             folder = Path(scratch)
             outcome = self.ask(data, folder, "--plan")
             complaints = outcome.complaints()
-            if sorted(os.listdir(folder / "work")) != ["deck.inp", "piece.inp"]:
+            if not self.server and sorted(os.listdir(folder / "work")) != ["deck.inp", "piece.inp"]:
                 complaints.append("a plan left files behind")
             if outcome.peak > MEMORY * self.slow and not self.sanitized:
                 complaints.append(f"{outcome.peak / 1e6:.0f} MB for a plan")
@@ -252,12 +254,15 @@ class Fuzz:
                 complaints += self.held_to_same(outcome, name, folder)
             ran = False
             if outcome.status == 0 and not complaints and rng.random() < self.arguments.runs:
-                size = figures(outcome.output)
+                plan = outcome
+                if self.server:
+                    plan = self.run_program(data, folder, "--plan")
+                    complaints = plan.complaints()
+                size = figures(plan.output)
                 if size and size[0] <= 1500 and size[1] <= 60 and size[2] <= 2.0:
                     ran = True
-                    plan = outcome
                     outcome = self.ask(data, folder, limit=TIME_OF_RUN)
-                    complaints = outcome.complaints() + self.held_to_run(outcome, plan, folder)
+                    complaints += outcome.complaints() + self.held_to_run(outcome, plan, folder)
         return kind, outcome.status, ran, complaints, done, data, outcome
 
     def held_to_wrong(self, outcome, place):
@@ -361,6 +366,7 @@ def main():
     parser.add_argument("--first", type=int, default=0, help="number of the first deck")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--runs", type=float, default=0.2, help="share of accepted decks to run")
+    parser.add_argument("--server", help="the program deck_server, which plans in one process")
     parser.add_argument("--keep", help="folder for what is found")
     return 1 if Fuzz(parser.parse_args()).go() else 0
 

@@ -48,7 +48,7 @@ def keyword_of(line):
 def cards_of(lines):
     """Where each card begins and ends: (keyword, first line, line after the last)."""
     starts = [(keyword_of(line), i) for i, line in enumerate(lines) if keyword_of(line) is not None]
-    ends = [i for _, i in starts[1:]] + [len(lines)]
+    ends = [i for _, i in starts[1:]] + [len(lines)] * bool(starts)
     return [(keyword, first, end) for (keyword, first), end in zip(starts, ends, strict=True)]
 
 
@@ -299,7 +299,9 @@ def no_number(rng, lines):
     """What is no number, in the place of one."""
     numeric = {"NODE", "ELASTIC", "DENSITY", "FRICTION", "BLOCK", "STATIC", "OBSTACLE", "AMPLITUDE",
                "CLOAD", "BOUNDARY"}
-    places = [(i, m) for i in data_lines(lines, numeric) for m in NUMBER.finditer(lines[i])]
+    # In an expression <...> some of them have a meaning.
+    places = [(i, m) for i in data_lines(lines, numeric) if "<" not in lines[i]
+              for m in NUMBER.finditer(lines[i])]
     if not places:
         return False
     i, match = rng.choice(places)

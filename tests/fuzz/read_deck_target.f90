@@ -1,7 +1,7 @@
-!> What the coverage-guided fuzzer calls over and over: a deck, from its text to a plan.
+!> What fuzzers call over and over: a deck, from its text to a plan.
 module read_deck_target_mod
   use, intrinsic :: iso_c_binding, only: c_char, c_int
-  use errors_mod, only: error_t, exit_wrong_input
+  use errors_mod, only: error_t, exit_ok
   use text_mod, only: string_t
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
@@ -14,33 +14,44 @@ module read_deck_target_mod
 
 contains
 
-  !> Read a deck and plan its run; 1 when it was refused in order, 0 when it was accepted, and no
-  !> return where the program is at fault.
-  function try_deck(bytes, n) result(refused) bind(c, name='try_deck')
-    integer(c_int), value :: n
+  !> Read a deck and plan its run. Returns the exit status that the program would end with, and what
+  !> it would say: its mistakes, or the lines of its plan that do not depend on the machine.
+  function try_deck(bytes, n, said, room, length) result(status) bind(c, name='try_deck')
+    integer(c_int), value :: n, room
     character(c_char), intent(in) :: bytes(n)
-    integer(c_int) :: refused
+    character(c_char), intent(inout) :: said(room) !! out: the first `length` of them
+    integer(c_int), intent(out) :: length
+    integer(c_int) :: status
     integer, parameter :: largest = 20000 !! nodes of a mesh that is worth a plan here
     type(string_t) :: overrides(0)
     type(scene_t) :: scene
     type(plan_t) :: plan
     type(error_t), allocatable :: error
-    character(n) :: text
+    character(:), allocatable :: text
     integer :: i
 
+    allocate (character(n) :: text)
     do i = 1, n
       text(i:i) = bytes(i)
     end do
     call read_deck_text(text, 'deck.inp', overrides, scene, error)
-    refused = 1
-    if (allocated(error)) then
-      if (error%exit_status /= exit_wrong_input .or. index(error%message, 'error: ') == 0) &
-        error stop 'a refused deck without a proper message'
-      return
+    status = exit_ok
+    text = ''
+    if (.not. allocated(error)) then
+      if (scene%mesh%n_nodes <= largest) call make_plan(scene, plan, error)
     end if
-    if (scene%mesh%n_nodes > largest) return
-    call make_plan(scene, plan, error)
-    if (.not. allocated(error)) refused = 0
+    if (allocated(error)) then
+      status = error%exit_status
+      text = error%message
+    else if (allocated(plan%lines)) then
+      do i = 1, size(plan%lines)
+        text = text//plan%lines(i)%text//new_line('a')
+      end do
+    end if
+    length = min(len(text), room)
+    do i = 1, length
+      said(i) = text(i:i)
+    end do
   end function try_deck
 
 end module read_deck_target_mod

@@ -28,6 +28,17 @@ SMALL = {
     "tool": {"n": 4, "steps": 3},
 }
 
+# A step behind those of the block in which nothing balances the loads any more.
+PULLED_OFF = """*STEP
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY, OP=NEW
+BODY-ZMAX, 3, 3, -0.1
+*CLOAD
+BODY-ZMAX, 1, 1e6
+*END STEP
+"""
+
 
 class Folder(unittest.TestCase):
     """A folder for a test."""
@@ -99,9 +110,8 @@ class EveryDeck(Folder):
                 self.assertEqual(whole.differences(folder / NAME), [])
 
     def test_a_run_without_a_solution_is_refused_again(self):
-        deck = self.folder / "limit.inp"
-        text = (INPUT / "block.inp").read_text()
-        deck.write_text(text.replace("TOLERANCE=<tolerance>", "TOLERANCE=<tolerance>, MAX SWEEPS=45"))
+        deck = self.folder / "pulled.inp"
+        deck.write_text((INPUT / "block.inp").read_text() + PULLED_OFF)
         case = Case(deck, n=2, steps=10)
         first = self.fresh("first")
         status, words = case.run(first)

@@ -1,0 +1,226 @@
+!> The stiffness in shares: every rank assembles the bricks that live there.
+!>
+!> A share is a run of bricks in the order of the deck, the same number for every rank, with the
+!> nodes that they use. An entry to which bricks of several ranks contribute has a part on each of
+!> them; MUMPS adds the parts.
+module shares_mod
+  use kinds_mod, only: wp, i8
+  use mesh_mod, only: mesh_t, node_neighbours
+  use scene_mod, only: material_t
+  use parallel_mod, only: n_ranks, announce, task_pattern, task_stiffness, send_integers, &
+    send_reals, receive_integers, receive_reals, sum_over_ranks
+  use dof_map_mod, only: dof_map_t
+  use assembly_mod, only: triplets_t, assemble_stiffness, list_pattern, diagonal_of
+  implicit none
+  private
+
+  public :: assemble_shares, list_shares, assemble_own_share, list_own_share, cut_share
+
+  integer, parameter :: n_sizes = 4 !! nodes, bricks, unknowns of the whole mesh, materials
+
+contains
+
+  ! ------------------------------------------------------------------ host
+
+  !> Assemble the stiffness, on all ranks where there are several; `k` gets this rank's share.
+  subroutine assemble_shares(mesh, materials, map, start, neighbours, k, n_computed)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from node_neighbours
+    integer, intent(in) :: neighbours(:)
+    type(triplets_t), intent(out) :: k
+    integer, intent(out) :: n_computed   !! element stiffnesses that were computed, by all ranks
+    type(mesh_t) :: share
+    type(dof_map_t) :: share_map
+
+    if (.not. are_worth_it(mesh, map)) then
+      call assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed)
+      return
+    end if
+    call announce(task_stiffness)
+    call deal_shares(mesh, materials, map, share, share_map)
+    call assemble_share(share, materials, share_map, k, n_computed)
+  end subroutine assemble_shares
+
+  !> The pattern that `assemble_shares` fills.
+  subroutine list_shares(mesh, materials, map, start, neighbours, k)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from node_neighbours
+    integer, intent(in) :: neighbours(:)
+    type(triplets_t), intent(out) :: k   !! without values
+    type(mesh_t) :: share
+    type(dof_map_t) :: share_map
+
+    if (.not. are_worth_it(mesh, map)) then
+      call list_pattern(map, start, neighbours, k)
+      return
+    end if
+    call announce(task_pattern)
+    call deal_shares(mesh, materials, map, share, share_map)
+    call list_share(share, share_map, k)
+  end subroutine list_shares
+
+  !> Whether there are shares at all: what is all interface never comes to MUMPS.
+  function are_worth_it(mesh, map)
+    type(mesh_t), intent(in) :: mesh
+    type(dof_map_t), intent(in) :: map
+    logical :: are_worth_it
+    integer :: ranks
+
+    ranks = n_ranks()
+    are_worth_it = ranks > 1 .and. ranks <= mesh%n_elements .and. map%n_interface < map%n_free
+  end function are_worth_it
+
+  !> Send every other rank its share, and cut the host's own.
+  subroutine deal_shares(mesh, materials, map, share, share_map)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    type(dof_map_t), intent(in) :: map
+    type(mesh_t), intent(out) :: share
+    type(dof_map_t), intent(out) :: share_map
+    integer :: rank
+
+    do rank = n_ranks() - 1, 0, -1
+      call cut_share(mesh, map, rank, n_ranks(), share, share_map)
+      if (rank > 0) call send_share(share, materials, share_map, rank)
+    end do
+  end subroutine deal_shares
+
+  !> The bricks of a rank and their nodes, in the order of the whole mesh.
+  pure subroutine cut_share(mesh, map, rank, ranks, share, share_map)
+    type(mesh_t), intent(in) :: mesh
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: rank                !! 0 to ranks - 1
+    integer, intent(in) :: ranks               !! how many there are
+    type(mesh_t), intent(out) :: share         !! without ids and bodies
+    type(dof_map_t), intent(out) :: share_map  !! equations of its nodes, numbered as of all
+    integer :: first, last, e, k, node, number(mesh%n_nodes)
+    integer, allocatable :: nodes(:)
+
+    first = int(int(rank, i8)*mesh%n_elements/ranks) + 1
+    last = int(int(rank + 1, i8)*mesh%n_elements/ranks)
+    number = 0
+    do e = first, last
+      number(mesh%connectivity(:, e)) = 1
+    end do
+    nodes = pack([(node, node=1, mesh%n_nodes)], number > 0)
+    number(nodes) = [(k, k=1, size(nodes))]
+    share%n_nodes = size(nodes)
+    share%n_elements = last - first + 1
+    share%coordinates = mesh%coordinates(:, nodes)
+    allocate (share%connectivity(8, share%n_elements))
+    do e = first, last
+      share%connectivity(:, e - first + 1) = number(mesh%connectivity(:, e))
+    end do
+    share%element_kind = mesh%element_kind(first:last)
+    share%material = mesh%material(first:last)
+    share_map%n_free = map%n_free
+    share_map%n_interface = map%n_interface
+    share_map%equation = map%equation(:, nodes)
+  end subroutine cut_share
+
+  subroutine send_share(share, materials, share_map, rank)
+    type(mesh_t), intent(in) :: share
+    type(material_t), intent(in) :: materials(:)
+    type(dof_map_t), intent(in) :: share_map
+    integer, intent(in) :: rank
+
+    call send_integers(n_sizes, [share%n_nodes, share%n_elements, share_map%n_free, &
+      size(materials)], rank)
+    call send_integers(8*share%n_elements, share%connectivity, rank)
+    call send_integers(share%n_elements, share%element_kind, rank)
+    call send_integers(share%n_elements, share%material, rank)
+    call send_integers(3*share%n_nodes, share_map%equation, rank)
+    call send_reals(3*share%n_nodes, share%coordinates, rank)
+    call send_reals(size(materials), materials%young, rank)
+    call send_reals(size(materials), materials%poisson, rank)
+  end subroutine send_share
+
+  ! ------------------------------------------------------------------ other ranks
+
+  !> Receive a share and assemble it: task_stiffness.
+  subroutine assemble_own_share(k)
+    type(triplets_t), intent(out) :: k
+    type(mesh_t) :: share
+    type(material_t), allocatable :: materials(:)
+    type(dof_map_t) :: share_map
+    integer :: n_computed
+
+    call receive_share(share, materials, share_map)
+    call assemble_share(share, materials, share_map, k, n_computed)
+  end subroutine assemble_own_share
+
+  !> Receive a share and list its entries: task_pattern.
+  subroutine list_own_share(k)
+    type(triplets_t), intent(out) :: k !! without values
+    type(mesh_t) :: share
+    type(material_t), allocatable :: materials(:)
+    type(dof_map_t) :: share_map
+
+    call receive_share(share, materials, share_map)
+    call list_share(share, share_map, k)
+  end subroutine list_own_share
+
+  subroutine receive_share(share, materials, share_map)
+    type(mesh_t), intent(out) :: share
+    type(material_t), allocatable, intent(out) :: materials(:)
+    type(dof_map_t), intent(out) :: share_map
+    integer :: sizes(n_sizes)
+    real(wp), allocatable :: numbers(:)
+
+    call receive_integers(n_sizes, sizes)
+    share%n_nodes = sizes(1)
+    share%n_elements = sizes(2)
+    share_map%n_free = sizes(3)
+    allocate (share%connectivity(8, share%n_elements), share%element_kind(share%n_elements), &
+      share%material(share%n_elements), share_map%equation(3, share%n_nodes), &
+      share%coordinates(3, share%n_nodes), materials(sizes(4)), numbers(sizes(4)))
+    call receive_integers(8*share%n_elements, share%connectivity)
+    call receive_integers(share%n_elements, share%element_kind)
+    call receive_integers(share%n_elements, share%material)
+    call receive_integers(3*share%n_nodes, share_map%equation)
+    call receive_reals(3*share%n_nodes, share%coordinates)
+    call receive_reals(size(materials), numbers)
+    materials%young = numbers
+    call receive_reals(size(materials), numbers)
+    materials%poisson = numbers
+  end subroutine receive_share
+
+  ! ------------------------------------------------------------------ all ranks
+
+  subroutine assemble_share(share, materials, share_map, k, n_computed)
+    type(mesh_t), intent(in) :: share
+    type(material_t), intent(in) :: materials(:)
+    type(dof_map_t), intent(in) :: share_map
+    type(triplets_t), intent(out) :: k
+    integer, intent(out) :: n_computed !! on all ranks
+    integer, allocatable :: start(:), neighbours(:)
+    real(wp), allocatable :: diagonal(:)
+    real(wp) :: total(1)
+
+    call node_neighbours(share, start, neighbours)
+    call assemble_stiffness(share, materials, share_map, start, neighbours, k, n_computed)
+    k%is_shared = .true.
+    diagonal = diagonal_of(k)
+    call sum_over_ranks(diagonal)
+    call move_alloc(diagonal, k%diagonal)
+    total = n_computed
+    call sum_over_ranks(total)
+    n_computed = nint(total(1))
+  end subroutine assemble_share
+
+  subroutine list_share(share, share_map, k)
+    type(mesh_t), intent(in) :: share
+    type(dof_map_t), intent(in) :: share_map
+    type(triplets_t), intent(out) :: k
+    integer, allocatable :: start(:), neighbours(:)
+
+    call node_neighbours(share, start, neighbours)
+    call list_pattern(share_map, start, neighbours, k)
+    k%is_shared = .true.
+  end subroutine list_share
+
+end module shares_mod
