@@ -118,8 +118,9 @@ contains
     ! blocks at all (/proc, /sys) says nothing of its room.
     if (number_after('/proc/self/status', 'VmSize:') >= 0) then
       buffer = 0
-      if (c_statvfs(folder//c_null_char, buffer) == 0 .and. buffer(3) > 0) &
+      if (c_statvfs(folder//c_null_char, buffer) == 0 .and. buffer(3) > 0) then
         bytes = buffer(2)*buffer(5)
+      end if
     end if
     bytes = min(bytes, file_limit())
   end function disk_left
