@@ -58,6 +58,7 @@ module result_file_mod
   character(*), parameter :: run_stopped = 'stopped'       !! by a signal
   character(*), parameter :: run_failed = 'failed'         !! the machine: memory, a library
   integer, parameter :: longest_status = 16
+  integer(i8), parameter :: empty_file = 2000000_i8 !! bytes before the first increment, about
   integer, parameter :: room_for_sessions = 1000 !! bytes, a line each time a run was continued
 
   character(*), parameter :: program_name = 'bipot'
@@ -109,6 +110,8 @@ contains
       call raise(error, exit_wrong_input, "'"//path//"' is a folder")
       return
     end if
+    call check_limit(beginning_of(path), empty_file, scene, plan, error)
+    if (allocated(error)) return
     ! One run at a time may look at what is there and claim the name. A run that has begun holds a
     ! lock on its file, wherever that stands: first where it begins, then in its place.
     lock = lock_folder(path)
@@ -498,12 +501,14 @@ contains
     type(step_fields_t), intent(in) :: fields !! what is asked for, when fields are due
     type(error_t), allocatable, intent(out) :: error
     type(nodal_contact_t) :: nodal
+    integer(i8) :: written
     integer :: worst_node
     logical :: due
 
     call check_in_place(file, error)
     if (allocated(error)) return
-    call check_limit(file, scene, plan, error)
+    inquire (file=file%hdf5%path, size=written)
+    call check_limit(file%hdf5%path, written, scene, plan, error)
     if (allocated(error)) return
     worst_node = 0
     if (report%worst_point > 0) worst_node = plan%points%node(report%worst_point)
@@ -537,22 +542,23 @@ contains
   !>
   !> Where a write fails there HDF5 goes on to write where the file would have ended, and nobody
   !> could open it any more; on a full disk it ends there all the same, with a hole.
-  subroutine check_limit(file, scene, plan, error)
-    type(result_file_t), intent(in) :: file
+  subroutine check_limit(path, written, scene, plan, error)
+    character(*), intent(in) :: path
+    integer(i8), intent(in) :: written !! bytes that the file has
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(error_t), allocatable, intent(out) :: error !! it may not fit
     integer(i8), parameter :: megabyte = 1000000_i8
-    integer(i8) :: limit, written
+    integer(i8) :: limit, needed
 
     limit = file_limit()
     if (limit == no_limit) return
-    inquire (file=file%hdf5%path, size=written)
-    if (written + most_of_increment(scene, plan) <= limit) return
-    call raise(error, exit_machine, "cannot write '"//file%hdf5%path//"': the limit on files "// &
-      '(ulimit -f) is '//to_text(real(limit, wp)/megabyte, 3)//' MB, it has '// &
-      to_text(real(written, wp)/megabyte, 3)//' MB, and an increment may take '// &
-      to_text(real(most_of_increment(scene, plan), wp)/megabyte, 3)//' MB more')
+    needed = written + most_of_increment(scene, plan)
+    if (needed <= limit) return
+    call raise(error, exit_machine, "cannot write '"//path// &
+      "': the limit on files (ulimit -f) is "// &
+      to_text(real(limit, wp)/megabyte, 3)//' MB, and with an increment more it may take '// &
+      to_text(real(needed, wp)/megabyte, 3)//' MB')
   end subroutine check_limit
 
   !> What an increment and its state take in the file, nothing squeezed [bytes].
