@@ -10,8 +10,8 @@ module machine_room_mod
   implicit none
   private
 
-  public :: has_memory, check_library_room, memory_left, address_space_left, disk_left, file_limit, &
-    resident_bytes, no_limit
+  public :: has_memory, check_library_room, memory_left, address_space_left, disk_left, &
+    file_limit, resident_bytes, no_limit
 
   integer(i8), parameter :: no_limit = huge(1_i8)
 
