@@ -168,7 +168,8 @@ contains
     call close_run(scene, console, progress%tally, operators, path)
     if (progress%tally%missed > 0) call raise(error, exit_not_solved, 'accuracy '// &
       percent(scene%accuracy%wanted)//' was not reached at the end of '// &
-      to_text(progress%tally%missed)//' of '//to_text(size(scene%steps))//' steps; the result is complete all the same')
+      to_text(progress%tally%missed)//' of '//to_text(size(scene%steps))// &
+      ' steps; the result is complete all the same')
   end subroutine run_scene
 
   !> Open the result file, that of a run to be continued where there is one.
