@@ -336,8 +336,9 @@ def consequences(model, program):
               "domains it is cut into (FETI: PERMON and ESPRESO are made for that)."),
         "",
         claim(w.reaches(MACHINES[1][1] / 16) > 1e7,
-              "**10^5 contact points.** " + many_points(model, 100000)[0] + " Here W breaks before "
-              "the factor: it is to be kept compressed (far from its diagonal it is smooth: "
+              "**10^5 contact points.** " + many_points(model, 100000)[0]
+              + " Below a thin body it is W that breaks: it is to be kept compressed (far from "
+              "its diagonal it is smooth: "
               "hierarchical matrices, as in H2Lib or hmat-oss), or not kept at all: a product with "
               "it is one solution with the factor. Certificate, law, search and result file ask "
               "for "

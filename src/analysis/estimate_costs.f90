@@ -39,7 +39,7 @@ module estimate_costs_mod
   real(wp), parameter :: libraries = 15.0e6_wp
   ! What must be left whenever a library is called (machine_room's check) [bytes].
   real(wp), parameter :: granted = 32.0e6_wp
-  real(wp), parameter :: chunk_cache = 1048576.0_wp !! of HDF5, a dataset at most [bytes]
+  real(wp), parameter :: chunk_cache = 65536.0_wp !! of HDF5, a dataset at most [bytes]
 
   ! The file [bytes]: what a dataset that grows takes empty, and the share of its numbers that is
   ! left where HDF5 squeezes them.

@@ -73,21 +73,24 @@ contains
   subroutine carry_integer(list, value)
     type(number_list_t), intent(inout) :: list
     integer, intent(inout) :: value
-    real(wp) :: number
+    integer(i8) :: long
 
-    number = real(value, wp)
-    call carry_real(list, number)
-    value = nint(number)
+    long = value
+    call carry_long(list, long)
+    if (abs(long) > huge(value)) list%is_short = .true.
+    if (.not. list%is_short) value = int(long)
   end subroutine carry_integer
 
   subroutine carry_long(list, value)
     type(number_list_t), intent(inout) :: list
     integer(i8), intent(inout) :: value
+    real(wp), parameter :: largest = 2.0_wp**53
     real(wp) :: number
 
     number = real(value, wp)
     call carry_real(list, number)
-    value = nint(number, i8)
+    if (.not. abs(number) < largest) list%is_short = .true.
+    if (.not. list%is_short) value = nint(number, i8)
   end subroutine carry_long
 
   !> Extents, then the columns that are not 0: how many, which (unless all), their numbers.

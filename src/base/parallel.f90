@@ -8,7 +8,7 @@
 module parallel_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_loc, c_size_t, c_null_char
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t, raise, exit_wrong_input
+  use errors_mod, only: error_t, raise, exit_ok, exit_wrong_input
   use text_mod, only: to_text
   use system_mod, only: wall_seconds, cpu_seconds, peak_memory_bytes, nap, set_environment
   use machine_room_mod, only: resident_bytes
@@ -64,6 +64,13 @@ module parallel_mod
       implicit none
       integer(c_int), intent(out) :: status
     end subroutine mpi_finalize
+
+    subroutine mpi_abort(comm, exit_status, status) bind(c, name='mpi_abort_')
+      import :: c_int
+      implicit none
+      integer(c_int), intent(in) :: comm, exit_status
+      integer(c_int), intent(out) :: status
+    end subroutine mpi_abort
 
     subroutine mpi_comm_size(comm, number, status) bind(c, name='mpi_comm_size_')
       import :: c_int
@@ -158,11 +165,17 @@ contains
       'where each process is to run by itself, unset OMPI_COMM_WORLD_SIZE')
   end subroutine start_ranks
 
-  !> Leave the ranks, and let the others go: the last call of all.
-  subroutine end_ranks()
+  !> Leave the ranks, and let the others go: the last call of all. A rank that fails where the host
+  !> does not takes all with it, for they would wait for it for ever.
+  subroutine end_ranks(exit_status)
+    integer, intent(in) :: exit_status !! of this rank
     integer(c_int) :: status
 
-    if (is_host()) call announce(task_end)
+    if (is_host()) then
+      call announce(task_end)
+    else if (exit_status /= exit_ok) then
+      call mpi_abort(mpi_comm_world, int(exit_status, c_int), status)
+    end if
     call mpi_finalize(status)
   end subroutine end_ranks
 

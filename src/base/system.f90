@@ -66,7 +66,7 @@ module system_mod
   integer(c_int), parameter :: sigint = 2, sigterm = 15
 
   !> The first signal that came; 0: none.
-  integer(c_int), volatile, save :: caught = 0
+  integer(c_int), volatile :: caught = 0
 
 contains
 

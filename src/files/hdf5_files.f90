@@ -7,15 +7,17 @@
 !> Files are of the classic format: it survives a kill at any moment without being repaired.
 module hdf5_files_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t
-  use hdf5, only: hid_t, h5dont_atexit_f, h5eset_auto_f, h5fclose_f, h5fcreate_f, h5fflush_f, &
+  use hdf5, only: hid_t, size_t, h5dont_atexit_f, h5eset_auto_f, h5fclose_f, h5fcreate_f, &
+    h5fflush_f, &
     h5fis_hdf5_f, h5fopen_f, h5gclose_f, h5gcreate_f, h5get_libversion_f, h5gget_obj_info_idx_f, &
     h5gn_members_f, h5iis_valid_f, h5ldelete_f, h5lexists_f, h5open_f, h5pclose_f, h5pcreate_f, &
-    h5pset_fclose_degree_f, h5pset_istore_k_f, H5F_ACC_EXCL_F, H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, &
+    h5pset_cache_f, h5pset_fclose_degree_f, h5pset_istore_k_f, H5F_ACC_EXCL_F, H5F_ACC_RDONLY_F, &
+    H5F_ACC_RDWR_F, &
     H5F_CLOSE_STRONG_F, H5F_SCOPE_LOCAL_F, H5P_FILE_ACCESS_F, H5P_FILE_CREATE_F, H5T_STD_I32LE
   use errors_mod, only: error_t, raise, exit_machine
   use hdf5_failures_mod, only: fail, reason_t, why
   use hdf5_types_mod, only: no_id
-  use kinds_mod, only: i8
+  use kinds_mod, only: i8, sp
   use text_mod, only: string_t, to_text
   implicit none
   private
@@ -114,8 +116,8 @@ contains
     file%path = path
     access = strong_access()
     call h5pcreate_f(H5P_FILE_CREATE_F, creation, status)
-    ! All chunks of a dataset in one node of its B-tree: when a node splits and the program is killed
-    ! at that moment, old rows are lost.
+    ! All chunks of a dataset in one node of its B-tree: when a node splits and the program is
+    ! killed at that moment, old rows are lost.
     if (status >= 0) call h5pset_istore_k_f(creation, min(most, max(least, (n_rows + 1)/2)), status)
     if (status >= 0) then
       call h5fcreate_f(path, H5F_ACC_EXCL_F, file%id, status, creation, access)
@@ -158,12 +160,18 @@ contains
   end subroutine open_strongly
 
   !> Properties of an open file that closes its datasets with itself; to be closed.
+  !>
+  !> A dataset keeps chunks in memory, by default up to a megabyte of them. What is written here is
+  !> not looked at again: with less a run of many increments takes no more memory than a short one.
   function strong_access() result(access)
     integer(hid_t) :: access
+    integer(size_t), parameter :: slots = 521, chunk_cache = 65536 !! [byte]
+    real(sp), parameter :: preference = 0.75_sp !! for chunks written in full, HDF5's default
     integer :: status
 
     call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
     call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
+    call h5pset_cache_f(access, 0, slots, chunk_cache, preference, status)
   end function strong_access
 
   !> Right after opening a file whose writer was killed: nothing new is to go where that one wrote.

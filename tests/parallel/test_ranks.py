@@ -23,7 +23,7 @@ LAUNCH = ("--oversubscribe", "--bind-to", "none")
 # Solved further than it is compared: two runs stop at different points within the tolerance.
 AUTO = {"solver": "AUTO", "local": "AUTO", "tolerance": 1e-12}
 LIMIT = 1e-10
-WRONG_INPUT, NOT_SOLVED = 1, 2
+WRONG_INPUT, NOT_SOLVED, MACHINE = 1, 2, 3
 PATIENCE = 120  # a run that does not end is a failure [s]
 
 
@@ -176,6 +176,19 @@ class Failure(unittest.TestCase):
                 run = Run(deck, name="wrong", command=launch(2))
                 self.assertEqual(run.status, status, run.output + run.errors)
                 self.assertEqual(run.errors.count(words), 1, run.errors)
+
+    def test_too_little_memory_on_one_rank(self):
+        # Enough to join the others, too little for half a factor.
+        first = launch(1)
+        second = ["-n", "1", "sh", "-c", 'ulimit -v 600000; exec "$@"', "sh", PROGRAM]
+        arguments = [str(INPUT / "block.inp"), "--set", "n=24", "--overwrite"]
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run(
+                [*first, *arguments, ":", *second, *arguments],
+                cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False,
+            )
+        self.assertEqual(done.returncode, MACHINE, done.stdout + done.stderr)
+        self.assertRegex(done.stderr, "not enough memory|ulimit -v")
 
     def test_version_and_help_are_said_once(self):
         for option in ("--version", "--help"):

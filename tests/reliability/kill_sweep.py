@@ -152,8 +152,13 @@ def share(n, i, n_cases):
     return n * (i + 1) // n_cases - n * i // n_cases
 
 
-def sweep(options, cases=CASES, tell=print):
-    """Sweep all cases; return what was wrong and the numbers of kills, continuations, second kills."""
+def say(words):
+    """Print without delay."""
+    print(words, flush=True)
+
+
+def sweep(options, cases=CASES, tell=say):
+    """Sweep all cases; return what was wrong, and how many kills, continuations, second kills."""
     chance = random.Random(options.seed)
     wrong, counts = [], [0, 0, 0]
     try:
@@ -170,7 +175,8 @@ def sweep(options, cases=CASES, tell=print):
                 one.at_random(n, max(1, m // 4))
             one.close()
             wrong += one.wrong
-            counts = [a + b for a, b in zip(counts, (one.n_kills, one.n_continued, one.n_twice))]
+            new = (one.n_kills, one.n_continued, one.n_twice)
+            counts = [a + b for a, b in zip(counts, new, strict=True)]
             tell(
                 f"{case}: {one.n_changes} writes, {one.n_kills} kills, {one.n_continued} "
                 f"continuations ({one.n_twice} of them killed again), {len(one.wrong)} losses"
