@@ -1,7 +1,7 @@
 !> The stiffness of the contact points, W^-1, as far as it matters near each of them.
 !>
-!> What holds a point is near it: the blocks of W^-1 fall with the third power of the distance, those
-!> of W with the first. A few of them make a good approximate inverse.
+!> What holds a point is near it: the blocks of W^-1 fall with the third power of the distance,
+!> those of W with the first. A few of them make a good approximate inverse.
 module near_stiffness_mod
   use kinds_mod, only: wp
   implicit none

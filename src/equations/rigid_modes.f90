@@ -156,7 +156,8 @@ contains
       return
     end if
     do j = 1, k
-      call add_motion(motions, mesh%body(nodes(1)), pin_node(j), pin_dof(j), extents%centre, extents%largest)
+      call add_motion(motions, mesh%body(nodes(1)), pin_node(j), pin_dof(j), extents%centre, &
+        extents%largest)
       motions%translation(:, motions%n) = z(:3, j)
       motions%rotation(:, motions%n) = matmul(extents%turn, z(4:, j))
     end do

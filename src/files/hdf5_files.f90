@@ -17,7 +17,7 @@ module hdf5_files_mod
   use errors_mod, only: error_t, raise, exit_machine
   use hdf5_failures_mod, only: fail, reason_t, why
   use hdf5_types_mod, only: no_id
-  use kinds_mod, only: i8
+  use kinds_mod, only: i8, sp
   use text_mod, only: string_t, to_text
   implicit none
   private
@@ -166,7 +166,7 @@ contains
   function strong_access() result(access)
     integer(hid_t) :: access
     integer(size_t), parameter :: slots = 521, chunk_cache = 65536 !! [byte]
-    real, parameter :: preference = 0.75 !! for chunks that are written in full, HDF5's default
+    real(sp), parameter :: preference = 0.75_sp !! for chunks written in full, HDF5's default
     integer :: status
 
     call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)

@@ -23,6 +23,7 @@ module result_file_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_machine
   use text_mod, only: string_t, to_text
+  use machine_room_mod, only: file_limit, no_limit
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t, bound_in_words
   use state_mod, only: state_t
@@ -84,6 +85,7 @@ module result_file_mod
     type(view_t),      private :: view
     type(pair_rows_t), private, allocatable :: pairs(:)
     type(slots_t),     private :: slots
+    logical,           private :: is_broken = .false. !! something could not be written
   end type result_file_t
 
 contains
@@ -157,6 +159,11 @@ contains
     if (.not. allocated(error)) then
       call keep_clear(file%hdf5, error)
       call read_attribute(file%hdf5, '/history', 'finished', finished, error)
+      if (.not. allocated(error)) then
+        if (finished < 0 .or. finished > plan%n_increments) call raise(error, exit_machine, &
+          "'"//path//"' counts "//to_text(finished)//' increments of '// &
+          to_text(plan%n_increments)//': it is damaged')
+      end if
       if (.not. allocated(error)) call lay_out(file, scene, plan, int(finished), error)
       call write_attribute(file%hdf5, '/run', 'status', padded(run_running), error)
       call note_session(file%hdf5, provenance, error)
@@ -501,6 +508,8 @@ contains
 
     call check_in_place(file, error)
     if (allocated(error)) return
+    call check_limit(file, scene, plan, error)
+    if (allocated(error)) return
     worst_node = 0
     if (report%worst_point > 0) worst_node = plan%points%node(report%worst_point)
     due = fields_due(scene%output%frequency, state%increment, ends_step(scene%steps, state))
@@ -520,12 +529,49 @@ contains
     call flush_file(file%hdf5, error)
 
     if (due) call count_step(file%hdf5, state%time, file%view, error)
-    if (state%row <= file%n_rows) return
-    call finish_row(file%hdf5, file%n_rows + 1, error)
-    call flush_file(file%hdf5, error)
-    if (.not. allocated(error) .and. file%n_rows == 0) call publish(file, error)
-    if (.not. allocated(error)) file%n_rows = file%n_rows + 1
+    if (state%row > file%n_rows) then
+      call finish_row(file%hdf5, file%n_rows + 1, error)
+      call flush_file(file%hdf5, error)
+      if (.not. allocated(error) .and. file%n_rows == 0) call publish(file, error)
+      if (.not. allocated(error)) file%n_rows = file%n_rows + 1
+    end if
+    file%is_broken = allocated(error)
   end subroutine append_increment
+
+  !> Refuse to begin an increment that may not fit under a limit on files (ulimit -f).
+  !>
+  !> Where a write fails there HDF5 goes on to write where the file would have ended, and nobody
+  !> could open it any more; on a full disk it ends there all the same, with a hole.
+  subroutine check_limit(file, scene, plan, error)
+    type(result_file_t), intent(in) :: file
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(error_t), allocatable, intent(out) :: error !! it may not fit
+    integer(i8), parameter :: megabyte = 1000000_i8
+    integer(i8) :: limit, written
+
+    limit = file_limit()
+    if (limit == no_limit) return
+    inquire (file=file%hdf5%path, size=written)
+    if (written + most_of_increment(scene, plan) <= limit) return
+    call raise(error, exit_machine, "cannot write '"//file%hdf5%path//"': the limit on files "// &
+      '(ulimit -f) is '//to_text(real(limit, wp)/megabyte, 3)//' MB, it has '// &
+      to_text(real(written, wp)/megabyte, 3)//' MB, and an increment may take '// &
+      to_text(real(most_of_increment(scene, plan), wp)/megabyte, 3)//' MB more')
+  end subroutine check_limit
+
+  !> What an increment and its state take in the file, nothing squeezed [bytes].
+  pure integer(i8) function most_of_increment(scene, plan) result(bytes)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    integer(i8), parameter :: tables = 1000000_i8 !! a chunk of 4 KB of every history, and so on
+    integer(i8), parameter :: of_node = 81 + 240, of_brick = 8, of_point = 137 + 100, tensors = 2*48
+
+    bytes = tables + of_node*scene%mesh%n_nodes + of_brick*scene%mesh%n_elements + &
+      of_point*plan%points%n
+    if (.not. (scene%output%stress .or. scene%output%strain)) return
+    bytes = bytes + tensors*(scene%mesh%n_nodes + 9_i8*scene%mesh%n_elements)
+  end function most_of_increment
 
   !> Refuse to write on into a file that has been deleted: what is written would go with the end of
   !> the program.
@@ -550,6 +596,7 @@ contains
 
     call write_state(file%hdf5, row, numbers, file%slots, error)
     call flush_file(file%hdf5, error)
+    file%is_broken = allocated(error)
   end subroutine keep_state
 
   !> Put the file in its place, which may be that of an older one. It stays open.
@@ -566,8 +613,9 @@ contains
 
   !> Close the file, saying how the run ended, and write its XDMF sidecar.
   !>
-  !> A file without a complete increment is removed. Also right after an error: the file is then
-  !> closed as well as it can be, and the counters may be missing.
+  !> A file without a complete increment is removed. One that could not be written is left as it is,
+  !> like that of a killed run: to close it HDF5 would write again, and where a limit on files keeps
+  !> it from doing all of that nobody could open the file any more.
   subroutine finish_result(file, status, counter_names, counters, error)
     type(result_file_t), intent(inout) :: file
     character(*), intent(in) :: status             !! run_finished, run_not_solved, ...
@@ -580,6 +628,7 @@ contains
       call discard(file)
       return
     end if
+    if (file%is_broken) return
     if (exists(file%hdf5, '/run/counters')) then
       call rewrite_dataset(file%hdf5, '/run/counters', counters, error)
     else

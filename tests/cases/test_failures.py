@@ -26,7 +26,7 @@ import numpy
 from program import INPUT, PROGRAM, SOURCE
 
 sys.path.insert(0, str(SOURCE / "scripts"))
-from bipot_result import Result  # noqa: E402  (found through the line above)
+from bipot_result import Result
 
 LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")
 DECK = INPUT / "block.inp"
@@ -46,7 +46,8 @@ def setUpModule():
     FAILING_CALLS = Path(tools.name) / "failing_calls.so"
     source = SOURCE / "tests" / "reliability" / "failing_calls.c"
     subprocess.run(
-        [os.environ.get("CC", "cc"), "-shared", "-fPIC", "-O1", "-o", FAILING_CALLS, source, "-ldl"],
+        [os.environ.get("CC", "cc"), "-shared", "-fPIC", "-O1", "-o", FAILING_CALLS, source,
+         "-ldl"],
         check=True,
     )
     status, errors, _ = run(tools.name)
@@ -227,7 +228,7 @@ class Disk(Failures):
         kept = set()
         for k in chosen(n_writes, few):
             with tempfile.TemporaryDirectory() as folder:
-                status, errors, left = run(
+                status, errors, _ = run(
                     folder,
                     environment={
                         "LD_PRELOAD": str(FAILING_CALLS),

@@ -159,7 +159,7 @@ class Refused(Limited):
             self.assertEqual(os.listdir(folder), [])
 
     def test_too_little_memory_ends_with_3_and_says_what_would_fit(self):
-        answer = self.call(32, 520, "--plan")
+        answer = self.call(32, 560, "--plan")
         self.assertEqual(answer.returncode, 3)
         found = re.search(
             r"needs about (\d+) MB of memory and (\d+) MB are left.* bricks ([\d.]+) times",
@@ -169,7 +169,7 @@ class Refused(Limited):
         needs, left, coarser = map(float, found.groups())
         self.assertGreater(needs, left)
         self.assertGreater(coarser, 1)
-        self.assertEqual(self.call(int(32 / coarser), 520, "--plan").returncode, 0)
+        self.assertEqual(self.call(int(32 / coarser), 560, "--plan").returncode, 0)
 
     def test_a_run_is_refused_before_it_begins(self):
         with tempfile.TemporaryDirectory() as folder:
