@@ -16,6 +16,7 @@ import csv
 import shutil
 import sys
 import tempfile
+import textwrap
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -127,6 +128,9 @@ def page(found, others):
         "surface over all increments, relative to the largest; the reference is bipot's solution",
         "with the tightest tolerance that the certificate vouches for (1e-13), which does not come",
         "from the penalty's limit: that CalculiX tends to it is a check of both.", "",
+        "Where CalculiX was stopped its time is that of its iterations so far times the number of",
+        "them expected: as many an increment as it took in the largest whole run of the block. Its",
+        "error is then that of the increments it finished.", "",
         "![Error over time](figures/peers.png)", "",
         "## The paper's block, 50 increments, tolerance 1e-10", "",
     ]
@@ -172,7 +176,12 @@ def main():
         sys.exit(f"no comparisons in {KEPT}")
     (options.folder / "figures").mkdir(parents=True, exist_ok=True)
     draw(blocks, options.folder / "figures" / "peers.png")
-    text = "\n".join(page(blocks, others)) + "\n"
+    lines = [
+        part for line in page(blocks, others)
+        for part in (textwrap.wrap(line, 120, subsequent_indent="  ")
+                     if line.startswith("- ") else [line])
+    ]
+    text = "\n".join(lines) + "\n"
     (options.folder / "peers.md").write_text(text, encoding="utf-8")
     return 0
 

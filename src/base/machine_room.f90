@@ -11,8 +11,7 @@ module machine_room_mod
   private
 
   public :: has_memory, check_library_room, memory_left, address_space_left, disk_left, &
-    file_limit, &
-    resident_bytes, no_limit
+    file_limit, resident_bytes, no_limit
 
   integer(i8), parameter :: no_limit = huge(1_i8)
 

@@ -186,7 +186,7 @@ contains
 
     if (allocated(error)) return
     length = n*rows%step
-    if (rows%length < length) then
+    if (n < 0 .or. rows%length < length) then
       call raise(error, exit_machine, "'"//rows%name//"' has "//to_text(rows%length/rows%step)// &
         ' rows, not the '//to_text(n)//' that are said to be finished: the file is damaged')
       return

@@ -162,6 +162,11 @@ contains
     if (.not. allocated(error)) then
       call keep_clear(file%hdf5, error)
       call read_attribute(file%hdf5, '/history', 'finished', finished, error)
+      if (.not. allocated(error)) then
+        if (finished < 0 .or. finished > plan%n_increments) call raise(error, exit_machine, &
+          "'"//path//"' counts "//to_text(finished)//' increments of '// &
+          to_text(plan%n_increments)//': it is damaged')
+      end if
       if (.not. allocated(error)) call lay_out(file, scene, plan, int(finished), error)
       call write_attribute(file%hdf5, '/run', 'status', padded(run_running), error)
       call note_session(file%hdf5, provenance, error)

@@ -1,4 +1,4 @@
-"""The short form of the fuzzing campaigns, with fixed seeds; docs/reliability.md has the long form."""
+"""The short form of the fuzzing campaigns, with fixed seeds (docs/reliability.md)."""
 
 import subprocess
 import sys

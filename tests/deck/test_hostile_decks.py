@@ -192,8 +192,10 @@ class Sizes(Hostile):
         self.assertLess(len(outcome.errors), 100000)
 
     def test_many_bodies(self):
-        cards = "".join(f"*BLOCK, NAME=B{k}, NX=1, NY=1, NZ=1, ELSET=BODY\n{2 * k}., 9., 9., 1., 1., 1.\n"
-                        for k in range(1, 1000))
+        cards = "".join(
+            f"*BLOCK, NAME=B{k}, NX=1, NY=1, NZ=1, ELSET=BODY\n{2 * k}., 9., 9., 1., 1., 1.\n"
+            for k in range(1, 1000)
+        )
         self.read(HEAD + cards + TAIL, 0)
 
     def test_many_steps(self):

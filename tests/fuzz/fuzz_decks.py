@@ -8,8 +8,8 @@ Deck number I of seed S is always the same; `--first I --count 1` makes it again
 plan is asked for (the deck is read and checked, its cost foreseen), and a share of those that are
 accepted and small is run. What is held against the program:
 
-- it ends by itself within 5 s (a plan) or 60 s (a run) of the processor's time, with exit status 0, 1, 2 or 3, by no
-  signal, without a message of the compiler's run-time library or of a sanitizer;
+- it ends by itself within 5 s (a plan) or 60 s (a run) of the processor's time, with exit status 0,
+  1, 2 or 3, by no signal, without a message of the compiler's run-time library or of a sanitizer;
 - status 1 comes with a message that names the deck, and its place where there is one; 2 and 3 with
   a message; 0 with none;
 - with --server (build/.../tests/deck_server) decks are read and planned by the thousand in one
@@ -50,7 +50,8 @@ MEMORY = 600_000_000  # bytes that it may touch while it only plans
 # Small forms of the decks in input/: parameters in place of their own.
 SMALL = {
     "ball": {"n": 4}, "block": {"n": 2, "steps": 5}, "cantilever": {"n": 1}, "corner": {"n": 3},
-    "fall": {"n": 2}, "hertz": {"n": 4}, "incompressible": {"n": 3}, "mindlin": {"n": 12, "steps": 2},
+    "fall": {"n": 2}, "hertz": {"n": 4}, "incompressible": {"n": 3},
+    "mindlin": {"n": 12, "steps": 2},
     "patch": {"n": 2}, "pipe": {"n": 3}, "quarter": {"n": 4, "steps": 3}, "rest": {"n": 3},
     "roller": {"n": 4}, "slope": {"n": 3}, "spence": {"n": 4, "steps": 3}, "ssnv128": {"n": 4},
     "tool": {"n": 4, "steps": 2},
@@ -89,7 +90,7 @@ class Corpus:
                     for path in sorted((ROOT / "tests" / "deck" / "odd").glob("*.inp"))}
 
     def deck(self, seed, number):
-        """Deck `number`: (bytes, kind, what was done to which deck, line of the mistake or None)."""
+        """Deck `number`: bytes, kind, what was done to which deck, line of the mistake or None."""
         rng = random.Random(f"{seed}:{number}")
         kind = rng.choices(("wild", "wrong", "same"), (75, 18, 7))[0]
         bases = dict(self.sound)
@@ -220,7 +221,7 @@ class Fuzz:
         if arguments.server:
             self.server = Server(str(Path(arguments.server).resolve()), self.addresses)
         if arguments.runs > 0:
-            import h5py  # noqa: F401, PLC0415  (missing it shows here, not in every run)
+            import h5py  # noqa: F401  (missing it shows here, not in every run)
 
     def ask(self, data, folder, *options, limit=TIME_OF_PLAN):
         """Run the program on a deck, or ask the server for its plan."""
@@ -287,8 +288,8 @@ class Fuzz:
 
     def held_to_run(self, outcome, plan, folder):
         """A run keeps to its plan, and its file is what the program says of it."""
-        import h5py  # noqa: PLC0415  (the short form for plans alone does without)
-        import numpy  # noqa: PLC0415
+        import h5py
+        import numpy
 
         found = []
         file = folder / "work" / "deck.vtkhdf"

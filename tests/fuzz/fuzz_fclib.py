@@ -5,7 +5,7 @@
 
 Files are changed byte by byte, or through h5py: other types, shapes and values, huge extents, links
 in circles. Held against the program: what outcome.py says of any input; status 0 only with a
-solution of finite numbers that solves the problem in the file; status 1 for what is certainly wrong.
+converged solution of finite numbers; status 1 for what is certainly wrong.
 """
 
 import argparse
@@ -241,8 +241,8 @@ def judge(arguments, number, sanitized):
         write_problem(rng, path)
         done, certain = change(rng, path)
         data = path.read_bytes()
-        outcome = Outcome([arguments.program, "problem.hdf5"], folder, TIME * (4 if sanitized else 1),
-                          0 if sanitized else ADDRESSES)
+        outcome = Outcome([arguments.program, "problem.hdf5"], folder,
+                          TIME * (4 if sanitized else 1), 0 if sanitized else ADDRESSES)
         complaints = outcome.complaints()
         if certain and outcome.status != 1:
             complaints.append(f"a wrong file ended with status {outcome.status}")
@@ -276,8 +276,8 @@ def main():
         if arguments.keep:
             Path(arguments.keep).mkdir(parents=True, exist_ok=True)
             (Path(arguments.keep) / f"{number}.hdf5").write_bytes(data)
-    print(f"\n{arguments.count} files of seed {arguments.seed} in {time.monotonic() - started:.0f} s: "
-          f"{findings} findings")
+    print(f"\n{arguments.count} files of seed {arguments.seed} in "
+          f"{time.monotonic() - started:.0f} s: {findings} findings")
     for key, n in sorted(counts.items()):
         print(f"  {key[0]:13s} exit status {key[1]:3d}: {n}")
     print(f"  slowest {slowest[0]:.2f} s (file {slowest[1]})")

@@ -11,6 +11,7 @@ Three kinds, for three things that the program must get right:
 A deck is a list of lines without their ends, of bytes decoded as Latin-1: one character a byte.
 """
 
+import contextlib
 import re
 
 NUMBER = re.compile(r"(?<![\w<.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?(?![\w>.])")
@@ -21,7 +22,8 @@ STRANGE_NUMBERS = (
     "99999999999999999999999999", "0.1", "1.5", "1.", ".5", ".", "-", "+", "", "1e", "1e+", "1d5",
     "1.5D-3", "1+5", "1-300", "1.2.3", "0x10", "1_000", "1,5", "1e5e5", "--1", "1 2", "1/2", "one",
     "<n>", "<1/0>", "<sqrt(-1)>", "<nosuch>", "<1e60*1e60>", "<n", "n>", "<>", "<<n>>", "1e-61",
-    "20000000", "20000001", "16777216", "65536", "1000000", "3.141592653589793238462643383279502884",
+    "20000000", "20000001", "16777216", "65536", "1000000",
+    "3.141592653589793238462643383279502884",
     "0" * 400 + "1", "1" + "0" * 400, "1." + "0" * 400 + "1", "<" + "(" * 60 + "1" + ")" * 60 + ">",
 )
 # What cannot be a number in any place where one is asked for.
@@ -79,10 +81,8 @@ def change_number(rng, lines, _others):
     i, match = rng.choice(places)
     text = rng.choice(STRANGE_NUMBERS)
     if rng.random() < 0.3:
-        try:
+        with contextlib.suppress(ValueError, OverflowError):
             text = repr(float(match.group().replace("D", "e")) * 10.0 ** rng.randint(-12, 12))
-        except (ValueError, OverflowError):
-            pass
     lines[i] = lines[i][: match.start()] + text + lines[i][match.end():]
 
 
@@ -207,7 +207,8 @@ def change_bytes(rng, lines, _others):
     for _ in range(rng.choice((1, 1, 2, 8))):
         i = rng.randrange(len(lines))
         k = rng.randrange(len(lines[i]) + 1)
-        byte = chr(rng.randrange(256)) if rng.random() < 0.7 else rng.choice("\0\r\n\t\x1a\x7f\xff*,<>=")
+        some = "\0\r\n\t\x1a\x7f\xff*,<>="
+        byte = chr(rng.randrange(256)) if rng.random() < 0.7 else rng.choice(some)
         lines[i] = lines[i][:k] + byte + lines[i][k + rng.randrange(2):]
 
 
@@ -336,7 +337,8 @@ def repeat_card(rng, lines):
     cards = [card for card in cards_of(lines)
              if card[0] in {"NODE", "ELEMENT", "BLOCK", "MATERIAL", "OBSTACLE", "CONTACT PAIR",
                             "AMPLITUDE", "CONTACT SOLVER"}
-             and (card[0] not in {"NODE", "ELEMENT"} or any(map(is_data, lines[card[1] + 1:card[2]])))]
+             and (card[0] not in {"NODE", "ELEMENT"}
+                  or any(map(is_data, lines[card[1] + 1:card[2]])))]
     if not cards:
         return False
     _, first, end = rng.choice(cards)

@@ -11,7 +11,9 @@ import time
 PATIENCE = 4  # times as long on a busy machine as the processor may take
 # A message of status 1: file:line:column, or the deck as a whole, or the command line.
 PLACED = re.compile(
-    r"^(?:[^\n]+:\d+:\d+: error: |[^\n]*(?:deck\.inp|problem\.hdf5): error: |error: --set |bipot: error: )", re.M
+    r"^(?:[^\n]+:\d+:\d+: error: |[^\n]*(?:deck\.inp|problem\.hdf5): error: |"
+    r"error: --set |bipot: error: )",
+    re.M,
 )
 # What only a mistake in the program says.
 BROKEN = re.compile(
