@@ -11,7 +11,10 @@ ones than any machine here has room for.
 
 import argparse
 import math
+import re
+import subprocess
 import sys
+import tempfile
 import textwrap
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +32,8 @@ from study_pieces import StudyError, claim, machine, table  # noqa: E402
 SMALLEST = 16  # below, fixed costs hide the growth
 CHECKED = 2    # the largest runs, foretold from the others
 INCREMENTS = 50
+PLATE = 100  # bricks along its sides
+CUBE_TRIANGLE = (3 * 65**2) ** 2 / 2  # entries of W of the block with n = 64
 YEAR = 365.25 * 24 * 3600
 # Bytes of memory of machines that the page speaks of.
 MACHINES = (("this machine", 24e9), ("a node with 1 TB", 1e12), ("a hundred such nodes", 1e14))
@@ -51,7 +56,8 @@ class Law:
 
 
 def fit(rows, quantity, exponent=None):
-    """Fit a law by least squares of logarithms; with the exponent given, its coefficient alone."""
+    """Fit a law by least squares of logarithms; with the exponent given, through the largest run:
+    the smaller ones have not yet reached it."""
     x = np.log([row["equations"] for row in rows])
     y = np.log([quantity(row) for row in rows])
     if exponent is None:
@@ -59,7 +65,7 @@ def fit(rows, quantity, exponent=None):
             raise StudyError("runs of two sizes at least are needed for an exponent")
         exponent, constant = np.polyfit(x, y, 1)
     else:
-        constant = np.mean(y - exponent * x)
+        constant = y[-1] - exponent * x[-1]
     off = np.max(np.abs(np.exp(y - constant - exponent * x) - 1))
     return Law(math.exp(constant), float(exponent), float(off))
 
@@ -135,6 +141,7 @@ class Model:
     condense: float   # operations a second, by the cube of the rows
     contact: float    # bytes a second of a triangle of W
     recover: float    # bytes a second of the factor, read twice
+    memory: Law       # of a whole run in double precision, in core
 
 
 def make_model(rows):
@@ -149,6 +156,7 @@ def make_model(rows):
         4 * last["contact_rows"] ** 2 * last["compliance_products"] / seconds_of(last, "contact"),
         16 * last["factor_entries"] * last["solutions"]
         / (seconds_of(last, "loads") + seconds_of(last, "recover")),
+        fit([row for row in large if is_double(row)], lambda row: row["memory"], 4 / 3),
     )
 
 
@@ -214,10 +222,11 @@ def forecast_table(model):
 def limits_table(model):
     """Return the lines of the table of where a machine's memory ends."""
     entries, w = model.laws["entries of the factor"], model.laws["entries of W"]
-    head = ["memory", "factor in double", "factor in single", "C and W"]
+    head = ["memory", "a run in double", "its factor", "a factor in single", "C and W"]
     lines = []
     for name, size in MACHINES:
-        sizes = (entries.reaches(size / 8), entries.reaches(size / 4), w.reaches(size / 16))
+        sizes = (model.memory.reaches(size), entries.reaches(size / 8), entries.reaches(size / 4),
+                 w.reaches(size / 16))
         lines.append([f"{name}, {bytes_in_words(size)}", *map(size_in_words, sizes)])
     return table(head, lines)
 
@@ -252,11 +261,47 @@ def draw(rows, path):
     save(figure, path)
 
 
-def consequences(model):
+def entries_without_contact(program):
+    """Return the entries of the factor of the plate without its contact pair, by the plan."""
+    text = (ROOT / "benchmarks" / "plate.inp").read_text(encoding="utf-8")
+    text = re.sub(r"\*CONTACT PAIR[^\n]*\n[^\n]*\n\*CONTACT SOLVER[^\n]*\n", "", text)
+    with tempfile.TemporaryDirectory() as folder:
+        deck = Path(folder) / "plate.inp"
+        deck.write_text(text, encoding="utf-8")
+        words = [program, deck, "--plan", "--set", f"n={PLATE}"]
+        done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
+    found = re.search(r"at most +([\d.]+) million entries", done.stdout)
+    if done.returncode != 0 or found is None:
+        raise StudyError(f"no plan of the plate: {done.stderr or done.stdout}")
+    return 1e6 * float(found[1])
+
+
+def plate_words(program):
+    """Return what 100 x 100 bricks on their contact points would take, with W and without."""
+    rows = 3 * (PLATE + 1) ** 2
+    entries, triangle = entries_without_contact(program), rows**2 / 2
+    share = triangle / (2 * entries)
+    return claim(
+        share > 2,
+        f"C and W of `benchmarks/plate.inp` with n = {PLATE}, {PLATE} x {PLATE} x 3 bricks, are "
+        f"{bytes_in_words(16 * rows**2)}, about what this machine holds beside the factor; its "
+        "smaller sizes are measured in [speed](speed.md). Two things would halve it without "
+        "another method: on planes along the axes W is C with its rows in another order, so one of "
+        "the two is enough; and of a symmetric matrix a triangle is enough. A better way for such "
+        f"a body is to keep neither: the factor of the same plate without a contact pair has "
+        f"{entries / 1e6:.3g} million entries, the triangle of W {triangle / 1e6:.0f} million. A "
+        f"product with W by one solution would read {share:.0f} times less, and the dense inverse "
+        "would not be needed at all. For a cube it is the other way round (n = 64: a triangle of "
+        f"{CUBE_TRIANGLE / 1e6:.0f} million, a factor of 2000), so the plan should choose: by "
+        "solutions where twice the factor is less than the triangle.",
+    )
+
+
+def consequences(model, program):
     """Return what the model says, borne out by its numbers."""
     entries, w = model.laws["entries of the factor"], model.laws["entries of W"]
     big, huge = foretell(model, 1e7), foretell(model, 1e9)
-    first = entries.reaches(MACHINES[0][1] / 8)
+    first = model.memory.reaches(MACHINES[0][1])
     return [
         claim(entries.reaches(1e12 / 8) < w.reaches(1e12 / 16),
               f"**What breaks first is the factor's memory.** It and W grow alike (N^4/3), and the "
@@ -291,27 +336,22 @@ def consequences(model):
               "domains it is cut into (FETI: PERMON and ESPRESO are made for that)."),
         "",
         claim(w.reaches(MACHINES[1][1] / 16) > 1e7,
-              "**10^5 contact points.** " + many_points(model, 100000)[0] + " Here W breaks before "
-              "the factor: it is to be kept compressed (far from its diagonal it is smooth: "
+              "**10^5 contact points.** " + many_points(model, 100000)[0]
+              + " Below a thin body it is W that breaks: it is to be kept compressed (far from "
+              "its diagonal it is smooth: "
               "hierarchical matrices, as in H2Lib or hmat-oss), or not kept at all: a product with "
               "it is one solution with the factor. Certificate, law, search and result file ask "
               "for "
               "nothing but W r, and stay as they are."),
         "",
-        "**10,000 contact points.** " + many_points(model, 10000)[0] + " That is the most that "
-        "this "
-        "machine holds, and only with a thin body above (the table of the plate in "
-        "[speed](speed.md)). Two things would halve it without another method: on planes along the "
-        "axes W is C with its rows in another order, so one of the two is enough; and of a "
-        "symmetric matrix a triangle is enough. For a plate with few bricks above its points "
-        "products by solution are already cheaper than W: its factor has fewer entries.",
+        "**10,000 contact points.** " + many_points(model, 10000)[0] + " " + plate_words(program),
         "",
         "**Indices.** METIS as Debian has it counts in 32 bits, and a deck has at most 20 million "
         "nodes: 6 x 10^7 equations are a limit of the program, beyond what its method reaches.",
     ]
 
 
-def page(rows):
+def page(rows, program):
     """Return the lines of the page."""
     work, worst = work_table(rows)
     model = make_model(rows)
@@ -329,23 +369,22 @@ def page(rows):
         "## The model", "",
         "What the phases do is counted by the program, so it has no noise. With the exponents of",
         "theory (a surface has n^2 points; nested dissection of a cube keeps n^4 entries and takes",
-        "n^6 operations) one number each is fitted; the exponent of the products is fitted, too. "
-        "The",
-        f"largest runs are foretold from the smaller ones within {worst:.0%}.", "",
+        "n^6 operations) a law goes through the largest run that is known; the exponent of the",
+        f"products is fitted. The last {CHECKED} runs are foretold from those before within "
+        f"{worst:.0%}.", "",
         *work, "",
         "Seconds are the work over the rates of the largest run in double precision:",
-        f"{model.factorise / 1e9:.3g} Gflop/s factorising, {model.condense / 1e9:.3g} condensing "
-        f"(by",
-        f"the cube of the rows), {model.contact / 1e9:.3g} GB/s of a triangle of W in products, "
-        f"{model.recover / 1e9:.3g} GB/s of",
-        "the factor in solutions.", "",
+        f"{model.factorise / 1e9:.3g} Gflop/s factorising, {model.condense / 1e9:.3g} condensing",
+        f"(by the cube of the rows), {model.contact / 1e9:.3g} GB/s of a triangle of W in",
+        f"products, {model.recover / 1e9:.3g} GB/s of the factor in solutions.", "",
         "## Foretold", "",
         f"A cube, {INCREMENTS} increments, one processor of this kind:", "",
         *forecast_table(model), "",
-        "The number of equations at which one of them alone fills a memory:", "",
+        "The number of equations at which a whole run, or one of its parts alone, fills a memory:",
+        "",
         *limits_table(model), "",
         "## What it means", "",
-        *consequences(model),
+        *consequences(model, program),
     ]
 
 
@@ -353,6 +392,7 @@ def main():
     """Write the page and its figure."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("-o", dest="folder", type=Path, default=ROOT / "docs")
+    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot", help="for plans")
     options = parser.parse_args()
     rows = [
         row for row in medians(read_rows())
@@ -360,7 +400,7 @@ def main():
     ]
     rows.sort(key=lambda row: row["n"])
     try:
-        lines = page(rows)
+        lines = page(rows, options.bipot.resolve())
     except StudyError as error:
         sys.exit(f"scaling: {error}")
     (options.folder / "figures").mkdir(parents=True, exist_ok=True)

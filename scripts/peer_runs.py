@@ -56,11 +56,15 @@ class PeerRun:
     increments: int       # that it finished
     total: int            # that the deck has
     note: str = ""
+    iterations: int = 0   # Newton iterations, a factorisation each, of a peer
+    expected: float = 0.0  # of them in the whole run, where it was stopped
 
     @property
     def whole_seconds(self):
-        """Time of all increments: measured, or extrapolated from those that were finished."""
-        return self.seconds * self.total / self.increments if self.increments else math.nan
+        """Time of all increments: measured, or that of an iteration times those expected."""
+        if self.increments == self.total:
+            return self.seconds
+        return self.seconds / self.iterations * self.expected if self.iterations else math.nan
 
 
 @dataclass
@@ -169,11 +173,11 @@ def resultants(result, scene):
 
 
 def error_of(found, reference):
-    """Return the largest difference over the increments both have, of the largest resultant."""
+    """Return the largest difference in the increments both have, over the largest resultant."""
     rows = min(len(found), len(reference))
     if rows == 0:
         return math.nan
-    return float(abs(found[:rows] - reference[:rows]).max() / abs(reference).max())
+    return float(abs(found[:rows] - reference[:rows]).max() / abs(reference[:rows]).max())
 
 
 def converged(program, deck, overrides, folder):
@@ -204,22 +208,27 @@ def run_calculix(scene, penalties, reference, folder, options):
         slope = options.slope or stiffness / 10
         for tension in TENSIONS:
             penalty = Penalty(stiffness, slope, tension * pressure)
-            taken, found = run_ccx(deck_lines(scene, penalty), len(scene.pairs), folder, options)
+            taken, found, iterations = run_ccx(
+                deck_lines(scene, penalty), len(scene.pairs), folder, options
+            )
             if len(found) == len(forces) or taken.stopped:
                 break
-        note = ""
+        note, expected = "", 0.0
         if taken.stopped:
-            note = f"from {len(found)} of {len(forces)} increments"
+            each = options.iterations or iterations[0] / max(1, iterations[1])
+            expected = each * len(forces)
+            note = f"stopped: {iterations[0]} iterations of {expected:.0f} expected"
         elif len(found) < len(forces):
             note = f"ended in increment {len(found) + 1}"
         yield PeerRun(
             "CalculiX", f"K {stiffness:.0e}, slope {slope:.0e}", taken.seconds, taken.memory,
-            error_of(found, forces), len(found), len(forces), note,
+            error_of(found, forces), len(found), len(forces), note, iterations[0], expected,
         )
 
 
 def run_ccx(lines, n_pairs, folder, options):
-    """Run ccx on a deck; return what it took and the resultants of its increments."""
+    """Run ccx on a deck; return what it took, the resultants of its increments, and the numbers of
+    iterations and of increments that it began."""
     for old in folder.glob("peer.*"):
         old.unlink()
     (folder / "peer.inp").write_text("\n".join(lines) + "\n", encoding="ascii")
@@ -229,7 +238,16 @@ def run_ccx(lines, n_pairs, folder, options):
         return done > 0 and seconds > options.limit
 
     taken = measure([CCX, "-i", "peer"], folder, folder / "peer.log", must_stop)
-    return taken, read_resultants(folder / "peer.dat", n_pairs)
+    return taken, read_resultants(folder / "peer.dat", n_pairs), count_iterations(
+        folder / "peer.cvg"
+    )
+
+
+def count_iterations(path):
+    """Return the numbers of iterations and of increments in a .cvg file: a line an iteration."""
+    text = path.read_text(encoding="ascii", errors="replace") if path.is_file() else ""
+    lines = [line.split() for line in text.splitlines() if re.match(r"\s+\d+\s+\d+\s", line)]
+    return len(lines), len({tuple(words[:2]) for words in lines})
 
 
 def largest_pressure(result):
@@ -244,8 +262,9 @@ def largest_pressure(result):
 def compare(program, deck, overrides, penalties, folder, options):
     """Run the deck here and in ccx; `penalties` empty for one that suits the scene.
 
-    `options` has `slope` (None: a tenth of the penalty) and `limit`, processor seconds after which
-    a run of ccx is stopped and its time taken from the increments it has finished.
+    `options` has `slope` (None: a tenth of the penalty), `limit`, processor seconds after which a
+    run of ccx is stopped, and `iterations` an increment by which its time is then extrapolated
+    (None: as many as in the increments it began).
     """
     deck = deck.resolve()
     scene = read_flat(deck, overrides)
@@ -277,7 +296,7 @@ def comparison_rows(comparison):
     for run in comparison.runs:
         about = "about " if run.increments < run.total else ""
         ratio = run.whole_seconds / ours.whole_seconds
-        failed = run.increments < run.total and run.note.startswith("ended")
+        failed = math.isnan(ratio) or run.note.startswith("ended")
         rows.append([
             run.program, run.settings,
             "-" if failed else f"{about}{run.whole_seconds:.3g}",

@@ -31,7 +31,7 @@ module advance_mod
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse
   use operators_mod, only: operators_t, locate_points, update_contact
   use neutral_motions_mod, only: neutral_step
-  use attempt_mod, only: attempt_t, begin_attempt, solve_reactions
+  use attempt_mod, only: attempt_t, begin_attempt, solve_reactions, expected_reactions, trend_of
   use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
   implicit none
   private
@@ -65,7 +65,9 @@ contains
     call begin_attempt(scene, plan%points, operators, old, increment, now)
     new = old
     call mark_end(increment, new)
+    new%reaction = expected_reactions(scene, plan%points, operators, old, increment)
     call complete(scene, plan%points, operators, old, now, new, report, error)
+    new%trend = trend_of(increment, old%reaction, new%reaction)
     report%wall_time = wall_seconds() - clock
   end subroutine advance
 
@@ -99,6 +101,7 @@ contains
     call mark_end(increment, new)
     call take_foreseen(ahead, increment, operators, now, new%reaction, report)
     call complete(scene, plan%points, operators, old, now, new, report, error)
+    new%trend = trend_of(increment, old%reaction, new%reaction)
     report%wall_time = report%wall_time + wall_seconds() - clock
     ! What was corrected was not what those after it began from.
     if (report%newton_raphson_iterations > 1 .or. .not. report%converged) call cut(ahead)

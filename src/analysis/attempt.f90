@@ -3,7 +3,7 @@ module attempt_mod
   use kinds_mod, only: wp
   use system_mod, only: wall_seconds
   use scene_mod, only: scene_t
-  use controls_mod, only: contact_controls_t, is_exact
+  use controls_mod, only: contact_controls_t, is_exact, solver_sweeps
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
   use state_mod, only: state_t
@@ -21,7 +21,7 @@ module attempt_mod
   implicit none
   private
 
-  public :: attempt_t, begin_attempt, solve_reactions
+  public :: attempt_t, begin_attempt, solve_reactions, expected_reactions, trend_of
 
   !> What an increment is solved with.
   type :: attempt_t
@@ -87,6 +87,35 @@ contains
       nodal(points, now%applied, scene%mesh%n_nodes)), scene%mesh%n_nodes)
     now%u_free = now%u_free + (old%displacement - loaded) - now%pressed
   end subroutine carry_over
+
+  !> The reactions to start from: the last ones, carried on as they went in the increment before;
+  !> none where that pulls. Sweeps start from the last ones, as in the paper.
+  pure function expected_reactions(scene, points, operators, old, increment) result(reaction)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    type(state_t), intent(in) :: old
+    type(increment_t), intent(in) :: increment
+    real(wp) :: reaction(3, points%n) !! x, y, z [force]
+    integer :: i
+
+    reaction = old%reaction
+    if (scene%contact%solver == solver_sweeps .or. operators%motions%n > 0) return
+    if (increment%begin <= 0.0_wp) return ! another *STEP leads elsewhere
+    do i = 1, points%n
+      reaction(:, i) = reaction(:, i) + (increment%share - increment%begin)*old%trend(:, i)
+      if (dot_product(reaction(:, i), operators%frame(:, 1, i)) <= 0.0_wp) reaction(:, i) = 0.0_wp
+    end do
+  end function expected_reactions
+
+  !> How the reactions went in an increment, as they would in its whole *STEP.
+  pure function trend_of(increment, before, after) result(trend)
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(in) :: before(:, :), after(:, :)        !! (3,n_points) reactions [force]
+    real(wp) :: trend(size(before, 1), size(before, 2))      !! [force]
+
+    trend = (after - before)/(increment%share - increment%begin)
+  end function trend_of
 
   !> Displacement without contact and loads at a share of the *STEP, from its patterns.
   subroutine sum_patterns(scene, operators, share, step_time, u_free, external)

@@ -58,7 +58,7 @@ module estimate_costs_mod
   real(wp), parameter :: disk_rate = 0.5e9_wp, kept_rate = 2.0e9_wp
 
   ! Typical counts of an increment (docs/solvers.md).
-  real(wp), parameter :: products_with_friction = 75.0_wp !! of W with a vector, by global Newton
+  real(wp), parameter :: products_with_friction = 30.0_wp !! of W with a vector, by global Newton
   real(wp), parameter :: products_without = 10.0_wp
   real(wp), parameter :: solves_for_motions = 3.0_wp      !! contact problems where bodies are free
   real(wp), parameter :: newton_raphson_curved = 3.0_wp   !! before round obstacles
@@ -267,7 +267,7 @@ contains
     type(sizes_t), intent(inout) :: sizes
 
     sizes%word = merge(4.0_wp, 8.0_wp, precision%single_factor)
-    sizes%copy = merge(4.0_wp, 0.0_wp, precision%single_compliance)
+    sizes%copy = 2.0_wp + merge(4.0_wp, 0.0_wp, precision%single_compliance) ! panels
     sizes%columns = 0.0_wp
     if (is_exact(precision)) sizes%columns = sizes%most_columns
     sizes%workspace = sizes%share*sizes%word*sizes%factor

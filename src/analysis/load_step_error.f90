@@ -113,7 +113,10 @@ contains
     increment = next_increment(scene%steps, from, length)
     if (can_look_ahead(scene, operators)) then
       to = from
-      if (present(near)) to%reaction = near
+      if (present(near)) then
+        to%reaction = near
+        to%trend = 0.0_wp
+      end if
       call begin_attempt(scene, plan%points, operators, from, increment, now)
       now%controls%tolerance = max(now%controls%tolerance, sharp_enough)
       call step_on_interface(scene, plan%points, operators, increment, now, to, report, answer)

@@ -24,7 +24,7 @@ module look_ahead_mod
   use follow_points_mod, only: nodal
   use stiffness_inverse_mod, only: answer_of_interface, at_interface, recover_columns, at_nodes
   use operators_mod, only: operators_t
-  use attempt_mod, only: attempt_t, begin_attempt, solve_reactions
+  use attempt_mod, only: attempt_t, begin_attempt, solve_reactions, expected_reactions, trend_of
   implicit none
   private
 
@@ -142,11 +142,12 @@ contains
     real(wp), intent(out) :: answer(:)        !! (n_interface) to the reactions [length]
     real(wp) :: reaction(3, points%n)
 
-    reaction = state%reaction
+    reaction = expected_reactions(scene, points, operators, state, increment)
     call solve_reactions(scene, points, operators, state, now, reaction, report)
     answer = answer_of_interface(operators%inverse, nodal(points, reaction, scene%mesh%n_nodes))
     state%displacement = now%u_free + at_interface(operators%inverse, answer, scene%mesh%n_nodes)
     call add_motions(operators%motions, scene%mesh, now%motion, state%displacement)
+    state%trend = trend_of(increment, state%reaction, reaction)
     state%reaction = reaction
     call mark_end(increment, state)
   end subroutine step_on_interface

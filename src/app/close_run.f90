@@ -33,7 +33,8 @@ contains
         seconds(s%factorise)//', condense '//seconds(s%condense)//', loads '// &
         seconds(s%loads)//','
       lines(2)%text = '                contact '//seconds(tally%contact_time)//', recover '// &
-        seconds(tally%step_time - tally%contact_time)//', write '//seconds(tally%write_time)
+        seconds(tally%step_time - tally%contact_time)//', estimate '// &
+        seconds(tally%estimate_time)//', write '//seconds(tally%write_time)
       lines(3)%text = 'accuracy        '//accuracy_in_words(scene%precision, tally%unrefined, &
         tally%imbalance)
       lines(4)%text = 'memory          '//to_text(real(peak_memory_bytes() + others%peak, &

@@ -241,8 +241,8 @@ contains
       '  --tolerance X   --max-sweeps N   -o FILE (default: PROBLEM.solution.hdf5)'//nl//nl// &
       'exit status: 0 every step certified; 1 wrong command line or deck; 2 a step did not '// &
       'converge or certify;'//nl// &
-      '3 the machine failed (memory, disk, a library); 130, 143 stopped by SIGINT, SIGTERM. '// &
-      'docs/deck.md, docs/results.md and docs/fclib.md describe the files.'
+      '3 the machine failed (memory, disk, a library); 130, 143 stopped by '// &
+      'SIGINT, SIGTERM.'//nl//'docs/deck.md, docs/results.md and docs/fclib.md describe the files.'
   end function help_text
 
 end module command_line_mod

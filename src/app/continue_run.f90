@@ -31,6 +31,7 @@ module continue_run_mod
     type(state_t) :: state
     type(increment_size_t) :: size      !! of increments that may be cut
     real(wp) :: tolerance = 0.0_wp      !! of contact, as the accuracy wants it [-]
+    type(tally_t) :: tally              !! what the run adds up to so far
     type(coarse_run_t) :: coarse        !! the run in coarser increments, for the estimate of errors
     integer :: entered = 0              !! *STEP that the operators are made for; 0: none yet
     integer :: widened_in = 0
@@ -53,29 +54,28 @@ contains
   end subroutine start_run
 
   !> Go on from what a result file kept.
-  subroutine take_up_run(numbers, scene, plan, file, progress, tally, error)
+  subroutine take_up_run(numbers, scene, plan, file, progress, error)
     real(wp), intent(in) :: numbers(:)           !! as reopen_result found them
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan          !! revised where it had been
     type(result_file_t), intent(inout) :: file
     type(progress_t), intent(inout) :: progress  !! the beginning of the run
-    type(tally_t), intent(inout) :: tally
     type(error_t), allocatable, intent(out) :: error !! the numbers do not fit the scene
     type(number_list_t) :: list
     real(wp) :: read_time
 
-    read_time = tally%read_time
+    read_time = progress%tally%read_time
     list = list_of(numbers)
-    call carry_progress(list, progress, tally)
-    tally%earlier_time = tally%total_time
-    tally%read_time = tally%read_time + read_time
+    call carry_progress(list, progress)
+    progress%tally%earlier_time = progress%tally%total_time
+    progress%tally%read_time = progress%tally%read_time + read_time
     if (.not. is_used_up(list)) then
       call raise(error, exit_wrong_input, "the state in '"//file%path// &
         "' is not one of this run: "// &
         'it cannot be continued')
       return
     end if
-    file%n_outputs = tally%outputs
+    file%n_outputs = progress%tally%outputs
     progress%entered = 0 ! by this session
     if (progress%widened_in == 0) return
     plan%points%in_reach = .true.
@@ -83,22 +83,20 @@ contains
   end subroutine take_up_run
 
   !> Keep where the run stands in its file. Everything up to there must be in it already.
-  subroutine keep_progress(progress, tally, file, error)
+  subroutine keep_progress(progress, file, error)
     type(progress_t), intent(inout) :: progress
-    type(tally_t), intent(inout) :: tally
     type(result_file_t), intent(inout) :: file
     type(error_t), allocatable, intent(out) :: error
     type(number_list_t) :: list
 
-    call carry_progress(list, progress, tally)
+    call carry_progress(list, progress)
     call keep_state(file, progress%state%row, numbers_in(list), error)
   end subroutine keep_progress
 
   !> All that a continued run must know.
-  subroutine carry_progress(list, progress, tally)
+  subroutine carry_progress(list, progress)
     type(number_list_t), intent(inout) :: list
     type(progress_t), intent(inout) :: progress
-    type(tally_t), intent(inout) :: tally
 
     call carry_state(list, progress%state)
     call carry_state(list, progress%coarse%state)
@@ -107,7 +105,7 @@ contains
     call carry(list, progress%tolerance)
     call carry(list, progress%widened_in)
     call carry(list, progress%begun)
-    call carry_tally(list, tally)
+    call carry_tally(list, progress%tally)
   end subroutine carry_progress
 
   !> New operators where a step holds other degrees of freedom than the one before; its loads in any

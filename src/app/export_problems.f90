@@ -95,7 +95,12 @@ contains
     character(:), allocatable :: path
     integer :: i, k
 
-    if (.not. exports%chosen(increment%row)) return
+    ! Increments that were cut make more rows than the deck's: of all, these too.
+    if (increment%row > size(exports%chosen)) then
+      if (.not. all(exports%chosen)) return
+    else if (.not. exports%chosen(increment%row)) then
+      return
+    end if
     path = scene%name//'-'//to_text(increment%row)//'.fclib.hdf5'
     if (size(operators%active) == 0) then
       call raise(error, exit_wrong_input, 'bipot: error: --export-fclib: no contact point can '// &

@@ -19,7 +19,7 @@ module go_through_mod
   use choose_increment_mod, only: choose_increment, cut_increment
   use meet_accuracy_mod, only: sharpen, shortfall
   use result_file_mod, only: result_file_t, append_increment
-  use tally_mod, only: tally_t, add_increment, note_sizes
+  use tally_mod, only: add_increment, note_sizes
   use export_problems_mod, only: exports_t, export_increment
   use console_mod, only: console_t, say, print_increment, print_warning, clear_bar
   use continue_run_mod, only: progress_t, keep_progress, enter_step, heed_signal
@@ -33,7 +33,7 @@ module go_through_mod
 contains
 
   !> From where the run stands to its end.
-  subroutine go_through(scene, plan, exports, operators, file, console, progress, tally, error)
+  subroutine go_through(scene, plan, exports, operators, file, console, progress, error)
     type(scene_t), intent(inout) :: scene        !! its contact tolerance follows the accuracy
     type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
@@ -41,7 +41,6 @@ contains
     type(result_file_t), intent(inout) :: file
     type(console_t), intent(inout) :: console
     type(progress_t), intent(inout) :: progress
-    type(tally_t), intent(inout) :: tally
     type(error_t), allocatable, intent(out) :: error
     type(state_t) :: new
     type(ahead_t) :: ahead
@@ -65,11 +64,11 @@ contains
       call choose_increment(scene, plan, operators, progress%state, progress%size, increment)
       call solve_increment()
       if (allocated(error)) return
-      call note_sizes(operators, tally)
+      call note_sizes(operators, progress%tally)
       if (.not. is_solved(scene, report)) then
         call cut_increment(scene, increment, progress%size, is_cut)
         if (is_cut) then
-          tally%cuts = tally%cuts + 1
+          progress%tally%cuts = progress%tally%cuts + 1
           call clear_bar(console)
           call say('note: step '//to_text(increment%step)//', increment '// &
             to_text(increment%number)//' was not solved up to time '//to_text(increment%time)// &
@@ -82,7 +81,7 @@ contains
       if (allocated(error)) return
       call refuse_unsolved(scene, plan, increment, report, operators%inverse%condition, error)
       if (allocated(error)) return
-      call estimate_errors(scene, plan, operators, new, progress, report, tally)
+      call estimate_errors(scene, plan, operators, new, progress, report)
       call tell_unheld(console, increment, report, unheld)
       call write_increment()
       if (allocated(error)) return
@@ -98,7 +97,7 @@ contains
       if (allocated(error) .or. report%ending /= ended_out_of_reach) return
       call take_whole_surfaces(scene, increment, report, console, plan, operators, error)
       if (allocated(error)) return
-      tally%plan_revisions = tally%plan_revisions + 1
+      progress%tally%plan_revisions = progress%tally%plan_revisions + 1
       progress%widened_in = increment%step
       call advance_once()
     end subroutine solve_increment
@@ -126,20 +125,20 @@ contains
       if (allocated(error)) return
       call append_increment(file, scene, plan, new, report, fields, error)
       if (allocated(error)) return
-      tally%allowed = max(tally%allowed, 10.0_wp*scene%contact%tolerance)
+      progress%tally%allowed = max(progress%tally%allowed, 10.0_wp*scene%contact%tolerance)
       missed = ''
       if (increment%last_of_step) then
         missed = shortfall(scene, increment%step, report%errors, fields%mesh_error)
         call sharpen(scene, report%errors)
       end if
-      if (missed /= '') tally%missed = tally%missed + 1
+      if (missed /= '') progress%tally%missed = progress%tally%missed + 1
       call add_increment(increment, report, fields_due(scene%output%frequency, &
-        increment%number, increment%last_of_step), tally)
+        increment%number, increment%last_of_step), progress%tally)
       progress%state = new
       progress%tolerance = scene%contact%tolerance
-      tally%total_time = tally%earlier_time + wall_seconds() - console%started
-      call keep_progress(progress, tally, file, error)
-      tally%write_time = tally%write_time + wall_seconds() - clock
+      progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
+      call keep_progress(progress, file, error)
+      progress%tally%write_time = progress%tally%write_time + wall_seconds() - clock
     end subroutine write_increment
 
     !> The part of the run that is done, 0 to 1.
@@ -151,14 +150,13 @@ contains
   end subroutine go_through
 
   !> How wrong the increment is, but for the mesh.
-  subroutine estimate_errors(scene, plan, operators, new, progress, report, tally)
+  subroutine estimate_errors(scene, plan, operators, new, progress, report)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(operators_t), intent(inout) :: operators
     type(state_t), intent(in) :: new
     type(progress_t), intent(inout) :: progress
     type(step_report_t), intent(inout) :: report
-    type(tally_t), intent(inout) :: tally
     real(wp) :: clock
 
     clock = wall_seconds()
@@ -167,7 +165,7 @@ contains
     end associate
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*operators%inverse%condition
     call follow_coarsely(scene, plan, operators, progress%state, new, progress%coarse, report)
-    tally%estimate_time = tally%estimate_time + wall_seconds() - clock
+    progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
   end subroutine estimate_errors
 
   !> A node went further than the plan had it go: from here on every slave node is a candidate.

@@ -40,14 +40,15 @@ program bipot
     else
       ! The host alone decides when to stop.
       call catch_signals()
-      call serve_host()
+      call check_blas_room(error)
+      if (.not. allocated(error)) call serve_host(error)
     end if
   end if
   if (allocated(error)) then
     call write_to(standard_error, error%message//new_line('a'))
     exit_status = error%exit_status
   end if
-  call end_ranks()
+  call end_ranks(exit_status)
   call c_exit(int(exit_status, c_int))
 
 contains

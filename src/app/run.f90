@@ -17,7 +17,7 @@ module run_mod
   use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result, &
     run_finished, run_not_solved, run_stopped, run_failed
   use command_line_mod, only: options_t, command_text
-  use tally_mod, only: tally_t, list_counters
+  use tally_mod, only: list_counters
   use export_problems_mod, only: exports_t, choose_rows
   use console_mod, only: console_t, open_console, say, print_lines, print_warning, clear_bar
   use provenance_mod, only: make_provenance
@@ -40,9 +40,9 @@ contains
     type(scene_t) :: scene
     type(plan_t) :: plan
     type(console_t) :: console
-    type(tally_t) :: tally
     type(exports_t) :: exports
     type(operators_t) :: operators
+    real(wp) :: read_time
 
     console = open_console(options%quiet)
     call read_deck(options%deck, options%overrides, scene, error)
@@ -54,14 +54,14 @@ contains
     if (allocated(error)) return
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
-    tally%read_time = wall_seconds() - console%started
+    read_time = wall_seconds() - console%started
     if (.not. console%quiet) call say('bipot '//version//': '//scene%title)
     call print_lines(console, scene%notes)
     call print_lines(console, plan%lines)
     call print_lines(console, overlaps(scene, plan%points))
     call refuse_misfit(scene, plan, options%force, console, error)
     if (allocated(error) .or. options%plan) return
-    call run_scene(options, scene, plan, exports, operators, console, tally, error)
+    call run_scene(options, scene, plan, exports, operators, console, read_time, error)
   end subroutine run_deck
 
   !> The accuracy of the command line wins over the deck's.
@@ -107,14 +107,14 @@ contains
   end subroutine refuse_misfit
 
   !> Open the file, go through the increments, close the file whatever happened.
-  subroutine run_scene(options, scene, plan, exports, operators, console, tally, error)
+  subroutine run_scene(options, scene, plan, exports, operators, console, read_time, error)
     type(options_t), intent(in) :: options
     type(scene_t), intent(inout) :: scene
     type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
     type(operators_t), intent(inout) :: operators !! its factor holds the symbolic analysis
     type(console_t), intent(inout) :: console
-    type(tally_t), intent(inout) :: tally
+    real(wp), intent(in) :: read_time !! deck and plan [s]
     type(error_t), allocatable, intent(out) :: error
     type(result_file_t) :: file
     type(progress_t) :: progress
@@ -129,15 +129,17 @@ contains
     call check_library_room(3*room_to_write(scene), 'begin the result file', error)
     if (allocated(error)) return
     call catch_signals()
-    call begin_file(options, path, scene, plan, operators, file, progress, tally, error)
+    call start_run(scene, plan, progress)
+    progress%tally%read_time = read_time
+    call begin_file(options, scene, plan, operators, file, progress, error)
     if (allocated(error)) return
     if (progress%state%row > 0 .and. .not. console%quiet) call say('continued       behind '// &
       'increment '//to_text(progress%state%row))
-    call go_through(scene, plan, exports, operators, file, console, progress, tally, error)
-    tally%total_time = tally%earlier_time + wall_seconds() - console%started
+    call go_through(scene, plan, exports, operators, file, console, progress, error)
+    progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
     inquire (file=path, size=written)
-    tally%file_bytes = real(max(0_i8, written), wp)
-    call list_counters(tally, operators, names, counters)
+    progress%tally%file_bytes = real(max(0_i8, written), wp)
+    call list_counters(progress%tally, operators, names, counters)
 
     status = run_finished
     if (allocated(error)) then
@@ -152,8 +154,8 @@ contains
       if (status == run_stopped) then
         error%message = error%message//': '//how_to_continue(path, file%n_rows, &
           plan%n_increments, command_text())
-      else if (tally%increments > 0 .and. in_place) then
-        error%message = error%message//new_line('a')//to_text(tally%increments)// &
+      else if (progress%tally%increments > 0 .and. in_place) then
+        error%message = error%message//new_line('a')//to_text(progress%tally%increments)// &
           ' increments before it are in '//path
       end if
       return
@@ -163,39 +165,39 @@ contains
       return
     end if
     call tell_breaches(console, find_breaches(plan, names, counters))
-    call close_run(scene, console, tally, operators, path)
-    if (tally%missed > 0) call raise(error, exit_not_solved, 'accuracy '// &
-      percent(scene%accuracy%wanted)//' was not reached at the end of '//to_text(tally%missed)// &
-      ' of '//to_text(size(scene%steps))//' steps; the result is complete all the same')
+    call close_run(scene, console, progress%tally, operators, path)
+    if (progress%tally%missed > 0) call raise(error, exit_not_solved, 'accuracy '// &
+      percent(scene%accuracy%wanted)//' was not reached at the end of '// &
+      to_text(progress%tally%missed)//' of '//to_text(size(scene%steps))// &
+      ' steps; the result is complete all the same')
   end subroutine run_scene
 
   !> Open the result file, that of a run to be continued where there is one.
-  subroutine begin_file(options, path, scene, plan, operators, file, progress, tally, error)
+  subroutine begin_file(options, scene, plan, operators, file, progress, error)
     type(options_t), intent(in) :: options
-    character(*), intent(in) :: path
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
     type(operators_t), intent(in) :: operators
     type(result_file_t), intent(inout) :: file
     type(progress_t), intent(inout) :: progress
-    type(tally_t), intent(inout) :: tally
     type(error_t), allocatable, intent(out) :: error
     type(error_t), allocatable :: ignored
+    character(:), allocatable :: path
     real(wp), allocatable :: kept(:)
     logical :: continues
 
-    call start_run(scene, plan, progress)
+    path = result_path(options, scene)
     inquire (file=path, exist=continues)
     continues = continues .and. options%continues
     if (continues) then
       call reopen_result(path, scene, plan, make_provenance(operators), file, kept, error)
       if (allocated(error)) return
-      call take_up_run(kept, scene, plan, file, progress, tally, error)
+      call take_up_run(kept, scene, plan, file, progress, error)
     else
       call open_result(path, scene, plan, make_provenance(operators), options%overwrite, file, &
         error)
       if (allocated(error)) return
-      call keep_progress(progress, tally, file, error)
+      call keep_progress(progress, file, error)
       if (allocated(error)) call finish_result(file, run_failed, [string_t ::], [real(wp) ::], &
         ignored)
     end if

@@ -134,12 +134,13 @@ contains
     type(operators_t), intent(in) :: operators
     type(string_t), allocatable, intent(out) :: names(:)
     real(wp), allocatable, intent(out) :: values(:)
-    type(usage_t) :: others
     integer, parameter :: room = 40
+    type(string_t) :: all_names(room)
+    real(wp) :: all_values(room)
+    type(usage_t) :: others
     integer :: n
 
     n = 0
-    allocate (names(room), values(room))
     others = usage_of_others()
     call count('increments', real(tally%increments, wp))
     call count('increments_with_fields', real(tally%outputs, wp))
@@ -178,8 +179,8 @@ contains
     call count('seconds_write', tally%write_time)
     call count('seconds_estimate', tally%estimate_time)
     call count('seconds_total', tally%total_time)
-    names = names(:n)
-    values = values(:n)
+    names = all_names(:n)
+    values = all_values(:n)
 
   contains
 
@@ -188,8 +189,8 @@ contains
       real(wp), intent(in) :: value
 
       n = n + 1
-      names(n)%text = name
-      values(n) = value
+      all_names(n)%text = name
+      all_values(n) = value
     end subroutine count
 
   end subroutine list_counters

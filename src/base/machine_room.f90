@@ -11,7 +11,7 @@ module machine_room_mod
   private
 
   public :: has_memory, check_library_room, memory_left, address_space_left, disk_left, &
-    resident_bytes, no_limit
+    file_limit, resident_bytes, no_limit
 
   integer(i8), parameter :: no_limit = huge(1_i8)
 
@@ -118,11 +118,20 @@ contains
     ! blocks at all (/proc, /sys) says nothing of its room.
     if (number_after('/proc/self/status', 'VmSize:') >= 0) then
       buffer = 0
-      if (c_statvfs(folder//c_null_char, buffer) /= 0) buffer(3) = 0
-      if (buffer(3) > 0) bytes = buffer(2)*buffer(5)
+      if (c_statvfs(folder//c_null_char, buffer) == 0 .and. buffer(3) > 0) then
+        bytes = buffer(2)*buffer(5)
+      end if
     end if
-    call lower(bytes, 1_i8, number_after('/proc/self/limits', 'Max file size'), 0_i8)
+    bytes = min(bytes, file_limit())
   end function disk_left
+
+  !> How long a file may become (ulimit -f) [bytes].
+  function file_limit() result(bytes)
+    integer(i8) :: bytes
+
+    bytes = no_limit
+    call lower(bytes, 1_i8, number_after('/proc/self/limits', 'Max file size'), 0_i8)
+  end function file_limit
 
   !> The memory of the process that is in the machine now; 0 where the system does not tell.
   function resident_bytes() result(bytes)

@@ -73,21 +73,24 @@ contains
   subroutine carry_integer(list, value)
     type(number_list_t), intent(inout) :: list
     integer, intent(inout) :: value
-    real(wp) :: number
+    integer(i8) :: long
 
-    number = real(value, wp)
-    call carry_real(list, number)
-    value = nint(number)
+    long = value
+    call carry_long(list, long)
+    if (abs(long) > huge(value)) list%is_short = .true.
+    if (.not. list%is_short) value = int(long)
   end subroutine carry_integer
 
   subroutine carry_long(list, value)
     type(number_list_t), intent(inout) :: list
     integer(i8), intent(inout) :: value
+    real(wp), parameter :: largest = 2.0_wp**53
     real(wp) :: number
 
     number = real(value, wp)
     call carry_real(list, number)
-    value = nint(number, i8)
+    if (.not. abs(number) < largest) list%is_short = .true.
+    if (.not. list%is_short) value = nint(number, i8)
   end subroutine carry_long
 
   !> Extents, then the columns that are not 0: how many, which (unless all), their numbers.
@@ -117,8 +120,12 @@ contains
       end do
       if (any(columns < 1) .or. any(columns > extents(2))) list%is_short = .true.
     end if
+    if (list%is_taken_from) then
+      if (list%used + extents(1)*n_columns > size(list%values)) list%is_short = .true.
+    else
+      call make_room(list, extents(1)*n_columns)
+    end if
     if (list%is_short) return
-    if (.not. list%is_taken_from) call make_room(list, extents(1)*n_columns)
     do i = 1, n_columns
       associate (first => list%used + 1, last => list%used + extents(1))
         if (list%is_taken_from) then

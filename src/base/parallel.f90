@@ -6,9 +6,9 @@
 !>
 !> MPI's own errors, a lost rank for one, end all ranks with a message: that is MPI's default.
 module parallel_mod
-  use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_loc, c_char, c_size_t, c_null_char
+  use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_loc, c_size_t, c_null_char
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t, raise, exit_wrong_input
+  use errors_mod, only: error_t, raise, exit_ok, exit_wrong_input
   use text_mod, only: to_text
   use system_mod, only: wall_seconds, cpu_seconds, peak_memory_bytes, nap, set_environment
   use machine_room_mod, only: resident_bytes
@@ -22,6 +22,8 @@ module parallel_mod
     share_text
   public :: usage_t, usage_of_others, tell_usage
 
+  ! The one form in which the empty library has MPI's constants too.
+  ! allow(deprecated-mpi-include)
   include 'mpif.h'
 
   ! What the host asks for; behind it stand numbers that the task explains.
@@ -63,6 +65,13 @@ module parallel_mod
       integer(c_int), intent(out) :: status
     end subroutine mpi_finalize
 
+    subroutine mpi_abort(comm, exit_status, status) bind(c, name='mpi_abort_')
+      import :: c_int
+      implicit none
+      integer(c_int), intent(in) :: comm, exit_status
+      integer(c_int), intent(out) :: status
+    end subroutine mpi_abort
+
     subroutine mpi_comm_size(comm, number, status) bind(c, name='mpi_comm_size_')
       import :: c_int
       implicit none
@@ -85,7 +94,6 @@ module parallel_mod
       integer(c_int), intent(out) :: status
     end subroutine mpi_send
 
-    ! allow(too-many-arguments)
     subroutine mpi_recv(buffer, n, type, rank, tag, comm, envelope, status) &
       bind(c, name='mpi_recv_')
       import :: c_int, c_ptr
@@ -110,7 +118,6 @@ module parallel_mod
       integer(c_int), intent(out) :: status
     end subroutine mpi_bcast
 
-    ! allow(too-many-arguments)
     subroutine mpi_reduce(buffer, total, n, type, operation, root, comm, status) &
       bind(c, name='mpi_reduce_')
       import :: c_int, c_ptr
@@ -122,9 +129,9 @@ module parallel_mod
 
     !> POSIX: the name of the machine.
     function c_gethostname(name, room) result(status) bind(c, name='gethostname')
-      import :: c_int, c_char, c_size_t
+      import :: c_int, c_ptr, c_size_t
       implicit none
-      character(c_char), intent(out) :: name(*)
+      type(c_ptr), value :: name
       integer(c_size_t), value :: room
       integer(c_int) :: status
     end function c_gethostname
@@ -158,11 +165,17 @@ contains
       'where each process is to run by itself, unset OMPI_COMM_WORLD_SIZE')
   end subroutine start_ranks
 
-  !> Leave the ranks, and let the others go: the last call of all.
-  subroutine end_ranks()
+  !> Leave the ranks, and let the others go: the last call of all. A rank that fails where the host
+  !> does not takes all with it, for they would wait for it for ever.
+  subroutine end_ranks(exit_status)
+    integer, intent(in) :: exit_status !! of this rank
     integer(c_int) :: status
 
-    if (is_host()) call announce(task_end)
+    if (is_host()) then
+      call announce(task_end)
+    else if (exit_status /= exit_ok) then
+      call mpi_abort(mpi_comm_world, int(exit_status, c_int), status)
+    end if
     call mpi_finalize(status)
   end subroutine end_ranks
 
@@ -219,12 +232,13 @@ contains
   end subroutine sum_over_ranks
 
   !> Give all ranks the host's text: all must call it, with texts of one length.
-  subroutine share_text(text)
-    character(*), target, intent(inout) :: text
+  subroutine share_text(n, text)
+    integer, intent(in) :: n
+    character(n), target, intent(inout) :: text
     integer(c_int) :: status
 
     if (n_ranks() == 1) return
-    call mpi_bcast(c_loc(text(1:1)), len(text), mpi_character, host, mpi_comm_world, status)
+    call mpi_bcast(c_loc(text(1:1)), n, mpi_character, host, mpi_comm_world, status)
   end subroutine share_text
 
   !> Whether it is true on every rank: all must call it.
@@ -342,13 +356,14 @@ contains
   subroutine add_usage(sums)
     real(wp), intent(out) :: sums(4) !! ranks there, their memory now and at most, processor time
     integer, parameter :: room = 256
-    character(room) :: name, name_of_host
+    character(room), target :: name
+    character(room) :: name_of_host
     integer(c_int) :: status
 
     name = repeat(c_null_char, room)
-    status = c_gethostname(name, int(room - 1, c_size_t))
+    status = c_gethostname(c_loc(name(1:1)), int(room - 1, c_size_t))
     name_of_host = name
-    call share_text(name_of_host)
+    call share_text(room, name_of_host)
     sums = 0.0_wp
     if (.not. is_host()) then
       if (name == name_of_host) sums(:3) = [1.0_wp, real(resident_bytes(), wp), &

@@ -66,7 +66,7 @@ module system_mod
   integer(c_int), parameter :: sigint = 2, sigterm = 15
 
   !> The first signal that came; 0: none.
-  integer(c_int), volatile, save :: caught = 0
+  integer(c_int), volatile :: caught = 0
 
 contains
 
@@ -216,8 +216,9 @@ contains
     if (number == sigint) name = 'SIGINT'
   end function signal_name
 
-  !> The handler. It may come at any moment, so it does nothing but what signals allow.
-  subroutine note_signal(number) bind(c)
+  !> The handler. It may come at any moment, while it is at work too, so it does nothing but what
+  !> signals allow.
+  recursive subroutine note_signal(number) bind(c)
     integer(c_int), value :: number
     character(*), parameter :: words = new_line('a')//'bipot: stops when the present increment '// &
       'is in the file; another signal stops at once'//new_line('a')

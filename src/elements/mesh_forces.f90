@@ -5,7 +5,7 @@ module mesh_forces_mod
   use surfaces_mod, only: surface_t, face_nodes
   use scene_mod, only: material_t
   use brick8_mod, only: lame_constants, node_volumes, stiffness_length
-  use elements_mod, only: nodal_force
+  use congruent_forces_mod, only: add_brick_forces
   use face4_mod, only: face_area_vectors, face_node_areas
   implicit none
   private
@@ -20,19 +20,9 @@ contains
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in)  :: u(:, :)  !! (3,n_nodes) displacement [length]
     real(wp), intent(out) :: f(:, :)  !! (3,n_nodes) [force]
-    real(wp) :: force(3, 8), lambda, shear
-    integer :: e, nodes(8)
 
     f = 0.0_wp
-    do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
-      associate (material => materials(mesh%material(e)))
-        call lame_constants(material%young, material%poisson, lambda, shear)
-      end associate
-      force = nodal_force(mesh%element_kind(e), mesh%coordinates(:, nodes), u(:, nodes), lambda, &
-        shear)
-      f(:, nodes) = f(:, nodes) + force
-    end do
+    call add_brick_forces(mesh, materials, u, f)
   end subroutine internal_force
 
   !> The rounding that internal forces carry: what the displacements' last bits make of forces.

@@ -2,8 +2,8 @@
 !>
 !> The mean stress of a brick is more accurate than any other in it. Around a node inside the body a
 !> linear stress is fitted to the means of the bricks that meet there; a node on the body's surface,
-!> where bricks are missing, takes what the fits of its neighbours inside say of it. Where a mesh has
-!> nothing inside (a plate of one layer), nodes where more bricks meet stand for those inside.
+!> where bricks are missing, takes what the fits of its neighbours inside say of it. Where a mesh
+!> has nothing inside (a plate of one layer), nodes where more bricks meet stand for those inside.
 !>
 !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 33 (1992) 1331-1364.
 module patch_recovery_mod

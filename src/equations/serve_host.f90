@@ -1,8 +1,10 @@
 !> What the ranks do that do not run the program: their part of assembly and factor, as the host
 !> announces it.
 module serve_host_mod
-  use kinds_mod, only: i8
-  use parallel_mod, only: next_task, task_length, task_end, task_usage, task_pattern, &
+  use kinds_mod, only: wp, i8
+  use errors_mod, only: error_t
+  use dense_mod, only: times_symmetric
+  use parallel_mod, only: next_task, task_length, task_usage, task_pattern, &
     task_stiffness, task_double, task_single, tell_usage
   use assembly_mod, only: triplets_t
   use shares_mod, only: list_own_share, assemble_own_share
@@ -16,17 +18,20 @@ module serve_host_mod
 contains
 
   !> Do one task after the other until the host has no more.
-  subroutine serve_host()
+  subroutine serve_host(error)
+    type(error_t), allocatable, intent(out) :: error !! no memory on this rank
     type(triplets_t) :: k !! share of the matrix that the host is about to analyse or factorise
     type(double_factor_t), allocatable :: double(:)
     type(single_factor_t), allocatable :: single(:)
     integer(i8) :: task(task_length)
+    real(wp) :: x(1)
 
+    ! The linear algebra library takes its memory when it is first used, and waits for ever for what
+    ! it does not get: now it is there.
+    x = times_symmetric(reshape([1.0_wp], [1, 1]), [1.0_wp])
     do
       call next_task(task)
       select case (task(1))
-      case (task_end)
-        exit
       case (task_usage)
         call tell_usage()
       case (task_pattern)
@@ -34,10 +39,13 @@ contains
       case (task_stiffness)
         call assemble_own_share(k)
       case (task_double)
-        call join_double(double, task, k)
+        call join_double(double, task, k, error)
       case (task_single)
-        call join_single(single, task, k)
+        call join_single(single, task, k, error)
+      case default ! task_end
+        exit
       end select
+      if (allocated(error)) return
     end do
   end subroutine serve_host
 

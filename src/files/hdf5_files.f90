@@ -166,8 +166,7 @@ contains
   function strong_access() result(access)
     integer(hid_t) :: access
     integer(size_t), parameter :: slots = 521, chunk_cache = 65536 !! [byte]
-    real(sp), parameter :: preference = 0.75_sp !! for chunks that are written in full, HDF5's
-                                                !! default
+    real(sp), parameter :: preference = 0.75_sp !! for chunks written in full, HDF5's default
     integer :: status
 
     call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)

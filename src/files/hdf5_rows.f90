@@ -113,7 +113,39 @@ contains
     end if
     call h5pclose_f(creation, ignored)
     call h5sclose_f(space, ignored)
+    call begin_table(rows, kind, error)
   end subroutine create_growing
+
+  !> Make the table of a dataset's chunks now, by a row that is taken back.
+  !>
+  !> HDF5 makes it with the first row, and says where it is before it writes it: should the program
+  !> be killed in between, nobody could write the dataset any more.
+  subroutine begin_table(rows, kind, error)
+    type(rows_t), intent(inout) :: rows
+    integer, intent(in) :: kind
+    type(error_t), allocatable, intent(inout) :: error
+    integer(hid_t) :: memory, space
+    integer(hsize_t) :: origin(size(rows%fixed) + 1)
+    integer :: status, ignored
+    integer(i8), target :: zero
+    type(c_ptr) :: address
+
+    if (allocated(error) .or. any(rows%fixed < 1)) return
+    zero = 0
+    address = c_loc(zero)
+    origin = 0
+    call h5dset_extent_f(rows%id, [rows%fixed, rows%step], status)
+    if (status >= 0) then
+      memory = new_space([integer(hsize_t) ::])
+      call h5dget_space_f(rows%id, space, status)
+      call h5sselect_hyperslab_f(space, H5S_SELECT_SET_F, origin, 0*origin + 1, status)
+      call h5dwrite_f(rows%id, type_in_memory(kind), address, status, memory, space)
+      call h5sclose_f(space, ignored)
+      call h5sclose_f(memory, ignored)
+    end if
+    if (status >= 0) call h5dset_extent_f(rows%id, [rows%fixed, 0_hsize_t], status)
+    if (status < 0) call fail(error, "cannot write '"//rows%name//"'")
+  end subroutine begin_table
 
   subroutine open_growing(file, path, rows, error)
     type(hdf5_file_t), intent(in) :: file

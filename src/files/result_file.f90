@@ -23,6 +23,7 @@ module result_file_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_machine
   use text_mod, only: string_t, to_text
+  use machine_room_mod, only: file_limit, no_limit
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t, bound_in_words
   use state_mod, only: state_t
@@ -57,6 +58,7 @@ module result_file_mod
   character(*), parameter :: run_stopped = 'stopped'       !! by a signal
   character(*), parameter :: run_failed = 'failed'         !! the machine: memory, a library
   integer, parameter :: longest_status = 16
+  integer(i8), parameter :: empty_file = 2000000_i8 !! bytes before the first increment, about
   integer, parameter :: room_for_sessions = 1000 !! bytes, a line each time a run was continued
 
   character(*), parameter :: program_name = 'bipot'
@@ -84,6 +86,7 @@ module result_file_mod
     type(view_t),      private :: view
     type(pair_rows_t), private, allocatable :: pairs(:)
     type(slots_t),     private :: slots
+    logical,           private :: is_broken = .false. !! something could not be written
   end type result_file_t
 
 contains
@@ -107,6 +110,8 @@ contains
       call raise(error, exit_wrong_input, "'"//path//"' is a folder")
       return
     end if
+    call check_limit(beginning_of(path), empty_file, scene, plan, error)
+    if (allocated(error)) return
     ! One run at a time may look at what is there and claim the name. A run that has begun holds a
     ! lock on its file, wherever that stands: first where it begins, then in its place.
     lock = lock_folder(path)
@@ -295,15 +300,23 @@ contains
 
     line = 1
     first = 1
-    do i = 1, min(len(then), len(now))
-      if (then(i:i) /= now(i:i)) exit
-      if (then(i:i) /= nl) cycle
+    do i = 1, min(len(then), len(now)) + 1
+      if (character_at(then) /= character_at(now)) exit
+      if (character_at(then) /= nl) cycle
       line = line + 1
       first = i + 1
     end do
     words = 'line '//to_text(line)//" was '"//line_at(then)//"', is '"//line_at(now)//"'"
 
   contains
+
+    !> The last line ends like the others.
+    pure character function character_at(text)
+      character(*), intent(in) :: text
+
+      character_at = nl
+      if (i <= len(text)) character_at = text(i:i)
+    end function character_at
 
     pure function line_at(text) result(found)
       character(*), intent(in) :: text
@@ -493,10 +506,14 @@ contains
     type(step_fields_t), intent(in) :: fields !! what is asked for, when fields are due
     type(error_t), allocatable, intent(out) :: error
     type(nodal_contact_t) :: nodal
+    integer(i8) :: written
     integer :: worst_node
     logical :: due
 
     call check_in_place(file, error)
+    if (allocated(error)) return
+    inquire (file=file%hdf5%path, size=written)
+    call check_limit(file%hdf5%path, written, scene, plan, error)
     if (allocated(error)) return
     worst_node = 0
     if (report%worst_point > 0) worst_node = plan%points%node(report%worst_point)
@@ -517,12 +534,50 @@ contains
     call flush_file(file%hdf5, error)
 
     if (due) call count_step(file%hdf5, state%time, file%view, error)
-    if (state%row <= file%n_rows) return
-    call finish_row(file%hdf5, file%n_rows + 1, error)
-    call flush_file(file%hdf5, error)
-    if (.not. allocated(error) .and. file%n_rows == 0) call publish(file, error)
-    if (.not. allocated(error)) file%n_rows = file%n_rows + 1
+    if (state%row > file%n_rows) then
+      call finish_row(file%hdf5, file%n_rows + 1, error)
+      call flush_file(file%hdf5, error)
+      if (.not. allocated(error) .and. file%n_rows == 0) call publish(file, error)
+      if (.not. allocated(error)) file%n_rows = file%n_rows + 1
+    end if
+    file%is_broken = allocated(error)
   end subroutine append_increment
+
+  !> Refuse to begin an increment that may not fit under a limit on files (ulimit -f).
+  !>
+  !> Where a write fails there HDF5 goes on to write where the file would have ended, and nobody
+  !> could open it any more; on a full disk it ends there all the same, with a hole.
+  subroutine check_limit(path, written, scene, plan, error)
+    character(*), intent(in) :: path
+    integer(i8), intent(in) :: written !! bytes that the file has
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(error_t), allocatable, intent(out) :: error !! it may not fit
+    integer(i8), parameter :: megabyte = 1000000_i8
+    integer(i8) :: limit, needed
+
+    limit = file_limit()
+    if (limit == no_limit) return
+    needed = written + most_of_increment(scene, plan)
+    if (needed <= limit) return
+    call raise(error, exit_machine, "cannot write '"//path// &
+      "': the limit on files (ulimit -f) is "// &
+      to_text(real(limit, wp)/megabyte, 3)//' MB, and with an increment more it may take '// &
+      to_text(real(needed, wp)/megabyte, 3)//' MB')
+  end subroutine check_limit
+
+  !> What an increment and its state take in the file, nothing squeezed [bytes].
+  pure integer(i8) function most_of_increment(scene, plan) result(bytes)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    integer(i8), parameter :: tables = 1000000_i8 !! a chunk of 4 KB of every history, and so on
+    integer(i8), parameter :: of_node = 81 + 240, of_brick = 8, of_point = 137 + 100, tensors = 2*48
+
+    bytes = tables + of_node*scene%mesh%n_nodes + of_brick*scene%mesh%n_elements + &
+      of_point*plan%points%n
+    if (.not. (scene%output%stress .or. scene%output%strain)) return
+    bytes = bytes + tensors*(scene%mesh%n_nodes + 9_i8*scene%mesh%n_elements)
+  end function most_of_increment
 
   !> Refuse to write on into a file that has been deleted: what is written would go with the end of
   !> the program.
@@ -547,6 +602,7 @@ contains
 
     call write_state(file%hdf5, row, numbers, file%slots, error)
     call flush_file(file%hdf5, error)
+    file%is_broken = allocated(error)
   end subroutine keep_state
 
   !> Put the file in its place, which may be that of an older one. It stays open.
@@ -563,8 +619,9 @@ contains
 
   !> Close the file, saying how the run ended, and write its XDMF sidecar.
   !>
-  !> A file without a complete increment is removed. Also right after an error: the file is then
-  !> closed as well as it can be, and the counters may be missing.
+  !> A file without a complete increment is removed. One that could not be written is left as it is,
+  !> like that of a killed run: to close it HDF5 would write again, and where a limit on files keeps
+  !> it from doing all of that nobody could open the file any more.
   subroutine finish_result(file, status, counter_names, counters, error)
     type(result_file_t), intent(inout) :: file
     character(*), intent(in) :: status             !! run_finished, run_not_solved, ...
@@ -577,6 +634,7 @@ contains
       call discard(file)
       return
     end if
+    if (file%is_broken) return
     if (exists(file%hdf5, '/run/counters')) then
       call rewrite_dataset(file%hdf5, '/run/counters', counters, error)
     else

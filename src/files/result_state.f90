@@ -39,6 +39,8 @@ contains
     do i = 1, n_slots
       call create_store(file, slot(i), room, 'a state, for the program that wrote it', 'number', &
                         error)
+      ! So that all that the slot is made of is there before anybody may need it.
+      call write_store(file, slot(i), [0.0_wp], error)
       call label(file, i, 0, -1, 0_i8, error)
     end do
   end subroutine create_state

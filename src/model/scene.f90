@@ -51,7 +51,7 @@ module scene_mod
     character(:), allocatable :: title
     character(:), allocatable :: name       !! the deck's file name without folder and ending
     character(:), allocatable :: deck       !! the deck as read, includes put in
-    character(:), allocatable :: overrides  !! name=value a line, and --accuracy, as given on the command line
+    character(:), allocatable :: overrides  !! of the command line: name=value, --accuracy
     type(mesh_t) :: mesh
     type(material_t),     allocatable :: materials(:)
     type(surface_t),      allocatable :: surfaces(:)

@@ -18,6 +18,8 @@ module state_mod
     real(wp) :: time = 0.0_wp  !! total, in the deck's unit
     real(wp), allocatable :: displacement(:, :)   !! (3, n_nodes) [length]
     real(wp), allocatable :: reaction(:, :) !! (3, n_points) on the slave body, x, y, z [force]
+    real(wp), allocatable :: trend(:, :)
+    !! (3, n_points) how reactions went in the last increment, for a whole *STEP [force]
     real(wp), allocatable :: slip(:, :)
     !! (2, n_points) sum of the slip increments along t1, t2 [length]
     real(wp), allocatable :: external_force(:, :)
@@ -37,7 +39,8 @@ contains
 
     allocate (state%displacement(3, n_nodes), source=0.0_wp)
     allocate (state%external_force(3, n_nodes), state%support_force(3, n_nodes), source=0.0_wp)
-    allocate (state%reaction(3, n_points), state%slip(2, n_points), source=0.0_wp)
+    allocate (state%reaction(3, n_points), state%trend(3, n_points), state%slip(2, n_points), &
+      source=0.0_wp)
   end function initial_state
 
   !> Put the state into the list, or take it out: every component, a line each.
@@ -52,6 +55,7 @@ contains
     call carry(list, state%time)
     call carry(list, state%displacement)
     call carry(list, state%reaction)
+    call carry(list, state%trend)
     call carry(list, state%slip)
     call carry(list, state%external_force)
     call carry(list, state%support_force)

@@ -210,7 +210,7 @@ class Disk(Failures):
                 status, errors, _ = run(
                     folder, "--force", limits=[(resource.RLIMIT_FSIZE, size)]
                 )
-                self.assert_told(status, errors, "File too large")
+                self.assert_told(status, errors, r"File too large|limit on files \(ulimit -f\)")
                 self.assert_kept(folder, errors)
 
     def test_a_full_disk_at_any_write(self):

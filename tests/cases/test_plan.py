@@ -159,7 +159,7 @@ class Refused(Limited):
             self.assertEqual(os.listdir(folder), [])
 
     def test_too_little_memory_ends_with_3_and_says_what_would_fit(self):
-        answer = self.call(32, 480, "--plan")
+        answer = self.call(32, 560, "--plan")
         self.assertEqual(answer.returncode, 3)
         found = re.search(
             r"needs about (\d+) MB of memory and (\d+) MB are left.* bricks ([\d.]+) times",
@@ -169,7 +169,7 @@ class Refused(Limited):
         needs, left, coarser = map(float, found.groups())
         self.assertGreater(needs, left)
         self.assertGreater(coarser, 1)
-        self.assertEqual(self.call(int(32 / coarser), 480, "--plan").returncode, 0)
+        self.assertEqual(self.call(int(32 / coarser), 560, "--plan").returncode, 0)
 
     def test_a_run_is_refused_before_it_begins(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -192,7 +192,7 @@ class Refused(Limited):
 
     def test_too_little_disk_names_the_frequency_that_fits(self):
         answer = self.limited(
-            resource.RLIMIT_FSIZE, 4, INPUT / "block.inp", "--set", "n=16", "--plan"
+            resource.RLIMIT_FSIZE, 5, INPUT / "block.inp", "--set", "n=16", "--plan"
         )
         self.assertEqual(answer.returncode, 3)
         found = re.search(r"FREQUENCY=(\d+) would fit", answer.stderr)
@@ -204,7 +204,7 @@ class Refused(Limited):
             file.write(deck)
             file.flush()
             words = (file.name, "--set", "n=16")
-            answer = self.limited(resource.RLIMIT_FSIZE, 4, *words, "--plan")
+            answer = self.limited(resource.RLIMIT_FSIZE, 5, *words, "--plan")
             self.assertEqual(answer.returncode, 0, answer.stderr)
 
     def test_no_room_for_the_libraries_is_told(self):

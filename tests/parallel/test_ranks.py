@@ -23,7 +23,7 @@ LAUNCH = ("--oversubscribe", "--bind-to", "none")
 # Solved further than it is compared: two runs stop at different points within the tolerance.
 AUTO = {"solver": "AUTO", "local": "AUTO", "tolerance": 1e-12}
 LIMIT = 1e-10
-WRONG_INPUT, NOT_SOLVED = 1, 2
+WRONG_INPUT, NOT_SOLVED, MACHINE = 1, 2, 3
 PATIENCE = 120  # a run that does not end is a failure [s]
 
 
@@ -55,6 +55,26 @@ def counters(run):
     with h5py.File(run.file) as file:
         table = file["run/counters"]
         return dict(zip(table.attrs["name"].astype(str), table[()], strict=True))
+
+
+def status_of(file):
+    """How the run of an open result ended."""
+    status = file["run"].attrs["status"]
+    return (status.decode() if isinstance(status, bytes) else status).rstrip("\0 ")
+
+
+class Benchmark(unittest.TestCase):
+    def test_the_benchmark_compares_ranks(self):
+        command = [sys.executable, "-B", SOURCE / "benchmarks" / "ranks.py", "--alone", SERIAL]
+        command += ["--together", PROGRAM, "--mpirun", MPIEXEC, "-n", "4", "--repeats", "1"]
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=PATIENCE, check=True
+        )
+        lines = [line.strip("| ").split(" | ") for line in done.stdout.strip().splitlines()]
+        table = [dict(zip(lines[0], line, strict=True)) for line in lines[2:]]
+        self.assertEqual([row["ranks"] for row in table], ["-", "1", "2"])
+        self.assertEqual(table[1]["forces"], "0e+00")
+        self.assertLess(float(table[2]["forces"]), LIMIT)
 
 
 class SameForces(unittest.TestCase):
@@ -102,9 +122,9 @@ class SameForces(unittest.TestCase):
             with self.subTest(deck=deck):
                 self.check((2,), INPUT / deck, tolerance=1e-12)
 
-    def test_a_factor_in_single_precision_or_compressed(self):
+    def test_factors_in_single_compressed_or_on_the_disk(self):
         settings = {"n": 8, "steps": 10, **AUTO}
-        for card in ("FACTOR=SINGLE", "BLOCK LOW RANK=1e-8"):
+        for card in ("FACTOR=SINGLE", "BLOCK LOW RANK=1e-8", "OUT OF CORE=YES"):
             with self.subTest(card=card):
                 deck = with_card("block.inp", f"*PRECISION, {card}")
                 self.check((2,), deck, name="block", **settings)
@@ -157,6 +177,19 @@ class Failure(unittest.TestCase):
                 self.assertEqual(run.status, status, run.output + run.errors)
                 self.assertEqual(run.errors.count(words), 1, run.errors)
 
+    def test_too_little_memory_on_one_rank(self):
+        # Enough to join the others, too little for half a factor.
+        first = launch(1)
+        second = ["-n", "1", "sh", "-c", 'ulimit -v 600000; exec "$@"', "sh", PROGRAM]
+        arguments = [str(INPUT / "block.inp"), "--set", "n=24", "--overwrite"]
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run(
+                [*first, *arguments, ":", *second, *arguments],
+                cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False,
+            )
+        self.assertEqual(done.returncode, MACHINE, done.stdout + done.stderr)
+        self.assertRegex(done.stderr, "not enough memory|ulimit -v")
+
     def test_version_and_help_are_said_once(self):
         for option in ("--version", "--help"):
             done = subprocess.run(
@@ -179,11 +212,16 @@ class Killed(unittest.TestCase):
         self.folder = Path(tempfile.mkdtemp(prefix="bipot-"))
         self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
 
-    def start(self, *options, command=None):
+    def arguments(self, *options, **settings):
+        """The deck with its settings, and options."""
+        settings = {"n": 12, "steps": 200, "solver": "AUTO", "local": "AUTO"} | settings
+        words = [f"{name}={value}" for name, value in settings.items()]
+        return [INPUT / "block.inp", *(w for word in words for w in ("--set", word)), *options]
+
+    def start(self, *options, **settings):
         """Start a run that takes its time; return mpirun and its ranks' processes, in order."""
-        command = command or launch(2)
         running = subprocess.Popen(
-            [*command, INPUT / "block.inp", "--set", "n=16", "--set", "steps=100", *options],
+            [*launch(2), *self.arguments(*options, **settings)],
             cwd=self.folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         )
         self.addCleanup(running.kill)
@@ -201,9 +239,10 @@ class Killed(unittest.TestCase):
                     rank = [e for e in environment if e.startswith(b"OMPI_COMM_WORLD_RANK=")]
                     if rank:
                         ranks[int(rank[0].split(b"=")[1])] = child
-                return [ranks[0], ranks[1]]
+                if len(ranks) == 2:
+                    return [ranks[0], ranks[1]]
             time.sleep(0.05)
-        self.fail("the run did not begin")
+        raise AssertionError("the run did not begin")
 
     def check_end(self, running, ranks):
         """All of it ends soon, says so, and leaves no process behind."""
@@ -224,6 +263,22 @@ class Killed(unittest.TestCase):
                 self.assertEqual(running.returncode, 128 + signal.SIGKILL)
                 self.assertIn("signal 9 (Killed)", output)
                 (self.folder / "block.vtkhdf").unlink()
+
+    def test_the_host_stops_behind_its_increment(self):
+        running, ranks = self.start(n=4)
+        os.kill(ranks[0], signal.SIGTERM)
+        self.check_end(running, ranks)
+        self.assertEqual(running.returncode, 128 + signal.SIGTERM)
+        result = self.folder / "block.vtkhdf"
+        with h5py.File(result) as file:
+            self.assertEqual(status_of(file), "stopped")
+        subprocess.run(
+            [*launch(3), *self.arguments("--continue", n=4)],
+            cwd=self.folder, stdout=subprocess.DEVNULL, timeout=PATIENCE, check=True,
+        )
+        with h5py.File(result) as file:
+            self.assertEqual(status_of(file), "finished")
+            self.assertEqual(file["history"].attrs["finished"], 200)
 
     def test_a_terminated_launcher_takes_its_ranks_along(self):
         running, ranks = self.start()

@@ -21,7 +21,17 @@ import tempfile
 import time
 from pathlib import Path
 
-from result_checks import HERE, INPUT, MISSING_VTK, NAME, Case, Whole, close_reader, rows_in
+from result_checks import (
+    HERE,
+    INPUT,
+    MISSING_VTK,
+    NAME,
+    Case,
+    Whole,
+    close_reader,
+    is_finished,
+    rows_in,
+)
 
 CASES = (
     Case(INPUT / "block.inp", n=2, steps=10),
@@ -120,12 +130,13 @@ class Sweep:
                 self.n_continued += 1
                 self.wrong += [f"{where}: {w}" for w in self.whole.differences(folder / NAME)]
                 return
-        self.n_continued += 1
-        status, words = self.case.run(folder, "--continue")
-        if status != 0:
-            self.wrong.append(f"{where}: continued with status {status}\n{words}")
-        else:
-            self.wrong += [f"{where}: {w}" for w in self.whole.differences(folder / NAME)]
+        if not (folder / NAME).exists() or not is_finished(folder / NAME):
+            self.n_continued += 1
+            status, words = self.case.run(folder, "--continue")
+            if status != 0:
+                self.wrong.append(f"{where}: continued with status {status}\n{words}")
+                return
+        self.wrong += [f"{where}: {w}" for w in self.whole.differences(folder / NAME)]
 
 
 def spread(items, n):
@@ -141,8 +152,13 @@ def share(n, i, n_cases):
     return n * (i + 1) // n_cases - n * i // n_cases
 
 
-def sweep(options, cases=CASES, tell=print):
-    """Sweep all cases; return what was wrong and the numbers of kills, continuations, second kills."""
+def say(words):
+    """Print without delay."""
+    print(words, flush=True)
+
+
+def sweep(options, cases=CASES, tell=say):
+    """Sweep all cases; return what was wrong, and how many kills, continuations, second kills."""
     chance = random.Random(options.seed)
     wrong, counts = [], [0, 0, 0]
     try:
@@ -159,7 +175,8 @@ def sweep(options, cases=CASES, tell=print):
                 one.at_random(n, max(1, m // 4))
             one.close()
             wrong += one.wrong
-            counts = [a + b for a, b in zip(counts, (one.n_kills, one.n_continued, one.n_twice))]
+            new = (one.n_kills, one.n_continued, one.n_twice)
+            counts = [a + b for a, b in zip(counts, new, strict=True)]
             tell(
                 f"{case}: {one.n_changes} writes, {one.n_kills} kills, {one.n_continued} "
                 f"continuations ({one.n_twice} of them killed again), {len(one.wrong)} losses"

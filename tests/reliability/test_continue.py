@@ -1,5 +1,6 @@
 """`--continue` ends with the file of a run that was never stopped, or says why it cannot."""
 
+import resource
 import shutil
 import tempfile
 import unittest
@@ -122,6 +123,27 @@ class EveryDeck(Folder):
         status, again = case.run(first, "--continue")
         self.assertEqual((status, again), (2, words))
         self.assertEqual(whole.differences(first / NAME), [])
+
+    def test_a_run_that_a_limit_on_files_ended(self):
+        case = Case(INPUT / "block.inp", "--force", n=6, solver="AUTO", local="AUTO")
+        folder = self.fresh("whole")
+        self.assertEqual(case.run(folder)[0], 0)
+        whole = Whole(folder / NAME)
+        size = (folder / NAME).stat().st_size
+        for share in (0.85, 0.9, 0.95, 0.99):
+            with self.subTest(share=share):
+                folder = self.fresh("limited")
+                before = resource.getrlimit(resource.RLIMIT_FSIZE)
+                resource.setrlimit(resource.RLIMIT_FSIZE, (int(share * size), before[1]))
+                try:
+                    status, words = case.run(folder)
+                finally:
+                    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+                self.assertEqual(status, 3, words)
+                if (folder / NAME).exists():
+                    self.assertEqual(whole.losses(folder / NAME, 1), [])
+                self.assertEqual(case.run(folder, "--continue")[0], 0)
+                self.assertEqual(whole.differences(folder / NAME), [])
 
     def test_exported_problems_of_the_rest(self):
         case = Case(INPUT / "block.inp", "--export-fclib", "2,9", n=2, steps=10)

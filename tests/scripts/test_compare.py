@@ -33,7 +33,7 @@ from calculix_deck import (  # noqa: E402
     step_lines,
 )
 from flat_deck import DeckError, read_flat  # noqa: E402
-from peer_runs import with_tolerance  # noqa: E402
+from peer_runs import PeerRun, count_iterations, with_tolerance  # noqa: E402
 
 # A deck that says the same in many ways: parameters, an include, sets of sets, numbers of Fortran,
 # a range of directions to 6, an obstacle with a reference node that moves, quoted names.
@@ -210,6 +210,21 @@ class Translation(unittest.TestCase):
             # The second increment is not complete, so it does not count.
             np.testing.assert_array_equal(read_resultants(path, 2), [[[1, 2, 3], [4, 5, 6]]])
             self.assertEqual(read_resultants(Path(folder) / "none", 2).shape, (0, 2, 3))
+
+    def test_a_stopped_run_is_extrapolated_by_its_iterations(self):
+        text = "SUMMARY\n  STEP  INC ATT ITER\n" + "".join(
+            f"     {step}     {inc}     1     {i}      9  0.1E+00\n"
+            for step, inc, count in ((1, 1, 5), (1, 2, 2), (2, 1, 1)) for i in range(1, count + 1)
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "peer.cvg"
+            path.write_text(text)
+            self.assertEqual(count_iterations(path), (8, 3))
+            self.assertEqual(count_iterations(Path(folder) / "none"), (0, 0))
+        run = PeerRun("CalculiX", "", 120.0, 1e6, 1e-3, 2, 50, "stopped", 8, 116.0)
+        self.assertEqual(run.whole_seconds, 120 / 8 * 116)
+        whole = PeerRun("CalculiX", "", 120.0, 1e6, 1e-3, 50, 50, "", 8)
+        self.assertEqual(whole.whole_seconds, 120)
 
     def test_every_load_has_its_set(self):
         lines = deck_lines(read_flat(INPUT / "ssnv128.inp", {"n": "4"}), Penalty(1e15, 1e14, 1.0))

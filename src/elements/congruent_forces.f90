@@ -1,0 +1,154 @@
+!> Internal forces of bricks, many congruent ones at once.
+!>
+!> What a brick's stresses do is linear in its displacements: of bricks that are met often the
+!> forces of unit displacements are found once, from stresses, and applied to many of them together.
+!> Their displacements are taken from that of their first node, so a body that has moved far as a
+!> whole loses no digits.
+module congruent_forces_mod
+  use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t
+  use scene_mod, only: material_t
+  use brick8_mod, only: lame_constants
+  use elements_mod, only: nodal_force
+  implicit none
+  private
+
+  public :: add_brick_forces
+
+  integer,  parameter :: n_remembered = 64        !! shapes: a row of a graded block has no more
+  integer,  parameter :: often = 32               !! bricks of a shape from which on it pays
+  integer,  parameter :: together = 32            !! bricks
+  real(wp), parameter :: negligible = 1.0e-13_wp  !! of a brick, in its shape [-]
+
+  !> A shape, kind and material of bricks.
+  type :: shape_t
+    integer :: kind = 0, material = 0
+    integer :: n_met = 0                          !! bricks so far
+    integer :: n_waiting = 0                      !! of them, for their forces
+    real(wp) :: corners(3, 8) = 0.0_wp            !! less the first [length]
+    real(wp) :: force(24, 24) = 0.0_wp            !! of unit displacements [force/length]
+    integer :: nodes(8, together) = 0             !! of those that wait
+    real(wp) :: u(24, together) = 0.0_wp
+    !! their displacements less that of the first node [length]
+  end type shape_t
+
+contains
+
+  !> Add int B^T sigma of every brick.
+  pure subroutine add_brick_forces(mesh, materials, u, f)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) displacement [length]
+    real(wp), intent(inout) :: f(:, :)   !! (3,n_nodes) [force]
+    type(shape_t), allocatable :: shapes(:)
+    real(wp) :: x(3, 8), rounding
+    integer :: e, i, n, next, nodes(8)
+
+    allocate (shapes(n_remembered))
+    rounding = 4.0_wp*epsilon(1.0_wp)*maxval(abs(mesh%coordinates))
+    n = 0
+    next = 1
+    do e = 1, mesh%n_elements
+      nodes = mesh%connectivity(:, e)
+      x = mesh%coordinates(:, nodes)
+      i = place_of(shapes(:n), mesh%element_kind(e), mesh%material(e), x, rounding)
+      if (i == 0) then
+        i = next
+        next = mod(i, n_remembered) + 1
+        n = max(n, i)
+        call finish(shapes(i), f)
+        shapes(i)%kind = mesh%element_kind(e)
+        shapes(i)%material = mesh%material(e)
+        shapes(i)%n_met = 0
+        shapes(i)%corners = x - spread(x(:, 1), 2, 8)
+      end if
+      associate (shape => shapes(i))
+        shape%n_met = shape%n_met + 1
+        if (shape%n_met < often) then
+          f(:, nodes) = f(:, nodes) + force_of_brick(shape, materials, x, u(:, nodes))
+          cycle
+        end if
+        if (shape%n_met == often) call find_forces(materials, x, shape)
+        shape%n_waiting = shape%n_waiting + 1
+        shape%nodes(:, shape%n_waiting) = nodes
+        shape%u(:, shape%n_waiting) = reshape(u(:, nodes) - spread(u(:, nodes(1)), 2, 8), [24])
+        if (shape%n_waiting == together) call finish(shape, f)
+      end associate
+    end do
+    do i = 1, n
+      call finish(shapes(i), f)
+    end do
+  end subroutine add_brick_forces
+
+  !> Which of the shapes a brick has, as far as the rounding of coordinates tells; 0: none.
+  pure integer function place_of(shapes, kind, material, x, rounding)
+    type(shape_t), intent(in) :: shapes(:)
+    integer, intent(in) :: kind, material
+    real(wp), intent(in) :: x(3, 8)    !! [length]
+    real(wp), intent(in) :: rounding   !! of the largest coordinate of the mesh [length]
+    real(wp) :: corners(3, 8), allowed
+    integer :: i
+
+    corners = x - spread(x(:, 1), 2, 8)
+    ! Bricks near the origin carry the rounding of edges far away; not so much that it is felt.
+    allowed = max(4.0_wp*epsilon(1.0_wp)*maxval(abs(x)), &
+      min(rounding, negligible*maxval(abs(corners))))
+    place_of = 0
+    do i = 1, size(shapes)
+      if (abs(shapes(i)%corners(1, 7) - corners(1, 7)) > allowed) cycle
+      if (shapes(i)%kind /= kind .or. shapes(i)%material /= material) cycle
+      if (any(abs(shapes(i)%corners - corners) > allowed)) cycle
+      place_of = i
+      return
+    end do
+  end function place_of
+
+  !> Forces of a brick of that kind and material by itself.
+  pure function force_of_brick(shape, materials, x, u) result(force)
+    type(shape_t), intent(in) :: shape
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: x(3, 8), u(3, 8) !! [length]
+    real(wp) :: force(3, 8)                  !! [force]
+    real(wp) :: lambda, shear
+
+    associate (material => materials(shape%material))
+      call lame_constants(material%young, material%poisson, lambda, shear)
+    end associate
+    force = nodal_force(shape%kind, x, u, lambda, shear)
+  end function force_of_brick
+
+  !> Forces of unit displacements, from the stresses that these cause.
+  pure subroutine find_forces(materials, x, shape)
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: x(3, 8)        !! [length]
+    type(shape_t), intent(inout) :: shape  !! gets its forces
+    real(wp) :: unit(3, 8)
+    integer :: a, i
+
+    do a = 1, 8
+      do i = 1, 3
+        unit = 0.0_wp
+        unit(i, a) = 1.0_wp
+        shape%force(:, 3*a - 3 + i) = reshape(force_of_brick(shape, materials, x, unit), [24])
+      end do
+    end do
+  end subroutine find_forces
+
+  !> Add the forces of the bricks that wait.
+  pure subroutine finish(shape, f)
+    type(shape_t), intent(inout) :: shape
+    real(wp), intent(inout) :: f(:, :)
+    real(wp) :: force(24, together)
+    integer :: k
+
+    if (shape%n_waiting == 0) return
+    force(:, :shape%n_waiting) = matmul(shape%force, shape%u(:, :shape%n_waiting))
+    do k = 1, shape%n_waiting
+      associate (nodes => shape%nodes(:, k))
+        f(:, nodes) = f(:, nodes) + reshape(force(:, k), [3, 8])
+      end associate
+    end do
+    shape%n_waiting = 0
+  end subroutine finish
+
+end module congruent_forces_mod
