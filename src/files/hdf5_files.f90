@@ -25,7 +25,6 @@ module hdf5_files_mod
   public :: hdf5_file_t
   public :: file_absent, file_readable, file_locked, file_foreign, file_damaged
   public :: look_at_file, create_file, open_file, keep_clear, keep_clear_of, flush_file, &
-    close_file, is_open, &
     close_file, is_open, hdf5_version
   public :: create_group, exists, delete_object, list_members
   public :: fail_to_write, fail_to_read, fail_to_hold
