@@ -79,10 +79,13 @@ contains
       call write_mesh(file, mesh, error)
       call create_group(file, '/VTKHDF/Steps', error)
     end if
-    call write_attribute(file, '/VTKHDF/Steps', 'NSteps', int(n_steps, i8), error)
     call create_rows(file, steps//'Values', of_real, [integer ::], &
                      'time from the start of the run', 'time', view%values, error)
+    ! Of a continued run: never more times than increments, nor more increments than fields.
     call keep_rows(file, view%values, n_steps, error)
+    call flush_file(file, error)
+    call write_attribute(file, '/VTKHDF/Steps', 'NSteps', int(n_steps, i8), error)
+    call flush_file(file, error)
     call table('NumberOfParts', 'parts of the mesh', view%parts)
     call table('PartOffsets', 'first part', view%part_offsets)
     call table('PointOffsets', 'first point', view%point_offsets)
