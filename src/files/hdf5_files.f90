@@ -24,8 +24,8 @@ module hdf5_files_mod
 
   public :: hdf5_file_t
   public :: file_absent, file_readable, file_locked, file_foreign, file_damaged
-  public :: look_at_file, create_file, open_file, keep_clear, flush_file, close_file, is_open, &
-    hdf5_version
+  public :: look_at_file, create_file, open_file, keep_clear, keep_clear_of, flush_file, &
+    close_file, is_open, hdf5_version
   public :: create_group, exists, delete_object, list_members
   public :: fail_to_write, fail_to_read, fail_to_hold
 
@@ -52,6 +52,15 @@ module hdf5_files_mod
       integer(c_int64_t), value :: id, increment
       integer(c_int) :: status
     end function c_increment_filesize
+
+    !> Where the file ends.
+    function c_get_eoa(id, address) result(status) bind(c, name='H5Fget_eoa')
+      import :: c_int, c_int64_t
+      implicit none
+      integer(c_int64_t), value :: id
+      integer(c_int64_t), intent(out) :: address
+      integer(c_int) :: status
+    end function c_get_eoa
   end interface
 
 contains
@@ -185,6 +194,20 @@ contains
     if (allocated(error)) return
     if (c_increment_filesize(file%id, 0_c_int64_t) < 0) call fail_to_write(error, file, '/')
   end subroutine keep_clear
+
+  !> Let the file end behind `address`, if it does not.
+  subroutine keep_clear_of(file, address, error)
+    type(hdf5_file_t), intent(in) :: file
+    integer(i8), intent(in) :: address
+    type(error_t), allocatable, intent(inout) :: error
+    integer(c_int64_t) :: end_now
+
+    if (c_get_eoa(file%id, end_now) < 0) then
+      call fail_to_write(error, file, '/')
+    else if (end_now < address) then
+      if (c_increment_filesize(file%id, address - end_now) < 0) call fail_to_write(error, file, '/')
+    end if
+  end subroutine keep_clear_of
 
   !> Hand everything written so far to the operating system.
   subroutine flush_file(file, error)

@@ -1,7 +1,8 @@
 !> Datasets that grow by one row at a time, as long as a run goes on.
 module hdf5_rows_mod
-  use, intrinsic :: iso_c_binding, only: c_ptr, c_loc
-  use hdf5, only: hid_t, hsize_t, h5dcreate_f, h5dget_space_f, h5dopen_f, h5dset_extent_f, &
+  use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_ptr, c_loc
+  use hdf5, only: hid_t, hsize_t, h5dclose_f, h5dcreate_f, h5dget_space_f, h5dopen_f, &
+    h5dread_f, h5dset_extent_f, &
     h5dwrite_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
     h5pclose_f, h5pcreate_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5sclose_f, &
     h5screate_simple_f, h5sselect_hyperslab_f, H5P_DATASET_CREATE_F, H5S_SELECT_SET_F, &
@@ -9,7 +10,7 @@ module hdf5_rows_mod
   use errors_mod, only: error_t, raise, exit_machine
   use hdf5_attributes_mod, only: describe
   use hdf5_failures_mod, only: fail
-  use hdf5_files_mod, only: hdf5_file_t, exists, fail_to_read, fail_to_write
+  use hdf5_files_mod, only: hdf5_file_t, exists, fail_to_read, fail_to_write, keep_clear_of
   use hdf5_types_mod, only: of_real, of_integer, of_long, of_byte, bytes_of, no_id, &
     type_in_file, type_in_memory, new_space
   use kinds_mod, only: wp, i1, i4, i8
@@ -17,7 +18,7 @@ module hdf5_rows_mod
   implicit none
   private
 
-  public :: rows_t, create_rows, create_stack, keep_rows, append_row
+  public :: rows_t, create_rows, create_stack, keep_rows, append_row, read_rows
 
   !> An open dataset that grows by one row at a time along its last extent.
   type :: rows_t
@@ -34,6 +35,21 @@ module hdf5_rows_mod
     module procedure append_real, append_reals_1, append_reals_2, append_reals_3, &
                      append_integer, append_long, append_byte, append_bytes
   end interface append_row
+
+  interface
+    !> Where the chunk is that holds an element; a negative address: nowhere. The library's Fortran
+    !> has no procedure for this.
+    function c_chunk_info(dataset, offset, mask, address, bytes) result(status) bind(c, &
+      name='H5Dget_chunk_info_by_coord')
+      import :: c_int, c_int64_t
+      implicit none
+      integer(c_int64_t), value :: dataset
+      integer(c_int64_t), intent(in) :: offset(*)
+      integer(c_int), intent(out) :: mask
+      integer(c_int64_t), intent(out) :: address, bytes
+      integer(c_int) :: status
+    end function c_chunk_info
+  end interface
 
 contains
 
@@ -177,7 +193,8 @@ contains
   end subroutine open_growing
 
   !> Cut what is there to its first `n` rows.
-  subroutine keep_rows(rows, n, error)
+  subroutine keep_rows(file, rows, n, error)
+    type(hdf5_file_t), intent(in) :: file
     type(rows_t), intent(inout) :: rows
     integer, intent(in) :: n
     type(error_t), allocatable, intent(inout) :: error
@@ -192,10 +209,71 @@ contains
       return
     end if
     if (rows%length == length) return
+    call clear_ends(file, rows, length, error)
+    if (allocated(error)) return
     call h5dset_extent_f(rows%id, [rows%fixed, length], status)
     if (status < 0) call fail(error, "cannot cut '"//rows%name//"'")
     rows%length = length
   end subroutine keep_rows
+
+  !> Let the file end behind the chunks that are to be cut off, so that their places can be given
+  !> back: a killed program may have left entries of chunks beyond what the file calls its end.
+  subroutine clear_ends(file, rows, kept, error)
+    type(hdf5_file_t), intent(in) :: file
+    type(rows_t), intent(in) :: rows
+    integer(hsize_t), intent(in) :: kept !! how far the dataset will reach
+    type(error_t), allocatable, intent(inout) :: error
+    integer(c_int64_t) :: offset(size(rows%fixed) + 1), address, bytes
+    integer(hsize_t) :: first
+    integer(c_int) :: mask
+
+    first = kept
+    do while (first < rows%length)
+      offset = 0
+      offset(1) = first ! C's order
+      if (c_chunk_info(rows%id, offset, mask, address, bytes) < 0) then
+        call fail(error, "cannot cut '"//rows%name//"'")
+      else if (address >= 0) then
+        call keep_clear_of(file, address + bytes, error)
+      end if
+      if (allocated(error)) return
+      first = first + rows%step
+    end do
+  end subroutine clear_ends
+
+  !> Read the first rows of a list of numbers, as many as there are up to `n`.
+  subroutine read_rows(file, path, n, values, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    integer, intent(in) :: n
+    real(wp), allocatable, intent(out), target :: values(:)
+    type(error_t), allocatable, intent(inout) :: error
+    type(rows_t) :: rows
+    integer(hid_t) :: memory, space
+    integer :: status, ignored
+    type(c_ptr) :: address
+
+    allocate (values(0))
+    if (allocated(error)) return
+    rows%name = path
+    allocate (rows%fixed(0))
+    call open_growing(file, path, rows, error)
+    if (allocated(error)) return
+    deallocate (values)
+    allocate (values(max(0_hsize_t, min(int(n, hsize_t), rows%length))))
+    if (size(values) > 0) then
+      address = c_loc(values)
+      memory = new_space(shape(values, kind=hsize_t))
+      call h5dget_space_f(rows%id, space, status)
+      call h5sselect_hyperslab_f(space, H5S_SELECT_SET_F, [0_hsize_t], shape(values, &
+        kind=hsize_t), status)
+      call h5dread_f(rows%id, type_in_memory(of_real), address, status, memory, space)
+      if (status < 0) call fail_to_read(error, file, path)
+      call h5sclose_f(space, ignored)
+      call h5sclose_f(memory, ignored)
+    end if
+    call h5dclose_f(rows%id, ignored)
+  end subroutine read_rows
 
   subroutine append_real(rows, values, error)
     type(rows_t), intent(inout) :: rows

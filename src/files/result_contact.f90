@@ -107,7 +107,7 @@ contains
       call create_rows(file, pair%path//'/'//name, kind, row, description, quantity, these, error)
       n_kept = n_rows
       if (name == 'frame' .and. pair%frame_is_fixed) n_kept = min(n_rows, 1)
-      call keep_rows(these, n_kept, error)
+      call keep_rows(file, these, n_kept, error)
     end subroutine rows
 
   end subroutine create_pair

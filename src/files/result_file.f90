@@ -34,8 +34,8 @@ module result_file_mod
     flush_file, close_file, is_open, create_group, exists, file_absent, file_readable, &
     file_locked, file_foreign
   use hdf5_attributes_mod, only: write_attribute, read_attribute
-  use hdf5_datasets_mod, only: write_dataset, rewrite_dataset, write_text, read_text, &
-    dataset_extents
+  use hdf5_datasets_mod, only: write_dataset, rewrite_dataset, write_text, read_text
+  use hdf5_rows_mod, only: read_rows
   use result_history_mod, only: history_t, create_history, append_history, finish_row
   use result_contact_mod, only: pair_rows_t, nodal_contact_t, create_contact, append_contact, &
                                 contact_at_nodes
@@ -163,9 +163,8 @@ contains
       call keep_clear(file%hdf5, error)
       call read_attribute(file%hdf5, '/history', 'finished', finished, error)
       if (.not. allocated(error)) then
-        if (finished < 0 .or. finished > plan%n_increments) call raise(error, exit_machine, &
-          "'"//path//"' counts "//to_text(finished)//' increments of '// &
-          to_text(plan%n_increments)//': it is damaged')
+        if (finished < 0 .or. finished > huge(1)) call raise(error, exit_machine, &
+          "'"//path//"' counts "//to_text(finished)//' increments: it is damaged')
       end if
       if (.not. allocated(error)) call lay_out(file, scene, plan, int(finished), error)
       call write_attribute(file%hdf5, '/run', 'status', padded(run_running), error)
@@ -214,25 +213,41 @@ contains
     type(plan_t), intent(in) :: plan
     integer, intent(in) :: n_rows !! that are finished
     type(error_t), allocatable, intent(out) :: error
-    integer(i8), allocatable :: written(:)
-    integer(i8) :: n_steps
+    integer :: n_steps
 
     file%n_rows = n_rows
     n_steps = 0
-    if (n_rows > 0) then
-      ! A count and what it counts are two writes, and a kill may come between.
-      call read_attribute(file%hdf5, '/VTKHDF/Steps', 'NSteps', n_steps, error)
-      call dataset_extents(file%hdf5, '/VTKHDF/Steps/Values', written, error)
-      if (allocated(error)) return
-      n_steps = min(n_steps, written(1))
-    end if
+    if (n_rows > 0) call count_steps(file%hdf5, n_rows, n_steps, error)
+    if (allocated(error)) return
     call create_history(file%hdf5, n_rows, file%history, error)
     if (allocated(error)) return
     call create_contact(file%hdf5, scene, plan%points, n_rows, file%pairs, error)
     if (allocated(error)) return
-    call create_view(file%hdf5, scene%mesh, scene%output, plan%points%n > 0, int(n_steps), &
+    call create_view(file%hdf5, scene%mesh, scene%output, plan%points%n > 0, n_steps, &
       file%view, error)
   end subroutine lay_out
+
+  !> How many increments with fields are sure: the finished ones.
+  !>
+  !> The one after them may be counted, and the time of it not be written.
+  subroutine count_steps(hdf5, n_rows, n_steps, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    integer, intent(in) :: n_rows !! that are finished
+    integer, intent(out) :: n_steps
+    type(error_t), allocatable, intent(inout) :: error
+    real(wp), allocatable :: values(:), time(:)
+    integer(i8) :: counted
+    integer :: i
+
+    n_steps = 0
+    call read_attribute(hdf5, '/VTKHDF/Steps', 'NSteps', counted, error)
+    call read_rows(hdf5, '/VTKHDF/Steps/Values', int(min(counted, int(huge(1), i8))), values, error)
+    call read_rows(hdf5, '/history/time', n_rows, time, error)
+    if (allocated(error)) return
+    do i = 1, size(values)
+      if (any(.not. abs(time - values(i)) > 0.0_wp)) n_steps = i
+    end do
+  end subroutine count_steps
 
   !> Refuse to continue anything but an unfinished run of this deck by this program.
   subroutine check_same_run(hdf5, path, scene, provenance, error)

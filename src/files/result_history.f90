@@ -104,7 +104,7 @@ contains
 
       call create_rows(file, '/history/'//name, of_real, [integer ::], description, quantity, &
                        rows, error)
-      call keep_rows(rows, n_rows, error)
+      call keep_rows(file, rows, n_rows, error)
     end subroutine reals
 
     subroutine integers(name, description, rows)
@@ -113,7 +113,7 @@ contains
 
       call create_rows(file, '/history/'//name, of_integer, [integer ::], description, 'number', &
                        rows, error)
-      call keep_rows(rows, n_rows, error)
+      call keep_rows(file, rows, n_rows, error)
     end subroutine integers
 
     subroutine bytes(name, description, rows)
@@ -122,7 +122,7 @@ contains
 
       call create_rows(file, '/history/'//name, of_byte, [integer ::], description, 'code', &
                        rows, error)
-      call keep_rows(rows, n_rows, error)
+      call keep_rows(file, rows, n_rows, error)
     end subroutine bytes
 
   end subroutine create_history

@@ -82,7 +82,7 @@ contains
     call write_attribute(file, '/VTKHDF/Steps', 'NSteps', int(n_steps, i8), error)
     call create_rows(file, steps//'Values', of_real, [integer ::], &
                      'time from the start of the run', 'time', view%values, error)
-    call keep_rows(view%values, n_steps, error)
+    call keep_rows(file, view%values, n_steps, error)
     call table('NumberOfParts', 'parts of the mesh', view%parts)
     call table('PartOffsets', 'first part', view%part_offsets)
     call table('PointOffsets', 'first point', view%point_offsets)
@@ -149,7 +149,7 @@ contains
 
       call create_rows(file, steps//name, of_long, [integer ::], description, 'number', rows, &
                        error)
-      call keep_rows(rows, n_steps, error)
+      call keep_rows(file, rows, n_steps, error)
     end subroutine table
 
     subroutine point_field(name, kind, extents, description, quantity, field)
@@ -160,7 +160,7 @@ contains
       if (.not. field%is_asked) return
       call create_stack(file, '/VTKHDF/PointData/'//name, kind, extents, description, quantity, &
                         field%blocks, error)
-      call keep_rows(field%blocks, n_steps, error)
+      call keep_rows(file, field%blocks, n_steps, error)
       call table('PointDataOffsets/'//name, 'where the block of an increment begins', &
                  field%offsets)
     end subroutine point_field
@@ -173,7 +173,7 @@ contains
       if (.not. field%is_asked) return
       call create_stack(file, '/VTKHDF/CellData/'//name, of_real, extents, description, &
                         quantity, field%blocks, error)
-      call keep_rows(field%blocks, n_steps, error)
+      call keep_rows(file, field%blocks, n_steps, error)
       call table('CellDataOffsets/'//name, 'where the block of an increment begins', field%offsets)
     end subroutine cell_field
 
