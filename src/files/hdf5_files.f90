@@ -6,7 +6,7 @@
 !>
 !> Files are of the classic format: it survives a kill at any moment without being repaired.
 module hdf5_files_mod
-  use, intrinsic :: iso_c_binding, only: c_int, c_int64_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
   use hdf5, only: hid_t, size_t, h5dont_atexit_f, h5eset_auto_f, h5fclose_f, h5fcreate_f, &
     h5fflush_f, &
     h5fis_hdf5_f, h5fopen_f, h5gclose_f, h5gcreate_f, h5get_libversion_f, h5gget_obj_info_idx_f, &
@@ -52,6 +52,15 @@ module hdf5_files_mod
       integer(c_int64_t), value :: id, increment
       integer(c_int) :: status
     end function c_increment_filesize
+
+    !> POSIX: make a file longer, or shorter.
+    function c_truncate(path, length) result(status) bind(c, name='truncate')
+      import :: c_char, c_int, c_int64_t
+      implicit none
+      character(c_char), intent(in) :: path(*)
+      integer(c_int64_t), value :: length
+      integer(c_int) :: status
+    end function c_truncate
 
     !> Where the file ends.
     function c_get_eoa(id, address) result(status) bind(c, name='H5Fget_eoa')
@@ -201,11 +210,19 @@ contains
     integer(i8), intent(in) :: address
     type(error_t), allocatable, intent(inout) :: error
     integer(c_int64_t) :: end_now
+    integer(i8) :: bytes
+    integer(c_int) :: status
 
+    inquire (file=file%path, size=bytes)
     if (c_get_eoa(file%id, end_now) < 0) then
       call fail_to_write(error, file, '/')
     else if (end_now < address) then
-      if (c_increment_filesize(file%id, address - end_now) < 0) call fail_to_write(error, file, '/')
+      ! HDF5 would say where the file ends before it is so long; killed in between, nobody could open
+      ! it.
+      status = 0
+      if (bytes < address) status = c_truncate(file%path//c_null_char, address)
+      if (status == 0) status = c_increment_filesize(file%id, address - end_now)
+      if (status < 0) call fail_to_write(error, file, '/')
     end if
   end subroutine keep_clear_of
 

@@ -102,6 +102,13 @@ int ftruncate(int fd, off_t length)
     return ftruncate64(fd, length);
 }
 
+int truncate(const char *path, off_t length)
+{
+    if (strstr(path, ".vtkhdf") && is_last())
+        kill_here();
+    return NEXT(truncate)(path, length);
+}
+
 int rename(const char *old, const char *new)
 {
     if (strstr(old, ".vtkhdf") && is_last())

@@ -130,7 +130,11 @@ class Sweep:
                 self.n_continued += 1
                 self.wrong += [f"{where}: {w}" for w in self.whole.differences(folder / NAME)]
                 return
-        if not (folder / NAME).exists() or not is_finished(folder / NAME):
+        try:
+            finished = (folder / NAME).exists() and is_finished(folder / NAME)
+        except (OSError, KeyError):
+            return  # told by _check
+        if not finished:
             self.n_continued += 1
             status, words = self.case.run(folder, "--continue")
             if status != 0:
