@@ -177,7 +177,8 @@ contains
     space = new_space(int(extents, hsize_t))
     call h5acreate_f(object, name, type_id, space, attribute, status)
     if (status < 0) attribute = no_id
-    call h5sclose_f(space, ignored)
+    ! The space stays open after a failure: closing it would clear the reason.
+    if (status >= 0) call h5sclose_f(space, ignored)
   end subroutine new_attribute
 
   subroutine read_text_attribute(file, object, name, value, error)
