@@ -217,8 +217,8 @@ contains
     if (c_get_eoa(file%id, end_now) < 0) then
       call fail_to_write(error, file, '/')
     else if (end_now < address) then
-      ! HDF5 would say where the file ends before it is so long; killed in between, nobody could open
-      ! it.
+      ! HDF5 would say where the file ends before it is so long; killed in between, nobody could
+      ! open it.
       status = 0
       if (bytes < address) status = c_truncate(file%path//c_null_char, address)
       if (status == 0) status = c_increment_filesize(file%id, address - end_now)
