@@ -1,6 +1,6 @@
 !> Datasets of fixed extents, each with its description, and reading datasets.
 module hdf5_datasets_mod
-  use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_char
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_char, c_null_ptr
   use hdf5, only: hid_t, hsize_t, size_t, h5dclose_f, h5dcreate_f, h5dget_space_f, &
     h5dget_type_f, h5dopen_f, h5dread_f, h5dwrite_f, h5sclose_f, h5sget_simple_extent_dims_f, &
     h5sget_simple_extent_ndims_f, h5tclose_f, h5tequal_f, h5tget_size_f, h5tis_variable_str_f
@@ -38,12 +38,11 @@ contains
     character(*), intent(in) :: description, quantity
     type(error_t), allocatable, intent(inout) :: error
     type(c_ptr) :: address
-    real(wp), target :: none(1) !! stands for no values, which may be nowhere
 
-    none = 0.0_wp
-    address = c_loc(none)
+    ! No values may be nowhere.
+    address = c_null_ptr
     if (size(values) > 0) address = c_loc(values)
-    call create_fixed(file, path, of_real, shape(values), address, error)
+    call create_fixed(file, path, of_real, [size(values)], address, error)
     call describe(file, path, description, quantity, error)
   end subroutine write_reals_1
 
