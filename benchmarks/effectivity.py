@@ -109,8 +109,8 @@ def tabulate(program, cases):
         ratio = estimate / error
         within += 1 / 3 <= ratio <= 3
         lines.append(
-            f"| {case.label or case.deck} | {case.quantity} | {n} | {steps} | {step} | {estimate:.2g} "
-            f"| {error:.2g} | {ratio:.2g} |"
+            f"| {case.label or case.deck} | {case.quantity} | {n} | {steps} | {step} "
+            f"| {estimate:.2g} | {error:.2g} | {ratio:.2g} |"
         )
         print(lines[-1], file=sys.stderr, flush=True)
     return lines, within
