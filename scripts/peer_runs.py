@@ -1,4 +1,4 @@
-"""Run a deck here and in CalculiX, and hold both against our converged solution.
+"""Run a deck here, in CalculiX and in GetFEM, and hold all against our converged solution.
 
     comparison = compare(Path("input/block.inp"), {"n": "8"}, [1e7, 1e8], options)
     for run in comparison.runs: ...
@@ -21,9 +21,12 @@ import numpy as np
 
 from bipot_result import Result
 from calculix_deck import Penalty, check_translatable, deck_lines, read_resultants
-from flat_deck import read_flat
+from flat_deck import DeckError, read_flat
+from getfem_problem import AUGMENTATION, TOLERANCE, problem_arrays, read_forces
 
 CCX = "ccx"
+PACKAGES = {"CalculiX": "calculix-ccx", "GetFEM": "python3-getfem"}  # Debian's
+SOLVE_IN_GETFEM = Path(__file__).resolve().with_name("getfem_contact.py")
 TOLERANCES = ("1e-13", "1e-12", "1e-11", "1e-10")  # of the reference: the first that is certified
 # Largest tension of ccx's open points, of the largest contact pressure. It matters to no digit that
 # is compared, but ccx diverges by chance in an increment; then the next is tried.
@@ -75,6 +78,11 @@ class Comparison:
     equations: int = 0
     points: int = 0
     reference: str = ""
+    skipped: list = field(default_factory=list)  # a sentence for each peer that did not run
+
+    def of(self, program):
+        """Return the runs of a program."""
+        return [run for run in self.runs if run.program == program]
 
 
 def with_threads(threads=1):
@@ -250,6 +258,44 @@ def count_iterations(path):
     return len(lines), len({tuple(words[:2]) for words in lines})
 
 
+def python_with_getfem():
+    """Return the first Python of the path that has GetFEM; None where none has.
+
+    Debian's python3-getfem is for Debian's Python, which need not be the one that runs this.
+    """
+    for folder in os.environ.get("PATH", "").split(os.pathsep):
+        python = shutil.which("python3", path=folder) if folder else None
+        if python is not None:
+            asked = subprocess.run([python, "-c", "import getfem"], capture_output=True,
+                                   check=False)
+            if asked.returncode == 0:
+                return python
+    return None
+
+
+def run_getfem(python, problem, reference, scene, folder, options):
+    """Return the run of GetFEM on the arrays of a problem."""
+    np.savez(folder / "getfem.npz", **problem)
+    log = folder / "getfem.log"
+    forces, n_pairs = resultants(reference, scene), len(scene.pairs)
+
+    def must_stop(seconds):
+        return seconds > options.limit and len(read_forces(log, n_pairs)[0]) > 0
+
+    taken = measure([python, SOLVE_IN_GETFEM, folder / "getfem.npz"], folder, log, must_stop)
+    found, iterations, begun = read_forces(log, n_pairs)
+    note, expected = "", 0.0
+    if taken.stopped:
+        expected = iterations / begun * len(forces)
+        note = f"stopped: {iterations} iterations of {expected:.0f} expected"
+    elif len(found) < len(forces):
+        note = f"ended in increment {len(found) + 1}"
+    return PeerRun(
+        "GetFEM", f"augmentation {AUGMENTATION:g} E h, Newton {TOLERANCE:.0e}", taken.seconds,
+        taken.memory, error_of(found, forces), len(found), len(forces), note, iterations, expected,
+    )
+
+
 def largest_pressure(result):
     """Return the largest normal reaction over the area of its point, or over the mean area."""
     found = [1e-30]
@@ -260,11 +306,12 @@ def largest_pressure(result):
 
 
 def compare(program, deck, overrides, penalties, folder, options):
-    """Run the deck here and in ccx; `penalties` empty for one that suits the scene.
+    """Run the deck here and in the peers; `penalties` of ccx empty for one that suits the scene.
 
     `options` has `slope` (None: a tenth of the penalty), `limit`, processor seconds after which a
-    run of ccx is stopped, and `iterations` an increment by which its time is then extrapolated
-    (None: as many as in the increments it began).
+    run of a peer is stopped, and `iterations` an increment by which ccx's time is then extrapolated
+    (None: as many as in the increments it began). A peer that is not installed, or cannot be given
+    the deck, is named in `skipped`.
     """
     deck = deck.resolve()
     scene = read_flat(deck, overrides)
@@ -286,7 +333,25 @@ def compare(program, deck, overrides, penalties, folder, options):
     if shutil.which(CCX):
         penalties = penalties or [default_penalty(scene, result)]
         comparison.runs += run_calculix(scene, penalties, reference, folder, options)
+    else:
+        comparison.skipped.append(absent("CalculiX"))
+    try:
+        problem, python = problem_arrays(scene), python_with_getfem()
+    except DeckError as error:
+        comparison.skipped.append(f"GetFEM is not given this deck: {error}")
+    else:
+        if python is None:
+            comparison.skipped.append(absent("GetFEM"))
+        else:
+            comparison.runs.append(
+                run_getfem(python, problem, reference, scene, folder, options)
+            )
     return comparison
+
+
+def absent(program):
+    """Return the sentence on a peer that is not installed."""
+    return f"{program} is not installed (Debian: apt-get install {PACKAGES[program]}): skipped"
 
 
 def comparison_rows(comparison):
@@ -306,5 +371,5 @@ def comparison_rows(comparison):
     return rows
 
 
-HEAD = ["program", "penalty", "processor s", "ratio", "MB", "error of the resultants", ""]
+HEAD = ["program", "settings", "processor s", "ratio", "MB", "error of the resultants", ""]
 

@@ -1,4 +1,4 @@
-"""scripts/compare: what it makes of a deck, and what it finds in CalculiX where there is one."""
+"""scripts/compare: what it makes of a deck, and what it finds in the peers where there are any."""
 
 import itertools
 import os
@@ -33,7 +33,13 @@ from calculix_deck import (  # noqa: E402
     step_lines,
 )
 from flat_deck import DeckError, read_flat  # noqa: E402
-from peer_runs import PeerRun, count_iterations, with_tolerance  # noqa: E402
+from getfem_problem import held_values, problem_arrays, read_forces  # noqa: E402
+from peer_runs import (  # noqa: E402
+    PeerRun,
+    count_iterations,
+    python_with_getfem,
+    with_tolerance,
+)
 
 # A deck that says the same in many ways: parameters, an include, sets of sets, numbers of Fortran,
 # a range of directions to 6, an obstacle with a reference node that moves, quoted names.
@@ -237,6 +243,99 @@ class Translation(unittest.TestCase):
                                     for card in cards), name)
 
 
+class ForGetFEM(unittest.TestCase):
+    """What goes to GetFEM, what cannot, and what is read of its output."""
+
+    def test_what_has_no_translation_is_named(self):
+        for name, overrides, words in (
+            ("tool", {}, "SPHERE"), ("hertz", {}, "CONTACT GAP"), ("ssnv128", {}, "DSLOAD"),
+            ("slope", {}, "DLOAD"), ("quarter", {}, "BOUNDARY at contact points"),
+            ("cantilever", {}, "no \\*CONTACT PAIR"), ("block", {"element": "C3D8I"}, "C3D8I"),
+        ):
+            with self.assertRaisesRegex(DeckError, words, msg=name):
+                problem_arrays(read_flat(INPUT / f"{name}.inp", overrides))
+
+    def test_what_moves_is_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "cube.inp").write_text(CUBE)
+            deck = Path(folder) / "odd.inp"
+            deck.write_text(ODD)
+            with self.assertRaisesRegex(DeckError, "REF NODE.*DSLOAD.*AMPLITUDE"):
+                problem_arrays(read_flat(deck, {}))
+
+    def test_the_block_as_arrays(self):
+        scene = read_flat(INPUT / "block.inp", {"n": "2", "steps": "10", "theta": "0."})
+        arrays = problem_arrays(scene)
+        self.assertEqual(arrays["points"].shape, (27, 3))
+        corners = arrays["points"][arrays["bricks"][0]]
+        np.testing.assert_allclose(corners[6] - corners[0], [0.5, 0.5, 0.5])
+        np.testing.assert_allclose(
+            arrays["lame"], np.tile([0.3 * 210000 / 1.3 / 0.4, 210000 / 2.6], (8, 1))
+        )
+        np.testing.assert_array_equal(arrays["points"][arrays["contact_nodes"], 2], 0)
+        self.assertEqual(len(set(arrays["contact_nodes"])), 9)
+        np.testing.assert_array_equal(arrays["gaps"], 0)
+        np.testing.assert_array_equal(arrays["friction"], 0.3)
+        self.assertAlmostEqual(arrays["augmentation"], 0.5)
+
+    def test_held_values_grow_within_a_step(self):
+        scene = read_flat(INPUT / "block.inp", {"n": "1", "steps": "10", "theta": "0."})
+        row_of = {node: row for row, node in enumerate(scene.nodes)}
+        held, values = held_values(scene, row_of)
+        self.assertEqual(values.shape, (10, 12))
+        self.assertTrue((np.array(list(scene.nodes.values()))[held // 3, 2] == 1).all())
+        push, down = values[:, held % 3 == 0], values[:, held % 3 == 2]
+        np.testing.assert_allclose(down[:3, 0], [-0.05, -0.1, -0.1])
+        np.testing.assert_allclose(push[:4, 0], [0, 0, 0.05, 0.1])
+        np.testing.assert_allclose(push[-1], 0.4)
+
+    def test_what_a_later_step_holds_is_refused(self):
+        scene = read_flat(INPUT / "block.inp", {"n": "1"})
+        first = scene.steps[0].cards[0]
+        first.loads = [load for load in first.loads if load.words[0] != "1"]
+        row_of = {node: row for row, node in enumerate(scene.nodes)}
+        with self.assertRaisesRegex(DeckError, "step 2 holds what step 1 left free"):
+            held_values(scene, row_of)
+
+    def test_forces_are_read_from_the_output(self):
+        lines = [
+            "Trace 2 in getfem: a line of the library",
+            '{"iterations": 4, "converged": true, "forces": [[1, 2, 3]]}',
+            '{"iterations": 100, "converged": false, "forces": [[4, 5, 6]]}',
+            '{"iterations": 4, "conv',
+        ]
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "getfem.log"
+            path.write_text("\n".join(lines))
+            forces, iterations, begun = read_forces(path, 1)
+        np.testing.assert_array_equal(forces, [[[1, 2, 3]]])
+        self.assertEqual((iterations, begun), (104, 2))
+
+
+@unittest.skipIf(python_with_getfem() is None, "GetFEM is not installed")
+class GetFEM(unittest.TestCase):
+    """The peer itself: the same bricks and the same law."""
+
+    def error(self, *settings):
+        """Return the error of GetFEM's run of the block with these settings."""
+        words = [word for one in settings for word in ("--set", one)]
+        done = subprocess.run(
+            [sys.executable, "-B", ROOT / "scripts" / "compare", INPUT / "block.inp", "--bipot",
+             PROGRAM, "--penalty", "1e6", *words],
+            capture_output=True, text=True, check=False,
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = [line.split("|") for line in done.stdout.splitlines() if "| GetFEM" in line]
+        self.assertEqual(len(rows), 1, done.stdout)
+        return float(rows[0][6])
+
+    def test_it_has_the_same_bricks(self):
+        self.assertLess(self.error("n=2", "mu=0.", "nu=0.4"), 1e-10)
+
+    def test_it_has_the_same_law(self):
+        self.assertLess(self.error("n=3", "theta=20.", "steps=20"), 1e-8)
+
+
 class Alone(unittest.TestCase):
     """Where no peer is installed."""
 
@@ -249,6 +348,8 @@ class Alone(unittest.TestCase):
             )
         self.assertEqual(done.returncode, 77, done.stderr)
         self.assertIn("CalculiX is not installed", done.stdout)
+        self.assertIn("GetFEM is not installed (Debian: apt-get install python3-getfem)",
+                      done.stdout)
         self.assertIn("bipot", done.stdout)
 
 
@@ -264,6 +365,7 @@ class CalculiX(unittest.TestCase):
         )
         self.assertEqual(done.returncode, 0, done.stderr)
         rows = [line.split("|") for line in done.stdout.splitlines() if line.startswith("|")][2:]
+        rows = [row for row in rows if "GetFEM" not in row[1]]
         errors = [float(row[6]) for row in rows]
         self.assertEqual(len(errors), 4)
         self.assertLess(errors[0], 1e-8)
@@ -283,7 +385,8 @@ class CalculiX(unittest.TestCase):
             )
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("CalculiX", done.stdout)
-        error = float(done.stdout.splitlines()[-1].split("|")[6])
+        row = next(line for line in done.stdout.splitlines() if line.startswith("| CalculiX"))
+        error = float(row.split("|")[6])
         self.assertLess(error, 1e-2, done.stdout)
 
 
