@@ -1,30 +1,56 @@
 #!/usr/bin/python3
-"""Make docs/peers.md: the paper's block, and other decks, here and in CalculiX.
+"""Make docs/peers.md: the paper's block, and other decks, here, in CalculiX, GetFEM and Siconos.
 
     benchmarks/peers.py [-o docs] [--n 4,8,16,24] [--limit 200]
     benchmarks/peers.py --page
 
 Every comparison goes into benchmarks/peers.csv, in place of an older one of the same deck and size
-(n). The page is written from that file, with --page alone. CalculiX is stopped after `--limit`
+(n). The page is written from that file, with --page alone. A peer is stopped after `--limit`
 processor seconds a run, and its time taken from its iterations so far and the number of them an
-increment in the largest whole run of the block; the page says where. From n = 16 on the stiffest
-penalty alone is run. All runs have one thread. Some 15 minutes. Status 77: ccx is not installed.
+increment: for CalculiX in the largest whole run of the block, for GetFEM in the increments it
+began; the page says where. From n = 16 on the stiffest of CalculiX's penalties alone is run.
+Siconos solves the contact problems of the block's increments alone, up to n = 16, through the
+driver of `benchmarks/siconos` (cmake -DBIPOT_BENCHMARKS=ON). All runs have one thread. Some 25
+minutes. A peer that is not installed is skipped with a line. Status 77: CalculiX is not installed.
 """
 
 import argparse
 import csv
+import itertools
+import math
 import shutil
 import sys
 import tempfile
 import textwrap
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
+
+import h5py
+import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "scripts"))
 
-from block_runs import BLUE, ORANGE, new_axes, save  # noqa: E402
-from peer_runs import CCX, HEAD, Comparison, PeerRun, compare, comparison_rows  # noqa: E402
+from compare_siconos import (  # noqa: E402
+    Bench,
+    export_block,
+    find_program,
+    read_problem,
+    same_kernels,
+)
+
+from block_runs import BLUE, GREEN, ORANGE, new_axes, save  # noqa: E402
+from peer_runs import (  # noqa: E402
+    CCX,
+    HEAD,
+    Comparison,
+    PeerError,
+    PeerRun,
+    absent,
+    compare,
+    comparison_rows,
+)
 from study_pieces import claim, machine, table  # noqa: E402
 
 PENALTIES = (1e6, 1e7, 1e8)
@@ -36,6 +62,12 @@ FEW_FROM = 16  # n; from here on the stiffest alone
 OTHERS = (  # decks whose obstacles are planes, the penalty that suits each
     ("quarter", {"n": "8"}), ("ssnv128", {}), ("patch", {}), ("corner", {}), ("slope", {}),
 )
+CONTACT_ALONE = "block-contact"  # the name of Siconos' comparisons among those kept
+CONTACT_UP_TO = 16               # n
+CONTACT_TOLERANCE = 1e-10        # of the scaled natural map
+CONTACT_REFERENCE = 1e-13
+CONTACT_SECONDS = 20.0           # a solver that takes longer over an increment is given up
+SICONOS = (("NSGS", "dense"), ("NSN_AC", "dense"), ("ADMM", "dense"))
 MUCH_LESS_TIME = {16: 80, 24: 100}  # n: at least this ratio
 
 
@@ -49,21 +81,21 @@ def block_section(n, comparison):
 
 def stiffest(comparison):
     """Return CalculiX's run with the smallest error."""
-    return min(comparison.runs[1:], key=lambda run: run.error)
+    return min(comparison.of("CalculiX"), key=lambda run: run.error)
 
 
 def memory_words(found):
     """Return the sentence about memory."""
     parts = []
     for n, comparison in found.items():
-        ours, theirs = comparison.runs[0].memory, stiffest(comparison).memory
-        parts.append(f"{ours / 1e6:.0f} and {theirs / 1e6:.0f} MB at n = {n}")
-    return f"- Memory, bipot's and CalculiX's: {', '.join(parts)}."
+        runs = [comparison.runs[0], stiffest(comparison), *comparison.of("GetFEM")]
+        parts.append(f"{', '.join(f'{run.memory / 1e6:.0f}' for run in runs)} MB at n = {n}")
+    return f"- Memory of bipot, CalculiX and, where it ran, GetFEM: {'; '.join(parts)}."
 
 
-def conclusions(found):
-    """Return what the runs show, each sentence borne out by them."""
-    lines = ["## What follows", ""]
+def against_calculix(found):
+    """Return what the runs show of CalculiX."""
+    lines = []
     for n, comparison in found.items():
         ours, theirs = comparison.runs[0], stiffest(comparison)
         ratio = theirs.whole_seconds / ours.whole_seconds
@@ -73,75 +105,144 @@ def conclusions(found):
             f"of {theirs.error:.1e} instead of {ours.error:.1e}."
         )
         lines.append(claim(ratio > MUCH_LESS_TIME.get(n, 1) and ours.error < 1e-8, words))
-    full = [c for c in found.values() if len(c.runs) == 1 + len(PENALTIES)]
+    full = [runs for runs in (c.of("CalculiX") for c in found.values())
+            if len(runs) == len(PENALTIES)]
     falls = all(
-        a.error > 5 * b.error for c in full for a, b in zip(c.runs[1:-1], c.runs[2:], strict=True)
+        a.error > 5 * b.error for runs in full for a, b in itertools.pairwise(runs)
     )
     lines.append(claim(falls and full, "- Its error is that of the penalty: it falls with 1/K, by "
                        "a factor of about ten from one row to the next, and so agrees with ours in "
                        "the limit. With K ever larger Newton's iterations end by chance: a larger "
                        "`tension` of ccx's smoothed law is then tried, and only the run that came "
                        "to its end is counted."))
-    lines += [
+    return lines
+
+
+def against_getfem(found):
+    """Return what the runs show of GetFEM; nothing where it did not run."""
+    lines, each = [], []
+    for n, comparison in found.items():
+        for theirs in comparison.of("GetFEM"):
+            ours = comparison.runs[0]
+            ratio = theirs.whole_seconds / ours.whole_seconds
+            about = "about " if theirs.increments < theirs.total else ""
+            words = (
+                f"- n = {n}: GetFEM takes {about}{ratio:.3g} times the processor time, with an "
+                f"error of {theirs.error:.1e}; ours is {ours.error:.1e}."
+            )
+            lines.append(claim(theirs.error < 1e-8, words))
+            each.append((theirs.expected or theirs.iterations) / theirs.total)
+    if each:
+        lines.append(
+            "- GetFEM's error is that of the tolerance of its Newton iterations: there is no "
+            "penalty, and a program that shares no line with ours finds the same resultants with "
+            f"the same bricks. It takes {min(each):.1f} to {max(each):.1f} iterations an increment."
+        )
+    return lines
+
+
+def conclusions(found):
+    """Return what the runs show, each sentence borne out by them."""
+    return [
+        "## What follows", "",
+        *against_calculix(found),
+        *against_getfem(found),
         memory_words(found),
         "- Where the time goes. CalculiX factorises an unsymmetric matrix of the whole body in "
-        "every Newton iteration, two or three an increment; bipot factorises a symmetric one "
-        "once a run and iterates with the contact rows alone. SPOOLES, Debian's solver, is not the "
-        "fastest that CalculiX can be built with (PARDISO is); the number of factorisations is the "
-        "same with any.",
-        "- A deck of some hundred equations ends in a tenth of a second in both; opening libraries "
-        "and measuring the machine is most of ours.", "",
+        "every Newton iteration, two or three an increment, and GetFEM one of the body and its "
+        "contact forces; bipot factorises a symmetric one once a run and iterates with the "
+        "contact rows alone. SPOOLES, CalculiX's solver in Debian, is not the fastest that it can "
+        "be built with (PARDISO is); GetFEM has MUMPS, as bipot; the number of factorisations is "
+        "the same with any.",
+        "- A deck of some hundred equations ends in a tenth of a second in all; opening libraries "
+        "and measuring the machine is most of ours, and Python with GetFEM some tenth of a second "
+        "and 50 MB.", "",
     ]
+
+
+def contact_section(found):
+    """Return the lines on the contact problems alone."""
+    if not found:
+        return []
+    lines = [
+        "## The contact problems alone, beside Siconos", "",
+        "Siconos has no finite elements here: it is given the condensed contact problem of every",
+        "increment of the block, as bipot exports it (`--export-fclib all`, docs/fclib.md), scaled",
+        "so that the largest entries of W and q are 1. bipot solves the same files. Each starts",
+        f"from 0 and ends at a scaled natural map of {CONTACT_TOLERANCE:g} or less, computed from",
+        "its reactions by one routine; where Siconos' own test ends it before that, its tolerance",
+        "is lowered. The time is that of the solver, the best of three, summed over the",
+        "increments. The error is that of the sums of the reactions, relative to the largest,",
+        f"against bipot's at {CONTACT_REFERENCE:g}. More solvers and problems: docs/siconos.md.",
+        "",
+    ]
+    for n, comparison in found.items():
+        lines += [f"### n = {n}: {comparison.points} contact points", ""]
+        rows = [row[:4] + row[5:] for row in comparison_rows(comparison)]
+        head = ["program", "solver", "s", "ratio", "error of the resultants", ""]
+        lines += [*table(head, rows), ""]
     return lines
 
 
 def draw(found, path):
     """Draw the error over the processor time."""
     figure, axes = new_axes()
-    for n, comparison in found.items():
-        ours, *theirs = comparison.runs
-        whole = [run for run in theirs if run.increments]
-        axes.loglog([run.whole_seconds for run in whole], [run.error for run in whole], "o-",
-                    color=ORANGE, label=None if n != min(found) else "CalculiX, K = 1e6 to 1e8")
-        axes.loglog(ours.whole_seconds, ours.error, "s", color=BLUE,
-                    label=None if n != min(found) else "bipot")
-        for x, y in ((ours.whole_seconds, ours.error), (whole[-1].whole_seconds, whole[-1].error)):
-            axes.annotate(f"n = {n}", (x, y), (5, 4), textcoords="offset points", fontsize=8)
+    colors = {"bipot": (BLUE, "s", "bipot"), "CalculiX": (ORANGE, "o-", "CalculiX, K = 1e6 to 1e8"),
+              "GetFEM": (GREEN, "^", "GetFEM")}
+    for program, (color, marks, label) in colors.items():
+        for n, comparison in found.items():
+            runs = [run for run in comparison.of(program) if run.increments]
+            if not runs:
+                continue
+            axes.loglog([run.whole_seconds for run in runs], [run.error for run in runs], marks,
+                        color=color, label=label)
+            label = None
+            axes.annotate(f"n = {n}", (runs[-1].whole_seconds, runs[-1].error), (5, 4),
+                          textcoords="offset points", fontsize=8)
     axes.set_xlabel("processor time of the whole run, s")
     axes.set_ylabel("error of the contact resultants")
     axes.legend()
     save(figure, path)
 
 
-def page(found, others):
+def page(found, others, contact):
     """Return the page's lines."""
     lines = [
-        "# Beside CalculiX", "",
+        "# Beside CalculiX, GetFEM and Siconos", "",
         f"By `benchmarks/peers.py` on {machine()}, one thread a program; `benchmarks/peers.csv`",
         "holds the runs. `scripts/compare DECK` does the same for a deck of yours.", "",
-        "Both programs have the same bricks (their C3D8 is ours: full integration), increments",
+        "All programs have the same bricks (their C3D8 is ours: full integration), increments",
         "and loads. CalculiX 2.20 (Debian's `calculix-ccx`, with SPOOLES) takes contact node to",
         "surface by a linear penalty K and friction by a stick slope of K/10; the rigid plane is",
-        "the face of a large brick that is held. Times are processor seconds of the whole process,",
-        "user and system, with reading and writing (bipot writes all fields, CalculiX the",
-        "resultants alone). The error is the largest difference of the resultants on the slave",
-        "surface over all increments, relative to the largest; the reference is bipot's solution",
-        "with the tightest tolerance that the certificate vouches for (1e-13), which does not come",
-        "from the penalty's limit: that CalculiX tends to it is a check of both.", "",
-        "Where CalculiX was stopped its time is that of its iterations so far times the number of",
-        "them expected: as many an increment as it took in the largest whole run of the block. Its",
-        "error is then that of the increments it finished.", "",
+        "the face of a large brick that is held. GetFEM 5.4 (Debian's `python3-getfem`, with",
+        "MUMPS) takes contact and friction at the nodes, exactly, by the augmented Lagrangian of",
+        "Alart and Curnier, with Newton's iterations over displacements and contact forces at once",
+        "(`scripts/getfem_contact.py`). Its augmentation is Young's modulus E times the length h",
+        "of an edge, its tolerance that of the residual over the external load. The residual adds",
+        "forces and lengths, so forces are given over E: in N and mm the lengths do not count.", "",
+        "Times are processor seconds of the whole process, user and system, with reading and",
+        "writing (bipot writes all fields, the others the resultants alone). The error is the",
+        "largest difference of the resultants on the slave surface over all increments, relative",
+        "to the largest; the reference is bipot's solution with the tightest tolerance that the",
+        "certificate vouches for (1e-13), which does not come from the penalty's limit: that",
+        "CalculiX tends to it, and GetFEM meets it, is a check of all.", "",
+        "Where a peer was stopped its time is that of its iterations so far times the number of",
+        "them expected: for CalculiX as many an increment as it took in the largest whole run of",
+        "the block, for GetFEM as in the increments it began. Its error is then that of the",
+        "increments it finished.", "",
         "![Error over time](figures/peers.png)", "",
         "## The paper's block, 50 increments, tolerance 1e-10", "",
     ]
     for n, comparison in found.items():
         lines += block_section(n, comparison)
     lines += conclusions(found)
+    lines += contact_section(contact)
     lines += [
         "## Other decks", "",
-        "The penalty is 500 moduli over the body's extent. A deck that CalculiX does not bring to",
-        "its end is one where it finds no equilibrium: the cube of `slope` is held by friction",
-        "alone.", "",
+        "GetFEM is given decks that `*BOUNDARY` alone moves, with no contact point held in a",
+        "direction; of these there is none here. CalculiX's penalty is 500 moduli over the body's",
+        "extent. A deck that it does not bring to its end is one where it finds no equilibrium:",
+        "the cube of `slope` is held by friction alone.", "",
     ]
     rows = []
     for name, comparison in others.items():
@@ -160,24 +261,26 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("-o", dest="folder", type=Path, default=ROOT / "docs")
     parser.add_argument("--n", default="4,8,16,24", help="bricks along the block's edge")
-    parser.add_argument("--limit", type=float, default=200.0, help="processor seconds a run of ccx")
+    parser.add_argument("--limit", type=float, default=200.0,
+                        help="processor seconds a run of a peer")
     parser.add_argument("--page", action="store_true", help="write the page from the runs kept")
     parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot")
     options = parser.parse_args()
     if not options.page:
         if shutil.which(CCX) is None:
-            print("CalculiX is not installed (Debian: apt-get install calculix-ccx): no page")
+            print(f"{absent('CalculiX')}; no page without it")
             return 77
         make_runs(options)
     found = read_comparisons()
     blocks = {n: found["block", n] for name, n in sorted(found) if name == "block"}
+    contact = {n: found[name, n] for name, n in sorted(found) if name == CONTACT_ALONE}
     others = {name: found[name, 0] for name, _ in OTHERS if (name, 0) in found}
     if not blocks:
         sys.exit(f"no comparisons in {KEPT}")
     (options.folder / "figures").mkdir(parents=True, exist_ok=True)
     draw(blocks, options.folder / "figures" / "peers.png")
     lines = [
-        part for line in page(blocks, others)
+        part for line in page(blocks, others, contact)
         for part in (textwrap.wrap(line, 120, subsequent_indent="  ")
                      if line.startswith("- ") else [line])
     ]
@@ -202,15 +305,97 @@ def make_runs(options):
         with tempfile.TemporaryDirectory() as folder:
             deck = ROOT / "input" / f"{name}.inp"
             found = compare(program, deck, overrides, penalties, Path(folder), limits)
-        print("\n".join(table(HEAD, comparison_rows(found))), file=sys.stderr, flush=True)
+        show(found)
         keep(name, n, found)
+    driver = find_program(None, ["build/benchmarks/siconos/solve_fclib"])
+    if driver is None:
+        print("Siconos is not installed, or its driver not built (Debian: apt-get install "
+              "libsiconos-numerics-dev libfclib-dev; cmake -DBIPOT_BENCHMARKS=ON): skipped",
+              file=sys.stderr)
+        return
+    for n in (int(n) for n in options.n.split(",")):
+        if n <= CONTACT_UP_TO:
+            print("block, the contact problems alone", n, file=sys.stderr, flush=True)
+            with tempfile.TemporaryDirectory() as folder:
+                found = contact_alone(n, program, driver, Path(folder))
+            show(found)
+            keep(CONTACT_ALONE, n, found)
+
+
+def show(comparison):
+    """Print the runs of a comparison, and which peers were skipped."""
+    lines = [*table(HEAD, comparison_rows(comparison)), *comparison.skipped]
+    print("\n".join(lines), file=sys.stderr, flush=True)
+
+
+def contact_alone(n, program, driver, folder):
+    """Solve the contact problems of all increments of the block here and with Siconos' solvers."""
+    bench = Bench(program, driver, CONTACT_TOLERANCE, CONTACT_SECONDS, folder, same_kernels())
+    problems = [read_problem(path) for path in export_block(bench, n, "all")]
+    file = folder / "problem.hdf5"
+    runs = {("bipot", "auto"): Alone()}
+    runs |= {("Siconos", f"{solver}, {storage}"): Alone() for solver, storage in SICONOS}
+    largest = 0.0
+    for problem in problems:
+        scaled = problem.scaled()
+        scaled.write(file)
+        unit = abs(problem.q).max() / abs(problem.w).max()
+        bench.tolerance = CONTACT_REFERENCE
+        tight = bench.run_bipot(scaled, file, "auto", ["--solver", "auto"])
+        if not tight.reached(CONTACT_TOLERANCE):
+            raise PeerError(f"{problem.name}: the reference's residual is {tight.residual:.1e}")
+        reference = unit * our_resultant(folder)
+        largest = max(largest, abs(reference).max())
+        bench.tolerance = CONTACT_TOLERANCE
+        for (name, words), taken in runs.items():
+            if taken.ended:
+                continue
+            if name == "bipot":
+                run = bench.run_bipot(scaled, file, "auto", ["--solver", "auto"])
+            else:
+                run = bench.run_siconos(scaled, file, *words.split(", "))
+            if not run.reached(CONTACT_TOLERANCE):
+                taken.ended = True
+                continue
+            found = (our_resultant(folder) if name == "bipot"
+                     else np.loadtxt(folder / "siconos.txt", ndmin=1).reshape(-1, 3).sum(axis=0))
+            taken.seconds += run.seconds
+            taken.increments += 1
+            taken.error = max(taken.error, abs(unit * found - reference).max())
+    comparison = Comparison(
+        equations=len(problems[0].q), points=len(problems[0].mu),
+        reference=f"{CONTACT_REFERENCE:g}",
+    )
+    for (name, words), taken in runs.items():
+        note = f"ended in increment {taken.increments + 1}" if taken.ended else ""
+        comparison.runs.append(PeerRun(
+            name, words, taken.seconds, math.nan, taken.error / largest, taken.increments,
+            len(problems), note,
+        ))
+    return comparison
+
+
+@dataclass
+class Alone:
+    """A solver on the contact problems of the increments, one after the other."""
+
+    seconds: float = 0.0
+    error: float = 0.0    # of the resultant, a force
+    increments: int = 0   # that it finished
+    ended: bool = False   # at one that it did not bring to the residual
+
+
+def our_resultant(folder):
+    """Return the sum of the reactions that bipot wrote last, in the axes of the points (3,)."""
+    with h5py.File(folder / "bipot.hdf5") as file:
+        return file["solution/r"][()].reshape(-1, 3).sum(axis=0)
 
 
 def iterations_an_increment(found):
     """Return those of CalculiX in the largest whole run of the block; None where there is none."""
     whole = [
         (n, run.iterations / run.total) for (name, n), comparison in found.items()
-        for run in comparison.runs if name == "block" and run.iterations
+        for run in comparison.of("CalculiX") if name == "block" and run.iterations
         and run.increments == run.total
     ]
     return max(whole)[1] if whole else None

@@ -366,7 +366,8 @@ def comparison_rows(comparison):
             run.program, run.settings,
             "-" if failed else f"{about}{run.whole_seconds:.3g}",
             "-" if failed else f"{ratio:.3g}",
-            f"{run.memory / 1e6:.0f}", f"{run.error:.1e}", run.note,
+            "-" if math.isnan(run.memory) else f"{run.memory / 1e6:.0f}",
+            f"{run.error:.1e}", run.note,
         ])
     return rows
 
