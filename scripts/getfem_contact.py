@@ -4,8 +4,9 @@
     python3 getfem_contact.py PROBLEM.npz
 
 getfem_problem.py writes the problem. Every increment's forces are a line of JSON on the output:
-{"iterations": Newton's, "converged": true, "forces": [[x, y, z] on the body of each pair]}. The
-status is 0, or 2 behind an increment in which Newton's iterations did not end.
+{"iterations": Newton's, "converged": true, "seconds": processor time so far, "forces": [[x, y, z]
+on the body of each pair]}. The status is 0, or 2 behind an increment in which Newton's iterations
+did not end.
 
 The unknowns of an increment are the free entries of the increment of displacement, so that friction
 acts on it, and the normal and tangential forces of every contact point: GetFEM's basic contact
@@ -15,6 +16,7 @@ the largest Young's modulus: GetFEM's residual adds forces and, from the law of 
 
 import json
 import sys
+import time
 
 import getfem as gf
 import numpy as np
@@ -115,7 +117,7 @@ class Contact:
         self.model.set_private_rhs(self.load, -self.matrix.mult(self.u + known)[self.free])
         gap = self.problem["gaps"] + (self.normals * self.u[self.places]).sum(axis=1)
         self.model.set_variable("gap", gap)
-        self.model.set_variable("du", np.zeros(len(self.free)))
+        # Newton's iterations begin at the displacement and forces of the increment before.
         iterations, converged = self.model.solve(
             "max_res", float(self.problem["tolerance"]), "max_iter", 100, "lsolver", "mumps"
         )[:2]
@@ -129,6 +131,7 @@ class Contact:
         forces = [on_points[pairs == k].sum(axis=0) for k in range(pairs.max() + 1)]
         return {
             "iterations": int(iterations), "converged": bool(converged),
+            "seconds": time.process_time(),
             "forces": (self.modulus * np.array(forces)).tolist(),
         }
 

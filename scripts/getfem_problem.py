@@ -6,6 +6,7 @@ displacements at contact points.
 """
 
 import json
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -111,16 +112,23 @@ def problem_arrays(scene):
     }
 
 
-def read_forces(path, n_pairs):
-    """Return the forces (T, pairs, 3) of the increments that ended, the iterations of all, and
-    the number of increments begun."""
+@dataclass
+class Found:
+    """What GetFEM found."""
+
+    forces: np.ndarray  # (T, pairs, 3), of the increments in which Newton's iterations ended
+    iterations: int     # of all increments
+    increments: int     # begun and ended, in whatever way
+    seconds: float      # processor time at the end of the last
+
+
+def read_output(path, n_pairs):
+    """Return what GetFEM found of so many pairs; lines that are not records are passed over."""
     text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
-    records = []
-    for line in text.splitlines():
-        if line.startswith("{") and line.endswith("}"):
-            records.append(json.loads(line))
+    records = [json.loads(line) for line in text.splitlines()
+               if line.startswith("{") and line.endswith("}")]
     forces = [record["forces"] for record in records if record["converged"]]
-    return (
+    return Found(
         np.array(forces).reshape(-1, n_pairs, 3), sum(record["iterations"] for record in records),
-        len(records),
+        len(records), records[-1]["seconds"] if records else 0.0,
     )

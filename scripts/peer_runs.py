@@ -22,7 +22,7 @@ import numpy as np
 from bipot_result import Result
 from calculix_deck import Penalty, check_translatable, deck_lines, read_resultants
 from flat_deck import DeckError, read_flat
-from getfem_problem import AUGMENTATION, TOLERANCE, problem_arrays, read_forces
+from getfem_problem import AUGMENTATION, TOLERANCE, problem_arrays, read_output
 
 CCX = "ccx"
 PACKAGES = {"CalculiX": "calculix-ccx", "GetFEM": "python3-getfem"}  # Debian's
@@ -223,7 +223,7 @@ def run_calculix(scene, penalties, reference, folder, options):
                 break
         note, expected = "", 0.0
         if taken.stopped:
-            each = options.iterations or iterations[0] / max(1, iterations[1])
+            each = options.iterations.get("CalculiX", iterations[0] / max(1, iterations[1]))
             expected = each * len(forces)
             note = f"stopped: {iterations[0]} iterations of {expected:.0f} expected"
         elif len(found) < len(forces):
@@ -280,19 +280,23 @@ def run_getfem(python, problem, reference, scene, folder, options):
     forces, n_pairs = resultants(reference, scene), len(scene.pairs)
 
     def must_stop(seconds):
-        return seconds > options.limit and len(read_forces(log, n_pairs)[0]) > 0
+        return seconds > options.limit and read_output(log, n_pairs).increments > 0
 
     taken = measure([python, SOLVE_IN_GETFEM, folder / "getfem.npz"], folder, log, must_stop)
-    found, iterations, begun = read_forces(log, n_pairs)
-    note, expected = "", 0.0
+    found = read_output(log, n_pairs)
+    seconds, note, expected = taken.seconds, "", 0.0
     if taken.stopped:
-        expected = iterations / begun * len(forces)
-        note = f"stopped: {iterations} iterations of {expected:.0f} expected"
-    elif len(found) < len(forces):
-        note = f"ended in increment {len(found) + 1}"
+        # What it did in the increment that it did not end is neither counted nor timed.
+        seconds = found.seconds
+        each = options.iterations.get("GetFEM", found.iterations / found.increments)
+        expected = each * len(forces)
+        note = f"stopped: {found.iterations} iterations of {expected:.0f} expected"
+    elif len(found.forces) < len(forces):
+        note = f"ended in increment {len(found.forces) + 1}"
     return PeerRun(
-        "GetFEM", f"augmentation {AUGMENTATION:g} E h, Newton {TOLERANCE:.0e}", taken.seconds,
-        taken.memory, error_of(found, forces), len(found), len(forces), note, iterations, expected,
+        "GetFEM", f"augmentation {AUGMENTATION:g} E h, Newton {TOLERANCE:.0e}", seconds,
+        taken.memory, error_of(found.forces, forces), len(found.forces), len(forces), note,
+        found.iterations, expected,
     )
 
 
@@ -309,9 +313,9 @@ def compare(program, deck, overrides, penalties, folder, options):
     """Run the deck here and in the peers; `penalties` of ccx empty for one that suits the scene.
 
     `options` has `slope` (None: a tenth of the penalty), `limit`, processor seconds after which a
-    run of a peer is stopped, and `iterations` an increment by which ccx's time is then extrapolated
-    (None: as many as in the increments it began). A peer that is not installed, or cannot be given
-    the deck, is named in `skipped`.
+    run of a peer is stopped, and `iterations`, by the peer's name, those an increment by which its
+    time is then extrapolated (where missing: as many as in the increments it began). A peer that is
+    not installed, or cannot be given the deck, is named in `skipped`.
     """
     deck = deck.resolve()
     scene = read_flat(deck, overrides)

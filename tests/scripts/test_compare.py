@@ -33,7 +33,7 @@ from calculix_deck import (  # noqa: E402
     step_lines,
 )
 from flat_deck import DeckError, read_flat  # noqa: E402
-from getfem_problem import held_values, problem_arrays, read_forces  # noqa: E402
+from getfem_problem import held_values, problem_arrays, read_output  # noqa: E402
 from peer_runs import (  # noqa: E402
     PeerRun,
     count_iterations,
@@ -300,16 +300,18 @@ class ForGetFEM(unittest.TestCase):
     def test_forces_are_read_from_the_output(self):
         lines = [
             "Trace 2 in getfem: a line of the library",
-            '{"iterations": 4, "converged": true, "forces": [[1, 2, 3]]}',
-            '{"iterations": 100, "converged": false, "forces": [[4, 5, 6]]}',
+            '{"iterations": 4, "converged": true, "seconds": 0.5, "forces": [[1, 2, 3]]}',
+            '{"iterations": 100, "converged": false, "seconds": 2.5, "forces": [[4, 5, 6]]}',
             '{"iterations": 4, "conv',
         ]
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "getfem.log"
             path.write_text("\n".join(lines))
-            forces, iterations, begun = read_forces(path, 1)
-        np.testing.assert_array_equal(forces, [[[1, 2, 3]]])
-        self.assertEqual((iterations, begun), (104, 2))
+            found = read_output(path, 1)
+            nothing = read_output(Path(folder) / "none", 2)
+        np.testing.assert_array_equal(found.forces, [[[1, 2, 3]]])
+        self.assertEqual((found.iterations, found.increments, found.seconds), (104, 2, 2.5))
+        self.assertEqual((nothing.forces.shape, nothing.increments), ((0, 2, 3), 0))
 
 
 @unittest.skipIf(python_with_getfem() is None, "GetFEM is not installed")
