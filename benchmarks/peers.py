@@ -135,7 +135,7 @@ def against_getfem(found):
     if each:
         lines.append(
             "- GetFEM's error is that of the tolerance of its Newton iterations: there is no "
-            "penalty, and a program that shares no line with ours finds the same resultants with "
+            "penalty, and a program by others finds the same resultants with "
             f"the same bricks. It takes {min(each):.1f} to {max(each):.1f} iterations an "
             "increment, a factorisation each."
         )
