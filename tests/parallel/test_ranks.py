@@ -65,8 +65,8 @@ def status_of(file):
 
 class Benchmark(unittest.TestCase):
     def test_the_benchmark_compares_ranks(self):
-        command = [sys.executable, "-B", SOURCE / "benchmarks" / "ranks.py", "--alone", SERIAL]
-        command += ["--together", PROGRAM, "--mpirun", MPIEXEC, "-n", "4", "--repeats", "1"]
+        command = [sys.executable, "-B", SOURCE / "benchmarks" / "ranks.py", "--bipot", SERIAL]
+        command += ["--bipot-mpi", PROGRAM, "--mpirun", MPIEXEC, "-n", "4", "--repeats", "1"]
         done = subprocess.run(
             command, capture_output=True, text=True, timeout=PATIENCE, check=True
         )
