@@ -24,8 +24,7 @@ sys.path.insert(0, str(ROOT / "scripts"))
 from bipot_result import Result  # noqa: E402  (found through the line above)
 from study_pieces import (  # noqa: E402
     machine,
-    page_options,
-    put_page,
+    page_command,
     set_words,
     table,
     with_threads,
@@ -185,11 +184,5 @@ def page(program):
     )
 
 
-def main():
-    """Print the page, or write it to a file."""
-    options = page_options(__doc__).parse_args()
-    put_page(page(options.bipot.resolve()), options.page)
-
-
 if __name__ == "__main__":
-    main()
+    page_command(__doc__, page)

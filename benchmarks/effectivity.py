@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "scripts"))
 
 from bipot_result import Result  # noqa: E402  (found through the line above)
-from study_pieces import page_options, put_page, run_deck  # noqa: E402
+from study_pieces import page_command, run_deck  # noqa: E402
 
 
 @dataclass
@@ -163,11 +163,5 @@ def page(program):
     )
 
 
-def main():
-    """Print the page, or write it to a file."""
-    options = page_options(__doc__).parse_args()
-    put_page(page(options.bipot.resolve()), options.page)
-
-
 if __name__ == "__main__":
-    main()
+    page_command(__doc__, page)

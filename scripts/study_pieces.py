@@ -37,6 +37,12 @@ def put_page(text, path):
         path.write_text(text, encoding="utf-8")
 
 
+def page_command(description, page):
+    """Read the command line of a script with no other options, and put page(program)."""
+    options = page_options(description).parse_args()
+    put_page(page(options.bipot.resolve()), options.page)
+
+
 def set_words(settings):
     """Return the words of a command line that give a deck's parameters these values."""
     return [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]

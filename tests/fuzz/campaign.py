@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 def campaign_options(description, what, count):
     """Return a parser of the options of every campaign, over so many inputs of this kind."""
     parser = argparse.ArgumentParser(description=description.split("\n")[0])
-    parser.add_argument("--bipot", type=Path, help="the program",
+    parser.add_argument("--bipot", type=lambda word: Path(word).resolve(), help="the program",
                         default=os.environ.get("BIPOT", ROOT / "build" / "bipot"))
     parser.add_argument("--count", type=int, default=count)
     parser.add_argument("--seed", type=int, default=1)

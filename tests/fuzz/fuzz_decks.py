@@ -203,7 +203,6 @@ class Fuzz:
     def __init__(self, arguments):
         """Prepare the campaign."""
         self.arguments = arguments
-        arguments.bipot = arguments.bipot.resolve()
         self.corpus = Corpus()
         self.sanitized = is_sanitized(arguments.bipot)
         self.addresses = 0 if self.sanitized else ADDRESSES

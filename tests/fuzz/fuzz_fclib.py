@@ -260,7 +260,6 @@ def judge(options, number, sanitized):
 def main():
     """Read the command line and go."""
     options = campaign_options(__doc__, "file", 1000).parse_args()
-    options.bipot = options.bipot.resolve()
     sanitized = is_sanitized(options.bipot)
     found = try_files(options, "files", "hdf5", lambda number: judge(options, number, sanitized))
     return 1 if found else 0

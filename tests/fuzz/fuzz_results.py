@@ -134,7 +134,6 @@ def judge(options, number, whole):
 def main():
     """Read the command line and go."""
     options = campaign_options(__doc__, "file", 200).parse_args()
-    options.bipot = options.bipot.resolve()
     with tempfile.TemporaryDirectory(prefix="bipot-fuzz-") as folder:
         whole = stopped_run(options.bipot, Path(folder))
     found = try_files(
