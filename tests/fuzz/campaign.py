@@ -3,7 +3,10 @@
 import argparse
 import collections
 import os
+import random
+import tempfile
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -24,6 +27,15 @@ def campaign_options(description, what, count):
 def is_sanitized(program):
     """Whether sanitizers are in the program; they want address space and time."""
     return b"libasan" in program.read_bytes()
+
+
+@contextmanager
+def numbered_input(options, number):
+    """Give the random numbers of an input, and a folder with an empty folder `work` for its run."""
+    with tempfile.TemporaryDirectory(prefix="bipot-fuzz-") as scratch:
+        folder = Path(scratch)
+        (folder / "work").mkdir()
+        yield random.Random(f"{options.seed}:{number}"), folder
 
 
 def show_finding(heading, complaints, done, outcome):

@@ -8,14 +8,11 @@ in circles. Held against the program: what outcome.py says of any input; status 
 converged solution of finite numbers; status 1 for what is certainly wrong.
 """
 
-import random
 import sys
-import tempfile
-from pathlib import Path
 
 import h5py
 import numpy as np
-from campaign import ROOT, campaign_options, is_sanitized, try_files
+from campaign import ROOT, campaign_options, is_sanitized, numbered_input, try_files
 from outcome import Outcome
 
 sys.path.insert(0, str(ROOT / "tests" / "cases"))
@@ -238,12 +235,8 @@ def held_to_solution(folder):
 
 def judge(options, number, sanitized):
     """Try file `number`: (what was done, complaints, data, outcome)."""
-    rng = random.Random(f"{options.seed}:{number}")
-    with tempfile.TemporaryDirectory(prefix="bipot-fuzz-") as scratch:
-        folder = Path(scratch)
-        work = folder / "work"
-        work.mkdir()
-        path = work / "problem.hdf5"
+    with numbered_input(options, number) as (rng, folder):
+        path = folder / "work" / "problem.hdf5"
         write_problem(rng, path)
         done, certain = change(rng, path)
         data = path.read_bytes()
@@ -253,7 +246,7 @@ def judge(options, number, sanitized):
         if certain and outcome.status != 1:
             complaints.append(f"a wrong file ended with status {outcome.status}")
         if outcome.status == 0:
-            complaints += held_to_solution(work)
+            complaints += held_to_solution(path.parent)
     return done, complaints, data, outcome
 
 

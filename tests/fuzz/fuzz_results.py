@@ -9,7 +9,6 @@ only with all increments of the deck in the file, certified, with finite numbers
 refused stays as it was.
 """
 
-import random
 import signal
 import subprocess
 import sys
@@ -18,7 +17,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from campaign import ROOT, campaign_options, try_files
+from campaign import ROOT, campaign_options, numbered_input, try_files
 from fuzz_fclib import (
     change_bytes,
     change_links,
@@ -102,12 +101,8 @@ def complaints_of(folder):
 
 def judge(options, number, whole):
     """Continue from file `number`: (what was done, complaints, data, outcome)."""
-    rng = random.Random(f"{options.seed}:{number}")
-    with tempfile.TemporaryDirectory(prefix="bipot-fuzz-") as scratch:
-        folder = Path(scratch)
-        work = folder / "work"
-        work.mkdir()
-        path = work / "block.vtkhdf"
+    with numbered_input(options, number) as (rng, folder):
+        path = folder / "work" / "block.vtkhdf"
         path.write_bytes(whole)
         if rng.random() < 0.5:
             done = change_bytes(rng, path)
@@ -127,7 +122,7 @@ def judge(options, number, whole):
         if outcome.status == 1 and path.read_bytes() != data:
             complaints.append("a refused file was changed")
         if outcome.status == 0:
-            complaints += complaints_of(work)
+            complaints += complaints_of(path.parent)
     return done, complaints, data, outcome
 
 
