@@ -14,8 +14,8 @@ module run_mod
   use initial_overlaps_mod, only: overlaps
   use operators_mod, only: operators_t
   use meet_accuracy_mod, only: choose_arithmetic, sharpen
-  use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result, &
-    run_finished, run_not_solved, run_stopped, run_failed
+  use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
+  use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result
   use command_line_mod, only: options_t, command_text
   use tally_mod, only: list_counters
   use export_problems_mod, only: exports_t, choose_rows
