@@ -12,8 +12,8 @@ module estimate_file_mod
 
   real(wp), parameter :: chunk_cache = 65536.0_wp !! of HDF5, a dataset at most [bytes]
 
-  ! The file [bytes]: what a dataset that grows takes empty, and the share of its numbers that is
-  ! left where HDF5 squeezes them.
+  ! The file [bytes]: what a dataset that grows takes empty, and the share of numbers that is left
+  ! where HDF5 squeezes them.
   real(wp), parameter :: growing_dataset = 41000.0_wp
   real(wp), parameter :: squeezed = 0.8_wp
   integer, parameter :: history_datasets = 32, datasets_of_a_pair = 8
@@ -24,7 +24,8 @@ module estimate_file_mod
     real(wp) :: most = 0.0_wp
     real(wp) :: fields = 0.0_wp   !! of its size
     integer  :: datasets = 0      !! that grow
-    real(wp) :: varying = 0.0_wp  !! numbers that are not 0 throughout
+    real(wp) :: dense = 0.0_wp    !! numbers of fields that vary everywhere, kept as they are
+    real(wp) :: varying = 0.0_wp  !! others that are not 0 throughout
     real(wp) :: zeros = 0.0_wp
     real(wp) :: cache = 0.0_wp    !! memory in which HDF5 keeps chunks
   end type file_size_t
@@ -67,7 +68,7 @@ contains
       contact = contact + 72.0_wp
     end do
     file%cache = file%cache + min(5.0_wp*chunk_cache, sizes%increments*contact)
-    file%fields = squeezed*file%varying + file%zeros/200.0_wp
+    file%fields = file%dense + squeezed*file%varying + file%zeros/200.0_wp
     file%varying = file%varying + sizes%increments*contact
     ! The mesh and its ids; nodes, places, areas and frames of the points.
     once = 32.0_wp*sizes%nodes + 81.0_wp*sizes%bricks + 112.0_wp*sizes%points + &
@@ -76,22 +77,27 @@ contains
     ! of the forces in it few are not 0.
     table = growing_dataset*min(64.0_wp, max(1.0_wp, sizes%increments/512.0_wp))
     file%datasets = file%datasets + 2
-    file%size = once + table*file%datasets + squeezed*file%varying + file%zeros/200.0_wp + &
-      100.0_wp*sizes%nodes
+    file%size = once + table*file%datasets + file%dense + squeezed*file%varying + &
+      file%zeros/200.0_wp + 100.0_wp*sizes%nodes
     ! Nothing squeezed, and room to spare in the tables.
-    file%most = once + 1.0e6_wp + 2.0_wp*table*file%datasets + file%varying + file%zeros + &
-      340.0_wp*sizes%nodes
+    file%most = once + 1.0e6_wp + 2.0_wp*table*file%datasets + file%dense + file%varying + &
+      file%zeros + 340.0_wp*sizes%nodes
   end function size_of_file
 
-  !> A field: all its numbers in an output, and those of them that are not 0 throughout.
+  !> A field: all its numbers in an output, and those of them that are not 0 throughout; where these
+  !> are all, HDF5 does not squeeze it.
   pure subroutine add_field(all, varying, sizes, file)
     real(wp), intent(in) :: all, varying !! [bytes]
     type(sizes_t), intent(in) :: sizes
     type(file_size_t), intent(inout) :: file
 
     file%datasets = file%datasets + 2 ! with its offsets
-    file%varying = file%varying + sizes%outputs*min(all, varying)
-    file%zeros = file%zeros + sizes%outputs*max(0.0_wp, all - varying)
+    if (varying < all) then
+      file%varying = file%varying + sizes%outputs*varying
+      file%zeros = file%zeros + sizes%outputs*(all - varying)
+    else
+      file%dense = file%dense + sizes%outputs*all
+    end if
     if (all <= chunk_cache) file%cache = file%cache + min(chunk_cache, sizes%outputs*all)
   end subroutine add_field
 

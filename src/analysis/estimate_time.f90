@@ -34,6 +34,7 @@ module estimate_time_mod
   real(wp), parameter :: write_of_increment = 0.7e-3_wp !! some 50 small datasets, two flushes
   real(wp), parameter :: squeeze_rate = 60.0e6_wp    !! of numbers that vary [bytes/s]
   real(wp), parameter :: squeeze_zeros = 400.0e6_wp  !! of zeros [bytes/s]
+  real(wp), parameter :: keep_rate = 1.0e9_wp        !! of numbers that are not squeezed [bytes/s]
   real(wp), parameter :: visit_of_sweep = 0.5_wp     !! of a point, in internal forces of a brick
 
   !> Seconds of the phases of a run.
@@ -80,7 +81,7 @@ contains
       sizes%increments*(start_of_increment*plain + &
       2.0_wp*iterations_of_increment(scene)*sizes%bricks*force_time)
     seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
-      file%zeros/squeeze_zeros)
+      file%zeros/squeeze_zeros + file%dense/keep_rate)
   end function seconds_of_run
 
   !> How long a brick of the scene takes: its stiffness, and its internal force.
