@@ -8,17 +8,17 @@ so that what else the machine does meets all of them; columns are ratios of medi
 double precision: processor time of the whole run, of its parts by wall clock, and peak memory.
 """
 
-import argparse
-import os
 import statistics
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-import h5py
-
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "scripts"))
+
+from bipot_result import Result  # noqa: E402  (found through the line above)
+from study_pieces import page_options, put_page, run_deck  # noqa: E402
+
 DOUBLE = "double"
 CHOICES = {
     DOUBLE: "",
@@ -36,20 +36,13 @@ def run(program, card, n, steps, folder):
     text = (ROOT / "input" / "block.inp").read_text(encoding="utf-8")
     if card:
         text = text.replace("*STEP\n", f"*PRECISION, {card}\n*STEP\n", 1)
-    deck, result = Path(folder) / "block.inp", Path(folder) / "block.vtkhdf"
+    deck, path = Path(folder) / "block.inp", Path(folder) / "block.vtkhdf"
     deck.write_text(text, encoding="utf-8")
     settings = {"n": n, "steps": steps, "tolerance": TOLERANCE, "solver": "AUTO", "local": "AUTO"}
-    command = [program, deck, "-o", result, "--quiet", "--overwrite"]
-    for name, value in settings.items():
-        command += ["--set", f"{name}={value}"]
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=environment)
-    with h5py.File(result) as file:
-        table = file["run/counters"]
-        names = [name.decode() if isinstance(name, bytes) else name for name in table.attrs["name"]]
-        counters = dict(zip(names, table[()], strict=True))
-        counters["worst"] = max(entry[()].max() for entry in file["history/certificate"].values())
-    return counters
+    run_deck(program, deck, path, settings)
+    with Result(path) as result:
+        worst = max(entry.max() for entry in result.certificate.values())
+        return result.counters | {"worst": worst}
 
 
 def measure(program, n, steps, repeats):
@@ -94,12 +87,10 @@ def rows(program, n, steps, repeats):
 
 def main():
     """Measure and print, or write to a file."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot")
+    parser = page_options(__doc__)
     parser.add_argument("-n", type=int, nargs="+", default=[16, 24, 32])
     parser.add_argument("--steps", type=int, nargs="+", default=[5, 50])
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("-o", type=Path, help="write the table here")
     options = parser.parse_args()
     lines = [
         f"| n | increments | choice | time | {' | '.join(PARTS)} | memory | million entries "
@@ -109,11 +100,7 @@ def main():
     for n in options.n:
         for steps in options.steps:
             lines += rows(options.bipot.resolve(), n, steps, options.repeats)
-    text = "\n".join(lines) + "\n"
-    if options.o:
-        options.o.write_text(text, encoding="utf-8")
-    else:
-        print(text)
+    put_page("\n".join(lines) + "\n", options.page)
 
 
 if __name__ == "__main__":

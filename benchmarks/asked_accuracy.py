@@ -8,23 +8,27 @@ factor, all combinations on the same mesh; the cheapest of those that are as acc
 a finer mesh with fine increments, or the limit of three (as in effectivity.py).
 """
 
-import argparse
 import itertools
-import os
 import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
-from effectivity import AUTO, limit
+from effectivity import AUTO, at_step_ends, limit
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "scripts"))
 
-from study_pieces import machine, table  # noqa: E402  (found through the line above)
+from bipot_result import Result  # noqa: E402  (found through the line above)
+from study_pieces import (  # noqa: E402
+    machine,
+    page_command,
+    set_words,
+    table,
+    with_threads,
+)
 
 ASKED = (0.1, 0.01, 0.001)
 
@@ -73,31 +77,19 @@ def run(program, case, folder, n, steps, card="", free=False, accuracy=None, tol
     command = [program, deck, "-o", result, "--overwrite"]
     if accuracy:
         command += ["--accuracy", str(accuracy)]
-    for name, value in {**case.settings, "n": n, "steps": steps, "tolerance": tolerance}.items():
-        command += ["--set", f"{name}={value}"]
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    done = subprocess.run(command, check=False, capture_output=True, text=True, env=environment)
+    command += set_words({**case.settings, "n": n, "steps": steps, "tolerance": tolerance})
+    done = subprocess.run(
+        command, check=False, capture_output=True, text=True, env=with_threads()
+    )
     if not result.exists():
         raise SystemExit(f"{' '.join(map(str, command))}\n{done.stderr}")
-    with h5py.File(result) as file:
-        step = file["history/step"][:]
-        ends = np.flatnonzero(np.append(step[1:] != step[:-1], True))
-        if case.quantity == "energy":
-            values = file["history/energy/strain"][:][ends, None]
-        else:
-            values = np.hstack([pair["resultant"][:][ends] for pair in file["contact"].values()])
-        names = [
-            str(name, "utf-8") if isinstance(name, bytes) else name
-            for name in file["run/counters"].attrs["name"]
-        ]
-        counters = dict(zip(names, file["run/counters"][:], strict=True))
-        # Not how long it took to read the deck: the same for all.
-        seconds = counters["cpu_seconds"]
-        estimate = file["history/error/total"][:][ends].max()
+    with Result(result) as found:
+        estimates, values = at_step_ends(found, case.quantity == "energy")
+        seconds, increments = found.counters["cpu_seconds"], found.finished
     result.unlink()
     warnings = [line for line in done.stdout.splitlines() if line.startswith("warning: step")]
     reason = warnings[0].split(";")[1].strip() if warnings else ""
-    return Outcome(done.returncode, seconds, values, estimate, len(step), reason)
+    return Outcome(done.returncode, seconds, values, estimates.max(), increments, reason)
 
 
 def truth(program, case, folder):
@@ -192,18 +184,5 @@ def page(program):
     )
 
 
-def main():
-    """Print the page, or write it to a file."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot")
-    parser.add_argument("-o", type=Path, help="write the page here")
-    options = parser.parse_args()
-    text = page(options.bipot.resolve())
-    if options.o:
-        options.o.write_text(text, encoding="utf-8")
-    else:
-        print(text)
-
-
 if __name__ == "__main__":
-    main()
+    page_command(__doc__, page)

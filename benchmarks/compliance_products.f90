@@ -2,11 +2,12 @@
 !>
 !>     compliance_products [ROWS ...]
 !>
-!> For matrices of so many rows (867, 1875, 3267: the block with n = 16, 24, 32): how fast memory of
-!> the size of a triangle is read, by scalar products, which do nothing else; and how fast the
-!> triangle is in a product in double precision, and in one in single precision from panels. All in
-!> bytes of the triangle a second, in turns, the best of many: what else the machine does disturbs
-!> them alike. A triangle that fits in a cache is read from there.
+!> For matrices of so many rows (867, 1875, 3267, 7203: the block with n = 16, 24, 32, 48): how fast
+!> memory is read, by scalar products, which do nothing else, in ordinary pages and in huge ones
+!> (src/base/huge_pages.f90); and how fast one triangle of the matrix is read in a product in double
+!> precision, and in one in single. The stretches that are read have the size of the triangle. All
+!> in bytes a second of the processor, in turns, the best of many: what else the machine does
+!> disturbs them alike. What fits in a cache is read from there.
 program compliance_products
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use kinds_mod, only: wp
@@ -14,12 +15,13 @@ program compliance_products
   use blas_mod, only: ddot
   use blas_core_mod, only: choose_blas_core, blas_core_name
   use dense_mod, only: times_symmetric
-  use single_panels_mod, only: single_panels_t, make_panels, times_panels
+  use huge_pages_mod, only: prefer_huge_pages
+  use single_matrix_mod, only: single_matrix_t, round_matrix, times_single
   use system_mod, only: cpu_seconds
   implicit none
 
   integer, parameter :: repeats = 40
-  integer, parameter :: block_rows(3) = [867, 1875, 3267]
+  integer, parameter :: block_rows(4) = [867, 1875, 3267, 7203]
   type(error_t), allocatable :: error
   integer, allocatable :: rows(:)
   integer :: i
@@ -31,8 +33,10 @@ program compliance_products
     stop 1
   end if
   write (output_unit, '(a)') 'kernels: '//blas_core_name()
-  write (output_unit, '(a)') '  rows   triangle, MB   read, GB/s   double, GB/s   share   '// &
-    'single, MB   read, GB/s   single, GB/s   share   double over single, time'
+  write (output_unit, '(a)') '                       read, GB/s   product      read, GB/s   product'
+  write (output_unit, &
+    '(a)') '  rows  triangle, MB  pages  huge  double  triangle, MB  pages  huge'// &
+    '  single  double / pages  single / pages  double / huge'
   do i = 1, size(rows)
     call measure(rows(i))
   end do
@@ -42,45 +46,59 @@ contains
   !> Time the reading and the products in turns.
   subroutine measure(n)
     integer, intent(in) :: n
-    real(wp), allocatable :: a(:, :), v(:), product(:)
-    type(single_panels_t) :: panels
-    real(wp) :: best(4), bytes, start, total
+    real(wp), allocatable :: a(:, :), pages(:, :), huge_pages(:, :), v(:), product(:)
+    type(single_matrix_t) :: single
+    real(wp) :: best(6), rate(6), start, total
     integer :: i, half
 
-    allocate (a(n, n), v(n))
+    allocate (a(n, n), v(n), pages(n, n/2 + 1), huge_pages(n, n/2 + 1))
+    call prefer_huge_pages(a)
+    call prefer_huge_pages(huge_pages)
     call random_number(a)
     call random_number(v)
     a = a + transpose(a)
-    call make_panels(a, panels)
-    bytes = 4.0_wp*real(n, wp)*real(n + 1, wp)
+    pages = a(:, :size(pages, 2))
+    huge_pages = pages
+    call round_matrix(a, single)
     half = n*(n + 1)/4 ! two streams are one triangle
     best = huge(1.0_wp)
     total = 0.0_wp
     do i = 1, repeats
-      start = cpu_seconds()
-      total = total + ddot(half, a, 1, a(1, n/2), 1)
-      call keep(start, best(1))
+      call read_it(pages, half, best(1))
+      call read_it(huge_pages, half, best(2))
       start = cpu_seconds()
       product = times_symmetric(a, v)
-      call keep(start, best(2))
-      total = total + product(n)
-      start = cpu_seconds()
-      total = total + ddot(half/2, a, 1, a(1, n/2), 1)
       call keep(start, best(3))
+      total = total + product(n)
+      call read_it(pages, half/2, best(4))
+      call read_it(huge_pages, half/2, best(5))
       start = cpu_seconds()
-      product = times_panels(panels, v)
-      call keep(start, best(4))
+      product = times_single(single, v)
+      call keep(start, best(6))
       total = total + product(n)
     end do
     ! `total` is used, so that no compiler leaves anything out.
     if (.not. total > 0.0_wp) error stop 'sums of positive numbers are positive'
-    associate (rate => bytes/best/1.0e9_wp)
-      write (output_unit, '(i6, f15.1, f13.1, f15.1, f8.2, f13.1, f13.1, f15.1, f8.2, f17.2)') n, &
-        bytes/1.0e6_wp, rate(1), rate(2), rate(2)/rate(1), 0.5_wp*bytes/1.0e6_wp, 0.5_wp*rate(3), &
-        0.5_wp*rate(4), rate(4)/rate(3), best(2)/best(4)
-    end associate
-
+    rate = 4.0_wp*real(n, wp)*real(n + 1, wp)/1.0e9_wp/best
+    rate(4:) = 0.5_wp*rate(4:)
+    write (output_unit, &
+      '(i6, f14.1, f7.1, f6.1, f8.1, f14.1, f7.1, f6.1, f8.1, 2f16.2, f15.2)') n, &
+      best(1)*rate(1)*1.0e3_wp, rate(:3), best(4)*rate(4)*1.0e3_wp, rate(4:), rate(3)/rate(1), &
+      rate(6)/rate(4), rate(3)/rate(2)
   end subroutine measure
+
+  !> Read a matrix as two streams of so many numbers.
+  subroutine read_it(a, half, best)
+    real(wp), intent(in) :: a(*)
+    integer, intent(in) :: half
+    real(wp), intent(inout) :: best
+    real(wp) :: start, total
+
+    start = cpu_seconds()
+    total = ddot(half, a, 1, a(half + 1), 1)
+    call keep(start, best)
+    if (.not. total > 0.0_wp) error stop 'sums of positive numbers are positive'
+  end subroutine read_it
 
   !> Keep the time since `start` where it is the least yet.
   subroutine keep(start, best)

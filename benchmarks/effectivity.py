@@ -9,18 +9,18 @@ Richardson's extrapolation where their errors fall regularly, else the finest of
 is estimate over truth.
 """
 
-import argparse
-import os
-import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "scripts"))
+
+from bipot_result import Result  # noqa: E402  (found through the line above)
+from study_pieces import page_command, run_deck  # noqa: E402
 
 
 @dataclass
@@ -55,21 +55,25 @@ BESIDE = (Case("tool", "resultant", (6, 12, 18), (36,), {}, (10, 50)),)
 
 
 def run(program, case, n, steps, folder):
-    """Return, at the ends of the steps, the estimates and the quantity: (steps,), (steps, k)."""
-    result = Path(folder) / f"{case.deck}.vtkhdf"
-    command = [program, ROOT / "input" / f"{case.deck}.inp", "-o", result, "--quiet"]
-    for name, value in {**case.settings, "n": n, "steps": steps}.items():
-        command += ["--set", f"{name}={value}"]
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=environment)
-    with h5py.File(result) as file:
-        step = file["history/step"][:]
-        ends = np.flatnonzero(np.append(step[1:] != step[:-1], True))
-        if case.quantity == "strain energy":
-            values = file["history/energy/strain"][:][ends, None]
-        else:
-            values = np.hstack([pair["resultant"][:][ends] for pair in file["contact"].values()])
-        return file["history/error/total"][:][ends], values
+    """Run the deck; return its estimates and its quantity as at_step_ends does."""
+    path = Path(folder) / f"{case.deck}.vtkhdf"
+    deck = ROOT / "input" / f"{case.deck}.inp"
+    run_deck(program, deck, path, {**case.settings, "n": n, "steps": steps})
+    with Result(path) as result:
+        return at_step_ends(result, case.quantity == "strain energy")
+
+
+def at_step_ends(result, energy):
+    """Return, at the ends of the steps, the estimates and the quantity: (steps,), (steps, k).
+
+    The quantity is the strain energy, k = 1, or the resultants of all contact pairs.
+    """
+    ends = result.step_ends
+    if energy:
+        values = result.history("energy/strain")[ends, None]
+    else:
+        values = np.hstack([pair.resultant[ends] for pair in result.pairs])
+    return result.history("error/total")[ends], values
 
 
 def limit(meshes, values):
@@ -159,18 +163,5 @@ def page(program):
     )
 
 
-def main():
-    """Print the page, or write it to a file."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot")
-    parser.add_argument("-o", type=Path, help="write the page here")
-    options = parser.parse_args()
-    text = page(options.bipot.resolve())
-    if options.o:
-        options.o.write_text(text, encoding="utf-8")
-    else:
-        print(text)
-
-
 if __name__ == "__main__":
-    main()
+    page_command(__doc__, page)

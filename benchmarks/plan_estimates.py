@@ -8,17 +8,17 @@ estimate over measurement, so 1 is exact. Memory should be within 25 %, time wit
 status 1 when one of them is not. On a machine where others work the times scatter.
 """
 
-import argparse
-import os
 import statistics
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-import h5py
-
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "scripts"))
+
+from bipot_result import Result  # noqa: E402  (found through the line above)
+from study_pieces import page_options, put_page, run_deck  # noqa: E402
+
 AUTO = {"solver": "AUTO", "local": "AUTO"}
 DECKS = ("hertz", "mindlin", "tool", "rest")
 MEMORY, TIME = 1.25, 2.0
@@ -39,24 +39,12 @@ def cases(largest):
     yield "Gmsh's bricks", ROOT / "tests" / "deck" / "odd" / "gmsh_bricks.inp", {}
 
 
-def numbers(file, path):
-    """A dataset of named numbers as a dictionary."""
-    data = file[path]
-    return dict(zip(data.attrs["name"].astype(str), data[()], strict=True))
-
-
 def run(program, deck, settings, folder):
     """One run: estimates and counters, and the size of the file as it is at the end."""
-    result = Path(folder) / "result.vtkhdf"
-    command = [program, deck, "-o", result, "--overwrite", "--quiet"]
-    for name, value in settings.items():
-        command += ["--set", f"{name}={value}"]
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=environment)
-    with h5py.File(result) as file:
-        estimates, counters = numbers(file, "run/estimates"), numbers(file, "run/counters")
-    counters["file_bytes"] = result.stat().st_size
-    return estimates, counters
+    path = Path(folder) / "result.vtkhdf"
+    run_deck(program, deck, path, settings)
+    with Result(path) as result:
+        return result.estimates, result.counters | {"file_bytes": path.stat().st_size}
 
 
 def rows(program, largest):
@@ -114,16 +102,11 @@ def table(program, largest):
 
 def main():
     """Run and print, or write to a file."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot")
+    parser = page_options(__doc__)
     parser.add_argument("--largest", type=int, default=32, help="largest n of the block")
-    parser.add_argument("-o", type=Path, help="write the page here")
     options = parser.parse_args()
     text, off = table(options.bipot.resolve(), options.largest)
-    if options.o:
-        options.o.write_text(text, encoding="utf-8")
-    else:
-        print(text)
+    put_page(text, options.page)
     for case in off:
         print(f"further off than it should be: {case}", file=sys.stderr)
     return 1 if off else 0

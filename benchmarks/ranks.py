@@ -13,7 +13,6 @@ processors as ranks that nobody else uses: ranks wait for each other, so one tha
 holds up all. The load of the machine is printed, so that a busy one is not taken for a slow one.
 """
 
-import argparse
 import os
 import subprocess
 import sys
@@ -26,7 +25,13 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "scripts"))
 
 from bipot_result import Result  # noqa: E402
-from study_pieces import table  # noqa: E402
+from study_pieces import (  # noqa: E402
+    page_options,
+    put_page,
+    run_words,
+    table,
+    with_threads,
+)
 
 ALONE = "-"
 PHASES = ("assemble", "factorise", "condense", "solve", "contact", "total")
@@ -38,9 +43,9 @@ HEAD = [
 def command_of(ranks, options):
     """What starts the program."""
     if ranks == ALONE:
-        return [options.alone]
+        return [options.bipot]
     launcher = [options.mpirun, "-n", str(ranks)]
-    return [*launcher, "--oversubscribe", "--bind-to", "none", options.together]
+    return [*launcher, "--oversubscribe", "--bind-to", "none", options.bipot_mpi]
 
 
 def run(n, ranks, options, folder):
@@ -48,11 +53,10 @@ def run(n, ranks, options, folder):
     result = Path(folder) / "block.vtkhdf"
     settings = {"n": n, "steps": options.steps, "tolerance": 1e-11, "solver": "AUTO",
                 "local": "AUTO"}
-    command = [*command_of(ranks, options), ROOT / "input" / "block.inp"]
-    command += ["-o", result, "--quiet", "--overwrite"]
-    for name, value in settings.items():
-        command += ["--set", f"{name}={value}"]
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    *launcher, program = command_of(ranks, options)
+    deck = ROOT / "input" / "block.inp"
+    command = [*launcher, *run_words(program, deck, result, settings)]
+    environment = with_threads()
     if os.geteuid() == 0:  # Open MPI starts nothing as root unless it is told twice.
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=environment)
@@ -109,21 +113,17 @@ def rows(n, options):
 
 def main():
     """Measure and print, or write to a file."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--alone", type=Path, default=ROOT / "build" / "bipot")
-    parser.add_argument("--together", type=Path, default=ROOT / "build" / "mpi" / "bipot")
+    parser = page_options(__doc__)
+    parser.add_argument("--bipot-mpi", type=Path, default=ROOT / "build" / "mpi" / "bipot",
+                        help="the program for several ranks")
     parser.add_argument("--mpirun", default="mpirun")
     parser.add_argument("-n", type=int, nargs="+", default=[16, 24, 32])
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--steps", type=int, default=10)
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("-o", type=Path, help="write the table here")
     options = parser.parse_args()
-    text = "\n".join(table(HEAD, [row for n in options.n for row in rows(n, options)])) + "\n"
-    if options.o:
-        options.o.write_text(text, encoding="utf-8")
-    else:
-        print(text)
+    lines = table(HEAD, [row for n in options.n for row in rows(n, options)])
+    put_page("\n".join(lines) + "\n", options.page)
 
 
 if __name__ == "__main__":

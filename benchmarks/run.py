@@ -8,37 +8,48 @@
 
 Runs the block with the automatic solver and writes every run into benchmarks/runs.csv, then
 docs/speed.md from the medians. Before each run the machine is measured: its dense products, its
-memory. `--add` keeps the runs that the file has of other sizes and threads; `--page` only writes
-the page; `--take` adds runs that were made otherwise, with one thread, from their results. From
-n = 32 on each setting is run once. A quiet machine takes some ten minutes.
+memory. Numbers of threads take turns, so that what else the machine does meets all of them, and
+their ratios are those of neighbours. `--add` keeps the runs that the file has of other sizes and
+threads, without it the file holds the new runs only; `--page` only writes the page; `--take` adds
+runs that were made otherwise, with one thread, from their results. From n = 32 on each setting is
+run once. A quiet machine takes some ten minutes. `--runs` and `-o` name another file and page.
 
 The scene `plate` is benchmarks/plate.inp: many contact points and few bricks above them.
 """
 
 import argparse
 import csv
-import itertools
 import math
 import re
 import statistics
 import subprocess
 import sys
 import tempfile
+from datetime import datetime
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "scripts"))
 
 from bipot_result import Result  # noqa: E402
-from peer_runs import measure, with_threads  # noqa: E402
-from study_pieces import machine, table  # noqa: E402
+from peer_runs import measure  # noqa: E402
+from study_pieces import (  # noqa: E402
+    machine,
+    program_options,
+    put_page,
+    run_words,
+    table,
+    with_threads,
+)
 
 RUNS = ROOT / "benchmarks" / "runs.csv"
+PAGE = ROOT / "docs" / "speed.md"
 SCENES = {
     "block": (ROOT / "input" / "block.inp", {"solver": "AUTO", "local": "AUTO"}),
     "plate": (ROOT / "benchmarks" / "plate.inp", {}),
 }
-WORDS = ("scene", "arithmetic")  # columns that are no numbers
+# Columns that are no numbers. Runs of one command share `made`, when it began; "" is not known.
+WORDS = ("scene", "arithmetic", "made")
 PHASES = (
     "read", "assemble", "order", "factorise", "condense", "loads", "contact", "recover", "estimate",
     "write",
@@ -52,7 +63,7 @@ LIMITS = ("dgemm", "read", "dsymv")
 COLUMNS = (
     "scene", "n", "steps", "threads", "arithmetic", "cpu", "total", "memory", "worst", "certified",
     "factor_flops", *(f"seconds_{phase}" for phase in PHASES), *COUNTERS,
-    *(f"limit_{name}" for name in LIMITS),
+    *(f"limit_{name}" for name in LIMITS), "made",
 )
 ONCE_FROM = 32
 
@@ -83,13 +94,12 @@ def run(options, n, threads):
     """Run the scene once; return its row."""
     deck, settings = SCENES[options.scene]
     with tempfile.TemporaryDirectory(dir=options.scratch) as folder:
-        row = {"scene": options.scene, "n": n, "steps": options.steps, "threads": threads}
+        row = {"scene": options.scene, "n": n, "steps": options.steps, "threads": threads,
+               "made": options.made}
         found = limits(options.limits, threads)
         row |= {f"limit_{name}": found[name] for name in LIMITS}
         path = Path(folder) / "run.vtkhdf"
-        words = [options.bipot, deck, "-o", path, "--quiet"]
-        for name, value in {"n": n, "steps": options.steps, **settings}.items():
-            words += ["--set", f"{name}={value}"]
+        words = run_words(options.bipot, deck, path, {"n": n, "steps": options.steps, **settings})
         log = Path(folder) / "log"
         taken = measure(words, ROOT, log, threads=threads)
         if taken.status != 0:
@@ -108,17 +118,18 @@ def take(path):
             name: float(re.search(rf"^\s*{name}\s*=\s*([\d.]+)", words, re.MULTILINE)[1])
             for name in ("n", "steps")
         }
-        row = {"scene": scene, **value, "threads": 1}
+        row = {"scene": scene, **value, "threads": 1, "made": ""}
         return row | {f"limit_{name}": math.nan for name in LIMITS} | row_of(result)
 
 
 def read_rows(path=RUNS):
-    """Return the rows of the file, numbers as such."""
+    """Return the rows of the file, numbers as such; older files do not tell when runs were made."""
     if not path.is_file():
         return []
     with path.open(encoding="utf-8", newline="") as file:
         return [
-            {name: text if name in WORDS else float(text) for name, text in row.items()}
+            {"made": ""}
+            | {name: text if name in WORDS else float(text) for name, text in row.items()}
             for row in csv.DictReader(file)
         ]
 
@@ -141,8 +152,8 @@ def same_setting(one, other):
 
 
 def medians(rows):
-    """Return one row for each scene, size, number of increments, arithmetic and threads."""
-    keys = ("scene", "threads", "n", "steps", "arithmetic")
+    """Return one row for each scene, size, number of increments, threads and arithmetic."""
+    keys = ("scene", "n", "steps", "threads", "arithmetic")
     groups = {}
     for row in rows:
         groups.setdefault(tuple(row[key] for key in keys), []).append(row)
@@ -184,11 +195,11 @@ def shares(row):
 
 def time_table(rows):
     """Return the lines of the table of times."""
-    head = ["n", "increments", "threads", "arithmetic", "equations", "points", *PHASES, "total",
-            "processor", "MB", "worst error"]
+    head = ["n", "increments", "threads", "runs", "arithmetic", "equations", "points", *PHASES,
+            "total", "processor", "MB", "worst error"]
     lines = []
     for row in rows:
-        cells = [f"{row[name]:.0f}" for name in ("n", "steps", "threads")]
+        cells = [f"{row[name]:.0f}" for name in ("n", "steps", "threads", "repeats")]
         cells += [row["arithmetic"].replace(" precision", "")]
         cells += [f"{row['equations']:.0f}", f"{row['contact_points']:.0f}"]
         cells += [f"{seconds_of(row, phase):.2g}" for phase in PHASES]
@@ -217,36 +228,69 @@ def share_table(rows):
     return table(head, lines)
 
 
+def turns(rows):
+    """Return the runs with more threads, each with the run with one thread that took turns with it.
+
+    The k-th runs of a command with one number of threads and with another are neighbours: a list
+    of such pairs by size, increments, threads and command.
+    """
+    groups = {}
+    for row in rows:
+        key = (row["n"], row["steps"], row["threads"], row["made"])
+        groups.setdefault(key, []).append(row)
+    pairs = {}
+    for (n, steps, threads, made), more in sorted(groups.items()):
+        one = groups.get((n, steps, 1.0, made))
+        if threads > 1 and one is not None and made != "":
+            pairs[n, steps, threads, made] = list(zip(more, one, strict=False))
+    return pairs
+
+
 def thread_table(rows):
-    """Return the lines of the table of two threads over one: ratios of wall time by phase."""
-    found = {(r["n"], r["steps"], r["threads"]): r for r in rows}
-    names = ("factorise", "condense", "contact", "recover")
+    """Return the lines of the table of more threads over one: ratios of wall time by phase."""
+    names = ("factorise", "condense", "contact", "recover", "total")
+    columns = [*(f"seconds_{name}" for name in names[:-1]), "total"]
     lines = []
-    for (n, steps, threads), row in sorted(found.items()):
-        one = found.get((n, steps, 1.0))
-        if threads < 2 or one is None:
-            continue
-        ratios = [row[f"seconds_{name}"] / one[f"seconds_{name}"] for name in names]
-        lines.append([f"{n:.0f}", *(f"{ratio:.2f}" for ratio in ratios),
-                      f"{row['total'] / one['total']:.2f}"])
-    return table(["n", *names, "total"], lines) if lines else []
+    for (n, steps, threads, _), pairs in turns(rows).items():
+        ratios = [statistics.median(more[name] / one[name] for more, one in pairs)
+                  for name in columns]
+        lines.append([f"{n:.0f}", f"{threads:.0f}", f"{steps:.0f}", len(pairs),
+                      *(f"{ratio:.2f}" for ratio in ratios)])
+    return table(["n", "threads", "increments", "pairs", *names], lines) if lines else []
+
+
+def runs_in_words(rows):
+    """Say of how many runs the lines of medians are."""
+    counts = [row["repeats"] for row in rows]
+    if not counts:
+        return "no runs"
+    if max(counts) == 1:
+        return "each line is one run"
+    if min(counts) == max(counts):
+        return f"each line holds the medians of {max(counts)} runs"
+    return f"each line holds the medians of so many `runs`, {min(counts)} to {max(counts)}"
+
+
+def seconds_in_words(rows):
+    """Say what the seconds of the phases are."""
+    more = ", with more of the wall" if any(row["threads"] > 1 for row in rows) else ""
+    return ["Seconds by phase: with one thread of the processor (the machine is shared; phases",
+            f"are clocked by the wall, and scaled by the processor's share of the run){more}."]
 
 
 def page(rows):
     """Return the lines of docs/speed.md."""
-    repeats = max(row["repeats"] for row in medians(rows))
+    runs = [row for row in rows if row["scene"] == "block"]
     every = medians(rows)
     rows = [row for row in every if row["scene"] == "block"]
     plates = [row for row in every if row["scene"] == "plate"]
     lines = [
         "# Time and memory of the block by phase", "",
         f"By `benchmarks/run.py` on {machine()}: the paper's block, automatic solver, tolerance",
-        f"1e-10, medians of {repeats} runs (one from n = {ONCE_FROM} on), the largest memory.",
-        "Seconds by phase: with one thread of the processor (the machine is shared; phases are",
-        "clocked by the wall, and scaled by the processor's share of the whole run), with two of",
-        "the wall.",
-        "`total` is wall time, `processor` that of the whole process. All runs are in",
-        "`benchmarks/runs.csv`; [scaling](scaling.md) fits their growth.", "",
+        f"1e-10; {runs_in_words(rows)}.",
+        *seconds_in_words(rows),
+        "`total` is wall time, `processor` that of the whole process, `MB` the peak of memory. All",
+        "runs are in `benchmarks/runs.csv`; [scaling](scaling.md) fits their growth.", "",
         *time_table(rows), "",
         "## Beside the machine", "",
         "Measured before each run: the rate of large dense products, of reading memory, and of a",
@@ -257,12 +301,17 @@ def page(rows):
         "measured in the same second, so a share has an error of a tenth or two.", "",
         *share_table(rows), "",
     ]
-    threads = thread_table(rows)
+    threads = thread_table(runs)
     if threads:
-        lines += ["## Two threads over one", "", "Ratios of wall time.", "", *threads, ""]
+        lines += ["## Two threads over one" if max(row["threads"] for row in rows) == 2
+                  else "## More threads over one", "",
+                  "Ratios of wall time, medians over pairs of runs of one command, which took",
+                  "turns.",
+                  "", *threads, ""]
     if plates:
         lines += ["## A plate with many contact points", "",
-                  "`benchmarks/plate.inp`, three layers of bricks.", "", *time_table(plates), ""]
+                  f"`benchmarks/plate.inp`, three layers of bricks; {runs_in_words(plates)}.", "",
+                  *time_table(plates), ""]
     return lines
 
 
@@ -279,7 +328,7 @@ def whole_numbers(text):
 
 def main():
     """Run and write."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    parser = program_options(__doc__)
     parser.add_argument("-n", type=whole_numbers, default=[8, 16, 24, 32, 40])
     parser.add_argument("--threads", type=whole_numbers, default=[1, 2])
     parser.add_argument("--repeat", type=int, default=3)
@@ -289,30 +338,34 @@ def main():
     parser.add_argument("--add", action="store_true", help="to the runs that are there")
     parser.add_argument("--page", action="store_true", help="write the page from the runs there")
     parser.add_argument("--scratch", type=Path, help="where results go for the moment")
-    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot")
+    parser.add_argument("--runs", type=Path, default=RUNS, help="the file of the runs")
+    parser.add_argument("-o", dest="written", type=Path, default=PAGE, help="write the page here")
     parser.add_argument("--limits", type=Path, help="(build/benchmarks/machine_limits)",
                         default=ROOT / "build" / "benchmarks" / "machine_limits")
     options = parser.parse_args()
-    rows = read_rows() if options.add or options.page or options.take else []
+    options.made = datetime.now().isoformat(timespec="seconds")
+    rows = read_rows(options.runs) if options.add or options.page or options.take else []
     for path in options.take:
         new = take(path)
         rows = [row for row in rows if not same_setting(row, new)] + [new]
-        write_rows(rows)
+        write_rows(rows, options.runs)
     if not options.page and not options.take:
         for program in (options.bipot, options.limits):
             if not program.is_file():
                 sys.exit(f"no program at {program}; configure with -DBIPOT_BENCHMARKS=ON and build")
         options.bipot, options.limits = options.bipot.resolve(), options.limits.resolve()
-        for n, threads in itertools.product(options.n, options.threads):
+        for n in options.n:
             new = []
-            for _ in range(1 if n >= ONCE_FROM else options.repeat):
-                print(f"{options.scene}, n = {n}, {threads} threads", file=sys.stderr, flush=True)
-                new.append(run(options, n, threads))
-            rows = [row for row in rows if not same_setting(row, new[0])] + new
-            write_rows(rows)
+            for number in range(1 if n >= ONCE_FROM else options.repeat):
+                for threads in options.threads:
+                    print(f"{options.scene}, n = {n}, run {number + 1}, threads: {threads}",
+                          file=sys.stderr, flush=True)
+                    new.append(run(options, n, threads))
+            rows = [row for row in rows if not any(same_setting(row, one) for one in new)] + new
+            write_rows(rows, options.runs)
     if not rows:
-        sys.exit(f"no runs in {RUNS}")
-    (ROOT / "docs" / "speed.md").write_text("\n".join(page(rows)) + "\n", encoding="utf-8")
+        sys.exit(f"no runs in {options.runs}")
+    put_page("\n".join(page(rows)).rstrip() + "\n", options.written)
     return 0
 
 

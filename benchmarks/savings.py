@@ -11,8 +11,6 @@ as METIS and MUMPS alone, or when a side did not leave out what it should have. 
 three minutes; where others work the times scatter, and ratios less.
 """
 
-import argparse
-import os
 import resource
 import statistics
 import subprocess
@@ -27,6 +25,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "scripts"))
 
 from bipot_result import Result  # noqa: E402  (found through the line above)
+from study_pieces import page_options, put_page, run_words, with_threads  # noqa: E402
 
 SAME = 1e-10  # differences of forces and displacements, relative to the largest
 MOST_OF_BARE = 1.3  # a run without contact, over METIS and MUMPS alone
@@ -129,9 +128,10 @@ COMPARISONS = (
 
 def call(command):
     """Run a command; return what it prints and the seconds of processor time it takes."""
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, env=environment)
+    done = subprocess.run(
+        command, check=True, stdout=subprocess.PIPE, text=True, env=with_threads()
+    )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return done.stdout, sum(
         getattr(after, kind) - getattr(before, kind) for kind in ("ru_utime", "ru_stime")
@@ -147,10 +147,7 @@ def measure(programs, side, folder):
     if side.is_bare:
         return measure_bare(programs[1], deck, folder)
     path = Path(folder) / "result.vtkhdf"
-    command = [programs[0], deck, "-o", path, "--overwrite", "--quiet"]
-    for name, value in side.settings.items():
-        command += ["--set", f"{name}={value}"]
-    _, seconds = call(command)
+    _, seconds = call(run_words(programs[0], deck, path, side.settings))
     with Result(path) as result:
         forces = [pair.force for pair in result.pairs]
         return Measured(
@@ -293,14 +290,12 @@ EXPLANATION = """\
 
 def main():
     """Run and print, or write to a file."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot")
+    parser = page_options(__doc__)
     parser.add_argument(
         "--bare", type=Path, default=ROOT / "build" / "benchmarks" / "bare_factorisation"
     )
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--only", help="comparisons whose name holds this word")
-    parser.add_argument("-o", type=Path, help="write the page here")
     options = parser.parse_args()
     programs = [options.bipot.resolve(), options.bare.resolve()]
     for program in programs:
@@ -313,10 +308,7 @@ def main():
         parser.error(f"--only {options.only}: no comparison has this in its name")
     runs, differences = run_rounds(programs, options.rounds, comparisons)
     text = page(comparisons, runs, differences, options.rounds)
-    if options.o:
-        options.o.write_text(text, encoding="utf-8")
-    else:
-        print(text)
+    put_page(text, options.page)
     found = list(faults(comparisons, runs, differences))
     for fault in found:
         print(fault, file=sys.stderr)

@@ -9,7 +9,6 @@ model's largest runs are foretold from the smaller ones, as a check, before it f
 ones than any machine here has room for.
 """
 
-import argparse
 import math
 import re
 import subprocess
@@ -26,7 +25,16 @@ sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "benchmarks")]
 
 from run import medians, read_rows, seconds_of  # noqa: E402
 
-from block_runs import BLUE, GREEN, ORANGE, PURPLE, RED, new_axes, save  # noqa: E402
+from block_runs import (  # noqa: E402
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    new_axes,
+    save,
+    script_options,
+)
 from study_pieces import StudyError, claim, machine, table  # noqa: E402
 
 SMALLEST = 16  # below, fixed costs hide the growth
@@ -395,10 +403,7 @@ def page(rows, program):
 
 def main():
     """Write the page and its figure."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("-o", dest="folder", type=Path, default=ROOT / "docs")
-    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot", help="for plans")
-    options = parser.parse_args()
+    options = script_options(__doc__, ROOT / "docs", "the page and its figure go").parse_args()
     rows = [
         row for row in medians(read_rows())
         if row["scene"] == "block" and row["threads"] == 1 and row["steps"] == INCREMENTS

@@ -72,6 +72,12 @@ class Result:
             raise ResultError(f"{self.path}: no dataset {name}")
         return found
 
+    def _named_numbers(self, name):
+        """Return a dataset whose numbers have names as a dictionary."""
+        dataset = self._dataset(name)
+        names = [_plain(name) for name in dataset.attrs["name"]]
+        return dict(zip(names, dataset[:].tolist(), strict=True))
+
     # --- The run ------------------------------------------------------------------------------
 
     @cached_property
@@ -93,9 +99,12 @@ class Result:
     @cached_property
     def counters(self):
         """What was really done, by name: /run/counters as a dictionary of numbers."""
-        counters = self._dataset("/run/counters")
-        names = [_plain(name) for name in counters.attrs["name"]]
-        return dict(zip(names, counters[:].tolist(), strict=True))
+        return self._named_numbers("/run/counters")
+
+    @cached_property
+    def estimates(self):
+        """What the plan foresaw, by name: /run/estimates as a dictionary of numbers."""
+        return self._named_numbers("/run/estimates")
 
     # --- History ------------------------------------------------------------------------------
 

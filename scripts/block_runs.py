@@ -1,6 +1,5 @@
 """What the scripts that run decks share: command line, runs, and the look of their figures."""
 
-import argparse
 import shlex
 import subprocess
 import tempfile
@@ -13,8 +12,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 from bipot_result import Result
+from study_pieces import ROOT, program_options, set_words
 
-ROOT = Path(__file__).resolve().parent.parent
 DECK = ROOT / "input" / "block.inp"
 INK, BLUE, ORANGE, GREEN, GRID = "#303030", "#2f6db0", "#e8813a", "#2a9d6f", "#c9c9c9"
 PURPLE, RED = "#7b5ea7", "#c2443c"
@@ -26,12 +25,11 @@ class RunError(Exception):
 
 def script_options(description, folder, what):
     """Return a parser of the options that the scripts share: -o, where `what` goes, and --bipot."""
-    parser = argparse.ArgumentParser(description=description.splitlines()[0])
+    parser = program_options(description)
     shown = folder.relative_to(ROOT)
     parser.add_argument(
         "-o", dest="folder", type=Path, default=folder, help=f"where {what} ({shown})"
     )
-    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot", help="the program")
     return parser
 
 
@@ -73,10 +71,7 @@ def fresh_runs(program):
 
 def block_words(deck, parameters):
     """Return the deck and its parameters as words of bipot's command line."""
-    words = [str(deck)]
-    for name, value in parameters.items():
-        words += ["--set", f"{name}={value}"]
-    return words
+    return [str(deck), *set_words(parameters)]
 
 
 def command_text(parameters, deck="input/block.inp"):

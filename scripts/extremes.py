@@ -15,7 +15,6 @@ the program says of itself does not count. Outcomes are
 Exit status: 0 where no run failed, 1 otherwise.
 """
 
-import argparse
 import os
 import subprocess
 import sys
@@ -28,9 +27,8 @@ from pathlib import Path
 from extreme_confirm import confirm
 from extreme_judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK, cause_of, judge
 from extreme_scenes import all_scenes, deck
-from study_pieces import Bar
+from study_pieces import ROOT, Bar, program_options
 
-ROOT = Path(__file__).resolve().parent.parent
 SOLVERS = {
     "AUTO": "SOLVER=AUTO",
     "Uzawa, bi-potential": "SOLVER=SWEEPS, FORMULATION=BIPOTENTIAL, LOCAL=UZAWA",
@@ -126,21 +124,21 @@ def confirm_refusals(scenes, outcomes):
 
 def main():
     """Run, print, write the page."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--program", default=str(ROOT / "build" / "bipot"))
+    parser = program_options(__doc__)
     parser.add_argument("--only", default="", help="scenes whose name or axis holds this")
     parser.add_argument("--solvers", default="", help="parts of solvers' names, as a,b")
     parser.add_argument("--jobs", type=int, default=max(1, min(2, os.cpu_count() or 1)))
     parser.add_argument("--limit", type=float, default=60.0, help="seconds for one run")
     parser.add_argument("--keep", help="folder in which the decks stay")
     options = parser.parse_args()
+    program = options.bipot.resolve()
     scenes = [s for s in all_scenes() if options.only in s.name or options.only == s.axis]
     wanted = [word for word in options.solvers.split(",") if word]
     solvers = [name for name in SOLVERS if not wanted or any(word in name for word in wanted)]
     start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="extremes-") as temporary:
         folder = Path(options.keep or temporary)
-        outcomes = run_matrix(scenes, solvers, options.program, folder, options.limit, options.jobs)
+        outcomes = run_matrix(scenes, solvers, program, folder, options.limit, options.jobs)
     for one in outcomes:
         if one.outcome != CERTIFIED:
             print(f"{one.outcome:10} {one.solver:24} {one.scene:34} {one.words}")
@@ -156,7 +154,7 @@ def main():
         seconds = time.monotonic() - start
         draw_map(outcomes, solvers, ROOT / "docs" / "figures" / "extremes.png")
         confirmed = confirm_refusals(scenes, outcomes)
-        answers = answers_of_block(options.program)
+        answers = answers_of_block(program)
         page = ROOT / "docs" / "extremes.md"
         write_page(outcomes, solvers, confirmed, answers, seconds, page)
     return 1 if any(one.outcome == FAILED for one in outcomes) else 0

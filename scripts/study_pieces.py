@@ -1,13 +1,70 @@
-"""What scripts that make pages share: tables, claims that runs must bear out, a progress bar."""
+"""What scripts that make pages share: command lines, tables, claims that runs must bear out."""
 
+import argparse
+import os
 import platform
+import subprocess
 import sys
 import time
 from pathlib import Path
 
+ROOT = Path(__file__).resolve().parent.parent
+
 
 class StudyError(Exception):
     """The study cannot go on, or its runs do not show what the page says."""
+
+
+def program_options(description):
+    """Return a parser of the option of all scripts that run the program: --bipot, a path."""
+    parser = argparse.ArgumentParser(description=description.split("\n", 1)[0])
+    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot", help="the program")
+    return parser
+
+
+def page_options(description):
+    """Return a parser of --bipot and of -o, for put_page: `page`, a path or None."""
+    parser = program_options(description)
+    parser.add_argument("-o", dest="page", type=Path, help="write the page here")
+    return parser
+
+
+def put_page(text, path):
+    """Write a page, a text that ends its last line, to `path`; print it where that is None."""
+    if path is None:
+        sys.stdout.write(text)
+    else:
+        path.write_text(text, encoding="utf-8")
+
+
+def page_command(description, page):
+    """Read the command line of a script with no other options, and put page(program)."""
+    options = page_options(description).parse_args()
+    put_page(page(options.bipot.resolve()), options.page)
+
+
+def set_words(settings):
+    """Return the words of a command line that give a deck's parameters these values."""
+    return [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
+
+
+def with_threads(threads=1):
+    """Return the environment in which a program has so many threads."""
+    return {**os.environ, "OPENBLAS_NUM_THREADS": str(threads), "OMP_NUM_THREADS": str(threads)}
+
+
+def run_words(program, deck, result, settings):
+    """Return the command that runs a deck quietly into a result file, be there one or not."""
+    return [program, deck, "-o", result, "--overwrite", "--quiet", *set_words(settings)]
+
+
+def run_deck(program, deck, result, settings):
+    """Run a deck with one thread into a result file.
+
+    CalledProcessError when it does not end well.
+    """
+    words = run_words(program, deck, result, settings)
+    subprocess.run(words, check=True, stdout=subprocess.DEVNULL, env=with_threads())
 
 
 def claim(holds, words):

@@ -9,7 +9,6 @@ the natural map, written here and nowhere else, then starts from many random rea
 it finds satisfies Coulomb's law to rounding. Answers that differ by more than 1e-6 are different.
 """
 
-import argparse
 import subprocess
 import sys
 import tempfile
@@ -19,7 +18,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-ROOT = Path(__file__).resolve().parent.parent
+from study_pieces import ROOT, program_options, set_words
+
 MU = 10.0
 SETTINGS = {"n": 4, "mu": MU, "solver": "AUTO", "local": "AUTO", "tolerance": 1e-10}
 SAME = 1e-6
@@ -45,8 +45,7 @@ class Answer:
 def export(program, increment, folder):
     """Run the block and return W, q, the friction coefficients and the program's reactions."""
     command = [program, ROOT / "input" / "block.inp", "--quiet", "--export-fclib", str(increment)]
-    for name, value in SETTINGS.items():
-        command += ["--set", f"{name}={value}"]
+    command += set_words(SETTINGS)
     subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
     with h5py.File(folder / f"block-{increment}.fclib.hdf5") as file:
         group = file["fclib_local"]
@@ -182,12 +181,12 @@ HEADS = ["normal force", "friction", "open, stick, slide", "residual", "found"]
 
 def main():
     """Print the answers."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--program", default=str(ROOT / "build" / "bipot"))
+    parser = program_options(__doc__)
     parser.add_argument("--increment", type=int, default=48)
     parser.add_argument("--starts", type=int, default=25)
     options = parser.parse_args()
-    answers = answers_of_block(options.program, options.increment, options.starts)
+    program = options.bipot.resolve()
+    answers = answers_of_block(program, options.increment, options.starts)
     for row in [HEADS, *rows(answers)]:
         print("".join(f"{cell:>22}" for cell in row))
     return 0

@@ -8,6 +8,7 @@ module plan_table_mod
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
                           formulation_bipotential, local_uzawa, local_newton, local_newton6, &
                           stop_at_change, precision_controls_t, is_exact
+  use problem_mod, only: rows_worth_rounding
   use plan_mod, only: plan_t, bound_fixed, bound_at_most, bound_about, bound_in_words
   use rigid_modes_mod, only: free_motions_t
   use motion_words_mod, only: body_in_words, motions_together
@@ -29,6 +30,7 @@ contains
     type(free_motions_t), intent(in) :: motions !! that the supports of the first step leave
     type(plan_t), intent(inout) :: plan
     integer :: bound
+    logical :: has_copy
 
     allocate (plan%lines(0))
     bound = bound_at_most
@@ -40,13 +42,13 @@ contains
       to_text(plan%n_interface)//' on contact nodes')
     if (plan%points%n > 0) call describe_pairs(scene, plan)
     if (sum(plan%rows) > 0) then
+      has_copy = scene%precision%single_compliance .or. sum(plan%rows) >= rows_worth_rounding
       call add_line(plan, 'compliance', bound, to_text(plan%n_interface)//' x '// &
         to_text(plan%n_interface)//' and, of the contact rows, '//to_text(sum(plan%rows))//' x '// &
         to_text(sum(plan%rows))//': dense, double precision'// &
-        trim(merge(' and a copy of the rows in single precision', repeat(' ', 43), &
-        scene%precision%single_compliance))//', '// &
-        bytes_in_words(8.0_wp*real(plan%n_interface, wp)**2 + &
-        merge(12.0_wp, 8.0_wp, scene%precision%single_compliance)*real(sum(plan%rows), wp)**2))
+        trim(merge(' and a copy of the rows in single precision', repeat(' ', 43), has_copy))// &
+        ', '//bytes_in_words(8.0_wp*real(plan%n_interface, wp)**2 + &
+        merge(12.0_wp, 8.0_wp, has_copy)*real(sum(plan%rows), wp)**2))
     end if
     call add_line(plan, factorisations, bound_at_most, factorisations_in_words(plan, &
       scene%precision))

@@ -7,7 +7,7 @@ module provenance_mod
   use loaded_libraries_mod, only: loaded_libraries
   use sparse_factor_mod, only: sparse_factor_t, library_version
   use hdf5_files_mod, only: hdf5_version
-  use result_file_mod, only: provenance_t
+  use result_run_mod, only: provenance_t
   use operators_mod, only: operators_t
   use command_line_mod, only: command_text
   use tally_mod, only: tally_t, list_counters

@@ -14,10 +14,10 @@ module run_mod
   use initial_overlaps_mod, only: overlaps
   use operators_mod, only: operators_t
   use meet_accuracy_mod, only: choose_arithmetic, sharpen
-  use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result, &
-    run_finished, run_not_solved, run_stopped, run_failed
+  use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
+  use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result
   use command_line_mod, only: options_t, command_text
-  use tally_mod, only: list_counters
+  use tally_mod, only: tally_t, list_counters
   use export_problems_mod, only: exports_t, choose_rows
   use console_mod, only: console_t, open_console, say, print_lines, print_warning, clear_bar
   use provenance_mod, only: make_provenance
@@ -120,8 +120,6 @@ contains
     type(progress_t) :: progress
     type(error_t), allocatable :: closing
     character(:), allocatable :: path, status
-    type(string_t), allocatable :: names(:)
-    real(wp), allocatable :: counters(:)
     integer(i8) :: written
     logical :: in_place
 
@@ -139,7 +137,6 @@ contains
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
     inquire (file=path, size=written)
     progress%tally%file_bytes = real(max(0_i8, written), wp)
-    call list_counters(progress%tally, operators, names, counters)
 
     status = run_finished
     if (allocated(error)) then
@@ -147,8 +144,7 @@ contains
       if (error%exit_status == exit_not_solved) status = run_not_solved
       if (error%exit_status > exit_signal) status = run_stopped
     end if
-    call finish_result(file, status, names, counters, closing)
-    call clear_bar(console)
+    call end_file(status, progress%tally, operators, plan, file, console, closing)
     if (allocated(error)) then
       inquire (file=path, exist=in_place)
       if (status == run_stopped) then
@@ -164,7 +160,6 @@ contains
       call move_alloc(closing, error)
       return
     end if
-    call tell_breaches(console, find_breaches(plan, names, counters))
     call close_run(scene, console, progress%tally, operators, path)
     if (progress%tally%missed > 0) call raise(error, exit_not_solved, 'accuracy '// &
       percent(scene%accuracy%wanted)//' was not reached at the end of '// &
@@ -202,6 +197,26 @@ contains
         ignored)
     end if
   end subroutine begin_file
+
+  !> Close the file with what the run adds up to; if all of it was run, say where it did not keep to
+  !> its plan.
+  subroutine end_file(status, tally, operators, plan, file, console, error)
+    character(*), intent(in) :: status !! run_finished, run_not_solved, ...
+    type(tally_t), intent(in) :: tally
+    type(operators_t), intent(in) :: operators
+    type(plan_t), intent(in) :: plan
+    type(result_file_t), intent(inout) :: file
+    type(console_t), intent(inout) :: console
+    type(error_t), allocatable, intent(out) :: error !! the file could not be finished
+    type(string_t), allocatable :: names(:)
+    real(wp), allocatable :: counters(:)
+
+    call list_counters(tally, operators, names, counters)
+    call finish_result(file, status, names, counters, error)
+    call clear_bar(console)
+    if (status /= run_finished .or. allocated(error)) return
+    call tell_breaches(console, find_breaches(plan, names, counters))
+  end subroutine end_file
 
   !> Say where the run did not keep to its plan.
   subroutine tell_breaches(console, breaches)

@@ -4,6 +4,7 @@ module compliance_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_not_solved
   use dense_mod, only: invert_spd
+  use huge_pages_mod, only: prefer_huge_pages
   use dof_map_mod, only: dof_map_t
   use contact_points_mod, only: contact_points_t
   use near_stiffness_mod, only: near_stiffness_t, find_near
@@ -101,6 +102,7 @@ contains
     integer :: i, j, a, b
 
     allocate (w(count(row > 0), count(row > 0)))
+    call prefer_huge_pages(w)
     do j = 1, points%n
       if (row(1, j) == 0) cycle
       do i = j, points%n

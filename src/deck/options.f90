@@ -7,11 +7,11 @@ module options_mod
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, number_too_large, read_integer, read_real
   use substitution_mod, only: substitute
-  use text_mod, only: as_list, string_t, upper
+  use text_mod, only: as_list, string_t, to_text, upper
   implicit none
   private
 
-  public :: card_t, open_card, allow_options, has_option, has_value, option_position
+  public :: card_t, open_card, open_only_card, allow_options, has_option, has_value, option_position
   public :: name_option, integer_option, real_option, choice_option, choice_list
   public :: allow_no_data, unquote, checked_name, max_name
 
@@ -70,6 +70,28 @@ contains
       end do
     end do
   end subroutine open_card
+
+  !> Open the only card of a keyword; every further one is a mistake.
+  subroutine open_only_card(reader, keyword, card, found)
+    type(reader_t), intent(inout) :: reader
+    character(*), intent(in) :: keyword !! upper case, without star
+    type(card_t), intent(out) :: card   !! the first one
+    logical, intent(out) :: found       !! false: there is none
+    type(card_t) :: further
+    integer :: k
+
+    found = .false.
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= keyword) cycle
+      if (found) then
+        call open_card(reader, k, further)
+        call report(reader, further%position, 'a second *'//keyword)
+      else
+        call open_card(reader, k, card)
+        found = .true.
+      end if
+    end do
+  end subroutine open_only_card
 
   !> Take apart the option at first..last.
   subroutine add_option(reader, card, first, last)
@@ -246,7 +268,7 @@ contains
       value = number
     else
       call report(reader, card%options(i)%value_position, name//' must be a whole number from '// &
-        text_of(lowest)//' to '//text_of(highest)//', not '//quoted(card%options(i)%value))
+        to_text(lowest)//' to '//to_text(highest)//', not '//quoted(card%options(i)%value))
     end if
   end subroutine integer_option
 
@@ -361,14 +383,5 @@ contains
     if (n < 2) return
     if (scan(bare(1:1), '"''') == 1 .and. bare(1:1) == bare(n:n)) bare = bare(2:n - 1)
   end function unquote
-
-  pure function text_of(number) result(text)
-    integer, intent(in) :: number
-    character(:), allocatable :: text
-    character(12) :: buffer
-
-    write (buffer, '(i0)') number
-    text = trim(buffer)
-  end function text_of
 
 end module options_mod

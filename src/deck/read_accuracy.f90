@@ -9,7 +9,7 @@ module read_accuracy_mod
   use fields_mod, only: field_position, field_text, fields_t, limit_fields, next_data_line, &
     real_field
   use kinds_mod, only: wp
-  use options_mod, only: allow_options, card_t, choice_option, open_card
+  use options_mod, only: allow_options, card_t, choice_option, open_only_card
   implicit none
   private
 
@@ -22,20 +22,15 @@ contains
     type(reader_t), intent(inout) :: reader
     type(accuracy_controls_t), intent(out) :: accuracy
     type(card_t) :: card
-    integer :: k, choice
-    logical :: given, ok
+    integer :: choice
+    logical :: found, ok
 
-    given = .false.
-    do k = 1, reader%n_cards
-      if (reader%cards(k)%keyword /= 'ACCURACY') cycle
-      call open_card(reader, k, card)
-      if (given) call report(reader, card%position, 'a second *ACCURACY')
-      given = .true.
-      call allow_options(reader, card, ['OF'])
-      call choice_option(reader, card, 'OF', ['RESULTANTS', 'ENERGY    '], choice, ok)
-      if (ok) accuracy%of_energy = choice == 2
-      call read_wanted(reader, card, accuracy%wanted)
-    end do
+    call open_only_card(reader, 'ACCURACY', card, found)
+    if (.not. found) return
+    call allow_options(reader, card, ['OF'])
+    call choice_option(reader, card, 'OF', ['RESULTANTS', 'ENERGY    '], choice, ok)
+    if (ok) accuracy%of_energy = choice == 2
+    call read_wanted(reader, card, accuracy%wanted)
   end subroutine read_accuracy
 
   !> The one data line.

@@ -18,7 +18,7 @@ module read_controls_mod
   use fields_mod, only: fields_t, is_empty_field, name_field, next_data_line
   use kinds_mod, only: wp
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
-    integer_option, open_card, option_position, real_option
+    integer_option, open_card, open_only_card, option_position, real_option
   implicit none
   private
 
@@ -30,32 +30,17 @@ contains
   subroutine read_contact_controls(reader, controls)
     type(reader_t), intent(inout) :: reader
     type(contact_controls_t), intent(out) :: controls
-    type(card_t) :: card
-    integer :: k
-    logical :: given
-
-    given = .false.
-    do k = 1, reader%n_cards
-      if (reader%cards(k)%keyword /= 'CONTACT SOLVER') cycle
-      call open_card(reader, k, card)
-      if (given) call report(reader, card%position, 'a second *CONTACT SOLVER')
-      given = .true.
-      call read_contact_solver(reader, card, controls)
-    end do
-  end subroutine read_contact_controls
-
-  subroutine read_contact_solver(reader, card, controls)
-    type(reader_t), intent(inout) :: reader
-    type(card_t), intent(in) :: card
-    type(contact_controls_t), intent(inout) :: controls
     integer, parameter :: solvers(3) = [solver_auto, solver_sweeps, solver_global_newton]
     integer, parameter :: formulations(2) = [formulation_bipotential, formulation_pseudopotential]
     integer, parameter :: locals(4) = [local_uzawa, local_newton, local_newton6, local_exact]
     integer, parameter :: linears(3) = [linear_auto, linear_direct, linear_gmres]
     integer, parameter :: stop_rules(2) = [stop_at_residual, stop_at_change]
+    type(card_t) :: card
     integer :: choice
-    logical :: ok, of_sweeps
+    logical :: found, ok, of_sweeps
 
+    call open_only_card(reader, 'CONTACT SOLVER', card, found)
+    if (.not. found) return
     call allow_options(reader, card, ['SOLVER     ', 'FORMULATION', 'LOCAL      ', 'RHO        ', &
       'RELAXATION ', 'TOLERANCE  ', 'STOP       ', 'MAX SWEEPS ', 'LINEAR     ', 'ANDERSON   '])
     call allow_no_data(reader, card)
@@ -89,7 +74,7 @@ contains
         'LOCAL and RELAXATION belong to SWEEPS, not to GLOBAL NEWTON')
     end if
     controls%solver = solver_sweeps
-  end subroutine read_contact_solver
+  end subroutine read_contact_controls
 
   !> *NODE FILE, *EL FILE, *CONTACT FILE of all steps together; without any the defaults hold.
   subroutine read_output_controls(reader, controls)

@@ -4,10 +4,11 @@
 !>
 !> What it does not say is chosen by the plan, as memory requires.
 module read_precision_mod
-  use cards_mod, only: reader_t, report
+  use cards_mod, only: reader_t
   use controls_mod, only: precision_controls_t
   use kinds_mod, only: wp
-  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, open_card, real_option
+  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, open_only_card, &
+    real_option
   implicit none
   private
 
@@ -22,29 +23,24 @@ contains
     character(6), parameter :: formats(3) = ['DOUBLE', 'SINGLE', 'AUTO  ']
     character(4), parameter :: places(3) = ['NO  ', 'YES ', 'AUTO']
     type(card_t) :: card
-    integer :: k, choice
-    logical :: given, ok
+    integer :: choice
+    logical :: found, ok
 
-    given = .false.
-    do k = 1, reader%n_cards
-      if (reader%cards(k)%keyword /= 'PRECISION') cycle
-      call open_card(reader, k, card)
-      if (given) call report(reader, card%position, 'a second *PRECISION')
-      given = .true.
-      call allow_options(reader, card, ['FACTOR        ', 'COMPLIANCE    ', &
-        'BLOCK LOW RANK', 'OUT OF CORE   '])
-      call allow_no_data(reader, card)
-      call choice_option(reader, card, 'FACTOR', formats, choice, ok)
-      if (ok) precision%single_factor = choice == 2
-      if (ok) precision%factor_is_given = choice < 3
-      call choice_option(reader, card, 'COMPLIANCE', formats(:2), choice, ok)
-      if (ok) precision%single_compliance = choice == 2
-      call real_option(reader, card, 'BLOCK LOW RANK', 0.0_wp, 1.0_wp, precision%block_low_rank, &
-        precision%low_rank_is_given)
-      call choice_option(reader, card, 'OUT OF CORE', places, choice, ok)
-      if (ok) precision%out_of_core = choice == 2
-      if (ok) precision%core_is_given = choice < 3
-    end do
+    call open_only_card(reader, 'PRECISION', card, found)
+    if (.not. found) return
+    call allow_options(reader, card, ['FACTOR        ', 'COMPLIANCE    ', &
+      'BLOCK LOW RANK', 'OUT OF CORE   '])
+    call allow_no_data(reader, card)
+    call choice_option(reader, card, 'FACTOR', formats, choice, ok)
+    if (ok) precision%single_factor = choice == 2
+    if (ok) precision%factor_is_given = choice < 3
+    call choice_option(reader, card, 'COMPLIANCE', formats(:2), choice, ok)
+    if (ok) precision%single_compliance = choice == 2
+    call real_option(reader, card, 'BLOCK LOW RANK', 0.0_wp, 1.0_wp, precision%block_low_rank, &
+      precision%low_rank_is_given)
+    call choice_option(reader, card, 'OUT OF CORE', places, choice, ok)
+    if (ok) precision%out_of_core = choice == 2
+    if (ok) precision%core_is_given = choice < 3
   end subroutine read_precision
 
 end module read_precision_mod

@@ -18,7 +18,7 @@ module hdf5_rows_mod
   implicit none
   private
 
-  public :: rows_t, create_rows, create_stack, keep_rows, append_row, read_rows
+  public :: rows_t, create_rows, create_stack, create_dense_stack, keep_rows, append_row, read_rows
 
   !> An open dataset that grows by one row at a time along its last extent.
   type :: rows_t
@@ -27,6 +27,7 @@ module hdf5_rows_mod
     integer(hsize_t), allocatable :: fixed(:) !! extents before the one that grows
     integer(hsize_t) :: step = 1              !! how far a row reaches along the one that grows
     integer(hsize_t) :: length = 0            !! how far it has grown
+    logical :: is_squeezed = .true.           !! whether its chunks are shuffled and deflated
     character(:), allocatable :: name         !! for messages
   end type rows_t
 
@@ -82,14 +83,38 @@ contains
     type(rows_t), intent(out) :: rows
     type(error_t), allocatable, intent(inout) :: error
 
-    rows%fixed = int(row(:size(row) - 1), hsize_t)
-    rows%step = row(size(row))
+    call stack_rows(row, rows)
     call create_growing(file, path, kind, rows, error)
     call describe(file, path, description, quantity, error)
   end subroutine create_stack
 
-  !> One row is one chunk, shuffled and deflated. Rows of a few bytes share a chunk of 4 KB: it is
-  !> not filtered, so that it is always written again in its own place.
+  !> The same for reals that vary from place to place: three quarters of their digits are noise to a
+  !> compressor, which would take most of the time of writing.
+  subroutine create_dense_stack(file, path, row, description, quantity, rows, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    integer, intent(in) :: row(:) !! extents of a row, one at least
+    character(*), intent(in) :: description, quantity
+    type(rows_t), intent(out) :: rows
+    type(error_t), allocatable, intent(inout) :: error
+
+    call stack_rows(row, rows)
+    rows%is_squeezed = .false.
+    call create_growing(file, path, of_real, rows, error)
+    call describe(file, path, description, quantity, error)
+  end subroutine create_dense_stack
+
+  !> Rows that are stacked along their last extent.
+  pure subroutine stack_rows(row, rows)
+    integer, intent(in) :: row(:) !! extents of a row, one at least
+    type(rows_t), intent(inout) :: rows
+
+    rows%fixed = int(row(:size(row) - 1), hsize_t)
+    rows%step = row(size(row))
+  end subroutine stack_rows
+
+  !> One row is one chunk, shuffled and deflated where it is worth it. Rows of a few bytes share a
+  !> chunk of 4 KB: it is not filtered, so that it is always written again in its own place.
   subroutine create_growing(file, path, kind, rows, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path
@@ -118,7 +143,7 @@ contains
     call h5screate_simple_f(rank, start, space, status, limit)
     call h5pcreate_f(H5P_DATASET_CREATE_F, creation, status)
     call h5pset_chunk_f(creation, rank, chunk, status)
-    if (row_bytes > small_row) then
+    if (row_bytes > small_row .and. rows%is_squeezed) then
       if (bytes_of(kind) > 1) call h5pset_shuffle_f(creation, status)
       call h5pset_deflate_f(creation, 1, status)
     end if

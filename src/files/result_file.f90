@@ -25,56 +25,30 @@ module result_file_mod
   use text_mod, only: string_t, to_text
   use machine_room_mod, only: file_limit, no_limit
   use scene_mod, only: scene_t
-  use plan_mod, only: plan_t, bound_in_words
+  use plan_mod, only: plan_t
   use state_mod, only: state_t
   use increments_mod, only: ends_step
   use step_report_mod, only: step_report_t
   use step_fields_mod, only: step_fields_t, fields_due
-  use hdf5_files_mod, only: hdf5_file_t, look_at_file, create_file, open_file, keep_clear, &
-    flush_file, close_file, is_open, create_group, exists, file_absent, file_readable, &
-    file_locked, file_foreign
-  use hdf5_attributes_mod, only: write_attribute, read_attribute
-  use hdf5_datasets_mod, only: write_dataset, rewrite_dataset, write_text, read_text
+  use hdf5_files_mod, only: hdf5_file_t, keep_clear, flush_file, close_file, is_open
+  use hdf5_attributes_mod, only: read_attribute
   use hdf5_rows_mod, only: read_rows
   use result_history_mod, only: history_t, create_history, append_history, finish_row
   use result_contact_mod, only: pair_rows_t, nodal_contact_t, create_contact, append_contact, &
                                 contact_at_nodes
   use result_view_mod, only: view_t, create_view, append_step, count_step
   use result_state_mod, only: slots_t, create_state, write_state, read_state
-  use fresh_file_mod, only: beginning_of, take_place, delete_file, folder_lock_t, lock_folder, &
-    unlock_folder, is_locked
+  use result_run_mod, only: provenance_t, write_run, resume_run, end_run
+  use result_claims_mod, only: claim_place, claim_unfinished
+  use fresh_file_mod, only: beginning_of, take_place, delete_file
   use xdmf_mod, only: write_xdmf, xdmf_path
   implicit none
   private
 
-  public :: result_file_t, provenance_t
+  public :: result_file_t
   public :: open_result, reopen_result, append_increment, keep_state, finish_result
-  public :: run_finished, run_not_solved, run_stopped, run_failed
 
-  ! What /run@status says. It is `running` until `finish_result`, and for ever if that never comes.
-  character(*), parameter :: run_running = 'running'
-  character(*), parameter :: run_finished = 'finished'     !! all increments are there
-  character(*), parameter :: run_not_solved = 'not solved' !! an increment found no solution
-  character(*), parameter :: run_stopped = 'stopped'       !! by a signal
-  character(*), parameter :: run_failed = 'failed'         !! the machine: memory, a library
-  integer, parameter :: longest_status = 16
   integer(i8), parameter :: empty_file = 2000000_i8 !! bytes before the first increment, about
-  integer, parameter :: room_for_sessions = 1000 !! bytes, a line each time a run was continued
-
-  character(*), parameter :: program_name = 'bipot'
-  character(*), parameter :: in_use = 'is in use by another program, perhaps a run that writes it'
-
-  !> Who made the file. What is not allocated is left empty.
-  type :: provenance_t
-    character(:), allocatable :: version   !! of the program
-    character(:), allocatable :: build     !! compiler and its flags
-    character(:), allocatable :: libraries !! names and versions
-    character(:), allocatable :: command   !! the command line
-    character(:), allocatable :: blas_core !! the kernels OpenBLAS runs
-    character(:), allocatable :: started   !! date and time, ISO 8601
-    integer :: ranks = 1                   !! processes that ran together
-    type(string_t), allocatable :: counters(:) !! names of those that finish_result will get
-  end type provenance_t
 
   !> An open result file.
   type :: result_file_t
@@ -102,8 +76,7 @@ contains
     logical, intent(in) :: overwrite !! replace whatever stands at `path` and no run writes
     type(result_file_t), intent(out) :: file
     type(error_t), allocatable, intent(out) :: error
-    type(folder_lock_t) :: lock
-    logical :: is_folder, was_there
+    logical :: is_folder
 
     inquire (file=path//'/.', exist=is_folder)
     if (is_folder) then
@@ -112,20 +85,7 @@ contains
     end if
     call check_limit(beginning_of(path), empty_file, scene, plan, error)
     if (allocated(error)) return
-    ! One run at a time may look at what is there and claim the name. A run that has begun holds a
-    ! lock on its file, wherever that stands: first where it begins, then in its place.
-    lock = lock_folder(path)
-    call clear_beginning(path, error)
-    if (.not. allocated(error)) then
-      call check_replaceable(path, scene%name, overwrite, error)
-    end if
-    if (.not. allocated(error)) then
-      inquire (file=beginning_of(path), exist=was_there)
-      call create_file(beginning_of(path), rows_at_most(plan), file%hdf5, error)
-      ! On a full disk the file may be there all the same.
-      if (allocated(error) .and. .not. was_there) call delete_file(beginning_of(path))
-    end if
-    call unlock_folder(lock)
+    call claim_place(path, scene%name, overwrite, rows_at_most(plan), file%hdf5, error)
     if (allocated(error)) return
     file%path = path
     call write_run(file%hdf5, scene, plan, provenance, error)
@@ -148,14 +108,10 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! in use, foreign, damaged; another deck, overrides or version; finished
     type(error_t), allocatable :: ignored
-    type(folder_lock_t) :: lock
     integer(i8) :: finished
 
     allocate (state(0))
-    lock = lock_folder(path)
-    call look_before_reopening(path, scene, provenance, error)
-    if (.not. allocated(error)) call open_file(path, .true., file%hdf5, error)
-    call unlock_folder(lock)
+    call claim_unfinished(path, scene, provenance, file%hdf5, error)
     if (allocated(error)) return
     file%path = path
     call read_state(file%hdf5, file%slots, state, error)
@@ -167,8 +123,7 @@ contains
           "'"//path//"' counts "//to_text(finished)//' increments: it is damaged')
       end if
       if (.not. allocated(error)) call lay_out(file, scene, plan, int(finished), error)
-      call write_attribute(file%hdf5, '/run', 'status', padded(run_running), error)
-      call note_session(file%hdf5, provenance, error)
+      call resume_run(file%hdf5, provenance, error)
       call flush_file(file%hdf5, error)
     end if
     if (allocated(error)) then
@@ -178,33 +133,6 @@ contains
       call delete_file(xdmf_path(path))
     end if
   end subroutine reopen_result
-
-  !> See whether a run can be continued; only to read: a file that was open for writing is another
-  !> even if nothing was written.
-  subroutine look_before_reopening(path, scene, provenance, error)
-    character(*), intent(in) :: path
-    type(scene_t), intent(in) :: scene
-    type(provenance_t), intent(in) :: provenance
-    type(error_t), allocatable, intent(out) :: error
-    type(hdf5_file_t) :: hdf5
-    type(slots_t) :: slots
-    real(wp), allocatable :: state(:)
-
-    select case (look_at_file(path))
-    case (file_foreign)
-      call raise(error, exit_wrong_input, "'"//path//"' is not a result of "//program_name)
-    case (file_locked)
-      call raise(error, exit_wrong_input, "'"//path//"' "//in_use)
-    case (file_readable)
-      call open_file(path, .false., hdf5, error)
-    case default
-      call raise(error, exit_wrong_input, "'"//path//"' cannot be read: it is damaged or cut off")
-    end select
-    if (allocated(error)) return
-    call check_same_run(hdf5, path, scene, provenance, error)
-    call read_state(hdf5, slots, state, error)
-    call close_file(hdf5, error)
-  end subroutine look_before_reopening
 
   !> Make the groups of a run, or open those of one that is continued.
   subroutine lay_out(file, scene, plan, n_rows, error)
@@ -248,263 +176,6 @@ contains
       if (any(.not. abs(time - values(i)) > 0.0_wp)) n_steps = i
     end do
   end subroutine count_steps
-
-  !> Refuse to continue anything but an unfinished run of this deck by this program.
-  subroutine check_same_run(hdf5, path, scene, provenance, error)
-    type(hdf5_file_t), intent(in) :: hdf5
-    character(*), intent(in) :: path
-    type(scene_t), intent(in) :: scene
-    type(provenance_t), intent(in) :: provenance
-    type(error_t), allocatable, intent(out) :: error
-    type(error_t), allocatable :: unreadable
-    character(:), allocatable :: maker, name, version, status, deck, overrides, matter
-
-    maker = ''
-    if (exists(hdf5, '/run')) call read_attribute(hdf5, '/run', 'program', maker, unreadable)
-    if (maker /= program_name) then
-      call raise(error, exit_wrong_input, "'"//path//"' is not a result of "//program_name)
-      return
-    end if
-    call read_attribute(hdf5, '/run', 'name', name, unreadable)
-    call read_attribute(hdf5, '/run', 'version', version, unreadable)
-    call read_attribute(hdf5, '/run', 'status', status, unreadable)
-    call read_text(hdf5, '/run/deck', deck, unreadable)
-    call read_text(hdf5, '/run/overrides', overrides, unreadable)
-    if (allocated(unreadable)) then
-      call move_alloc(unreadable, error)
-      return
-    end if
-    if (name /= scene%name) then
-      matter = "is the result of another deck, '"//name//"'"
-    else if (status == run_finished) then
-      matter = 'is finished: there is nothing to continue'
-    else if (version /= text_of(provenance%version)) then
-      matter = 'was begun by version '//version//' of '//program_name//', this is version '// &
-        text_of(provenance%version)
-    else if (overrides /= text_of(scene%overrides)) then
-      matter = 'was begun '//with_parameters(overrides)//', not '// &
-        with_parameters(text_of(scene%overrides))
-    else if (deck /= text_of(scene%deck)) then
-      matter = 'was begun with a deck that was otherwise: '// &
-        first_difference(deck, text_of(scene%deck))
-    else
-      return
-    end if
-    call raise(error, exit_wrong_input, "'"//path//"' "//matter)
-  end subroutine check_same_run
-
-  pure function with_parameters(overrides) result(words)
-    character(*), intent(in) :: overrides !! name=value a line
-    character(:), allocatable :: words
-    integer :: i
-
-    words = 'without --set'
-    if (overrides == '') return
-    words = "with --set "//overrides
-    do i = 1, len(words)
-      if (words(i:i) == new_line('a')) words(i:i) = ' '
-    end do
-  end function with_parameters
-
-  !> In which line two texts first differ, and how.
-  pure function first_difference(then, now) result(words)
-    character(*), intent(in) :: then, now
-    character(:), allocatable :: words
-    character, parameter :: nl = new_line('a')
-    integer :: i, line, first
-
-    line = 1
-    first = 1
-    do i = 1, min(len(then), len(now)) + 1
-      if (character_at(then) /= character_at(now)) exit
-      if (character_at(then) /= nl) cycle
-      line = line + 1
-      first = i + 1
-    end do
-    words = 'line '//to_text(line)//" was '"//line_at(then)//"', is '"//line_at(now)//"'"
-
-  contains
-
-    !> The last line ends like the others.
-    pure character function character_at(text)
-      character(*), intent(in) :: text
-
-      character_at = nl
-      if (i <= len(text)) character_at = text(i:i)
-    end function character_at
-
-    pure function line_at(text) result(found)
-      character(*), intent(in) :: text
-      character(:), allocatable :: found
-
-      found = text(min(first, len(text) + 1):)
-      found = found(:index(found//nl, nl) - 1)
-    end function line_at
-
-  end function first_difference
-
-  !> Add a line to the sessions that continued the run; where there is no room the oldest go.
-  subroutine note_session(hdf5, provenance, error)
-    type(hdf5_file_t), intent(in) :: hdf5
-    type(provenance_t), intent(in) :: provenance
-    type(error_t), allocatable, intent(inout) :: error
-    character(:), allocatable :: sessions
-    character(room_for_sessions) :: text
-
-    call read_attribute(hdf5, '/run', 'continued', sessions, error)
-    if (sessions /= '') sessions = sessions//new_line('a')
-    sessions = sessions//text_of(provenance%started)//' '//text_of(provenance%command)
-    do while (len(sessions) > room_for_sessions .and. index(sessions, new_line('a')) > 0)
-      sessions = sessions(index(sessions, new_line('a')) + 1:)
-    end do
-    text = repeat(achar(0), room_for_sessions)
-    text(:min(len(sessions), room_for_sessions)) = sessions
-    call write_attribute(hdf5, '/run', 'continued', text, error)
-  end subroutine note_session
-
-  !> Refuse to replace anything but a finished result of the same deck.
-  subroutine check_replaceable(path, name, overwrite, error)
-    character(*), intent(in) :: path
-    character(*), intent(in) :: name     !! of the deck
-    logical, intent(in) :: overwrite     !! anything may be replaced
-    type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: matter, advice
-
-    advice = ' (--overwrite replaces it)'
-    select case (look_at_file(path))
-    case (file_absent)
-      return
-    case (file_locked)
-      ! Not even --overwrite takes it from a run that is alive.
-      call raise(error, exit_wrong_input, "'"//path//"' "//in_use)
-      return
-    case (file_foreign)
-      matter = 'is not a result of '//program_name
-    case (file_readable)
-      matter = matter_with_result(path, name)
-      if (matter == '') return
-    case default
-      matter = 'cannot be read'
-    end select
-    if (overwrite) return
-    call raise(error, exit_wrong_input, "'"//path//"' "//matter//advice)
-  end subroutine check_replaceable
-
-  !> Why a readable HDF5 file must stay; empty for a finished result of the same deck.
-  function matter_with_result(path, name) result(matter)
-    character(*), intent(in) :: path, name
-    character(:), allocatable :: matter, maker, deck, status
-    type(hdf5_file_t) :: file
-    type(error_t), allocatable :: error, ignored
-    integer(i8) :: n_rows
-
-    matter = 'is not a result of '//program_name
-    call open_file(path, .false., file, error)
-    if (allocated(error)) return
-    if (exists(file, '/run')) then
-      call read_attribute(file, '/run', 'program', maker, error)
-      call read_attribute(file, '/run', 'name', deck, error)
-      call read_attribute(file, '/run', 'status', status, error)
-      call read_attribute(file, '/history', 'finished', n_rows, error)
-      if (.not. allocated(error)) then
-        if (maker == program_name .and. deck /= name) then
-          matter = "is the result of another deck, '"//deck//"'"
-        else if (maker == program_name .and. status /= run_finished) then
-          matter = 'is an unfinished result ('//to_text(n_rows)//' increments, '//status// &
-            '), which --continue goes on with'
-        else if (maker == program_name) then
-          matter = ''
-        end if
-      end if
-    end if
-    call close_file(file, ignored)
-  end function matter_with_result
-
-  !> Remove what a run left that was killed before its first increment.
-  subroutine clear_beginning(path, error)
-    character(*), intent(in) :: path
-    type(error_t), allocatable, intent(out) :: error
-
-    if (is_locked(beginning_of(path))) then
-      ! Not even --overwrite: that run is alive, and would put its file in the place of ours.
-      call raise(error, exit_wrong_input, "another run is about to write '"//path//"'")
-    else
-      call delete_file(beginning_of(path))
-    end if
-  end subroutine clear_beginning
-
-  subroutine write_run(hdf5, scene, plan, provenance, error)
-    type(hdf5_file_t), intent(in) :: hdf5
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(provenance_t), intent(in) :: provenance
-    type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: table
-    integer :: i
-
-    call create_group(hdf5, '/run', error)
-    call write_attribute(hdf5, '/run', 'description', 'what was run, by what, and how it ended', &
-                         error)
-    call write_attribute(hdf5, '/run', 'program', program_name, error)
-    call write_attribute(hdf5, '/run', 'name', text_of(scene%name), error)
-    call write_attribute(hdf5, '/run', 'version', text_of(provenance%version), error)
-    call write_attribute(hdf5, '/run', 'build', text_of(provenance%build), error)
-    call write_attribute(hdf5, '/run', 'libraries', text_of(provenance%libraries), error)
-    call write_attribute(hdf5, '/run', 'blas_core', text_of(provenance%blas_core), error)
-    call write_attribute(hdf5, '/run', 'ranks', int(provenance%ranks, i8), error)
-    call write_attribute(hdf5, '/run', 'command', text_of(provenance%command), error)
-    call write_attribute(hdf5, '/run', 'started', text_of(provenance%started), error)
-    call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
-    call write_attribute(hdf5, '/run', 'continued', repeat(achar(0), room_for_sessions), error)
-    if (allocated(provenance%counters)) call write_counters(hdf5, provenance%counters, &
-      spread(0.0_wp, 1, size(provenance%counters)), error)
-
-    call write_text(hdf5, '/run/deck', text_of(scene%deck), 'the deck as read, includes put in', &
-                    error)
-    call write_text(hdf5, '/run/overrides', text_of(scene%overrides), &
-                    'parameters given on the command line, name=value a line', error)
-    table = ''
-    if (allocated(plan%lines)) then
-      do i = 1, size(plan%lines)
-        table = table//plan%lines(i)%text//new_line('a')
-      end do
-    end if
-    call write_text(hdf5, '/run/plan', table, 'what the run was to do, decided before it began', &
-                    error)
-    if (allocated(plan%figures)) call write_estimates(hdf5, plan, error)
-  end subroutine write_run
-
-  !> The numbers of the plan, under the names that the counters have.
-  subroutine write_estimates(hdf5, plan, error)
-    type(hdf5_file_t), intent(in) :: hdf5
-    type(plan_t), intent(in) :: plan
-    type(error_t), allocatable, intent(inout) :: error
-    type(string_t) :: names(size(plan%figures)), bounds(size(plan%figures))
-    integer :: i
-
-    do i = 1, size(plan%figures)
-      names(i)%text = plan%figures(i)%name
-      bounds(i)%text = bound_in_words(plan%figures(i)%bound)
-    end do
-    call write_dataset(hdf5, '/run/estimates', plan%figures%value, &
-                       'numbers of the plan; their names are in the attribute "name", how they '// &
-                       'are meant (fixed, at most, about) in "bound"', 'number', error)
-    call write_attribute(hdf5, '/run/estimates', 'name', names, error)
-    call write_attribute(hdf5, '/run/estimates', 'bound', bounds, error)
-  end subroutine write_estimates
-
-  !> The counters, or zeros where they are to come.
-  subroutine write_counters(hdf5, names, counters, error)
-    type(hdf5_file_t), intent(in) :: hdf5
-    type(string_t), intent(in) :: names(:) !! (n)
-    real(wp), intent(in) :: counters(:)    !! (n)
-    type(error_t), allocatable, intent(inout) :: error
-
-    call write_dataset(hdf5, '/run/counters', counters, &
-                       'sizes, times in seconds and memory of the run; their names are in the '// &
-                       'attribute "name"', 'number', error)
-    call write_attribute(hdf5, '/run/counters', 'name', names, error)
-  end subroutine write_counters
 
   ! ------------------------------------------------------------------ writing
 
@@ -650,14 +321,7 @@ contains
       return
     end if
     if (file%is_broken) return
-    if (exists(file%hdf5, '/run/counters')) then
-      call rewrite_dataset(file%hdf5, '/run/counters', counters, error)
-    else
-      call write_counters(file%hdf5, counter_names, counters, error)
-    end if
-    ! All else must be in the file before it calls itself finished.
-    call flush_file(file%hdf5, error)
-    call write_attribute(file%hdf5, '/run', 'status', padded(status), error)
+    call end_run(file%hdf5, status, counter_names, counters, error)
     call close_file(file%hdf5, error)
     if (.not. allocated(error) .and. file%view%n_steps > 0) call write_xdmf(file%path, error)
   end subroutine finish_result
@@ -671,15 +335,6 @@ contains
     rows_at_most = int(min(2_i8*plan%n_increments, int(huge(1), i8)))
   end function rows_at_most
 
-  !> A status with room for the longest one: an attribute keeps the length it began with.
-  pure function padded(status) result(text)
-    character(*), intent(in) :: status
-    character(longest_status) :: text
-
-    text = repeat(achar(0), longest_status)
-    text(:len(status)) = status
-  end function padded
-
   !> Close and remove a file that has not taken its place.
   subroutine discard(file)
     type(result_file_t), intent(inout) :: file
@@ -688,14 +343,5 @@ contains
     call close_file(file%hdf5, ignored)
     call delete_file(beginning_of(file%path))
   end subroutine discard
-
-  !> The text, or nothing.
-  pure function text_of(text) result(given)
-    character(*), intent(in), optional :: text !! may be an allocatable that is not allocated
-    character(:), allocatable :: given
-
-    given = ''
-    if (present(text)) given = text
-  end function text_of
 
 end module result_file_mod

@@ -9,7 +9,8 @@ module result_view_mod
   use hdf5_files_mod, only: hdf5_file_t, create_group, exists, flush_file
   use hdf5_attributes_mod, only: write_attribute
   use hdf5_datasets_mod, only: write_dataset
-  use hdf5_rows_mod, only: rows_t, create_rows, create_stack, keep_rows, append_row
+  use hdf5_rows_mod, only: rows_t, create_rows, create_stack, create_dense_stack, keep_rows, &
+    append_row
   use hdf5_types_mod, only: of_real, of_byte, of_long
   use mesh_mod, only: mesh_t
   use controls_mod, only: output_controls_t
@@ -93,36 +94,36 @@ contains
     call table('ConnectivityIdOffsets', 'first entry of Connectivity', view%connectivity_offsets)
 
     call group('PointData')
-    call point_field('displacement', of_real, [3, mesh%n_nodes], 'from the undeformed mesh, '// &
-                     'x, y, z', 'length', view%displacement)
-    call point_field('reaction_force', of_real, [3, mesh%n_nodes], 'of the supports on the '// &
-                     'body, x, y, z', 'force', view%reaction_force)
-    call point_field('contact_force', of_real, [3, mesh%n_nodes], 'of the obstacles on the '// &
-                     'slave body, x, y, z', 'force', view%contact_force)
-    call point_field('contact_pressure', of_real, [mesh%n_nodes], 'normal reaction over the '// &
-                     'area of the node', 'pressure', view%contact_pressure)
-    call point_field('contact_status', of_byte, [mesh%n_nodes], '0: open, 1: stick, 2: slide, '// &
-                     '-1: can touch nothing', 'code', view%contact_status)
-    call point_field('stress', of_real, [6, mesh%n_nodes], tensor_order//'; extrapolated from '// &
-                     'the Gauss points, averaged over the bricks at the node', 'pressure', &
-                     view%stress%at_nodes)
-    call point_field('strain', of_real, [6, mesh%n_nodes], tensor_order//' as tensor '// &
-                     'components; extrapolated from the Gauss points, averaged over the '// &
-                     'bricks at the node', 'strain', view%strain%at_nodes)
+    call dense_field('PointData', 'displacement', [3, mesh%n_nodes], &
+      'from the undeformed mesh, x, y, z', 'length', view%displacement)
+    call sparse_field('reaction_force', of_real, [3, mesh%n_nodes], &
+      'of the supports on the body, x, y, z', 'force', view%reaction_force)
+    call sparse_field('contact_force', of_real, [3, mesh%n_nodes], &
+      'of the obstacles on the slave body, x, y, z', 'force', view%contact_force)
+    call sparse_field('contact_pressure', of_real, [mesh%n_nodes], &
+      'normal reaction over the area of the node', 'pressure', view%contact_pressure)
+    call sparse_field('contact_status', of_byte, [mesh%n_nodes], &
+      '0: open, 1: stick, 2: slide, -1: can touch nothing', 'code', view%contact_status)
+    call dense_field('PointData', 'stress', [6, mesh%n_nodes], tensor_order//'; extrapolated '// &
+      'from the Gauss points, averaged over the bricks at the node', 'pressure', &
+      view%stress%at_nodes)
+    call dense_field('PointData', 'strain', [6, mesh%n_nodes], tensor_order//' as tensor '// &
+      'components; extrapolated from the Gauss points, averaged over the bricks at the node', &
+      'strain', view%strain%at_nodes)
 
     call group('CellData')
-    call cell_field('stress', [6, mesh%n_elements], tensor_order//'; mean of the brick', &
-                    'pressure', view%stress%at_centroids)
-    call cell_field('strain', [6, mesh%n_elements], tensor_order//' as tensor components; '// &
-                    'mean of the brick', 'strain', view%strain%at_centroids)
-    call cell_field('stress_gauss_points', [48, mesh%n_elements], tensor_order//' at each of '// &
-                    'the eight Gauss points, placed like the nodes', 'pressure', &
-                    view%stress%at_gauss_points)
-    call cell_field('strain_gauss_points', [48, mesh%n_elements], tensor_order//' as tensor '// &
-                    'components at each of the eight Gauss points, placed like the nodes', &
-                    'strain', view%strain%at_gauss_points)
-    call cell_field('mesh_error', [mesh%n_elements], 'error of the stresses in the energy '// &
-                    'norm, squared, by recovery', 'energy', view%mesh_error)
+    call dense_field('CellData', 'stress', [6, mesh%n_elements], &
+      tensor_order//'; mean of the brick', 'pressure', view%stress%at_centroids)
+    call dense_field('CellData', 'strain', [6, mesh%n_elements], &
+      tensor_order//' as tensor components; mean of the brick', 'strain', view%strain%at_centroids)
+    call dense_field('CellData', 'stress_gauss_points', [48, mesh%n_elements], &
+      tensor_order//' at each of the eight Gauss points, placed like the nodes', 'pressure', &
+      view%stress%at_gauss_points)
+    call dense_field('CellData', 'strain_gauss_points', [48, mesh%n_elements], &
+      tensor_order//' as tensor components at each of the eight Gauss points, placed like the '// &
+      'nodes', 'strain', view%strain%at_gauss_points)
+    call dense_field('CellData', 'mesh_error', [mesh%n_elements], &
+      'error of the stresses in the energy norm, squared, by recovery', 'energy', view%mesh_error)
 
     ! The ids never change: one block, where every increment's offset points to.
     if (.not. exists(file, '/VTKHDF/PointData/node_id')) call write_dataset(file, &
@@ -155,7 +156,8 @@ contains
       call keep_rows(file, rows, n_steps, error)
     end subroutine table
 
-    subroutine point_field(name, kind, extents, description, quantity, field)
+    !> A field of the nodes that is 0, or one code, at most of them.
+    subroutine sparse_field(name, kind, extents, description, quantity, field)
       character(*), intent(in) :: name, description, quantity
       integer, intent(in) :: kind, extents(:)
       type(field_t), intent(inout) :: field
@@ -163,22 +165,28 @@ contains
       if (.not. field%is_asked) return
       call create_stack(file, '/VTKHDF/PointData/'//name, kind, extents, description, quantity, &
                         field%blocks, error)
-      call keep_rows(file, field%blocks, n_steps, error)
-      call table('PointDataOffsets/'//name, 'where the block of an increment begins', &
-                 field%offsets)
-    end subroutine point_field
+      call begin_field('PointData', name, field)
+    end subroutine sparse_field
 
-    subroutine cell_field(name, extents, description, quantity, field)
-      character(*), intent(in) :: name, description, quantity
+    !> A field that varies all over the mesh.
+    subroutine dense_field(group, name, extents, description, quantity, field)
+      character(*), intent(in) :: group, name, description, quantity
       integer, intent(in) :: extents(:)
       type(field_t), intent(inout) :: field
 
       if (.not. field%is_asked) return
-      call create_stack(file, '/VTKHDF/CellData/'//name, of_real, extents, description, &
-                        quantity, field%blocks, error)
+      call create_dense_stack(file, '/VTKHDF/'//group//'/'//name, extents, description, quantity, &
+                              field%blocks, error)
+      call begin_field(group, name, field)
+    end subroutine dense_field
+
+    subroutine begin_field(group, name, field)
+      character(*), intent(in) :: group, name
+      type(field_t), intent(inout) :: field
+
       call keep_rows(file, field%blocks, n_steps, error)
-      call table('CellDataOffsets/'//name, 'where the block of an increment begins', field%offsets)
-    end subroutine cell_field
+      call table(group//'Offsets/'//name, 'where the block of an increment begins', field%offsets)
+    end subroutine begin_field
 
   end subroutine create_view
 

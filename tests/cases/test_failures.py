@@ -89,6 +89,13 @@ def run(folder, *options, program=PROGRAM, limits=(), user=None, environment=Non
     return done.returncode, done.stderr.decode(), left
 
 
+def run_failing(folder, deck=DECK, **which):
+    """Run with calls that fail, `which` as failing_calls.c has it: exit status, standard error."""
+    environment = {name: str(value) for name, value in which.items()}
+    environment["LD_PRELOAD"] = str(FAILING_CALLS)
+    return run(folder, deck=deck, environment=environment)[:2]
+
+
 def displacements(result):
     """All displacements of a result, increment by increment."""
     return [result.field("displacement", row) for row in range(len(result.field_rows))]
@@ -133,15 +140,7 @@ class Failures(unittest.TestCase):
 def calls(environment, folder, deck=DECK):
     """How many allocations and writes an undisturbed run makes."""
     counts = Path(folder) / "counts"
-    run(
-        folder,
-        deck=deck,
-        environment={
-            "LD_PRELOAD": str(FAILING_CALLS),
-            "COUNT_CALLS": str(counts),
-            **environment,
-        },
-    )
+    run_failing(folder, deck, COUNT_CALLS=counts, **environment)
     return [int(word) for word in counts.read_text().split()]
 
 
@@ -230,14 +229,7 @@ class Disk(Failures):
         kept = set()
         for k in chosen(n_writes, few):
             with tempfile.TemporaryDirectory() as folder:
-                status, errors, _ = run(
-                    folder,
-                    environment={
-                        "LD_PRELOAD": str(FAILING_CALLS),
-                        "FAIL_WRITE": str(k),
-                        "FAIL_ERRNO": str(number),
-                    },
-                )
+                status, errors = run_failing(folder, FAIL_WRITE=k, FAIL_ERRNO=number)
                 with self.subTest(write=k):
                     self.assert_told(status, errors, words + "|reached the disk", "block.")
                     kept.add(self.assert_kept(folder, errors))
@@ -363,14 +355,7 @@ class Memory(Failures):
         failed = 0
         for k in chosen(number, few):
             with tempfile.TemporaryDirectory() as folder:
-                status, errors, _ = run(
-                    folder,
-                    environment={
-                        "LD_PRELOAD": str(FAILING_CALLS),
-                        "FAIL_ALLOCATION": str(k),
-                        **which,
-                    },
-                )
+                status, errors = run_failing(folder, FAIL_ALLOCATION=k, **which)
                 with self.subTest(allocation=k):
                     if status == 0:
                         self.assertEqual(self.assert_kept(folder), INCREMENTS)

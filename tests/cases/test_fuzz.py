@@ -17,7 +17,7 @@ class Fuzz(unittest.TestCase):
     def find_nothing(self, script, *options):
         """Run a campaign."""
         done = subprocess.run(
-            [sys.executable, "-B", str(FUZZ / script), "--program", PROGRAM, *options],
+            [sys.executable, "-B", str(FUZZ / script), "--bipot", PROGRAM, *options],
             capture_output=True, text=True, check=False,
         )
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)

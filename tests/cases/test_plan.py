@@ -21,22 +21,15 @@ NAMES = {
 }
 
 
-def numbers(file, path):
-    """A dataset of named numbers as a dictionary."""
-    data = file[path]
-    return dict(zip(data.attrs["name"].astype(str), data[()], strict=True))
-
-
 def plan_and_run(deck, *options, **settings):
     """Run a deck; return its estimates, their bounds, its counters, and the run."""
     run = Run(deck, *options, **settings)
     if run.status:
         raise AssertionError(run.errors)
-    with h5py.File(run.file) as file:
-        estimates = numbers(file, "run/estimates")
-        bounds = file["run/estimates"].attrs["bound"].astype(str)
-        counters = numbers(file, "run/counters")
-    return estimates, dict(zip(estimates, bounds, strict=True)), counters, run
+    with run.result() as result:
+        bounds = result.file["run/estimates"].attrs["bound"].astype(str)
+        bounds = dict(zip(result.estimates, bounds, strict=True))
+        return result.estimates, bounds, result.counters, run
 
 
 class Kept(unittest.TestCase):
@@ -84,9 +77,9 @@ class Kept(unittest.TestCase):
         third = third.replace("*BOUNDARY", "*BOUNDARY\nBODY-XMIN, 2, 2")
         run = Run("*STEP".join((first, second, third)), name="other", n=2, steps=10, **AUTO)
         self.assertEqual(run.status, 0, run.errors)
-        with h5py.File(run.file) as file:
-            self.assertEqual(numbers(file, "run/estimates")["factorisations"], 2)
-            self.assertEqual(numbers(file, "run/counters")["factorisations"], 2)
+        with run.result() as result:
+            self.assertEqual(result.estimates["factorisations"], 2)
+            self.assertEqual(result.counters["factorisations"], 2)
         self.assertNotIn("warning: the plan", run.output)
 
     def test_the_plan_is_printed_as_it_is_stored(self):

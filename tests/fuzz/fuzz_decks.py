@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Run the program on mutated decks and hold it to what it promises of any deck.
 
-    fuzz_decks.py [--program P] [--count N] [--seed S] [--first I] [--jobs J] [--runs SHARE]
+    fuzz_decks.py [--bipot P] [--count N] [--seed S] [--first I] [--jobs J] [--runs SHARE]
                   [--server P] [--keep FOLDER]
 
 Deck number I of seed S is always the same; `--first I --count 1` makes it again. Of every deck the
@@ -24,7 +24,6 @@ Findings are printed, and kept with --keep: the deck and what was said. The exit
 there are any.
 """
 
-import argparse
 import collections
 import concurrent.futures
 import os
@@ -36,14 +35,13 @@ import struct
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from pathlib import Path
 
 import mutate_deck
-from outcome import ENVIRONMENT, PATIENCE, Outcome
+from campaign import ROOT, campaign_options, is_sanitized, keep_file, show_finding
+from outcome import ENVIRONMENT, PATIENCE, Outcome, stopped_after
 
-ROOT = Path(__file__).resolve().parents[2]
 TIME_OF_PLAN, TIME_OF_RUN = 5, 60  # seconds of the processor
 ADDRESSES = 1_000_000_000  # bytes that a process may reserve
 MEMORY = 600_000_000  # bytes that it may touch while it only plans
@@ -166,31 +164,25 @@ class Server:
         process = self.process
         before = processor_seconds(process.pid)
         outcome = Outcome.__new__(Outcome)
-        outcome.timed_out, outcome.limit, outcome.peak = False, limit, 0
-
-        def stop():
-            outcome.timed_out = True
-            process.kill()
-
-        timer = threading.Timer(PATIENCE * limit, stop)
-        timer.start()
+        outcome.limit, outcome.peak = limit, 0
         started = time.monotonic()
-        try:
-            process.stdin.write(struct.pack("i", len(data)) + data)
-            process.stdin.flush()
-            head = process.stdout.read(8)
-        except BrokenPipeError:
-            head = b""
-        if len(head) == 8:
-            status, length = struct.unpack("ii", head)
-            said = process.stdout.read(length).decode("utf-8", "replace")
-            outcome.status = status
-            outcome.errors, outcome.output = (said, "") if status else ("", said)
-        else:
-            outcome.status, outcome.output = process.wait(), ""
-            self.errors.seek(0)
-            outcome.errors = self.errors.read().decode("utf-8", "replace")
-        timer.cancel()
+        with stopped_after(process, PATIENCE * limit) as stopped:
+            try:
+                process.stdin.write(struct.pack("i", len(data)) + data)
+                process.stdin.flush()
+                head = process.stdout.read(8)
+            except BrokenPipeError:
+                head = b""
+            if len(head) == 8:
+                status, length = struct.unpack("ii", head)
+                said = process.stdout.read(length).decode("utf-8", "replace")
+                outcome.status = status
+                outcome.errors, outcome.output = (said, "") if status else ("", said)
+            else:
+                outcome.status, outcome.output = process.wait(), ""
+                self.errors.seek(0)
+                outcome.errors = self.errors.read().decode("utf-8", "replace")
+        outcome.timed_out = stopped.is_set()
         outcome.waited = time.monotonic() - started
         outcome.seconds = processor_seconds(process.pid) - before
         return outcome
@@ -211,9 +203,8 @@ class Fuzz:
     def __init__(self, arguments):
         """Prepare the campaign."""
         self.arguments = arguments
-        arguments.program = str(Path(arguments.program).resolve())
         self.corpus = Corpus()
-        self.sanitized = b"libasan" in Path(arguments.program).read_bytes()
+        self.sanitized = is_sanitized(arguments.bipot)
         self.addresses = 0 if self.sanitized else ADDRESSES
         self.slow = 4 if self.sanitized else 1
         self.plans = {}
@@ -235,7 +226,7 @@ class Fuzz:
         (folder / "work").mkdir()
         (folder / "work" / "deck.inp").write_bytes(data)
         (folder / "work" / "piece.inp").write_bytes(PIECE)
-        return Outcome([self.arguments.program, "deck.inp", *options], folder,
+        return Outcome([self.arguments.bipot, "deck.inp", *options], folder,
                        limit * self.slow, self.addresses)
 
     def judge(self, number):
@@ -321,12 +312,10 @@ class Fuzz:
 
     def keep(self, number, complaints, done, data, outcome):
         """Show a finding and keep its deck."""
-        print(f"\ndeck {number}: {'; '.join(complaints)}\n  {done}", flush=True)
-        print("  " + "\n  ".join((outcome.errors or outcome.output)[-600:].splitlines()[:8]))
-        if self.arguments.keep:
-            folder = Path(self.arguments.keep)
-            folder.mkdir(parents=True, exist_ok=True)
-            (folder / f"{number}.inp").write_bytes(data)
+        show_finding(f"deck {number}", complaints, done, outcome)
+        folder = self.arguments.keep
+        if folder:
+            keep_file(folder, f"{number}.inp", data)
             (folder / f"{number}.txt").write_text(
                 f"{complaints}\n{done}\nstatus {outcome.status}\n{outcome.errors}\n{outcome.output}"
             )
@@ -360,15 +349,10 @@ class Fuzz:
 
 def main():
     """Read the command line and go."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--program", default=os.environ.get("BIPOT", str(ROOT / "build" / "bipot")))
-    parser.add_argument("--count", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--first", type=int, default=0, help="number of the first deck")
+    parser = campaign_options(__doc__, "deck", 1000)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--runs", type=float, default=0.2, help="share of accepted decks to run")
     parser.add_argument("--server", help="the program deck_server, which plans in one process")
-    parser.add_argument("--keep", help="folder for what is found")
     return 1 if Fuzz(parser.parse_args()).go() else 0
 
 

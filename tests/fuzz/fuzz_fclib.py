@@ -1,29 +1,22 @@
 #!/usr/bin/env python3
 """Run the program on damaged and hostile FCLIB files.
 
-    fuzz_fclib.py [--program P] [--count N] [--seed S] [--first I] [--keep FOLDER]
+    fuzz_fclib.py [--bipot P] [--count N] [--seed S] [--first I] [--keep FOLDER]
 
 Files are changed byte by byte, or through h5py: other types, shapes and values, huge extents, links
 in circles. Held against the program: what outcome.py says of any input; status 0 only with a
 converged solution of finite numbers; status 1 for what is certainly wrong.
 """
 
-import argparse
-import collections
-import os
-import random
 import sys
-import tempfile
-import time
-from pathlib import Path
 
 import h5py
 import numpy as np
+from campaign import ROOT, campaign_options, is_sanitized, numbered_input, try_files
 from outcome import Outcome
 
-ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "cases"))
-from fclib_file import write_global, write_local  # noqa: E402  (found through the line above)
+from fclib_file import write_global, write_local
 
 TIME = 10  # seconds of the processor
 ADDRESSES = 1_000_000_000  # bytes that the process may reserve
@@ -50,9 +43,14 @@ def write_problem(rng, path):
 
 def names_of(path):
     """All datasets of a file."""
-    names = []
     with h5py.File(path) as file:
-        file.visititems(lambda name, item: names.append(name) if hasattr(item, "shape") else None)
+        return datasets(file)
+
+
+def datasets(file):
+    """The names of all datasets of an open file."""
+    names = []
+    file.visititems(lambda name, item: names.append(name) if hasattr(item, "shape") else None)
     return names
 
 
@@ -203,14 +201,19 @@ BYTES = (flip, flip, flip, truncate, fill, shift)
 CONTENTS = (remove, change_value, change_value, change_type, change_shape, change_links)
 
 
+def change_bytes(rng, path):
+    """Change bytes of the file: what was done."""
+    mutation = rng.choice(BYTES)
+    data = bytearray(path.read_bytes())
+    mutation(rng, data)
+    path.write_bytes(bytes(data))
+    return mutation.__name__
+
+
 def change(rng, path):
     """Change the file: what was done, and whether it is certainly wrong."""
     if rng.random() < 0.5:
-        mutation = rng.choice(BYTES)
-        data = bytearray(path.read_bytes())
-        mutation(rng, data)
-        path.write_bytes(bytes(data))
-        return mutation.__name__, False
+        return change_bytes(rng, path), False
     mutation = rng.choice(CONTENTS)
     return mutation.__name__, mutation(rng, path)
 
@@ -230,58 +233,29 @@ def held_to_solution(folder):
     return []
 
 
-def judge(arguments, number, sanitized):
+def judge(options, number, sanitized):
     """Try file `number`: (what was done, complaints, data, outcome)."""
-    rng = random.Random(f"{arguments.seed}:{number}")
-    with tempfile.TemporaryDirectory(prefix="bipot-fuzz-") as scratch:
-        folder = Path(scratch)
-        work = folder / "work"
-        work.mkdir()
-        path = work / "problem.hdf5"
+    with numbered_input(options, number) as (rng, folder):
+        path = folder / "work" / "problem.hdf5"
         write_problem(rng, path)
         done, certain = change(rng, path)
         data = path.read_bytes()
-        outcome = Outcome([arguments.program, "problem.hdf5"], folder,
+        outcome = Outcome([options.bipot, "problem.hdf5"], folder,
                           TIME * (4 if sanitized else 1), 0 if sanitized else ADDRESSES)
         complaints = outcome.complaints()
         if certain and outcome.status != 1:
             complaints.append(f"a wrong file ended with status {outcome.status}")
         if outcome.status == 0:
-            complaints += held_to_solution(work)
+            complaints += held_to_solution(path.parent)
     return done, complaints, data, outcome
 
 
 def main():
     """Read the command line and go."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--program", default=os.environ.get("BIPOT", str(ROOT / "build" / "bipot")))
-    parser.add_argument("--count", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--first", type=int, default=0, help="number of the first file")
-    parser.add_argument("--keep", help="folder for what is found")
-    arguments = parser.parse_args()
-    arguments.program = str(Path(arguments.program).resolve())
-    sanitized = b"libasan" in Path(arguments.program).read_bytes()
-    counts, findings, slowest = collections.Counter(), 0, (0.0, -1)
-    started = time.monotonic()
-    for number in range(arguments.first, arguments.first + arguments.count):
-        done, complaints, data, outcome = judge(arguments, number, sanitized)
-        counts[done, outcome.status] += 1
-        slowest = max(slowest, (outcome.seconds, number))
-        if not complaints:
-            continue
-        findings += 1
-        print(f"\nfile {number}: {done}: {'; '.join(complaints)}", flush=True)
-        print("  " + "\n  ".join((outcome.errors or outcome.output)[-600:].splitlines()[:8]))
-        if arguments.keep:
-            Path(arguments.keep).mkdir(parents=True, exist_ok=True)
-            (Path(arguments.keep) / f"{number}.hdf5").write_bytes(data)
-    print(f"\n{arguments.count} files of seed {arguments.seed} in "
-          f"{time.monotonic() - started:.0f} s: {findings} findings")
-    for key, n in sorted(counts.items()):
-        print(f"  {key[0]:13s} exit status {key[1]:3d}: {n}")
-    print(f"  slowest {slowest[0]:.2f} s (file {slowest[1]})")
-    return 1 if findings else 0
+    options = campaign_options(__doc__, "file", 1000).parse_args()
+    sanitized = is_sanitized(options.bipot)
+    found = try_files(options, "files", "hdf5", lambda number: judge(options, number, sanitized))
+    return 1 if found else 0
 
 
 if __name__ == "__main__":

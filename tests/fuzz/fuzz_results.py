@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Continue runs from damaged and hostile result files.
 
-    fuzz_results.py [--program P] [--count N] [--seed S] [--first I] [--keep FOLDER]
+    fuzz_results.py [--bipot P] [--count N] [--seed S] [--first I] [--keep FOLDER]
 
 A run is stopped by a signal; copies of its file are changed byte by byte or through h5py, and the
 run is continued from each. Held against the program: what outcome.py says of any input; status 0
@@ -9,23 +9,25 @@ only with all increments of the deck in the file, certified, with finite numbers
 refused stays as it was.
 """
 
-import argparse
-import collections
-import os
-import random
 import signal
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import h5py
 import numpy as np
-from fuzz_fclib import BYTES, change_links, change_shape, change_type, remove
+from campaign import ROOT, campaign_options, numbered_input, try_files
+from fuzz_fclib import (
+    change_bytes,
+    change_links,
+    change_shape,
+    change_type,
+    datasets,
+    remove,
+)
 from outcome import ENVIRONMENT, Outcome
 
-ROOT = Path(__file__).resolve().parents[2]
 DECK = ROOT / "input" / "block.inp"
 SETTINGS = ("--set", "n=8", "--set", "steps=50")
 STEPS = 50
@@ -65,7 +67,7 @@ def change_number(rng, path):
             else:
                 item.attrs[name] = rng.choice(("", "running", "x" * 5000, 5))
             return False
-        name = rng.choice(walk(file))
+        name = rng.choice(datasets(file))
         values = file[name][()]
         if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu" or not values.size:
             return False
@@ -75,13 +77,6 @@ def change_number(rng, path):
                 (np.nan, np.inf, 1e300, -1e300, 0.0, -1.0, 2.0**31 - 1, 1e-320))).astype(flat.dtype)
         file[name][...] = values
     return False
-
-
-def walk(file):
-    """The names of all datasets."""
-    names = []
-    file.visititems(lambda name, item: names.append(name) if hasattr(item, "shape") else None)
-    return names
 
 
 CONTENTS = (remove, change_number, change_number, change_number, change_type, change_shape,
@@ -104,28 +99,22 @@ def complaints_of(folder):
     return found
 
 
-def judge(arguments, number, whole):
+def judge(options, number, whole):
     """Continue from file `number`: (what was done, complaints, data, outcome)."""
-    rng = random.Random(f"{arguments.seed}:{number}")
-    with tempfile.TemporaryDirectory(prefix="bipot-fuzz-") as scratch:
-        folder = Path(scratch)
-        work = folder / "work"
-        work.mkdir()
-        path = work / "block.vtkhdf"
+    with numbered_input(options, number) as (rng, folder):
+        path = folder / "work" / "block.vtkhdf"
         path.write_bytes(whole)
         if rng.random() < 0.5:
-            mutation = rng.choice(BYTES)
-            data = bytearray(whole)
-            mutation(rng, data)
-            path.write_bytes(bytes(data))
+            done = change_bytes(rng, path)
         else:
             mutation = rng.choice(CONTENTS)
+            done = mutation.__name__
             try:
                 mutation(rng, path)
             except (TypeError, ValueError, KeyError, IndexError, OSError, AttributeError):
                 path.write_bytes(whole)  # h5py itself does not write that
         data = path.read_bytes()
-        outcome = Outcome([arguments.program, str(DECK), *SETTINGS, "--continue", "--quiet"],
+        outcome = Outcome([options.bipot, str(DECK), *SETTINGS, "--continue", "--quiet"],
                           folder, TIME, ADDRESSES)
         complaints = [c for c in outcome.complaints() if "without a place" not in c]
         if outcome.status == 1 and not outcome.errors.strip():
@@ -133,39 +122,19 @@ def judge(arguments, number, whole):
         if outcome.status == 1 and path.read_bytes() != data:
             complaints.append("a refused file was changed")
         if outcome.status == 0:
-            complaints += complaints_of(work)
-    return mutation.__name__, complaints, data, outcome
+            complaints += complaints_of(path.parent)
+    return done, complaints, data, outcome
 
 
 def main():
     """Read the command line and go."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--program", default=os.environ.get("BIPOT", str(ROOT / "build" / "bipot")))
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--first", type=int, default=0, help="number of the first file")
-    parser.add_argument("--keep", help="folder for what is found")
-    arguments = parser.parse_args()
-    arguments.program = str(Path(arguments.program).resolve())
+    options = campaign_options(__doc__, "file", 200).parse_args()
     with tempfile.TemporaryDirectory(prefix="bipot-fuzz-") as folder:
-        whole = stopped_run(arguments.program, Path(folder))
-    counts, findings, started = collections.Counter(), 0, time.monotonic()
-    for number in range(arguments.first, arguments.first + arguments.count):
-        done, complaints, data, outcome = judge(arguments, number, whole)
-        counts[done, outcome.status] += 1
-        if not complaints:
-            continue
-        findings += 1
-        print(f"\nfile {number}: {done}: {'; '.join(complaints)}", flush=True)
-        print("  " + "\n  ".join((outcome.errors or outcome.output)[-600:].splitlines()[:8]))
-        if arguments.keep:
-            Path(arguments.keep).mkdir(parents=True, exist_ok=True)
-            (Path(arguments.keep) / f"{number}.vtkhdf").write_bytes(data)
-    print(f"\n{arguments.count} result files of seed {arguments.seed} in "
-          f"{time.monotonic() - started:.0f} s: {findings} findings")
-    for key, n in sorted(counts.items()):
-        print(f"  {key[0]:13s} exit status {key[1]:3d}: {n}")
-    return 1 if findings else 0
+        whole = stopped_run(options.bipot, Path(folder))
+    found = try_files(
+        options, "result files", "vtkhdf", lambda number: judge(options, number, whole)
+    )
+    return 1 if found else 0
 
 
 if __name__ == "__main__":

@@ -313,10 +313,15 @@ def no_number(rng, lines):
 def no_parameter(rng, lines):
     """A value that needs a parameter which the deck does not have."""
     places = [(i, m) for i in data_lines(lines) for m in re.finditer(r"<[^<>]*>", lines[i])]
+    return replace_one(rng, lines, places, "<nosuchparameter>")
+
+
+def replace_one(rng, lines, places, word):
+    """Put the word in one of the places, pairs of a line's number and a match: that number."""
     if not places:
         return False
     i, match = rng.choice(places)
-    lines[i] = lines[i][: match.start()] + "<nosuchparameter>" + lines[i][match.end():]
+    lines[i] = lines[i][: match.start()] + word + lines[i][match.end():]
     return i
 
 
@@ -359,11 +364,7 @@ def no_such_name(rng, lines):
         match = re.match(r"\s*[A-Za-z][^,]*", lines[i])
         if match:
             places.append((i, match))
-    if not places:
-        return False
-    i, match = rng.choice(places)
-    lines[i] = lines[i][: match.start()] + "NOSUCHNAME" + lines[i][match.end():]
-    return i
+    return replace_one(rng, lines, places, "NOSUCHNAME")
 
 
 def wrong_value(rng, lines):

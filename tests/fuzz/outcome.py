@@ -7,6 +7,7 @@ import signal
 import subprocess
 import threading
 import time
+from contextlib import contextmanager
 
 PATIENCE = 4  # times as long on a busy machine as the processor may take
 # A message of status 1: file:line:column, or the deck as a whole, or the command line.
@@ -28,6 +29,23 @@ ENVIRONMENT = {
 }
 
 
+@contextmanager
+def stopped_after(process, seconds):
+    """Kill a process that is not done with after so many seconds; give the event of that."""
+    stopped = threading.Event()
+
+    def stop():
+        stopped.set()
+        process.kill()
+
+    timer = threading.Timer(seconds, stop)
+    timer.start()
+    try:
+        yield stopped
+    finally:
+        timer.cancel()
+
+
 class Outcome:
     """What a run of the program did."""
 
@@ -45,17 +63,10 @@ class Outcome:
                 command, cwd=folder / "work", stdout=out, stderr=err, stdin=subprocess.DEVNULL,
                 preexec_fn=prepare, env=ENVIRONMENT,
             )
-            self.timed_out = False
-
-            def stop():
-                self.timed_out = True
-                process.kill()
-
-            timer = threading.Timer(PATIENCE * limit, stop)
-            timer.start()
             started = time.monotonic()
-            _, status, usage = os.wait4(process.pid, 0)
-            timer.cancel()
+            with stopped_after(process, PATIENCE * limit) as stopped:
+                _, status, usage = os.wait4(process.pid, 0)
+            self.timed_out = stopped.is_set()
             process.returncode = os.waitstatus_to_exitcode(status)
         self.seconds = usage.ru_utime + usage.ru_stime
         self.waited = time.monotonic() - started

@@ -52,9 +52,8 @@ def forces(run):
 
 def counters(run):
     """The counters of a run by name."""
-    with h5py.File(run.file) as file:
-        table = file["run/counters"]
-        return dict(zip(table.attrs["name"].astype(str), table[()], strict=True))
+    with run.result() as result:
+        return result.counters
 
 
 def status_of(file):
@@ -65,8 +64,8 @@ def status_of(file):
 
 class Benchmark(unittest.TestCase):
     def test_the_benchmark_compares_ranks(self):
-        command = [sys.executable, "-B", SOURCE / "benchmarks" / "ranks.py", "--alone", SERIAL]
-        command += ["--together", PROGRAM, "--mpirun", MPIEXEC, "-n", "4", "--repeats", "1"]
+        command = [sys.executable, "-B", SOURCE / "benchmarks" / "ranks.py", "--bipot", SERIAL]
+        command += ["--bipot-mpi", PROGRAM, "--mpirun", MPIEXEC, "-n", "4", "--repeats", "1"]
         done = subprocess.run(
             command, capture_output=True, text=True, timeout=PATIENCE, check=True
         )
@@ -157,9 +156,8 @@ class Plan(unittest.TestCase):
 
     def test_estimates_hold_within_a_factor(self):
         run = Run(INPUT / "block.inp", command=launch(2), n=16, steps=5, **AUTO)
-        with h5py.File(run.file) as file:
-            table = file["run/estimates"]
-            planned = dict(zip(table.attrs["name"].astype(str), table[()], strict=True))
+        with run.result() as result:
+            planned = result.estimates
         ratio = planned["peak_memory_bytes"] / counters(run)["peak_memory_bytes"]
         self.assertGreater(ratio, 0.75)
         self.assertLess(ratio, 1.5)

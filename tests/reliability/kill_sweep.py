@@ -29,6 +29,7 @@ from result_checks import (
     Case,
     Whole,
     close_reader,
+    fresh_folder,
     is_finished,
     rows_in,
 )
@@ -62,10 +63,7 @@ class Sweep:
         shutil.rmtree(self.folder)
 
     def _fresh(self, name):
-        folder = self.folder / name
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir()
-        return folder
+        return fresh_folder(self.folder / name)
 
     def at_writes(self, n, n_continued, n_twice, torn):
         """Kill at `n` writes in their order; continue some, kill some of those again."""

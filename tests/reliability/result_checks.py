@@ -7,9 +7,13 @@ hand: those of build/debug.
 import hashlib
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
+import time
+import unittest
 from pathlib import Path
 
 import h5py
@@ -32,6 +36,45 @@ try:
     MISSING_VTK = None
 except ImportError as problem:
     MISSING_VTK = f"VTK with its HDF reader is not installed: {problem}"
+
+
+class Folder(unittest.TestCase):
+    """Every test in a folder of its own, `path` the result of a run there."""
+
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp(prefix="bipot-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.path = self.folder / NAME
+
+    @classmethod
+    def tearDownClass(cls):
+        close_reader()
+
+    def elsewhere(self):
+        """Make another folder, not in it."""
+        other = Path(tempfile.mkdtemp(prefix="bipot-"))
+        self.addCleanup(shutil.rmtree, other)
+        return other
+
+    def fresh(self, name):
+        """Make a folder in it, empty."""
+        return fresh_folder(self.folder / name)
+
+
+def fresh_folder(folder):
+    """Make the folder anew, empty."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    return folder
+
+
+def wait_for(condition, seconds=120.0):
+    """Wait until something is so."""
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            raise AssertionError("waited in vain")
+        time.sleep(0.005)
 
 
 class Case:

@@ -2,12 +2,11 @@
 
 import resource
 import shutil
-import tempfile
 import unittest
 from pathlib import Path
 
 import h5py
-from result_checks import HERE, INPUT, NAME, PROGRAM, Case, Whole, close_reader, rows_in
+from result_checks import HERE, INPUT, NAME, PROGRAM, Case, Folder, Whole, rows_in
 
 # Every deck of input/ but fall.inp, which has no solution, in a size that takes little time.
 SMALL = {
@@ -41,27 +40,8 @@ BODY-ZMAX, 1, 1e6
 """
 
 
-class Folder(unittest.TestCase):
-    """A folder for a test."""
-
-    def setUp(self):
-        self.folder = Path(tempfile.mkdtemp(prefix="bipot-"))
-        self.addCleanup(shutil.rmtree, self.folder)
-
-    def fresh(self, name):
-        """Make a folder in it, empty."""
-        folder = self.folder / name
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir()
-        return folder
-
-
 class EveryDeck(Folder):
     """Killed in the middle of its run and continued, every deck ends with the same file."""
-
-    @classmethod
-    def tearDownClass(cls):
-        close_reader()
 
     def check(self, case, kills=(0.35, 0.8)):
         """Kill at shares of the writes and continue."""

@@ -1,13 +1,10 @@
 """A run gives the same bits again: whatever the environment, the moment, or the folder."""
 
-import shutil
-import tempfile
 import unittest
-from pathlib import Path
 
 import h5py
 import numpy as np
-from result_checks import HERE, INPUT, NAME, Case, Whole, close_reader
+from result_checks import HERE, INPUT, NAME, Case, Folder, Whole
 
 CASES = (
     Case(INPUT / "block.inp", n=6, steps=10, solver="AUTO", local="AUTO"),
@@ -24,20 +21,10 @@ ENVIRONMENTS = (
 )
 
 
-class SameBits(unittest.TestCase):
-    def setUp(self):
-        self.folder = Path(tempfile.mkdtemp(prefix="bipot-"))
-        self.addCleanup(shutil.rmtree, self.folder)
-
-    @classmethod
-    def tearDownClass(cls):
-        close_reader()
-
+class SameBits(Folder):
     def solve(self, case, name, **environment):
         """Run a case in a folder of this name."""
-        folder = self.folder / name
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir()
+        folder = self.fresh(name)
         status, words = case.run(folder, **environment)
         self.assertEqual(status, 0, words)
         return folder / NAME

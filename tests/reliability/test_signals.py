@@ -1,40 +1,20 @@
 """SIGINT and SIGTERM end a run between two increments, a second one at once."""
 
 import os
-import shutil
 import signal
-import tempfile
 import time
 import unittest
 from pathlib import Path
 
 import h5py
-from result_checks import INPUT, NAME, Case, Whole, close_reader, rows_in
+from result_checks import INPUT, NAME, Case, Folder, Whole, rows_in, wait_for
 
 MANY = Case(INPUT / "block.inp", n=2, steps=400)  # seconds, of which no increment takes any
 # Minutes in one phase, of which the program is not asked for more than the beginning.
 LONG = Case(INPUT / "block.inp", "--force", n=40, steps=5, solver="AUTO", local="AUTO")
 
 
-def wait_for(condition, seconds=120.0):
-    """Wait until something is so."""
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            raise AssertionError("waited in vain")
-        time.sleep(0.005)
-
-
-class Signals(unittest.TestCase):
-    def setUp(self):
-        self.folder = Path(tempfile.mkdtemp(prefix="bipot-"))
-        self.addCleanup(shutil.rmtree, self.folder)
-        self.path = self.folder / NAME
-
-    @classmethod
-    def tearDownClass(cls):
-        close_reader()
-
+class Signals(Folder):
     def start(self, case, *more):
         """Begin a run that is ended with the test."""
         process = case.start(self.folder, *more)
@@ -47,8 +27,7 @@ class Signals(unittest.TestCase):
         return process
 
     def test_a_stopped_run_says_how_to_go_on_and_does(self):
-        other = Path(tempfile.mkdtemp(prefix="bipot-"))
-        self.addCleanup(shutil.rmtree, other)
+        other = self.elsewhere()
         self.assertEqual(MANY.run(other)[0], 0)
         whole = Whole(other / NAME)
         rows = 0

@@ -1,27 +1,14 @@
 """Two runs never write one file, however close together they begin."""
 
-import shutil
-import tempfile
 import unittest
-from pathlib import Path
 
-from result_checks import INPUT, NAME, Case, Whole, close_reader, rows_in
-from test_signals import wait_for
+from result_checks import INPUT, NAME, Case, Folder, Whole, rows_in, wait_for
 
 SHORT = Case(INPUT / "block.inp", n=2, steps=10)
 LONG = Case(INPUT / "block.inp", n=2, steps=400)
 
 
-class TwoRuns(unittest.TestCase):
-    def setUp(self):
-        self.folder = Path(tempfile.mkdtemp(prefix="bipot-"))
-        self.addCleanup(shutil.rmtree, self.folder)
-        self.path = self.folder / NAME
-
-    @classmethod
-    def tearDownClass(cls):
-        close_reader()
-
+class TwoRuns(Folder):
     def test_a_run_that_writes_keeps_its_file(self):
         process = LONG.start(self.folder)
         wait_for(self.path.exists)
@@ -53,8 +40,7 @@ class TwoRuns(unittest.TestCase):
         )
 
     def test_several_that_begin_at_once(self):
-        other = Path(tempfile.mkdtemp(prefix="bipot-"))
-        self.addCleanup(shutil.rmtree, other)
+        other = self.elsewhere()
         n = SHORT.count_changes(other)
         (other / "changes").unlink()
         whole = Whole(other / NAME)

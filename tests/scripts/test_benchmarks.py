@@ -55,7 +55,8 @@ class Runs(unittest.TestCase):
             limits.chmod(0o755)
             for scene, steps in (("block", 5), ("plate", 2)):
                 options = SimpleNamespace(
-                    scene=scene, steps=steps, scratch=folder, bipot=PROGRAM, limits=limits
+                    scene=scene, steps=steps, scratch=folder, bipot=PROGRAM, limits=limits,
+                    made="2024-05-06T07:08:09",
                 )
                 row = benchmark.run(options, 2, 1)
                 self.assertEqual((row["n"], row["steps"], row["certified"]), (2, steps, steps))
@@ -105,6 +106,42 @@ class Runs(unittest.TestCase):
         text = "\n".join(benchmark.page([cube(8), cube(16), cube(16, threads=2.0, cpu=2.0)]))
         self.assertEqual(sum(line.startswith("| 16 | 50 |") for line in text.splitlines()), 2)
         self.assertIn("Two threads over one", text)
+
+    def test_ratios_of_threads_are_those_of_turns(self):
+        one = [cube(16, total=total) for total in (10.0, 40.0, 20.0)]
+        two = [cube(16, threads=2.0, total=total) for total in (9.0, 20.0, 16.0)]
+        # Of the pairs 0.9, 0.5 and 0.8. Of the medians of the first two runs it would be 0.58.
+        line = benchmark.thread_table(one + two)[2]
+        self.assertEqual(line.split(" | ")[:4], ["| 16", "2", "50", "3"])
+        self.assertTrue(line.endswith("| 0.80 |"), line)
+        line = benchmark.thread_table(one[:2] + two[:2])[2]
+        self.assertTrue(line.endswith("| 0.70 |"), line)
+        for others in ([row | {"made": "later"} for row in two],
+                       [row | {"made": ""} for row in two]):
+            self.assertEqual(benchmark.thread_table(one + others), [])
+
+    def test_the_page_tells_how_many_runs_were_made(self):
+        for counts, words in (((1, 1), "; each line is one run."),
+                              ((3, 3), "; each line holds the medians of 3 runs."),
+                              ((3, 1), "; each line holds the medians of so many `runs`, 1 to 3.")):
+            rows = counts[0] * [cube(8)] + counts[1] * [cube(32)]
+            text = "\n".join(benchmark.page(rows))
+            self.assertIn(words, text)
+            for n, count in zip((8, 32), counts, strict=True):
+                self.assertIn(f"| {n} | 50 | 1 | {count} | double, in core |", text)
+
+    def test_a_page_of_plates_alone_is_written(self):
+        text = "\n".join(benchmark.page([cube(8, scene="plate")]))
+        self.assertIn("three layers of bricks; each line is one run.", text)
+
+    def test_older_files_do_not_tell_when_runs_were_made(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "runs.csv"
+            benchmark.write_rows([cube(8, made="")], path)
+            lines = [line.rpartition(",")[0] for line in path.read_text().splitlines()]
+            path.write_text("\n".join(lines))
+            (row,) = benchmark.read_rows(path)
+        self.assertEqual((row["made"], row["n"]), ("", 8.0))
 
 
 class Scaling(unittest.TestCase):

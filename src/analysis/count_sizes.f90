@@ -1,0 +1,124 @@
+!> What the costs of a run are made of: sizes of the scene and of its equations, and how often what
+!> is done with them.
+module count_sizes_mod
+  use kinds_mod, only: wp
+  use obstacles_mod, only: is_flat
+  use scene_mod, only: scene_t
+  use controls_mod, only: solver_sweeps, is_exact
+  use plan_mod, only: plan_t
+  use look_ahead_mod, only: most_ahead
+  implicit none
+  private
+
+  public :: sizes_t, count_sizes, iterations_of_increment, products_of_increment, solutions, &
+    flops_of_run
+
+  ! Typical counts of an increment (docs/solvers.md).
+  real(wp), parameter :: products_with_friction = 30.0_wp !! of W with a vector, by global Newton
+  real(wp), parameter :: products_without = 10.0_wp
+  real(wp), parameter :: solves_for_motions = 3.0_wp      !! contact problems where bodies are free
+  real(wp), parameter :: newton_raphson_curved = 3.0_wp   !! before round obstacles
+  real(wp), parameter :: newton_raphson_refined = 2.0_wp  !! where the factor is not exact
+  real(wp), parameter :: refinements = 4.0_wp             !! of a load's response, then
+  real(wp), parameter :: sweeps_a_digit = 1.3_wp          !! and a point along the surface's side
+
+  !> Sizes that costs are made of.
+  type :: sizes_t
+    real(wp) :: nodes, bricks, equations, interface, rows, points, entries, factor
+    real(wp) :: front, workspace, flops
+    real(wp) :: increments, outputs, steps, factorisations, motions
+    real(wp) :: neighbours
+    real(wp) :: columns = 0.0_wp !! increments that are recovered at once, 0: one by one
+    real(wp) :: most_columns = 0.0_wp !! the same with an exact factor
+    real(wp) :: ranks = 1.0_wp !! on this machine
+    real(wp) :: share = 1.0_wp !! of all ranks
+    real(wp) :: word = 8.0_wp !! of the factor, a number [bytes]
+    real(wp) :: copy = 0.0_wp !! of W in single precision, a number [bytes]
+    real(wp) :: scratch = 0.0_wp !! of the factor, on the disk [bytes]
+    logical :: keeps_scratch = .false. !! the system has memory for it beside the run
+  end type sizes_t
+
+contains
+
+  !> Sizes that the scene tells; of those of the elimination the least they can be. What depends on
+  !> the arithmetic is left to whoever chooses that.
+  pure subroutine count_sizes(scene, plan, sizes)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(sizes_t), intent(inout) :: sizes !! its ranks are known
+    integer :: i
+
+    sizes%nodes = scene%mesh%n_nodes
+    sizes%bricks = scene%mesh%n_elements
+    sizes%equations = plan%n_equations
+    sizes%interface = plan%n_interface
+    sizes%rows = sum(real(plan%rows, wp))
+    sizes%points = plan%points%n
+    ! A node of a large mesh of bricks has 27 neighbours, half of them in one triangle.
+    sizes%neighbours = 27.0_wp*sizes%nodes
+    sizes%entries = 40.0_wp*sizes%equations
+    sizes%factor = sizes%entries
+    sizes%front = 0.0_wp
+    sizes%flops = 0.0_wp
+    sizes%increments = plan%n_increments
+    sizes%outputs = plan%n_outputs
+    sizes%steps = size(scene%steps)
+    sizes%most_columns = max(0, min(most_ahead, maxval(scene%steps%n_increments)))
+    if (plan%n_interface == 0) sizes%most_columns = 0.0_wp
+    do i = 1, size(scene%pairs)
+      if (.not. is_flat(scene%obstacles(scene%pairs(i)%obstacle))) sizes%most_columns = 0.0_wp
+    end do
+    sizes%factorisations = plan%n_factorisations
+    sizes%motions = 0.0_wp
+  end subroutine count_sizes
+
+  !> Newton-Raphson iterations of an increment, each with one solution.
+  pure function iterations_of_increment(scene) result(n)
+    type(scene_t), intent(in) :: scene
+    real(wp) :: n
+    integer :: i
+
+    n = 1.0_wp
+    if (.not. is_exact(scene%precision)) n = newton_raphson_refined
+    do i = 1, size(scene%pairs)
+      if (.not. is_flat(scene%obstacles(scene%pairs(i)%obstacle))) n = newton_raphson_curved
+    end do
+  end function iterations_of_increment
+
+  !> Products of W with a vector in an increment; a sweep is one.
+  pure function products_of_increment(scene, sizes) result(n)
+    type(scene_t), intent(in) :: scene
+    type(sizes_t), intent(in) :: sizes
+    real(wp) :: n
+
+    n = products_without
+    if (any(scene%pairs%mu > 0.0_wp)) n = products_with_friction
+    if (scene%contact%solver == solver_sweeps) n = -sweeps_a_digit*sqrt(sizes%points)* &
+      log10(scene%contact%tolerance)
+    if (sizes%motions > 0.0_wp) n = n*solves_for_motions
+    n = n*iterations_of_increment(scene)
+    if (sizes%rows <= 0.0_wp) n = 0.0_wp
+  end function products_of_increment
+
+  !> Solutions with the factor in the whole run: two load patterns a step, and those of increments.
+  pure function solutions(scene, sizes) result(n)
+    type(scene_t), intent(in) :: scene
+    type(sizes_t), intent(in) :: sizes
+    real(wp) :: n
+
+    n = 2.0_wp*sizes%steps + sizes%increments*iterations_of_increment(scene)
+    if (.not. is_exact(scene%precision)) n = n + 2.0_wp*refinements*sizes%steps
+  end function solutions
+
+  !> Elimination, inverse of the Schur complement, solutions, products with W.
+  pure function flops_of_run(scene, sizes) result(flops)
+    type(scene_t), intent(in) :: scene
+    type(sizes_t), intent(in) :: sizes
+    real(wp) :: flops
+
+    flops = sizes%factorisations*(sizes%flops + sizes%interface**3) + &
+      solutions(scene, sizes)*(4.0_wp*sizes%factor + 2.0_wp*sizes%interface**2) + &
+      2.0_wp*sizes%increments*products_of_increment(scene, sizes)*sizes%rows**2
+  end function flops_of_run
+
+end module count_sizes_mod

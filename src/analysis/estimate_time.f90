@@ -1,0 +1,136 @@
+!> How long a run will take on this machine.
+!>
+!> The rates of the machine are measured with matrices of the sizes of the run; what is left in
+!> constants is the work of every phase.
+module estimate_time_mod
+  use kinds_mod, only: wp, i8
+  use system_mod, only: cpu_seconds
+  use machine_speed_mod, only: machine_speed_t, measure_speed
+  use scene_mod, only: scene_t
+  use controls_mod, only: solver_sweeps
+  use brick8_mod, only: lame_constants
+  use elements_mod, only: stiffness, nodal_force
+  use count_sizes_mod, only: sizes_t, iterations_of_increment, products_of_increment, solutions
+  use estimate_file_mod, only: file_size_t
+  implicit none
+  private
+
+  public :: seconds_t, seconds_of_run, total_seconds
+
+  ! Passes over the factor, in memory, while it is made: fronts are cleared, assembled, eliminated
+  ! panel by panel, and copied.
+  real(wp), parameter :: passes_to_factorise = 50.0_wp
+  real(wp), parameter :: cached = 24.0e6_wp       !! that caches may hold [bytes]
+  real(wp), parameter :: passes_to_solve = 2.5_wp !! forward, backward, and the vectors
+  real(wp), parameter :: passes_ahead = 1.0_wp    !! backward alone, many columns at once
+  ! Of a factor that is written and read: from the disk, and where the system keeps it in memory
+  ! that nobody needs [bytes/s].
+  real(wp), parameter :: disk_rate = 0.5e9_wp, kept_rate = 2.0e9_wp
+
+  ! Seconds on a machine that makes a brick's internal force in 1e-6 s [s].
+  real(wp), parameter :: reference_brick = 1.0e-6_wp
+  real(wp), parameter :: start_of_run = 0.01_wp      !! opening the file, loading code
+  real(wp), parameter :: start_of_increment = 0.25e-3_wp
+  real(wp), parameter :: write_of_increment = 0.7e-3_wp !! some 50 small datasets, two flushes
+  real(wp), parameter :: squeeze_rate = 60.0e6_wp    !! of numbers that vary [bytes/s]
+  real(wp), parameter :: squeeze_zeros = 400.0e6_wp  !! of zeros [bytes/s]
+  real(wp), parameter :: keep_rate = 1.0e9_wp        !! of numbers that are not squeezed [bytes/s]
+  real(wp), parameter :: visit_of_sweep = 0.5_wp     !! of a point, in internal forces of a brick
+
+  !> Seconds of the phases of a run.
+  type :: seconds_t
+    real(wp) :: prepare, factorise, condense, contact, recover, write
+  end type seconds_t
+
+contains
+
+  !> Seconds from now to the end, by phase.
+  function seconds_of_run(scene, sizes, file, ordering) result(seconds)
+    type(scene_t), intent(in) :: scene
+    type(sizes_t), intent(in) :: sizes
+    type(file_size_t), intent(in) :: file
+    real(wp), intent(in) :: ordering !! [s]
+    type(seconds_t) :: seconds
+    type(machine_speed_t) :: speed
+    real(wp) :: stiffness_time, force_time, product, plain, passes, scratch_time
+
+    call measure_speed(nint(sizes%front), nint(sizes%rows), int(sizes%word*sizes%factor, i8), speed)
+    call time_brick(scene, stiffness_time, force_time)
+    plain = force_time/reference_brick
+    scratch_time = sizes%scratch/merge(kept_rate, disk_rate, sizes%keeps_scratch)
+
+    ! The first order is the plan's, which is spent already.
+    seconds%prepare = start_of_run*plain + (sizes%factorisations - 1.0_wp)*ordering + &
+      sizes%factorisations*sizes%bricks*(1.5_wp*stiffness_time + force_time)
+    ! Numbers of half the size are worked on twice as fast.
+    seconds%factorise = sizes%factorisations*sizes%word/8.0_wp*(sizes%flops/speed%flops + &
+      passes_to_factorise*8.0_wp*sizes%factor/speed%bytes) + scratch_time
+    seconds%condense = sizes%factorisations*(sizes%interface**3/speed%flops + &
+      40.0_wp*sizes%interface**2/speed%bytes)
+    product = sizes%rows**2/speed%entries
+    ! A triangle beyond the caches comes from memory every time.
+    if (4.0_wp*sizes%rows**2 > cached) product = max(product, 4.0_wp*sizes%rows**2/speed%bytes)
+    product = product + 400.0_wp*sizes%rows/speed%bytes
+    if (scene%contact%solver == solver_sweeps) product = 8.0_wp*sizes%rows**2/speed%bytes + &
+      sizes%points*visit_of_sweep*force_time
+    seconds%contact = sizes%increments*products_of_increment(scene, sizes)*product
+    passes = passes_to_solve
+    if (sizes%columns > 1.0_wp) passes = passes_ahead
+    seconds%recover = solutions(scene, sizes)*(passes*sizes%word*sizes%factor + &
+      8.0_wp*sizes%interface**2)/speed%bytes + 2.0_wp*solutions(scene, sizes)*scratch_time + &
+      sizes%increments*(start_of_increment*plain + &
+      2.0_wp*iterations_of_increment(scene)*sizes%bricks*force_time)
+    seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
+      file%zeros/squeeze_zeros + file%dense/keep_rate)
+  end function seconds_of_run
+
+  !> How long a brick of the scene takes: its stiffness, and its internal force.
+  subroutine time_brick(scene, stiffness_time, force_time)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(out) :: stiffness_time, force_time !! [s]
+    integer, parameter :: least = 100
+    real(wp), parameter :: long_enough = 0.003_wp
+    real(wp) :: lambda, shear, start, spent, u(3, 8), f(3, 8), k(24, 24)
+    integer :: n
+
+    stiffness_time = 0.0_wp
+    force_time = 0.0_wp
+    if (scene%mesh%n_elements == 0) return
+    associate (mesh => scene%mesh, material => scene%materials(scene%mesh%material(1)))
+      call lame_constants(material%young, material%poisson, lambda, shear)
+      u = 0.0_wp
+      n = 0
+      start = cpu_seconds()
+      do
+        n = n + 1
+        k = stiffness(mesh%element_kind(1), mesh%coordinates(:, mesh%connectivity(:, 1)), lambda, &
+          shear)
+        u(1, 1) = u(1, 1) + sign(1.0e-6_wp, k(1, 1))
+        spent = cpu_seconds() - start
+        if (n >= least .and. spent > long_enough) exit
+      end do
+      stiffness_time = spent/n
+      n = 0
+      start = cpu_seconds()
+      do
+        n = n + 1
+        f = nodal_force(mesh%element_kind(1), mesh%coordinates(:, mesh%connectivity(:, 1)), u, &
+          lambda, shear)
+        u(1, 1) = u(1, 1) + sign(1.0e-6_wp, f(1, 1))
+        spent = cpu_seconds() - start
+        if (n >= least .and. spent > long_enough) exit
+      end do
+      force_time = spent/n
+    end associate
+  end subroutine time_brick
+
+  !> Of all phases.
+  pure function total_seconds(seconds) result(total)
+    type(seconds_t), intent(in) :: seconds
+    real(wp) :: total !! [s]
+
+    total = seconds%prepare + seconds%factorise + seconds%condense + seconds%contact + &
+      seconds%recover + seconds%write
+  end function total_seconds
+
+end module estimate_time_mod

@@ -1,0 +1,175 @@
+!> The group /run of a result file: what was run, by what, and how it ended.
+!>
+!> All of it is there from the beginning; what is known only later gets its value in place.
+module result_run_mod
+  use kinds_mod, only: wp, i8
+  use errors_mod, only: error_t
+  use text_mod, only: string_t
+  use scene_mod, only: scene_t
+  use plan_mod, only: plan_t, bound_in_words
+  use hdf5_files_mod, only: hdf5_file_t, create_group, exists, flush_file
+  use hdf5_attributes_mod, only: write_attribute, read_attribute
+  use hdf5_datasets_mod, only: write_dataset, rewrite_dataset, write_text
+  implicit none
+  private
+
+  public :: provenance_t, write_run, resume_run, end_run, program_name, text_of
+  public :: run_finished, run_not_solved, run_stopped, run_failed
+
+  ! What /run@status says. It is `running` until `end_run`, and for ever if that never comes.
+  character(*), parameter :: run_running = 'running'
+  character(*), parameter :: run_finished = 'finished'     !! all increments are there
+  character(*), parameter :: run_not_solved = 'not solved' !! an increment found no solution
+  character(*), parameter :: run_stopped = 'stopped'       !! by a signal
+  character(*), parameter :: run_failed = 'failed'         !! the machine: memory, a library
+  integer, parameter :: longest_status = 16
+  integer, parameter :: room_for_sessions = 1000 !! bytes, a line each time a run was continued
+
+  character(*), parameter :: program_name = 'bipot'
+
+  !> Who made the file. What is not allocated is left empty.
+  type :: provenance_t
+    character(:), allocatable :: version   !! of the program
+    character(:), allocatable :: build     !! compiler and its flags
+    character(:), allocatable :: libraries !! names and versions
+    character(:), allocatable :: command   !! the command line
+    character(:), allocatable :: blas_core !! the kernels OpenBLAS runs
+    character(:), allocatable :: started   !! date and time, ISO 8601
+    integer :: ranks = 1                   !! processes that ran together
+    type(string_t), allocatable :: counters(:) !! names of those that end_run will get
+  end type provenance_t
+
+contains
+
+  !> Make the group of a run that begins.
+  subroutine write_run(hdf5, scene, plan, provenance, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(provenance_t), intent(in) :: provenance
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: table
+    integer :: i
+
+    call create_group(hdf5, '/run', error)
+    call write_attribute(hdf5, '/run', 'description', 'what was run, by what, and how it ended', &
+                         error)
+    call write_attribute(hdf5, '/run', 'program', program_name, error)
+    call write_attribute(hdf5, '/run', 'name', text_of(scene%name), error)
+    call write_attribute(hdf5, '/run', 'version', text_of(provenance%version), error)
+    call write_attribute(hdf5, '/run', 'build', text_of(provenance%build), error)
+    call write_attribute(hdf5, '/run', 'libraries', text_of(provenance%libraries), error)
+    call write_attribute(hdf5, '/run', 'blas_core', text_of(provenance%blas_core), error)
+    call write_attribute(hdf5, '/run', 'ranks', int(provenance%ranks, i8), error)
+    call write_attribute(hdf5, '/run', 'command', text_of(provenance%command), error)
+    call write_attribute(hdf5, '/run', 'started', text_of(provenance%started), error)
+    call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
+    call write_attribute(hdf5, '/run', 'continued', repeat(achar(0), room_for_sessions), error)
+    if (allocated(provenance%counters)) call write_counters(hdf5, provenance%counters, &
+      spread(0.0_wp, 1, size(provenance%counters)), error)
+
+    call write_text(hdf5, '/run/deck', text_of(scene%deck), 'the deck as read, includes put in', &
+                    error)
+    call write_text(hdf5, '/run/overrides', text_of(scene%overrides), &
+                    'parameters given on the command line, name=value a line', error)
+    table = ''
+    if (allocated(plan%lines)) then
+      do i = 1, size(plan%lines)
+        table = table//plan%lines(i)%text//new_line('a')
+      end do
+    end if
+    call write_text(hdf5, '/run/plan', table, 'what the run was to do, decided before it began', &
+                    error)
+    if (allocated(plan%figures)) call write_estimates(hdf5, plan, error)
+  end subroutine write_run
+
+  !> The numbers of the plan, under the names that the counters have.
+  subroutine write_estimates(hdf5, plan, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    type(plan_t), intent(in) :: plan
+    type(error_t), allocatable, intent(inout) :: error
+    type(string_t) :: names(size(plan%figures)), bounds(size(plan%figures))
+    integer :: i
+
+    do i = 1, size(plan%figures)
+      names(i)%text = plan%figures(i)%name
+      bounds(i)%text = bound_in_words(plan%figures(i)%bound)
+    end do
+    call write_dataset(hdf5, '/run/estimates', plan%figures%value, &
+                       'numbers of the plan; their names are in the attribute "name", how they '// &
+                       'are meant (fixed, at most, about) in "bound"', 'number', error)
+    call write_attribute(hdf5, '/run/estimates', 'name', names, error)
+    call write_attribute(hdf5, '/run/estimates', 'bound', bounds, error)
+  end subroutine write_estimates
+
+  !> The counters, or zeros where they are to come; in place where they are there already.
+  subroutine write_counters(hdf5, names, counters, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    type(string_t), intent(in) :: names(:) !! (n)
+    real(wp), intent(in) :: counters(:)    !! (n)
+    type(error_t), allocatable, intent(inout) :: error
+
+    if (allocated(error)) return
+    if (exists(hdf5, '/run/counters')) then
+      call rewrite_dataset(hdf5, '/run/counters', counters, error)
+      return
+    end if
+    call write_dataset(hdf5, '/run/counters', counters, &
+                       'sizes, times in seconds and memory of the run; their names are in the '// &
+                       'attribute "name"', 'number', error)
+    call write_attribute(hdf5, '/run/counters', 'name', names, error)
+  end subroutine write_counters
+
+  !> Say that the run goes on, with a line among the sessions that continued it; where there is no
+  !> room the oldest go.
+  subroutine resume_run(hdf5, provenance, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    type(provenance_t), intent(in) :: provenance !! of the program that goes on
+    type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: sessions
+    character(room_for_sessions) :: text
+
+    call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
+    call read_attribute(hdf5, '/run', 'continued', sessions, error)
+    if (sessions /= '') sessions = sessions//new_line('a')
+    sessions = sessions//text_of(provenance%started)//' '//text_of(provenance%command)
+    do while (len(sessions) > room_for_sessions .and. index(sessions, new_line('a')) > 0)
+      sessions = sessions(index(sessions, new_line('a')) + 1:)
+    end do
+    text = repeat(achar(0), room_for_sessions)
+    text(:min(len(sessions), room_for_sessions)) = sessions
+    call write_attribute(hdf5, '/run', 'continued', text, error)
+  end subroutine resume_run
+
+  !> Say how the run ended, and what it added up to.
+  subroutine end_run(hdf5, status, names, counters, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    character(*), intent(in) :: status     !! run_finished, run_not_solved, ...
+    type(string_t), intent(in) :: names(:) !! (n)
+    real(wp), intent(in) :: counters(:)    !! (n) sizes, times [s], memory [bytes]
+    type(error_t), allocatable, intent(inout) :: error
+
+    call write_counters(hdf5, names, counters, error)
+    ! All else must be in the file before it calls itself finished.
+    call flush_file(hdf5, error)
+    call write_attribute(hdf5, '/run', 'status', padded(status), error)
+  end subroutine end_run
+
+  !> A status with room for the longest one: an attribute keeps the length it began with.
+  pure function padded(status) result(text)
+    character(*), intent(in) :: status
+    character(longest_status) :: text
+
+    text = repeat(achar(0), longest_status)
+    text(:len(status)) = status
+  end function padded
+
+  !> The text, or nothing.
+  pure function text_of(text) result(given)
+    character(*), intent(in), optional :: text !! may be an allocatable that is not allocated
+    character(:), allocatable :: given
+
+    given = ''
+    if (present(text)) given = text
+  end function text_of
+end module result_run_mod
