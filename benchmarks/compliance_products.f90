@@ -5,9 +5,10 @@
 !> For matrices of so many rows (867, 1875, 3267, 7203: the block with n = 16, 24, 32, 48): how fast
 !> memory is read, by scalar products, which do nothing else, in ordinary pages and in huge ones
 !> (src/base/huge_pages.f90); and how fast one triangle of the matrix is read in a product in double
-!> precision, and in one in single. The stretches that are read have the size of the triangle. All
-!> in bytes a second of the processor, in turns, the best of many: what else the machine does
-!> disturbs them alike. What fits in a cache is read from there.
+!> precision, and in one in single, whose triangle has half the bytes. The stretches that are read
+!> have the size of the triangle. All in bytes a second of the processor, in turns, the best of
+!> many: what else the machine does disturbs them alike. What fits in a cache is read from there.
+!> A table in CSV, for benchmarks/run.py.
 program compliance_products
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use kinds_mod, only: wp
@@ -32,11 +33,8 @@ program compliance_products
     write (error_unit, '(a)') 'compliance_products: '//error%message
     stop 1
   end if
-  write (output_unit, '(a)') 'kernels: '//blas_core_name()
-  write (output_unit, '(a)') '                       read, GB/s   product      read, GB/s   product'
-  write (output_unit, &
-    '(a)') '  rows  triangle, MB  pages  huge  double  triangle, MB  pages  huge'// &
-    '  single  double / pages  single / pages  double / huge'
+  write (output_unit, '(a)') 'rows,kernels,read_double,read_double_huge,double,read_single,'// &
+    'read_single_huge,single'
   do i = 1, size(rows)
     call measure(rows(i))
   end do
@@ -79,7 +77,7 @@ contains
     end do
     ! `total` is used, so that no compiler leaves anything out.
     if (.not. total > 0.0_wp) error stop 'sums of positive numbers are positive'
-    rate = 4.0_wp*real(n, wp)*real(n + 1, wp)/1.0e9_wp/best
+    rate = 4.0_wp*real(n, wp)*real(n + 1, wp)/best
     rate(4:) = 0.5_wp*rate(4:)
     write (output_unit, &
       '(i6, f14.1, f7.1, f6.1, f8.1, f14.1, f7.1, f6.1, f8.1, 2f16.2, f15.2)') n, &

@@ -8,11 +8,13 @@
 
 Runs the block with the automatic solver and writes every run into benchmarks/runs.csv, then
 docs/speed.md from the medians. Before each run the machine is measured: its dense products, its
-memory. Numbers of threads take turns, so that what else the machine does meets all of them, and
-their ratios are those of neighbours. `--add` keeps the runs that the file has of other sizes and
-threads, without it the file holds the new runs only; `--page` only writes the page; `--take` adds
-runs that were made otherwise, with one thread, from their results. From n = 32 on each setting is
-run once. A quiet machine takes some ten minutes. `--runs` and `-o` name another file and page.
+memory; at the end its products with a compliance (compliance_products.f90, kept in
+benchmarks/products.csv). Numbers of threads take turns, so that what else the machine does meets
+all of them, and their ratios are those of neighbours. `--add` keeps the runs that the file has of
+other sizes and threads, without it the file holds the new runs only; `--page` only writes the page;
+`--take` adds runs that were made otherwise, with one thread, from their results. From n = 32 on
+each setting is run once. A quiet machine takes some ten minutes. `--runs` and `-o` name another
+file and page.
 
 The scene `plate` is benchmarks/plate.inp: many contact points and few bricks above them.
 """
@@ -43,6 +45,7 @@ from study_pieces import (  # noqa: E402
 )
 
 RUNS = ROOT / "benchmarks" / "runs.csv"
+PRODUCTS = ROOT / "benchmarks" / "products.csv"
 PAGE = ROOT / "docs" / "speed.md"
 SCENES = {
     "block": (ROOT / "input" / "block.inp", {"solver": "AUTO", "local": "AUTO"}),
@@ -178,16 +181,14 @@ def seconds_of(row, phase):
 def shares(row):
     """Return, for each phase that has one, its rate over the machine's: of what, and the share.
 
-    Factorising: operations of the elimination; condensing: the cube of the interface's size. An
-    iteration of contact reads a triangle of W for every product; a solution reads the factor twice.
+    Factorising: operations of the elimination; condensing: the cube of the interface's size. A
+    solution reads the factor twice.
     """
     word = 4 if "single" in row["arithmetic"] else 8
     return {
         "factorise": row["factor_flops"] / seconds_of(row, "factorise") / row["limit_dgemm"],
         "condense": row["interface_equations"] ** 3
         / seconds_of(row, "condense") / row["limit_dgemm"],
-        "contact": 4 * row["contact_rows"] ** 2 * row["compliance_products"]
-        / seconds_of(row, "contact") / row["limit_dsymv"],
         "recover": 2 * word * row["factor_entries"] * row["solutions"]
         / (seconds_of(row, "recover") + seconds_of(row, "loads")) / row["limit_read"],
     }
@@ -212,7 +213,7 @@ def time_table(rows):
 def share_table(rows):
     """Return the lines of the table of rates; runs beside which nothing was measured are not in."""
     head = ["n", "threads", "dgemm Gflop/s", "read GB/s", "dsymv GB/s", "factorise", "condense",
-            "contact", "recover", "products", "solutions", "Gflop of the factor", "entries, 1e6"]
+            "recover", "products", "solutions", "Gflop of the factor", "entries, 1e6"]
     lines = []
     for row in rows:
         share = shares(row)
@@ -221,7 +222,7 @@ def share_table(rows):
         lines.append([
             f"{row['n']:.0f}", f"{row['threads']:.0f}", f"{row['limit_dgemm'] / 1e9:.3g}",
             f"{row['limit_read'] / 1e9:.3g}", f"{row['limit_dsymv'] / 1e9:.3g}",
-            *(f"{share[name]:.2f}" for name in ("factorise", "condense", "contact", "recover")),
+            *(f"{share[name]:.2f}" for name in ("factorise", "condense", "recover")),
             f"{row['compliance_products']:.0f}", f"{row['solutions']:.0f}",
             f"{row['factor_flops'] / 1e9:.3g}", f"{row['factor_entries'] / 1e6:.4g}",
         ])
@@ -257,6 +258,33 @@ def thread_table(rows):
         lines.append([f"{n:.0f}", f"{threads:.0f}", f"{steps:.0f}", len(pairs),
                       *(f"{ratio:.2f}" for ratio in ratios)])
     return table(["n", "threads", "increments", "pairs", *names], lines) if lines else []
+
+
+def product_lines():
+    """Return the lines on products with the compliance, where they have been measured."""
+    if not PRODUCTS.is_file():
+        return []
+    with PRODUCTS.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    head = ["rows", "triangle, MB", "read", "read, huge pages", "product", "of the reading",
+            "of that in huge pages"]
+    cells = []
+    for row in rows:
+        for name, word in (("double", 8), ("single", 4)):
+            pages, huge, product = (
+                float(row[column]) for column in (f"read_{name}", f"read_{name}_huge", name))
+            cells.append([
+                f"{row['rows']}, {name}", f"{word * float(row['rows']) ** 2 / 2e6:.1f}",
+                *(f"{rate / 1e9:.1f} GB/s" for rate in (pages, huge, product)),
+                f"{product / pages:.2f}", f"{product / huge:.2f}"])
+    return [
+        "## Products with the compliance", "",
+        "By `compliance_products`, one thread, OpenBLAS's kernels for",
+        f"{rows[0]['kernels']}: how fast memory of the size of a triangle of W is read, in pages",
+        "of 4 kB and of 2 MB, and how fast the triangle is read in a product with a vector; best",
+        "of 40, in turns, so each finds of the caches what the others left. W and its copy in",
+        "single precision lie in huge pages where the system gives them.", "",
+        *table(head, cells), ""]
 
 
 def runs_in_words(rows):
@@ -295,11 +323,11 @@ def page(rows):
         "## Beside the machine", "",
         "Measured before each run: the rate of large dense products, of reading memory, and of a",
         "symmetric matrix beyond the caches in its product with a vector. The shares are those of",
-        "the phases in these limits: operations of the elimination in dense products, products",
-        "with W (a triangle is read) in the rate of dsymv, solutions (the factor is read twice) in",
-        "that of memory. Above 1: from the caches. The machine's limit and the phase are not",
-        "measured in the same second, so a share has an error of a tenth or two.", "",
-        *share_table(rows), "",
+        "the phases in these limits: operations of the elimination in dense products, solutions",
+        "(the factor is read twice; many at once share a reading) in the rate of memory. The",
+        "machine's limit and the phase are not measured in the same second, so a share has an",
+        "error of a tenth or two.", "",
+        *share_table(rows), "", *product_lines(),
     ]
     threads = thread_table(runs)
     if threads:
@@ -344,6 +372,7 @@ def main():
                         default=ROOT / "build" / "benchmarks" / "machine_limits")
     options = parser.parse_args()
     options.made = datetime.now().isoformat(timespec="seconds")
+    products = options.limits.with_name("compliance_products")
     rows = read_rows(options.runs) if options.add or options.page or options.take else []
     for path in options.take:
         new = take(path)
@@ -363,6 +392,9 @@ def main():
                     new.append(run(options, n, threads))
             rows = [row for row in rows if not any(same_setting(row, one) for one in new)] + new
             write_rows(rows, options.runs)
+        if products.is_file():
+            PRODUCTS.write_text(subprocess.run(
+                [products], env=with_threads(1), check=True, capture_output=True, text=True).stdout)
     if not rows:
         sys.exit(f"no runs in {options.runs}")
     put_page("\n".join(page(rows)).rstrip() + "\n", options.written)
