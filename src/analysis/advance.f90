@@ -36,7 +36,7 @@ module advance_mod
   implicit none
   private
 
-  public :: advance, advance_along
+  public :: advance, advance_along, equilibrate
 
   integer,  parameter :: max_newton_raphson = 40
   integer,  parameter :: max_attempts = 4                   !! with ever smaller residuals
@@ -186,7 +186,7 @@ contains
   end subroutine finish
 
   !> Newton-Raphson until the forces balance and the points on curved obstacles have settled:
-  !> reactions and displacement from u_free.
+  !> reactions and displacement from u_free. Nothing is certified.
   subroutine equilibrate(scene, points, operators, old, now, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

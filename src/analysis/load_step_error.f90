@@ -11,12 +11,12 @@ module load_step_error_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t
-  use increments_mod, only: increment_t, next_increment, ends_step
+  use increments_mod, only: increment_t, next_increment, mark_end, ends_step
   use follow_points_mod, only: relative
   use operators_mod, only: operators_t
-  use attempt_mod, only: attempt_t, begin_attempt
+  use attempt_mod, only: attempt_t, begin_attempt, expected_reactions, trend_of
   use look_ahead_mod, only: can_look_ahead, step_on_interface
-  use advance_mod, only: advance
+  use advance_mod, only: equilibrate
   implicit none
   private
 
@@ -111,17 +111,21 @@ contains
     real(wp) :: answer(operators%inverse%map%n_interface)
 
     increment = next_increment(scene%steps, from, length)
+    call begin_attempt(scene, plan%points, operators, from, increment, now)
+    now%controls%tolerance = max(now%controls%tolerance, sharp_enough)
+    to = from
+    if (present(near)) then
+      to%reaction = near
+      to%trend = 0.0_wp
+    end if
     if (can_look_ahead(scene, operators)) then
-      to = from
-      if (present(near)) then
-        to%reaction = near
-        to%trend = 0.0_wp
-      end if
-      call begin_attempt(scene, plan%points, operators, from, increment, now)
-      now%controls%tolerance = max(now%controls%tolerance, sharp_enough)
       call step_on_interface(scene, plan%points, operators, increment, now, to, report, answer)
     else
-      call advance(scene, plan, operators, from, increment, to, report, error)
+      call mark_end(increment, to)
+      if (.not. present(near)) to%reaction = expected_reactions(scene, plan%points, operators, &
+        from, increment)
+      call equilibrate(scene, plan%points, operators, from, now, to, report, error)
+      to%trend = trend_of(increment, from%reaction, to%reaction)
     end if
     ok = .not. allocated(error) .and. report%converged
   end subroutine try_increment
