@@ -79,10 +79,7 @@ contains
     if (.not. total > 0.0_wp) error stop 'sums of positive numbers are positive'
     rate = 4.0_wp*real(n, wp)*real(n + 1, wp)/best
     rate(4:) = 0.5_wp*rate(4:)
-    write (output_unit, &
-      '(i6, f14.1, f7.1, f6.1, f8.1, f14.1, f7.1, f6.1, f8.1, 2f16.2, f15.2)') n, &
-      best(1)*rate(1)*1.0e3_wp, rate(:3), best(4)*rate(4)*1.0e3_wp, rate(4:), rate(3)/rate(1), &
-      rate(6)/rate(4), rate(3)/rate(2)
+    write (output_unit, '(i0, 2a, 6(",", es10.4))') n, ',', blas_core_name(), rate
   end subroutine measure
 
   !> Read a matrix as two streams of so many numbers.

@@ -250,13 +250,14 @@ def many_points(model, points):
     w = 8 * rows**2
     product = 4 * rows**2 / model.contact
     inverse = rows**3 / model.condense
-    products = 75
+    products = 45
     return [
         f"{points:,} points have {rows:,} rows: W and the interface's compliance C are "
         f"{bytes_in_words(w)} each, dense and in double precision; C is the inverse of the Schur "
-        f"complement, {time_in_words(inverse)} of one processor at the rate of the largest run; a "
-        f"product reads {bytes_in_words(w / 2)} in {time_in_words(product)}, and an increment of "
-        f"{products} products takes {time_in_words(products * product)}.",
+        f"complement, {time_in_words(inverse)} of one processor at the rate of the largest run. A "
+        f"triangle of W's copy in single precision, which most products read, is "
+        f"{bytes_in_words(w / 4)}; contact takes {time_in_words(product)} a product, and "
+        f"{time_in_words(products * product)} an increment of {products}.",
     ]
 
 
@@ -297,10 +298,11 @@ def plate_words(program):
     return claim(
         share > 2,
         f"C and W of `benchmarks/plate.inp` with n = {PLATE}, {PLATE} x {PLATE} x 3 bricks, are "
-        f"{bytes_in_words(16 * rows**2)}, about what this machine holds beside the factor; its "
-        "smaller sizes are measured in [speed](speed.md). Two things would halve it without "
-        "another method: on planes along the axes W is C with its rows in another order, so one of "
-        "the two is enough; and of a symmetric matrix a triangle is enough. A better way for such "
+        f"{bytes_in_words(16 * rows**2)}, W's copy {bytes_in_words(4 * rows**2)}, about what this "
+        "machine holds beside the factor; what was run is in [speed](speed.md). Two things would "
+        "halve it without another method: on planes along the axes W is C with its rows in another "
+        "order, so one of the two is enough; and of a symmetric matrix a triangle is enough. A "
+        "better way for such "
         f"a body is to keep neither: the factor of the same plate without a contact pair has "
         f"{entries / 1e6:.3g} million entries, the triangle of W {triangle / 1e6:.0f} million. A "
         f"product with W by one solution would read {share:.0f} times less, and the dense inverse "
@@ -388,8 +390,10 @@ def page(rows, program):
         *work, "",
         "Seconds are the work over the rates of the largest run in double precision:",
         f"{model.factorise / 1e9:.3g} Gflop/s factorising, {model.condense / 1e9:.3g} condensing",
-        f"(by the cube of the rows), {model.contact / 1e9:.3g} GB/s of a triangle of W in",
-        f"products, {model.recover / 1e9:.3g} GB/s of the factor in solutions.", "",
+        f"(by the cube of the rows), {model.contact / 1e9:.3g} GB/s of a triangle of W for each",
+        "product, most of which read half as much, in single precision, and "
+        f"{model.recover / 1e9:.3g} GB/s of the",
+        "factor for each solution, up to 16 of which share a reading.", "",
         "## Foretold", "",
         f"A cube, {INCREMENTS} increments, one processor of this kind:", "",
         *forecast_table(model), "",
