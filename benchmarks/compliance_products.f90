@@ -17,7 +17,7 @@ program compliance_products
   use blas_core_mod, only: choose_blas_core, blas_core_name
   use dense_mod, only: times_symmetric
   use huge_pages_mod, only: prefer_huge_pages
-  use single_matrix_mod, only: single_matrix_t, round_matrix, times_single
+  use single_panels_mod, only: single_panels_t, make_panels, times_panels
   use system_mod, only: cpu_seconds
   implicit none
 
@@ -45,7 +45,7 @@ contains
   subroutine measure(n)
     integer, intent(in) :: n
     real(wp), allocatable :: a(:, :), pages(:, :), huge_pages(:, :), v(:), product(:)
-    type(single_matrix_t) :: single
+    type(single_panels_t) :: panels
     real(wp) :: best(6), rate(6), start, total
     integer :: i, half
 
@@ -57,7 +57,7 @@ contains
     a = a + transpose(a)
     pages = a(:, :size(pages, 2))
     huge_pages = pages
-    call round_matrix(a, single)
+    call make_panels(a, panels)
     half = n*(n + 1)/4 ! two streams are one triangle
     best = huge(1.0_wp)
     total = 0.0_wp
@@ -71,7 +71,7 @@ contains
       call read_it(pages, half/2, best(4))
       call read_it(huge_pages, half/2, best(5))
       start = cpu_seconds()
-      product = times_single(single, v)
+      product = times_panels(panels, v)
       call keep(start, best(6))
       total = total + product(n)
     end do

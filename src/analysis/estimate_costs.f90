@@ -200,7 +200,7 @@ contains
     type(sizes_t), intent(inout) :: sizes
 
     sizes%word = merge(4.0_wp, 8.0_wp, precision%single_factor)
-    sizes%copy = 4.0_wp ! W again in single precision
+    sizes%copy = 2.0_wp + merge(4.0_wp, 0.0_wp, precision%single_compliance) ! panels, and rows
     sizes%columns = 0.0_wp
     if (is_exact(precision)) sizes%columns = sizes%most_columns
     sizes%workspace = sizes%share*sizes%word*sizes%factor

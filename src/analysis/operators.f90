@@ -22,7 +22,7 @@ module operators_mod
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use compliance_mod, only: invert_schur, point_stiffness, rows_of_points, compliance_of_rows
   use near_stiffness_mod, only: near_stiffness_t, turn_near
-  use problem_mod, only: contact_problem_t, make_problem, sweep_in_single
+  use problem_mod, only: contact_problem_t, make_problem, add_single_copy
   use floating_mod, only: floating_t, free_the_motions
   use contact_interface_mod, only: interface_dofs
   use follow_points_mod, only: locate_at, relative
@@ -222,7 +222,7 @@ contains
     end if
     call make_problem(row(:, operators%active), points%mu(operators%active), w, &
       operators%problem, turn_near(operators%stiffness, operators%frame, operators%active))
-    if (scene%precision%single_compliance) call sweep_in_single(operators%problem)
+    if (scene%precision%single_compliance) call add_single_copy(operators%problem)
     operators%problem%is_proximal = operators%motions%n > 0
   end subroutine update_contact
 

@@ -30,7 +30,7 @@ contains
     type(free_motions_t), intent(in) :: motions !! that the supports of the first step leave
     type(plan_t), intent(inout) :: plan
     integer :: bound
-    logical :: has_copy
+    real(wp) :: copy !! of the rows in single precision, a number [bytes]
 
     allocate (plan%lines(0))
     bound = bound_at_most
@@ -42,13 +42,15 @@ contains
       to_text(plan%n_interface)//' on contact nodes')
     if (plan%points%n > 0) call describe_pairs(scene, plan)
     if (sum(plan%rows) > 0) then
-      has_copy = scene%precision%single_compliance .or. sum(plan%rows) >= rows_worth_rounding
+      copy = merge(4.0_wp, 0.0_wp, scene%precision%single_compliance) + &
+        merge(2.0_wp, 0.0_wp, sum(plan%rows) >= rows_worth_rounding)
       call add_line(plan, 'compliance', bound, to_text(plan%n_interface)//' x '// &
         to_text(plan%n_interface)//' and, of the contact rows, '//to_text(sum(plan%rows))//' x '// &
         to_text(sum(plan%rows))//': dense, double precision'// &
-        trim(merge(' and a copy of the rows in single precision', repeat(' ', 43), has_copy))// &
+        trim(merge(' and a copy of the rows in single precision', repeat(' ', 43), &
+        copy > 0.0_wp))// &
         ', '//bytes_in_words(8.0_wp*real(plan%n_interface, wp)**2 + &
-        merge(12.0_wp, 8.0_wp, has_copy)*real(sum(plan%rows), wp)**2))
+        (8.0_wp + copy)*real(sum(plan%rows), wp)**2))
     end if
     call add_line(plan, factorisations, bound_at_most, factorisations_in_words(plan, &
       scene%precision))

@@ -4,7 +4,7 @@ module blas_mod
   implicit none
   private
 
-  public :: ddot, sdot, dasum, dsymv, ssymv, dgemm
+  public :: ddot, sdot, dasum, dsymv, dgemm
 
   interface
     !> BLAS: scalar product.
@@ -43,16 +43,6 @@ module blas_mod
       real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
       real(wp), intent(inout) :: y(*)
     end subroutine dsymv
-
-    !> BLAS: y = alpha A x + beta y, A symmetric, in single precision.
-    subroutine ssymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)
-      import :: sp
-      implicit none
-      character, intent(in) :: uplo
-      integer, intent(in) :: n, lda, incx, incy
-      real(sp), intent(in) :: alpha, beta, a(lda, *), x(*)
-      real(sp), intent(inout) :: y(*)
-    end subroutine ssymv
 
     !> BLAS: C = alpha op(A) op(B) + beta C.
     subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)

@@ -10,7 +10,7 @@ module blas_core_mod
   use kinds_mod, only: i8
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: string_t, upper, to_text
-  use system_mod, only: set_environment
+  use system_mod, only: set_environment, processor_flags
   use machine_room_mod, only: address_space_left
   implicit none
   private
@@ -189,26 +189,6 @@ contains
     end function has
 
   end function wanted_core
-
-  !> The first processor's flags, a blank before and behind each; empty where the system does not
-  !> tell.
-  function processor_flags() result(flags)
-    character(:), allocatable :: flags
-    character(8192) :: line
-    integer :: unit, status
-
-    flags = ''
-    open (newunit=unit, file='/proc/cpuinfo', action='read', status='old', iostat=status)
-    if (status /= 0) return
-    do
-      read (unit, '(a)', iostat=status) line
-      if (status /= 0) exit
-      if (line(:5) /= 'flags') cycle
-      flags = ' '//trim(line(index(line, ':') + 1:))//' '
-      exit
-    end do
-    close (unit)
-  end function processor_flags
 
   !> With more threads a busy machine becomes many times slower; who wants them sets
   !> OPENBLAS_NUM_THREADS.

@@ -44,7 +44,7 @@ contains
   end subroutine prefer_for_double
 
   subroutine prefer_for_single(a)
-    real(sp), contiguous, target, intent(in) :: a(:, :)
+    real(sp), contiguous, target, intent(in) :: a(:, :, :)
 
     if (size(a) == 0) return
     call advise(c_loc(a), size(a, kind=c_intptr_t)*storage_size(a, kind=c_intptr_t)/8)

@@ -8,7 +8,8 @@ module system_mod
   private
 
   public :: wall_seconds, cpu_seconds, peak_memory_bytes, output_is_terminal, utc_now, &
-    build_description, nap, set_environment, catch_signals, caught_signal, signal_name
+    build_description, nap, set_environment, processor_flags, catch_signals, caught_signal, &
+    signal_name
 
   interface
     !> POSIX: 1 when the file descriptor is a terminal.
@@ -85,6 +86,26 @@ contains
 
     call cpu_time(seconds)
   end function cpu_seconds
+
+  !> The first processor's flags, a blank before and behind each; empty where the system does not
+  !> tell.
+  function processor_flags() result(flags)
+    character(:), allocatable :: flags
+    character(8192) :: line
+    integer :: unit, status
+
+    flags = ''
+    open (newunit=unit, file='/proc/cpuinfo', action='read', status='old', iostat=status)
+    if (status /= 0) return
+    do
+      read (unit, '(a)', iostat=status) line
+      if (status /= 0) exit
+      if (line(:5) /= 'flags') cycle
+      flags = ' '//trim(line(index(line, ':') + 1:))//' '
+      exit
+    end do
+    close (unit)
+  end function processor_flags
 
   !> Give a variable of the environment a value, for this process and what it starts.
   subroutine set_environment(name, value, replace, worked)

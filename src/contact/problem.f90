@@ -3,22 +3,20 @@
 !> A point has three rows (n, t1, t2), fewer where a direction cannot move or has no friction: such
 !> a direction has no reaction. docs/theory.md section 2.
 module problem_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, sp
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
   use step_report_mod, only: ended_well
   use dense_mod, only: invert_spd, times_symmetric
-  use single_matrix_mod, only: single_matrix_t, round_matrix, is_rounded, times_single
+  use single_panels_mod, only: single_panels_t, make_panels, times_panels
   use near_stiffness_mod, only: near_stiffness_t, find_near
   use law_mod, only: project_on_cone, project_prediction
   implicit none
   private
 
   public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
-    relative_gaps, product_with_w, rough_product_with_w, sweep_in_single, rows_worth_rounding, &
-    natural_map, &
-    force_scale, &
-    measure, project_reactions
+    relative_gaps, product_with_w, rough_product_with_w, add_single_copy, is_single, &
+    rows_worth_rounding, natural_map, force_scale, measure, project_reactions
 
   integer, parameter :: rows_worth_rounding = 300 !! from here on a product waits for memory
 
@@ -30,9 +28,10 @@ module problem_mod
     integer,  allocatable :: row(:, :) !! (3,n_points) row of each component, 0 where there is none
     real(wp), allocatable :: mu(:)          !! (n_points) [-]
     real(wp), allocatable :: w(:, :) !! (n_rows,n_rows) compliance, both triangles [length/force]
-    type(single_matrix_t) :: single
-    !! W again, where it is large or chosen for sweeps, for products of few digits [length/force]
-    logical :: sweeps_in_single = .false. !! sweeps read `single`
+    type(single_panels_t) :: rough !! W again, where it is large, for products of few digits
+    real(sp), allocatable :: single_w(:, :)
+    !! (n_rows,n_rows) W/unit in single precision, for sweeps, where chosen [-]
+    real(wp) :: unit = 1.0_wp !! power of two near the largest of W [length/force]
     real(wp), allocatable :: block(:, :, :)
     !! (3,3,n_points) W_ii; a missing row has its diagonal alone
     real(wp), allocatable :: rho(:)
@@ -80,7 +79,7 @@ contains
     problem%row = row
     problem%mu = mu
     call move_alloc(w, problem%w)
-    if (problem%n_rows >= rows_worth_rounding) call round_matrix(problem%w, problem%single)
+    if (problem%n_rows >= rows_worth_rounding) call make_panels(problem%w, problem%rough)
     call set_blocks(problem)
     allocate (problem%rho_map(size(mu)))
     do i = 1, size(mu)
@@ -97,13 +96,30 @@ contains
     call scale_global_newton(problem)
   end subroutine make_problem
 
-  !> Have sweeps read W in single precision: half the memory.
-  subroutine sweep_in_single(problem)
+  !> Keep W in single precision beside W: half the memory to read in sweeps.
+  subroutine add_single_copy(problem)
     type(contact_problem_t), intent(inout) :: problem
+    real(wp) :: largest
+    integer :: i
 
-    if (.not. is_rounded(problem%single)) call round_matrix(problem%w, problem%single)
-    problem%sweeps_in_single = .true.
-  end subroutine sweep_in_single
+    largest = 0.0_wp
+    do i = 1, problem%n_rows
+      largest = max(largest, problem%w(i, i))
+    end do
+    problem%unit = 1.0_wp
+    if (largest > 0.0_wp) problem%unit = scale(1.0_wp, exponent(largest))
+    allocate (problem%single_w(problem%n_rows, problem%n_rows))
+    do i = 1, problem%n_rows
+      problem%single_w(:, i) = real(problem%w(:, i)/problem%unit, sp)
+    end do
+  end subroutine add_single_copy
+
+  !> Whether W is there in single precision too.
+  pure logical function is_single(problem)
+    type(contact_problem_t), intent(in) :: problem
+
+    is_single = allocated(problem%single_w)
+  end function is_single
 
   !> Blocks of W on its diagonal, and the rho of the local solvers.
   pure subroutine set_blocks(problem)
@@ -230,8 +246,8 @@ contains
     real(wp), contiguous, intent(in) :: v(:) !! (n_rows) [force]
     real(wp) :: w_v(problem%n_rows)     !! [length]
 
-    if (is_rounded(problem%single)) then
-      w_v = times_single(problem%single, v)
+    if (problem%rough%n > 0) then
+      w_v = times_panels(problem%rough, v)
     else
       w_v = product_with_w(problem, v)
     end if

@@ -8,7 +8,7 @@ module sweeps_mod
   use law_mod, only: project_prediction
   use step_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
-                         unpack_rows, pack_rows, force_scale, project_reactions
+                         unpack_rows, pack_rows, force_scale, project_reactions, is_single
   use anderson_mod, only: anderson_t, new_anderson, accelerate, forget
   use local_point_mod, only: local_point_t, local_solver
   use bipotential_mod, only: bipotential_residual
@@ -83,7 +83,7 @@ contains
         exit iterate
       end if
       new = old
-      if (problem%sweeps_in_single) then
+      if (is_single(problem)) then
         if (base%age >= oldest_base) report%products = report%products + 1
         call keep_base(problem, x_free, new, base)
       end if
@@ -246,7 +246,7 @@ contains
         row = problem%row(a, i)
         if (row == 0) cycle
         packed(row) = r(a)
-        if (problem%sweeps_in_single) base%change(row) = real((r(a) - base%r(row))/base%size, sp)
+        if (is_single(problem)) base%change(row) = real((r(a) - base%r(row))/base%size, sp)
       end do
       sweep%change = sweep%change + sum((r - r_old)**2)
     end do
@@ -289,9 +289,9 @@ contains
       if (row == 0) cycle
       r(a) = packed(row)
       ! W is symmetric: its columns are its rows
-      if (problem%sweeps_in_single) then
-        x(a) = base%x(row) + problem%single%unit*base%size*real(sdot(problem%n_rows, &
-          problem%single%a(:, row), 1, base%change, 1), wp)
+      if (is_single(problem)) then
+        x(a) = base%x(row) + problem%unit*base%size*real(sdot(problem%n_rows, &
+          problem%single_w(:, row), 1, base%change, 1), wp)
       else
         x(a) = x_free(row) + ddot(problem%n_rows, problem%w(:, row), 1, packed, 1)
       end if
