@@ -298,7 +298,7 @@ def plate_words(program):
     return claim(
         share > 2,
         f"C and W of `benchmarks/plate.inp` with n = {PLATE}, {PLATE} x {PLATE} x 3 bricks, are "
-        f"{bytes_in_words(16 * rows**2)}, W's copy {bytes_in_words(4 * rows**2)}, about what this "
+        f"{bytes_in_words(16 * rows**2)}, W's copy {bytes_in_words(2 * rows**2)}, about what this "
         "machine holds beside the factor; what was run is in [speed](speed.md). Two things would "
         "halve it without another method: on planes along the axes W is C with its rows in another "
         "order, so one of the two is enough; and of a symmetric matrix a triangle is enough. A "
