@@ -80,7 +80,7 @@ contains
     real(wp) :: product(size(v))
     real(sp), dimension(panels%n + columns + rows) :: x, y !! padded: whole groups at the end
     real(wp) :: size_v
-    integer :: p, c
+    integer :: p, c, j, n_groups
     procedure(add_plain), pointer :: add_panel
 
     add_panel => add_plain
@@ -95,10 +95,12 @@ contains
     y = 0.0_sp
     do p = 1, size(panels%first) - 1
       c = columns*(p - 1)
-      y(c + 1:c + columns) = y(c + 1:c + columns) + matmul(panels%diagonal(:, :, p), &
-        x(c + 1:c + columns))
-      call add_panel(panels%first(p + 1) - panels%first(p), panels%below(:, :, panels%first(p):), &
-        x(c + 1:), x(c + columns + 1:), y(c + 1:), y(c + columns + 1:))
+      do j = 1, columns
+        y(c + 1:c + columns) = y(c + 1:c + columns) + panels%diagonal(:, j, p)*x(c + j)
+      end do
+      n_groups = panels%first(p + 1) - panels%first(p)
+      if (n_groups > 0) call add_panel(n_groups, panels%below(1, 1, panels%first(p)), x(c + 1), &
+        x(c + columns + 1), y(c + 1), y(c + columns + 1))
     end do
     product = panels%unit*size_v*real(y(:panels%n), wp)
   end function times_panels
