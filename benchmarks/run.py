@@ -262,15 +262,15 @@ def thread_table(rows):
 
 def product_lines(runs):
     """Return the lines on products with the compliance, where they have been measured."""
-    if not PRODUCTS.is_file():
+    reading = [row["limit_read"] for row in runs
+               if row["threads"] == 1 and not math.isnan(row["limit_read"])]
+    if not reading or not PRODUCTS.is_file():
         return []
+    memory = statistics.median(reading)
     with PRODUCTS.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     head = ["rows", "triangle, MB", "read", "read, huge pages", "product", "of the reading",
             "of that in huge pages", "of memory's"]
-    memory = statistics.median(
-        row["limit_read"] for row in runs
-        if row["threads"] == 1 and not math.isnan(row["limit_read"]))
     cells = []
     for row in rows:
         for name, word in (("double", 8), ("single", 4)):
@@ -287,8 +287,8 @@ def product_lines(runs):
         f"vector, in double precision by OpenBLAS (kernels for {rows[0]['kernels']}), in single",
         "from panels; best of 40, in turns, so each finds of the caches what the others left. W",
         "and its panels lie in huge pages where the system gives them. `of memory's`: beside the",
-        f"reading of memory of the table above, {memory / 1e9:.1f} GB/s in the middle run: 256 MB in",
-        "ordinary pages, which no cache holds.", "",
+        f"reading of memory of the table above, {memory / 1e9:.1f} GB/s in the middle run: 256 MB",
+        "in ordinary pages, which no cache holds.", "",
         *table(head, cells), ""]
 
 
