@@ -121,9 +121,8 @@ contains
     if (can_look_ahead(scene, operators)) then
       call step_on_interface(scene, plan%points, operators, increment, now, to, report, answer)
     else
+      to%reaction = expected_reactions(scene, plan%points, operators, to, increment)
       call mark_end(increment, to)
-      if (.not. present(near)) to%reaction = expected_reactions(scene, plan%points, operators, &
-        from, increment)
       call equilibrate(scene, plan%points, operators, from, now, to, report, error)
       to%trend = trend_of(increment, from%reaction, to%reaction)
     end if
