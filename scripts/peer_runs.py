@@ -23,6 +23,7 @@ from bipot_result import Result
 from calculix_deck import Penalty, check_translatable, deck_lines, read_resultants
 from flat_deck import DeckError, read_flat
 from getfem_problem import AUGMENTATION, TOLERANCE, problem_arrays, read_output
+from study_pieces import run_words, with_threads
 
 CCX = "ccx"
 PACKAGES = {"CalculiX": "calculix-ccx", "GetFEM": "python3-getfem"}  # Debian's
@@ -85,11 +86,6 @@ class Comparison:
         return [run for run in self.runs if run.program == program]
 
 
-def with_threads(threads=1):
-    """Return the environment in which a program has so many threads."""
-    return {**os.environ, "OPENBLAS_NUM_THREADS": str(threads), "OMP_NUM_THREADS": str(threads)}
-
-
 def peak_memory(pid):
     """Return the most memory a live process has had [bytes], 0 when it has gone."""
     try:
@@ -144,9 +140,7 @@ def run_ours(program, deck, overrides, folder, name, home=None):
 
     `home` is the folder where the deck's includes are, if not its own.
     """
-    command = [program, deck, "-o", folder / f"{name}.vtkhdf", "--overwrite", "--quiet"]
-    for key, value in overrides.items():
-        command += ["--set", f"{key}={value}"]
+    command = run_words(program, deck, folder / f"{name}.vtkhdf", overrides)
     log = folder / f"{name}.log"
     taken = measure(command, home or deck.parent, log)
     if taken.status == 0:
