@@ -4,7 +4,8 @@
 !> pages of 4 KB, has more of them, and looking one up takes as long as reading from it: products
 !> with such a matrix are up to one and a half times faster from pages of 2 MB. Systems give these
 !> to who asks (Linux: /sys/kernel/mm/transparent_hugepage/enabled, `madvise`). All memory in them
-!> would make a run slower: the system must first clear it, and find it in one piece.
+!> (GLIBC_TUNABLES=glibc.malloc.hugetlb=1) made runs slower: the system must first clear it, and
+!> find it in one piece.
 module huge_pages_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_loc, c_ptr, c_size_t
   use kinds_mod, only: wp, sp

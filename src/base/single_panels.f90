@@ -3,8 +3,8 @@
 !> A product is as fast as memory is read: a triangle in single precision is a quarter of the matrix
 !> in double. Panels of eight columns lie one after the other, sixteen rows of a panel together, so
 !> that memory is read from one end to the other, and an entry, once read, serves its row and its
-!> column. BLAS has no such layout: its SSYMV, along columns of ever another length, takes a third
-!> longer where the matrix is not far beyond the caches.
+!> column. BLAS has no such layout: its SSYMV reads along columns, each of another length, which
+!> takes longer.
 module single_panels_mod
   use kinds_mod, only: wp, sp
   use system_mod, only: processor_flags

@@ -172,4 +172,5 @@ contains
     given = ''
     if (present(text)) given = text
   end function text_of
+
 end module result_run_mod
