@@ -250,7 +250,7 @@ def many_points(model, points):
     w = 8 * rows**2
     product = 4 * rows**2 / model.contact
     inverse = rows**3 / model.condense
-    products = 45
+    products = round(model.laws["products with W an increment"](1e6))
     return [
         f"{points:,} points have {rows:,} rows: W and the interface's compliance C are "
         f"{bytes_in_words(w)} each, dense and in double precision; C is the inverse of the Schur "
