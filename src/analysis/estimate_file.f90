@@ -12,9 +12,9 @@ module estimate_file_mod
 
   real(wp), parameter :: chunk_cache = 65536.0_wp !! of HDF5, a dataset at most [bytes]
 
-  ! The file [bytes]: what a dataset that grows takes empty, and the share of numbers that is left
-  ! where HDF5 squeezes them.
-  real(wp), parameter :: growing_dataset = 41000.0_wp
+  ! The file [bytes]: what a dataset that grows takes beside its table of chunks, an entry of that
+  ! table, and the share of numbers that is left where HDF5 squeezes them.
+  real(wp), parameter :: growing_dataset = 5200.0_wp, entry = 34.0_wp
   real(wp), parameter :: squeezed = 0.8_wp
   integer, parameter :: history_datasets = 32, datasets_of_a_pair = 8
 
@@ -38,7 +38,7 @@ contains
     type(plan_t), intent(in) :: plan
     type(sizes_t), intent(in) :: sizes
     type(file_size_t) :: file
-    real(wp) :: held, once, contact, table
+    real(wp) :: held, once, contact, table, entries
     integer :: i
 
     held = count(prescribed_nodes(scene))
@@ -73,9 +73,11 @@ contains
     ! The mesh and its ids; nodes, places, areas and frames of the points.
     once = 32.0_wp*sizes%nodes + 81.0_wp*sizes%bricks + 112.0_wp*sizes%points + &
       real(len(scene%deck), wp)
-    ! A table of a dataset has room for the increments, twice; the state is there in two slots, and
-    ! of the forces in it few are not 0.
-    table = growing_dataset*min(64.0_wp, max(1.0_wp, sizes%increments/512.0_wp))
+    ! A table of a dataset has room for the increments (result_file), for more where they may be
+    ! cut; the state is there in two slots, and of the forces in it few are not 0.
+    entries = max(256.0_wp, real(sizes%increments, wp))
+    if (.not. all(scene%steps%direct)) entries = max(1024.0_wp, 2.0_wp*sizes%increments)
+    table = growing_dataset + entry*min(65534.0_wp, entries)
     file%datasets = file%datasets + 2
     file%size = once + table*file%datasets + file%dense + squeezed*file%varying + &
       file%zeros/200.0_wp + 100.0_wp*sizes%nodes

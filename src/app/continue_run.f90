@@ -18,7 +18,7 @@ module continue_run_mod
   use operators_mod, only: operators_t, make_operators, change_supports, prepare_step
   use load_step_error_mod, only: coarse_run_t, start_coarse
   use choose_increment_mod, only: increment_size_t, carry_size
-  use result_file_mod, only: result_file_t, keep_state
+  use result_file_mod, only: result_file_t, count_increment, keep_state
   use tally_mod, only: tally_t, carry_tally
   implicit none
   private
@@ -82,7 +82,7 @@ contains
     call revise_plan(scene, plan, error)
   end subroutine take_up_run
 
-  !> Keep where the run stands in its file. Everything up to there must be in it already.
+  !> Count the increment that was appended to the file, and keep there where the run stands.
   subroutine keep_progress(progress, file, error)
     type(progress_t), intent(inout) :: progress
     type(result_file_t), intent(inout) :: file
@@ -90,7 +90,11 @@ contains
     type(number_list_t) :: list
 
     call carry_progress(list, progress)
-    call keep_state(file, progress%state%row, numbers_in(list), error)
+    if (progress%state%row == 0) then
+      call keep_state(file, numbers_in(list), error)
+    else
+      call count_increment(file, numbers_in(list), error)
+    end if
   end subroutine keep_progress
 
   !> All that a continued run must know.

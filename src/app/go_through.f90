@@ -23,7 +23,7 @@ module go_through_mod
   use export_problems_mod, only: exports_t, export_increment
   use console_mod, only: console_t, say, print_increment, print_warning, clear_bar
   use continue_run_mod, only: progress_t, keep_progress, enter_step, heed_signal
-  use make_fields_mod, only: make_fields
+  use make_fields_mod, only: estimate_mesh, make_fields
   use refuse_unsolved_mod, only: refuse_unsolved, is_solved
   implicit none
   private
@@ -46,6 +46,7 @@ contains
     type(ahead_t) :: ahead
     type(increment_t) :: increment
     type(step_report_t) :: report
+    type(step_fields_t) :: fields
     logical :: is_cut
     character(:), allocatable :: missed !! accuracy, and by what
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
@@ -81,7 +82,7 @@ contains
       if (allocated(error)) return
       call refuse_unsolved(scene, plan, increment, report, operators%inverse%condition, error)
       if (allocated(error)) return
-      call estimate_errors(scene, plan, operators, new, progress, report)
+      call estimate_errors(scene, plan, operators, new, progress, report, fields)
       call tell_unheld(console, increment, report, unheld)
       call write_increment()
       if (allocated(error)) return
@@ -116,11 +117,10 @@ contains
 
     !> Write the increment: from here on it is done.
     subroutine write_increment()
-      type(step_fields_t) :: fields
       real(wp) :: clock
 
       clock = wall_seconds()
-      call make_fields(scene, new, report, fields)
+      call make_fields(scene, new, fields)
       call check_library_room(room_to_write(scene), 'write the result file', error)
       if (allocated(error)) return
       call append_increment(file, scene, plan, new, report, fields, error)
@@ -149,14 +149,15 @@ contains
 
   end subroutine go_through
 
-  !> How wrong the increment is, but for the mesh.
-  subroutine estimate_errors(scene, plan, operators, new, progress, report)
+  !> How wrong the increment is.
+  subroutine estimate_errors(scene, plan, operators, new, progress, report, fields)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(operators_t), intent(inout) :: operators
     type(state_t), intent(in) :: new
     type(progress_t), intent(inout) :: progress
     type(step_report_t), intent(inout) :: report
+    type(step_fields_t), intent(out) :: fields !! nothing, or the error of the mesh
     real(wp) :: clock
 
     clock = wall_seconds()
@@ -165,6 +166,7 @@ contains
     end associate
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*operators%inverse%condition
     call follow_coarsely(scene, plan, operators, progress%state, new, progress%coarse, report)
+    call estimate_mesh(scene, new, report, fields)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
   end subroutine estimate_errors
 

@@ -10,25 +10,35 @@ module make_fields_mod
   implicit none
   private
 
-  public :: make_fields
+  public :: estimate_mesh, make_fields
 
 contains
 
-  !> The fields that the state does not hold, where the increment's are due.
-  subroutine make_fields(scene, state, report, fields)
+  !> The error of the mesh: at the end of a step, and where the deck wants it as a field.
+  subroutine estimate_mesh(scene, state, report, fields)
     type(scene_t), intent(in) :: scene
     type(state_t), intent(in) :: state
     type(step_report_t), intent(inout) :: report !! gets the error of the mesh, where it is due
-    type(step_fields_t), intent(out) :: fields
-    logical :: due
-    logical :: is_last
+    type(step_fields_t), intent(out) :: fields   !! nothing, or that of each brick
+    logical :: is_last, due
 
     is_last = ends_step(scene%steps, state)
-    due = fields_due(scene%output%frequency, state%increment, is_last)
-    if (is_last .or. (due .and. scene%output%mesh_error)) then
-      call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, &
-        fields%mesh_error, report%errors%mesh)
-    end if
+    due = scene%output%mesh_error
+    if (due) due = fields_due(scene%output%frequency, state%increment, is_last)
+    if (.not. (is_last .or. due)) return
+    call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, fields%mesh_error, &
+      report%errors%mesh)
+  end subroutine estimate_mesh
+
+  !> The fields that the state does not hold, where the increment's are due.
+  subroutine make_fields(scene, state, fields)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: state
+    type(step_fields_t), intent(inout) :: fields
+
+    logical :: due
+
+    due = fields_due(scene%output%frequency, state%increment, ends_step(scene%steps, state))
     if (.not. due) return
     if (scene%output%reaction) fields%reaction_force = state%support_force
     if (scene%output%stress) call allocate_tensors(scene, fields%stress)

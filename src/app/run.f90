@@ -150,8 +150,8 @@ contains
       if (status == run_stopped) then
         error%message = error%message//': '//how_to_continue(path, file%n_rows, &
           plan%n_increments, command_text())
-      else if (progress%tally%increments > 0 .and. in_place) then
-        error%message = error%message//new_line('a')//to_text(progress%tally%increments)// &
+      else if (file%n_rows > 0 .and. in_place) then
+        error%message = error%message//new_line('a')//to_text(file%n_rows)// &
           ' increments before it are in '//path
       end if
       return

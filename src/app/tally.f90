@@ -43,7 +43,7 @@ module tally_mod
     real(wp) :: contact_time = 0.0_wp
     real(wp) :: step_time = 0.0_wp      !! advancing, contact included
     real(wp) :: write_time = 0.0_wp
-    real(wp) :: estimate_time = 0.0_wp  !! of errors, but for the mesh
+    real(wp) :: estimate_time = 0.0_wp  !! of errors
     real(wp) :: total_time = 0.0_wp
     real(wp) :: earlier_time = 0.0_wp   !! of it, in sessions that this one continues
   end type tally_t

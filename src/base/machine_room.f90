@@ -1,9 +1,10 @@
 !> How much memory and disk this process may still take.
 !>
-!> What a Linux system says in /proc and /sys; where it says nothing there is no limit.
+!> What a Linux system says in /proc and /sys, or when asked; where it says nothing there is no
+!> limit.
 module machine_room_mod
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_long, c_null_char, c_ptr, &
-    c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int64_t, c_long, &
+    c_null_char, c_ptr, c_size_t
   use errors_mod, only: error_t, raise, exit_machine
   use kinds_mod, only: i8
   use text_mod, only: to_text
@@ -24,6 +25,15 @@ module machine_room_mod
       integer(c_long), intent(inout) :: buffer(*)
       integer(c_int) :: status
     end function c_statvfs
+
+    !> POSIX: a limit of the process, now and at most; 0 when it worked.
+    function c_getrlimit(resource, limits) result(status) bind(c, name='getrlimit')
+      import :: c_int, c_int64_t
+      implicit none
+      integer(c_int), value :: resource
+      integer(c_int64_t), intent(out) :: limits(2)
+      integer(c_int) :: status
+    end function c_getrlimit
 
     !> C's malloc, which returns null where there is no memory (src/base/runtime_failures.f90).
     function real_malloc(bytes) result(address) bind(c, name='__real_malloc')
@@ -47,8 +57,10 @@ contains
   function has_memory(bytes)
     integer(i8), intent(in) :: bytes
     logical :: has_memory
+    integer(i8), parameter :: little = 1000000_i8 !! not worth the time it takes to ask the machine
 
-    has_memory = bytes <= memory_left()
+    has_memory = bytes <= little
+    if (.not. has_memory) has_memory = bytes <= memory_left()
     if (has_memory) has_memory = is_granted(bytes)
   end function has_memory
 
@@ -128,9 +140,12 @@ contains
   !> How long a file may become (ulimit -f) [bytes].
   function file_limit() result(bytes)
     integer(i8) :: bytes
+    integer(c_int), parameter :: file_size = 1 !! RLIMIT_FSIZE
+    integer(c_int64_t) :: limits(2)
 
     bytes = no_limit
-    call lower(bytes, 1_i8, number_after('/proc/self/limits', 'Max file size'), 0_i8)
+    ! Unlimited is the largest number without a sign, which is negative here.
+    if (c_getrlimit(file_size, limits) == 0) call lower(bytes, 1_i8, limits(1), 0_i8)
   end function file_limit
 
   !> The memory of the process that is in the machine now; 0 where the system does not tell.

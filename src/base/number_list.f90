@@ -102,9 +102,10 @@ contains
 
     extents = -1
     if (allocated(values)) extents = shape(values)
-    allocate (columns(0))
-    if (.not. list%is_taken_from .and. extents(2) > 0) then
-      columns = pack([(i, i=1, extents(2))], [(has_bits(values(:, i)), i=1, extents(2))])
+    if (list%is_taken_from .or. extents(2) < 1) then
+      allocate (columns(0))
+    else
+      columns = columns_with_bits(values)
     end if
     n_columns = size(columns)
     call carry_integer(list, extents(1))
@@ -113,7 +114,10 @@ contains
     if (list%is_taken_from) call shape_for(list, extents, n_columns, values)
     if (list%is_short .or. n_columns == 0) return
 
-    if (list%is_taken_from) columns = [(i, i=1, n_columns)]
+    if (list%is_taken_from) then
+      deallocate (columns)
+      allocate (columns(n_columns), source=[(i, i=1, n_columns)])
+    end if
     if (n_columns < extents(2)) then
       do i = 1, n_columns
         call carry_integer(list, columns(i))
@@ -138,6 +142,21 @@ contains
     end do
   end subroutine carry_columns
 
+  !> The columns that are not 0.
+  pure function columns_with_bits(values) result(columns)
+    real(wp), intent(in) :: values(:, :)
+    integer, allocatable :: columns(:)
+    integer :: found(size(values, 2)), n, i
+
+    n = 0
+    do i = 1, size(values, 2)
+      if (.not. has_bits(values(:, i))) cycle
+      n = n + 1
+      found(n) = i
+    end do
+    columns = found(:n)
+  end function columns_with_bits
+
   !> Make room for an array to be taken out, all 0.
   subroutine shape_for(list, extents, n_columns, values)
     type(number_list_t), intent(inout) :: list
@@ -161,8 +180,14 @@ contains
   !> Not 0 to the last bit: a negative zero counts.
   pure logical function has_bits(column)
     real(wp), intent(in) :: column(:)
+    integer :: i
 
-    has_bits = any(transfer(column, [0_i8]) /= 0_i8)
+    has_bits = .false.
+    do i = 1, size(column)
+      if (transfer(column(i), 0_i8) == 0_i8) cycle
+      has_bits = .true.
+      return
+    end do
   end function has_bits
 
   !> Let `n` more numbers fit.

@@ -1,16 +1,18 @@
 !> Datasets that grow by one row at a time, as long as a run goes on.
 module hdf5_rows_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_ptr, c_loc
-  use hdf5, only: hid_t, hsize_t, h5dclose_f, h5dcreate_f, h5dget_space_f, h5dopen_f, &
-    h5dread_f, h5dset_extent_f, &
-    h5dwrite_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
-    h5pclose_f, h5pcreate_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5sclose_f, &
+  use hdf5, only: hid_t, hsize_t, h5dclose_f, h5dcreate_f, h5dget_create_plist_f, &
+    h5dget_space_f, h5dopen_f, h5dread_f, h5dset_extent_f, h5dwrite_f, &
+    h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
+    h5pclose_f, h5pcreate_f, h5pget_chunk_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, &
+    h5sclose_f, &
     h5screate_simple_f, h5sselect_hyperslab_f, H5P_DATASET_CREATE_F, H5S_SELECT_SET_F, &
     H5S_UNLIMITED_F
   use errors_mod, only: error_t, raise, exit_machine
   use hdf5_attributes_mod, only: describe
   use hdf5_failures_mod, only: fail
-  use hdf5_files_mod, only: hdf5_file_t, exists, fail_to_read, fail_to_write, keep_clear_of
+  use hdf5_files_mod, only: hdf5_file_t, exists, fail_to_read, fail_to_write, keep_clear_of, &
+    flush_file, flush_opened
   use hdf5_types_mod, only: of_real, of_integer, of_long, of_byte, bytes_of, no_id, &
     type_in_file, type_in_memory, new_space
   use kinds_mod, only: wp, i1, i4, i8
@@ -18,7 +20,9 @@ module hdf5_rows_mod
   implicit none
   private
 
-  public :: rows_t, create_rows, create_stack, create_dense_stack, keep_rows, append_row, read_rows
+  public :: rows_t, create_rows, create_list, create_stack, create_dense_stack, keep_rows, &
+    cut_rows, &
+    append_row, append_list, append_and_flush, read_rows
 
   !> An open dataset that grows by one row at a time along its last extent.
   type :: rows_t
@@ -27,6 +31,7 @@ module hdf5_rows_mod
     integer(hsize_t), allocatable :: fixed(:) !! extents before the one that grows
     integer(hsize_t) :: step = 1              !! how far a row reaches along the one that grows
     integer(hsize_t) :: length = 0            !! how far it has grown
+    integer(hsize_t) :: of_chunk = 1          !! how far a chunk reaches
     logical :: is_squeezed = .true.           !! whether its chunks are shuffled and deflated
     character(:), allocatable :: name         !! for messages
   end type rows_t
@@ -72,6 +77,22 @@ contains
     call describe(file, path, description, quantity, error)
   end subroutine create_rows
 
+  !> Make a dataset of one real a row, of which `n_rows` fit into one chunk: the file does not
+  !> become longer with any of them but the first.
+  subroutine create_list(file, path, n_rows, description, quantity, rows, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    integer, intent(in) :: n_rows
+    character(*), intent(in) :: description, quantity
+    type(rows_t), intent(out) :: rows
+    type(error_t), allocatable, intent(inout) :: error
+
+    allocate (rows%fixed(0))
+    rows%of_chunk = n_rows
+    call create_growing(file, path, of_real, rows, error)
+    call describe(file, path, description, quantity, error)
+  end subroutine create_list
+
   !> Make a dataset whose rows are stacked along their own last extent, as VTKHDF wants fields; or
   !> open the one that is there.
   subroutine create_stack(file, path, kind, row, description, quantity, rows, error)
@@ -113,15 +134,16 @@ contains
     rows%step = row(size(row))
   end subroutine stack_rows
 
-  !> One row is one chunk, shuffled and deflated where it is worth it. Rows of a few bytes share a
-  !> chunk of 4 KB: it is not filtered, so that it is always written again in its own place.
+  !> One row is one chunk, shuffled and deflated where it is worth it: a chunk that fits into a page
+  !> takes longer to deflate than to write. Rows of a few bytes share a chunk of 4 KB: it is not
+  !> filtered, so that it is always written again in its own place.
   subroutine create_growing(file, path, kind, rows, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path
     integer, intent(in) :: kind
     type(rows_t), intent(inout) :: rows
     type(error_t), allocatable, intent(inout) :: error
-    integer, parameter :: small_row = 64, small_chunk = 4096 ! bytes
+    integer, parameter :: small_row = 64, page = 4096 ! bytes
     integer(hid_t) :: space, creation
     integer(hsize_t) :: start(size(rows%fixed) + 1), chunk(size(rows%fixed) + 1)
     integer(hsize_t) :: limit(size(rows%fixed) + 1), row_bytes
@@ -139,11 +161,12 @@ contains
     ! A chunk may not be larger than a fixed extent, and not be 0: what is empty may grow.
     limit = merge(start, H5S_UNLIMITED_F, start > 0)
     row_bytes = product(chunk)*bytes_of(kind)
-    if (row_bytes <= small_row) chunk(rank) = chunk(rank)*(small_chunk/row_bytes)
+    if (row_bytes <= small_row) chunk(rank) = max(chunk(rank)*(page/row_bytes), rows%of_chunk)
+    rows%of_chunk = chunk(rank)
     call h5screate_simple_f(rank, start, space, status, limit)
     call h5pcreate_f(H5P_DATASET_CREATE_F, creation, status)
     call h5pset_chunk_f(creation, rank, chunk, status)
-    if (row_bytes > small_row .and. rows%is_squeezed) then
+    if (row_bytes > page .and. rows%is_squeezed) then
       if (bytes_of(kind) > 1) call h5pset_shuffle_f(creation, status)
       call h5pset_deflate_f(creation, 1, status)
     end if
@@ -195,6 +218,8 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer(hid_t) :: space
     integer(hsize_t) :: found(size(rows%fixed) + 1), limits(size(rows%fixed) + 1)
+    integer(hsize_t) :: chunk(size(rows%fixed) + 1)
+    integer(hid_t) :: creation
     integer :: rank, status, ignored
 
     call h5dopen_f(file%id, path, rows%id, status)
@@ -215,6 +240,12 @@ contains
       return
     end if
     rows%length = found(size(found))
+    chunk = 1
+    call h5dget_create_plist_f(rows%id, creation, status)
+    if (status >= 0) call h5pget_chunk_f(creation, rank, chunk, status) ! the rank, or -1
+    if (status < 0) call fail_to_read(error, file, path)
+    call h5pclose_f(creation, ignored)
+    rows%of_chunk = chunk(rank)
   end subroutine open_growing
 
   !> Cut what is there to its first `n` rows.
@@ -224,7 +255,6 @@ contains
     integer, intent(in) :: n
     type(error_t), allocatable, intent(inout) :: error
     integer(hsize_t) :: length
-    integer :: status
 
     if (allocated(error)) return
     length = n*rows%step
@@ -235,11 +265,23 @@ contains
     end if
     if (rows%length == length) return
     call clear_ends(file, rows, length, error)
-    if (allocated(error)) return
+    call cut_rows(rows, n, error)
+  end subroutine keep_rows
+
+  !> Cut what this program has written to its first `n` rows.
+  subroutine cut_rows(rows, n, error)
+    type(rows_t), intent(inout) :: rows
+    integer, intent(in) :: n
+    type(error_t), allocatable, intent(inout) :: error
+    integer(hsize_t) :: length
+    integer :: status
+
+    length = n*rows%step
+    if (allocated(error) .or. rows%length <= length) return
     call h5dset_extent_f(rows%id, [rows%fixed, length], status)
     if (status < 0) call fail(error, "cannot cut '"//rows%name//"'")
     rows%length = length
-  end subroutine keep_rows
+  end subroutine cut_rows
 
   !> Let the file end behind the chunks that are to be cut off, so that their places can be given
   !> back: a killed program may have left entries of chunks beyond what the file calls its end.
@@ -308,6 +350,24 @@ contains
     call append(rows, of_real, c_loc(values), 1, error)
   end subroutine append_real
 
+  !> Append a number and hand it to the operating system; where it can be, it alone.
+  subroutine append_and_flush(file, rows, value, error)
+    type(hdf5_file_t), intent(in) :: file
+    type(rows_t), intent(inout) :: rows
+    real(wp), intent(in) :: value
+    type(error_t), allocatable, intent(inout) :: error
+    logical :: begins_chunk
+
+    begins_chunk = mod(rows%length, rows%of_chunk) == 0
+    call append_real(rows, value, error)
+    if (begins_chunk) then
+      ! It makes the file longer, which only a flush of the whole tells.
+      call flush_file(file, error)
+    else
+      call flush_opened(file, rows%name, rows%id, error)
+    end if
+  end subroutine append_and_flush
+
   subroutine append_reals_1(rows, values, error)
     type(rows_t), intent(inout) :: rows
     real(wp), intent(in), contiguous, target :: values(:)
@@ -364,27 +424,39 @@ contains
     call append(rows, of_byte, c_loc(values), size(values), error)
   end subroutine append_bytes
 
-  subroutine append(rows, kind, address, n, error)
+  !> Append many rows of one number.
+  subroutine append_list(rows, values, error)
+    type(rows_t), intent(inout) :: rows
+    integer(i8), intent(in), contiguous, target :: values(:)
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append(rows, of_long, c_loc(values), size(values), error, size(values))
+  end subroutine append_list
+
+  subroutine append(rows, kind, address, n, error, n_rows)
     type(rows_t), intent(inout) :: rows
     integer, intent(in) :: kind
     type(c_ptr), intent(in) :: address
     integer, intent(in) :: n !! numbers at the address
     type(error_t), allocatable, intent(inout) :: error
+    integer, intent(in), optional :: n_rows !! that they are; 1 if absent
     integer(hid_t) :: memory, space
-    integer(hsize_t) :: start(size(rows%fixed) + 1), count(size(rows%fixed) + 1)
+    integer(hsize_t) :: start(size(rows%fixed) + 1), count(size(rows%fixed) + 1), longer
     integer :: status, ignored
 
     if (allocated(error)) return
     memory = no_id
-    count = [rows%fixed, rows%step]
+    longer = rows%step
+    if (present(n_rows)) longer = n_rows*rows%step
+    count = [rows%fixed, longer]
     start = 0
     start(size(start)) = rows%length
     if (product(count) /= n) then
-      call raise(error, exit_machine, "internal error: a row of '"//rows%name//"' has "// &
+      call raise(error, exit_machine, "internal error: rows of '"//rows%name//"' have "// &
                  to_text(product(count))//' numbers, not '//to_text(n))
       return
     end if
-    call h5dset_extent_f(rows%id, [rows%fixed, rows%length + rows%step], status)
+    call h5dset_extent_f(rows%id, [rows%fixed, rows%length + longer], status)
     if (status >= 0 .and. n > 0) then
       memory = new_space(count)
       call h5dget_space_f(rows%id, space, status)
@@ -396,7 +468,7 @@ contains
       call h5sclose_f(space, ignored)
       call h5sclose_f(memory, ignored)
     end if
-    rows%length = rows%length + rows%step
+    rows%length = rows%length + longer
   end subroutine append
 
 end module hdf5_rows_mod

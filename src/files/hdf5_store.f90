@@ -24,7 +24,7 @@ contains
     integer, intent(in) :: room !! numbers that it will hold, about; more is no error
     character(*), intent(in) :: description, quantity
     type(error_t), allocatable, intent(inout) :: error
-    integer, parameter :: smallest_chunk = 512, chunks = 32 ! few enough for one B-tree node
+    integer, parameter :: smallest_chunk = 512, chunks = 4 ! too large to be kept in memory
     integer(hid_t) :: space, creation, dataset
     integer :: status, ignored
 

@@ -151,6 +151,7 @@ contains
     type(hdf5_file_t) :: hdf5
     type(slots_t) :: slots
     real(wp), allocatable :: state(:)
+    integer(i8) :: n_rows
 
     select case (look_at_file(path))
     case (file_foreign)
@@ -164,7 +165,8 @@ contains
     end select
     if (allocated(error)) return
     call check_same_run(hdf5, path, scene, provenance, error)
-    call read_state(hdf5, slots, state, error)
+    call read_attribute(hdf5, '/history', 'finished', n_rows, error)
+    call read_state(hdf5, n_rows, slots, state, error)
     call close_file(hdf5, error)
   end subroutine look_before_reopening
 

@@ -4,7 +4,8 @@
 !>
 !>   1. `open_result`       after everything that can fail cheaply: deck, plan;
 !>      `reopen_result`     instead, to go on with a run that did not finish
-!>   2. `append_increment`  once an increment, then `keep_state`: what it takes to go on from there
+!>   2. `append_increment`  once an increment, then `count_increment`: with what it takes to go on
+!>                          from there (`keep_state` does that for the start)
 !>   3. `finish_result`     however the run ends
 !>
 !> The file begins beside its place, as NAME.vtkhdf.new, and takes its place when the first
@@ -12,10 +13,11 @@
 !> memory) leaves the result of an earlier run alone, and a reader never meets a file without
 !> increments.
 !>
-!> Order within an increment: data, then a flush, then the count of the fields, a flush, the count
-!> of the increments, a flush; the state last. So what a killed program leaves behind holds every
-!> increment that was counted, its fields with it, and a state no later than those. Whoever goes on
-!> from that state appends again what is there already, and nothing happens.
+!> Order within an increment: data and state, then a flush, then the count of the fields, a flush,
+!> the count of the increments, a flush. So what a killed program leaves behind holds every
+!> increment that was counted, its fields with it, and the state it ended in; a later state does not
+!> hold. Only the first flush is one of the whole file. Where the last state is damaged and a run
+!> goes on from the one before, it appends again what is there already, and nothing happens.
 !>
 !> Of a file that others may read nothing that they read is ever moved or made anew: counters and
 !> the like are there from the beginning and get their values in place.
@@ -36,7 +38,7 @@ module result_file_mod
   use result_history_mod, only: history_t, create_history, append_history, finish_row
   use result_contact_mod, only: pair_rows_t, nodal_contact_t, create_contact, append_contact, &
                                 contact_at_nodes
-  use result_view_mod, only: view_t, create_view, append_step, count_step
+  use result_view_mod, only: view_t, create_view, append_step, count_step, finish_view
   use result_state_mod, only: slots_t, create_state, write_state, read_state
   use result_run_mod, only: provenance_t, write_run, resume_run, end_run
   use result_claims_mod, only: claim_place, claim_unfinished
@@ -46,7 +48,7 @@ module result_file_mod
   private
 
   public :: result_file_t
-  public :: open_result, reopen_result, append_increment, keep_state, finish_result
+  public :: open_result, reopen_result, append_increment, count_increment, keep_state, finish_result
 
   integer(i8), parameter :: empty_file = 2000000_i8 !! bytes before the first increment, about
 
@@ -60,6 +62,9 @@ module result_file_mod
     type(view_t),      private :: view
     type(pair_rows_t), private, allocatable :: pairs(:)
     type(slots_t),     private :: slots
+    integer,           private :: row = 0             !! of the increment appended last
+    real(wp),          private :: time = 0.0_wp       !! and its end
+    logical,           private :: has_fields = .false. !! and whether it brought fields
     logical,           private :: is_broken = .false. !! something could not be written
   end type result_file_t
 
@@ -83,9 +88,9 @@ contains
       call raise(error, exit_wrong_input, "'"//path//"' is a folder")
       return
     end if
-    call check_limit(beginning_of(path), empty_file, scene, plan, error)
+    call check_limit(beginning_of(path), scene, plan, error)
     if (allocated(error)) return
-    call claim_place(path, scene%name, overwrite, rows_at_most(plan), file%hdf5, error)
+    call claim_place(path, scene%name, overwrite, rows_at_most(scene, plan), file%hdf5, error)
     if (allocated(error)) return
     file%path = path
     call write_run(file%hdf5, scene, plan, provenance, error)
@@ -114,14 +119,14 @@ contains
     call claim_unfinished(path, scene, provenance, file%hdf5, error)
     if (allocated(error)) return
     file%path = path
-    call read_state(file%hdf5, file%slots, state, error)
+    call read_attribute(file%hdf5, '/history', 'finished', finished, error)
+    call read_state(file%hdf5, finished, file%slots, state, error)
+    if (.not. allocated(error)) then
+      if (finished < 0 .or. finished > huge(1)) call raise(error, exit_machine, &
+        "'"//path//"' counts "//to_text(finished)//' increments: it is damaged')
+    end if
     if (.not. allocated(error)) then
       call keep_clear(file%hdf5, error)
-      call read_attribute(file%hdf5, '/history', 'finished', finished, error)
-      if (.not. allocated(error)) then
-        if (finished < 0 .or. finished > huge(1)) call raise(error, exit_machine, &
-          "'"//path//"' counts "//to_text(finished)//' increments: it is damaged')
-      end if
       if (.not. allocated(error)) call lay_out(file, scene, plan, int(finished), error)
       call resume_run(file%hdf5, provenance, error)
       call flush_file(file%hdf5, error)
@@ -151,8 +156,8 @@ contains
     if (allocated(error)) return
     call create_contact(file%hdf5, scene, plan%points, n_rows, file%pairs, error)
     if (allocated(error)) return
-    call create_view(file%hdf5, scene%mesh, scene%output, plan%points%n > 0, n_steps, &
-      file%view, error)
+    call create_view(file%hdf5, scene%mesh, scene%output, plan%points%n > 0, &
+      rows_at_most(scene, plan), n_steps, file%view, error)
   end subroutine lay_out
 
   !> How many increments with fields are sure: the finished ones.
@@ -179,7 +184,7 @@ contains
 
   ! ------------------------------------------------------------------ writing
 
-  !> Append an increment and see it safely to the disk.
+  !> Append an increment, which does not count yet.
   !>
   !> Its histories always; its fields where `fields_due` says so. What the file of a continued run
   !> has already is not appended again.
@@ -192,14 +197,12 @@ contains
     type(step_fields_t), intent(in) :: fields !! what is asked for, when fields are due
     type(error_t), allocatable, intent(out) :: error
     type(nodal_contact_t) :: nodal
-    integer(i8) :: written
     integer :: worst_node
     logical :: due
 
     call check_in_place(file, error)
     if (allocated(error)) return
-    inquire (file=file%hdf5%path, size=written)
-    call check_limit(file%hdf5%path, written, scene, plan, error)
+    call check_limit(file%hdf5%path, scene, plan, error)
     if (allocated(error)) return
     worst_node = 0
     if (report%worst_point > 0) worst_node = plan%points%node(report%worst_point)
@@ -217,34 +220,46 @@ contains
       call append_contact(file%pairs, state, report%contact, error)
       call append_history(file%history, state, report, worst_node, error)
     end if
-    call flush_file(file%hdf5, error)
-
-    if (due) call count_step(file%hdf5, state%time, file%view, error)
-    if (state%row > file%n_rows) then
-      call finish_row(file%hdf5, file%n_rows + 1, error)
-      call flush_file(file%hdf5, error)
-      if (.not. allocated(error) .and. file%n_rows == 0) call publish(file, error)
-      if (.not. allocated(error)) file%n_rows = file%n_rows + 1
-    end if
+    file%row = state%row
+    file%time = state%time
+    file%has_fields = due
     file%is_broken = allocated(error)
   end subroutine append_increment
+
+  !> See the increment that was appended safely to the disk, with what it takes to go on from it,
+  !> and count it.
+  subroutine count_increment(file, numbers, error)
+    type(result_file_t), intent(inout) :: file
+    real(wp), intent(in) :: numbers(:)
+    type(error_t), allocatable, intent(out) :: error
+
+    call write_state(file%hdf5, file%row, numbers, file%slots, error)
+    call flush_file(file%hdf5, error)
+    if (file%has_fields) call count_step(file%hdf5, file%time, file%view, error)
+    if (file%row > file%n_rows) then
+      call finish_row(file%hdf5, file%row, error)
+      if (.not. allocated(error) .and. file%n_rows == 0) call publish(file, error)
+      if (.not. allocated(error)) file%n_rows = file%row
+    end if
+    file%is_broken = allocated(error)
+  end subroutine count_increment
 
   !> Refuse to begin an increment that may not fit under a limit on files (ulimit -f).
   !>
   !> Where a write fails there HDF5 goes on to write where the file would have ended, and nobody
   !> could open it any more; on a full disk it ends there all the same, with a hole.
-  subroutine check_limit(path, written, scene, plan, error)
-    character(*), intent(in) :: path
-    integer(i8), intent(in) :: written !! bytes that the file has
+  subroutine check_limit(path, scene, plan, error)
+    character(*), intent(in) :: path !! of the file, which need not be there yet
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(error_t), allocatable, intent(out) :: error !! it may not fit
     integer(i8), parameter :: megabyte = 1000000_i8
-    integer(i8) :: limit, needed
+    integer(i8) :: limit, written, needed
 
     limit = file_limit()
     if (limit == no_limit) return
-    needed = written + most_of_increment(scene, plan)
+    inquire (file=path, size=written)
+    needed = max(written, empty_file) + most_of_increment(scene, plan)
     if (needed <= limit) return
     call raise(error, exit_machine, "cannot write '"//path// &
       "': the limit on files (ulimit -f) is "// &
@@ -279,14 +294,13 @@ contains
       ' increments')
   end subroutine check_in_place
 
-  !> Keep what it takes to go on from an increment that was appended, or from the start.
-  subroutine keep_state(file, row, numbers, error)
+  !> Keep what it takes to go on from the start.
+  subroutine keep_state(file, numbers, error)
     type(result_file_t), intent(inout) :: file
-    integer, intent(in) :: row          !! of the increment; 0: the start
     real(wp), intent(in) :: numbers(:)
     type(error_t), allocatable, intent(out) :: error
 
-    call write_state(file%hdf5, row, numbers, file%slots, error)
+    call write_state(file%hdf5, 0, numbers, file%slots, error)
     call flush_file(file%hdf5, error)
     file%is_broken = allocated(error)
   end subroutine keep_state
@@ -321,6 +335,7 @@ contains
       return
     end if
     if (file%is_broken) return
+    call finish_view(file%view, error)
     call end_run(file%hdf5, status, counter_names, counters, error)
     call close_file(file%hdf5, error)
     if (.not. allocated(error) .and. file%view%n_steps > 0) call write_xdmf(file%path, error)
@@ -328,11 +343,15 @@ contains
 
   ! ------------------------------------------------------------------ helpers
 
-  !> Increments that the file is to hold: twice as many as planned, should some be cut.
-  pure integer function rows_at_most(plan)
+  !> Increments that the file is to hold: those of the plan; more where some may be cut.
+  pure integer function rows_at_most(scene, plan)
+    type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
+    integer, parameter :: where_cut = 1024
 
-    rows_at_most = int(min(2_i8*plan%n_increments, int(huge(1), i8)))
+    rows_at_most = plan%n_increments
+    if (all(scene%steps%direct)) return
+    rows_at_most = max(where_cut, int(min(2_i8*plan%n_increments, int(huge(1), i8))))
   end function rows_at_most
 
   !> Close and remove a file that has not taken its place.

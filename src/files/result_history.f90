@@ -2,7 +2,7 @@
 module result_history_mod
   use kinds_mod, only: wp, i1, i4, i8
   use errors_mod, only: error_t
-  use hdf5_files_mod, only: hdf5_file_t
+  use hdf5_files_mod, only: hdf5_file_t, flush_object
   use hdf5_attributes_mod, only: write_attribute, describe_group
   use hdf5_rows_mod, only: rows_t, create_rows, keep_rows, append_row
   use hdf5_types_mod, only: of_real, of_integer, of_byte
@@ -170,13 +170,14 @@ contains
     end associate
   end subroutine append_history
 
-  !> Tell readers that they may read this many rows.
+  !> Tell readers that they may read this many rows: to be called when they are on disk.
   subroutine finish_row(file, n_rows, error)
     type(hdf5_file_t), intent(in) :: file
     integer, intent(in) :: n_rows
     type(error_t), allocatable, intent(inout) :: error
 
     call write_attribute(file, '/history', 'finished', int(n_rows, i8), error)
+    call flush_object(file, '/history', error)
   end subroutine finish_row
 
 end module result_history_mod

@@ -2,8 +2,8 @@
 !>
 !> Two slots are written in turn, each in its own place, so that a program killed while it writes
 !> one leaves the other. A slot says how many of its numbers count and what their sum of bits is; of
-!> the slots whose numbers agree with that, the later one holds. What the numbers mean is the
-!> writer's affair.
+!> the slots whose numbers agree with that, and whose increment is counted, the later one holds.
+!> What the numbers mean is the writer's affair.
 module result_state_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input
@@ -58,9 +58,10 @@ contains
     slots%next = 1 + mod(slots%next, n_slots)
   end subroutine write_state
 
-  !> Read the latest state that is whole.
-  subroutine read_state(file, slots, numbers, error)
+  !> Read the latest state that is whole, of an increment that is counted.
+  subroutine read_state(file, n_rows, slots, numbers, error)
     type(hdf5_file_t), intent(in) :: file
+    integer(i8), intent(in) :: n_rows !! increments that are counted
     type(slots_t), intent(out) :: slots
     real(wp), allocatable, intent(out) :: numbers(:)
     type(error_t), allocatable, intent(inout) :: error !! there is none
@@ -80,7 +81,7 @@ contains
       call read_attribute(file, slot(i), 'bits', bits, failure)
       call read_dataset(file, slot(i), found, failure)
       if (allocated(failure)) cycle
-      if (length < 1 .or. length > size(found) .or. row <= latest) cycle
+      if (length < 1 .or. length > size(found) .or. row <= latest .or. row > n_rows) cycle
       if (sum_of_bits(found(:length)) /= bits) cycle
       latest = row
       numbers = found(:length)

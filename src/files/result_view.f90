@@ -1,16 +1,18 @@
 !> The group /VTKHDF of a result file: what ParaView and PyVista show.
 !>
-!> The mesh is stored once; every increment with fields adds a block to each of them and an entry
-!> to the tables in Steps, which say where its blocks begin. A reader finds an increment only when
-!> it is counted (`count_step`), after all of it is on disk.
+!> The mesh is stored once; every increment with fields adds a block to each of them. The tables in
+!> Steps say where its blocks begin, which is known before: they are filled for many increments at
+!> once, and cut at the end. A reader finds an increment only when it is counted (`count_step`),
+!> after all of it is on disk.
 module result_view_mod
   use kinds_mod, only: wp, i1, i8
   use errors_mod, only: error_t, raise, exit_machine
-  use hdf5_files_mod, only: hdf5_file_t, create_group, exists, flush_file
+  use hdf5_files_mod, only: hdf5_file_t, create_group, exists, flush_file, flush_object
   use hdf5_attributes_mod, only: write_attribute
   use hdf5_datasets_mod, only: write_dataset
-  use hdf5_rows_mod, only: rows_t, create_rows, create_stack, create_dense_stack, keep_rows, &
-    append_row
+  use hdf5_rows_mod, only: rows_t, create_rows, create_list, create_stack, create_dense_stack, &
+    keep_rows, &
+    cut_rows, append_row, append_list, append_and_flush
   use hdf5_types_mod, only: of_real, of_byte, of_long
   use mesh_mod, only: mesh_t
   use controls_mod, only: output_controls_t
@@ -20,16 +22,25 @@ module result_view_mod
   implicit none
   private
 
-  public :: view_t, create_view, append_step, count_step
+  public :: view_t, create_view, append_step, count_step, finish_view
 
   integer(i1), parameter :: vtk_hexahedron = 12_i1
   character(*), parameter :: tensor_order = 'XX, YY, ZZ, XY, YZ, XZ'
 
-  !> A field: its blocks, and where each increment's block begins.
+  integer, parameter :: most_tables = 40      !! in Steps
+  integer, parameter :: filled_at_once = 64   !! entries of each of them
+
+  !> A field: its blocks.
   type :: field_t
     logical      :: is_asked = .false.
-    type(rows_t) :: blocks, offsets
+    type(rows_t) :: blocks
   end type field_t
+
+  !> A table in Steps: an entry an increment, each so much more than the one before.
+  type :: table_t
+    type(rows_t) :: rows
+    integer(i8)  :: first = 0, step = 0
+  end type table_t
 
   !> A stress or strain, by where the deck wants it.
   type :: tensor_rows_t
@@ -40,26 +51,30 @@ module result_view_mod
   type :: view_t
     integer :: n_steps = 0 !! increments with fields
     integer :: n_nodes = 0, n_elements = 0
-    type(rows_t) :: values, parts, part_offsets, point_offsets, cell_offsets, connectivity_offsets
+    type(rows_t) :: values
+    type(table_t) :: tables(most_tables)
+    integer :: n_tables = 0
+    integer :: n_filled = 0 !! entries that each of them has
     type(field_t) :: displacement, reaction_force, contact_force, contact_pressure, contact_status
-    type(field_t) :: node_id, element_id
     type(tensor_rows_t) :: stress, strain
     type(field_t) :: mesh_error
   end type view_t
 
 contains
 
-  subroutine create_view(file, mesh, output, has_contact, n_steps, view, error)
+  subroutine create_view(file, mesh, output, has_contact, n_at_most, n_steps, view, error)
     type(hdf5_file_t), intent(in) :: file
     type(mesh_t), intent(in) :: mesh
     type(output_controls_t), intent(in) :: output
     logical, intent(in) :: has_contact !! the run has contact points
+    integer, intent(in) :: n_at_most   !! increments that the file is to hold
     integer, intent(in) :: n_steps !! that the file has already, of a run that is continued
     type(view_t), intent(out) :: view
     type(error_t), allocatable, intent(out) :: error
     character(*), parameter :: steps = '/VTKHDF/Steps/'
 
     view%n_steps = n_steps
+    view%n_filled = n_steps
     view%n_nodes = mesh%n_nodes
     view%n_elements = mesh%n_elements
     view%displacement%is_asked = output%displacement
@@ -70,8 +85,6 @@ contains
     call ask_tensor(output%stress, output, view%stress)
     call ask_tensor(output%strain, output, view%strain)
     view%mesh_error%is_asked = output%mesh_error
-    view%node_id%is_asked = .true.
-    view%element_id%is_asked = .true.
 
     if (.not. exists(file, '/VTKHDF')) then
       call create_group(file, '/VTKHDF', error)
@@ -80,18 +93,18 @@ contains
       call write_mesh(file, mesh, error)
       call create_group(file, '/VTKHDF/Steps', error)
     end if
-    call create_rows(file, steps//'Values', of_real, [integer ::], &
-                     'time from the start of the run', 'time', view%values, error)
+    call create_list(file, steps//'Values', n_at_most, 'time from the start of the run', 'time', &
+      view%values, error)
     ! Of a continued run: never more times than increments, nor more increments than fields.
     call keep_rows(file, view%values, n_steps, error)
     call flush_file(file, error)
     call write_attribute(file, '/VTKHDF/Steps', 'NSteps', int(n_steps, i8), error)
     call flush_file(file, error)
-    call table('NumberOfParts', 'parts of the mesh', view%parts)
-    call table('PartOffsets', 'first part', view%part_offsets)
-    call table('PointOffsets', 'first point', view%point_offsets)
-    call table('CellOffsets', 'first cell', view%cell_offsets)
-    call table('ConnectivityIdOffsets', 'first entry of Connectivity', view%connectivity_offsets)
+    call table('NumberOfParts', 'parts of the mesh', 1_i8, 0)
+    call table('PartOffsets', 'first part', 0_i8, 0)
+    call table('PointOffsets', 'first point', 0_i8, 0)
+    call table('CellOffsets', 'first cell', 0_i8, 0)
+    call table('ConnectivityIdOffsets', 'first entry of Connectivity', 0_i8, 0)
 
     call group('PointData')
     call dense_field('PointData', 'displacement', [3, mesh%n_nodes], &
@@ -129,13 +142,11 @@ contains
     if (.not. exists(file, '/VTKHDF/PointData/node_id')) call write_dataset(file, &
       '/VTKHDF/PointData/node_id', int(mesh%node_id, i8), &
                        'ids of the nodes in the deck', 'number', error)
-    call table('PointDataOffsets/node_id', 'where the block of an increment begins', &
-               view%node_id%offsets)
+    call table('PointDataOffsets/node_id', 'where the block of an increment begins', 0_i8, 0)
     if (.not. exists(file, '/VTKHDF/CellData/element_id')) call write_dataset(file, &
       '/VTKHDF/CellData/element_id', int(mesh%element_id, i8), &
                        'ids of the elements in the deck', 'number', error)
-    call table('CellDataOffsets/element_id', 'where the block of an increment begins', &
-               view%element_id%offsets)
+    call table('CellDataOffsets/element_id', 'where the block of an increment begins', 0_i8, 0)
 
   contains
 
@@ -147,13 +158,19 @@ contains
       call create_group(file, steps//name//'Offsets', error)
     end subroutine group
 
-    subroutine table(name, description, rows)
+    subroutine table(name, description, first, step)
       character(*), intent(in) :: name, description
-      type(rows_t), intent(out) :: rows
+      integer(i8), intent(in) :: first
+      integer, intent(in) :: step
 
-      call create_rows(file, steps//name, of_long, [integer ::], description, 'number', rows, &
-                       error)
-      call keep_rows(file, rows, n_steps, error)
+      view%n_tables = view%n_tables + 1
+      associate (new => view%tables(view%n_tables))
+        new%first = first
+        new%step = step
+        call create_rows(file, steps//name, of_long, [integer ::], description, 'number', &
+          new%rows, error)
+        call keep_rows(file, new%rows, n_steps, error)
+      end associate
     end subroutine table
 
     !> A field of the nodes that is 0, or one code, at most of them.
@@ -185,7 +202,8 @@ contains
       type(field_t), intent(inout) :: field
 
       call keep_rows(file, field%blocks, n_steps, error)
-      call table(group//'Offsets/'//name, 'where the block of an increment begins', field%offsets)
+      call table(group//'Offsets/'//name, 'where the block of an increment begins', 0_i8, &
+        merge(mesh%n_nodes, mesh%n_elements, group == 'PointData'))
     end subroutine begin_field
 
   end subroutine create_view
@@ -233,7 +251,6 @@ contains
     type(step_fields_t), intent(in) :: fields
     type(nodal_contact_t), intent(in) :: nodal !! where asked for
     type(error_t), allocatable, intent(inout) :: error
-    integer(i8) :: node_offset, element_offset
 
     if (allocated(error)) return
     if ((view%reaction_force%is_asked .and. .not. allocated(fields%reaction_force)) .or. &
@@ -242,40 +259,39 @@ contains
       call raise(error, exit_machine, 'internal error: a field to be written was not computed')
       return
     end if
-    node_offset = int(view%n_steps, i8)*view%n_nodes
-    element_offset = int(view%n_steps, i8)*view%n_elements
-
     if (view%displacement%is_asked) then
       call append_row(view%displacement%blocks, state%displacement, error)
-      call append_row(view%displacement%offsets, node_offset, error)
     end if
     if (view%reaction_force%is_asked) then
       call append_row(view%reaction_force%blocks, fields%reaction_force, error)
-      call append_row(view%reaction_force%offsets, node_offset, error)
     end if
     if (view%contact_force%is_asked) then
       call append_row(view%contact_force%blocks, nodal%force, error)
-      call append_row(view%contact_force%offsets, node_offset, error)
       call append_row(view%contact_pressure%blocks, nodal%pressure, error)
-      call append_row(view%contact_pressure%offsets, node_offset, error)
       call append_row(view%contact_status%blocks, nodal%status, error)
-      call append_row(view%contact_status%offsets, node_offset, error)
     end if
-    call append_tensor(view%stress, fields%stress, node_offset, element_offset, error)
-    call append_tensor(view%strain, fields%strain, node_offset, element_offset, error)
+    call append_tensor(view%stress, fields%stress, error)
+    call append_tensor(view%strain, fields%strain, error)
     if (view%mesh_error%is_asked) then
       call append_row(view%mesh_error%blocks, fields%mesh_error, error)
-      call append_row(view%mesh_error%offsets, element_offset, error)
     end if
-    call append_row(view%node_id%offsets, 0_i8, error)
-    call append_row(view%element_id%offsets, 0_i8, error)
-
-    call append_row(view%parts, 1_i8, error)
-    call append_row(view%part_offsets, 0_i8, error)
-    call append_row(view%point_offsets, 0_i8, error)
-    call append_row(view%cell_offsets, 0_i8, error)
-    call append_row(view%connectivity_offsets, 0_i8, error)
+    if (view%n_filled == view%n_steps) call fill_tables(view, error)
   end subroutine append_step
+
+  !> Give the tables the entries of the increments to come.
+  subroutine fill_tables(view, error)
+    type(view_t), intent(inout) :: view
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: i, k
+
+    do i = 1, view%n_tables
+      associate (table => view%tables(i))
+        call append_list(table%rows, [(table%first + k*table%step, &
+          k=view%n_filled, view%n_filled + filled_at_once - 1)], error)
+      end associate
+    end do
+    view%n_filled = view%n_filled + filled_at_once
+  end subroutine fill_tables
 
   !> Something of a tensor is asked for and was not computed.
   pure function is_missing(rows, field) result(missing)
@@ -289,24 +305,20 @@ contains
   end function is_missing
 
   !> Append what is asked for of a tensor.
-  subroutine append_tensor(rows, field, node_offset, element_offset, error)
+  subroutine append_tensor(rows, field, error)
     type(tensor_rows_t), intent(inout) :: rows
     type(tensor_field_t), intent(in) :: field
-    integer(i8), intent(in) :: node_offset, element_offset
     type(error_t), allocatable, intent(inout) :: error
 
     if (rows%at_centroids%is_asked) then
       call append_row(rows%at_centroids%blocks, field%at_centroids, error)
-      call append_row(rows%at_centroids%offsets, element_offset, error)
     end if
     if (rows%at_gauss_points%is_asked) then
       call append_row(rows%at_gauss_points%blocks, &
         reshape(field%at_gauss_points, [48, size(field%at_gauss_points, 3)]), error)
-      call append_row(rows%at_gauss_points%offsets, element_offset, error)
     end if
     if (rows%at_nodes%is_asked) then
       call append_row(rows%at_nodes%blocks, field%at_nodes, error)
-      call append_row(rows%at_nodes%offsets, node_offset, error)
     end if
   end subroutine append_tensor
 
@@ -322,9 +334,20 @@ contains
 
     view%n_steps = view%n_steps + 1
     call write_attribute(file, '/VTKHDF/Steps', 'NSteps', int(view%n_steps, i8), error)
-    call flush_file(file, error)
-    call append_row(view%values, time, error)
-    call flush_file(file, error)
+    call flush_object(file, '/VTKHDF/Steps', error)
+    call append_and_flush(file, view%values, time, error)
   end subroutine count_step
+
+  !> Cut what the tables have beyond the last increment.
+  subroutine finish_view(view, error)
+    type(view_t), intent(inout) :: view
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: i
+
+    do i = 1, view%n_tables
+      call cut_rows(view%tables(i)%rows, view%n_steps, error)
+    end do
+    view%n_filled = view%n_steps
+  end subroutine finish_view
 
 end module result_view_mod

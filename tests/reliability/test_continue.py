@@ -266,6 +266,12 @@ class Refusals(Folder):
 
     def test_a_damaged_state(self):
         slots = ("state/slot_1", "state/slot_2")
+        # Killed when an increment has just been counted: nothing of the next is there.
+        before = rows_in(self.killed / NAME)
+        change = self.n // 2
+        while rows_in(self.killed / NAME) == before:
+            change += 1
+            self.assertTrue(self.case.kill_at(self.fresh("killed"), change))
         with h5py.File(self.killed / NAME) as file:
             later = max(slots, key=lambda slot: file[slot].attrs["row"])
         with h5py.File(self.killed / NAME, "r+") as file:
