@@ -69,7 +69,7 @@ contains
     end do
     file%cache = file%cache + min(5.0_wp*chunk_cache, sizes%increments*contact)
     file%fields = file%dense + squeezed*file%varying + file%zeros/200.0_wp
-    file%varying = file%varying + sizes%increments*contact
+    file%dense = file%dense + sizes%increments*contact
     ! The mesh and its ids; nodes, places, areas and frames of the points.
     once = 32.0_wp*sizes%nodes + 81.0_wp*sizes%bricks + 112.0_wp*sizes%points + &
       real(len(scene%deck), wp)

@@ -31,7 +31,7 @@ module estimate_time_mod
   real(wp), parameter :: reference_brick = 1.0e-6_wp
   real(wp), parameter :: start_of_run = 0.01_wp      !! opening the file, loading code
   real(wp), parameter :: start_of_increment = 0.25e-3_wp
-  real(wp), parameter :: write_of_increment = 0.7e-3_wp !! some 50 small datasets, two flushes
+  real(wp), parameter :: write_of_increment = 0.4e-3_wp !! some 50 small datasets, a flush
   real(wp), parameter :: squeeze_rate = 60.0e6_wp    !! of numbers that vary [bytes/s]
   real(wp), parameter :: squeeze_zeros = 400.0e6_wp  !! of zeros [bytes/s]
   real(wp), parameter :: keep_rate = 1.0e9_wp        !! of numbers that are not squeezed [bytes/s]

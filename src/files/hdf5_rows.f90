@@ -59,7 +59,8 @@ module hdf5_rows_mod
 
 contains
 
-  !> Make a dataset whose rows are arrays of `row` extents: it grows along one more extent.
+  !> Make a dataset whose rows are arrays of `row` extents: it grows along one more extent. Reals are
+  !> kept as they are, codes are squeezed.
   !>
   !> Of a run that is continued: open the one that is there, with all its rows (`keep_rows`).
   subroutine create_rows(file, path, kind, row, description, quantity, rows, error)
@@ -73,6 +74,7 @@ contains
 
     rows%fixed = int(row, hsize_t)
     rows%step = 1
+    rows%is_squeezed = kind /= of_real
     call create_growing(file, path, kind, rows, error)
     call describe(file, path, description, quantity, error)
   end subroutine create_rows
@@ -94,7 +96,7 @@ contains
   end subroutine create_list
 
   !> Make a dataset whose rows are stacked along their own last extent, as VTKHDF wants fields; or
-  !> open the one that is there.
+  !> open the one that is there. It is squeezed, as most of its numbers are 0.
   subroutine create_stack(file, path, kind, row, description, quantity, rows, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path
@@ -110,7 +112,7 @@ contains
   end subroutine create_stack
 
   !> The same for reals that vary from place to place: three quarters of their digits are noise to a
-  !> compressor, which would take most of the time of writing.
+  !> compressor, which would take most of the time of writing. So they are kept as they are.
   subroutine create_dense_stack(file, path, row, description, quantity, rows, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path
