@@ -59,8 +59,9 @@ module hdf5_rows_mod
 
 contains
 
-  !> Make a dataset whose rows are arrays of `row` extents: it grows along one more extent. Reals are
-  !> kept as they are, codes are squeezed.
+  !> Make a dataset whose rows are arrays of `row` extents: it grows along one more extent.
+  !>
+  !> Reals are kept as they are, codes are squeezed.
   !>
   !> Of a run that is continued: open the one that is there, with all its rows (`keep_rows`).
   subroutine create_rows(file, path, kind, row, description, quantity, rows, error)
