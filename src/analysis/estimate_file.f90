@@ -15,7 +15,7 @@ module estimate_file_mod
   ! The file [bytes]: what a dataset that grows takes beside its table of chunks, an entry of that
   ! table, and the share of numbers that is left where HDF5 squeezes them.
   real(wp), parameter :: growing_dataset = 5200.0_wp, entry = 34.0_wp
-  real(wp), parameter :: squeezed = 0.8_wp
+  real(wp), parameter :: squeezed = 0.8_wp, page = 4096.0_wp
   integer, parameter :: history_datasets = 32, datasets_of_a_pair = 8
 
   !> What the result file takes [bytes].
@@ -86,15 +86,15 @@ contains
       file%zeros + 340.0_wp*sizes%nodes
   end function size_of_file
 
-  !> A field: all its numbers in an output, and those of them that are not 0 throughout; where these
-  !> are all, HDF5 does not squeeze it.
+  !> A field: all its numbers in an output, and those of them that are not 0 throughout. HDF5 does
+  !> not squeeze what is not 0 anywhere, nor what fits into a page.
   pure subroutine add_field(all, varying, sizes, file)
     real(wp), intent(in) :: all, varying !! [bytes]
     type(sizes_t), intent(in) :: sizes
     type(file_size_t), intent(inout) :: file
 
     file%datasets = file%datasets + 2 ! with its offsets
-    if (varying < all) then
+    if (varying < all .and. all > page) then
       file%varying = file%varying + sizes%outputs*varying
       file%zeros = file%zeros + sizes%outputs*(all - varying)
     else
