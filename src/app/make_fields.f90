@@ -35,7 +35,6 @@ contains
     type(scene_t), intent(in) :: scene
     type(state_t), intent(in) :: state
     type(step_fields_t), intent(inout) :: fields
-
     logical :: due
 
     due = fields_due(scene%output%frequency, state%increment, ends_step(scene%steps, state))

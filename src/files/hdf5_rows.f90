@@ -21,8 +21,7 @@ module hdf5_rows_mod
   private
 
   public :: rows_t, create_rows, create_list, create_stack, create_dense_stack, keep_rows, &
-    cut_rows, &
-    append_row, append_list, append_and_flush, read_rows
+    cut_rows, append_row, append_list, append_and_flush, read_rows
 
   !> An open dataset that grows by one row at a time along its last extent.
   type :: rows_t

@@ -11,8 +11,7 @@ module result_view_mod
   use hdf5_attributes_mod, only: write_attribute
   use hdf5_datasets_mod, only: write_dataset
   use hdf5_rows_mod, only: rows_t, create_rows, create_list, create_stack, create_dense_stack, &
-    keep_rows, &
-    cut_rows, append_row, append_list, append_and_flush
+    keep_rows, cut_rows, append_row, append_list, append_and_flush
   use hdf5_types_mod, only: of_real, of_byte, of_long
   use mesh_mod, only: mesh_t
   use controls_mod, only: output_controls_t
