@@ -184,6 +184,25 @@ class WhatIsKept(Folder):
         # Here as much as the fields of six increments, of 50.
         self.assertLess(stored["state"], 0.12 * stored["VTKHDF"])
 
+    def test_the_tables_of_a_long_run(self):
+        """More increments than a page holds of times: 512."""
+        folder = self.fresh("whole")
+        case = Case(INPUT / "block.inp", n=1, steps=600, solver="AUTO", local="AUTO")
+        status, words = case.run(folder)
+        self.assertEqual(status, 0, words)
+        with h5py.File(folder / NAME) as file:
+            steps = file["VTKHDF/Steps"]
+            self.assertEqual(steps.attrs["NSteps"], 600)
+            # Where a chunk of times begins, a kill may leave what VTK cannot read.
+            self.assertGreaterEqual(steps["Values"].chunks[0], 600)
+            lengths = []
+            steps.visititems(
+                lambda _, thing: lengths.append(len(thing)) if hasattr(thing, "shape") else None
+            )
+            self.assertEqual(set(lengths), {600})
+            offsets = steps["PointDataOffsets/displacement"][:]
+            self.assertEqual(offsets.tolist(), [8 * i for i in range(600)])
+
 
 def sum_of_storage(group):
     """Bytes that the datasets of a group take."""
