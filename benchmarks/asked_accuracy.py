@@ -88,7 +88,8 @@ def run(program, case, folder, n, steps, card="", free=False, accuracy=None, tol
         seconds, increments = found.counters["cpu_seconds"], found.finished
     result.unlink()
     warnings = [line for line in done.stdout.splitlines() if line.startswith("warning: step")]
-    reason = warnings[0].split(";")[1].strip() if warnings else ""
+    told, _, cause = warnings[0].partition(";") if warnings else ("", "", "")
+    reason = cause.strip() or told
     return Outcome(done.returncode, seconds, values, estimates.max(), increments, reason)
 
 

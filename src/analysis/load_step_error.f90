@@ -114,7 +114,8 @@ contains
     call begin_attempt(scene, plan%points, operators, from, increment, now)
     now%controls%tolerance = max(now%controls%tolerance, sharp_enough)
     to = from
-    if (present(near)) then
+    ! Where bodies are free these reactions are not those of the place it begins at.
+    if (present(near) .and. operators%motions%n == 0) then
       to%reaction = near
       to%trend = 0.0_wp
     end if

@@ -156,6 +156,14 @@ class Asked(unittest.TestCase):
                 found = result.history("energy/strain")[-1]
                 self.assertLess(abs(found / true - 1), accuracy)
 
+    def test_a_body_that_contact_alone_holds(self):
+        """The runs beside the run, by which load steps are judged, end where a body is free too."""
+        text = with_card(deck("roller"), "*ACCURACY, OF=ENERGY\n0.1")
+        run = Run(text, name="roller", n=32, steps=1, tolerance=1e-9)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertGreaterEqual(result.history("error/load_steps")[-1], 0.0)
+
     def test_the_command_line_wins(self):
         """--accuracy stands in the file beside the overrides, and over the deck's."""
         run = Run(
