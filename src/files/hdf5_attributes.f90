@@ -6,7 +6,7 @@ module hdf5_attributes_mod
     h5sget_simple_extent_npoints_f, h5tclose_f, h5tget_size_f, h5tis_variable_str_f
   use errors_mod, only: error_t
   use hdf5_failures_mod, only: fail, text_of
-  use hdf5_files_mod, only: hdf5_file_t, create_group, exists, fail_to_read
+  use hdf5_files_mod, only: hdf5_file_t, create_group, exists, fail_to_read, flush_object
   use hdf5_types_mod, only: of_real, of_long, no_id, type_in_file, type_in_memory, text_type, &
     is_text, new_space
   use kinds_mod, only: wp, i8
@@ -14,7 +14,7 @@ module hdf5_attributes_mod
   implicit none
   private
 
-  public :: write_attribute, read_attribute, describe, describe_group
+  public :: write_attribute, write_and_flush, read_attribute, describe, describe_group
 
   integer, parameter :: longest_attribute = 60000 !! the classic format ends at 64 KiB
 
@@ -83,6 +83,20 @@ contains
     call put_attribute(file, object, name, of_long, c_loc(copy), [integer ::], error)
   end subroutine write_long_attribute
 
+  !> Write a whole number again and hand it, it alone, to the operating system.
+  subroutine write_and_flush(file, object, name, value, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: object, name
+    integer(i8), intent(in) :: value
+    type(error_t), allocatable, intent(inout) :: error
+    integer(i8), target :: copy
+
+    if (allocated(error)) return
+    copy = value
+    call put(file, object, name, [type_in_file(of_long), type_in_memory(of_long)], c_loc(copy), &
+      [integer ::], error, flushed=.true.)
+  end subroutine write_and_flush
+
   subroutine write_longs_attribute(file, object, name, value, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -132,13 +146,14 @@ contains
              error)
   end subroutine put_attribute
 
-  subroutine put(file, object, name, types, address, extents, error)
+  subroutine put(file, object, name, types, address, extents, error, flushed)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
     integer(hid_t), intent(in) :: types(2) !! in the file, in memory
     type(c_ptr), intent(in) :: address
     integer, intent(in) :: extents(:)
     type(error_t), allocatable, intent(inout) :: error
+    logical, intent(in), optional :: flushed !! at once, with all of the object; no if absent
     integer(hid_t) :: object_id, attribute
     integer :: status, ignored
     logical :: there
@@ -160,6 +175,7 @@ contains
       call fail(error, "cannot write the attribute '"//name//"' of '"//object//"' in '"// &
                 file%path//"'")
     end if
+    if (present(flushed)) call flush_object(file, object, object_id, error)
     if (attribute /= no_id) call h5aclose_f(attribute, ignored)
     if (object_id /= no_id) call h5oclose_f(object_id, ignored)
   end subroutine put

@@ -9,8 +9,8 @@ module hdf5_files_mod
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
   use hdf5, only: hid_t, size_t, h5dont_atexit_f, h5eset_auto_f, h5fclose_f, h5fcreate_f, &
     h5fflush_f, h5fis_hdf5_f, h5fopen_f, h5gclose_f, h5gcreate_f, h5get_libversion_f, &
-    h5gget_obj_info_idx_f, h5gn_members_f, h5iis_valid_f, h5ldelete_f, h5lexists_f, h5oclose_f, &
-    h5oopen_f, h5open_f, h5pclose_f, h5pcreate_f, h5pset_cache_f, h5pset_fclose_degree_f, &
+    h5gget_obj_info_idx_f, h5gn_members_f, h5iis_valid_f, h5ldelete_f, h5lexists_f, h5open_f, &
+    h5pclose_f, h5pcreate_f, h5pset_cache_f, h5pset_fclose_degree_f, &
     h5pset_istore_k_f, H5F_ACC_EXCL_F, H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, H5F_CLOSE_STRONG_F, &
     H5F_SCOPE_LOCAL_F, H5P_FILE_ACCESS_F, H5P_FILE_CREATE_F, H5T_STD_I32LE
   use errors_mod, only: error_t, raise, exit_machine
@@ -24,7 +24,7 @@ module hdf5_files_mod
   public :: hdf5_file_t
   public :: file_absent, file_readable, file_locked, file_foreign, file_damaged
   public :: look_at_file, create_file, open_file, keep_clear, keep_clear_of, flush_file, &
-    flush_object, flush_opened, close_file, is_open, hdf5_version
+    flush_object, close_file, is_open, hdf5_version
   public :: create_group, exists, delete_object, list_members
   public :: fail_to_write, fail_to_read, fail_to_hold
 
@@ -245,27 +245,9 @@ contains
     if (status < 0) call fail(error, "cannot write '"//file%path//"'")
   end subroutine flush_file
 
-  !> Hand all that belongs to one group or dataset to the operating system: much less work than a
+  !> Hand all that belongs to an open group or dataset to the operating system: much less work than a
   !> flush of the file, and enough where the file has not become longer.
-  subroutine flush_object(file, path, error)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: path
-    type(error_t), allocatable, intent(inout) :: error
-    integer(hid_t) :: id
-    integer :: status
-
-    if (allocated(error)) return
-    call h5oopen_f(file%id, path, id, status)
-    if (status < 0) then
-      call fail_to_write(error, file, path)
-      return
-    end if
-    call flush_opened(file, path, id, error)
-    call h5oclose_f(id, status)
-  end subroutine flush_object
-
-  !> The same for an object that is open.
-  subroutine flush_opened(file, path, id, error)
+  subroutine flush_object(file, path, id, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path !! for messages
     integer(hid_t), intent(in) :: id
@@ -273,7 +255,7 @@ contains
 
     if (allocated(error)) return
     if (c_flush_object(id) < 0) call fail_to_write(error, file, path)
-  end subroutine flush_opened
+  end subroutine flush_object
 
   !> Close the file and every dataset of it; also after an error, which is then kept.
   subroutine close_file(file, error)

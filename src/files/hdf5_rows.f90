@@ -2,17 +2,15 @@
 module hdf5_rows_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_ptr, c_loc
   use hdf5, only: hid_t, hsize_t, h5dclose_f, h5dcreate_f, h5dget_create_plist_f, &
-    h5dget_space_f, h5dopen_f, h5dread_f, h5dset_extent_f, h5dwrite_f, &
-    h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
-    h5pclose_f, h5pcreate_f, h5pget_chunk_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, &
-    h5sclose_f, &
-    h5screate_simple_f, h5sselect_hyperslab_f, H5P_DATASET_CREATE_F, H5S_SELECT_SET_F, &
-    H5S_UNLIMITED_F
+    h5dget_space_f, h5dopen_f, h5dread_f, h5dset_extent_f, h5dwrite_f, h5pclose_f, h5pcreate_f, &
+    h5pget_chunk_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5sclose_f, &
+    h5screate_simple_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
+    h5sselect_hyperslab_f, H5P_DATASET_CREATE_F, H5S_SELECT_SET_F, H5S_UNLIMITED_F
   use errors_mod, only: error_t, raise, exit_machine
   use hdf5_attributes_mod, only: describe
   use hdf5_failures_mod, only: fail
   use hdf5_files_mod, only: hdf5_file_t, exists, fail_to_read, fail_to_write, keep_clear_of, &
-    flush_file, flush_opened
+    flush_file, flush_object
   use hdf5_types_mod, only: of_real, of_integer, of_long, of_byte, bytes_of, no_id, &
     type_in_file, type_in_memory, new_space
   use kinds_mod, only: wp, i1, i4, i8
@@ -366,7 +364,7 @@ contains
       ! It makes the file longer, which only a flush of the whole tells.
       call flush_file(file, error)
     else
-      call flush_opened(file, rows%name, rows%id, error)
+      call flush_object(file, rows%name, rows%id, error)
     end if
   end subroutine append_and_flush
 

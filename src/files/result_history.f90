@@ -2,8 +2,8 @@
 module result_history_mod
   use kinds_mod, only: wp, i1, i4, i8
   use errors_mod, only: error_t
-  use hdf5_files_mod, only: hdf5_file_t, flush_object
-  use hdf5_attributes_mod, only: write_attribute, describe_group
+  use hdf5_files_mod, only: hdf5_file_t
+  use hdf5_attributes_mod, only: write_attribute, write_and_flush, describe_group
   use hdf5_rows_mod, only: rows_t, create_rows, keep_rows, append_row
   use hdf5_types_mod, only: of_real, of_integer, of_byte
   use state_mod, only: state_t
@@ -176,8 +176,7 @@ contains
     integer, intent(in) :: n_rows
     type(error_t), allocatable, intent(inout) :: error
 
-    call write_attribute(file, '/history', 'finished', int(n_rows, i8), error)
-    call flush_object(file, '/history', error)
+    call write_and_flush(file, '/history', 'finished', int(n_rows, i8), error)
   end subroutine finish_row
 
 end module result_history_mod

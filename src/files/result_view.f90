@@ -7,8 +7,8 @@
 module result_view_mod
   use kinds_mod, only: wp, i1, i8
   use errors_mod, only: error_t, raise, exit_machine
-  use hdf5_files_mod, only: hdf5_file_t, create_group, exists, flush_file, flush_object
-  use hdf5_attributes_mod, only: write_attribute
+  use hdf5_files_mod, only: hdf5_file_t, create_group, exists, flush_file
+  use hdf5_attributes_mod, only: write_attribute, write_and_flush
   use hdf5_datasets_mod, only: write_dataset
   use hdf5_rows_mod, only: rows_t, create_rows, create_list, create_stack, create_dense_stack, &
     keep_rows, cut_rows, append_row, append_list, append_and_flush
@@ -332,8 +332,7 @@ contains
     type(error_t), allocatable, intent(inout) :: error
 
     view%n_steps = view%n_steps + 1
-    call write_attribute(file, '/VTKHDF/Steps', 'NSteps', int(view%n_steps, i8), error)
-    call flush_object(file, '/VTKHDF/Steps', error)
+    call write_and_flush(file, '/VTKHDF/Steps', 'NSteps', int(view%n_steps, i8), error)
     call append_and_flush(file, view%values, time, error)
   end subroutine count_step
 
