@@ -31,7 +31,8 @@ module advance_mod
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse
   use operators_mod, only: operators_t, locate_points, update_contact
   use neutral_motions_mod, only: neutral_step
-  use attempt_mod, only: attempt_t, begin_attempt, solve_reactions, expected_reactions, trend_of
+  use attempt_mod, only: attempt_t, begin_attempt, displacement_of, solve_reactions, &
+    expected_reactions, trend_of
   use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
   implicit none
   private
@@ -228,8 +229,7 @@ contains
         now%pressed = now%pressed + correction
         now%applied = new%reaction
       end if
-      new%displacement = now%u_free + now%pressed
-      call add_motions(operators%motions, scene%mesh, now%motion, new%displacement)
+      new%displacement = displacement_of(scene, operators, now, now%pressed)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
       call internal_force(scene%mesh, scene%materials, new%displacement, now%forces%internal)
@@ -277,7 +277,7 @@ contains
     where (forces%prescribed) residual = 0.0_wp
     scale = sqrt(max(maxval(sum(forces%internal**2, dim=1)), &
       maxval(sum(forces%external**2, dim=1))))
-    relative = max(0.0_wp, sqrt(maxval(sum(residual**2, dim=1))) - forces%rounding)
+    relative = max(0.0_wp, maxval(norm2(residual, dim=1) - forces%rounding))
     if (scale > 0.0_wp) relative = relative/scale
   end subroutine out_of_balance
 

@@ -21,7 +21,10 @@ module attempt_mod
   implicit none
   private
 
-  public :: attempt_t, begin_attempt, solve_reactions, expected_reactions, trend_of
+  public :: attempt_t, begin_attempt, displacement_of, solve_reactions, expected_reactions, &
+    trend_of
+
+  real(wp), parameter :: continuous = 1.0e-12_wp !! loads that differ by no more go on as they were
 
   !> What an increment is solved with.
   type :: attempt_t
@@ -55,6 +58,7 @@ contains
     call sum_patterns(scene, operators, increment%share, increment%step_time, now%u_free, &
       now%forces%external)
     now%forces%prescribed = operators%prescribed
+    now%forces%displacement = merge(now%u_free, 0.0_wp, operators%prescribed)
     allocate (now%forces%internal, mold=old%displacement)
     now%controls = scene%contact
     now%motion = [(old%displacement(operators%motions%dof(i), operators%motions%node(i)), &
@@ -67,6 +71,9 @@ contains
 
   !> Begin with the reactions of the increment before, where the factor is not exact: what it makes
   !> of them was refined there, and only what changes has to be refined again.
+  !>
+  !> Not where loads or supports jump as a *STEP begins (an amplitude that is not 0 at its start):
+  !> the displacement there is no answer to the patterns of this *STEP.
   subroutine carry_over(scene, points, operators, old, increment, now)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -80,6 +87,8 @@ contains
     if (is_exact(scene%precision)) return
     call sum_patterns(scene, operators, increment%begin, &
       increment%begin*scene%steps(increment%step)%period, loaded, external)
+    if (jump(external, old%external_force) .or. jump(merge(loaded, 0.0_wp, operators%prescribed), &
+      merge(old%displacement, 0.0_wp, operators%prescribed))) return
     call add_motions(operators%motions, scene%mesh, now%motion, loaded)
     now%applied = old%reaction
     ! On the interface u_free must be what the contact problem adds W r to.
@@ -87,6 +96,27 @@ contains
       nodal(points, now%applied, scene%mesh%n_nodes)), scene%mesh%n_nodes)
     now%u_free = now%u_free + (old%displacement - loaded) - now%pressed
   end subroutine carry_over
+
+  !> Whether two fields differ by more than rounding.
+  pure logical function jump(one, other)
+    real(wp), intent(in) :: one(:, :), other(:, :) !! (3,n_nodes)
+
+    jump = maxval(abs(one - other)) > continuous*max(maxval(abs(one)), maxval(abs(other)))
+  end function jump
+
+  !> The displacement under the loads, the reactions and the free motions; what supports prescribe
+  !> is as they prescribe it, to the last bit.
+  pure function displacement_of(scene, operators, now, pressed) result(u)
+    type(scene_t), intent(in) :: scene
+    type(operators_t), intent(in) :: operators
+    type(attempt_t), intent(in) :: now
+    real(wp), intent(in) :: pressed(:, :)  !! (3,n_nodes) by the reactions [length]
+    real(wp) :: u(3, size(pressed, 2))     !! [length]
+
+    u = now%u_free + pressed
+    call add_motions(operators%motions, scene%mesh, now%motion, u)
+    where (now%forces%prescribed) u = now%forces%displacement
+  end function displacement_of
 
   !> The reactions to start from: the last ones, carried on as they went in the increment before;
   !> none where that pulls. Sweeps start from the last ones, as in the paper.
@@ -165,7 +195,8 @@ contains
     if (operators%motions%n == 0) then
       call solve_contact(operators%problem, report%x_free, now%controls, r, contact)
     else
-      drift%load = generalised_loads(operators%motions, scene%mesh, now%forces%external)
+      call generalised_loads(operators%motions, scene%mesh, now%forces%external, drift%load, &
+        drift%rounding)
       drift%a = now%motion
       call solve_floating(operators%problem, operators%floating, report%x_free, now%controls, &
         drift, r, contact)

@@ -20,11 +20,11 @@ module look_ahead_mod
   use increments_mod, only: increment_t, next_increment, mark_end
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t
-  use rigid_modes_mod, only: add_motions
   use follow_points_mod, only: nodal
   use stiffness_inverse_mod, only: answer_of_interface, at_interface, recover_columns, at_nodes
   use operators_mod, only: operators_t
-  use attempt_mod, only: attempt_t, begin_attempt, solve_reactions, expected_reactions, trend_of
+  use attempt_mod, only: attempt_t, begin_attempt, displacement_of, solve_reactions, &
+    expected_reactions, trend_of
   implicit none
   private
 
@@ -145,8 +145,8 @@ contains
     reaction = expected_reactions(scene, points, operators, state, increment)
     call solve_reactions(scene, points, operators, state, now, reaction, report)
     answer = answer_of_interface(operators%inverse, nodal(points, reaction, scene%mesh%n_nodes))
-    state%displacement = now%u_free + at_interface(operators%inverse, answer, scene%mesh%n_nodes)
-    call add_motions(operators%motions, scene%mesh, now%motion, state%displacement)
+    state%displacement = displacement_of(scene, operators, now, at_interface(operators%inverse, &
+      answer, scene%mesh%n_nodes))
     state%trend = trend_of(increment, state%reaction, reaction)
     state%reaction = reaction
     call mark_end(increment, state)

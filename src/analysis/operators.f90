@@ -289,27 +289,26 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! MUMPS failed; nothing is gained any more before rounding is reached
     real(wp), allocatable :: residual(:, :, :), correction(:, :, :)
-    real(wp) :: left, last, largest, rounding, enough
+    real(wp) :: left, last, largest, enough
     integer :: i, g
 
     allocate (residual, source=load)
     last = huge(last)
     largest = maxval(abs(load), mask=spread(operators%inverse%map%equation > 0, 3, size(load, 3)))
-    rounding = 0.0_wp
     enough = 0.0_wp
     ! What Newton-Raphson would let pass.
     if (scene%accuracy%wanted > 0.0_wp) enough = 0.1_wp*scene%contact%tolerance*largest
     refinements: do i = 1, max_refinements
+      left = 0.0_wp
       do g = 1, size(load, 3)
         call internal_force(scene%mesh, scene%materials, operators%response(:, :, g), &
           residual(:, :, g))
         residual(:, :, g) = merge(load(:, :, g) - residual(:, :, g), 0.0_wp, &
           operators%inverse%map%equation > 0)
-        rounding = max(rounding, force_rounding(scene%mesh, scene%materials, &
-          abs(operators%response(:, :, g))))
+        left = max(left, maxval(maxval(abs(residual(:, :, g)), dim=1) - force_rounding(scene%mesh, &
+          scene%materials, operators%response(:, :, g))))
       end do
-      left = maxval(abs(residual))
-      if (left <= max(rounding, enough)) return
+      if (left <= enough) return
       if (left > 0.5_wp*last) exit refinements
       last = left
       call apply_inverse(operators%inverse, residual, correction, error)

@@ -10,9 +10,14 @@ module point_motions_mod
 
   public :: motions_at_rows, motion_of_point, undeformed_frames
 
+  real(wp), parameter :: rounding = 1.0e-12_wp !! of a motion, whose pin moves by 1: none
+
 contains
 
   !> What the free motions do at the rows of the contact points, G of docs/theory.md (9.2).
+  !>
+  !> A row across a motion is exactly 0: were it rounding, contact would seem to hold a body that
+  !> slides along it.
   pure function motions_at_rows(scene, points, motions, frame, row) result(g)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -29,7 +34,9 @@ contains
       do j = 1, motions%n
         motion = motion_of_point(scene, points, motions, i, j)
         do a = 1, 3
-          if (row(a, i) > 0) g(row(a, i), j) = dot_product(frame(:, a, i), motion)
+          if (row(a, i) == 0) cycle
+          g(row(a, i), j) = dot_product(frame(:, a, i), motion)
+          if (abs(g(row(a, i), j)) <= rounding*max(1.0_wp, norm2(motion))) g(row(a, i), j) = 0.0_wp
         end do
       end do
     end do

@@ -15,6 +15,8 @@ module refuse_unsolved_mod
 
   public :: refuse_unsolved, is_solved
 
+  real(wp), parameter :: passable = 1.0e-3_wp !! worst error that some user may want to accept [-]
+
 contains
 
   !> Whether an increment may stand.
@@ -71,6 +73,9 @@ contains
         where_and_what = where_and_what// &
           ': displacements in double precision do not hold these forces any closer'
       end if
+      if (worst_entry(report%certificate) <= passable) where_and_what = where_and_what// &
+        '; a contact tolerance of '//to_text(0.101_wp*worst_entry(report%certificate), 2)// &
+        ' would pass'
     end if
     call raise(error, exit_not_solved, where_and_what)
   end subroutine refuse_unsolved
@@ -98,7 +103,9 @@ contains
       words = 'penetration '//to_text(c%penetration, 2)//', adhesion '//to_text(c%adhesion, 2)// &
         ', complementarity '//to_text(c%complementarity, 2)//', cone '//to_text(c%cone, 2)// &
         ', law '// &
-        to_text(c%law, 2)//', equilibrium '//to_text(c%equilibrium, 2)
+        to_text(c%law, 2)//', equilibrium '//to_text(c%equilibrium, 2)//', balance '// &
+        to_text(c%balance, 2)
+      if (c%support > 0.0_wp) words = words//', supports kept to '//to_text(c%support, 2)
     end associate
   end function certificate_in_words
 

@@ -4,6 +4,7 @@
 !> section 6.
 module certificate_mod
   use kinds_mod, only: wp
+  use small_matrix_mod, only: cross
   use mesh_mod, only: mesh_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -15,16 +16,35 @@ module certificate_mod
 
   !> Of numbers that are none.
   type(certificate_t), parameter :: nothing_true = certificate_t(huge(1.0_wp), huge(1.0_wp), &
-    huge(1.0_wp), huge(1.0_wp), huge(1.0_wp), huge(1.0_wp), .false.)
+    huge(1.0_wp), huge(1.0_wp), huge(1.0_wp), huge(1.0_wp), .false., huge(1.0_wp), huge(1.0_wp))
 
-  !> The forces of a step, all (3,n_nodes) in x, y, z.
+  real(wp), parameter :: rounded = 32.0_wp*epsilon(1.0_wp) !! of what is added up: lost in a sum [-]
+  real(wp), parameter :: held = 16.0_wp*epsilon(1.0_wp)    !! what is prescribed is kept to this [-]
+  real(wp), parameter :: last_bits = 1.0_wp/32.0_wp
+  !! of the rounding of forces: what the last bits of displacements are worth [-]
+  real(wp), parameter :: excusable = 1.0e-3_wp !! of a force: the most that rounding may excuse [-]
+
+  !> The forces of a step, and what its supports ask for; all (3,n_nodes) in x, y, z.
   type :: step_forces_t
     real(wp), allocatable :: internal(:, :)   !! from the stresses [force]
     real(wp), allocatable :: external(:, :)   !! loads [force]
     logical,  allocatable :: prescribed(:, :) !! degrees of freedom held by supports
-    real(wp) :: rounding = 0.0_wp             !! that the internal forces carry [force]
+    real(wp), allocatable :: displacement(:, :) !! that is prescribed, 0 elsewhere [length]
+    real(wp), allocatable :: rounding(:) !! (n_nodes) that the internal forces carry [force]
     real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]
   end type step_forces_t
+
+  !> What acts on a body along one of its rigid motions, or on an obstacle along one of its
+  !> translations.
+  type :: along_motion_t
+    real(wp) :: total = 0.0_wp      !! of all forces [force]
+    real(wp) :: weight = 0.0_wp     !! of their magnitudes along the motion [force]
+    real(wp) :: magnitude = 0.0_wp  !! of their magnitudes, wherever they point [force]
+    real(wp) :: load = 0.0_wp       !! of the magnitudes of the loads along the motion [force]
+    real(wp) :: load_magnitude = 0.0_wp !! and wherever they point [force]
+    real(wp) :: rounding = 0.0_wp   !! that support forces carry along the motion [force]
+    real(wp) :: arm = 0.0_wp        !! the farthest that a unit of the motion moves a node [-]
+  end type along_motion_t
 
 contains
 
@@ -48,6 +68,10 @@ contains
     logical :: is_mesh(mesh%n_nodes)
     integer :: i
 
+    certificate = nothing_true
+    if (.not. (are_finite(new%displacement) .and. are_finite(new%reaction) .and. &
+      are_finite(contact%slip_increment) .and. are_finite(forces%internal) .and. &
+      are_finite(forces%external))) return
     pressed = 0.0_wp
     do i = 1, points%n
       pressed(:, points%node(i)) = pressed(:, points%node(i)) + new%reaction(:, i)
@@ -73,15 +97,160 @@ contains
     end if
     x(2:, :) = merge(contact%slip_increment, 0.0_wp, has_friction)
     certificate = judge_contact(points%mu, contact%reaction, x, f, u)
-    ! A body that moves as a whole has forces of rounding alone: they are no imbalance. Beside
-    ! forces that are more than that an imbalance counts, whatever it comes from.
-    if (f > forces%rounding) certificate%equilibrium = ratio(largest(residual), f)
-    certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance
-    if (are_finite(new%displacement) .and. are_finite(new%reaction) .and. &
-        are_finite(contact%slip_increment) .and. are_finite(forces%internal) .and. &
-        are_finite(forces%external)) return
-    certificate = nothing_true
+    certificate%support = departure(mesh, new%displacement, forces)
+    certificate%balance = worst_balance(mesh, forces, pressed, support, f)
+    ! Where nothing loads the bodies and they move as a whole, all forces are rounding.
+    if (any(abs(forces%external) > 0.0_wp) .or. any(norm2(forces%internal, dim=1) > &
+      forces%rounding) .or. any(norm2(pressed, dim=1) > forces%rounding .and. is_mesh)) &
+      certificate%equilibrium = imbalance_of_nodes(residual, forces, f, 10.0_wp*tolerance)
+    certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance .and. &
+      certificate%support <= held
   end function certify
+
+  !> How far displacements are from what is prescribed, beside that and the size of the mesh.
+  !> docs/theory.md (6.1).
+  pure real(wp) function departure(mesh, u, forces)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: u(:, :)  !! (3,n_nodes) [length]
+    type(step_forces_t), intent(in) :: forces
+    real(wp) :: size_of_mesh
+    integer :: node, i
+
+    departure = 0.0_wp
+    size_of_mesh = maxval(maxval(mesh%coordinates, dim=2) - minval(mesh%coordinates, dim=2))
+    do node = 1, mesh%n_nodes
+      do i = 1, 3
+        if (.not. forces%prescribed(i, node)) cycle
+        associate (wanted => forces%displacement(i, node))
+          departure = max(departure, ratio(abs(u(i, node) - wanted), max(abs(wanted), &
+            size_of_mesh)))
+        end associate
+      end do
+    end do
+  end function departure
+
+  !> The largest force out of balance at a node, beside F; where that is not allowed, less what
+  !> rounding excuses.
+  !>
+  !> Rounding excuses at most a thousandth of F. Support forces are internal forces: where the last
+  !> bits of the displacements alone are worth more than is allowed, that counts as well.
+  !> docs/theory.md (6.2).
+  pure real(wp) function imbalance_of_nodes(residual, forces, f, allowed) result(imbalance)
+    real(wp), intent(in) :: residual(:, :)    !! (3,n_nodes) on the free degrees of freedom [force]
+    type(step_forces_t), intent(in) :: forces
+    real(wp), intent(in) :: f                 !! [force]
+    real(wp), intent(in) :: allowed           !! [-]
+    real(wp) :: carried
+
+    imbalance = ratio(largest(residual), f)
+    if (imbalance > allowed) imbalance = ratio(maxval(norm2(residual, dim=1) - &
+      min(forces%rounding, excusable*f)), f)
+    carried = last_bits*maxval(forces%rounding, mask=any(forces%prescribed, dim=1))
+    if (carried > allowed*f) imbalance = max(imbalance, ratio(carried, f))
+  end function imbalance_of_nodes
+
+  !> The worst balance of a whole body along its rigid motions, or of an obstacle along the
+  !> translations that no support holds: loads, supports and contact alone. docs/theory.md (6.3).
+  pure real(wp) function worst_balance(mesh, forces, pressed, support, f) result(worst)
+    type(mesh_t), intent(in) :: mesh
+    type(step_forces_t), intent(in) :: forces
+    real(wp), intent(in) :: pressed(:, :), support(:, :) !! (3,n_nodes) [force]
+    real(wp), intent(in) :: f                            !! [force]
+    type(along_motion_t) :: along(6, mesh%n_bodies), of_obstacle
+    real(wp), dimension(3, mesh%n_bodies) :: low, high
+    real(wp) :: motion(3, 6)
+    integer :: node, body, i
+
+    low = huge(1.0_wp)
+    high = -huge(1.0_wp)
+    do node = 1, mesh%n_nodes
+      body = mesh%body(node)
+      if (body == 0) cycle
+      low(:, body) = min(low(:, body), mesh%coordinates(:, node))
+      high(:, body) = max(high(:, body), mesh%coordinates(:, node))
+    end do
+    worst = 0.0_wp
+    do node = 1, mesh%n_nodes
+      body = mesh%body(node)
+      if (body == 0) then
+        motion = motions_of(spread(0.0_wp, 1, 3))
+        do i = 1, 3
+          if (forces%prescribed(i, node)) cycle
+          of_obstacle = along_motion_t()
+          call add_node(node, motion(:, i), forces, pressed, support, of_obstacle)
+          worst = max(worst, out_of_balance(of_obstacle, f))
+        end do
+      else
+        motion = motions_of(mesh%coordinates(:, node) - 0.5_wp*(low(:, body) + high(:, body)))
+        do i = 1, 6
+          call add_node(node, motion(:, i), forces, pressed, support, along(i, body))
+        end do
+      end if
+    end do
+    do body = 1, mesh%n_bodies
+      do i = 1, 6
+        worst = max(worst, out_of_balance(along(i, body), f))
+      end do
+    end do
+  end function worst_balance
+
+  !> What the translations along x, y, z and the rotations about them do to a point, a column each.
+  pure function motions_of(arm) result(motion)
+    real(wp), intent(in) :: arm(3)  !! of the point, from the centre of its body [length]
+    real(wp) :: motion(3, 6)        !! [-], [length]
+    integer :: i
+
+    motion = 0.0_wp
+    do i = 1, 3
+      motion(i, i) = 1.0_wp
+      motion(:, 3 + i) = cross(motion(:, i), arm)
+    end do
+  end function motions_of
+
+  !> Add the forces on a node to what acts along a motion.
+  pure subroutine add_node(node, motion, forces, pressed, support, along)
+    integer, intent(in) :: node
+    real(wp), intent(in) :: motion(3)                    !! of the node
+    type(step_forces_t), intent(in) :: forces
+    real(wp), intent(in) :: pressed(:, :), support(:, :) !! (3,n_nodes) [force]
+    type(along_motion_t), intent(inout) :: along
+    real(wp) :: arm
+
+    arm = norm2(motion)
+    associate (load => forces%external(:, node), contact => pressed(:, node), &
+               held_by => support(:, node))
+      along%total = along%total + dot_product(load + contact + held_by, motion)
+      along%weight = along%weight + abs(dot_product(load, motion)) + &
+        abs(dot_product(contact, motion)) + abs(dot_product(held_by, motion))
+      along%magnitude = along%magnitude + (norm2(load) + norm2(contact) + norm2(held_by))*arm
+      along%load = along%load + abs(dot_product(load, motion))
+      along%load_magnitude = along%load_magnitude + norm2(load)*arm
+    end associate
+    along%rounding = along%rounding + forces%rounding(node)*sum(abs(motion), &
+      mask=forces%prescribed(:, node))
+    along%arm = max(along%arm, arm)
+  end subroutine add_node
+
+  !> What is left of the forces along a motion, less what rounding excuses, beside their magnitudes.
+  !>
+  !> Support forces along the motion excuse what they carry. Where the loads have a part of their
+  !> own along it, more than their rounding, that must be balanced by itself: the rounding of forces
+  !> that act in other directions excuses at most a thousandth of it. Where they have none, what is
+  !> left may also be small beside F.
+  pure real(wp) function out_of_balance(along, f) result(left)
+    type(along_motion_t), intent(in) :: along
+    real(wp), intent(in) :: f  !! [force]
+    real(wp) :: excuse, weight
+
+    excuse = rounded*along%magnitude
+    weight = along%weight
+    if (along%load > rounded*along%load_magnitude) then
+      excuse = min(excuse, excusable*along%load)
+    else
+      weight = max(weight, f*along%arm)
+    end if
+    left = ratio(abs(along%total) - excuse - along%rounding, weight)
+  end function out_of_balance
 
   !> The five entries that concern contact, of reactions and the gaps and slips that belong to them.
   pure function judge_contact(mu, r, x, f, u) result(certificate)

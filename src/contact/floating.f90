@@ -65,6 +65,7 @@ module floating_mod
   !> How far the motions go, and why.
   type :: drift_t
     real(wp), allocatable :: load(:)       !! (n) work of the loads on a unit of each motion [force]
+    real(wp), allocatable :: rounding(:)   !! (n) that this work carries [force]
     real(wp), allocatable :: a(:)          !! (n) start in, how far they go out [length]
     real(wp), allocatable :: unbalanced(:) !! (n) out: direction in which nothing balances the loads
     real(wp), allocatable :: turned(:)
@@ -79,7 +80,7 @@ module floating_mod
     real(wp), allocatable :: left(:)       !! (n) out of balance, along each motion [force]
     real(wp), allocatable :: left_seen(:)  !! (n) of it, what contact sees [force]
     real(wp), allocatable :: turned(:)     !! (k) as of drift_t [force]
-    real(wp) :: small = 0.0_wp             !! what counts as balance [force]
+    real(wp), allocatable :: small(:)      !! (n) what counts as balance of each motion [force]
     logical  :: is_solved = .false.        !! the contact problem is
   end type trial_t
 
@@ -169,7 +170,7 @@ contains
     search%now%r = r
     recentre: do i = 1, max_recentrings
       x_free = x_start + matmul(floating%q, search%now%centre)
-      call try_centre(problem, floating, x_free, controls, drift%load, search, report)
+      call try_centre(problem, floating, x_free, controls, drift, search, report)
       if (report%converged .or. .not. search%best%is_solved) exit recentre
       if (search%now%is_solved .and. sees_nothing(search%now)) exit recentre
       if (search%idle >= patience) exit recentre
@@ -195,17 +196,17 @@ contains
   end subroutine solve_floating
 
   !> Solve the proximal problem at a centre, and see what it leaves out of balance.
-  subroutine try_centre(problem, floating, x_free, controls, load, search, report)
+  subroutine try_centre(problem, floating, x_free, controls, drift, search, report)
     type(contact_problem_t), intent(in) :: problem
     type(floating_t), intent(in) :: floating
     real(wp), intent(in) :: x_free(:)              !! (n_rows) there [length]
     type(contact_controls_t), intent(in) :: controls
-    real(wp), intent(in) :: load(:)                !! (n) as of drift_t [force]
+    type(drift_t), intent(in) :: drift             !! its load and what that is rounded by
     type(search_t), intent(inout) :: search
     type(contact_report_t), intent(inout) :: report
     type(contact_controls_t) :: first_choice
     type(contact_report_t) :: here
-    real(wp) :: packed(problem%n_rows), on_motions(floating%n)
+    real(wp) :: packed(problem%n_rows), on_motions(floating%n), largest
 
     ! A leap may fail. The first trial must not, nor a plain step, the last there is: other solvers
     ! follow there.
@@ -217,15 +218,14 @@ contains
       call add_up(here, report)
       packed = pack_rows(problem, now%r)
       now%is_solved = here%converged
-      now%e = matmul(packed, floating%q) + matmul(load, floating%back)
+      now%e = matmul(packed, floating%q) + matmul(drift%load, floating%back)
       on_motions = matmul(packed, floating%g)
       now%turned = matmul(on_motions, floating%neutral)
-      now%left = on_motions - matmul(floating%neutral, now%turned) + load
+      now%left = on_motions - matmul(floating%neutral, now%turned) + drift%load
       now%left_seen = matmul(matmul(floating%q, now%e), floating%g)
-      now%small = 0.0_wp
-      if (problem%n_points > 0) now%small = sqrt(maxval(sum(now%r**2, dim=1)))
-      now%small = max(controls%tolerance*now%small, 1.0e-14_wp*(sum(abs(packed)) + &
-        sum(abs(load))))
+      largest = 0.0_wp
+      if (problem%n_points > 0) largest = maxval(norm2(now%r, dim=1))
+      now%small = max(controls%tolerance*largest, 1.0e-14_wp*sum(abs(packed)), drift%rounding)
       report%converged = now%is_solved .and. all(abs(now%left) <= now%small)
       report%ending = here%ending
 

@@ -25,28 +25,28 @@ contains
     call add_brick_forces(mesh, materials, u, f)
   end subroutine internal_force
 
-  !> The rounding that internal forces carry: what the displacements' last bits make of forces.
+  !> The rounding that the internal force of each node carries: what the last bits of the
+  !> displacements make of forces, docs/theory.md (6.2).
   !>
   !> A body moved far as a whole has internal forces of this size and no others.
   pure function force_rounding(mesh, materials, u) result(rounding)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
-    real(wp), intent(in) :: u(:, :)   !! (3,n_nodes) displacement [length]
-    real(wp) :: rounding              !! [force]
+    real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
+    real(wp) :: rounding(mesh%n_nodes)     !! [force]
     real(wp), parameter :: operations = 32.0_wp ! rounded ones that add up in a nodal force
-    real(wp) :: lambda, shear, stiffest
+    real(wp) :: lambda, shear
     integer :: e, nodes(8)
 
-    stiffest = 0.0_wp
+    rounding = 0.0_wp
     do e = 1, mesh%n_elements
       nodes = mesh%connectivity(:, e)
       associate (material => materials(mesh%material(e)))
         call lame_constants(material%young, material%poisson, lambda, shear)
       end associate
-      stiffest = max(stiffest, (abs(lambda) + 2.0_wp*shear)* &
-        stiffness_length(mesh%coordinates(:, nodes))*maxval(abs(u(:, nodes))))
+      rounding(nodes) = rounding(nodes) + operations*epsilon(1.0_wp)*(abs(lambda) + 2.0_wp*shear)* &
+        stiffness_length(mesh%coordinates(:, nodes))*maxval(abs(u(:, nodes)))
     end do
-    rounding = operations*epsilon(1.0_wp)*stiffest
   end function force_rounding
 
   !> Add the nodal forces of a pressure (positive into the body) on a surface of faces.

@@ -14,7 +14,8 @@ module rigid_modes_mod
   implicit none
   private
 
-  public :: free_motions_t, find_free_motions, motion_at, hold_pins, generalised_loads, add_motions
+  public :: free_motions_t, find_free_motions, motion_at, hold_pins, generalised_loads, &
+    add_motions
 
   ! of the largest singular value: sines of 1e-8 count as held, as at the edge of a thin plate
   real(wp), parameter :: rank_tolerance = 1.0e-9_wp
@@ -321,21 +322,27 @@ contains
     end if
   end function motion_at
 
-  !> The work that nodal forces do on a unit of every motion.
-  pure function generalised_loads(motions, mesh, force) result(load)
+  !> The work that nodal forces do on a unit of every motion, and what rounding may be of it: forces
+  !> that cancel, or act across a motion, leave no more.
+  pure subroutine generalised_loads(motions, mesh, force, load, rounding)
     type(free_motions_t), intent(in) :: motions
     type(mesh_t), intent(in) :: mesh
-    real(wp), intent(in) :: force(:, :) !! (3,n_nodes) [force]
-    real(wp) :: load(motions%n)         !! [force]
+    real(wp), intent(in) :: force(:, :)                !! (3,n_nodes) [force]
+    real(wp), allocatable, intent(out) :: load(:)      !! (n) [force]
+    real(wp), allocatable, intent(out) :: rounding(:)  !! (n) [force]
+    real(wp), parameter :: operations = 45.0_wp ! rounded ones that add up
+    real(wp) :: motion(3)
     integer :: j, node
 
-    load = 0.0_wp
+    allocate (load(motions%n), rounding(motions%n), source=0.0_wp)
     do node = 1, mesh%n_nodes
       do j = 1, motions%n
-        load(j) = load(j) + dot_product(motion_at(motions, mesh, j, node), force(:, node))
+        motion = motion_at(motions, mesh, j, node)
+        load(j) = load(j) + dot_product(motion, force(:, node))
+        rounding(j) = rounding(j) + operations*epsilon(1.0_wp)*norm2(motion)*norm2(force(:, node))
       end do
     end do
-  end function generalised_loads
+  end subroutine generalised_loads
 
   !> Add the motions, gone as far as `a` says, to a displacement.
   pure subroutine add_motions(motions, mesh, a, u)

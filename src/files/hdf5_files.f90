@@ -245,8 +245,8 @@ contains
     if (status < 0) call fail(error, "cannot write '"//file%path//"'")
   end subroutine flush_file
 
-  !> Hand all that belongs to an open group or dataset to the operating system: much less work than a
-  !> flush of the file, and enough where the file has not become longer.
+  !> Hand all that belongs to an open group or dataset to the operating system: much less work than
+  !> a flush of the file, and enough where the file has not become longer.
   subroutine flush_object(file, path, id, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path !! for messages

@@ -20,6 +20,7 @@ module result_history_mod
     type(rows_t) :: compliance_products, solver_stages, free_motions
     type(rows_t) :: solver, residual, worst_node, wall_time, contact_time
     type(rows_t) :: penetration, adhesion, complementarity, cone, law, equilibrium
+    type(rows_t) :: body_balance, support
     type(rows_t) :: external_work, strain, dissipation, balance
     type(rows_t) :: error_contact, error_load_steps, error_mesh, error_arithmetic, error_total
   end type history_t
@@ -75,6 +76,10 @@ contains
                'friction', 'ratio', history%law)
     call reals('certificate/equilibrium', 'largest force out of balance', 'ratio', &
                history%equilibrium)
+    call reals('certificate/balance', 'largest force or moment left over on a whole body or '// &
+               'obstacle', 'ratio', history%body_balance)
+    call reals('certificate/support', 'largest departure from a prescribed displacement', &
+               'ratio', history%support)
 
     call describe_group(file, '/history/energy', 'energies from the start of the run', error)
     call reals('energy/external_work', 'work of loads and supports', 'energy', &
@@ -158,6 +163,8 @@ contains
       call append_row(history%cone, certificate%cone, error)
       call append_row(history%law, certificate%law, error)
       call append_row(history%equilibrium, certificate%equilibrium, error)
+      call append_row(history%body_balance, certificate%balance, error)
+      call append_row(history%support, certificate%support, error)
       call append_row(history%external_work, energy%external_work, error)
       call append_row(history%strain, energy%strain, error)
       call append_row(history%dissipation, energy%dissipation, error)

@@ -22,7 +22,7 @@ module step_report_mod
 
   integer, parameter :: status_open = 0, status_stick = 1, status_slide = 2
 
-  !> The six errors of a step, each relative to the scales of docs/theory.md.
+  !> The errors of a step, each relative to the scales of docs/theory.md section 6.
   type :: certificate_t
     real(wp) :: penetration = 0.0_wp
     real(wp) :: adhesion = 0.0_wp
@@ -30,7 +30,10 @@ module step_report_mod
     real(wp) :: cone = 0.0_wp
     real(wp) :: law = 0.0_wp
     real(wp) :: equilibrium = 0.0_wp
-    logical  :: certified = .false.  !! all six at most 10 times the contact tolerance
+    logical  :: certified = .false.
+    !! all at most 10 times the contact tolerance, but `support`, which is a matter of rounding
+    real(wp) :: balance = 0.0_wp !! forces on a whole body or obstacle
+    real(wp) :: support = 0.0_wp !! displacements beside what is prescribed
   end type certificate_t
 
   !> How wrong the contact resultants are, by source, each a part of the largest; negative where it
@@ -99,15 +102,15 @@ contains
     total = errors%contact + errors%load_steps + errors%mesh + errors%arithmetic
   end function total_error
 
-  !> The largest of the certificate's six entries; huge where one of them is no number, which
-  !> Fortran's MAX may pass over.
+  !> The largest of the certificate's entries that are measured by the contact tolerance; huge where
+  !> one of them is no number, which Fortran's MAX may pass over.
   pure function worst_entry(certificate) result(worst)
     type(certificate_t), intent(in) :: certificate
     real(wp) :: worst
-    real(wp) :: entries(6)
+    real(wp) :: entries(7)
 
     entries = [certificate%penetration, certificate%adhesion, certificate%complementarity, &
-      certificate%cone, certificate%law, certificate%equilibrium]
+      certificate%cone, certificate%law, certificate%equilibrium, certificate%balance]
     worst = huge(worst)
     if (all(entries <= worst)) worst = maxval(entries)
   end function worst_entry

@@ -1,0 +1,153 @@
+"""Whole bodies: what falls is refused, what rests is solved, what is prescribed is kept."""
+
+import unittest
+
+import numpy as np
+from program import Run
+
+CUBE = """*BLOCK, NAME=B, NX=2, NY=2, NZ=2
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*DENSITY
+1.
+*SOLID SECTION, ELSET=B, MATERIAL=M
+"""
+
+STEP = """*STEP
+*STATIC, DIRECT
+1., 1.
+{0}
+*END STEP
+"""
+
+
+def wall(axis, side):
+    """A frictionless plane that faces the side B-<axis>MAX of the cube."""
+    normal = ["0."] * 3
+    normal["XYZ".index(axis)] = "-1." if side == "MAX" else "1."
+    point = ["0."] * 3
+    point["XYZ".index(axis)] = "1." if side == "MAX" else "0."
+    return f"""*OBSTACLE, NAME=O, TYPE=PLANE
+{", ".join(point + normal)}
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+B-{axis}{side}, O
+"""
+
+
+class Falling(unittest.TestCase):
+    def test_a_body_held_only_sideways_falls(self):
+        for held, axis, side in ((1, "X", "MAX"), (2, "Y", "MAX"), (1, "Y", "MIN")):
+            with self.subTest(held=held, wall=axis + side):
+                support = f"*BOUNDARY\nB-{'XYZ'[held - 1]}MIN, {held}, {held}, 0.\n"
+                load = "*DLOAD\nB, GRAV, 1., 0, 0, -1"
+                run = Run(CUBE + wall(axis, side) + STEP.format(support + load), name="falls")
+                self.assertEqual(run.status, 2, run.output)
+                self.assertIn("nothing balances the loads along body 1", run.errors)
+                self.assertIn("translation along z", run.errors)
+
+    def test_loads_that_supports_carry_need_nothing_else(self):
+        # Held along x alone; a pressure of 10 along x leaves the cube's other motions alone.
+        load = "*BOUNDARY\nB-XMIN, 1, 1, 0.\n*DSLOAD\nB-XMAX, P, 10."
+        run = Run(CUBE + STEP.format(load), name="pressed")
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            u = result.field("displacement", -1)
+            force = result.field("reaction_force", -1).sum(axis=0)
+        self.assertAlmostEqual(np.ptp(u[:, 0]), 0.01, delta=1e-12)
+        self.assertAlmostEqual(force[0], 10.0, delta=1e-11)
+
+    def test_a_small_load_on_a_heavy_body_is_balanced_by_itself(self):
+        # Weight 1e6 along z, a push of 1e-4 along x. Poisson's ratio is 0, so nothing else pushes
+        # along x, and friction answers to 10 tolerances of the push, not of the weight.
+        plane = wall("Z", "MIN").replace("NAME=I\n", "NAME=I\n*FRICTION\n0.3\n")
+        load = "*DLOAD\nB, GRAV, 1e6, 0, 0, -1\n*CLOAD\n14, 1, 1e-4"
+        cube = CUBE.replace("1000., 0.3", "1000., 0.")
+        run = Run(cube + plane + STEP.format(load), name="push")
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            force = result.file["contact/B-ZMIN:O/resultant"][-1]
+        self.assertAlmostEqual(force[0], -1e-4, delta=1e-11)
+
+
+class Prescribed(unittest.TestCase):
+    def test_a_jump_is_not_lost_by_an_inexact_factor(self):
+        motion = "*BOUNDARY, AMPLITUDE=JUMP\nB-ZMAX, 1, 3, 0.1\nB-ZMIN, 1, 3, 0."
+        for factor in ("FACTOR=DOUBLE", "FACTOR=SINGLE", "FACTOR=DOUBLE, BLOCK LOW RANK=1e-5"):
+            with self.subTest(factor=factor):
+                deck = CUBE + f"*PRECISION, {factor}\n*AMPLITUDE, NAME=JUMP\n0., 1., 1., 1.\n"
+                run = Run(deck + STEP.format(motion), name="jump")
+                self.assertEqual(run.status, 0, run.errors)
+                with run.result() as result:
+                    u = result.field("displacement", -1)
+                # The top goes by 0.1, the bottom stays, to the last bit; the middle goes half way.
+                self.assertTrue(np.all(u[18:] == 0.1), u[18:])
+                self.assertTrue(np.all(u[:9] == 0.0), u[:9])
+                self.assertAlmostEqual(u[13, 0], 0.05, delta=1e-12)
+
+    def test_loads_that_jump_are_not_lost_either(self):
+        push = "*BOUNDARY\nB-ZMIN, 1, 3, 0.\n*CLOAD, AMPLITUDE=JUMP\n27, 1, 1.\n"
+        found = []
+        for factor in ("DOUBLE", "SINGLE"):
+            deck = CUBE + f"*PRECISION, FACTOR={factor}\n*AMPLITUDE, NAME=JUMP\n0., 1., 1., 1.\n"
+            run = Run(deck + STEP.format(push) * 2, name="push")
+            self.assertEqual(run.status, 0, run.errors)
+            with run.result() as result:
+                found.append([result.field("displacement", row) for row in (0, 1)])
+        np.testing.assert_allclose(found[0], found[1], rtol=0.0, atol=1e-10 * np.max(found[0]))
+
+
+STIFF = """*BLOCK, NAME=B, NX=2, NY=2, NZ=4
+0., 0., 0.,  1., 1., {length}
+*ELSET, ELSET=FOOT, GENERATE
+1, 8, 1
+*ELSET, ELSET=HEAD, GENERATE
+9, 16, 1
+*MATERIAL, NAME=HARD
+*ELASTIC
+{hard}, 0.3
+*MATERIAL, NAME=SOFT
+*ELASTIC
+1., 0.3
+*SOLID SECTION, ELSET=FOOT, MATERIAL=SOFT
+*SOLID SECTION, ELSET=HEAD, MATERIAL=HARD
+*OBSTACLE, NAME=O, TYPE=PLANE
+0., 0., 0.,  0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, O
+*STEP
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY
+B-ZMAX, 1, 2, 1.
+B-ZMAX, 3, 3, {down}
+*END STEP
+"""
+
+
+class Stiff(unittest.TestCase):
+    """A soft foot under a head much stiffer: how far the head moves is rounded, and its forces."""
+
+    def solve(self, hard, down):
+        return Run(STIFF.format(length=2.0, hard=hard, down=down), name="stiff")
+
+    def test_what_double_precision_cannot_hold_is_refused(self):
+        # The last bits of a motion of 1 are worth 1e12 eps in the head; the foot presses with 1e-4.
+        run = self.solve(1e12, -1e-4)
+        self.assertEqual(run.status, 2, run.output)
+        self.assertIn("displacements in double precision do not hold these forces", run.errors)
+
+    def test_what_it_holds_is_in_balance(self):
+        run = self.solve(1e4, -1e-2)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            support = result.field("reaction_force", -1).sum(axis=0)
+            contact = result.file["contact/B-ZMIN:O/resultant"][-1]
+        np.testing.assert_allclose(support, -contact, rtol=0.0, atol=1e-7 * contact[2])
+
+
+if __name__ == "__main__":
+    unittest.main()
