@@ -101,8 +101,9 @@ contains
     certificate%balance = worst_balance(mesh, forces, pressed, support, f)
     ! Where nothing loads the bodies and they move as a whole, all forces are rounding.
     if (any(abs(forces%external) > 0.0_wp) .or. any(norm2(forces%internal, dim=1) > &
-      forces%rounding) .or. any(norm2(pressed, dim=1) > forces%rounding .and. is_mesh)) &
+      forces%rounding) .or. any(norm2(pressed, dim=1) > forces%rounding .and. is_mesh)) then
       certificate%equilibrium = imbalance_of_nodes(residual, forces, f, 10.0_wp*tolerance)
+    end if
     certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance .and. &
       certificate%support <= held
   end function certify
