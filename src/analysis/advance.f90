@@ -141,8 +141,8 @@ contains
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
       now%forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
-      report%certificate = certify(scene%mesh, points, report%contact, operators%has_friction, &
-        old, new, now%forces, scene%contact%tolerance)
+      report%certificate = certify(scene%mesh, points, report%contact, old, new, &
+        now%forces, scene%contact%tolerance)
       ! Where no solver gets any further the certificate judges what the best of them found.
       if (report%certificate%certified .and. report%ending == ended_stalled .and. &
         now%controls%solver == solver_auto) report%converged = .true.
@@ -302,8 +302,7 @@ contains
       contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
     end do
     x(1, :) = contact%gap(operators%active)
-    x(2:, :) = merge(contact%slip_increment(:, operators%active), 0.0_wp, &
-      operators%has_friction(:, operators%active))
+    x(2:, :) = contact%slip_increment(:, operators%active)
     call natural_map(operators%problem, x, contact%reaction(:, operators%active), z, status)
     where (status /= status_open .and. operators%problem%mu <= 0.0_wp) status = status_slide
     contact%status(operators%active) = status

@@ -9,7 +9,8 @@ module attempt_mod
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t, ended_unbalanced
   use certificate_mod, only: step_forces_t
-  use problem_mod, only: pack_rows, contact_report_t
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_gaps, &
+    relative_gaps, add_driven_friction
   use rigid_modes_mod, only: generalised_loads, add_motions
   use solve_mod, only: solve_contact
   use floating_mod, only: drift_t, solve_floating, resisting_rows
@@ -192,6 +193,8 @@ contains
       r(:, k) = matmul(reaction(:, i), operators%frame(:, :, i))
     end do
     report%x_free = pack_rows(operators%problem, x)
+    operators%problem%driven = driven_slips(scene, operators%problem, x, now%u_free - &
+      old%displacement, now%controls%tolerance)
     if (operators%motions%n == 0) then
       call solve_contact(operators%problem, report%x_free, now%controls, r, contact)
     else
@@ -208,6 +211,11 @@ contains
         operators%motions, unresisted_part(resisting, drift%unbalanced))
       if (contact%converged) call free_in_words(scene%mesh, operators%motions, resisting, &
         report%n_unheld, report%unheld)
+    end if
+    if (any(abs(operators%problem%driven) > 0.0_wp)) then
+      x = unpack_gaps(operators%problem, relative_gaps(operators%problem, report%x_free, &
+        pack_rows(operators%problem, r)))
+      call add_driven_friction(operators%problem, x, r)
     end if
     reaction = 0.0_wp
     do k = 1, size(operators%active)
@@ -226,5 +234,24 @@ contains
     if (contact%worst_point > 0) report%worst_point = operators%active(contact%worst_point)
     report%contact_time = report%contact_time + wall_seconds() - clock
   end subroutine solve_reactions
+
+  !> The slips by which supports drive points along tangents that cannot move; none where places are
+  !> rounded by as much, or where it is nothing beside what moves. docs/theory.md section 3.
+  pure function driven_slips(scene, problem, x, way, tolerance) result(driven)
+    type(scene_t), intent(in) :: scene
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x(:, :)     !! (3,n_active) gaps and slips without reactions [length]
+    real(wp), intent(in) :: way(:, :)   !! (3,n_nodes) without reactions [length]
+    real(wp), intent(in) :: tolerance   !! contact tolerance [-]
+    real(wp) :: driven(2, problem%n_points) !! [length]
+    real(wp) :: least
+
+    driven = 0.0_wp
+    if (problem%n_points == 0) return
+    where (problem%row(2:, :) == 0 .and. spread(problem%mu > 0.0_wp, 1, 2)) driven = x(2:, :)
+    least = max(8.0_wp*epsilon(1.0_wp)*maxval(abs(scene%mesh%coordinates)), &
+      tolerance*maxval(norm2(way, dim=1)))
+    where (spread(norm2(driven, dim=1) <= least, 1, 2)) driven = 0.0_wp
+  end function driven_slips
 
 end module attempt_mod

@@ -59,7 +59,6 @@ module operators_mod
     real(wp), allocatable :: place(:, :)
     !! (3,n_points) displacement of the node less that of the obstacle there [length]
     integer, allocatable :: active(:) !! points that have rows, in the order of the problem
-    logical, allocatable :: has_friction(:, :)    !! (2,n_points) tangents along which the law acts
     type(contact_problem_t) :: problem            !! over the active points
     type(floating_t) :: floating                  !! what the motions do to it
     type(step_loads_t) :: loads                   !! of the present *STEP
@@ -213,7 +212,6 @@ contains
     call compliance_of_rows(operators%inverse%map, points, operators%frame, row, &
       operators%inverse%compliance, w)
     operators%active = pack([(i, i=1, points%n)], row(1, :) > 0)
-    operators%has_friction = row(2:, :) > 0
     if (operators%motions%n > 0) then
       call free_the_motions( &
         motions_at_rows(scene, points, operators%motions, operators%frame, row), &

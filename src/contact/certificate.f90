@@ -52,13 +52,11 @@ contains
   !>
   !> Scales: F the largest nodal force (reactions, supports, loads, internal), U the largest
   !> displacement increment or deformation of a body. 0/0 = 0.
-  pure function certify(mesh, points, contact, has_friction, old, new, forces, &
-    tolerance) result(certificate)
+  pure function certify(mesh, points, contact, old, new, forces, tolerance) result(certificate)
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact
     !! frames, local reactions, gaps and slip increments
-    logical, intent(in) :: has_friction(:, :)      !! (2,n_points) tangents along which the law acts
     type(state_t), intent(in) :: old, new          !! before and after the step
     type(step_forces_t), intent(in) :: forces
     real(wp), intent(in) :: tolerance              !! contact tolerance [-]
@@ -95,7 +93,7 @@ contains
     if (u <= forces%rounding_of_gaps) then
       where (x(1, :) < 0.0_wp) x(1, :) = min(0.0_wp, x(1, :) + forces%rounding_of_gaps)
     end if
-    x(2:, :) = merge(contact%slip_increment, 0.0_wp, has_friction)
+    x(2:, :) = contact%slip_increment
     certificate = judge_contact(points%mu, contact%reaction, x, f, u)
     certificate%support = departure(mesh, new%displacement, forces)
     certificate%balance = worst_balance(mesh, forces, pressed, support, f)

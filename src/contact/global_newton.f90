@@ -17,7 +17,7 @@ module global_newton_mod
                          rough_product_with_w, &
                          pack_rows, unpack_rows, measure
   use local_point_mod, only: local_point_t
-  use pseudopotential_mod, only: pseudopotential_residual
+  use pseudopotential_mod, only: pseudopotential_residual, residual_beside_driven
   use gmres_mod, only: linear_map_t, solve_by_gmres
   implicit none
   private
@@ -205,8 +205,13 @@ contains
       point%mu = problem%mu(i)
       point%rho_n = problem%rho_global(1, i)
       point%rho_t = problem%rho_global(2, i)
-      call pseudopotential_residual(point, r(:, i), x(:, i), z(:, i), at%dz_dr(:, :, i), &
-                                    at%dz_dx(:, :, i))
+      if (any(abs(problem%driven(:, i)) > 0.0_wp)) then
+        call residual_beside_driven(point, problem%driven(:, i), r(:, i), x(:, i), z(:, i), &
+          at%dz_dr(:, :, i), at%dz_dx(:, :, i))
+      else
+        call pseudopotential_residual(point, r(:, i), x(:, i), z(:, i), at%dz_dr(:, :, i), &
+          at%dz_dx(:, :, i))
+      end if
     end do
     at%z = pack_rows(problem, z)
     at%merit = norm2(at%z)

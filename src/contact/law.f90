@@ -9,7 +9,10 @@ module law_mod
   implicit none
   private
 
-  public :: project_on_cone, project_prediction, cone_derivative, project_on_disc, augmented_gap
+  public :: project_on_cone, project_prediction, cone_derivative, project_on_disc, &
+    project_beside_driven, driven_friction, augmented_gap
+
+  integer, parameter :: most_newton = 100 !! steps to the one root of (3.9)
 
 contains
 
@@ -127,6 +130,52 @@ contains
     p = y
     if (.not. inside) p = (radius/y_t)*y
   end subroutine project_on_disc
+
+  !> Friction along one of the tangents of a point that slips: -mu r_n x_a/|x_t|.
+  !> docs/theory.md (3.8).
+  pure function driven_friction(mu, r_n, x_t, a) result(r_a)
+    real(wp), intent(in) :: mu     !! friction coefficient, mu >= 0 [-]
+    real(wp), intent(in) :: r_n    !! normal reaction [force]
+    real(wp), intent(in) :: x_t(2) !! slip increment, not 0 [length]
+    integer, intent(in) :: a       !! 1: along t1, 2: along t2
+    real(wp) :: r_a                !! [force]
+
+    r_a = -mu*max(0.0_wp, r_n)*(x_t(a)/norm2(x_t))
+  end function driven_friction
+
+  !> Projection of the prediction y = r - rho x along one tangent, where the point is driven along
+  !> the other by a slip s: the p with |p| < radius and p + pull p/sqrt(radius^2 - p^2) = y,
+  !> pull = rho |s|.
+  !>
+  !> It is what the projection of (y, y_s) on the disc leaves along the first tangent where y_s is
+  !> such that the second keeps its friction; as the drive vanishes, that on [-radius, radius].
+  !> With w = x/|s| and u = p/radius = w/sqrt(1 + w^2) the equation is radius u + pull w = y, its
+  !> left side concave for w >= 0, so that Newton's method from below cannot overshoot.
+  !> docs/theory.md (3.9).
+  pure subroutine project_beside_driven(radius, pull, y, p, dp_dy, dp_dradius)
+    real(wp), intent(in)  :: radius     !! radius >= 0 [force]
+    real(wp), intent(in)  :: pull       !! pull > 0 [force]
+    real(wp), intent(in)  :: y          !! any number [force]
+    real(wp), intent(out) :: p          !! its projection [force]
+    real(wp), intent(out) :: dp_dy      !! [-]
+    real(wp), intent(out) :: dp_dradius !! [-]
+    real(wp) :: w, root, slope, step
+    integer :: i
+
+    w = max(abs(y)/(radius + pull), (abs(y) - radius)/pull)
+    do i = 1, most_newton
+      root = hypot(1.0_wp, w)
+      slope = radius*(1.0_wp/root)**3
+      step = (abs(y) - radius*w/root - pull*w)/(slope + pull)
+      w = w + step
+      if (step <= 4.0_wp*epsilon(1.0_wp)*w) exit
+    end do
+    root = hypot(1.0_wp, w)
+    slope = radius*(1.0_wp/root)**3
+    p = sign(radius*(w/root), y)
+    dp_dy = slope/(slope + pull)
+    dp_dradius = sign((w/root)*pull/(slope + pull), y)
+  end subroutine project_beside_driven
 
   !> x* = x + mu |x_t| n, the gap that the bi-potential works with. [JFT07] eq. (9), docs/theory.md
   !> (3.2).

@@ -29,7 +29,8 @@ contains
     real(wp), intent(inout) :: r(3)       !! reaction; its value on entry does not matter [force]
     integer,  intent(out)   :: iterations !! evaluations of the law
     logical,  intent(out)   :: converged
-    !! false only for a W_ii that is not positive definite; r is kept then
+    !! false only for a W_nn that is not positive; r is kept then. Along a tangent that is driven
+    !! W_ii is 0, and the point does not stick
     real(wp) :: stick(3)
     type(slide_t) :: slide
     logical :: regular
@@ -74,6 +75,8 @@ contains
 
     low = 0.0_wp
     high = slide%a(1, 1) + slide%a(2, 2)
+    ! Driven along both tangents there is nothing to find: r_t = -c/s.
+    if (high <= 0.0_wp) high = norm2(slide%c)/(slide%mu*slide%r_free)
     do
       call evaluate(slide, high, r, h, dh)
       evaluations = evaluations + 1

@@ -1,7 +1,8 @@
 !> The condensed contact problem: x = W r + x_free with Coulomb's law at every point.
 !>
-!> A point has three rows (n, t1, t2), fewer where a direction cannot move or has no friction: such
-!> a direction has no reaction. docs/theory.md section 2.
+!> A point has three rows (n, t1, t2), fewer where a direction cannot move or has no friction. Along
+!> a tangent that cannot move there is friction all the same where it is driven: where supports
+!> slide the point by a known slip. docs/theory.md sections 2 and 3.
 module problem_mod
   use kinds_mod, only: wp, sp
   use small_matrix_mod, only: largest_eigenvalue
@@ -10,13 +11,14 @@ module problem_mod
   use dense_mod, only: invert_spd, times_symmetric
   use single_panels_mod, only: single_panels_t, make_panels, times_panels
   use near_stiffness_mod, only: near_stiffness_t, find_near
-  use law_mod, only: project_on_cone, project_prediction
+  use law_mod, only: project_on_cone, project_prediction, driven_friction
   implicit none
   private
 
   public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
-    relative_gaps, product_with_w, rough_product_with_w, add_single_copy, is_single, &
-    rows_worth_rounding, natural_map, force_scale, measure, project_reactions
+    unpack_gaps, add_driven_friction, relative_gaps, product_with_w, rough_product_with_w, &
+    add_single_copy, is_single, rows_worth_rounding, natural_map, force_scale, measure, &
+    project_reactions
 
   integer, parameter :: rows_worth_rounding = 300 !! from here on a product waits for memory
 
@@ -27,6 +29,8 @@ module problem_mod
     logical :: is_proximal = .false. !! x_free holds a proximal term and says nothing of forces
     integer,  allocatable :: row(:, :) !! (3,n_points) row of each component, 0 where there is none
     real(wp), allocatable :: mu(:)          !! (n_points) [-]
+    real(wp), allocatable :: driven(:, :)
+    !! (2,n_points) slip along t1, t2 where a tangent without a row is driven, else 0 [length]
     real(wp), allocatable :: w(:, :) !! (n_rows,n_rows) compliance, both triangles [length/force]
     type(single_panels_t) :: rough !! W again, where it is large, for products of few digits
     real(sp), allocatable :: single_w(:, :)
@@ -78,6 +82,7 @@ contains
     problem%n_rows = count(row > 0)
     problem%row = row
     problem%mu = mu
+    allocate (problem%driven(2, size(mu)), source=0.0_wp)
     call move_alloc(w, problem%w)
     if (problem%n_rows >= rows_worth_rounding) call make_panels(problem%w, problem%rough)
     call set_blocks(problem)
@@ -222,6 +227,32 @@ contains
     end do
   end function unpack_rows
 
+  !> Gaps and slips: from rows, and what drives the tangents that have none.
+  pure function unpack_gaps(problem, packed) result(x)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: packed(:)      !! (n_rows) [length]
+    real(wp) :: x(3, problem%n_points)     !! [length]
+
+    x = unpack_rows(problem, packed)
+    x(2:, :) = x(2:, :) + problem%driven
+  end function unpack_gaps
+
+  !> Friction along driven tangents, which follows from the normal reaction and the slip. It has no
+  !> part in W r. docs/theory.md (3.8).
+  pure subroutine add_driven_friction(problem, x, r)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x(:, :)        !! (3,n_points) gaps and slips [length]
+    real(wp), intent(inout) :: r(:, :)     !! (3,n_points) gets those components [force]
+    integer :: i, a
+
+    do i = 1, problem%n_points
+      do a = 1, 2
+        if (abs(problem%driven(a, i)) > 0.0_wp) r(1 + a, i) = driven_friction(problem%mu(i), &
+          r(1, i), x(2:, i), a)
+      end do
+    end do
+  end subroutine add_driven_friction
+
   !> x = W r + x_free. [JFT07] eq. (11), docs/theory.md (2.1).
   function relative_gaps(problem, x_free, r) result(x)
     type(contact_problem_t), intent(in) :: problem
@@ -311,12 +342,14 @@ contains
     real(wp), intent(in) :: x(:), r(:)     !! (n_rows) x = W r + x_free [length], [force]
     real(wp), intent(in) :: r_start(:, :)  !! (3,n_points) at the start of the step [force]
     type(contact_report_t), intent(inout) :: report
-    real(wp), dimension(3, problem%n_points) :: r_points, z
+    real(wp), dimension(3, problem%n_points) :: r_points, x_points, z
     integer :: status(problem%n_points)
     real(wp) :: scale
 
     r_points = unpack_rows(problem, r)
-    call natural_map(problem, unpack_rows(problem, x), r_points, z, status)
+    x_points = unpack_gaps(problem, x)
+    call add_driven_friction(problem, x_points, r_points)
+    call natural_map(problem, x_points, r_points, z, status)
     scale = force_scale(problem, unpack_rows(problem, x_free), r_points, r_start)
     call forgive_rounding(problem, unpack_rows(problem, x_free), r_points, z)
     report%residual = norm2(z)

@@ -1,12 +1,12 @@
 !> The pseudo-potential formulation: one projection for contact, one for friction.
 module pseudopotential_mod
   use kinds_mod, only: wp
-  use law_mod, only: project_on_disc
+  use law_mod, only: project_on_disc, project_beside_driven
   use local_point_mod, only: local_point_t
   implicit none
   private
 
-  public :: pseudopotential_residual
+  public :: pseudopotential_residual, residual_beside_driven
 
 contains
 
@@ -56,5 +56,38 @@ contains
       dz_dr(i, i) = dz_dr(i, i) + 1.0_wp
     end do
   end subroutine pseudopotential_residual
+
+  !> The same of a point that supports drive along one tangent, or both, by a known slip: what is
+  !> driven has no row, and friction along the other follows (3.9).
+  pure subroutine residual_beside_driven(point, driven, r, x, z, dz_dr, dz_dx)
+    type(local_point_t), intent(in) :: point
+    real(wp), intent(in)  :: driven(2)   !! slip of what is driven, else 0 [length]
+    real(wp), intent(in)  :: r(3)        !! reaction, 0 along what is driven [force]
+    real(wp), intent(in)  :: x(3)        !! gap and slip increment, 0 along what is driven [length]
+    real(wp), intent(out) :: z(3)        !! 0 along what is driven [force]
+    real(wp), intent(out) :: dz_dr(3, 3) !! [-]
+    real(wp), intent(out) :: dz_dx(3, 3) !! [force/length]
+    real(wp) :: y(3), p, rho(3), derivative(3, 3), dp_dradius
+    integer :: i, a
+
+    rho = [point%rho_n, point%rho_t, point%rho_t]
+    y = r - rho*x
+    z = 0.0_wp
+    z(1) = r(1) - max(0.0_wp, y(1))
+    derivative = 0.0_wp
+    if (y(1) > 0.0_wp) derivative(1, 1) = 1.0_wp
+    a = findloc(abs(driven) > 0.0_wp, .false., dim=1) + 1
+    if (a > 1) then
+      call project_beside_driven(point%mu*max(0.0_wp, y(1)), point%rho_t*norm2(driven), y(a), p, &
+        derivative(a, a), dp_dradius)
+      z(a) = r(a) - p
+      if (y(1) > 0.0_wp) derivative(a, 1) = point%mu*dp_dradius
+    end if
+    do i = 1, 3
+      dz_dx(:, i) = rho(i)*derivative(:, i)
+      dz_dr(:, i) = -derivative(:, i)
+      dz_dr(i, i) = dz_dr(i, i) + 1.0_wp
+    end do
+  end subroutine residual_beside_driven
 
 end module pseudopotential_mod

@@ -5,7 +5,7 @@ module sweeps_mod
   use blas_mod, only: ddot, sdot
   use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton6, &
                           local_exact, stop_at_change, solver_sweeps
-  use law_mod, only: project_prediction
+  use law_mod, only: project_prediction, driven_friction
   use step_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
                          unpack_rows, pack_rows, force_scale, project_reactions, is_single
@@ -225,6 +225,9 @@ contains
       call freeze(problem, x_free, base, packed, i, r_old, x)
       point%mu = problem%mu(i)
       point%w = problem%block(:, :, i)
+      do a = 1, 2
+        if (abs(problem%driven(a, i)) > 0.0_wp) point%w(1 + a, 1 + a) = 0.0_wp
+      end do
       point%x_loc = x - matmul(point%w, r_old)
       point%rho = controls%rho*problem%rho(i)
       point%rho_n = controls%rho*problem%rho_n(i)
@@ -233,7 +236,10 @@ contains
       sweep%seen_residual = sweep%seen_residual + sum((r_old - p)**2)
 
       r = r_old
-      call solve_point(point, r, iterations, converged)
+      ! What is driven cannot stick, and only the exact solution knows that.
+      converged = .not. any(abs(problem%driven(:, i)) > 0.0_wp)
+      iterations = 0
+      if (converged) call solve_point(point, r, iterations, converged)
       sweep%local_iterations = sweep%local_iterations + iterations
       if (.not. converged) then
         ! Newton may cycle where the law has a kink: the exact solution never does.
@@ -286,7 +292,10 @@ contains
     x = 0.0_wp
     do a = 1, 3
       row = problem%row(a, i)
-      if (row == 0) cycle
+      if (row == 0) then
+        if (a > 1) x(a) = problem%driven(a - 1, i)
+        cycle
+      end if
       r(a) = packed(row)
       ! W is symmetric: its columns are its rows
       if (is_single(problem)) then
@@ -295,6 +304,10 @@ contains
       else
         x(a) = x_free(row) + ddot(problem%n_rows, problem%w(:, row), 1, packed, 1)
       end if
+    end do
+    do a = 1, 2
+      if (abs(problem%driven(a, i)) > 0.0_wp) r(1 + a) = driven_friction(problem%mu(i), r(1), &
+        x(2:), a)
     end do
   end subroutine freeze
 

@@ -209,6 +209,7 @@ contains
   !> A direction without a row (held by a support, or without friction) gets a diagonal entry of W
   !> alone and q = 0. Its u is W_aa r_a, and Coulomb's law wants r_a against u_a or u_a = 0: r_a = 0
   !> follows, so reactions are those of the smaller problem. u_a = 0 then says nothing of the slip.
+  !> A tangent that supports drive has no entry of W, and its slip is q.
   subroutine export_fclib(path, problem, x_free, guess, r, labels, overwrite, error)
     character(*), intent(in) :: path
     type(contact_problem_t), intent(in) :: problem
@@ -290,6 +291,9 @@ contains
           whole%q(k) = x_free(problem%row(a, i))
         else
           w(k, k) = problem%block(a, a, i)
+          if (a == 1) cycle
+          whole%q(k) = problem%driven(a - 1, i)
+          if (abs(whole%q(k)) > 0.0_wp) w(k, k) = 0.0_wp
         end if
       end do
     end do

@@ -61,8 +61,8 @@ class Falling(unittest.TestCase):
 
     def test_a_small_load_on_a_heavy_body_is_balanced_by_itself(self):
         # Weight 1e6 along z, a push of 1e-4 along x. Poisson's ratio is 0, so nothing else pushes
-        # along x. Forces of 1e6 are rounded by 1e-10, and a hundred of them add up: of the push that
-        # excuses a thousandth at most, where 10 tolerances of the weight would be 0.1.
+        # along x. Forces of 1e6 are rounded by 1e-10, and a hundred of them add up: that excuses a
+        # thousandth of the push at most, where 10 tolerances of the weight would be 0.1.
         plane = wall("Z", "MIN").replace("NAME=I\n", "NAME=I\n*FRICTION\n0.3\n")
         load = "*DLOAD\nB, GRAV, 1e6, 0, 0, -1\n*CLOAD\n14, 1, 1e-4"
         cube = CUBE.replace("1000., 0.3", "1000., 0.")

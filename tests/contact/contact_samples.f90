@@ -6,7 +6,8 @@ module contact_samples
   use local_point_mod, only: local_point_t
   use bipotential_mod, only: bipotential_residual
   use pseudopotential_mod, only: pseudopotential_residual
-  use problem_mod, only: contact_problem_t, make_problem, relative_gaps, pack_rows, unpack_rows
+  use problem_mod, only: contact_problem_t, make_problem, relative_gaps, pack_rows, unpack_gaps, &
+    add_driven_friction
   implicit none
   private
 
@@ -121,15 +122,18 @@ contains
   function problem_defect(problem, x_free, r) result(defect)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:), r(:, :)
-    real(wp) :: defect, x(3, problem%n_points), length, force
+    real(wp) :: defect, length, force
+    real(wp), dimension(3, problem%n_points) :: x, whole
     integer :: i
 
-    x = unpack_rows(problem, relative_gaps(problem, x_free, pack_rows(problem, r)))
+    x = unpack_gaps(problem, relative_gaps(problem, x_free, pack_rows(problem, r)))
+    whole = r
+    call add_driven_friction(problem, x, whole)
     length = maxval(abs(x_free))
     force = max(maxval(abs(r)), length/maxval(problem%block))
     defect = 0.0_wp
     do i = 1, problem%n_points
-      defect = max(defect, law_defect(problem%mu(i), x(:, i), r(:, i), length, force))
+      defect = max(defect, law_defect(problem%mu(i), x(:, i), whole(:, i), length, force))
     end do
   end function problem_defect
 
