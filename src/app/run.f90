@@ -12,6 +12,7 @@ module run_mod
   use estimate_costs_mod, only: estimate_costs
   use fit_machine_mod, only: misfit
   use initial_overlaps_mod, only: overlaps
+  use held_normals_mod, only: held_normals
   use operators_mod, only: operators_t
   use meet_accuracy_mod, only: choose_arithmetic, sharpen
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
@@ -59,6 +60,7 @@ contains
     call print_lines(console, scene%notes)
     call print_lines(console, plan%lines)
     call print_lines(console, overlaps(scene, plan%points))
+    call print_lines(console, held_normals(scene, plan%points))
     call refuse_misfit(scene, plan, options%force, console, error)
     if (allocated(error) .or. options%plan) return
     call run_scene(options, scene, plan, exports, operators, console, read_time, error)

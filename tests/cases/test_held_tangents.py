@@ -112,6 +112,14 @@ class Held(unittest.TestCase):
         np.testing.assert_allclose(pair["resultant"][-1], [-2.4, 1.8, N], rtol=0.0, atol=1e-7)
         np.testing.assert_allclose(pair["slip"][-1][:, 1], -0.0075, rtol=1e-6)
 
+    def test_a_held_normal_is_told(self):
+        hold = "*BOUNDARY\n100, 1, 3\nB-ZMIN, 1, 3, 0."
+        self.solve(step(hold))
+        words = "supports hold the normal of 9 points of B-ZMIN:O"
+        self.assertIn(words, self.run_of_result.output)
+        self.solve(step("*BOUNDARY\n100, 1, 3\nB, 1, 2, 0."))
+        self.assertNotIn("hold the normal", self.run_of_result.output)
+
     def test_a_drive_of_rounding_is_none(self):
         for s in (1e-17, 0.0):
             with self.subTest(s=s):

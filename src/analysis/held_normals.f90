@@ -1,0 +1,43 @@
+!> Contact points that supports keep from moving along their normal: nothing presses there.
+module held_normals_mod
+  use text_mod, only: string_t, to_text
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use compliance_mod, only: rows_of_points
+  use point_motions_mod, only: undeformed_frames
+  use step_loads_mod, only: prescribed_dofs
+  implicit none
+  private
+
+  public :: held_normals
+
+contains
+
+  !> A line a pair that has such points: in which *STEP first, how many, and what that means.
+  pure function held_normals(scene, points) result(lines)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(string_t), allocatable :: lines(:)
+    type(string_t) :: line
+    logical :: held(points%n), prescribed(3, scene%mesh%n_nodes)
+    logical :: is_told(size(scene%pairs))
+    integer :: row(3, points%n), step, pair, n
+
+    allocate (lines(0))
+    is_told = .false.
+    do step = 1, size(scene%steps)
+      prescribed = prescribed_dofs(scene, step)
+      call rows_of_points(prescribed, points, undeformed_frames(scene, points), row)
+      held = points%in_reach .and. row(1, :) == 0
+      do pair = 1, size(scene%pairs)
+        n = count(held(points%first(pair):points%first(pair + 1) - 1))
+        if (n == 0 .or. is_told(pair)) cycle
+        is_told(pair) = .true.
+        line%text = 'note: step '//to_text(step)//': supports hold the normal of '//to_text(n)// &
+          ' points of '//scene%pairs(pair)%name//': there is no reaction and no friction there'
+        lines = [lines, line]
+      end do
+    end do
+  end function held_normals
+
+end module held_normals_mod
