@@ -14,9 +14,11 @@
 !> a contact problem like any other, whose solution r(c) leaves e(c) = Q^T r(c) + q out of balance.
 !> The centre c takes Newton steps on e(c) = 0 with the derivative of the solved contact problem,
 !> damped (Levenberg-Marquardt) from the best centre so far until they balance more; fully damped
-!> they are the plain proximal step c + theta e. A motion that contact does not see (in the null
-!> space of G) stays where it is; so does one that nothing drives. Where no centre leaves less out
-!> of balance, nothing balances it.
+!> they are the plain proximal step c + theta e. Where none of these leaves less out of balance the
+!> centre goes along e, as far as it takes: e(c) falls along a line, so that a change of its sign
+!> brackets the place. Free gaps are closed so, however small the load is. A motion that contact
+!> does not see (in the null space of G) stays where it is; so does one that nothing drives. Where
+!> no centre leaves less out of balance, nothing balances it.
 !>
 !> A motion is neutral that contact does not see where the undeformed bodies are. About the axis of
 !> a round obstacle it is seen a little once normals have turned, which is of second order: neither
@@ -48,6 +50,10 @@ module floating_mod
   real(wp), parameter :: tightest = 1.0e-14_wp      !! tolerance of the proximal problems [-]
   real(wp), parameter :: least_damping = 1.0e-12_wp !! of the resistance of the proximal term
   real(wp), parameter :: most_damping = 1.0_wp
+  integer,  parameter :: max_lines = 30             !! searches along e
+  integer,  parameter :: max_on_line = 80           !! centres on one of them
+  real(wp), parameter :: halved = 0.5_wp            !! of e along the line: found
+  real(wp), parameter :: gaps_away = 10.0_wp        !! of the largest gap: as far as places allow
   real(wp), parameter :: spoilt = 0.1_wp !! of the tolerance: by the rounding of a far centre
 
   !> What belongs to the motions of a contact problem, beside its compliance.
@@ -87,6 +93,7 @@ module floating_mod
   !> The search for the centre that balances.
   type :: search_t
     type(trial_t) :: now, best
+    real(wp), allocatable :: x_start(:)        !! (n_rows) gaps and slips at centre 0 [length]
     real(wp), allocatable :: first(:)          !! (n_seen) centre where it began [length]
     real(wp), allocatable :: resistance(:, :)  !! (n_seen,n_seen) -de/dc at the best [force/length]
     real(wp) :: furthest = 0.0_wp              !! where contact is still resolved [length]
@@ -159,22 +166,29 @@ contains
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
     type(search_t) :: search
-    real(wp) :: q(floating%n_seen), x_start(problem%n_rows)
-    integer :: i
+    real(wp) :: q(floating%n_seen)
+    integer :: i, n_lines
+    logical :: found
 
     q = matmul(drift%load, floating%back)
-    x_start = x_free + matmul(floating%g, drift%a) - matmul(floating%w_q, q) + &
+    search%x_start = x_free + matmul(floating%g, drift%a) - matmul(floating%w_q, q) + &
       floating%theta*matmul(floating%q, q)
     search%first = shift_of(floating, pack_rows(problem, r))
     search%now%centre = search%first
     search%now%r = r
+    n_lines = 0
     recentre: do i = 1, max_recentrings
-      x_free = x_start + matmul(floating%q, search%now%centre)
+      x_free = search%x_start + matmul(floating%q, search%now%centre)
       call try_centre(problem, floating, x_free, controls, drift, search, report)
       if (report%converged .or. .not. search%best%is_solved) exit recentre
       if (search%now%is_solved .and. sees_nothing(search%now)) exit recentre
-      if (search%idle >= patience) exit recentre
-      if (search%since_best > 0 .and. search%damping >= most_damping) exit recentre
+      if (search%idle >= patience .or. (search%since_best > 0 .and. &
+        search%damping >= most_damping)) then
+        n_lines = n_lines + 1
+        if (n_lines > max_lines) exit recentre
+        call follow_line(problem, floating, controls, drift, search, x_free, report, found)
+        if (report%converged .or. .not. found) exit recentre
+      end if
       call choose_centre(problem, floating, x_free, controls, search)
     end do recentre
 
@@ -184,7 +198,7 @@ contains
       report%ending = ended_unbalanced
       if (all(abs(search%now%left) <= nearly*search%now%small)) report%ending = ended_stalled
     end if
-    x_free = x_start + matmul(floating%q, search%now%centre)
+    x_free = search%x_start + matmul(floating%q, search%now%centre)
     r = search%now%r
     associate (now => search%now)
       drift%turned = now%turned
@@ -195,7 +209,60 @@ contains
     end associate
   end subroutine solve_floating
 
-  !> Solve the proximal problem at a centre, and see what it leaves out of balance.
+  !> Go along what is out of balance at the best centre, further and further until it changes its
+  !> sign, then between, until half of it is gone. The best centre is where that is.
+  subroutine follow_line(problem, floating, controls, drift, search, x_free, report, found)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    type(contact_controls_t), intent(in) :: controls
+    type(drift_t), intent(in) :: drift
+    type(search_t), intent(inout) :: search
+    real(wp), intent(out) :: x_free(:)             !! (n_rows) at the last centre [length]
+    type(contact_report_t), intent(inout) :: report
+    logical, intent(out) :: found                  !! false: nothing changes as far as places allow
+    real(wp) :: direction(floating%n_seen), size_e, low, high, far, way, along
+    integer :: i
+
+    found = .false.
+    size_e = norm2(search%best%e)
+    direction = search%best%e/size_e
+    far = max(search%furthest, gaps_away*maxval(abs(search%x_start)))
+    low = 0.0_wp
+    high = huge(high)
+    way = floating%theta*size_e
+    line: do i = 1, max_on_line
+      search%now%centre = search%best%centre + way*direction
+      search%now%r = search%best%r
+      x_free = search%x_start + matmul(floating%q, search%now%centre)
+      call solve_at_centre(problem, floating, x_free, controls, drift, search, report)
+      if (report%converged) return
+      along = -1.0_wp ! so deep in an obstacle that its contact is not solved
+      if (search%now%is_solved) along = dot_product(search%now%e, direction)/size_e
+      if (abs(along) <= halved) then
+        found = .true.
+        search%best = search%now
+        search%since_best = 0
+        search%idle = 0
+        search%damping = least_damping
+        return
+      end if
+      if (along > 0.0_wp) low = way
+      if (along < 0.0_wp) high = way
+      if (high > far) then
+        if (low >= far) return
+        way = min(far, 10.0_wp*way)
+      else if (low <= 0.0_wp) then
+        way = 0.1_wp*high
+      else if (high > 4.0_wp*low) then
+        way = sqrt(low)*sqrt(high)
+      else
+        way = 0.5_wp*(low + high)
+      end if
+    end do line
+  end subroutine follow_line
+
+  !> Solve the proximal problem at a centre, and see whether it leaves less out of balance than any
+  !> before.
   subroutine try_centre(problem, floating, x_free, controls, drift, search, report)
     type(contact_problem_t), intent(in) :: problem
     type(floating_t), intent(in) :: floating
@@ -203,6 +270,34 @@ contains
     type(contact_controls_t), intent(in) :: controls
     type(drift_t), intent(in) :: drift             !! its load and what that is rounded by
     type(search_t), intent(inout) :: search
+    type(contact_report_t), intent(inout) :: report
+
+    call solve_at_centre(problem, floating, x_free, controls, drift, search, report)
+    associate (now => search%now)
+      search%idle = search%idle + 1
+      search%since_best = search%since_best + 1
+      if (.not. allocated(search%best%e)) then
+        if (problem%n_points > 0) search%furthest = spoilt*controls%tolerance* &
+          max(norm2(now%r), norm2(now%e))/(epsilon(1.0_wp)*maxval(problem%rho_map))
+        search%idle = 0
+      else if (.not. now%is_solved .or. norm2(now%e) >= norm2(search%best%e)) then
+        return
+      else if (norm2(now%e) < progress*norm2(search%best%e)) then
+        search%idle = 0
+      end if
+      search%best = now
+      search%since_best = 0
+    end associate
+  end subroutine try_centre
+
+  !> Solve the proximal problem at a centre, and see what it leaves out of balance.
+  subroutine solve_at_centre(problem, floating, x_free, controls, drift, search, report)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(in) :: x_free(:)              !! (n_rows) there [length]
+    type(contact_controls_t), intent(in) :: controls
+    type(drift_t), intent(in) :: drift             !! its load and what that is rounded by
+    type(search_t), intent(inout) :: search        !! gets what it is at the present centre
     type(contact_report_t), intent(inout) :: report
     type(contact_controls_t) :: first_choice
     type(contact_report_t) :: here
@@ -228,22 +323,8 @@ contains
       now%small = max(controls%tolerance*largest, 1.0e-14_wp*sum(abs(packed)), drift%rounding)
       report%converged = now%is_solved .and. all(abs(now%left) <= now%small)
       report%ending = here%ending
-
-      search%idle = search%idle + 1
-      search%since_best = search%since_best + 1
-      if (.not. allocated(search%best%e)) then
-        if (problem%n_points > 0) search%furthest = spoilt*controls%tolerance* &
-          max(norm2(now%r), norm2(now%e))/(epsilon(1.0_wp)*maxval(problem%rho_map))
-        search%idle = 0
-      else if (.not. now%is_solved .or. norm2(now%e) >= norm2(search%best%e)) then
-        return
-      else if (norm2(now%e) < progress*norm2(search%best%e)) then
-        search%idle = 0
-      end if
-      search%best = now
-      search%since_best = 0
     end associate
-  end subroutine try_centre
+  end subroutine solve_at_centre
 
   !> The next centre to try.
   subroutine choose_centre(problem, floating, x_free, controls, search)

@@ -100,6 +100,57 @@ class Prescribed(unittest.TestCase):
         np.testing.assert_allclose(found[0], found[1], rtol=0.0, atol=1e-10 * np.max(found[0]))
 
 
+class Gaps(unittest.TestCase):
+    """What is free goes as far as it takes until something holds it, however weak the load is."""
+
+    def test_a_free_cube_is_pushed_to_a_wall(self):
+        # Weight 1 on a frictionless floor, pushed towards a wall that is 1e-3 away.
+        wall = """*OBSTACLE, NAME=WALL, TYPE=PLANE
+1.001, 0., 0.,  -1., 0., 0.
+*OBSTACLE, NAME=FLOOR, TYPE=PLANE
+0., 0., 0.,  0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+B-XMAX, WALL
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, FLOOR
+"""
+        for push in (1e-1, 1e-3, 1e-5):
+            with self.subTest(push=push):
+                load = f"*DLOAD\nB, GRAV, 1., 0, 0, -1\nB, GRAV, {push}, 1, 0, 0"
+                run = Run(CUBE + wall + STEP.format(load), name="wall")
+                self.assertEqual(run.status, 0, run.errors)
+                with run.result() as result:
+                    force = result.file["contact/B-XMAX:WALL/resultant"][-1]
+                    u = result.field("displacement", -1)
+                self.assertAlmostEqual(-force[0] / push, 1.0, delta=1e-6)
+                self.assertAlmostEqual(u[2::3, 0].max(), 1e-3, delta=1e-9)
+
+    def test_a_tool_under_a_weak_force_finds_the_body(self):
+        # The ball is 0.5 above the cube; forces of 1e-8 to 1e-2 of E.
+        tool = """*NODE
+100, 0.5, 0.5, 3.5
+*OBSTACLE, NAME=BALL, TYPE=SPHERE, REF NODE=100
+0.5, 0.5, 3.5,  2.
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+B-ZMAX, BALL
+*BOUNDARY
+B-ZMIN, 1, 3
+100, 1, 2
+"""
+        for force in (10.0, 1e-2, 1e-3, 1e-4, 1e-5):
+            with self.subTest(force=force):
+                load = f"*CLOAD\n100, 3, -{force}"
+                run = Run(CUBE + tool + STEP.format(load), name="ball")
+                self.assertEqual(run.status, 0, run.errors)
+                with run.result() as result:
+                    found = result.file["contact/B-ZMAX:BALL/resultant"][-1]
+                    u = result.field("displacement", -1)[27]
+                self.assertAlmostEqual(-found[2] / force, 1.0, delta=1e-6)
+                self.assertAlmostEqual(u[2], -0.5, delta=1e-3 * force + 0.025)
+
+
 STIFF = """*BLOCK, NAME=B, NX=2, NY=2, NZ=4
 0., 0., 0.,  1., 1., {length}
 *ELSET, ELSET=FOOT, GENERATE
