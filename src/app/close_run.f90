@@ -43,7 +43,7 @@ contains
         wp)/1.0e6_wp, 3)//' MB at most'
       call print_lines(console, lines)
     end associate
-    call tell_theory(tally)
+    call tell_theory(console, tally)
     if (tally%certified < tally%increments) then
       call print_warning(console, to_text(tally%increments - tally%certified)//' of '// &
         to_text(tally%increments)// &
@@ -57,9 +57,11 @@ contains
   end subroutine close_run
 
   !> Say where strains or rotations are too large for the theory. docs/theory.md (8.11).
-  subroutine tell_theory(tally)
+  subroutine tell_theory(console, tally)
+    type(console_t), intent(in) :: console
     type(tally_t), intent(in) :: tally
     character(:), allocatable :: words
+    type(string_t) :: line(1)
 
     words = ''
     if (tally%largest_strain > linear) words = 'strains up to '//percent(tally%largest_strain)
@@ -67,7 +69,8 @@ contains
       if (words /= '') words = words//', '
       words = words//'rotations up to '//to_text(tally%largest_rotation, 2)//' rad'
     end if
-    if (words /= '') call say('note: '//words//': outside linear theory')
+    line(1)%text = 'note: '//words//': outside linear theory'
+    if (words /= '') call print_lines(console, line)
   end subroutine tell_theory
 
   !> In which arithmetic, and what was out of balance before and after Newton-Raphson.
