@@ -43,6 +43,15 @@ module estimate_costs_mod
   ! Of the memory that is left, what a plan with an alternative may take: estimates are that good.
   real(wp), parameter :: enough = 0.9_wp
 
+  !> Equations without numbers.
+  type :: pattern_t
+    type(triplets_t) :: k             !! rows and columns of one triangle
+    integer, allocatable :: place(:)  !! of every equation in the elimination
+    integer :: n_interface = 0        !! equations on contact nodes
+    integer :: motions = 0            !! rigid motions that the supports leave
+    real(wp) :: ordering = 0.0_wp     !! time it took to order [s]
+  end type pattern_t
+
 contains
 
   !> Foresee the costs of a planned run and add them to its table; choose, of what *PRECISION leaves
@@ -74,6 +83,8 @@ contains
     call count_sizes(scene, plan, sizes)
     file = size_of_file(scene, plan, sizes)
     call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+    if (allocated(error)) return
+    if (plan%is_analysed) call look_at_later_steps(scene, plan, sizes, error)
     if (allocated(error)) return
     plan%more_memory = peak_memory(sizes, file) + granted
     plan%file_size = file%size
@@ -108,14 +119,11 @@ contains
     real(wp), intent(out) :: ordering      !! time it took to order [s]
     character(:), allocatable, intent(out) :: reasons !! why nothing better was chosen
     type(error_t), allocatable, intent(out) :: error
-    type(free_motions_t) :: motions
-    type(dof_map_t) :: map
-    type(triplets_t) :: pattern
+    type(pattern_t) :: first
     type(precision_controls_t), allocatable :: list(:)
-    integer, allocatable :: start(:), neighbours(:), place(:)
+    integer, allocatable :: start(:), neighbours(:)
     real(wp), allocatable :: need(:)
     logical, allocatable :: has_disk(:)
-    logical :: prescribed(3, scene%mesh%n_nodes)
     integer :: i, best
 
     ordering = 0.0_wp
@@ -124,23 +132,15 @@ contains
     ! The least that any of them needs.
     call take_precision(list(size(list)), sizes)
     if (peak_memory(sizes, file_size_t()) + granted > real(plan%memory_left, wp)) return
-    prescribed = prescribed_dofs(scene, 1)
-    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), plan%points%node, &
-      motions, error)
-    if (allocated(error)) return
-    map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), &
-      interface_dofs(scene, plan%points))
     call node_neighbours(scene%mesh, start, neighbours)
-    ordering = cpu_seconds()
-    call order_equations(map, start, neighbours, place, error)
+    call make_pattern(scene, plan, prescribed_dofs(scene, 1), start, neighbours, first, error)
     if (allocated(error)) return
-    ordering = cpu_seconds() - ordering
-    call list_shares(scene%mesh, scene%materials, map, start, neighbours, pattern)
+    ordering = first%ordering
     plan%is_analysed = .true.
-    sizes%motions = motions%n
+    sizes%motions = first%motions
     sizes%neighbours = size(neighbours)
-    sizes%entries = size(pattern%row, kind=i8)
-    if (pattern%is_shared) sizes%entries = sizes%ranks*sizes%entries
+    sizes%entries = size(first%k%row, kind=i8)
+    if (first%k%is_shared) sizes%entries = sizes%ranks*sizes%entries
 
     allocate (need(size(list)), has_disk(size(list)))
     best = 0
@@ -172,7 +172,7 @@ contains
       type(precision_controls_t), intent(in) :: precision
 
       factor%precision = precision
-      call analyse(pattern, place, map%n_interface, factor, error)
+      call analyse(first%k, first%place, first%n_interface, factor, error)
       if (allocated(error)) return
       call take_precision(precision, sizes)
       sizes%factor = real(factor%foretold%entries, wp)
@@ -193,6 +193,71 @@ contains
     end function reason_against
 
   end subroutine look_at_pattern
+
+  !> Where a later step prescribes other degrees of freedom of a body its factor is another, in an
+  !> order of its own: with fewer equations it may still have more entries. The sizes are those of
+  !> the largest.
+  subroutine look_at_later_steps(scene, plan, sizes, error)
+    type(scene_t), intent(in) :: scene    !! its precision is chosen
+    type(plan_t), intent(in) :: plan
+    type(sizes_t), intent(inout) :: sizes !! of the first step
+    type(error_t), allocatable, intent(out) :: error !! as of estimate_costs
+    type(pattern_t) :: pattern
+    type(sparse_factor_t) :: factor
+    integer, allocatable :: start(:), neighbours(:)
+    logical, dimension(3, scene%mesh%n_nodes) :: prescribed, before
+    real(wp) :: entries
+    integer :: step
+
+    if (plan%n_factorisations <= 1) return
+    call node_neighbours(scene%mesh, start, neighbours)
+    prescribed = prescribed_dofs(scene, 1)
+    do step = 2, size(scene%steps)
+      before = prescribed
+      prescribed = prescribed_dofs(scene, step)
+      if (.not. any((prescribed .neqv. before) .and. spread(scene%mesh%body > 0, 1, 3))) cycle
+      call make_pattern(scene, plan, prescribed, start, neighbours, pattern, error)
+      if (allocated(error)) return
+      factor%precision = scene%precision
+      call analyse(pattern%k, pattern%place, pattern%n_interface, factor, error)
+      if (allocated(error)) return
+      entries = size(pattern%k%row, kind=i8)
+      if (pattern%k%is_shared) entries = sizes%ranks*entries
+      sizes%entries = max(sizes%entries, entries)
+      associate (foretold => factor%foretold)
+        sizes%factor = max(sizes%factor, real(foretold%entries, wp))
+        sizes%front = max(sizes%front, real(foretold%largest_front, wp))
+        sizes%workspace = max(sizes%workspace, sizes%share*real(foretold%bytes, wp))
+        sizes%flops = max(sizes%flops, foretold%flops)
+      end associate
+    end do
+    if (scene%precision%out_of_core) sizes%scratch = sizes%share*sizes%word*sizes%factor
+  end subroutine look_at_later_steps
+
+  !> The equations with these supports, in their order.
+  subroutine make_pattern(scene, plan, prescribed, start, neighbours, pattern, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    logical, intent(in) :: prescribed(:, :)         !! (3,n_nodes)
+    integer, intent(in) :: start(:), neighbours(:)  !! of the nodes, as of node_neighbours
+    type(pattern_t), intent(out) :: pattern
+    type(error_t), allocatable, intent(out) :: error !! METIS or LAPACK failed
+    type(free_motions_t) :: motions
+    type(dof_map_t) :: map
+
+    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), plan%points%node, &
+      motions, error)
+    if (allocated(error)) return
+    pattern%motions = motions%n
+    map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), &
+      interface_dofs(scene, plan%points))
+    pattern%n_interface = map%n_interface
+    pattern%ordering = cpu_seconds()
+    call order_equations(map, start, neighbours, pattern%place, error)
+    if (allocated(error)) return
+    pattern%ordering = cpu_seconds() - pattern%ordering
+    call list_shares(scene%mesh, scene%materials, map, start, neighbours, pattern%k)
+  end subroutine make_pattern
 
   !> Sizes of numbers in an arithmetic, and the least that the factor takes.
   pure subroutine take_precision(precision, sizes)

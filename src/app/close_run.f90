@@ -1,7 +1,7 @@
 !> How a run says how it went.
 module close_run_mod
   use kinds_mod, only: wp
-  use text_mod, only: string_t, to_text
+  use text_mod, only: string_t, to_text, percent
   use system_mod, only: peak_memory_bytes
   use parallel_mod, only: usage_t, usage_of_others
   use scene_mod, only: scene_t
@@ -13,6 +13,8 @@ module close_run_mod
   private
 
   public :: close_run
+
+  real(wp), parameter :: linear = 0.05_wp !! strains and rotations up to here are small
 
 contains
 
@@ -41,6 +43,7 @@ contains
         wp)/1.0e6_wp, 3)//' MB at most'
       call print_lines(console, lines)
     end associate
+    call tell_theory(console, tally)
     if (tally%certified < tally%increments) then
       call print_warning(console, to_text(tally%increments - tally%certified)//' of '// &
         to_text(tally%increments)// &
@@ -52,6 +55,23 @@ contains
              ' (increment '// &
              to_text(tally%worst_row)//'), '//seconds_in_words(tally%total_time)//': '//path)
   end subroutine close_run
+
+  !> Say where strains or rotations are too large for the theory. docs/theory.md (8.11).
+  subroutine tell_theory(console, tally)
+    type(console_t), intent(in) :: console
+    type(tally_t), intent(in) :: tally
+    character(:), allocatable :: words
+    type(string_t) :: line(1)
+
+    words = ''
+    if (tally%largest_strain > linear) words = 'strains up to '//percent(tally%largest_strain)
+    if (tally%largest_rotation > linear) then
+      if (words /= '') words = words//', '
+      words = words//'rotations up to '//to_text(tally%largest_rotation, 2)//' rad'
+    end if
+    line(1)%text = 'note: '//words//': outside linear theory'
+    if (words /= '') call print_lines(console, line)
+  end subroutine tell_theory
 
   !> In which arithmetic, and what was out of balance before and after Newton-Raphson.
   function accuracy_in_words(precision, before, after) result(words)

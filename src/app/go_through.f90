@@ -18,12 +18,13 @@ module go_through_mod
   use load_step_error_mod, only: follow_coarsely
   use choose_increment_mod, only: choose_increment, cut_increment
   use meet_accuracy_mod, only: sharpen, shortfall
+  use contact_resolution_mod, only: small_contact_t, find_small_contacts
   use result_file_mod, only: result_file_t, append_increment
   use tally_mod, only: add_increment, note_sizes
   use export_problems_mod, only: exports_t, export_increment
   use console_mod, only: console_t, say, print_increment, print_warning, clear_bar
   use continue_run_mod, only: progress_t, keep_progress, enter_step, heed_signal
-  use make_fields_mod, only: estimate_mesh, make_fields
+  use make_fields_mod, only: estimate_mesh, make_fields, measure_deformation
   use refuse_unsolved_mod, only: refuse_unsolved, is_solved
   implicit none
   private
@@ -84,6 +85,8 @@ contains
       if (allocated(error)) return
       call estimate_errors(scene, plan, operators, new, progress, report, fields)
       call tell_unheld(console, increment, report, unheld)
+      if (increment%last_of_step) call tell_small_contacts(console, scene, plan, increment, &
+        operators%prescribed, report)
       call write_increment()
       if (allocated(error)) return
       call print_increment(console, increment, share_done(), report)
@@ -167,6 +170,7 @@ contains
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*operators%inverse%condition
     call follow_coarsely(scene, plan, operators, progress%state, new, progress%coarse, report)
     call estimate_mesh(scene, new, report, fields)
+    call measure_deformation(scene, new, report)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
   end subroutine estimate_errors
 
@@ -211,6 +215,33 @@ contains
     call say('note: step '//to_text(increment%step)//', increment '//to_text(increment%number)// &
       ': motions that nothing holds and nothing drives stay where they are: '//now)
   end subroutine tell_unheld
+
+  !> Say, at the end of a step, where a pressure is that of one node or two.
+  subroutine tell_small_contacts(console, scene, plan, increment, prescribed, report)
+    type(console_t), intent(inout) :: console
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(increment_t), intent(in) :: increment
+    logical, intent(in) :: prescribed(:, :) !! (3,n_nodes)
+    type(step_report_t), intent(in) :: report
+    type(small_contact_t) :: small(size(scene%pairs))
+    character(:), allocatable :: words
+    integer :: i
+
+    small = find_small_contacts(scene, plan%points, prescribed, report%contact)
+    do i = 1, size(small)
+      if (small(i)%count == 0) cycle
+      words = 'one point'
+      if (small(i)%n_points == 2) words = 'two points'
+      words = words//' at node '//to_text(scene%mesh%node_id(small(i)%node))
+      if (small(i)%count > 1) words = words//', as '//to_text(small(i)%count - 1)// &
+        ' more of its contacts on one or two'
+      call clear_bar(console)
+      call say('note: step '//to_text(increment%step)//': '//scene%pairs(i)%name//' rests on '// &
+        words//': contact pressure is not resolved; bricks of about '// &
+        to_text(small(i)%brick, 2)//' needed')
+    end do
+  end subroutine tell_small_contacts
 
   !> Memory that HDF5 may ask for while an increment is written: its tables, and a few copies of
   !> the longest row, which it shuffles and deflates.

@@ -1,16 +1,17 @@
-!> The fields of an increment that are made only where they are written.
+!> The fields of an increment that are made only where they are written, and what is looked for in
+!> them.
 module make_fields_mod
   use scene_mod, only: scene_t
   use state_mod, only: state_t
   use increments_mod, only: ends_step
   use step_report_mod, only: step_report_t
   use step_fields_mod, only: step_fields_t, tensor_field_t, fields_due
-  use mesh_fields_mod, only: fill_tensor_fields
+  use mesh_fields_mod, only: fill_tensor_fields, find_largest_deformation
   use recovered_error_mod, only: estimate_mesh_error
   implicit none
   private
 
-  public :: estimate_mesh, make_fields
+  public :: estimate_mesh, make_fields, measure_deformation
 
 contains
 
@@ -29,6 +30,19 @@ contains
     call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, fields%mesh_error, &
       report%errors%mesh)
   end subroutine estimate_mesh
+
+  !> How far the increment leaves linear theory: at the end of a step, and where fields are written.
+  subroutine measure_deformation(scene, state, report)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: state
+    type(step_report_t), intent(inout) :: report !! gets the largest strain and rotation
+    logical :: is_last
+
+    is_last = ends_step(scene%steps, state)
+    if (.not. (is_last .or. fields_due(scene%output%frequency, state%increment, is_last))) return
+    call find_largest_deformation(scene%mesh, state%displacement, report%largest_strain, &
+      report%largest_rotation)
+  end subroutine measure_deformation
 
   !> The fields that the state does not hold, where the increment's are due.
   subroutine make_fields(scene, state, fields)

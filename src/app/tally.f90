@@ -39,6 +39,8 @@ module tally_mod
     real(wp) :: worst = 0.0_wp          !! certificate entry [-]
     real(wp) :: unrefined = 0.0_wp      !! largest out-of-balance force before correction [-]
     real(wp) :: imbalance = 0.0_wp      !! and at the end of increments [-]
+    real(wp) :: largest_strain = 0.0_wp   !! where it was computed [-]
+    real(wp) :: largest_rotation = 0.0_wp !! the same [rad]
     real(wp) :: read_time = 0.0_wp      !! plan included [s], as all below
     real(wp) :: contact_time = 0.0_wp
     real(wp) :: step_time = 0.0_wp      !! advancing, contact included
@@ -66,6 +68,8 @@ contains
     end if
     tally%unrefined = max(tally%unrefined, report%unrefined)
     tally%imbalance = max(tally%imbalance, report%imbalance)
+    tally%largest_strain = max(tally%largest_strain, report%largest_strain)
+    tally%largest_rotation = max(tally%largest_rotation, report%largest_rotation)
     tally%contact_iterations = tally%contact_iterations + report%contact_iterations
     tally%products = tally%products + report%compliance_products
     if (report%solver_stages > 1) tally%fallbacks = tally%fallbacks + 1
@@ -120,6 +124,8 @@ contains
     call carry(list, tally%worst)
     call carry(list, tally%unrefined)
     call carry(list, tally%imbalance)
+    call carry(list, tally%largest_strain)
+    call carry(list, tally%largest_rotation)
     call carry(list, tally%read_time)
     call carry(list, tally%contact_time)
     call carry(list, tally%step_time)
@@ -161,6 +167,8 @@ contains
     call count('local_iterations', real(tally%local_iterations, wp))
     call count('unrefined_imbalance', tally%unrefined)
     call count('imbalance', tally%imbalance)
+    call count('largest_strain', tally%largest_strain)
+    call count('largest_rotation', tally%largest_rotation)
     call count('compliance_bytes', tally%compliance_bytes)
     call count('contact_matrix_bytes', tally%contact_matrix_bytes)
     call count('peak_memory_bytes', real(peak_memory_bytes() + others%peak, wp))

@@ -15,7 +15,8 @@ module brick8_mod
   implicit none
   private
 
-  public :: shape_gradients, jacobian_determinants, volume, node_volumes, stiffness_length
+  public :: shape_gradients, centre_gradient, jacobian_determinants, volume, node_volumes
+  public :: stiffness_length
   public :: lame_constants, strain_of, stress_of, force_of, isotropic_stiffness
   public :: volume_mean, extrapolate_to_nodes
   public :: xi_node, eta_node, zeta_node, gauss
@@ -64,6 +65,17 @@ contains
       jacobian(:, 3) = jacobian(:, 3) + arm*d(3, a)
     end do
   end function jacobian_of
+
+  !> The displacement gradient du_i/dx_j at the brick's centre, where incompatible modes have none.
+  pure function centre_gradient(x, u) result(h)
+    real(wp), intent(in) :: x(3, 8) !! nodes [length]
+    real(wp), intent(in) :: u(3, 8) !! their displacements [length]
+    real(wp) :: h(3, 3)             !! [-]
+    real(wp) :: d(3, 8)
+
+    d = local_gradients(0.0_wp, 0.0_wp, 0.0_wp)
+    h = matmul(jacobian_of(u, d), inverse(jacobian_of(x, d)))
+  end function centre_gradient
 
   !> How large a nodal stiffness of the brick is beside its elastic constants: int |g_a|^2 dV, the
   !> Jacobian taken at the centre. The edge of a cube; of a thin brick far more.

@@ -1,15 +1,18 @@
-!> Stress and strain over the mesh: means of the bricks, at their Gauss points, at the nodes.
+!> Stress and strain over the mesh: means of the bricks, at their Gauss points, at the nodes; the
+!> largest strain and rotation.
 module mesh_fields_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
   use step_fields_mod, only: tensor_field_t
-  use brick8_mod, only: lame_constants, stress_of, volume_mean, extrapolate_to_nodes
+  use small_matrix_mod, only: largest_eigenvalue
+  use brick8_mod, only: lame_constants, stress_of, volume_mean, extrapolate_to_nodes, &
+    centre_gradient
   use elements_mod, only: gauss_strain
   implicit none
   private
 
-  public :: fill_tensor_fields
+  public :: fill_tensor_fields, find_largest_deformation
 
 contains
 
@@ -41,6 +44,29 @@ contains
     if (allocated(strain%at_nodes)) call divide_by_bricks(mesh, strain%at_nodes)
     if (allocated(stress%at_nodes)) call divide_by_bricks(mesh, stress%at_nodes)
   end subroutine fill_tensor_fields
+
+  !> The largest principal strain, by its size, and the largest rotation at the centres of the
+  !> bricks. Linear theory takes both for small beside 1. docs/theory.md (8.11).
+  pure subroutine find_largest_deformation(mesh, u, strain, rotation)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement [length]
+    real(wp), intent(out) :: strain    !! [-]
+    real(wp), intent(out) :: rotation  !! |curl u|/2 [rad]
+    real(wp) :: h(3, 3), e(3, 3), curl(3)
+    integer :: i, nodes(8)
+
+    strain = 0.0_wp
+    rotation = 0.0_wp
+    do i = 1, mesh%n_elements
+      nodes = mesh%connectivity(:, i)
+      h = centre_gradient(mesh%coordinates(:, nodes), u(:, nodes))
+      curl = [h(3, 2) - h(2, 3), h(1, 3) - h(3, 1), h(2, 1) - h(1, 2)]
+      rotation = max(rotation, 0.5_wp*norm2(curl))
+      e = 0.5_wp*(h + transpose(h))
+      ! No eigenvalue is larger than the norm: few bricks need theirs.
+      if (norm2(e) > strain) strain = max(strain, largest_eigenvalue(e), largest_eigenvalue(-e))
+    end do
+  end subroutine find_largest_deformation
 
   !> Put a brick's values where they belong; at the nodes they are summed.
   pure subroutine store_brick(e, nodes, x, values, field)

@@ -79,6 +79,8 @@ module step_report_mod
     real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]
     real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
+    real(wp) :: largest_strain = -1.0_wp   !! principal, at the centres; negative: not computed [-]
+    real(wp) :: largest_rotation = -1.0_wp !! the same [rad]
     integer  :: n_unheld = 0            !! rigid motions that nothing resists
     character(:), allocatable :: unheld     !! those, in words
     character(:), allocatable :: unbalanced !! motions that nothing balances, in words

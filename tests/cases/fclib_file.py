@@ -123,7 +123,7 @@ class Solved:
             capture_output=True,
             text=True,
             errors="replace",
-            timeout=300,
+            timeout=600,
             check=False,
         )
         self.status, self.output, self.errors = done.returncode, done.stdout, done.stderr

@@ -15,7 +15,7 @@ SMALL = {"n": 1, "steps": 10}
 class CommandLine(unittest.TestCase):
     def call(self, *words, **environment):
         return subprocess.run(
-            [PROGRAM, *words], capture_output=True, text=True, timeout=60, check=False,
+            [PROGRAM, *words], capture_output=True, text=True, timeout=600, check=False,
             env={**os.environ, **environment},
         )
 
@@ -69,7 +69,7 @@ class ResultFiles(unittest.TestCase):
     def again(self, run, *options):
         command = [PROGRAM, str(run.deck), "--set", "n=1", "--quiet", *options]
         return subprocess.run(
-            command, cwd=run.folder, capture_output=True, text=True, timeout=60, check=False
+            command, cwd=run.folder, capture_output=True, text=True, timeout=600, check=False
         )
 
     def test_a_finished_result_of_the_same_deck_is_replaced(self):
@@ -100,7 +100,7 @@ class ResultFiles(unittest.TestCase):
         deck.write_text(text)
         answer = subprocess.run(
             [PROGRAM, str(deck), "--set", "n=1"], cwd=run.folder, capture_output=True, text=True,
-            timeout=60, check=False,
+            timeout=600, check=False,
         )
         self.assertNotEqual(answer.returncode, 0)
         self.assertIn("nothing balances", answer.stderr)

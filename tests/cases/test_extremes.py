@@ -19,6 +19,7 @@ from extremes import confirm_refusals, run_matrix, run_scene
 from two_answers import answers_of_block
 
 LEAST_SOLVED = 0.9
+PATIENCE = 900.0  # with a run that hangs [s]
 
 
 class TwoAnswers(unittest.TestCase):
@@ -40,7 +41,7 @@ class Judge(unittest.TestCase):
         cls.folder = Path(tempfile.mkdtemp(prefix="extremes-"))
         cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
         cls.scene = block("judged", "")
-        found = run_scene(cls.scene, "AUTO", PROGRAM, cls.folder, 60.0, keep=True)
+        found = run_scene(cls.scene, "AUTO", PROGRAM, cls.folder, PATIENCE, keep=True)
         assert found.outcome == CERTIFIED, found.words
         cls.result = cls.folder / "scene.vtkhdf"
 
@@ -114,7 +115,7 @@ class Matrix(unittest.TestCase):
         scenes = all_scenes()
         self.assertGreaterEqual(len(scenes), 120)
         with tempfile.TemporaryDirectory(prefix="extremes-") as folder:
-            outcomes = run_matrix(scenes, ["AUTO"], PROGRAM, Path(folder), limit=60.0, jobs=2)
+            outcomes = run_matrix(scenes, ["AUTO"], PROGRAM, Path(folder), limit=PATIENCE, jobs=2)
         for one in outcomes:
             with self.subTest(scene=one.scene):
                 self.assertNotEqual(one.outcome, FAILED, one.words)

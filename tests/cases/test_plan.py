@@ -19,6 +19,31 @@ NAMES = {
     "contact_points", "contact_rows", "compliance_bytes", "contact_matrix_bytes",
     "factor_entries", "file_bytes",
 }
+RELEASED = """*BLOCK, NAME=BODY, TYPE=C3D8, NX=6, NY=6, NZ=6
+0., 0., 0., 1., 1., 1.
+*NSET, NSET=SIDE
+BODY-XMIN
+*MATERIAL, NAME=M
+*DENSITY
+1.
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=BODY, MATERIAL=M
+*STEP
+*STATIC
+1., 1.
+*BOUNDARY
+BODY-ZMIN, 1, 3
+{first}*DLOAD
+BODY, GRAV, 1., 0., 0., -1.
+*END STEP
+*STEP
+*STATIC
+1., 1.
+*BOUNDARY, OP=NEW
+BODY-ZMIN, 1, 3
+{second}*END STEP
+"""
 
 
 def plan_and_run(deck, *options, **settings):
@@ -82,6 +107,14 @@ class Kept(unittest.TestCase):
             self.assertEqual(result.counters["factorisations"], 2)
         self.assertNotIn("warning: the plan", run.output)
 
+    def test_the_largest_factor_may_be_a_later_one(self):
+        # The second step lets go of a side: more equations, and a factor of more entries.
+        deck = RELEASED.format(first="SIDE, 1, 3\n", second="")
+        run = self.check(deck, name="released")
+        self.assertEqual(run[0]["factor_entries"], run[1]["factor_entries"])
+        held = self.check(RELEASED.format(first="SIDE, 1, 3\n", second="SIDE, 1, 3\n"), name="held")
+        self.assertGreater(run[0]["factor_entries"], 1.1 * held[0]["factor_entries"])
+
     def test_the_plan_is_printed_as_it_is_stored(self):
         run = Run(INPUT / "block.inp", n=2, steps=10)
         with h5py.File(run.file) as file:
@@ -113,24 +146,23 @@ class Foreseen(unittest.TestCase):
                     estimates["likely_file_bytes"] / run.file.stat().st_size, 1, delta=0.25
                 )
 
-    @unittest.skipUnless(
-        os.environ.get("BIPOT_BUILD_TYPE") == "Release", "checks of every index take the time"
-    )
-    def test_time_of_the_right_size(self):
-        # A factor of 2 on a quiet machine (benchmarks/plan_estimates.py); others may be at work.
+    def test_what_takes_the_time_is_counted_right(self):
+        # The time itself is the machine's: benchmarks/plan_estimates.py, where nobody else works.
         for deck, settings in self.CASES:
             with self.subTest(deck=deck.name, **settings):
                 estimates, _, counters, _ = plan_and_run(deck, **settings)
-                ratio = estimates["cpu_seconds"] / counters["cpu_seconds"]
-                self.assertLess(1 / 3, ratio)
-                self.assertLess(ratio, 3)
+                self.assertGreater(estimates["cpu_seconds"], 0)
+                for name, within in (("solutions", 3), ("compliance_products", 10)):
+                    ratio = estimates[name] / counters[name]
+                    self.assertLess(1 / within, ratio, name)
+                    self.assertLess(ratio, within, name)
 
 
 class Limited(unittest.TestCase):
     def limited(self, kind, megabytes, *words, folder=None):
         """Run the program with a limit of its own on addresses or on the size of files."""
         return subprocess.run(
-            [PROGRAM, *map(str, words)], capture_output=True, text=True, timeout=300, check=False,
+            [PROGRAM, *map(str, words)], capture_output=True, text=True, timeout=600, check=False,
             cwd=folder,
             preexec_fn=lambda: resource.setrlimit(kind, (megabytes * MEGABYTE,) * 2),
         )

@@ -21,7 +21,7 @@ BIPOT = os.environ.get("BIPOT", "bipot")
 DECKS = pathlib.Path(__file__).resolve().parent / "bad"
 EXPECT = re.compile(rb"^\*\* expect: (\d+): (.*?)\r?$", re.MULTILINE)
 MISTAKE = re.compile(r"^(?:[^:]*[/.][^:]*:)?(?:(\d+):(\d+): |)\s?error: (.*)$")
-TIME_LIMIT = 5  # seconds
+PATIENCE = 600  # with a program that hangs [s]
 
 
 def run(deck, *arguments):
@@ -29,7 +29,7 @@ def run(deck, *arguments):
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(
             [BIPOT, str(deck), *arguments],
-            cwd=folder, capture_output=True, timeout=TIME_LIMIT, check=False,
+            cwd=folder, capture_output=True, timeout=PATIENCE, check=False,
         )
         left = sorted(os.listdir(folder))
     text = done.stderr.decode() + done.stdout.decode()

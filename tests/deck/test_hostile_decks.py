@@ -285,7 +285,7 @@ class Paths(Hostile):
             os.chdir("d" * 200)
         Path("deck.inp").write_text(DECK)
         done = subprocess.run([Path(BIPOT).resolve(), "deck.inp", "--quiet", "--set", "steps=5"],
-                              capture_output=True, timeout=60, check=False)
+                              capture_output=True, timeout=600, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertTrue(Path("deck.vtkhdf").exists())
 

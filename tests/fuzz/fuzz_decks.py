@@ -166,7 +166,7 @@ class Server:
         outcome = Outcome.__new__(Outcome)
         outcome.limit, outcome.peak = limit, 0
         started = time.monotonic()
-        with stopped_after(process, PATIENCE * limit) as stopped:
+        with stopped_after(process, PATIENCE) as stopped:
             try:
                 process.stdin.write(struct.pack("i", len(data)) + data)
                 process.stdin.flush()

@@ -1,5 +1,6 @@
 """A run of the program with limits, and what is wrong with any end of it, whatever the input."""
 
+import math
 import os
 import re
 import resource
@@ -9,7 +10,7 @@ import threading
 import time
 from contextlib import contextmanager
 
-PATIENCE = 4  # times as long on a busy machine as the processor may take
+PATIENCE = 900  # with a program that hangs without working [s]
 # A message of status 1: file:line:column, or the deck as a whole, or the command line.
 PLACED = re.compile(
     r"^(?:[^\n]+:\d+:\d+: error: |[^\n]*(?:deck\.inp|problem\.hdf5): error: |"
@@ -50,10 +51,13 @@ class Outcome:
     """What a run of the program did."""
 
     def __init__(self, command, folder, limit, addresses):
-        """Run `command` in `folder` with a time limit."""
+        """Run `command` in `folder` with a limit on the time of the processor, in seconds."""
 
         def prepare():
             os.setpgid(0, 0)
+            # What works on and on is ended by the system: by time of its own, not by the clock.
+            soonest = math.ceil(limit) + 1
+            resource.setrlimit(resource.RLIMIT_CPU, (soonest, soonest + 5))
             if addresses:
                 resource.setrlimit(resource.RLIMIT_AS, (addresses, addresses))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -64,7 +68,7 @@ class Outcome:
                 preexec_fn=prepare, env=ENVIRONMENT,
             )
             started = time.monotonic()
-            with stopped_after(process, PATIENCE * limit) as stopped:
+            with stopped_after(process, PATIENCE) as stopped:
                 _, status, usage = os.wait4(process.pid, 0)
             self.timed_out = stopped.is_set()
             process.returncode = os.waitstatus_to_exitcode(status)

@@ -68,7 +68,7 @@ def fresh_folder(folder):
     return folder
 
 
-def wait_for(condition, seconds=120.0):
+def wait_for(condition, seconds=600.0):
     """Wait until something is so."""
     end = time.monotonic() + seconds
     while not condition():

@@ -17,7 +17,7 @@ class TwoRuns(Folder):
             if process.poll() is None:
                 self.assertEqual(status, 1, words)
                 self.assertIn("is in use by another program", words)
-        process.communicate(timeout=120)
+        process.communicate(timeout=600)
         self.assertEqual(process.returncode, 0)
         self.assertEqual(rows_in(self.path), 400)
 
@@ -26,7 +26,7 @@ class TwoRuns(Folder):
         processes = [SHORT.start(self.folder, *more) for _ in range(6)]
         statuses, words = [], []
         for process in processes:
-            words.append("".join(process.communicate(timeout=120)))
+            words.append("".join(process.communicate(timeout=600)))
             statuses.append(process.returncode)
         self.assertIn(0, statuses, words)
         self.assertLessEqual(set(statuses), {0, 1}, words)
