@@ -16,7 +16,7 @@ module run_mod
   use meet_accuracy_mod, only: choose_arithmetic, sharpen
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
   use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result
-  use command_line_mod, only: options_t, command_text
+  use command_line_mod, only: options_t, resume_command
   use tally_mod, only: tally_t, list_counters
   use export_problems_mod, only: exports_t, choose_rows
   use console_mod, only: console_t, open_console, say, print_lines, print_warning, clear_bar
@@ -149,7 +149,7 @@ contains
       inquire (file=path, exist=in_place)
       if (status == run_stopped) then
         error%message = error%message//': '//how_to_continue(path, file%n_rows, &
-          plan%n_increments, command_text())
+          plan%n_increments, resume_command())
       else if (file%n_rows > 0 .and. in_place) then
         error%message = error%message//new_line('a')//to_text(file%n_rows)// &
           ' increments before it are in '//path
