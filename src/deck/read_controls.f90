@@ -68,15 +68,40 @@ contains
     call integer_option(reader, card, 'MAX SWEEPS', 1, huge(1), controls%max_sweeps, ok)
     ! Only sweeps know these two; LOCAL=AUTO is as good as not given.
     if (has_option(card, 'RELAXATION')) of_sweeps = .true.
-    if (.not. of_sweeps) return
-    if (controls%solver == solver_global_newton) then
+    if (of_sweeps) call choose_sweeps(reader, card, controls%solver)
+    call note_unused(reader, controls)
+  end subroutine read_contact_controls
+
+  !> LOCAL and RELAXATION say that sweeps are meant.
+  subroutine choose_sweeps(reader, card, solver)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    integer, intent(inout) :: solver !! as SOLVER= says it
+
+    if (solver == solver_global_newton) then
       call report(reader, option_position(card, 'SOLVER'), &
         'LOCAL and RELAXATION belong to SWEEPS, not to GLOBAL NEWTON')
-    else if (controls%solver == solver_auto .and. has_option(card, 'SOLVER')) then
+    else if (solver == solver_auto .and. has_option(card, 'SOLVER')) then
       call note(reader, 'SOLVER=AUTO beside LOCAL or RELAXATION: sweeps run')
     end if
-    controls%solver = solver_sweeps
-  end subroutine read_contact_controls
+    solver = solver_sweeps
+  end subroutine choose_sweeps
+
+  !> Note what the solver that runs does not look at.
+  subroutine note_unused(reader, controls)
+    type(reader_t), intent(inout) :: reader
+    type(contact_controls_t), intent(in) :: controls
+
+    if (controls%solver == solver_sweeps) then
+      if (controls%linear /= linear_auto) call note(reader, &
+        'LINEAR of *CONTACT SOLVER is ignored: it belongs to the global Newton')
+    else
+      if (controls%acceleration) call note(reader, &
+        'ANDERSON of *CONTACT SOLVER is ignored: it belongs to SOLVER=SWEEPS')
+      if (controls%stop_rule == stop_at_change) call note(reader, &
+        'STOP=CHANGE of *CONTACT SOLVER is ignored: it belongs to SOLVER=SWEEPS')
+    end if
+  end subroutine note_unused
 
   !> *NODE FILE, *EL FILE, *CONTACT FILE of all steps together. Without *NODE FILE and *CONTACT FILE
   !> the defaults hold at the nodes; *EL FILE adds to them.

@@ -70,6 +70,19 @@ class Notes(unittest.TestCase):
         self.assertNotIn("sweeps run", self.with_solver("SOLVER=AUTO, LOCAL=AUTO"))
         self.assertNotIn("sweeps run", self.with_solver("LOCAL=UZAWA"))
 
+    def test_what_the_solver_does_not_look_at(self):
+        for ours, theirs, option in (
+            ("SWEEPS", "AUTO", "ANDERSON=YES"), ("SWEEPS", "GLOBAL NEWTON", "ANDERSON=YES"),
+            ("SWEEPS", "AUTO", "STOP=CHANGE"), ("GLOBAL NEWTON", "SWEEPS", "LINEAR=GMRES"),
+        ):
+            with self.subTest(option=option, solver=theirs):
+                note = option.split("=")[0]
+                self.assertRegex(
+                    self.with_solver(f"SOLVER={theirs}, {option}"),
+                    rf"{note}\S* of \*CONTACT SOLVER is ignored",
+                )
+                self.assertNotIn("ignored", self.with_solver(f"SOLVER={ours}, {option}"))
+
     def test_a_place_of_no_tensors(self):
         note = "POSITION of *EL FILE is ignored"
         self.assertIn(note, self.with_output("*EL FILE, POSITION=AVERAGED AT NODES\nERR\n"))
