@@ -84,7 +84,7 @@ contains
   end subroutine take_accuracy
 
   !> Where the result goes.
-  pure function result_path(options, scene) result(path)
+  function result_path(options, scene) result(path)
     type(options_t), intent(in) :: options
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: path

@@ -9,25 +9,24 @@ module output_names_mod
 
 contains
 
-  !> The path that -o means: a name without an ending gets one, a folder the file's usual name.
+  !> The path that -o means: a name without an ending gets one, unless it is a folder's.
   !>
   !> An ending is a point and what follows it, beginning with a letter: `run.h5` has one, `mu0.3` and
   !> `../run` have none.
-  pure function output_name(given, usual, ending) result(path)
+  function output_name(given, usual, ending) result(path)
     character(*), intent(in) :: given  !! as the user wrote it; empty: not at all
     character(*), intent(in) :: usual  !! name in the working directory, with its ending
     character(*), intent(in) :: ending !! as '.vtkhdf'
     character(:), allocatable :: path
     integer :: slash, point
+    logical :: is_folder
 
     path = usual
     if (given == '') return
     path = given
+    inquire (file=path//'/.', exist=is_folder)
     slash = index(path, '/', back=.true.)
-    if (slash == len(path)) then
-      path = path//usual
-      return
-    end if
+    if (is_folder .or. slash == len(path)) return ! to be refused, as no file can be written there
     point = index(path, '.', back=.true.)
     if (point > slash + 1 .and. point < len(path)) then
       if (is_letter(path(point + 1:point + 1))) return

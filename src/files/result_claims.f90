@@ -89,8 +89,7 @@ contains
       matter = 'cannot be read'
     end select
     if (overwrite) return
-    call raise(error, exit_wrong_input, "'"//path//"' "//matter// &
-      ' (-o FILE writes another file, --overwrite replaces this one)')
+    call raise(error, exit_wrong_input, "'"//path//"' "//matter//' (--overwrite replaces it)')
   end subroutine check_replaceable
 
   !> Why a readable HDF5 file must stay; empty for a finished result of the same deck with the same
@@ -121,7 +120,7 @@ contains
         else if (maker == program_name .and. .not. same_overrides(overrides, &
                                                      text_of(scene%overrides))) then
           matter = 'was made '//with_parameters(overrides)//', not '// &
-            with_parameters(text_of(scene%overrides))
+            with_parameters(text_of(scene%overrides))//': -o FILE writes another file'
         else if (maker == program_name) then
           matter = ''
         end if
