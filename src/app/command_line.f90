@@ -271,9 +271,8 @@ contains
       nl// &
       'usage: bipot DECK [options]'//nl// &
       '       bipot PROBLEM.hdf5 [options]   a contact problem in FCLIB''s layout'//nl//nl// &
-      '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory); a name '// &
-      'without'//nl// &
-      '                      an ending gets .vtkhdf'//nl// &
+      '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory);'//nl// &
+      '                      a name without an ending gets .vtkhdf'//nl// &
       '  --set name=value    give a parameter of the deck another value; may be repeated'//nl// &
       '  --accuracy X        how wrong the contact resultants may be, 0.01 for 1 %; the program'// &
       nl// &
@@ -284,8 +283,8 @@ contains
       '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32'//nl// &
       '                      or all, to NAME-<increment>.fclib.hdf5'//nl// &
       '  --continue          go on with the run that left an unfinished result'//nl// &
-      '  --overwrite         replace a result file that is unfinished, of another deck or of other '// &
-      'parameters'//nl// &
+      '  --overwrite         replace a result file that is unfinished, of another deck, or'//nl// &
+      '                      of other parameters'//nl// &
       '  -q, --quiet         print only the closing sentence'//nl// &
       '  -h, --help          print this'//nl// &
       '  --version           print the version'//nl//nl// &

@@ -82,7 +82,8 @@ contains
   subroutine check_stack_room(error)
     type(error_t), allocatable, intent(out) :: error !! too little stack
     integer(c_int), parameter :: stack_size = 3 !! RLIMIT_STACK
-    integer(i8), parameter :: needed = 1024_i8*1024_i8 !! eight times what the decks of input/ take [byte]
+    integer(i8), parameter :: needed = 1024_i8*1024_i8
+    !! eight times what the decks of input/ take [byte]
     integer(c_int64_t) :: limits(2)
     integer(i8) :: stack
 

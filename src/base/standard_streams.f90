@@ -88,8 +88,9 @@ contains
       if (written > 0) then
         first = first + int(written)
       else
+        error = 0
         if (written < 0) call get_last_error(error)
-        if (written < 0 .and. error == epipe) return
+        if (error == epipe) return
         failures = failures + 1
         if (failures < patience) cycle
         if (to == standard_error) return

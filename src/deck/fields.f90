@@ -40,8 +40,8 @@ module fields_mod
 
 contains
 
-  !> Go on to the next data line of `card`; begin with fields%line = 0. Fields beyond the `most` that
-  !> it can have are reported.
+  !> Go on to the next data line of `card`; begin with fields%line = 0. Fields beyond the `most`
+  !> that it can have are reported.
   subroutine next_data_line(reader, card, fields, found, most, form)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card

@@ -217,8 +217,8 @@ contains
     else if (same_word(card%options(i)%value, 'NO')) then
       set = .false.
     else if (len(card%options(i)%value) > 0) then ! else it was reported when it was read
-      call report(reader, card%options(i)%value_position, name//' takes no value but YES or NO, '// &
-        'found '//quoted(card%options(i)%value))
+      call report(reader, card%options(i)%value_position, name//' takes no value but YES or '// &
+        'NO, found '//quoted(card%options(i)%value))
     end if
   end subroutine flag_option
 

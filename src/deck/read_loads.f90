@@ -320,8 +320,8 @@ contains
     if (choice == op_new) replace = .true.
   end subroutine read_op
 
-  !> Report a motion or a force on nodes that carry nothing, as the reference node of an obstacle does
-  !> whose REF NODE= was forgotten. What is held at 0 there changes nothing, which is noted.
+  !> Report a motion or a force on nodes that carry nothing, as a node does where the REF NODE= of
+  !> an obstacle was forgotten. What is held at 0 there changes nothing, which is noted.
   subroutine check_moves(reader, model, reference, nodes, value, left_over)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model

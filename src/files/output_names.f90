@@ -11,8 +11,8 @@ contains
 
   !> The path that -o means: a name without an ending gets one, unless it is a folder's.
   !>
-  !> An ending is a point and what follows it, beginning with a letter: `run.h5` has one, `mu0.3` and
-  !> `../run` have none.
+  !> An ending is a point and what follows it, beginning with a letter: `run.h5` has one, `mu0.3`
+  !> and `../run` have none.
   function output_name(given, usual, ending) result(path)
     character(*), intent(in) :: given  !! as the user wrote it; empty: not at all
     character(*), intent(in) :: usual  !! name in the working directory, with its ending

@@ -1,10 +1,10 @@
 """docs/deck.md keeps its word: what it does not name is a mistake, for every keyword it names.
 
-The page's table of all options says which keywords there are and which options each of them has. DECK
-has every one of these keywords (the test fails where it lacks one). Each of its data lines gets a
-field too many, each card an option that it does not have, each card without data a data line; every
-time the mistake must be told with file and line. Words that could be options are those of the page,
-those that stand in quotes in the deck reader, and some of Abaqus and CalculiX.
+The page's table of all options says which keywords there are and which options each of them has.
+DECK has every one of these keywords (the test fails where it lacks one). Each of its data lines
+gets a field too many, each card an option that it does not have, each card without data a data
+line; every time the mistake must be told with file and line. Words that could be options are those
+of the page, those that stand in quotes in the deck reader, and some of Abaqus and CalculiX.
 
 BIPOT is the program, BIPOT_SOURCE the repository.
 """
@@ -104,20 +104,22 @@ CDIS
 """
 MORE = "*NSET, NSET=FOOTNODES\n101, 102, 103, 104\n"
 
-# Cards whose lines are titles, and those whose lines are lists of names, of which any number will do.
+# Cards whose lines are titles, and those whose lines are lists of names, of any length.
 TITLES = ("HEADING", "STEP")
 RESULTS = ("NODE FILE", "EL FILE", "CONTACT FILE")
 LISTS = ("NSET", "ELSET", *RESULTS)
 
 # Options that these keywords have in Abaqus or CalculiX.
 ELSEWHERE = """
-    INSTANCE, SYSTEM, INPUT, FILE, OFFSET, MODULI, DEPENDENCIES, ZERO, COMPOSITE, ORIENTATION, HCRIT, SLIP,
-    ROUGH, USER, TAUMAX, EXPONENTIAL DECAY, ANISOTROPIC, TRACKING THICKNESS, EXTENSION ZONE, HEIGHT, PAD
-    THICKNESS, CPSET, REGION TYPE, CROP, TRIM, COMBINE, FILLET RADIUS, REFINEMENT, LOAD CASE, FIXED,
-    FOLLOWER, SUBMODEL, STEP, DATA SET, TIME DELAY, CONSTANT RESULTANT, ORIENTATION NAME, STABILIZE, FACTOR,
-    ALLSDTOL, RIKS, LONG TERM, FULLY PLASTIC, EXPLICIT, TIME RESET, TOTAL TIME AT START, THERMAL, INCF, INCR,
-    SUBCYCLING, SHELLS, LAYERS, EXPANSION, 2D, 3D, TOTALS, SECTION FORCES, MODE, VALUES, RIGID BODY, NODE,
-    CYCLIC SYMMETRY, SMOOTH, BEGIN, RANDOM, UNITS, DISTRIBUTION, MASTER, SLAVE, FREQUENCY, POSITION, ADJUST
+    INSTANCE, SYSTEM, INPUT, FILE, OFFSET, MODULI, DEPENDENCIES, ZERO, COMPOSITE, ORIENTATION,
+    HCRIT, SLIP, ROUGH, USER, TAUMAX, EXPONENTIAL DECAY, ANISOTROPIC, TRACKING THICKNESS,
+    EXTENSION ZONE, HEIGHT, PAD THICKNESS, CPSET, REGION TYPE, CROP, TRIM, COMBINE, FILLET
+    RADIUS, REFINEMENT, LOAD CASE, FIXED, FOLLOWER, SUBMODEL, STEP, DATA SET, TIME DELAY,
+    CONSTANT RESULTANT, ORIENTATION NAME, STABILIZE, FACTOR, ALLSDTOL, RIKS, LONG TERM, FULLY
+    PLASTIC, EXPLICIT, TIME RESET, TOTAL TIME AT START, THERMAL, INCF, INCR, SUBCYCLING, SHELLS,
+    LAYERS, EXPANSION, 2D, 3D, TOTALS, SECTION FORCES, MODE, VALUES, RIGID BODY, NODE, CYCLIC
+    SYMMETRY, SMOOTH, BEGIN, RANDOM, UNITS, DISTRIBUTION, MASTER, SLAVE, FREQUENCY, POSITION,
+    ADJUST
 """
 
 
@@ -336,7 +338,9 @@ class Flags(Changed):
             bare = card.replace(f", {name}", "")
             header = self.lines.index(card) + 1
             with self.subTest(card=card):
-                absent, negated = (self.plan({header: text})[:2] for text in (bare, f"{bare}, {name}=NO"))
+                absent, negated = (
+                    self.plan({header: text})[:2] for text in (bare, f"{bare}, {name}=NO")
+                )
                 self.assertEqual(absent[0], negated[0])
                 for words in ("contact points", "increments"):
                     lines = [
