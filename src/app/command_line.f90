@@ -14,7 +14,7 @@ module command_line_mod
   implicit none
   private
 
-  public :: options_t, read_command_line, check_kind, help_text, command_text
+  public :: options_t, read_command_line, check_kind, help_text, command_text, resume_command
 
   !> What the user asked for.
   type :: options_t
@@ -200,16 +200,67 @@ contains
     call get_command_argument(i, word)
   end function argument
 
-  !> The command as it was given.
+  !> The command as it was given, quoted for the shell.
   function command_text() result(text)
     character(:), allocatable :: text
     integer :: i
 
-    text = argument(0)
+    text = quoted_for_shell(argument(0))
     do i = 1, command_argument_count()
-      text = text//' '//argument(i)
+      text = text//' '//quoted_for_shell(argument(i))
     end do
   end function command_text
+
+  !> The command that goes on with this run, quoted for the shell: --overwrite would not let it.
+  function resume_command() result(text)
+    character(:), allocatable :: text, word
+    integer :: i
+    logical :: is_value
+
+    text = quoted_for_shell(argument(0))
+    is_value = .false.
+    do i = 1, command_argument_count()
+      word = argument(i)
+      if (is_value .or. (word /= '--overwrite' .and. word /= '--continue')) then
+        text = text//' '//quoted_for_shell(word)
+      end if
+      is_value = .not. is_value .and. takes_value(word)
+    end do
+    text = text//' --continue'
+  end function resume_command
+
+  pure logical function takes_value(option)
+    character(*), intent(in) :: option
+
+    select case (option)
+    case ('-o', '--output', '--set', '--export-fclib', '--accuracy')
+      takes_value = .true.
+    case default
+      takes_value = is_solver_option(option)
+    end select
+  end function takes_value
+
+  !> A word as a POSIX shell must be given it: bare where every letter stands for itself, else
+  !> between single quotes.
+  pure function quoted_for_shell(word) result(quoted)
+    character(*), intent(in) :: word
+    character(:), allocatable :: quoted
+    character(*), parameter :: plain = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ'// &
+      '0123456789_-+=./:,@%'
+    integer :: i
+
+    quoted = word
+    if (len(word) > 0 .and. verify(word, plain) == 0) return
+    quoted = "'"
+    do i = 1, len(word)
+      if (word(i:i) == "'") then
+        quoted = quoted//"'\''"
+      else
+        quoted = quoted//word(i:i)
+      end if
+    end do
+    quoted = quoted//"'"
+  end function quoted_for_shell
 
   !> What --help prints.
   function help_text() result(text)
@@ -220,7 +271,8 @@ contains
       nl// &
       'usage: bipot DECK [options]'//nl// &
       '       bipot PROBLEM.hdf5 [options]   a contact problem in FCLIB''s layout'//nl//nl// &
-      '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory)'//nl// &
+      '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory);'//nl// &
+      '                      a name without an ending gets .vtkhdf'//nl// &
       '  --set name=value    give a parameter of the deck another value; may be repeated'//nl// &
       '  --accuracy X        how wrong the contact resultants may be, 0.01 for 1 %; the program'// &
       nl// &
@@ -231,7 +283,8 @@ contains
       '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32'//nl// &
       '                      or all, to NAME-<increment>.fclib.hdf5'//nl// &
       '  --continue          go on with the run that left an unfinished result'//nl// &
-      '  --overwrite         replace a result file that is unfinished or of another deck'//nl// &
+      '  --overwrite         replace a result file that is unfinished, of another deck, or'//nl// &
+      '                      of other parameters'//nl// &
       '  -q, --quiet         print only the closing sentence'//nl// &
       '  -h, --help          print this'//nl// &
       '  --version           print the version'//nl//nl// &

@@ -173,7 +173,7 @@ contains
   function how_to_continue(path, n_done, n_increments, command) result(words)
     character(*), intent(in) :: path    !! of the result file
     integer, intent(in) :: n_done, n_increments
-    character(*), intent(in) :: command !! that was given
+    character(*), intent(in) :: command !! that goes on
     character(:), allocatable :: words
 
     if (n_done == 0) then
@@ -182,7 +182,6 @@ contains
     end if
     words = to_text(n_done)//' of '//to_text(n_increments)//' increments are in '//path// &
       '; to go on:'//new_line('a')//'  '//command
-    if (index(command//' ', ' --continue ') == 0) words = words//' --continue'
   end function how_to_continue
 
 end module continue_run_mod

@@ -3,9 +3,10 @@
 program bipot
   use, intrinsic :: iso_c_binding, only: c_int
   use errors_mod, only: error_t, exit_ok
-  use standard_streams_mod, only: write_to, standard_error
+  use standard_streams_mod, only: open_standard_streams, write_to, standard_error
   use runtime_failures_mod, only: meet_runtime_failures
   use blas_core_mod, only: choose_blas_core, check_blas_room
+  use machine_room_mod, only: check_stack_room
   use system_mod, only: catch_signals
   use parallel_mod, only: start_ranks, end_ranks, is_host
   use serve_host_mod, only: serve_host
@@ -30,6 +31,7 @@ program bipot
   type(error_t), allocatable :: error
   integer :: exit_status
 
+  call open_standard_streams()
   call meet_runtime_failures()
   call choose_blas_core()
   exit_status = exit_ok
@@ -40,7 +42,7 @@ program bipot
     else
       ! The host alone decides when to stop.
       call catch_signals()
-      call check_blas_room(error)
+      call check_room(error)
       if (.not. allocated(error)) call serve_host(error)
     end if
   end if
@@ -70,7 +72,7 @@ contains
 
     call check_kind(options, is_problem, error)
     if (allocated(error)) return
-    call check_blas_room(error)
+    call check_room(error)
     if (allocated(error)) return
     if (is_problem) then
       call run_problem(options, error)
@@ -78,5 +80,13 @@ contains
       call run_deck(options, error)
     end if
   end subroutine run
+
+  !> Limits of the process under which a library would crash or hang.
+  subroutine check_room(error)
+    type(error_t), allocatable, intent(out) :: error
+
+    call check_stack_room(error)
+    if (.not. allocated(error)) call check_blas_room(error)
+  end subroutine check_room
 
 end program bipot

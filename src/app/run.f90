@@ -15,9 +15,12 @@ module run_mod
   use held_normals_mod, only: held_normals
   use operators_mod, only: operators_t
   use meet_accuracy_mod, only: choose_arithmetic, sharpen
+  use fresh_file_mod, only: beginning_of
+  use output_names_mod, only: keep_inputs, output_name
+  use xdmf_mod, only: xdmf_path
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
   use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result
-  use command_line_mod, only: options_t, command_text
+  use command_line_mod, only: options_t, resume_command
   use tally_mod, only: tally_t, list_counters
   use export_problems_mod, only: exports_t, choose_rows
   use console_mod, only: console_t, open_console, say, print_lines, print_warning, clear_bar
@@ -48,6 +51,8 @@ contains
     console = open_console(options%quiet)
     call read_deck(options%deck, options%overrides, scene, error)
     if (allocated(error)) return
+    if (.not. options%plan) call keep_deck(options, scene, error)
+    if (allocated(error)) return
     call take_accuracy(options, scene)
     call make_plan(scene, plan, error)
     if (allocated(error)) return
@@ -73,21 +78,34 @@ contains
 
     if (options%accuracy > 0.0_wp) then
       scene%accuracy%wanted = options%accuracy
-      scene%overrides = scene%overrides//'--accuracy '//to_text(options%accuracy)//new_line('a')
+      if (scene%overrides /= '') scene%overrides = scene%overrides//new_line('a')
+      scene%overrides = scene%overrides//'--accuracy '//to_text(options%accuracy)
     end if
     call choose_arithmetic(scene)
     call sharpen(scene)
   end subroutine take_accuracy
 
   !> Where the result goes.
-  pure function result_path(options, scene) result(path)
+  function result_path(options, scene) result(path)
     type(options_t), intent(in) :: options
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: path
 
-    path = options%output
-    if (path == '') path = scene%name//'.vtkhdf'
+    path = output_name(options%output, scene%name//'.vtkhdf', '.vtkhdf')
   end function result_path
+
+  !> Refuse to write a result, its beginning or its sidecar in the place of the deck.
+  subroutine keep_deck(options, scene, error)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t) :: outputs(3)
+
+    outputs(1)%text = result_path(options, scene)
+    outputs(2)%text = beginning_of(outputs(1)%text)
+    outputs(3)%text = xdmf_path(outputs(1)%text)
+    call keep_inputs(scene%files, outputs, error)
+  end subroutine keep_deck
 
   !> Refuse a run that memory or disk will not hold before it has begun; forced, only say so.
   subroutine refuse_misfit(scene, plan, forced, console, error)
@@ -151,7 +169,7 @@ contains
       inquire (file=path, exist=in_place)
       if (status == run_stopped) then
         error%message = error%message//': '//how_to_continue(path, file%n_rows, &
-          plan%n_increments, command_text())
+          plan%n_increments, resume_command())
       else if (file%n_rows > 0 .and. in_place) then
         error%message = error%message//new_line('a')//to_text(file%n_rows)// &
           ' increments before it are in '//path

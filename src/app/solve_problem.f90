@@ -12,6 +12,8 @@ module solve_problem_mod
   use solve_mod, only: solve_contact
   use fclib_mod, only: fclib_problem_t, fclib_solution_t, read_fclib, write_fclib_solution
   use fclib_matrix_mod, only: times
+  use fresh_file_mod, only: beginning_of
+  use output_names_mod, only: keep_inputs, output_name
   use condense_problem_mod, only: condensed_t, condense_problem, motion_of, rank_of, imbalance_of
   use command_line_mod, only: options_t
   use console_mod, only: console_t, open_console, say, print_lines, seconds_in_words
@@ -42,8 +44,9 @@ contains
     real(wp) :: seconds
 
     console = open_console(options%quiet)
-    path = options%output
-    if (path == '') path = solution_path(options%deck)
+    path = output_name(options%output, solution_path(options%deck), '.hdf5')
+    call keep_problem(options%deck, path, error)
+    if (allocated(error)) return
     call read_fclib(options%deck, given, error)
     if (allocated(error)) return
     call condense_problem(options%deck, given, condensed, error)
@@ -70,6 +73,18 @@ contains
     if (allocated(error)) return
     call close_run(options, report, certificate, path, error)
   end subroutine run_problem
+
+  !> Refuse to write the solution in the place of the problem.
+  subroutine keep_problem(problem, solution, error)
+    character(*), intent(in) :: problem, solution !! paths
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t) :: input(1), outputs(2)
+
+    input(1)%text = problem
+    outputs(1)%text = solution
+    outputs(2)%text = beginning_of(solution)
+    call keep_inputs(input, outputs, error)
+  end subroutine keep_problem
 
   !> PROBLEM.hdf5 -> PROBLEM.solution.hdf5, in the working directory.
   pure function solution_path(problem) result(path)

@@ -11,7 +11,7 @@ module blas_core_mod
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: string_t, upper, to_text
   use system_mod, only: set_environment, processor_flags
-  use machine_room_mod, only: address_space_left
+  use machine_room_mod, only: address_space_left, data_left
   implicit none
   private
 
@@ -71,17 +71,26 @@ module blas_core_mod
 
 contains
 
-  !> Refuse to begin where a limit on addresses (ulimit -v) leaves OpenBLAS no room for its buffer:
-  !> it would ask for it again and again, for ever.
+  !> Refuse to begin where a limit on addresses or data (ulimit -v, ulimit -d) leaves OpenBLAS no
+  !> room for its buffer: it would ask for it again and again, for ever.
   subroutine check_blas_room(error)
-    type(error_t), allocatable, intent(out) :: error !! too little address space
-    integer(i8), parameter :: megabyte = 1000000_i8, reserved = 140_i8*megabyte
-    integer(i8) :: left
+    type(error_t), allocatable, intent(out) :: error !! too little memory may be reserved
 
-    left = address_space_left('')
-    if (left < reserved) call raise(error, exit_machine, 'bipot: error: the limit on addresses '// &
-      '(ulimit -v) leaves '//to_text(left/megabyte)//' MB; the linear algebra library alone '// &
-      'reserves '//to_text(reserved/megabyte)//' MB before it computes anything')
+    call check(address_space_left(''), 'addresses (ulimit -v)')
+    if (.not. allocated(error)) call check(data_left(''), 'data (ulimit -d)')
+
+  contains
+
+    subroutine check(left, limit)
+      integer(i8), intent(in) :: left      !! [byte]
+      character(*), intent(in) :: limit
+      integer(i8), parameter :: megabyte = 1000000_i8, reserved = 140_i8*megabyte
+
+      if (left < reserved) call raise(error, exit_machine, 'bipot: error: the limit on '// &
+        limit//' leaves '//to_text(left/megabyte)//' MB; the linear algebra library alone '// &
+        'reserves '//to_text(reserved/megabyte)//' MB before it computes anything')
+    end subroutine check
+
   end subroutine check_blas_room
 
   !> Take care of OpenBLAS's kernels and threads. Returns, or does not: then the program starts

@@ -11,8 +11,8 @@ module machine_room_mod
   implicit none
   private
 
-  public :: has_memory, check_library_room, memory_left, address_space_left, disk_left, &
-    file_limit, resident_bytes, no_limit
+  public :: has_memory, check_library_room, check_stack_room, memory_left, address_space_left, &
+    data_left, disk_left, file_limit, resident_bytes, no_limit
 
   integer(i8), parameter :: no_limit = huge(1_i8)
 
@@ -77,6 +77,23 @@ contains
       to_text(memory_left()/megabyte)//' MB are left to the process (ulimit -v, ulimit -d)')
   end subroutine check_library_room
 
+  !> Refuse to begin where the limit on the stack (ulimit -s) is too low for the program and its
+  !> libraries: a stack that overflows is the end of a process, without a word.
+  subroutine check_stack_room(error)
+    type(error_t), allocatable, intent(out) :: error !! too little stack
+    integer(c_int), parameter :: stack_size = 3 !! RLIMIT_STACK
+    integer(i8), parameter :: needed = 1024_i8*1024_i8
+    !! eight times what the decks of input/ take [byte]
+    integer(c_int64_t) :: limits(2)
+    integer(i8) :: stack
+
+    stack = no_limit
+    if (c_getrlimit(stack_size, limits) == 0) call lower(stack, 1_i8, limits(1), 0_i8)
+    if (stack < needed) call raise(error, exit_machine, 'bipot: error: the limit on the stack '// &
+      '(ulimit -s) is '//to_text(stack/1024_i8)//' kB; the program and its libraries need '// &
+      to_text(needed/1024_i8)//' kB')
+  end subroutine check_stack_room
+
   !> Whether the system grants so many bytes; it need not have them.
   function is_granted(bytes)
     integer(i8), intent(in) :: bytes
@@ -101,9 +118,7 @@ contains
     if (present(root)) at = root
     bytes = no_limit
     call lower(bytes, 1024_i8, number_after(at//'/proc/meminfo', 'MemAvailable:'), 0_i8)
-    bytes = min(bytes, address_space_left(at))
-    call lower(bytes, 1_i8, number_after(at//'/proc/self/limits', 'Max data size'), &
-      1024_i8*number_after(at//'/proc/self/status', 'VmData:'))
+    bytes = min(bytes, address_space_left(at), data_left(at))
     call look_at_groups(at, bytes)
   end function memory_left
 
@@ -116,6 +131,16 @@ contains
     call lower(bytes, 1_i8, number_after(root//'/proc/self/limits', 'Max address space'), &
       1024_i8*number_after(root//'/proc/self/status', 'VmSize:'))
   end function address_space_left
+
+  !> Bytes of its own that this process can still reserve, touched or not (ulimit -d).
+  function data_left(root) result(bytes)
+    character(*), intent(in) :: root !! above /proc
+    integer(i8) :: bytes
+
+    bytes = no_limit
+    call lower(bytes, 1_i8, number_after(root//'/proc/self/limits', 'Max data size'), &
+      1024_i8*number_after(root//'/proc/self/status', 'VmData:'))
+  end function data_left
 
   !> Bytes that can still be written to the folder of `path`.
   function disk_left(path) result(bytes)

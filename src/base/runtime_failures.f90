@@ -11,6 +11,9 @@
 !>   would end the program with exit status 2, an increment that was not solved.
 !> - A file that grows past the limit on files (ulimit -f) makes the system send SIGXFSZ, which
 !>   would kill the program. Ignored, the write itself fails, as on a full disk.
+!> - Text to a pipe that nobody reads any more (`| head -1`) makes it send SIGPIPE, which would kill
+!>   the program between two increments. Ignored, the write fails, and the run goes on without a
+!>   console.
 module runtime_failures_mod
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_ptr, c_size_t
   use errors_mod, only: exit_machine
@@ -20,7 +23,7 @@ module runtime_failures_mod
 
   public :: meet_runtime_failures
 
-  integer(c_int), parameter :: sigxfsz = 25     !! on Linux
+  integer(c_int), parameter :: sigpipe = 13, sigxfsz = 25 !! on Linux
   integer(c_intptr_t), parameter :: sig_ign = 1
 
   interface
@@ -74,10 +77,11 @@ module runtime_failures_mod
 
 contains
 
-  !> To be called first of all.
+  !> To be called before anything else but the opening of the standard streams.
   subroutine meet_runtime_failures()
     integer(c_intptr_t) :: before
 
+    before = c_signal(sigpipe, sig_ign)
     before = c_signal(sigxfsz, sig_ign)
     if (before == sig_ign) return
   end subroutine meet_runtime_failures

@@ -1,13 +1,15 @@
 !> Text to the standard streams, past the run-time library: its FLUSH says nothing where a disk is
 !> full, and what a full disk did not take is lost without a word.
 module standard_streams_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_intptr_t, &
+    c_null_char, c_ptr, c_size_t
   implicit none
   private
 
-  public :: write_to, standard_output, standard_error
+  public :: open_standard_streams, write_to, standard_output, standard_error
 
   integer, parameter :: standard_output = 1, standard_error = 2
+  integer(c_int), parameter :: epipe = 32 !! on Linux: nobody reads the pipe any more
 
   interface
     !> POSIX.
@@ -19,17 +21,63 @@ module standard_streams_mod
       integer(c_size_t), value :: length
       integer(c_intptr_t) :: written
     end function c_write
+
+    function c_fopen(path, mode) result(file) bind(c, name='fopen')
+      import :: c_char, c_ptr
+      implicit none
+      character(c_char), intent(in) :: path(*), mode(*)
+      type(c_ptr) :: file
+    end function c_fopen
+
+    function c_fileno(file) result(descriptor) bind(c, name='fileno')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: file
+      integer(c_int) :: descriptor
+    end function c_fileno
+
+    function c_fclose(file) result(status) bind(c, name='fclose')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: file
+      integer(c_int) :: status
+    end function c_fclose
+
+    !> Where the C library on Linux keeps the number of the last error.
+    function c_errno_location() result(address) bind(c, name='__errno_location')
+      import :: c_ptr
+      implicit none
+      type(c_ptr) :: address
+    end function c_errno_location
   end interface
 
 contains
 
-  !> Write `text` as it is. What standard output does not take (a full disk, a closed stream) goes
-  !> to standard error. Allocates nothing.
+  !> Open /dev/null in the place of every standard stream that is closed (`>&- 2>&-`): a new file
+  !> gets the lowest free descriptor, so the result file would become standard output and take the
+  !> console's text. To be called before any file is opened.
+  subroutine open_standard_streams()
+    type(c_ptr) :: file
+    integer(c_int) :: status
+
+    do
+      file = c_fopen('/dev/null'//c_null_char, 'r+'//c_null_char)
+      if (.not. c_associated(file)) return
+      if (c_fileno(file) <= standard_error) cycle
+      exit
+    end do
+    status = c_fclose(file)
+    if (status /= 0) return
+  end subroutine open_standard_streams
+
+  !> Write `text` as it is. What standard output does not take (a full disk) goes to standard error;
+  !> what nobody reads any more (`| head -1`) is dropped. Allocates nothing.
   subroutine write_to(stream, text)
     integer, intent(in) :: stream      !! standard_output or standard_error
     character(*), intent(in) :: text
     integer, parameter :: patience = 100 !! writes that take nothing, as signals may cause
     integer(c_intptr_t) :: written
+    integer(c_int) :: error
     integer :: first, to, failures
 
     to = stream
@@ -40,6 +88,9 @@ contains
       if (written > 0) then
         first = first + int(written)
       else
+        error = 0
+        if (written < 0) call get_last_error(error)
+        if (error == epipe) return
         failures = failures + 1
         if (failures < patience) cycle
         if (to == standard_error) return
@@ -48,5 +99,14 @@ contains
       end if
     end do
   end subroutine write_to
+
+  !> The number of the error that the last call of the system ended with.
+  subroutine get_last_error(number)
+    integer(c_int), intent(out) :: number
+    integer(c_int), pointer :: errno
+
+    call c_f_pointer(c_errno_location(), errno)
+    number = errno
+  end subroutine get_last_error
 
 end module standard_streams_mod

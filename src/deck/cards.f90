@@ -195,6 +195,7 @@ contains
     type(pieces_t) :: pieces
     integer :: line
 
+    if (card%keyword == 'PARAMETER') return ! a definition may look like an option
     call split_line(source, card%header, pieces)
     line = card%header
     do while (pieces%ends_with_comma)

@@ -3,11 +3,12 @@ module directory_mod
   use cards_mod, only: reader_t, report
   use diagnostics_mod, only: guess, quoted
   use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
+  use options_mod, only: card_t
   use text_mod, only: string_t
   implicit none
   private
 
-  public :: directory_t, open_directory, add_name, close_directory, find_named
+  public :: directory_t, open_directory, add_name, close_directory, find_named, find_owner
 
   !> The names of things of one kind, in the order of the deck.
   type :: directory_t
@@ -40,6 +41,27 @@ contains
     directory%names(directory%n)%text = name
     directory%position(directory%n) = position
   end subroutine add_name
+
+  !> Whose property `card` gives: that of the last thing named above it, which may have it once.
+  subroutine find_owner(reader, directory, keyword, card, given, owner)
+    type(reader_t), intent(inout) :: reader
+    type(directory_t), intent(in) :: directory
+    character(*), intent(in) :: keyword    !! that names such things, without star
+    type(card_t), intent(in) :: card
+    logical, intent(inout) :: given(:)     !! which things have the property
+    integer, intent(out) :: owner          !! index of the thing; 0: a mistake was reported
+
+    owner = directory%n
+    if (owner == 0) then
+      call report(reader, card%position, '*'//card%keyword//' belongs below a *'//keyword)
+    else if (given(owner)) then
+      call report(reader, card%position, directory%what//' '// &
+        quoted(directory%names(owner)%text)//' has its *'//card%keyword//' already')
+      owner = 0
+    else
+      given(owner) = .true.
+    end if
+  end subroutine find_owner
 
   !> Make the look-up, and report repeated names.
   subroutine close_directory(reader, directory)

@@ -1,6 +1,7 @@
 !> The data lines of a card, field by field.
 !>
-!> Every field that is not what it should be is reported at its own column.
+!> Every field that is not what it should be is reported at its own column, and so is a field too
+!> many: whoever takes a line says how many fields it can have.
 module fields_mod
   use cards_mod, only: is_data_line, keep_reading, pieces_t, reader_t, report, split_line
   use diagnostics_mod, only: quoted
@@ -13,11 +14,13 @@ module fields_mod
   implicit none
   private
 
-  public :: fields_t, next_data_line, field_position, field_text, is_empty_field
+  public :: fields_t, next_data_line, end_data, any_number, field_position, field_text
+  public :: is_empty_field
   public :: integer_field, real_field, name_field, limit_fields, looks_like_id
   public :: reference_t, reference_field
 
   integer, parameter :: max_substituted = 10000 !! fields of a line with parameters in it
+  integer, parameter :: any_number = huge(1)    !! of fields: the line is a list
 
   !> One data line.
   type :: fields_t
@@ -37,8 +40,33 @@ module fields_mod
 
 contains
 
-  !> Go on to the next data line of `card`; begin with fields%line = 0.
-  subroutine next_data_line(reader, card, fields, found)
+  !> Go on to the next data line of `card`; begin with fields%line = 0. Fields beyond the `most`
+  !> that it can have are reported.
+  subroutine next_data_line(reader, card, fields, found, most, form)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(fields_t), intent(inout) :: fields
+    logical, intent(out) :: found     !! false: there is none
+    integer, intent(in) :: most       !! any_number where the line is a list
+    character(*), intent(in) :: form  !! the line as it should be, for the message
+
+    call go_to_next_line(reader, card, fields, found)
+    if (found) call limit_fields(reader, fields, most, form)
+  end subroutine next_data_line
+
+  !> Report a data line behind the last that the card can have.
+  subroutine end_data(reader, card, fields, message)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(fields_t), intent(inout) :: fields !! the line before
+    character(*), intent(in) :: message     !! as "*FRICTION takes one data line"
+    logical :: found
+
+    call go_to_next_line(reader, card, fields, found)
+    if (found) call report(reader, fields%start, message)
+  end subroutine end_data
+
+  subroutine go_to_next_line(reader, card, fields, found)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(fields_t), intent(inout) :: fields
@@ -57,7 +85,7 @@ contains
     fields%start = fields%pieces%first(1)
     if (allocated(fields%text)) deallocate (fields%text)
     if (fields%pieces%has_parameters) call put_in_parameters(reader, fields)
-  end subroutine next_data_line
+  end subroutine go_to_next_line
 
   subroutine put_in_parameters(reader, fields)
     type(reader_t), intent(inout) :: reader
@@ -250,16 +278,24 @@ contains
     end if
   end function looks_like_id
 
-  !> Report fields beyond the `most` that the line can have.
+  !> Report the first field beyond the `most` that the line can have; empty ones do no harm.
   subroutine limit_fields(reader, fields, most, what)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
     integer, intent(in) :: most
     character(*), intent(in) :: what !! the line as it should be
+    character(:), allocatable :: hint
+    integer :: i
 
     if (fields%n <= most) return
-    call report(reader, field_position(reader, fields, most + 1), 'unexpected '// &
-      quoted(field_text(reader, fields, most + 1))//': the line has '//what)
+    do i = most + 1, fields%n
+      if (.not. is_empty_field(fields, i)) exit
+    end do
+    if (i > fields%n) return
+    hint = ''
+    if (looks_like_id(reader, fields, i)) hint = 'in numbers stands a point, not a comma: 0.3'
+    call report(reader, field_position(reader, fields, i), 'unexpected '// &
+      quoted(field_text(reader, fields, i))//': the line has '//what, hint)
   end subroutine limit_fields
 
 end module fields_mod

@@ -58,6 +58,8 @@ module mesh_draft_mod
     integer :: highest_element = 0
     logical :: taken_out = .false.
     !! elements seem to have been taken out of the deck: what names them is not a mistake
+    logical :: empty_card = .false.
+    !! an *ELEMENT card without data says so: what loads their nodes is not a mistake either
     integer :: n_skipped = 0
     integer, allocatable :: skipped_id(:)        !! elements of types that carry nothing here
     integer, allocatable :: skipped_position(:)

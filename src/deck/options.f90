@@ -11,8 +11,8 @@ module options_mod
   implicit none
   private
 
-  public :: card_t, open_card, open_only_card, allow_options, has_option, has_value, option_position
-  public :: name_option, integer_option, real_option, choice_option, choice_list
+  public :: card_t, open_card, open_only_card, allow_options, has_option, option_position
+  public :: flag_option, name_option, integer_option, real_option, choice_option, choice_list
   public :: allow_no_data, unquote, checked_name, max_name
 
   integer, parameter :: max_name = 80 !! longest name of a set, a surface, a material [byte]
@@ -187,18 +187,6 @@ contains
     has = find_option(card, name) > 0
   end function has_option
 
-  !> Whether the card has the option with a value behind it.
-  pure function has_value(card, name) result(has)
-    type(card_t), intent(in) :: card
-    character(*), intent(in) :: name
-    logical :: has
-    integer :: i
-
-    i = find_option(card, name)
-    has = i > 0
-    if (has) has = card%options(i)%has_value
-  end function has_value
-
   !> The place of an option's value (or name); of the card when it has no such option.
   pure function option_position(card, name) result(position)
     type(card_t), intent(in) :: card
@@ -211,6 +199,28 @@ contains
     position = card%options(i)%position
     if (card%options(i)%has_value) position = card%options(i)%value_position
   end function option_position
+
+  !> A flag: set where it stands alone or with the value YES, not set with NO.
+  subroutine flag_option(reader, card, name, set)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    logical, intent(inout) :: set !! unchanged when the option is absent or wrong
+    integer :: i
+
+    i = find_option(card, name)
+    if (i == 0) return
+    if (.not. card%options(i)%has_value) then
+      set = .true.
+    else if (same_word(card%options(i)%value, 'YES')) then
+      set = .true.
+    else if (same_word(card%options(i)%value, 'NO')) then
+      set = .false.
+    else if (len(card%options(i)%value) > 0) then ! else it was reported when it was read
+      call report(reader, card%options(i)%value_position, name//' takes no value but YES or '// &
+        'NO, found '//quoted(card%options(i)%value))
+    end if
+  end subroutine flag_option
 
   !> The name that option `name` gives, in upper case.
   subroutine name_option(reader, card, name, required, value, ok)

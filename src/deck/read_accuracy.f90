@@ -6,8 +6,7 @@ module read_accuracy_mod
   use cards_mod, only: reader_t, report
   use controls_mod, only: accuracy_controls_t
   use diagnostics_mod, only: quoted
-  use fields_mod, only: field_position, field_text, fields_t, limit_fields, next_data_line, &
-    real_field
+  use fields_mod, only: end_data, field_position, field_text, fields_t, next_data_line, real_field
   use kinds_mod, only: wp
   use options_mod, only: allow_options, card_t, choice_option, open_only_card
   implicit none
@@ -42,12 +41,11 @@ contains
     real(wp) :: value
     logical :: found, ok
 
-    call next_data_line(reader, card, fields, found)
+    call next_data_line(reader, card, fields, found, 1, 'an accuracy')
     if (.not. found) then
       call report(reader, card%position, '*ACCURACY needs a data line: an accuracy, as 0.01')
       return
     end if
-    call limit_fields(reader, fields, 1, 'an accuracy')
     call real_field(reader, fields, 1, 'an accuracy between 0 and 1', value, ok)
     if (ok .and. (value <= 0.0_wp .or. value >= 1.0_wp)) then
       call report(reader, field_position(reader, fields, 1), 'an accuracy is above 0 and below '// &
@@ -55,8 +53,7 @@ contains
     else if (ok) then
       wanted = value
     end if
-    call next_data_line(reader, card, fields, found)
-    if (found) call report(reader, fields%start, '*ACCURACY takes one data line')
+    call end_data(reader, card, fields, '*ACCURACY takes one data line')
   end subroutine read_wanted
 
 end module read_accuracy_mod

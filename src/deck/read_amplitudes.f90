@@ -5,7 +5,7 @@
 module read_amplitudes_mod
   use cards_mod, only: keep_reading, reader_t, report
   use directory_mod, only: add_name, close_directory, directory_t, find_named, open_directory
-  use fields_mod, only: field_position, fields_t, next_data_line, real_field
+  use fields_mod, only: any_number, field_position, fields_t, next_data_line, real_field
   use kinds_mod, only: wp
   use loads_mod, only: amplitude_t
   use options_mod, only: allow_options, card_t, choice_option, name_option, open_card, &
@@ -67,7 +67,7 @@ contains
     n = 0
     all_ok = .true.
     do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, any_number, 'pairs of time and value')
       if (.not. found) exit
       do i = 1, fields%n
         if (.not. keep_reading(reader)) return

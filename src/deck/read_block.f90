@@ -12,8 +12,8 @@ module read_block_mod
     graded_from_middle, graded_positions
   use cards_mod, only: reader_t, report
   use diagnostics_mod, only: quoted
-  use fields_mod, only: field_position, field_text, fields_t, is_empty_field, limit_fields, &
-    name_field, next_data_line, real_field
+  use fields_mod, only: field_position, field_text, fields_t, is_empty_field, name_field, &
+    next_data_line, real_field
   use keywords_mod, only: same_word
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: add_block, add_early_set, block_t, early_set_t, max_nodes, &
@@ -108,12 +108,11 @@ contains
 
     given = .false.
     value = 1.0_wp
-    call next_data_line(reader, card, fields, ok)
+    call next_data_line(reader, card, fields, ok, 6, 'a corner and a size: six numbers')
     if (.not. ok) then
       call report(reader, card%position, &
         '*BLOCK needs a data line: x, y, z of its corner, then its size along x, y, z')
     else
-      call limit_fields(reader, fields, 6, 'a corner and a size: six numbers')
       do i = 1, 6
         call real_field(reader, fields, i, 'x, y, z of the corner, then the size', value(i), &
           field_ok)
@@ -127,7 +126,7 @@ contains
     box%corner = value(:3)
     box%length = value(4:)
     do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, 3, 'X, Y or Z, a ratio and MIDDLE')
       if (.not. found) exit
       call read_grading(reader, fields, box, given, field_ok)
       ok = ok .and. field_ok
@@ -145,7 +144,6 @@ contains
     integer :: axis
     real(wp) :: ratio
 
-    call limit_fields(reader, fields, 3, 'X, Y or Z, a ratio and MIDDLE')
     call name_field(reader, fields, 1, 'X, Y or Z', name, ok)
     if (.not. ok) return
     axis = 0

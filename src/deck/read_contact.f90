@@ -9,8 +9,9 @@ module read_contact_mod
   use adjust_mod, only: adjust_t, read_adjust
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
-  use directory_mod, only: add_name, close_directory, directory_t, find_named, open_directory
-  use fields_mod, only: field_position, field_text, fields_t, is_empty_field, limit_fields, &
+  use directory_mod, only: add_name, close_directory, directory_t, find_named, find_owner, &
+    open_directory
+  use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
     name_field, next_data_line, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
@@ -72,16 +73,8 @@ contains
         call skip_thickness(reader, card)
       else if (reader%cards(k)%keyword == 'FRICTION') then
         call open_card(reader, k, card)
-        n = directory%n
-        if (n == 0) then
-          call report(reader, card%position, '*FRICTION belongs below a *SURFACE INTERACTION')
-        else if (has_friction(n)) then
-          call report(reader, card%position, 'interaction '//quoted(directory%names(n)%text)// &
-            ' has its *FRICTION already')
-        else
-          has_friction(n) = .true.
-          call read_friction(reader, card, friction(n))
-        end if
+        call find_owner(reader, directory, 'SURFACE INTERACTION', card, has_friction, n)
+        if (n > 0) call read_friction(reader, card, friction(n))
       end if
     end do
     call close_directory(reader, directory)
@@ -95,12 +88,13 @@ contains
     real(wp) :: thickness
     logical :: found, ok
 
-    call next_data_line(reader, card, fields, found)
+    call next_data_line(reader, card, fields, found, 1, 'a thickness, which is ignored')
     if (.not. found) return
-    call limit_fields(reader, fields, 1, 'a thickness, which is ignored')
-    call real_field(reader, fields, 1, 'a thickness, which is ignored', thickness, ok)
-    call next_data_line(reader, card, fields, found)
-    if (found) call report(reader, fields%start, '*SURFACE INTERACTION takes one data line at most')
+    if (.not. is_empty_field(fields, 1)) then
+      call real_field(reader, fields, 1, 'a thickness, which is ignored', thickness, ok)
+      call note(reader, 'the thickness of *SURFACE INTERACTION is ignored')
+    end if
+    call end_data(reader, card, fields, '*SURFACE INTERACTION takes one data line at most')
   end subroutine skip_thickness
 
   !> *FRICTION: mu[, stick slope]
@@ -114,21 +108,22 @@ contains
 
     call allow_options(reader, card, [character(1) ::], &
       ['SLIP TOLERANCE', 'ELASTIC SLIP  ', 'LAGRANGE      '])
-    call next_data_line(reader, card, fields, found)
+    call next_data_line(reader, card, fields, found, 2, 'mu (and a stick slope, which is ignored)')
     if (.not. found) then
       call report(reader, card%position, '*FRICTION needs a data line: mu')
       return
     end if
-    call limit_fields(reader, fields, 2, 'mu (and a stick slope, which is ignored)')
     call real_field(reader, fields, 1, 'the friction coefficient', mu, ok)
     if (mu < 0.0_wp) call report(reader, fields%start, &
       'the friction coefficient must not be negative: '//quoted(field_text(reader, fields, 1)))
     if (.not. is_empty_field(fields, 2)) then
+      if (ok .and. abs(mu) <= 0.0_wp) call report(reader, field_position(reader, fields, 2), &
+        'a stick slope without friction: '//quoted(field_text(reader, fields, 2)), &
+        'in numbers stands a point, not a comma: 0.3')
       call real_field(reader, fields, 2, 'the stick slope', slope, ok)
       call note(reader, 'the stick slope of *FRICTION is ignored: sticking is exact')
     end if
-    call next_data_line(reader, card, fields, found)
-    if (found) call report(reader, fields%start, '*FRICTION takes one data line')
+    call end_data(reader, card, fields, '*FRICTION takes one data line')
   end subroutine read_friction
 
   !> *CONTACT PAIR, INTERACTION=name: slave surface, obstacle
@@ -168,12 +163,11 @@ contains
         if (interaction > 0) pair%mu = interactions%mu(interaction)
       end if
       fields%line = 0 ! other cards may lie between two pairs
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, 2, 'a slave surface and an obstacle')
       if (.not. found) then
         call report(reader, card%position, '*CONTACT PAIR needs a data line: slave, obstacle')
         cycle
       end if
-      call limit_fields(reader, fields, 2, 'a slave surface and an obstacle')
       call find_slave(reader, model, fields, surfaces, pair)
       call find_obstacle(reader, fields, surfaces, obstacles, pair)
       if (pair%surface > 0 .and. pair%obstacle > 0) then
@@ -182,8 +176,7 @@ contains
         found_pairs(n) = pair
         position(n) = fields%start
       end if
-      call next_data_line(reader, card, fields, found)
-      if (found) call report(reader, fields%start, '*CONTACT PAIR takes one data line')
+      call end_data(reader, card, fields, '*CONTACT PAIR takes one data line')
     end do
     allocate (pairs(n))
     do k = 1, n

@@ -15,10 +15,11 @@ module read_controls_mod
     output_controls_t, solver_auto, solver_global_newton, solver_sweeps, stop_at_change, &
     stop_at_residual
   use diagnostics_mod, only: quoted
-  use fields_mod, only: fields_t, is_empty_field, name_field, next_data_line
+  use fields_mod, only: any_number, fields_t, is_empty_field, name_field, next_data_line
   use kinds_mod, only: wp
-  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
-    integer_option, open_card, open_only_card, option_position, real_option
+  use text_mod, only: to_text
+  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
+    has_option, integer_option, open_card, open_only_card, option_position, real_option
   implicit none
   private
 
@@ -58,8 +59,7 @@ contains
     if (of_sweeps) controls%local = locals(choice)
     call choice_option(reader, card, 'LINEAR', ['AUTO  ', 'DIRECT', 'GMRES '], choice, ok)
     if (ok) controls%linear = linears(choice)
-    call choice_option(reader, card, 'ANDERSON', ['NO ', 'YES'], choice, ok)
-    if (ok) controls%acceleration = choice == 2
+    call flag_option(reader, card, 'ANDERSON', controls%acceleration)
     call choice_option(reader, card, 'STOP', ['RESIDUAL', 'CHANGE  '], choice, ok)
     if (ok) controls%stop_rule = stop_rules(choice)
     call real_option(reader, card, 'RHO', 0.0_wp, 1.0e15_wp, controls%rho, ok)
@@ -68,49 +68,101 @@ contains
     call integer_option(reader, card, 'MAX SWEEPS', 1, huge(1), controls%max_sweeps, ok)
     ! Only sweeps know these two; LOCAL=AUTO is as good as not given.
     if (has_option(card, 'RELAXATION')) of_sweeps = .true.
-    if (.not. of_sweeps) return
-    if (controls%solver == solver_global_newton) then
-      call report(reader, option_position(card, 'SOLVER'), &
-        'LOCAL and RELAXATION belong to SWEEPS, not to GLOBAL NEWTON')
-    end if
-    controls%solver = solver_sweeps
+    if (of_sweeps) call choose_sweeps(reader, card, controls%solver)
+    call note_unused(reader, controls)
   end subroutine read_contact_controls
 
-  !> *NODE FILE, *EL FILE, *CONTACT FILE of all steps together; without any the defaults hold.
+  !> LOCAL and RELAXATION say that sweeps are meant.
+  subroutine choose_sweeps(reader, card, solver)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    integer, intent(inout) :: solver !! as SOLVER= says it
+
+    if (solver == solver_global_newton) then
+      call report(reader, option_position(card, 'SOLVER'), &
+        'LOCAL and RELAXATION belong to SWEEPS, not to GLOBAL NEWTON')
+    else if (solver == solver_auto .and. has_option(card, 'SOLVER')) then
+      call note(reader, 'SOLVER=AUTO beside LOCAL or RELAXATION: sweeps run')
+    end if
+    solver = solver_sweeps
+  end subroutine choose_sweeps
+
+  !> Note what the solver that runs does not look at.
+  subroutine note_unused(reader, controls)
+    type(reader_t), intent(inout) :: reader
+    type(contact_controls_t), intent(in) :: controls
+
+    if (controls%solver == solver_sweeps) then
+      if (controls%linear /= linear_auto) call note(reader, &
+        'LINEAR of *CONTACT SOLVER is ignored: it belongs to the global Newton')
+    else
+      if (controls%acceleration) call note(reader, &
+        'ANDERSON of *CONTACT SOLVER is ignored: it belongs to SOLVER=SWEEPS')
+      if (controls%stop_rule == stop_at_change) call note(reader, &
+        'STOP=CHANGE of *CONTACT SOLVER is ignored: it belongs to SOLVER=SWEEPS')
+    end if
+  end subroutine note_unused
+
+  !> *NODE FILE, *EL FILE, *CONTACT FILE of all steps together. Without *NODE FILE and *CONTACT FILE
+  !> the defaults hold at the nodes; *EL FILE adds to them.
   subroutine read_output_controls(reader, controls)
     type(reader_t), intent(inout) :: reader
     type(output_controls_t), intent(out) :: controls
     type(output_controls_t) :: named
     type(card_t) :: card
-    integer :: k
-    logical :: given, ok
+    integer :: k, before
+    logical :: nodal, frequency_given, ok
 
     named%displacement = .false.
     named%reaction = .false.
     named%contact = .false.
     named%at_centroids = .false.
-    given = .false.
+    nodal = .false.
+    frequency_given = .false.
     do k = 1, reader%n_cards
       select case (reader%cards(k)%keyword)
       case ('NODE FILE', 'EL FILE', 'CONTACT FILE')
         call open_card(reader, k, card)
-        call allow_options(reader, card, ['FREQUENCY', 'POSITION '], ['NSET           ', &
-          'ELSET          ', 'OUTPUT         ', 'GLOBAL         ', 'TIME POINTS    ', &
-          'CONTACT ELEMENT', 'LAST ITERATIONS'])
-        given = .true.
+        call allow_output_options(reader, card)
+        before = named%frequency
         call integer_option(reader, card, 'FREQUENCY', 1, huge(1), named%frequency, ok)
+        if (ok .and. frequency_given .and. named%frequency /= before) call note(reader, &
+          'FREQUENCY='//to_text(named%frequency)//', the last of the deck, counts for all results')
+        frequency_given = frequency_given .or. ok
         if (card%keyword == 'CONTACT FILE') named%contact = .true.
         if (card%keyword == 'EL FILE') call read_position(reader, card, named)
+        nodal = nodal .or. card%keyword /= 'EL FILE'
         call read_variables(reader, card, named)
       case default
         cycle
       end select
     end do
-    if (.not. given) return
+    if (.not. nodal) then
+      named%displacement = .true.
+      named%reaction = .true.
+      named%contact = .true.
+    end if
     controls = named
+    if (named%stress .or. named%strain) return
+    if (named%at_gauss_points .or. named%at_nodes) call note(reader, &
+      'POSITION of *EL FILE is ignored: neither S nor E is written')
     ! Without stresses and strains it does not matter where they are.
-    if (.not. (named%stress .or. named%strain)) controls%at_centroids = .true.
+    controls%at_centroids = .true.
   end subroutine read_output_controls
+
+  !> The options that the output cards have.
+  subroutine allow_output_options(reader, card)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), parameter :: ignored(*) = [character(15) :: 'NSET', 'ELSET', 'OUTPUT', 'GLOBAL', &
+      'TIME POINTS', 'CONTACT ELEMENT', 'LAST ITERATIONS']
+
+    if (card%keyword == 'EL FILE') then
+      call allow_options(reader, card, ['FREQUENCY', 'POSITION '], ignored)
+    else
+      call allow_options(reader, card, ['FREQUENCY'], ignored)
+    end if
+  end subroutine allow_output_options
 
   !> Where the stresses and strains of an *EL FILE are written; several cards add up.
   subroutine read_position(reader, card, controls)
@@ -144,7 +196,7 @@ contains
     logical :: found, ok
 
     do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, any_number, 'names of results')
       if (.not. found) exit
       do i = 1, fields%n
         if (is_empty_field(fields, i)) cycle
@@ -161,9 +213,11 @@ contains
           controls%strain = .true.
         case ('EL FILE ERR')
           controls%mesh_error = .true.
+        case ('CONTACT FILE CDIS', 'CONTACT FILE CSTR', 'CONTACT FILE CDISP', &
+          'CONTACT FILE CSTRESS', 'CONTACT FILE CFORCE', 'CONTACT FILE CSTATUS')
+          continue ! gaps, slips, forces, pressures and states: the contact results, all of them
         case default
-          if (card%keyword /= 'CONTACT FILE') call note(reader, '*'//card%keyword//': '// &
-            quoted(name)//' is not written')
+          call note(reader, '*'//card%keyword//': '//quoted(name)//' is not written')
         end select
       end do
     end do

@@ -85,6 +85,7 @@ contains
     call notes_as_list(reader%diagnostics, scene%notes)
     if (allocated(error)) return
     scene%deck = reader%source%text(:reader%source%length)
+    scene%files = reader%source%files(:reader%source%n_files)
   end subroutine read_scene
 
   !> Everything but the parameters.

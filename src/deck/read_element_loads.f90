@@ -10,8 +10,8 @@
 module read_element_loads_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
-  use fields_mod, only: field_position, fields_t, is_empty_field, limit_fields, name_field, &
-    next_data_line, real_field, reference_field, reference_t
+  use fields_mod, only: any_number, field_position, fields_t, is_empty_field, limit_fields, &
+    name_field, next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
   use loads_mod, only: gravity_t, load_step_t, pressure_t
   use options_mod, only: allow_options, card_t
@@ -88,7 +88,7 @@ contains
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, amplitude)
     do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, any_number, '')
       if (.not. found) exit
       call read_label(reader, fields, label)
       call read_target(reader, model, fields, label, elements, slot, ok(1))

@@ -12,7 +12,7 @@ module read_gaps_mod
     real_field, reference_field, reference_t
   use keywords_mod, only: same_word
   use kinds_mod, only: i8, wp
-  use options_mod, only: allow_options, card_t, has_option, has_value, open_card, option_position
+  use options_mod, only: allow_options, card_t, flag_option, open_card
   use read_surfaces_mod, only: surface_list_t
   use scene_mod, only: contact_gap_t, contact_pair_t
   use sets_mod, only: model_t, referenced_nodes
@@ -71,16 +71,17 @@ contains
     type(fields_t) :: fields
     type(reference_t) :: reference
     type(contact_gap_t) :: gap
-    logical :: found, ok, named
+    logical :: found, ok, named, parabola
+    character(*), parameter :: form = 'a node or a set of nodes, PARABOLA, a centre and a radius'
 
     call allow_options(reader, card, ['PARABOLA'])
-    if (has_value(card, 'PARABOLA')) call report(reader, option_position(card, 'PARABOLA'), &
-      'PARABOLA takes no value')
+    parabola = .false.
+    call flag_option(reader, card, 'PARABOLA', parabola)
     do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, 6, form)
       if (.not. found) exit
       call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, named)
-      call read_gap(reader, fields, has_option(card, 'PARABOLA'), gap, ok)
+      call read_gap(reader, fields, parabola, gap, ok)
       if (.not. named) cycle
       call referenced_nodes(reader, model, reference, gap%nodes)
       if (size(gap%nodes) == 0 .or. .not. ok) cycle

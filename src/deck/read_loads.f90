@@ -19,6 +19,7 @@ module read_loads_mod
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
   use read_surfaces_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
   use sets_mod, only: model_t, referenced_nodes
+  use text_mod, only: to_text
   implicit none
   private
 
@@ -95,9 +96,9 @@ contains
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, value%amplitude)
     lines: do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, 4, &
+        'a set or node, first dof, last dof, value')
       if (.not. found) exit lines
-      call limit_fields(reader, fields, 4, 'a set or node, first dof, last dof, value')
       call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, found)
       call read_dofs(reader, fields, with, ok)
       value%value = 0.0_wp
@@ -106,6 +107,7 @@ contains
       end if
       if (.not. found) cycle lines
       call referenced_nodes(reader, model, reference, nodes)
+      call check_moves(reader, model, reference, nodes, value%value, .false.)
       call check_rotations(reader, model, fields, nodes, with, value%value)
       do i = 1, 3
         if (with(i)) call add_values(reader, model, nodes, i, value, draft%boundary, draft%work)
@@ -246,15 +248,15 @@ contains
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, value%amplitude)
     do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, 3, 'a set or node, dof, force')
       if (.not. found) exit
-      call limit_fields(reader, fields, 3, 'a set or node, dof, force')
       call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, ok(1))
       call read_dof(reader, fields, 2, 'the dof', 3, dof, ok(2))
       call real_field(reader, fields, 3, 'the force', value%value, ok(3))
       if (.not. ok(1)) cycle
       call referenced_nodes(reader, model, reference, nodes)
       if (.not. all(ok)) cycle
+      call check_moves(reader, model, reference, nodes, value%value, model%mesh%empty_card)
       call add_values(reader, model, nodes, dof, value, draft%forces, draft%work, sum_up=.true.)
       if (draft%work > max_work) then
         call report(reader, fields%start, 'the deck prescribes too many values')
@@ -281,9 +283,8 @@ contains
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, pressure%amplitude)
     do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, 3, 'a surface, P, a pressure')
       if (.not. found) exit
-      call limit_fields(reader, fields, 3, 'a surface, P, a pressure')
       call name_field(reader, fields, 1, 'a surface', name, ok(1))
       call name_field(reader, fields, 2, 'P', label, ok(2))
       if (ok(2) .and. label /= 'P') call report(reader, field_position(reader, fields, 2), &
@@ -318,6 +319,28 @@ contains
     call choice_option(reader, card, 'OP', ['MOD', 'NEW'], choice, ok)
     if (choice == op_new) replace = .true.
   end subroutine read_op
+
+  !> Report a motion or a force on nodes that carry nothing, as a node does where the REF NODE= of
+  !> an obstacle was forgotten. What is held at 0 there changes nothing, which is noted.
+  subroutine check_moves(reader, model, reference, nodes, value, left_over)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(reference_t), intent(in) :: reference
+    integer, intent(in) :: nodes(:)
+    real(wp), intent(in) :: value    !! prescribed [length or force]
+    logical, intent(in) :: left_over !! it may be of elements that were taken out
+    character(:), allocatable :: what
+
+    if (abs(value) <= 0.0_wp .or. size(nodes) == 0 .or. left_over) return
+    if (any(model%used(nodes) .or. model%reference(nodes))) return
+    if (reference%id > 0) then
+      what = 'node '//to_text(reference%id)//' belongs to no element and is'
+    else
+      what = 'the nodes of set '//quoted(reference%name)//' belong to no element and are'
+    end if
+    call report(reader, reference%position, what//' the reference node of no obstacle: this '// &
+      'moves nothing', 'an obstacle is moved through the node that its REF NODE= names')
+  end subroutine check_moves
 
   !> Prescribe a value on one dof of several nodes.
   !>

@@ -7,8 +7,8 @@
 module read_mesh_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use diagnostics_mod, only: guess, quoted
-  use fields_mod, only: fields_t, integer_field, limit_fields, looks_like_id, next_data_line, &
-    real_field
+  use fields_mod, only: any_number, fields_t, integer_field, limit_fields, looks_like_id, &
+    next_data_line, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
   use mesh_draft_mod, only: add_early_set, add_skipped, add_skipped_node, early_set_t, max_nodes, &
@@ -43,9 +43,8 @@ contains
     first = draft%n_nodes + 1
     before = reader%diagnostics%n_mistakes
     do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, 4, 'an id and three coordinates')
       if (.not. found) exit
-      call limit_fields(reader, fields, 4, 'an id and three coordinates')
       call integer_field(reader, fields, 1, 'the id of a node', 1, id, ok(1))
       do i = 1, 3
         call real_field(reader, fields, i + 1, 'coordinate '//'xyz'(i:i), x(i), ok(i + 1))
@@ -84,6 +83,7 @@ contains
       call read_bricks(reader, card, kind, draft)
       if (draft%n_elements < first .and. reader%diagnostics%n_mistakes == before) then
         draft%taken_out = .true.
+        draft%empty_card = .true.
         call note(reader, '*ELEMENT without data: its elements count as taken out')
       end if
     else
@@ -163,7 +163,7 @@ contains
     comma = .false.
     all_ok = .true.
     do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, any_number, 'an id and eight nodes')
       if (.not. found) exit
       if (have > 0) then
         ! A line that cannot be the rest of this brick begins the next one.
@@ -227,7 +227,7 @@ contains
 
     continued = .false.
     do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, any_number, 'an id and nodes')
       if (.not. found) exit
       if (.not. continued) then
         call integer_field(reader, fields, 1, 'the id of an element', 1, id, ok)

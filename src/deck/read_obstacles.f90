@@ -10,11 +10,11 @@ module read_obstacles_mod
   use cards_mod, only: reader_t, report
   use diagnostics_mod, only: quoted
   use directory_mod, only: add_name, close_directory, directory_t, open_directory
-  use fields_mod, only: field_position, fields_t, limit_fields, next_data_line, real_field
+  use fields_mod, only: field_position, fields_t, next_data_line, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id
   use obstacles_mod, only: obstacle_cylinder, obstacle_plane, obstacle_sphere, obstacle_t
-  use options_mod, only: allow_options, card_t, choice_option, has_option, has_value, &
+  use options_mod, only: allow_options, card_t, choice_option, flag_option, has_option, &
     integer_option, name_option, open_card, option_position
   use sets_mod, only: model_t
   use text_mod, only: to_text
@@ -50,9 +50,7 @@ contains
       call add_name(names, name, card%position)
       obstacles(names%n)%name = name
       call read_reference_node(reader, card, model, obstacles(names%n)%ref_node)
-      obstacles(names%n)%inner = has_option(card, 'INNER')
-      if (has_value(card, 'INNER')) call report(reader, option_position(card, 'INNER'), &
-        'INNER takes no value')
+      call flag_option(reader, card, 'INNER', obstacles(names%n)%inner)
       kind = 0
       call choice_option(reader, card, 'TYPE', ['PLANE   ', 'SPHERE  ', 'CYLINDER'], kind, ok)
       if (.not. has_option(card, 'TYPE')) call report(reader, card%position, &
@@ -137,9 +135,8 @@ contains
     value = 0.0_wp
     position = card%position
     do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, size(value) - have, form)
       if (.not. found) exit
-      call limit_fields(reader, fields, size(value) - have, form)
       if (have == size(value)) exit
       do i = 1, min(fields%n, size(value) - have)
         have = have + 1

@@ -9,9 +9,10 @@
 module read_properties_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
-  use directory_mod, only: add_name, close_directory, directory_t, find_named, open_directory
-  use fields_mod, only: field_position, field_text, fields_t, limit_fields, next_data_line, &
-    real_field
+  use directory_mod, only: add_name, close_directory, directory_t, find_named, find_owner, &
+    open_directory
+  use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
+    next_data_line, real_field
   use kinds_mod, only: wp
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, name_option, &
     open_card, option_position
@@ -32,16 +33,16 @@ contains
     type(directory_t), intent(out) :: names
     type(card_t) :: card
     character(:), allocatable :: name
-    logical, allocatable :: elastic(:)
+    logical, allocatable :: elastic(:), dense(:)
     integer :: k, n
     logical :: ok
 
     n = count(reader%cards(:reader%n_cards)%keyword == 'MATERIAL')
     call open_directory('material', n, names)
-    allocate (materials(n), elastic(n))
+    allocate (materials(n), elastic(n), dense(n))
     elastic = .false.
+    dense = .false.
     do k = 1, reader%n_cards
-      n = names%n
       select case (reader%cards(k)%keyword)
       case ('MATERIAL')
         call open_card(reader, k, card)
@@ -49,20 +50,15 @@ contains
         call allow_no_data(reader, card)
         call name_option(reader, card, 'NAME', .true., name, ok)
         call add_name(names, name, card%position)
-        materials(n + 1)%name = name
-      case ('ELASTIC', 'DENSITY')
+        materials(names%n)%name = name
+      case ('ELASTIC')
         call open_card(reader, k, card)
-        if (n == 0) then
-          call report(reader, card%position, '*'//card%keyword//' belongs below a *MATERIAL')
-        else if (card%keyword == 'DENSITY') then
-          call read_density(reader, card, materials(n)%density)
-        else if (elastic(n)) then
-          call report(reader, card%position, 'material '//quoted(names%names(n)%text)// &
-            ' has its *ELASTIC already')
-        else
-          elastic(n) = .true.
-          call read_elastic(reader, card, materials(n))
-        end if
+        call find_owner(reader, names, 'MATERIAL', card, elastic, n)
+        if (n > 0) call read_elastic(reader, card, materials(n))
+      case ('DENSITY')
+        call open_card(reader, k, card)
+        call find_owner(reader, names, 'MATERIAL', card, dense, n)
+        if (n > 0) call read_density(reader, card, materials(n)%density)
       case default
         cycle
       end select
@@ -82,18 +78,16 @@ contains
     type(material_t), intent(inout) :: material
     type(fields_t) :: fields
     integer :: kind
-    real(wp) :: temperature
     logical :: found, ok
 
     call allow_options(reader, card, ['TYPE'])
     kind = 1
     call choice_option(reader, card, 'TYPE', ['ISOTROPIC', 'ISO      '], kind, ok)
-    call next_data_line(reader, card, fields, found)
+    call next_data_line(reader, card, fields, found, 2, 'E and nu (and no temperature)')
     if (.not. found) then
       call report(reader, card%position, '*ELASTIC needs a data line: E, nu')
       return
     end if
-    call limit_fields(reader, fields, 3, 'E and nu')
     call real_field(reader, fields, 1, "Young's modulus", material%young, ok)
     if (ok .and. material%young <= 0.0_wp) call report(reader, fields%start, &
       "Young's modulus must be positive, not "//quoted(field_text(reader, fields, 1)))
@@ -102,9 +96,7 @@ contains
       call report(reader, field_position(reader, fields, 2), &
       "Poisson's ratio must lie between -1 and 0.5, not "//quoted(field_text(reader, fields, 2)))
     end if
-    if (fields%n >= 3) call real_field(reader, fields, 3, 'the temperature', temperature, ok)
-    call next_data_line(reader, card, fields, found)
-    if (found) call report(reader, fields%start, &
+    call end_data(reader, card, fields, &
       'properties that depend on temperature are not available: one line E, nu')
   end subroutine read_elastic
 
@@ -114,22 +106,18 @@ contains
     type(card_t), intent(in) :: card
     real(wp), intent(inout) :: density !! [mass/length^3]
     type(fields_t) :: fields
-    real(wp) :: temperature
     logical :: found, ok
 
     call allow_options(reader, card, [character(1) ::])
-    call next_data_line(reader, card, fields, found)
+    call next_data_line(reader, card, fields, found, 1, 'the density (and no temperature)')
     if (.not. found) then
       call report(reader, card%position, '*DENSITY needs a data line')
       return
     end if
-    call limit_fields(reader, fields, 2, 'the density')
     call real_field(reader, fields, 1, 'the density', density, ok)
     if (ok .and. density <= 0.0_wp) call report(reader, fields%start, &
       'the density must be positive, not '//quoted(field_text(reader, fields, 1)))
-    if (fields%n >= 2) call real_field(reader, fields, 2, 'the temperature', temperature, ok)
-    call next_data_line(reader, card, fields, found)
-    if (found) call report(reader, fields%start, &
+    call end_data(reader, card, fields, &
       'a density that depends on temperature is not available: one line')
   end subroutine read_density
 
@@ -183,11 +171,13 @@ contains
     logical :: ok, found
 
     call allow_options(reader, card, ['ELSET   ', 'MATERIAL'], ['CONTROLS   ', 'ORIENTATION'])
-    call next_data_line(reader, card, fields, found)
+    call next_data_line(reader, card, fields, found, 1, 'a thickness, which is ignored')
     if (found) then
-      call real_field(reader, fields, 1, 'the thickness', thickness, ok)
-      call next_data_line(reader, card, fields, found)
-      if (found) call report(reader, fields%start, '*SOLID SECTION takes one data line at most')
+      if (.not. is_empty_field(fields, 1)) then
+        call real_field(reader, fields, 1, 'a thickness, which is ignored', thickness, ok)
+        call note(reader, 'the thickness of *SOLID SECTION is ignored: bricks have their own')
+      end if
+      call end_data(reader, card, fields, '*SOLID SECTION takes one data line at most')
     end if
     call name_option(reader, card, 'ELSET', .true., name, ok)
     set = 0

@@ -13,13 +13,13 @@
 module read_sets_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use diagnostics_mod, only: quoted
-  use fields_mod, only: fields_t, integer_field, limit_fields, next_data_line, reference_field, &
-    reference_t
+  use fields_mod, only: any_number, field_position, fields_t, integer_field, limit_fields, &
+    next_data_line, reference_field, reference_t
   use kinds_mod, only: i8
   use lookup_mod, only: find_id, find_name, make_name_lookup
   use mesh_draft_mod, only: block_t, early_set_t, mesh_draft_t, set_of_elements, set_of_nodes
-  use options_mod, only: allow_no_data, allow_options, card_t, has_option, name_option, open_card, &
-    option_position
+  use options_mod, only: allow_no_data, allow_options, card_t, flag_option, has_option, &
+    name_option, open_card, option_position
   use sets_mod, only: append, append_one, append_skipped, find_set, finish, model_t, &
     report_unknown, set_list_t, set_t
   use text_mod, only: to_text
@@ -204,19 +204,23 @@ contains
     type(fields_t) :: fields
     type(reference_t) :: reference
     integer :: i, home, n_wrong
-    logical :: found, ok
+    logical :: found, ok, generated
 
     call open_card(reader, sets%card(entry), card)
     home = find_name(sets%lookup, sets%names, sets%names(entry)%text)
+    generated = .false.
+    call flag_option(reader, card, 'GENERATE', generated)
     if (present(elements) .and. has_option(card, 'ELSET')) then
+      if (generated) call report(reader, option_position(card, 'GENERATE'), &
+        'GENERATE and ELSET= exclude each other: ids from lines, or the nodes of elements')
       call add_nodes_of_elements(reader, draft, elements, card, sets%list(home), work)
       return
     end if
     n_wrong = 0
     lines: do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, any_number, 'ids and names of sets')
       if (.not. found) exit lines
-      if (has_option(card, 'GENERATE')) then
+      if (generated) then
         call generate(reader, draft, fields, sets, sets%list(home), work)
         cycle lines
       end if
@@ -333,6 +337,10 @@ contains
     if (.not. all(ok)) return
     if (last < first) then
       call report(reader, fields%start, 'the last id is below the first')
+      return
+    else if (mod(int(last, i8) - first, int(step, i8)) /= 0) then
+      call report(reader, field_position(reader, fields, 2), 'from '//to_text(first)// &
+        ' in steps of '//to_text(step)//' the id '//to_text(last)//' is not met')
       return
     end if
     if (sets%kind == set_of_elements .and. draft%taken_out .and. &

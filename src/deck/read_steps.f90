@@ -11,12 +11,12 @@
 module read_steps_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use diagnostics_mod, only: quoted
-  use fields_mod, only: field_position, field_text, fields_t, is_empty_field, limit_fields, &
+  use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
     next_data_line, real_field
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
-  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
-    has_value, open_card, option_position
+  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
+    open_card, option_position
   use read_amplitudes_mod, only: amplitude_list_t
   use read_element_loads_mod, only: close_element_loads, element_load_draft_t, read_dload, &
     start_element_loads
@@ -145,20 +145,18 @@ contains
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     integer :: choice
-    logical :: ok
+    logical :: ok, nonlinear, perturbation
 
     call allow_options(reader, card, ['NLGEOM      ', 'PERTURBATION', 'AMPLITUDE   '], &
       ['INC          ', 'NAME         ', 'UNSYMM       ', 'EXTRAPOLATION', 'CONVERT SDI  '])
-    if (has_option(card, 'NLGEOM')) then
-      choice = 1
-      if (has_value(card, 'NLGEOM')) then
-        call choice_option(reader, card, 'NLGEOM', ['YES', 'NO '], choice, ok)
-      end if
-      if (choice == 1) call report(reader, option_position(card, 'NLGEOM'), &
-        'NLGEOM (finite strain) is not available: strains are small here')
-    end if
-    if (has_option(card, 'PERTURBATION')) call report(reader, &
-      option_position(card, 'PERTURBATION'), 'PERTURBATION steps are not available')
+    nonlinear = .false.
+    call flag_option(reader, card, 'NLGEOM', nonlinear)
+    if (nonlinear) call report(reader, option_position(card, 'NLGEOM'), &
+      'NLGEOM (finite strain) is not available: strains are small here')
+    perturbation = .false.
+    call flag_option(reader, card, 'PERTURBATION', perturbation)
+    if (perturbation) call report(reader, option_position(card, 'PERTURBATION'), &
+      'PERTURBATION steps are not available')
     choice = 1
     call choice_option(reader, card, 'AMPLITUDE', ['RAMP', 'STEP'], choice, ok)
     if (choice == 2) call report(reader, option_position(card, 'AMPLITUDE'), &
@@ -176,10 +174,10 @@ contains
     logical :: found, ok(2)
 
     call allow_options(reader, card, ['DIRECT'], ['SOLVER'])
-    step%direct = has_option(card, 'DIRECT')
-    call next_data_line(reader, card, fields, found)
+    call flag_option(reader, card, 'DIRECT', step%direct)
+    call next_data_line(reader, card, fields, found, 4, &
+      'an increment, a period (and a smallest and a largest increment, which are ignored)')
     if (.not. found) return
-    call limit_fields(reader, fields, 4, 'an increment and a period')
     position = fields%start
     ok = .true.
     if (.not. is_empty_field(fields, 2)) then
@@ -214,8 +212,7 @@ contains
         step%n_increments = nint(step%period/step%increment)
       end if
     end if
-    call next_data_line(reader, card, fields, found)
-    if (found) call report(reader, fields%start, '*STATIC takes one data line')
+    call end_data(reader, card, fields, '*STATIC takes one data line')
   end subroutine read_static
 
 end module read_steps_mod

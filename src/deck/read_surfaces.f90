@@ -11,7 +11,7 @@ module read_surfaces_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: guess, quoted
   use find_faces_mod, only: find_outer_faces
-  use fields_mod, only: field_position, field_text, fields_t, is_empty_field, limit_fields, &
+  use fields_mod, only: field_position, field_text, fields_t, is_empty_field, &
     next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
   use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
@@ -261,9 +261,9 @@ contains
     allocate (keys(0))
     n = 0
     do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, 2, &
+        'an element or a set of elements, and one of S1..S6')
       if (.not. found) exit
-      call limit_fields(reader, fields, 2, 'an element or a set of elements, and one of S1..S6')
       call reference_field(reader, fields, 1, 'an element or a set of elements', reference, ok)
       call read_face(reader, fields, face)
       if (.not. ok) cycle
@@ -338,9 +338,9 @@ contains
 
     n = 0
     do
-      call next_data_line(reader, card, fields, found)
+      call next_data_line(reader, card, fields, found, 2, &
+        'a node or a set of nodes (and an area, which is ignored)')
       if (.not. found) exit
-      call limit_fields(reader, fields, 2, 'a node or a set of nodes')
       call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, ok)
       if (.not. is_empty_field(fields, 2)) then
         call real_field(reader, fields, 2, 'the area of a node', area, found)

@@ -6,7 +6,7 @@
 module result_claims_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input
-  use text_mod, only: to_text
+  use text_mod, only: to_text, upper
   use scene_mod, only: scene_t
   use hdf5_files_mod, only: hdf5_file_t, look_at_file, create_file, open_file, close_file, exists, &
     file_absent, file_readable, file_locked, file_foreign
@@ -29,9 +29,9 @@ contains
   ! ------------------------------------------------------------------ a new run
 
   !> Create the file of a new run where it begins, if it may take its place later.
-  subroutine claim_place(path, name, overwrite, n_rows, hdf5, error)
+  subroutine claim_place(path, scene, overwrite, n_rows, hdf5, error)
     character(*), intent(in) :: path   !! of the place
-    character(*), intent(in) :: name   !! of the deck
+    type(scene_t), intent(in) :: scene !! what the deck and the command line say
     logical, intent(in) :: overwrite   !! replace whatever stands there and no run writes
     integer, intent(in) :: n_rows      !! increments that the file is to hold, at most
     type(hdf5_file_t), intent(out) :: hdf5
@@ -42,7 +42,7 @@ contains
 
     lock = lock_folder(path)
     call clear_beginning(path, error)
-    if (.not. allocated(error)) call check_replaceable(path, name, overwrite, error)
+    if (.not. allocated(error)) call check_replaceable(path, scene, overwrite, error)
     if (.not. allocated(error)) then
       inquire (file=beginning_of(path), exist=was_there)
       call create_file(beginning_of(path), n_rows, hdf5, error)
@@ -65,15 +65,14 @@ contains
     end if
   end subroutine clear_beginning
 
-  !> Refuse to replace anything but a finished result of the same deck.
-  subroutine check_replaceable(path, name, overwrite, error)
+  !> Refuse to replace anything but a finished result of the same deck with the same parameters.
+  subroutine check_replaceable(path, scene, overwrite, error)
     character(*), intent(in) :: path
-    character(*), intent(in) :: name     !! of the deck
+    type(scene_t), intent(in) :: scene
     logical, intent(in) :: overwrite     !! anything may be replaced
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: matter, advice
+    character(:), allocatable :: matter
 
-    advice = ' (--overwrite replaces it)'
     select case (look_at_file(path))
     case (file_absent)
       return
@@ -84,19 +83,21 @@ contains
     case (file_foreign)
       matter = not_a_result
     case (file_readable)
-      matter = matter_with_result(path, name)
+      matter = matter_with_result(path, scene)
       if (matter == '') return
     case default
       matter = 'cannot be read'
     end select
     if (overwrite) return
-    call raise(error, exit_wrong_input, "'"//path//"' "//matter//advice)
+    call raise(error, exit_wrong_input, "'"//path//"' "//matter//' (--overwrite replaces it)')
   end subroutine check_replaceable
 
-  !> Why a readable HDF5 file must stay; empty for a finished result of the same deck.
-  function matter_with_result(path, name) result(matter)
-    character(*), intent(in) :: path, name
-    character(:), allocatable :: matter, maker, deck, status
+  !> Why a readable HDF5 file must stay; empty for a finished result of the same deck with the same
+  !> parameters.
+  function matter_with_result(path, scene) result(matter)
+    character(*), intent(in) :: path
+    type(scene_t), intent(in) :: scene
+    character(:), allocatable :: matter, maker, deck, status, overrides
     type(hdf5_file_t) :: file
     type(error_t), allocatable :: error, ignored
     integer(i8) :: n_rows
@@ -109,12 +110,17 @@ contains
       call read_attribute(file, '/run', 'name', deck, error)
       call read_attribute(file, '/run', 'status', status, error)
       call read_attribute(file, '/history', 'finished', n_rows, error)
+      call read_text(file, '/run/overrides', overrides, error)
       if (.not. allocated(error)) then
-        if (maker == program_name .and. deck /= name) then
+        if (maker == program_name .and. deck /= scene%name) then
           matter = "is the result of another deck, '"//deck//"'"
         else if (maker == program_name .and. status /= run_finished) then
           matter = 'is an unfinished result ('//to_text(n_rows)//' increments, '//status// &
             '), which --continue goes on with'
+        else if (maker == program_name .and. .not. same_overrides(overrides, &
+                                                     text_of(scene%overrides))) then
+          matter = 'was made '//with_parameters(overrides)//', not '// &
+            with_parameters(text_of(scene%overrides))//': -o FILE writes another file'
         else if (maker == program_name) then
           matter = ''
         end if
@@ -202,7 +208,7 @@ contains
     else if (version /= text_of(provenance%version)) then
       matter = 'was begun by version '//version//' of '//program_name//', this is version '// &
         text_of(provenance%version)
-    else if (overrides /= text_of(scene%overrides)) then
+    else if (.not. same_overrides(overrides, text_of(scene%overrides))) then
       matter = 'was begun '//with_parameters(overrides)//', not '// &
         with_parameters(text_of(scene%overrides))
     else if (deck /= text_of(scene%deck)) then
@@ -214,18 +220,87 @@ contains
     call raise(error, exit_wrong_input, "'"//path//"' "//matter)
   end subroutine check_same_run
 
+  !> "with --set n=1 --accuracy 0.01", or "without --set".
   pure function with_parameters(overrides) result(words)
-    character(*), intent(in) :: overrides !! name=value a line
-    character(:), allocatable :: words
-    integer :: i
+    character(*), intent(in) :: overrides !! one a line
+    character(:), allocatable :: words, line
+    integer :: first
 
     words = 'without --set'
     if (overrides == '') return
-    words = "with --set "//overrides
-    do i = 1, len(words)
-      if (words(i:i) == new_line('a')) words(i:i) = ' '
+    words = 'with'
+    first = 1
+    do while (first <= len(overrides))
+      call take_line(overrides, first, line)
+      if (index(line, '--') /= 1) line = '--set '//line
+      words = words//' '//line
     end do
   end function with_parameters
+
+  !> Whether two lists of overrides mean the same: in any order, of one name the last counts.
+  pure logical function same_overrides(a, b)
+    character(*), intent(in) :: a, b !! one a line
+
+    same_overrides = all_in(a, b)
+    if (same_overrides) same_overrides = all_in(b, a)
+
+  contains
+
+    !> Whether all names of one list have the same value in the other.
+    pure logical function all_in(list, other)
+      character(*), intent(in) :: list, other
+      character(:), allocatable :: line
+      integer :: first
+
+      all_in = .true.
+      first = 1
+      do while (first <= len(list) .and. all_in)
+        call take_line(list, first, line)
+        all_in = value_of(list, name_in(line)) == value_of(other, name_in(line))
+      end do
+    end function all_in
+
+    !> `=value` of the last line with this name, empty where there is none.
+    pure function value_of(list, name) result(value)
+      character(*), intent(in) :: list, name
+      character(:), allocatable :: value, line
+      integer :: first
+
+      value = ''
+      first = 1
+      do while (first <= len(list))
+        call take_line(list, first, line)
+        if (name_in(line) == name) value = '='//trim(adjustl(line(split(line) + 1:)))
+      end do
+    end function value_of
+
+    !> NAME in `name=value` or `--name value`.
+    pure function name_in(line) result(name)
+      character(*), intent(in) :: line
+      character(:), allocatable :: name
+
+      name = trim(adjustl(upper(line(:split(line) - 1))))
+    end function name_in
+
+    pure integer function split(line)
+      character(*), intent(in) :: line
+
+      split = index(line, '=')
+      if (index(line, '--') == 1) split = index(line, ' ')
+      if (split == 0) split = len(line) + 1
+    end function split
+
+  end function same_overrides
+
+  !> The line of a text that begins at `first`, which moves to the one behind it.
+  pure subroutine take_line(text, first, line)
+    character(*), intent(in) :: text
+    integer, intent(inout) :: first
+    character(:), allocatable, intent(out) :: line
+
+    line = text(first:first + index(text(first:)//new_line('a'), new_line('a')) - 2)
+    first = first + len(line) + 1
+  end subroutine take_line
 
   !> In which line two texts first differ, and how.
   pure function first_difference(then, now) result(words)

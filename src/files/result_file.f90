@@ -90,7 +90,7 @@ contains
     end if
     call check_limit(beginning_of(path), scene, plan, error)
     if (allocated(error)) return
-    call claim_place(path, scene%name, overwrite, rows_at_most(scene, plan), file%hdf5, error)
+    call claim_place(path, scene, overwrite, rows_at_most(scene, plan), file%hdf5, error)
     if (allocated(error)) return
     file%path = path
     call write_run(file%hdf5, scene, plan, provenance, error)

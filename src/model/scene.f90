@@ -51,7 +51,9 @@ module scene_mod
     character(:), allocatable :: title
     character(:), allocatable :: name       !! the deck's file name without folder and ending
     character(:), allocatable :: deck       !! the deck as read, includes put in
-    character(:), allocatable :: overrides  !! of the command line: name=value, --accuracy
+    type(string_t), allocatable :: files(:) !! paths of the deck and of what it includes
+    character(:), allocatable :: overrides
+    !! of the command line, one a line: name=value, --accuracy value
     type(mesh_t) :: mesh
     type(material_t),     allocatable :: materials(:)
     type(surface_t),      allocatable :: surfaces(:)

@@ -72,11 +72,121 @@ class ResultFiles(unittest.TestCase):
             command, cwd=run.folder, capture_output=True, text=True, timeout=600, check=False
         )
 
-    def test_a_finished_result_of_the_same_deck_is_replaced(self):
+    def call(self, folder, *words):
+        """Run the program in a folder."""
+        return subprocess.run(
+            [PROGRAM, *map(str, words)], cwd=folder, capture_output=True, text=True, timeout=600,
+            check=False,
+        )
+
+    def test_a_finished_result_with_the_same_parameters_is_replaced(self):
+        run = Run(BLOCK, "--set", "steps=30", **SMALL)  # of one name the last counts
+        before = run.file.read_bytes()
+        again = self.call(run.folder, BLOCK, "--set", "Steps=10", "--set", "N=1", "--quiet")
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertNotEqual(run.file.read_bytes(), before)
+        with run.result() as result:
+            self.assertEqual(result.finished, 10)
+
+    def test_a_finished_result_with_other_parameters_is_kept(self):
         run = Run(BLOCK, **SMALL)
-        self.assertEqual(self.again(run, "--set", "steps=20").returncode, 0)
+        before = run.file.read_bytes()
+        for words, expected in (
+            (("--set", "steps=20"), "was made with --set n=1 --set steps=10, not with --set n=1 "
+                                    "--set steps=20: -o FILE writes another file"),
+            ((), "not with --set n=1: -o"),
+            (("--set", "steps=10", "--accuracy", "0.3"), "--set steps=10 --accuracy 0.3: -o"),
+        ):
+            with self.subTest(words=words):
+                answer = self.again(run, *words)
+                self.assertEqual(answer.returncode, 1)
+                self.assertIn(expected, answer.stderr)
+                self.assertEqual(run.file.read_bytes(), before)
+        self.assertEqual(self.again(run, "--set", "steps=20", "-o", "other").returncode, 0)
+        self.assertEqual(run.file.read_bytes(), before)
+        self.assertEqual(self.again(run, "--set", "steps=20", "--overwrite").returncode, 0)
         with run.result() as result:
             self.assertEqual(result.finished, 20)
+        # One made with --accuracy, and then without.
+        self.assertEqual(
+            self.again(run, "--set", "steps=20", "--accuracy", "0.3", "-o", "asked").returncode, 0
+        )
+        answer = self.again(run, "--set", "steps=20", "-o", "asked")
+        self.assertEqual(answer.returncode, 1)
+        self.assertIn("--set steps=20 --accuracy 0.3, not with", answer.stderr)
+
+    def test_a_name_without_an_ending_gets_one(self):
+        run = Run(BLOCK, "--plan")
+        for given, file in (
+            ("foo", "foo.vtkhdf"), ("mu0.3", "mu0.3.vtkhdf"), ("foo.h5", "foo.h5"),
+            ("./bar", "bar.vtkhdf"), ("foo.vtkhdf", "foo.vtkhdf"),
+        ):
+            with self.subTest(given=given):
+                answer = self.again(run, "--set", "steps=10", "-o", given)
+                self.assertEqual(answer.returncode, 0, answer.stderr)
+                self.assertTrue(h5py.is_hdf5(run.folder / file))
+        self.assertFalse((run.folder / "foo").exists())
+        (run.folder / "folder").mkdir()
+        for given in ("folder", "folder/"):
+            answer = self.again(run, "--set", "steps=10", "-o", given)
+            self.assertEqual(answer.returncode, 1)
+            self.assertIn("is a folder", answer.stderr)
+
+    def test_the_files_that_are_read_are_never_written(self):
+        run = Run(BLOCK, "--plan")
+        folder = run.folder
+        part, deck = folder / "part.vtkhdf", folder / "whole.inp"
+        part.write_bytes(BLOCK.read_bytes())
+        deck.write_text("*INCLUDE, INPUT=part.vtkhdf\n")
+        os.link(part, folder / "hard.vtkhdf")
+        os.symlink("whole.inp", folder / "soft.vtkhdf")
+        os.link(deck, folder / "sidecar.xdmf")
+        os.link(deck, folder / "begun.vtkhdf.new")
+        for name in ("whole.inp", "./whole.inp", folder / "whole.inp", "part.vtkhdf", "part",
+                     "hard.vtkhdf", "soft", "sidecar", "begun"):
+            for more in ((), ("--overwrite",), ("--continue",)):
+                with self.subTest(name=name, more=more):
+                    answer = self.call(folder, "whole.inp", "--set", "n=1", "-o", name, *more)
+                    self.assertEqual(answer.returncode, 1)
+                    self.assertIn("would be written", answer.stderr)
+                    self.assertEqual(deck.read_text(), "*INCLUDE, INPUT=part.vtkhdf\n")
+                    self.assertEqual(part.read_bytes(), BLOCK.read_bytes())
+        self.assertEqual(len(list(folder.iterdir())), 6)
+
+    def test_a_contact_problem_is_never_written(self):
+        run = Run(BLOCK, "--export-fclib", "1", **SMALL)
+        problem = run.folder / "block-1.fclib.hdf5"
+        os.symlink(problem.name, run.folder / "link.hdf5")
+        before = problem.read_bytes()
+        for name in (problem.name, "block-1.fclib", "link.hdf5", "link"):
+            with self.subTest(name=name):
+                answer = self.call(run.folder, problem.name, "--overwrite", "-o", name)
+                if name == "block-1.fclib":  # an ending of its own
+                    self.assertEqual(answer.returncode, 0, answer.stderr)
+                else:
+                    self.assertEqual(answer.returncode, 1)
+                    self.assertIn("would be written", answer.stderr)
+                self.assertEqual(problem.read_bytes(), before)
+        self.assertEqual(self.call(run.folder, problem.name, "-o", "solved").returncode, 0)
+        self.assertTrue(h5py.is_hdf5(run.folder / "solved.hdf5"))
+
+    def test_stresses_alone_keep_the_fields_at_the_nodes(self):
+        usual = Run(BLOCK, **SMALL)
+        text = BLOCK.read_text()
+        self.assertEqual(text.count("*END STEP"), 2)
+        for cards, more in (
+            ("*EL FILE\nS\n", {"stress"}),
+            ("*NODE FILE\nU\n*EL FILE\nS\n", None),
+        ):
+            run = Run(text.replace("*END STEP", cards + "*END STEP", 1), name="block", **SMALL)
+            self.assertEqual(run.status, 0, run.errors)
+            with usual.result() as before, run.result() as now:
+                (points, cells), (was, _) = now.field_names, before.field_names
+                self.assertIn("stress", cells)
+                if more is not None:
+                    self.assertEqual(set(points), set(was))
+                else:
+                    self.assertEqual(set(points), {"displacement", "node_id"})
 
     def test_anything_else_is_kept(self):
         run = Run(BLOCK, **SMALL)
@@ -99,8 +209,8 @@ class ResultFiles(unittest.TestCase):
         text = text.replace("BODY-ZMAX, 3, 3, -0.1", "BODY-ZMAX, 3, 3, 0.1\n*CLOAD\n1, 2, 1.")
         deck.write_text(text)
         answer = subprocess.run(
-            [PROGRAM, str(deck), "--set", "n=1"], cwd=run.folder, capture_output=True, text=True,
-            timeout=600, check=False,
+            [PROGRAM, str(deck), "--set", "n=1", "--set", "steps=10"], cwd=run.folder,
+            capture_output=True, text=True, timeout=600, check=False,
         )
         self.assertNotEqual(answer.returncode, 0)
         self.assertIn("nothing balances", answer.stderr)

@@ -246,6 +246,31 @@ class Disk(Failures):
             self.assertIn(b"5 of 5 increments certified", done.stderr)
             self.assertIn(b"bipot 0", done.stderr)
 
+    def test_closed_streams_do_not_become_the_result(self):
+        for closed in ("<&- >&- 2>&-", ">&-", "2>&-", ">&- 2>&-", "<&-"):
+            with self.subTest(closed=closed), tempfile.TemporaryDirectory() as folder:
+                done = subprocess.run(
+                    ["sh", "-c", f'exec "$@" {closed}', "sh", str(PROGRAM), str(DECK), *SETTINGS],
+                    cwd=folder, capture_output=True, timeout=TIME_LIMIT, check=False,
+                )
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual(done.stderr, b"")
+                self.assertEqual(b"5 of 5 increments" in done.stdout, ">&-" not in closed.split())
+                self.assertEqual(self.assert_kept(folder), INCREMENTS)
+
+    def test_a_pipe_that_nobody_reads_does_not_end_the_run(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with subprocess.Popen(
+                [PROGRAM, str(DECK), *SETTINGS],
+                cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            ) as process:
+                process.stdout.readline()
+                process.stdout.close()
+                errors = process.stderr.read()
+                self.assertEqual(process.wait(TIME_LIMIT), 0, errors)
+            self.assertEqual(errors, b"")
+            self.assertEqual(self.assert_kept(folder), INCREMENTS)
+
     def test_a_folder_that_may_not_be_written(self):
         with tempfile.TemporaryDirectory() as folder:
             os.chmod(folder, 0o755)
@@ -327,6 +352,32 @@ class Memory(Failures):
             limit += (1 if LONG else 12) * MEGABYTE
             self.assertLess(limit, 4000 * MEGABYTE)
         self.assertEqual(found, {0, MACHINE})
+
+    def test_a_limit_on_data(self):
+        found = set()
+        for limit in range(60, 320, 4 if LONG else 20):
+            with tempfile.TemporaryDirectory() as folder:
+                status, errors, _ = run(
+                    folder, "--force", limits=[(resource.RLIMIT_DATA, limit * MEGABYTE)]
+                )
+                with self.subTest(limit=limit):
+                    found.add(status)
+                    if status == 0:
+                        self.assertEqual(self.assert_kept(folder), INCREMENTS)
+                    else:
+                        self.assert_told(status, errors, "memory|ulimit -d")
+                        self.assert_kept(folder, errors)
+        self.assertEqual(found, {0, MACHINE})
+
+    def test_a_limit_on_the_stack(self):
+        for kilobytes, expected in ((64, MACHINE), (256, MACHINE), (1024, 0)):
+            with self.subTest(kilobytes=kilobytes), tempfile.TemporaryDirectory() as folder:
+                limit = 1024 * kilobytes
+                status, errors, left = run(folder, limits=[(resource.RLIMIT_STACK, limit)])
+                self.assertEqual(status, expected, errors)
+                if expected != 0:
+                    self.assert_told(status, errors, rf"\(ulimit -s\) is {kilobytes} kB")
+                    self.assertEqual(left, [])
 
     @staticmethod
     def starts(limit):

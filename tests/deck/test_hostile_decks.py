@@ -153,11 +153,12 @@ class Sizes(Hostile):
         self.read("*NODE\n2147483647, 5., 0., 0.\n" + DECK, 1, "would pass 2147483647")
 
     def test_generate(self):
-        for line in ("1, 2147483647, 1", "1, 2147483647, 2147483647", "2147483647, 2147483647, 1",
-                     "1, 8, 0", "1, 8, -1", "8, 1, 1", "-5, 5, 1"):
+        for line in ("1, 2147483647, 1", "1, 2147483647, 2147483647", "1, 2147483647, 2147483646",
+                     "1, 1, 2147483647", "2147483647, 2147483647, 1", "1, 8, 0", "1, 8, -1",
+                     "8, 1, 1", "-5, 5, 1"):
             with self.subTest(line=line):
                 outcome = self.read(HEAD + f"*NSET, NSET=S, GENERATE\n{line}\n" + TAIL,
-                                    0 if line == "1, 2147483647, 2147483647" else 1)
+                                    0 if line == "1, 1, 2147483647" else 1)
                 if outcome.status == 1:
                     self.assertIn("deck.inp:34:", outcome.errors)
 

@@ -425,8 +425,32 @@ def bad_degree(rng, lines):
     return i
 
 
+def too_many_fields(rng, lines):
+    """More fields than a line can have."""
+    fixed = {"NODE", "BLOCK", "ELASTIC", "DENSITY", "SOLID SECTION", "FRICTION", "CONTACT PAIR",
+             "CONTACT GAP", "OBSTACLE", "SURFACE", "STATIC", "BOUNDARY", "CLOAD", "DLOAD", "DSLOAD"}
+    places = data_lines(lines, fixed)
+    if not places:
+        return False
+    i = rng.choice(places)
+    lines[i] += ", 7" * 9
+    return i
+
+
+def second_property(rng, lines):
+    """A property that the material or interaction above it has already."""
+    cards = [(first, end) for keyword, first, end in cards_of(lines)
+             if keyword in {"ELASTIC", "DENSITY", "FRICTION"}]
+    if not cards:
+        return False
+    first, end = rng.choice(cards)
+    lines[end:end] = lines[first:end]
+    return end
+
+
 WRONG = (unknown_keyword, unknown_option, no_number, no_parameter, drop_card, repeat_card,
-         no_such_name, wrong_value, no_text, no_include, cut_in_step, bad_degree)
+         no_such_name, wrong_value, no_text, no_include, cut_in_step, bad_degree, too_many_fields,
+         second_property)
 
 
 def wrong(rng, lines):

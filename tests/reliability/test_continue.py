@@ -240,10 +240,10 @@ class Refusals(Folder):
 
     def test_another_parameter(self):
         self.refused(
-            "begun with --set n=2 steps=10, not with --set n=3 steps=10",
+            "begun with --set n=2 --set steps=10, not with --set n=3 --set steps=10",
             Case(self.deck, n=3, steps=10),
         )
-        self.refused("begun with --set n=2 steps=10, not without --set", Case(self.deck))
+        self.refused("begun with --set n=2 --set steps=10, not without --set", Case(self.deck))
 
     def test_another_text_of_the_deck(self):
         text = self.deck.read_text()

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import time
 import unittest
 from pathlib import Path
@@ -56,6 +57,25 @@ class Signals(Folder):
                 self.assertEqual(counters[names.index("increments")], rows)
         self.assertEqual(MANY.run(self.folder, "--continue")[0], 0)
         self.assertEqual(whole.differences(self.path), [])
+
+    def test_what_it_says_can_be_given_to_a_shell(self):
+        deck = self.folder / "a deck; it's --continue's" / "block $HOME.inp"
+        deck.parent.mkdir()
+        deck.write_bytes(MANY.deck.read_bytes())
+        process = self.start(Case(deck, *MANY.options), "--overwrite")
+        wait_for(self.path.exists)
+        process.send_signal(signal.SIGTERM)
+        _, words = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 143, words)
+        command = words.split("to go on:\n  ", 1)[1].splitlines()[0]
+        done = subprocess.run(
+            ["sh", "-c", command], cwd=self.folder, capture_output=True, text=True, timeout=600,
+            check=False,
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(rows_in(self.path), 400)
+        with h5py.File(self.path) as file:
+            self.assertNotEqual(file["run"].attrs["continued"].strip(b"\0 "), b"")
 
     def test_before_the_first_increment_nothing_is_kept(self):
         process = self.start(MANY)

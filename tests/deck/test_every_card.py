@@ -1,0 +1,365 @@
+"""docs/deck.md keeps its word: what it does not name is a mistake, for every keyword it names.
+
+The page's table of all options says which keywords there are and which options each of them has.
+DECK has every one of these keywords (the test fails where it lacks one). Each of its data lines
+gets a field too many, each card an option that it does not have, each card without data a data
+line; every time the mistake must be told with file and line. Words that could be options are those
+of the page, those that stand in quotes in the deck reader, and some of Abaqus and CalculiX.
+
+BIPOT is the program, BIPOT_SOURCE the repository.
+"""
+
+import os
+import pathlib
+import re
+import subprocess
+import tempfile
+import unittest
+
+BIPOT = os.environ.get("BIPOT", "bipot")
+SOURCE = pathlib.Path(os.environ.get("BIPOT_SOURCE", pathlib.Path(__file__).resolve().parents[2]))
+PAGE = (SOURCE / "docs" / "deck.md").read_text(encoding="utf-8")
+READER = "".join(path.read_text() for path in sorted((SOURCE / "src" / "deck").glob("*.f90")))
+TIME_LIMIT = 20  # seconds
+
+# Every keyword, every data line of which has all the fields that it can have.
+DECK = """\
+*HEADING
+A title
+*PARAMETER
+n = 1
+*INCLUDE, INPUT=more.inp
+*NODE, NSET=LOWER
+101, 0., 0., 0.
+102, 1., 0., 0.
+103, 1., 1., 0.
+104, 0., 1., 0.
+*NODE
+105, 0., 0., 1.
+106, 1., 0., 1.
+107, 1., 1., 1.
+108, 0., 1., 1.
+900, 0., 0., -1.
+*ELEMENT, TYPE=C3D8, ELSET=CUBE
+101, 101, 102, 103, 104, 105, 106, 107, 108
+*BLOCK, NAME=BODY, NX=<n>, NY=1, NZ=2
+2., 0., 0., 1., 1., 1.
+Z, 2., MIDDLE
+*NSET, NSET=UPPER, GENERATE
+105, 108, 1
+*NSET, NSET=SOME
+101, 102
+*ELSET, ELSET=ALL
+CUBE, BODY
+*SURFACE, NAME=FOOT
+CUBE, S1
+*SURFACE, NAME=TIP, TYPE=NODE
+UPPER, 1.
+*MATERIAL, NAME=STEEL
+*ELASTIC
+1000., 0.3
+*DENSITY
+1.
+*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL
+1.
+*OBSTACLE, NAME=GROUND, TYPE=PLANE, REF NODE=900
+0., 0., 0., 0., 0., 1.
+*SURFACE INTERACTION, NAME=DRY
+1.
+*FRICTION
+0.3, 1e5
+*CONTACT PAIR, INTERACTION=DRY
+FOOT, GROUND
+*CONTACT GAP
+FOOTNODES, 0.01
+FOOTNODES, PARABOLA, 0., 0., 0., 50.
+*CONTACT SOLVER, TOLERANCE=1e-8
+*PRECISION, FACTOR=DOUBLE
+*ACCURACY, OF=RESULTANTS
+0.5
+*AMPLITUDE, NAME=RISE
+0., 0., 1., 1.
+*STEP
+A title of the step
+*STATIC
+0.5, 1., 0.1, 0.5
+*BOUNDARY
+BODY, 1, 3, 0.
+UPPER, XSYMM
+900, 1, 3, 0.
+*CLOAD
+UPPER, 3, -1.
+*DLOAD
+CUBE, GRAV, 9.81, 0., 0., -1.
+CUBE, P2, 1.
+*DSLOAD
+FOOT, P, 0.
+*NODE FILE
+U, RF
+*EL FILE
+S, E
+*CONTACT FILE
+CDIS
+*END STEP
+"""
+MORE = "*NSET, NSET=FOOTNODES\n101, 102, 103, 104\n"
+
+# Cards whose lines are titles, and those whose lines are lists of names, of any length.
+TITLES = ("HEADING", "STEP")
+RESULTS = ("NODE FILE", "EL FILE", "CONTACT FILE")
+LISTS = ("NSET", "ELSET", *RESULTS)
+
+# Options that these keywords have in Abaqus or CalculiX.
+ELSEWHERE = """
+    INSTANCE, SYSTEM, INPUT, FILE, OFFSET, MODULI, DEPENDENCIES, ZERO, COMPOSITE, ORIENTATION,
+    HCRIT, SLIP, ROUGH, USER, TAUMAX, EXPONENTIAL DECAY, ANISOTROPIC, TRACKING THICKNESS,
+    EXTENSION ZONE, HEIGHT, PAD THICKNESS, CPSET, REGION TYPE, CROP, TRIM, COMBINE, FILLET
+    RADIUS, REFINEMENT, LOAD CASE, FIXED, FOLLOWER, SUBMODEL, STEP, DATA SET, TIME DELAY,
+    CONSTANT RESULTANT, ORIENTATION NAME, STABILIZE, FACTOR, ALLSDTOL, RIKS, LONG TERM, FULLY
+    PLASTIC, EXPLICIT, TIME RESET, TOTAL TIME AT START, THERMAL, INCF, INCR, SUBCYCLING, SHELLS,
+    LAYERS, EXPANSION, 2D, 3D, TOTALS, SECTION FORCES, MODE, VALUES, RIGID BODY, NODE, CYCLIC
+    SYMMETRY, SMOOTH, BEGIN, RANDOM, UNITS, DISTRIBUTION, MASTER, SLAVE, FREQUENCY, POSITION,
+    ADJUST
+"""
+
+
+def squeezed(word):
+    """Return a word as the program compares and prints it."""
+    return word.replace(" ", "").upper()
+
+
+def page_table():
+    """Return the options of each keyword in the page's table: those read, and those ignored."""
+    section = PAGE.split("### All options", 1)[1].split("\n## ", 1)[0]
+    table = {}
+    for line in section.splitlines():
+        if not line.startswith("| `*"):
+            continue
+        keywords, options, ignored = line.strip("|").split("|")
+        # Values stand in parentheses.
+        options = re.sub(r"\([^)]*\)", "", options)
+        for keyword in re.findall(r"`\*([A-Z ]+)`", keywords):
+            table[keyword] = (re.findall(r"`([^`]+)`", options), re.findall(r"`([^`]+)`", ignored))
+    return table
+
+
+def page_keywords():
+    """Return the keywords of the page's headings and examples."""
+    found = set()
+    for line in PAGE.splitlines():
+        if line.startswith("### "):
+            found |= set(re.findall(r"`\*([A-Z ]+?)[\[,`]", line))
+        example = re.match(r" {4}\*([A-Z][A-Z ]*?)\s*(,|$)", line)
+        if example:
+            found.add(example[1])
+    return found
+
+
+def cards(deck):
+    """Return keyword, line of the keyword (from 1) and lines of the data of every card."""
+    found = []
+    for number, line in enumerate(deck.splitlines(), 1):
+        if line.startswith("*"):
+            found.append((line[1:].split(",")[0], number, []))
+        else:
+            found[-1][2].append(number)
+    return found
+
+
+class Changed(unittest.TestCase):
+    """The deck with some of its lines changed."""
+
+    @classmethod
+    def setUpClass(cls):
+        """Read the page and cut the deck into cards."""
+        cls.table = page_table()
+        cls.cards = cards(DECK)
+        cls.lines = DECK.splitlines()
+
+    def plan(self, changes=None):
+        """Plan the deck with some of its lines changed: exit status, all text, mistakes by line."""
+        lines = list(self.lines)
+        for number, text in (changes or {}).items():
+            lines[number - 1] = text
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "deck.inp").write_text("\n".join(lines) + "\n")
+            (pathlib.Path(folder) / "more.inp").write_text(MORE)
+            done = subprocess.run(
+                [BIPOT, "deck.inp", "--plan"],
+                cwd=folder, capture_output=True, text=True, timeout=TIME_LIMIT, check=False,
+            )
+        mistakes = re.findall(r"^deck\.inp:(\d+):\d+: error: (.*)$", done.stderr, re.MULTILINE)
+        return done.returncode, done.stdout + done.stderr, [(int(n), what) for n, what in mistakes]
+
+    def refused(self, number, text, part=""):
+        """Change one line (or more, from it on) and expect a mistake at the last of them."""
+        status, said, mistakes = self.plan({number: text})
+        line = number + text.count("\n")
+        self.assertEqual(status, 1, said)
+        self.assertTrue([what for at, what in mistakes if at == line and part in what], said)
+
+
+class EveryCard(Changed):
+    """One thing too many."""
+
+    def test_the_deck_is_right_as_it_is(self):
+        status, said, _ = self.plan()
+        self.assertEqual(status, 0, said)
+
+    def test_the_table_and_the_deck_have_every_keyword_of_the_page(self):
+        self.assertGreater(len(self.table), 25)
+        self.assertEqual(set(self.table), page_keywords() | {"INCLUDE"})
+        self.assertEqual(set(self.table), {keyword for keyword, _, _ in self.cards})
+
+    def test_the_table_has_every_keyword_that_is_read(self):
+        read = re.findall(r"keyword_t\('([A-Z ]+)', \w+, is_read\)", READER)
+        self.assertEqual(set(self.table), {*read, "INCLUDE"})
+
+    def test_a_field_too_many_is_a_mistake(self):
+        tried = 0
+        for keyword, _, data in self.cards:
+            if keyword in (*TITLES, *RESULTS):
+                continue
+            extra = "NOSUCH" if keyword in LISTS else "7"
+            for number in data:
+                with self.subTest(keyword=keyword, line=self.lines[number - 1]):
+                    self.refused(number, f"{self.lines[number - 1]}, {extra}")
+                    tried += 1
+        self.assertGreater(tried, 35)
+
+    def test_a_result_that_is_not_known_is_noted(self):
+        for keyword, _, data in self.cards:
+            if keyword not in RESULTS:
+                continue
+            with self.subTest(keyword=keyword):
+                status, said, _ = self.plan({data[0]: self.lines[data[0] - 1] + ", NOSUCH"})
+                self.assertEqual(status, 0, said)
+                self.assertIn(f"*{keyword}: 'NOSUCH' is not written", said)
+
+    def test_a_line_too_many_is_a_mistake(self):
+        # More fields than any line has, so that cards with any number of lines refuse it too.
+        many = ", ".join(["7"] * 11)
+        for keyword, header, data in self.cards:
+            if keyword in (*TITLES, *LISTS, "INCLUDE"):
+                continue
+            last = data[-1] if data else header
+            with self.subTest(keyword=keyword):
+                self.refused(last, f"{self.lines[last - 1]}\n{many}")
+
+    def test_an_option_that_is_not_there_is_a_mistake(self):
+        for keyword, header, _ in self.cards:
+            if keyword == "INCLUDE":
+                continue
+            for option in ("NO SUCH OPTION", "NO SUCH OPTION=1"):
+                with self.subTest(keyword=keyword, option=option):
+                    self.refused(header, f"{self.lines[header - 1]}, {option}")
+
+    def test_what_the_page_does_not_name_is_a_mistake(self):
+        words = set(re.findall(r"'([A-Z][A-Z0-9 ]{1,24}?) *'", READER))
+        words |= {" ".join(word.split()) for word in ELSEWHERE.split(",")}
+        for options, ignored in self.table.values():
+            words |= {*options, *ignored}
+        words = sorted({squeezed(word) for word in words})
+        self.assertGreater(len(words), 150)
+        for keyword, header, _ in self.cards:
+            if keyword in ("PARAMETER", "INCLUDE"):
+                continue
+            named = {squeezed(option) for kind in self.table[keyword] for option in kind}
+            others = [word for word in words if word not in named]
+            for first in range(0, len(others), 40):
+                some = others[first:first + 40]
+                text = ", ".join([self.lines[header - 1], *some])
+                _, said, mistakes = self.plan({header: text})
+                for word in some:
+                    with self.subTest(keyword=keyword, option=word):
+                        told = f"unknown parameter '{word}' of *{keyword}"
+                        self.assertIn((header, told), mistakes, said)
+
+    def test_what_the_page_names_is_known(self):
+        for keyword, header, _ in self.cards:
+            if keyword == "INCLUDE":
+                continue
+            for option in self.table[keyword][0]:
+                with self.subTest(keyword=keyword, option=option):
+                    _, said, _ = self.plan({header: f"{self.lines[header - 1]}, {option}=1"})
+                    self.assertNotIn("unknown parameter", said)
+
+    def test_what_is_ignored_is_noted(self):
+        for keyword, header, _ in self.cards:
+            for option in self.table[keyword][1]:
+                with self.subTest(keyword=keyword, option=option):
+                    status, said, _ = self.plan({header: f"{self.lines[header - 1]}, {option}=1"})
+                    self.assertEqual(status, 0, said)
+                    self.assertIn(f"{option} of *{keyword} is ignored", said)
+
+    def test_keywords_are_ignored_as_the_page_says(self):
+        listed = PAGE.split("skipped with a note:", 1)[1].split("\n\n", 1)[0]
+        listed = set(re.findall(r"`\*([A-Z ]+)`", listed))
+        ignored = set(re.findall(r"keyword_t\('([A-Z ]+)', \w+, is_ignored\)", READER))
+        self.assertEqual(listed, ignored)
+        for keyword in sorted(listed):
+            with self.subTest(keyword=keyword):
+                status, said, _ = self.plan({1: f"*{keyword}\n*HEADING"})
+                self.assertEqual(status, 0, said)
+                self.assertIn(f"*{keyword} is ignored", said)
+
+    def test_any_other_keyword_is_a_mistake(self):
+        others = re.findall(r"keyword_t\('([A-Z ]+)', \w+, is_missing\)", READER)
+        for keyword in (*sorted(set(others) - set(self.table)), "NOSUCH", "CONTACT PAIRS"):
+            with self.subTest(keyword=keyword):
+                status, said, mistakes = self.plan({1: f"*{keyword}\n*HEADING"})
+                self.assertEqual(status, 1, said)
+                self.assertEqual([at for at, _ in mistakes], [1], said)
+
+
+class Flags(Changed):
+    """Options without values: alone or YES, NO, and nothing else."""
+
+    flags = (
+        ("*NSET, NSET=UPPER, GENERATE", "GENERATE"), ("*STATIC", "DIRECT"), ("*STEP", "NLGEOM"),
+        ("*STEP", "PERTURBATION"), ("*OBSTACLE, NAME=GROUND, TYPE=PLANE, REF NODE=900", "INNER"),
+        ("*CONTACT GAP", "PARABOLA"), ("*CONTACT SOLVER, TOLERANCE=1e-8", "ANDERSON"),
+    )
+
+    def test_a_flag_takes_yes_or_no(self):
+        sentence = PAGE.split("**Options** have a value", 1)[1].split("stand alone")[0]
+        self.assertEqual(
+            {name for _, name in self.flags}, set(re.findall(r"`([A-Z]+)`", sentence))
+        )
+        for card, name in self.flags:
+            bare = card.replace(f", {name}", "")
+            header = self.lines.index(card) + 1
+            for value in ("2", "NO STOP", "TRUE"):
+                with self.subTest(card=card, value=value):
+                    self.refused(header, f"{bare}, {name}={value}", "takes no value but YES or NO")
+
+    def test_no_is_as_if_it_were_not_there(self):
+        for card, name in self.flags:
+            bare = card.replace(f", {name}", "")
+            header = self.lines.index(card) + 1
+            with self.subTest(card=card):
+                absent, negated = (
+                    self.plan({header: text})[:2] for text in (bare, f"{bare}, {name}=NO")
+                )
+                self.assertEqual(absent[0], negated[0])
+                for words in ("contact points", "increments"):
+                    lines = [
+                        [line for line in said.splitlines() if words in line]
+                        for _, said in (absent, negated)
+                    ]
+                    self.assertEqual(*lines)
+
+    def test_yes_is_as_if_it_stood_alone(self):
+        for card, name in self.flags:
+            bare = card.replace(f", {name}", "")
+            header = self.lines.index(card) + 1
+            with self.subTest(card=card):
+                alone, yes = (
+                    self.plan({header: f"{bare}, {name}{value}"}) for value in ("", "=YES")
+                )
+                self.assertEqual(alone[0], yes[0])
+                self.assertEqual([what for _, what in alone[2]], [what for _, what in yes[2]])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,122 @@
+"""What a deck says and the program does not do, and does not refuse, is noted: nothing is silent.
+
+BIPOT is the program; `--plan` reads a deck, prints its notes and computes nothing.
+"""
+
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+BIPOT = os.environ.get("BIPOT", "bipot")
+TIME_LIMIT = 20  # seconds
+
+DECK = """\
+*BLOCK, NAME=B, NX=2, NY=1, NZ=1
+0., 0., 0., 2., 1., 1.
+*NODE
+99, 1., 0., -3.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=FLOOR, TYPE=PLANE
+0., 0., 0., 0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, FLOOR
+*STEP
+*STATIC
+0.5, 1.
+*BOUNDARY
+B-ZMAX, 1, 3, 0.
+*END STEP
+"""
+SECTION = "*SOLID SECTION, ELSET=B, MATERIAL=M\n"
+
+
+class Notes(unittest.TestCase):
+    """One deck a note."""
+
+    def plan(self, *changes):
+        """Plan the deck with pieces of it replaced: what is printed."""
+        deck = DECK
+        for old, new in changes:
+            self.assertEqual(deck.count(old), 1, old)
+            deck = deck.replace(old, new)
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "deck.inp"
+            path.write_text(deck)
+            done = subprocess.run(
+                [BIPOT, str(path), "--plan"],
+                cwd=folder, capture_output=True, text=True, timeout=TIME_LIMIT, check=False,
+            )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def with_output(self, cards):
+        """Plan the deck with output cards in its step."""
+        return self.plan(("*END STEP\n", cards + "*END STEP\n"))
+
+    def with_solver(self, options):
+        """Plan the deck with a *CONTACT SOLVER card."""
+        return self.plan(("*STEP\n*STATIC", f"*CONTACT SOLVER, {options}\n*STEP\n*STATIC"))
+
+    def test_auto_beside_what_belongs_to_sweeps(self):
+        note = "SOLVER=AUTO beside LOCAL or RELAXATION: sweeps run"
+        self.assertIn(note, self.with_solver("SOLVER=AUTO, LOCAL=UZAWA"))
+        self.assertIn(note, self.with_solver("SOLVER=AUTO, RELAXATION=0.5"))
+        self.assertNotIn("sweeps run", self.with_solver("SOLVER=AUTO, LOCAL=AUTO"))
+        self.assertNotIn("sweeps run", self.with_solver("LOCAL=UZAWA"))
+
+    def test_what_the_solver_does_not_look_at(self):
+        for ours, theirs, option in (
+            ("SWEEPS", "AUTO", "ANDERSON=YES"), ("SWEEPS", "GLOBAL NEWTON", "ANDERSON=YES"),
+            ("SWEEPS", "AUTO", "STOP=CHANGE"), ("GLOBAL NEWTON", "SWEEPS", "LINEAR=GMRES"),
+        ):
+            with self.subTest(option=option, solver=theirs):
+                note = option.split("=")[0]
+                self.assertRegex(
+                    self.with_solver(f"SOLVER={theirs}, {option}"),
+                    rf"{note}\S* of \*CONTACT SOLVER is ignored",
+                )
+                self.assertNotIn("ignored", self.with_solver(f"SOLVER={ours}, {option}"))
+
+    def test_a_place_of_no_tensors(self):
+        note = "POSITION of *EL FILE is ignored"
+        self.assertIn(note, self.with_output("*EL FILE, POSITION=AVERAGED AT NODES\nERR\n"))
+        self.assertNotIn(note, self.with_output("*EL FILE, POSITION=AVERAGED AT NODES\nS\n"))
+
+    def test_a_frequency_that_another_one_replaces(self):
+        note = "FREQUENCY=2, the last of the deck, counts for all results"
+        cards = "*NODE FILE, FREQUENCY={}\nU\n*EL FILE, FREQUENCY=2\nS\n"
+        self.assertIn(note, self.with_output(cards.format(3)))
+        self.assertNotIn("FREQUENCY", self.with_output(cards.format(2)))
+
+    def test_thicknesses(self):
+        self.assertIn(
+            "thickness of *SOLID SECTION is ignored", self.plan((SECTION, SECTION + "1.\n"))
+        )
+        # As Abaqus/CAE writes it.
+        self.assertNotIn("thickness", self.plan((SECTION, SECTION + ",\n")))
+        card = "*SURFACE INTERACTION, NAME=I\n"
+        self.assertIn(
+            "thickness of *SURFACE INTERACTION is ignored", self.plan((card, card + "1.,\n"))
+        )
+
+    def test_what_is_held_at_0_on_a_node_of_nothing(self):
+        note = "what is prescribed on nodes that belong to no element is ignored"
+        self.assertIn(note, self.plan(("B-ZMAX, 1, 3, 0.\n", "B-ZMAX, 1, 3, 0.\n99, 1, 6\n")))
+
+    def test_forces_on_what_was_taken_out(self):
+        note = "what is prescribed on nodes that belong to no element is ignored"
+        printed = self.plan(
+            ("*MATERIAL", "*ELEMENT, TYPE=C3D8, ELSET=SLAB\n*MATERIAL"),
+            ("*END STEP\n", "*CLOAD\n99, 3, -1.\n*END STEP\n"),
+        )
+        self.assertIn(note, printed)
+
+
+if __name__ == "__main__":
+    unittest.main()
