@@ -15,6 +15,7 @@ module run_mod
   use operators_mod, only: operators_t
   use meet_accuracy_mod, only: choose_arithmetic, sharpen
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
+  use result_claims_mod, only: take_arithmetic
   use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result
   use command_line_mod, only: options_t, command_text
   use tally_mod, only: tally_t, list_counters
@@ -50,6 +51,7 @@ contains
     call take_accuracy(options, scene)
     call make_plan(scene, plan, error)
     if (allocated(error)) return
+    if (goes_on(options, scene)) call take_arithmetic(result_path(options, scene), scene%precision)
     call estimate_costs(scene, result_path(options, scene), plan, operators%inverse%factor, error)
     if (allocated(error)) return
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
@@ -76,6 +78,15 @@ contains
     call choose_arithmetic(scene)
     call sharpen(scene)
   end subroutine take_accuracy
+
+  !> Whether there is a result to go on with.
+  logical function goes_on(options, scene)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(in) :: scene
+
+    inquire (file=result_path(options, scene), exist=goes_on)
+    goes_on = goes_on .and. options%continues
+  end function goes_on
 
   !> Where the result goes.
   pure function result_path(options, scene) result(path)
@@ -133,6 +144,8 @@ contains
     if (allocated(error)) return
     if (progress%state%row > 0 .and. .not. console%quiet) call say('continued       behind '// &
       'increment '//to_text(progress%state%row))
+    if (file%n_damaged > 0) call say('note: increment '//to_text(file%n_rows + 1)// &
+      ' was damaged in the file: it is done again')
     call go_through(scene, plan, exports, operators, file, console, progress, error)
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
     inquire (file=path, size=written)
@@ -179,12 +192,9 @@ contains
     type(error_t), allocatable :: ignored
     character(:), allocatable :: path
     real(wp), allocatable :: kept(:)
-    logical :: continues
 
     path = result_path(options, scene)
-    inquire (file=path, exist=continues)
-    continues = continues .and. options%continues
-    if (continues) then
+    if (goes_on(options, scene)) then
       call reopen_result(path, scene, plan, make_provenance(operators), file, kept, error)
       if (allocated(error)) return
       call take_up_run(kept, scene, plan, file, progress, error)
