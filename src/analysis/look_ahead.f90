@@ -9,9 +9,9 @@
 !> and done anew.
 !>
 !> Every increment of a *STEP has a column of its own among the right-hand sides, whose number the
-!> step alone decides; so how far one looks ahead changes no bit of a result. How far that is follows
-!> from the work that is counted, not from a clock, and a continued run ends where the first session
-!> would have: on any machine, under any load, the same is computed.
+!> step alone decides; so how far one looks ahead changes no bit of a result. How far that is
+!> follows from the work that is counted, not from a clock, and a continued run ends where the first
+!> session would have: on any machine, under any load, the same is computed.
 module look_ahead_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t

@@ -8,7 +8,8 @@
 !>     end if
 !>     call wait_for(child, answer, fate)
 module child_process_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_intptr_t, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_intptr_t, c_loc, &
+    c_ptr, c_size_t
   use kinds_mod, only: i8
   implicit none
   private
@@ -48,10 +49,10 @@ module child_process_mod
     end function c_pipe
 
     function c_read(descriptor, bytes, length) result(got) bind(c, name='read')
-      import :: c_char, c_int, c_intptr_t, c_size_t
+      import :: c_int, c_intptr_t, c_ptr, c_size_t
       implicit none
       integer(c_int), value :: descriptor
-      character(c_char), intent(out) :: bytes(*)
+      type(c_ptr), value :: bytes
       integer(c_size_t), value :: length
       integer(c_intptr_t) :: got
     end function c_read
@@ -160,7 +161,7 @@ contains
     character(:), allocatable, intent(out) :: answer !! empty where it gave none
     character(:), allocatable, intent(out) :: fate
     !! empty where it gave its answer, else what it ended with: "signal 11"
-    character(longest_answer) :: text
+    character(longest_answer), target :: text
     character(4) :: number
     integer(c_intptr_t) :: got
     integer(c_int) :: status
@@ -175,7 +176,7 @@ contains
     do tries = 1, interruptions
       if (c_waitpid(child%process, status, 0_c_int) == child%process) exit
     end do
-    got = c_read(child%ends(1), text, len(text, c_size_t))
+    got = c_read(child%ends(1), c_loc(text), len(text, c_size_t))
     call close_end(child%ends(1))
     child%process = -1
     fate = ''

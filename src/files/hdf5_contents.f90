@@ -26,8 +26,8 @@ module hdf5_contents_mod
 contains
 
   !> The sum over all groups, datasets and attributes of their checksums. What changes, or is not
-  !> known yet, is named in `changing`, a line each: the path of an object whose numbers do not
-  !> count, or object@attribute.
+  !> known yet, is named in `changing`, a line each: the path of an object that does not count with
+  !> all that it has, or object@attribute. It must be readable all the same.
   subroutine checksum_of_contents(file, changing, sum, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: changing
@@ -37,6 +37,7 @@ contains
     character, parameter :: nl = new_line('a')
     integer :: n_left
     integer(i8) :: file_bytes
+    logical :: counts
 
     sum = 0
     inquire (file=file%path, size=file_bytes)
@@ -76,6 +77,7 @@ contains
       integer :: status, ignored
 
       object = no_id
+      counts = .not. is_changing(path)
       call add(checksum_of(path))
       status = -1
       ! A link that is none of the file's own objects leads out of what is checked.
@@ -167,8 +169,7 @@ contains
           if (status >= 0 .and. size(bytes) > 0) then
             address = c_loc(bytes)
             call h5dread_f(dataset, type_id, address, status)
-            if (.not. is_changing(path)) checksum = extended(checksum, c_loc(bytes), &
-              size(bytes, kind=i8))
+            checksum = extended(checksum, c_loc(bytes), size(bytes, kind=i8))
           end if
         end if
         call h5sclose_f(space, ignored)
@@ -187,7 +188,8 @@ contains
       integer(size_t) :: one
 
       call h5sget_simple_extent_npoints_f(space, n, status)
-      if (status >= 0) call h5tget_size_f(type_id, one, status)
+      if (status < 0) n = 0 ! what the library's Fortran says of no points at all
+      call h5tget_size_f(type_id, one, status)
       if (status < 0) return
       status = -1
       ! Nothing of this kind is compressed.
@@ -210,7 +212,7 @@ contains
     subroutine add(checksum)
       integer(i8), intent(in) :: checksum
 
-      sum = sum + checksum
+      if (counts) sum = sum + checksum
     end subroutine add
 
     pure logical function is_changing(path)

@@ -9,8 +9,8 @@ module hdf5_files_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t
   use hdf5, only: hid_t, size_t, h5dont_atexit_f, h5eset_auto_f, h5fclose_f, h5fcreate_f, &
     h5fflush_f, h5fis_hdf5_f, h5fopen_f, h5gclose_f, h5gcreate_f, h5get_libversion_f, &
-    h5gget_obj_info_idx_f, h5gn_members_f, h5iis_valid_f, h5ldelete_f, h5lexists_f, h5ocopy_f, h5open_f, &
-    h5pclose_f, h5pcreate_f, h5pset_cache_f, h5pset_fclose_degree_f, &
+    h5gget_obj_info_idx_f, h5gn_members_f, h5iis_valid_f, h5ldelete_f, h5lexists_f, h5ocopy_f, &
+    h5open_f, h5pclose_f, h5pcreate_f, h5pset_cache_f, h5pset_fclose_degree_f, &
     h5pset_istore_k_f, H5F_ACC_EXCL_F, H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, H5F_CLOSE_STRONG_F, &
     H5F_SCOPE_LOCAL_F, H5P_FILE_ACCESS_F, H5P_FILE_CREATE_F, H5T_STD_I32LE
   use errors_mod, only: error_t, raise, exit_machine
@@ -23,7 +23,8 @@ module hdf5_files_mod
 
   public :: hdf5_file_t
   public :: file_absent, file_readable, file_locked, file_foreign, file_damaged
-  public :: look_at_file, create_file, open_file, flush_file, flush_object, close_file, is_open, hdf5_version
+  public :: look_at_file, create_file, open_file, flush_file, flush_object, &
+    close_file, is_open, hdf5_version
   public :: create_group, exists, copy_object, delete_object, list_members
   public :: fail_to_write, fail_to_read, fail_to_hold
 
@@ -182,8 +183,8 @@ contains
     if (status < 0) call fail(error, "cannot write '"//file%path//"'")
   end subroutine flush_file
 
-  !> Hand all that belongs to an open group or dataset to the operating system: much less work than a
-  !> flush of the file, and enough where the file has not become longer.
+  !> Hand all that belongs to an open group or dataset to the operating system: much less work than
+  !> a flush of the file, and enough where the file has not become longer.
   subroutine flush_object(file, path, id, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path !! for messages

@@ -132,9 +132,9 @@ contains
   end subroutine stack_rows
 
   !> One row is one chunk, shuffled and deflated where it is worth it: a chunk that fits into a page
-  !> takes longer to deflate than to write. It bears a checksum, Fletcher's, that every reader checks.
-  !> Rows of a few bytes share a chunk of 4 KB: it is not filtered, so that it is always written again
-  !> in its own place, and what of it was written before survives a kill.
+  !> takes longer to deflate than to write. It bears a checksum, Fletcher's, that every reader
+  !> checks. Rows of a few bytes share a chunk of 4 KB: it is not filtered, so that it is always
+  !> written again in its own place, and what of it was written before survives a kill.
   subroutine create_growing(file, path, kind, rows, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path

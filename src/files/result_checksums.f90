@@ -9,7 +9,7 @@ module result_checksums_mod
   use kinds_mod, only: i8
   use errors_mod, only: error_t, raise, exit_wrong_input
   use text_mod, only: string_t, to_text
-  use hdf5_files_mod, only: hdf5_file_t, exists, list_members
+  use hdf5_files_mod, only: hdf5_file_t, exists, flush_file, list_members
   use hdf5_attributes_mod, only: write_attribute, read_attribute, describe_group
   use hdf5_contents_mod, only: checksum_of_contents
   use hdf5_datasets_mod, only: read_dataset
@@ -74,6 +74,7 @@ contains
     integer(i8) :: sum
 
     call write_attribute(file, group, 'contents', 0_i8, error)
+    call flush_file(file, error)
     call checksum_of_contents(file, changing, sum, error)
     call write_attribute(file, group, 'contents', sum, error)
   end subroutine seal_contents
@@ -186,8 +187,8 @@ contains
         end if
         call list_members(file, member, inner, error)
         do j = 1, size(inner)
-          if (is_growing(file, member//'/'//inner(j)%text)) &
-            call read_through(file, member//'/'//inner(j)%text, 1_i8, n_rows, sums, error, copy)
+          if (.not. is_growing(file, member//'/'//inner(j)%text)) cycle
+          call read_through(file, member//'/'//inner(j)%text, 1_i8, n_rows, sums, error, copy)
         end do
       end associate
     end do

@@ -26,7 +26,8 @@ module result_claims_mod
   implicit none
   private
 
-  public :: take_arithmetic, claim_place, open_unfinished, begin_look, clear_beginning, how_it_is_damaged
+  public :: take_arithmetic, claim_place, open_unfinished, begin_look, clear_beginning, &
+    how_it_is_damaged
 
   character(*), parameter :: in_use = 'is in use by another program, perhaps a run that writes it'
   character(*), parameter :: not_a_result = 'is not a result of '//program_name
@@ -120,7 +121,7 @@ contains
     character(*), intent(in) :: path
     type(child_t), intent(out) :: child
     integer(i8), parameter :: slowest = 10000000_i8 !! [bytes/s]
-    integer(i8), parameter :: room = 1000000000_i8  !! of addresses, HDF5's tables and chunks [bytes]
+    integer(i8), parameter :: room = 1000000000_i8  !! for HDF5's tables and chunks [bytes]
     integer, parameter :: patience = 20             !! [s]
     integer(i8) :: bytes
 
@@ -274,8 +275,8 @@ contains
         printable(version)//' of '// &
         program_name//', this is version '//text_of(provenance%version))
     else if (.not. has_checksums(hdf5)) then
-      call raise(error, exit_wrong_input, "'"//path//"' has no checksums: it is damaged, or was "// &
-        'begun by a build that wrote none; --overwrite begins the run anew')
+      call raise(error, exit_wrong_input, "'"//path//"' has no checksums: it is damaged, or "// &
+        'was begun by a build that wrote none'//begins_anew)
     end if
   end subroutine check_maker
 

@@ -138,10 +138,12 @@ contains
     call append_row(history%step, int(state%step, i4), checksum, error)
     call append_row(history%increment, int(state%increment, i4), checksum, error)
     call append_row(history%time, state%time, checksum, error)
-    call append_row(history%certified, merge(1_i1, 0_i1, report%certificate%certified), checksum, error)
+    call append_row(history%certified, merge(1_i1, 0_i1, report%certificate%certified), &
+      checksum, error)
     call append_row(history%contact_iterations, int(report%contact_iterations, i4), checksum, error)
     call append_row(history%local_iterations, int(report%local_iterations, i4), checksum, error)
-    call append_row(history%compliance_products, int(report%compliance_products, i4), checksum, error)
+    call append_row(history%compliance_products, int(report%compliance_products, i4), &
+      checksum, error)
     call append_row(history%solver_stages, int(report%solver_stages, i4), checksum, error)
     call append_row(history%free_motions, int(report%n_unheld, i4), checksum, error)
     call append_row(history%newton_raphson_iterations, &

@@ -3,9 +3,9 @@
 
     damage_sweep.py [--count N] [--first I] [--seed S] [--keep FOLDER]
 
-The files are those of runs that were killed. Of each copy something is changed: bits, bytes, pages; anywhere in the file, in its numbers, or in what HDF5
-keeps beside them; or a number through h5py; or the file is cut off. Then the run is continued, and
-one of four things happens:
+The files are those of runs that were killed. Of each copy something is changed: bits, bytes, pages;
+anywhere in the file, in its numbers, or in what HDF5 keeps beside them; or a number through h5py;
+or the file is cut off. Then the run is continued, and one of four things happens:
 
     refused     exit status 1 and a message that names the file, which is left as it was
     same        continued to the same bits as the undisturbed run, in what was run as well

@@ -6,11 +6,12 @@ import resource
 import shutil
 import unittest
 import zlib
+from pathlib import Path
 
 import h5py
 import numpy as np
 from damage_sweep import sweep
-from result_checks import HERE, INPUT, NAME, Case, Folder, Whole, rows_in
+from result_checks import HERE, INPUT, LIBRARY, NAME, Case, Folder, Whole, rows_in
 
 
 class DamageSweep(unittest.TestCase):
@@ -164,6 +165,18 @@ class Damage(Folder):
         with h5py.File(folder / NAME, "r+") as file:
             file["history/time"].attrs.modify("quantity", np.bytes_("tame"))
         self.assertEqual(self.case.run(folder, "--continue")[0], 1)
+
+    def test_a_file_that_crashes_its_reader(self):
+        library = Path(LIBRARY).with_name("libcrash_in_child.so")
+        before = (self.killed / NAME).read_bytes()
+        for option in ("--continue", "--quiet"):  # a new run looks at what is there, too
+            with self.subTest(option=option):
+                status, words = self.case.run(self.killed, option, LD_PRELOAD=str(library))
+                self.assertEqual(status, 1, words)
+                self.assertIn(f"'{NAME}' is damaged: it ends whoever reads all of it (signal 6)",
+                              words)
+                self.assertEqual((self.killed / NAME).read_bytes(), before)
+                self.assertEqual(os.listdir(self.killed), [NAME])
 
     def test_a_file_without_checksums(self):
         with h5py.File(self.killed / NAME, "r+") as file:
