@@ -1,5 +1,7 @@
-"""What a run computes follows from its deck, not from how fast the machine is or was; what depends
-on the memory that was left is kept, and chosen again when the run is continued."""
+"""What a run computes follows from its deck, not from how fast the machine is.
+
+What depends on the memory that was left is kept, and chosen again when the run is continued.
+"""
 
 import resource
 import unittest
@@ -13,11 +15,13 @@ CLOCK = str(Path(LIBRARY).with_name("libslow_clock.so"))
 
 
 class Clock(Folder):
-    """A clock that goes on by so many milliseconds with every look counts the looks. Their number in
-    an increment tells how many increments were solved ahead together with it."""
+    """A clock that goes on by so many milliseconds with every look counts the looks.
+
+    Their number in an increment tells how many increments were solved ahead together with it.
+    """
 
     def run_with(self, case, look, *more):
-        """Run or continue in a fresh folder or a given one; return how often each increment looked."""
+        """Run, or continue; return how often the program looked in each increment."""
         status, words = case.run(self.folder / "run", *more, LD_PRELOAD=CLOCK, LOOK=str(look))
         self.assertEqual(status, 0, words)
         with h5py.File(self.folder / "run" / NAME) as file:
