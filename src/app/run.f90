@@ -144,8 +144,10 @@ contains
     if (allocated(error)) return
     if (progress%state%row > 0 .and. .not. console%quiet) call say('continued       behind '// &
       'increment '//to_text(progress%state%row))
-    if (file%n_damaged > 0) call say('note: increment '//to_text(file%n_rows + 1)// &
+    if (file%n_damaged == 1) call say('note: increment '//to_text(file%n_rows + 1)// &
       ' was damaged in the file: it is done again')
+    if (file%n_damaged > 1) call say('note: increments '//to_text(file%n_rows + 1)//' to '// &
+      to_text(file%n_rows + file%n_damaged)//' were damaged in the file: they are done again')
     call go_through(scene, plan, exports, operators, file, console, progress, error)
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
     inquire (file=path, size=written)
