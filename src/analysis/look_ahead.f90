@@ -9,15 +9,18 @@
 !> and done anew.
 !>
 !> Every increment of a *STEP has a column of its own among the right-hand sides, whose number the
-!> step alone decides; so how far one looks ahead changes no bit of a result.
+!> step alone decides; so how far one looks ahead changes no bit of a result. How far that is
+!> follows from the work that is counted, not from a clock, and a continued run ends where the first
+!> session would have: on any machine, under any load, the same is computed.
 module look_ahead_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
   use system_mod, only: wall_seconds
   use scene_mod, only: scene_t
-  use controls_mod, only: is_exact
+  use controls_mod, only: is_exact, solver_global_newton
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t, next_increment, mark_end
+  use number_list_mod, only: number_list_t, carry
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t
   use follow_points_mod, only: nodal
@@ -29,10 +32,11 @@ module look_ahead_mod
   private
 
   public :: most_ahead, ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut, &
-    step_on_interface
+    carry_ahead, step_on_interface
 
   integer,  parameter :: most_ahead = 16          !! increments
-  real(wp), parameter :: longest_ahead = 5.0_wp   !! that a crash may lose [s]
+  real(wp), parameter :: most_work = 1.0e10_wp
+  !! that a crash may lose: a few seconds of products with a vector [operations]
 
   !> An increment whose contact is solved.
   type :: foreseen_t
@@ -47,6 +51,8 @@ module look_ahead_mod
     integer :: first = 1                     !! row within the run of the first of them
     integer :: n = 0                         !! how many there are
     integer :: reach = most_ahead            !! how many to look for
+    integer :: found = 0                     !! how many there were when they were looked for
+    integer :: last = 0                      !! row of the last of those
     type(foreseen_t) :: of(most_ahead)
     real(wp), allocatable :: columns(:, :)
     !! (n_free,columns) what their reactions do to the body [length]
@@ -84,19 +90,23 @@ contains
     type(increment_t) :: increment
     type(attempt_t) :: now
     real(wp), allocatable :: answers(:, :) !! (n_interface,columns) [length]
-    real(wp) :: clock, began
+    real(wp) :: work, began
     integer :: n_columns, column
+    logical :: goes_on
 
-    clock = wall_seconds()
     increment = next_increment(scene%steps, old)
     if (is_ahead(ahead, increment)) return
+    ! What an earlier session had begun is ended where it would have ended it.
+    goes_on = ahead%last >= increment%row
     ! All that was asked for last time was of use: more.
-    if (ahead%n == ahead%reach) ahead%reach = min(most_ahead, 2*ahead%reach)
+    if (.not. goes_on .and. ahead%found == ahead%reach) ahead%reach = min(most_ahead, &
+      2*ahead%reach)
     n_columns = min(most_ahead, scene%steps(increment%step)%n_increments)
     allocate (answers(operators%inverse%map%n_interface, n_columns), source=0.0_wp)
     there = old
     ahead%first = increment%row
     ahead%n = 0
+    work = 0.0_wp
     increments: do while (ahead%n < ahead%reach)
       increment = next_increment(scene%steps, there)
       if (increment%row == 0 .or. (ahead%n > 0 .and. increment%first_of_step)) exit increments
@@ -113,8 +123,14 @@ contains
         foreseen%report%wall_time = wall_seconds() - began
         if (.not. foreseen%report%converged) exit increments
       end associate
-      if (wall_seconds() - clock > longest_ahead) exit increments
+      if (goes_on .and. increment%row == ahead%last) exit increments
+      work = work + work_of(ahead%of(ahead%n)%report, operators%problem%n_rows)
+      if (.not. goes_on .and. work > most_work) exit increments
     end do increments
+    if (.not. goes_on) then
+      ahead%found = ahead%n
+      ahead%last = ahead%first + ahead%n - 1
+    end if
 
     began = wall_seconds()
     if (allocated(ahead%columns)) deallocate (ahead%columns)
@@ -181,12 +197,37 @@ contains
     end associate
   end subroutine take_foreseen
 
+  !> What the contact of an increment took [operations].
+  pure real(wp) function work_of(report, n_rows)
+    type(step_report_t), intent(in) :: report
+    integer, intent(in) :: n_rows
+    integer, parameter :: most_dense = 1000 !! rows of a dense system, of global_newton
+    real(wp), parameter :: of_local = 500.0_wp, gain = 10.0_wp !! of work on blocks over vectors
+
+    work_of = 2.0_wp*report%compliance_products*real(n_rows, wp)**2 + &
+      of_local*report%local_iterations
+    if (report%solver == solver_global_newton) work_of = work_of + &
+      report%contact_iterations*real(min(n_rows, most_dense), wp)**3/gain
+  end function work_of
+
   !> Forget what lies ahead, and look less far the next time.
   pure subroutine cut(ahead)
     type(ahead_t), intent(inout) :: ahead
 
     ahead%n = 0
+    ahead%found = 0
+    ahead%last = 0
     ahead%reach = 1
   end subroutine cut
+
+  !> Put how far one looks ahead into the list, or take it out; what was foreseen is found again.
+  subroutine carry_ahead(list, ahead)
+    type(number_list_t), intent(inout) :: list
+    type(ahead_t), intent(inout) :: ahead
+
+    call carry(list, ahead%reach)
+    call carry(list, ahead%found)
+    call carry(list, ahead%last)
+  end subroutine carry_ahead
 
 end module look_ahead_mod

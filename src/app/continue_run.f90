@@ -16,6 +16,7 @@ module continue_run_mod
   use make_plan_mod, only: revise_plan
   use step_loads_mod, only: prescribed_dofs
   use operators_mod, only: operators_t, make_operators, change_supports, prepare_step
+  use look_ahead_mod, only: ahead_t, carry_ahead
   use load_step_error_mod, only: coarse_run_t, start_coarse
   use choose_increment_mod, only: increment_size_t, carry_size
   use result_file_mod, only: result_file_t, count_increment, keep_state
@@ -32,6 +33,7 @@ module continue_run_mod
     type(increment_size_t) :: size      !! of increments that may be cut
     real(wp) :: tolerance = 0.0_wp      !! of contact, as the accuracy wants it [-]
     type(tally_t) :: tally              !! what the run adds up to so far
+    type(ahead_t) :: ahead              !! increments whose contact is solved
     type(coarse_run_t) :: coarse        !! the run in coarser increments, for the estimate of errors
     integer :: entered = 0              !! *STEP that the operators are made for; 0: none yet
     integer :: widened_in = 0
@@ -106,6 +108,7 @@ contains
     call carry_state(list, progress%coarse%state)
     call carry(list, progress%coarse%n_behind)
     call carry_size(list, progress%size)
+    call carry_ahead(list, progress%ahead)
     call carry(list, progress%tolerance)
     call carry(list, progress%widened_in)
     call carry(list, progress%begun)

@@ -14,7 +14,6 @@ module go_through_mod
   use make_plan_mod, only: revise_plan
   use operators_mod, only: operators_t, widen_interface
   use advance_mod, only: advance, advance_along
-  use look_ahead_mod, only: ahead_t
   use load_step_error_mod, only: follow_coarsely
   use choose_increment_mod, only: choose_increment, cut_increment
   use meet_accuracy_mod, only: sharpen, shortfall
@@ -44,7 +43,6 @@ contains
     type(progress_t), intent(inout) :: progress
     type(error_t), allocatable, intent(out) :: error
     type(state_t) :: new
-    type(ahead_t) :: ahead
     type(increment_t) :: increment
     type(step_report_t) :: report
     type(step_fields_t) :: fields
@@ -112,7 +110,8 @@ contains
 
       is_whole = progress%size%length == whole_increment .and. .not. scene%accuracy%wanted > 0.0_wp
       if (scene%steps(increment%step)%direct .or. is_whole) then
-        call advance_along(scene, plan, operators, progress%state, ahead, new, report, error)
+        call advance_along(scene, plan, operators, progress%state, progress%ahead, new, report, &
+          error)
       else
         call advance(scene, plan, operators, progress%state, increment, new, report, error)
       end if

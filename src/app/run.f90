@@ -19,6 +19,7 @@ module run_mod
   use output_names_mod, only: keep_inputs, output_name
   use xdmf_mod, only: xdmf_path
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
+  use result_claims_mod, only: take_arithmetic
   use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result
   use command_line_mod, only: options_t, resume_command
   use tally_mod, only: tally_t, list_counters
@@ -56,6 +57,7 @@ contains
     call take_accuracy(options, scene)
     call make_plan(scene, plan, error)
     if (allocated(error)) return
+    if (goes_on(options, scene)) call take_arithmetic(result_path(options, scene), scene%precision)
     call estimate_costs(scene, result_path(options, scene), plan, operators%inverse%factor, error)
     if (allocated(error)) return
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
@@ -84,6 +86,15 @@ contains
     call choose_arithmetic(scene)
     call sharpen(scene)
   end subroutine take_accuracy
+
+  !> Whether there is a result to go on with.
+  logical function goes_on(options, scene)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(in) :: scene
+
+    inquire (file=result_path(options, scene), exist=goes_on)
+    goes_on = goes_on .and. options%continues
+  end function goes_on
 
   !> Where the result goes.
   function result_path(options, scene) result(path)
@@ -153,6 +164,10 @@ contains
     if (allocated(error)) return
     if (progress%state%row > 0 .and. .not. console%quiet) call say('continued       behind '// &
       'increment '//to_text(progress%state%row))
+    if (file%n_damaged == 1) call say('note: increment '//to_text(file%n_rows + 1)// &
+      ' was damaged in the file: it is done again')
+    if (file%n_damaged > 1) call say('note: increments '//to_text(file%n_rows + 1)//' to '// &
+      to_text(file%n_rows + file%n_damaged)//' were damaged in the file: they are done again')
     call go_through(scene, plan, exports, operators, file, console, progress, error)
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
     inquire (file=path, size=written)
@@ -199,12 +214,9 @@ contains
     type(error_t), allocatable :: ignored
     character(:), allocatable :: path
     real(wp), allocatable :: kept(:)
-    logical :: continues
 
     path = result_path(options, scene)
-    inquire (file=path, exist=continues)
-    continues = continues .and. options%continues
-    if (continues) then
+    if (goes_on(options, scene)) then
       call reopen_result(path, scene, plan, make_provenance(operators), file, kept, error)
       if (allocated(error)) return
       call take_up_run(kept, scene, plan, file, progress, error)

@@ -4,7 +4,7 @@ module text_mod
   implicit none
   private
 
-  public :: upper, to_text, percent, nearest_word, string_t, as_list
+  public :: printable, upper, to_text, percent, nearest_word, string_t, as_list
 
   !> A text of its own length, for lists of texts.
   type :: string_t
@@ -17,6 +17,18 @@ module text_mod
   end interface to_text
 
 contains
+
+  !> A text that may hold anything, for a message: what is not ASCII shows as question marks.
+  pure function printable(text) result(shown)
+    character(*), intent(in) :: text
+    character(len(text)) :: shown
+    integer :: i
+
+    shown = text
+    do i = 1, len(text)
+      if (text(i:i) < ' ' .or. text(i:i) > '~') shown(i:i) = '?'
+    end do
+  end function printable
 
   !> Words of one length as a list of texts without the blanks behind them. (An array constructor
   !> of `string_t` leaks with gfortran 12.)

@@ -8,7 +8,7 @@ module fresh_file_mod
   implicit none
   private
 
-  public :: beginning_of, take_place, delete_file
+  public :: beginning_of, take_place, delete_file, settle
   public :: folder_lock_t, lock_folder, unlock_folder, is_locked
 
   !> A lock on a folder, held by at most one process at a time.
@@ -60,6 +60,13 @@ module fresh_file_mod
       integer(c_int) :: descriptor
     end function c_fileno
 
+    function c_fsync(descriptor) result(status) bind(c, name='fsync')
+      import :: c_int
+      implicit none
+      integer(c_int), value :: descriptor
+      integer(c_int) :: status
+    end function c_fsync
+
     function c_fclose(file) result(status) bind(c, name='fclose')
       import :: c_int, c_ptr
       implicit none
@@ -94,6 +101,20 @@ contains
       call raise(error, exit_machine, "cannot rename '"//beginning_of(path)//"' to '"//path//"'")
     end if
   end subroutine take_place
+
+  !> Wait until the disk has the file, where the file system tells: before it takes the place of
+  !> what cannot be had again.
+  subroutine settle(path)
+    character(*), intent(in) :: path
+    type(c_ptr) :: file
+    integer(c_int) :: status
+
+    file = c_fopen(path//c_null_char, 'r+'//c_null_char)
+    if (.not. c_associated(file)) return
+    status = c_fsync(c_fileno(file))
+    status = c_fclose(file)
+    if (status /= 0) return
+  end subroutine settle
 
   !> Delete a file if it is there. That it cannot be deleted shows when its name is used again.
   subroutine delete_file(path)

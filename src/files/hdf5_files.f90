@@ -6,11 +6,11 @@
 !>
 !> Files are of the classic format: it survives a kill at any moment without being repaired.
 module hdf5_files_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
+  use, intrinsic :: iso_c_binding, only: c_int, c_int64_t
   use hdf5, only: hid_t, size_t, h5dont_atexit_f, h5eset_auto_f, h5fclose_f, h5fcreate_f, &
     h5fflush_f, h5fis_hdf5_f, h5fopen_f, h5gclose_f, h5gcreate_f, h5get_libversion_f, &
-    h5gget_obj_info_idx_f, h5gn_members_f, h5iis_valid_f, h5ldelete_f, h5lexists_f, h5open_f, &
-    h5pclose_f, h5pcreate_f, h5pset_cache_f, h5pset_fclose_degree_f, &
+    h5gget_obj_info_idx_f, h5gn_members_f, h5iis_valid_f, h5ldelete_f, h5lexists_f, h5ocopy_f, &
+    h5open_f, h5pclose_f, h5pcreate_f, h5pset_cache_f, h5pset_fclose_degree_f, &
     h5pset_istore_k_f, H5F_ACC_EXCL_F, H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, H5F_CLOSE_STRONG_F, &
     H5F_SCOPE_LOCAL_F, H5P_FILE_ACCESS_F, H5P_FILE_CREATE_F, H5T_STD_I32LE
   use errors_mod, only: error_t, raise, exit_machine
@@ -23,9 +23,9 @@ module hdf5_files_mod
 
   public :: hdf5_file_t
   public :: file_absent, file_readable, file_locked, file_foreign, file_damaged
-  public :: look_at_file, create_file, open_file, keep_clear, keep_clear_of, flush_file, &
-    flush_object, close_file, is_open, hdf5_version
-  public :: create_group, exists, delete_object, list_members
+  public :: look_at_file, create_file, open_file, flush_file, flush_object, &
+    close_file, is_open, hdf5_version
+  public :: create_group, exists, copy_object, delete_object, list_members
   public :: fail_to_write, fail_to_read, fail_to_hold
 
   ! What `look_at_file` finds.
@@ -42,25 +42,6 @@ module hdf5_files_mod
   end type hdf5_file_t
 
   interface
-    !> Let the file end behind all that was ever written to it, and `increment` bytes more. The
-    !> library's Fortran has no procedure for this.
-    function c_increment_filesize(id, increment) result(status) bind(c, &
-      name='H5Fincrement_filesize')
-      import :: c_int, c_int64_t
-      implicit none
-      integer(c_int64_t), value :: id, increment
-      integer(c_int) :: status
-    end function c_increment_filesize
-
-    !> POSIX: make a file longer, or shorter.
-    function c_truncate(path, length) result(status) bind(c, name='truncate')
-      import :: c_char, c_int, c_int64_t
-      implicit none
-      character(c_char), intent(in) :: path(*)
-      integer(c_int64_t), value :: length
-      integer(c_int) :: status
-    end function c_truncate
-
     !> Hand all that belongs to an open object to the operating system. The library's Fortran has no
     !> procedure for this.
     function c_flush_object(id) result(status) bind(c, name='H5Oflush')
@@ -69,15 +50,6 @@ module hdf5_files_mod
       integer(c_int64_t), value :: id
       integer(c_int) :: status
     end function c_flush_object
-
-    !> Where the file ends.
-    function c_get_eoa(id, address) result(status) bind(c, name='H5Fget_eoa')
-      import :: c_int, c_int64_t
-      implicit none
-      integer(c_int64_t), value :: id
-      integer(c_int64_t), intent(out) :: address
-      integer(c_int) :: status
-    end function c_get_eoa
   end interface
 
 contains
@@ -200,40 +172,6 @@ contains
     call h5pset_cache_f(access, 0, slots, chunk_cache, preference, status)
   end function strong_access
 
-  !> Right after opening a file whose writer was killed: nothing new is to go where that one wrote.
-  !>
-  !> What it wrote last lies beyond what the file calls its end, and what refers to it may be
-  !> in the file already.
-  subroutine keep_clear(file, error)
-    type(hdf5_file_t), intent(in) :: file
-    type(error_t), allocatable, intent(inout) :: error
-
-    if (allocated(error)) return
-    if (c_increment_filesize(file%id, 0_c_int64_t) < 0) call fail_to_write(error, file, '/')
-  end subroutine keep_clear
-
-  !> Let the file end behind `address`, if it does not.
-  subroutine keep_clear_of(file, address, error)
-    type(hdf5_file_t), intent(in) :: file
-    integer(i8), intent(in) :: address
-    type(error_t), allocatable, intent(inout) :: error
-    integer(c_int64_t) :: end_now
-    integer(i8) :: bytes
-    integer(c_int) :: status
-
-    inquire (file=file%path, size=bytes)
-    if (c_get_eoa(file%id, end_now) < 0) then
-      call fail_to_write(error, file, '/')
-    else if (end_now < address) then
-      ! HDF5 would say where the file ends before it is so long; killed in between, nobody could
-      ! open it.
-      status = 0
-      if (bytes < address) status = c_truncate(file%path//c_null_char, address)
-      if (status == 0) status = c_increment_filesize(file%id, address - end_now)
-      if (status < 0) call fail_to_write(error, file, '/')
-    end if
-  end subroutine keep_clear_of
-
   !> Hand everything written so far to the operating system.
   subroutine flush_file(file, error)
     type(hdf5_file_t), intent(in) :: file
@@ -321,6 +259,18 @@ contains
       last = last + 1
     end do
   end function exists
+
+  !> Copy a group with all in it, or a dataset, to the same path of another file.
+  subroutine copy_object(from, path, to, error)
+    type(hdf5_file_t), intent(in) :: from, to
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: status
+
+    if (allocated(error)) return
+    call h5ocopy_f(from%id, path, to%id, path, status)
+    if (status < 0) call fail_to_write(error, to, path)
+  end subroutine copy_object
 
   subroutine delete_object(file, path, error)
     type(hdf5_file_t), intent(in) :: file

@@ -1,25 +1,30 @@
 !> Datasets that grow by one row at a time, as long as a run goes on.
 module hdf5_rows_mod
-  use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_ptr, c_loc
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_loc
   use hdf5, only: hid_t, hsize_t, h5dclose_f, h5dcreate_f, h5dget_create_plist_f, &
     h5dget_space_f, h5dopen_f, h5dread_f, h5dset_extent_f, h5dwrite_f, h5pclose_f, h5pcreate_f, &
-    h5pget_chunk_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5sclose_f, &
+    h5pget_chunk_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_fletcher32_f, h5pset_shuffle_f, &
+    h5sclose_f, &
     h5screate_simple_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
     h5sselect_hyperslab_f, H5P_DATASET_CREATE_F, H5S_SELECT_SET_F, H5S_UNLIMITED_F
-  use errors_mod, only: error_t, raise, exit_machine
+  use checksum_mod, only: checksum_of, extended
+  use errors_mod, only: error_t, raise, exit_machine, exit_wrong_input
   use hdf5_attributes_mod, only: describe
+  use hdf5_datasets_mod, only: dataset_kind
   use hdf5_failures_mod, only: fail
-  use hdf5_files_mod, only: hdf5_file_t, exists, fail_to_read, fail_to_write, keep_clear_of, &
+  use hdf5_files_mod, only: hdf5_file_t, exists, fail_to_read, fail_to_write, fail_to_hold, &
     flush_file, flush_object
   use hdf5_types_mod, only: of_real, of_integer, of_long, of_byte, bytes_of, no_id, &
     type_in_file, type_in_memory, new_space
   use kinds_mod, only: wp, i1, i4, i8
+  use machine_room_mod, only: has_memory
   use text_mod, only: to_text
   implicit none
   private
 
   public :: rows_t, create_rows, create_list, create_stack, create_dense_stack, keep_rows, &
-    cut_rows, append_row, append_list, append_and_flush, read_rows
+    cut_rows, append_row, append_list, append_and_flush, read_rows, add_checksum, &
+    read_through, is_growing
 
   !> An open dataset that grows by one row at a time along its last extent.
   type :: rows_t
@@ -33,26 +38,18 @@ module hdf5_rows_mod
     character(:), allocatable :: name         !! for messages
   end type rows_t
 
-  !> Append a row: `append_row(rows, values, error)`.
+  !> Add the checksum that a row of one number has which is written at another time.
+  interface add_checksum
+    module procedure add_checksum_of_real, add_checksum_of_long
+  end interface add_checksum
+
+  integer, parameter :: longest_rank = 32 !! of HDF5
+
+  !> Append a row, and add its checksum to a sum: `append_row(rows, values, checksum, error)`.
   interface append_row
     module procedure append_real, append_reals_1, append_reals_2, append_reals_3, &
-                     append_integer, append_long, append_byte, append_bytes
+                     append_integer, append_long, append_longs, append_byte, append_bytes
   end interface append_row
-
-  interface
-    !> Where the chunk is that holds an element; a negative address: nowhere. The library's Fortran
-    !> has no procedure for this.
-    function c_chunk_info(dataset, offset, mask, address, bytes) result(status) bind(c, &
-      name='H5Dget_chunk_info_by_coord')
-      import :: c_int, c_int64_t
-      implicit none
-      integer(c_int64_t), value :: dataset
-      integer(c_int64_t), intent(in) :: offset(*)
-      integer(c_int), intent(out) :: mask
-      integer(c_int64_t), intent(out) :: address, bytes
-      integer(c_int) :: status
-    end function c_chunk_info
-  end interface
 
 contains
 
@@ -135,8 +132,9 @@ contains
   end subroutine stack_rows
 
   !> One row is one chunk, shuffled and deflated where it is worth it: a chunk that fits into a page
-  !> takes longer to deflate than to write. Rows of a few bytes share a chunk of 4 KB: it is not
-  !> filtered, so that it is always written again in its own place.
+  !> takes longer to deflate than to write. It bears a checksum, Fletcher's, that every reader
+  !> checks. Rows of a few bytes share a chunk of 4 KB: it is not filtered, so that it is always
+  !> written again in its own place, and what of it was written before survives a kill.
   subroutine create_growing(file, path, kind, rows, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path
@@ -170,6 +168,7 @@ contains
       if (bytes_of(kind) > 1) call h5pset_shuffle_f(creation, status)
       call h5pset_deflate_f(creation, 1, status)
     end if
+    if (row_bytes > small_row) call h5pset_fletcher32_f(creation, status)
     call h5dcreate_f(file%id, path, type_in_file(kind), space, rows%id, status, creation)
     if (status < 0) then
       rows%id = no_id
@@ -249,8 +248,7 @@ contains
   end subroutine open_growing
 
   !> Cut what is there to its first `n` rows.
-  subroutine keep_rows(file, rows, n, error)
-    type(hdf5_file_t), intent(in) :: file
+  subroutine keep_rows(rows, n, error)
     type(rows_t), intent(inout) :: rows
     integer, intent(in) :: n
     type(error_t), allocatable, intent(inout) :: error
@@ -264,7 +262,6 @@ contains
       return
     end if
     if (rows%length == length) return
-    call clear_ends(file, rows, length, error)
     call cut_rows(rows, n, error)
   end subroutine keep_rows
 
@@ -282,31 +279,6 @@ contains
     if (status < 0) call fail(error, "cannot cut '"//rows%name//"'")
     rows%length = length
   end subroutine cut_rows
-
-  !> Let the file end behind the chunks that are to be cut off, so that their places can be given
-  !> back: a killed program may have left entries of chunks beyond what the file calls its end.
-  subroutine clear_ends(file, rows, kept, error)
-    type(hdf5_file_t), intent(in) :: file
-    type(rows_t), intent(in) :: rows
-    integer(hsize_t), intent(in) :: kept !! how far the dataset will reach
-    type(error_t), allocatable, intent(inout) :: error
-    integer(c_int64_t) :: offset(size(rows%fixed) + 1), address, bytes
-    integer(hsize_t) :: first
-    integer(c_int) :: mask
-
-    first = kept
-    do while (first < rows%length)
-      offset = 0
-      offset(1) = first ! C's order
-      if (c_chunk_info(rows%id, offset, mask, address, bytes) < 0) then
-        call fail(error, "cannot cut '"//rows%name//"'")
-      else if (address >= 0) then
-        call keep_clear_of(file, address + bytes, error)
-      end if
-      if (allocated(error)) return
-      first = first + rows%step
-    end do
-  end subroutine clear_ends
 
   !> Read the first rows of a list of numbers, as many as there are up to `n`.
   subroutine read_rows(file, path, n, values, error)
@@ -342,24 +314,25 @@ contains
     call h5dclose_f(rows%id, ignored)
   end subroutine read_rows
 
-  subroutine append_real(rows, values, error)
+  subroutine append_real(rows, values, checksum, error)
     type(rows_t), intent(inout) :: rows
     real(wp), intent(in), target :: values
+    integer(i8), intent(inout) :: checksum
     type(error_t), allocatable, intent(inout) :: error
 
-    call append(rows, of_real, c_loc(values), 1, error)
+    call append(rows, of_real, c_loc(values), 1, error, checksum=checksum)
   end subroutine append_real
 
   !> Append a number and hand it to the operating system; where it can be, it alone.
   subroutine append_and_flush(file, rows, value, error)
     type(hdf5_file_t), intent(in) :: file
     type(rows_t), intent(inout) :: rows
-    real(wp), intent(in) :: value
+    real(wp), intent(in), target :: value
     type(error_t), allocatable, intent(inout) :: error
     logical :: begins_chunk
 
     begins_chunk = mod(rows%length, rows%of_chunk) == 0
-    call append_real(rows, value, error)
+    call append(rows, of_real, c_loc(value), 1, error)
     if (begins_chunk) then
       ! It makes the file longer, which only a flush of the whole tells.
       call flush_file(file, error)
@@ -368,60 +341,76 @@ contains
     end if
   end subroutine append_and_flush
 
-  subroutine append_reals_1(rows, values, error)
+  subroutine append_reals_1(rows, values, checksum, error)
     type(rows_t), intent(inout) :: rows
     real(wp), intent(in), contiguous, target :: values(:)
+    integer(i8), intent(inout) :: checksum
     type(error_t), allocatable, intent(inout) :: error
 
-    call append(rows, of_real, c_loc(values), size(values), error)
+    call append(rows, of_real, c_loc(values), size(values), error, checksum=checksum)
   end subroutine append_reals_1
 
-  subroutine append_reals_2(rows, values, error)
+  subroutine append_reals_2(rows, values, checksum, error)
     type(rows_t), intent(inout) :: rows
     real(wp), intent(in), contiguous, target :: values(:, :)
+    integer(i8), intent(inout) :: checksum
     type(error_t), allocatable, intent(inout) :: error
 
-    call append(rows, of_real, c_loc(values), size(values), error)
+    call append(rows, of_real, c_loc(values), size(values), error, checksum=checksum)
   end subroutine append_reals_2
 
-  subroutine append_reals_3(rows, values, error)
+  subroutine append_reals_3(rows, values, checksum, error)
     type(rows_t), intent(inout) :: rows
     real(wp), intent(in), contiguous, target :: values(:, :, :)
+    integer(i8), intent(inout) :: checksum
     type(error_t), allocatable, intent(inout) :: error
 
-    call append(rows, of_real, c_loc(values), size(values), error)
+    call append(rows, of_real, c_loc(values), size(values), error, checksum=checksum)
   end subroutine append_reals_3
 
-  subroutine append_integer(rows, values, error)
+  subroutine append_integer(rows, values, checksum, error)
     type(rows_t), intent(inout) :: rows
     integer(i4), intent(in), target :: values
+    integer(i8), intent(inout) :: checksum
     type(error_t), allocatable, intent(inout) :: error
 
-    call append(rows, of_integer, c_loc(values), 1, error)
+    call append(rows, of_integer, c_loc(values), 1, error, checksum=checksum)
   end subroutine append_integer
 
-  subroutine append_long(rows, values, error)
+  subroutine append_long(rows, values, checksum, error)
     type(rows_t), intent(inout) :: rows
     integer(i8), intent(in), target :: values
+    integer(i8), intent(inout) :: checksum
     type(error_t), allocatable, intent(inout) :: error
 
-    call append(rows, of_long, c_loc(values), 1, error)
+    call append(rows, of_long, c_loc(values), 1, error, checksum=checksum)
   end subroutine append_long
 
-  subroutine append_byte(rows, values, error)
+  subroutine append_longs(rows, values, checksum, error)
+    type(rows_t), intent(inout) :: rows
+    integer(i8), intent(in), contiguous, target :: values(:)
+    integer(i8), intent(inout) :: checksum
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append(rows, of_long, c_loc(values), size(values), error, checksum=checksum)
+  end subroutine append_longs
+
+  subroutine append_byte(rows, values, checksum, error)
     type(rows_t), intent(inout) :: rows
     integer(i1), intent(in), target :: values
+    integer(i8), intent(inout) :: checksum
     type(error_t), allocatable, intent(inout) :: error
 
-    call append(rows, of_byte, c_loc(values), 1, error)
+    call append(rows, of_byte, c_loc(values), 1, error, checksum=checksum)
   end subroutine append_byte
 
-  subroutine append_bytes(rows, values, error)
+  subroutine append_bytes(rows, values, checksum, error)
     type(rows_t), intent(inout) :: rows
     integer(i1), intent(in), contiguous, target :: values(:)
+    integer(i8), intent(inout) :: checksum
     type(error_t), allocatable, intent(inout) :: error
 
-    call append(rows, of_byte, c_loc(values), size(values), error)
+    call append(rows, of_byte, c_loc(values), size(values), error, checksum=checksum)
   end subroutine append_bytes
 
   !> Append many rows of one number.
@@ -433,13 +422,14 @@ contains
     call append(rows, of_long, c_loc(values), size(values), error, size(values))
   end subroutine append_list
 
-  subroutine append(rows, kind, address, n, error, n_rows)
+  subroutine append(rows, kind, address, n, error, n_rows, checksum)
     type(rows_t), intent(inout) :: rows
     integer, intent(in) :: kind
     type(c_ptr), intent(in) :: address
     integer, intent(in) :: n !! numbers at the address
     type(error_t), allocatable, intent(inout) :: error
     integer, intent(in), optional :: n_rows !! that they are; 1 if absent
+    integer(i8), intent(inout), optional :: checksum !! to which theirs is added
     integer(hid_t) :: memory, space
     integer(hsize_t) :: start(size(rows%fixed) + 1), count(size(rows%fixed) + 1), longer
     integer :: status, ignored
@@ -469,6 +459,182 @@ contains
       call h5sclose_f(memory, ignored)
     end if
     rows%length = rows%length + longer
+    if (present(checksum)) checksum = checksum + checksum_of_row(rows%name, address, &
+      int(n, i8)*bytes_of(kind))
   end subroutine append
+
+  ! ------------------------------------------------------------------ checksums
+
+  !> The checksum of a row: of the dataset's path and the bytes of the numbers.
+  function checksum_of_row(path, address, bytes) result(checksum)
+    character(*), intent(in) :: path
+    type(c_ptr), intent(in) :: address
+    integer(i8), intent(in) :: bytes
+    integer(i8) :: checksum
+
+    checksum = extended(checksum_of(path), address, bytes)
+  end function checksum_of_row
+
+  subroutine add_checksum_of_real(rows, value, checksum)
+    type(rows_t), intent(in) :: rows
+    real(wp), intent(in), target :: value
+    integer(i8), intent(inout) :: checksum
+
+    checksum = checksum + checksum_of_row(rows%name, c_loc(value), int(bytes_of(of_real), i8))
+  end subroutine add_checksum_of_real
+
+  subroutine add_checksum_of_long(rows, value, checksum)
+    type(rows_t), intent(in) :: rows
+    integer(i8), intent(in), target :: value
+    integer(i8), intent(inout) :: checksum
+
+    checksum = checksum + checksum_of_row(rows%name, c_loc(value), int(bytes_of(of_long), i8))
+  end subroutine add_checksum_of_long
+
+  !> Whether a path is that of a dataset that grows.
+  function is_growing(file, path) result(growing)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    logical :: growing
+    integer(hsize_t) :: extents(longest_rank), limits(longest_rank)
+    integer(hid_t) :: dataset, space
+    integer :: rank, status, ignored
+
+    growing = .false.
+    if (dataset_kind(file, path) == 0) return
+    call h5dopen_f(file%id, path, dataset, status)
+    if (status < 0) return
+    call h5dget_space_f(dataset, space, status)
+    call h5sget_simple_extent_ndims_f(space, rank, status)
+    if (status >= 0 .and. rank > 0) then
+      call h5sget_simple_extent_dims_f(space, extents(:rank), limits(:rank), status)
+      growing = status >= 0 .and. limits(rank) == H5S_UNLIMITED_F
+    end if
+    call h5sclose_f(space, ignored)
+    call h5dclose_f(dataset, ignored)
+  end function is_growing
+
+  !> Read the first `n` rows of a dataset, as many as there are, and add the checksum of row i to
+  !> sums(i); of a row that cannot be read nothing is added. With `copy`, write them there, too.
+  subroutine read_through(file, path, step, n, sums, error, copy)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    integer(i8), intent(in) :: step       !! how far a row reaches along the extent that grows
+    integer, intent(in) :: n
+    integer(i8), intent(inout) :: sums(:) !! (n) or more
+    type(error_t), allocatable, intent(inout) :: error
+    !! no such dataset, no room for a row; the copy cannot be written
+    type(hdf5_file_t), intent(in), optional :: copy
+    !! a file in which the dataset is there, and has no rows
+    integer(i8), parameter :: at_once = 1000000_i8 !! bytes
+    integer(i8), parameter :: most_beyond = 1000   !! rows that do not count
+    integer(i1), allocatable, target :: bytes(:)
+    integer(hsize_t), allocatable :: extents(:), limits(:)
+    integer(hid_t) :: dataset, space, other
+    integer(i8) :: of_row
+    integer :: rank, kind, status, ignored, first, last, i, n_there, n_at_once
+
+    if (allocated(error)) return
+    other = no_id
+    call h5dopen_f(file%id, path, dataset, status)
+    if (status < 0) then
+      call fail_to_read(error, file, path)
+      return
+    end if
+    kind = dataset_kind(file, path)
+    call h5dget_space_f(dataset, space, status)
+    call h5sget_simple_extent_ndims_f(space, rank, status)
+    allocate (extents(max(rank, 1)), limits(max(rank, 1)), source=0_hsize_t)
+    if (rank > 0) call h5sget_simple_extent_dims_f(space, extents, limits, status)
+    n_there = int(min(int(n, i8), extents(size(extents))/max(1_i8, step)))
+    if (extents(size(extents))/max(1_i8, step) > n + most_beyond) call raise(error, &
+      exit_wrong_input, "'"//file%path//"' is damaged: '"//path//"' reaches to "// &
+      to_text(extents(size(extents))))
+    extents(size(extents)) = step
+    of_row = 0
+    if (status >= 0 .and. kind > 0) of_row = bytes_of(kind)*product(extents)
+    n_at_once = int(max(1_i8, at_once/max(1_i8, of_row)))
+    if (.not. allocated(error)) then
+      if (.not. has_memory(n_at_once*of_row)) call fail_to_hold(error, file, path)
+    end if
+    if (.not. allocated(error) .and. n_there > 0 .and. kind > 0) then
+      allocate (bytes(max(1_i8, n_at_once*of_row)))
+      if (present(copy)) call open_copy()
+      do first = 1, n_there, n_at_once
+        if (allocated(error)) exit
+        last = min(n_there, first + n_at_once - 1)
+        call transfer_bytes(dataset, space, first, last, .false., status)
+        if (status >= 0) then
+          call take_rows(first, last)
+        else ! one at a time, to find those that cannot be read
+          do i = first, last
+            call transfer_bytes(dataset, space, i, i, .false., status)
+            if (status >= 0) call take_rows(i, i)
+          end do
+        end if
+      end do
+    end if
+    if (other /= no_id) call h5dclose_f(other, ignored)
+    call h5sclose_f(space, ignored)
+    call h5dclose_f(dataset, ignored)
+
+  contains
+
+    subroutine open_copy()
+      integer(hsize_t) :: longer(size(extents))
+
+      longer = extents
+      longer(size(longer)) = n_there*step
+      call h5dopen_f(copy%id, path, other, status)
+      if (status < 0) other = no_id
+      if (status >= 0) call h5dset_extent_f(other, longer, status)
+      if (status < 0) call fail_to_write(error, copy, path)
+    end subroutine open_copy
+
+    !> Rows a to b of a dataset, read or written.
+    subroutine transfer_bytes(id, all_of_it, a, b, writes, status)
+      integer(hid_t), intent(in) :: id, all_of_it !! the dataset, its space
+      integer, intent(in) :: a, b
+      logical, intent(in) :: writes
+      integer, intent(out) :: status
+      integer(hsize_t) :: start(size(extents)), count(size(extents))
+      integer(hid_t) :: memory
+      type(c_ptr) :: address
+
+      status = 0
+      if (of_row == 0) return
+      start = 0
+      start(size(start)) = (a - 1)*step
+      count = extents
+      count(size(count)) = (b - a + 1)*step
+      memory = new_space(count)
+      address = c_loc(bytes)
+      call h5sselect_hyperslab_f(all_of_it, H5S_SELECT_SET_F, start, count, status)
+      if (status >= 0 .and. writes) then
+        call h5dwrite_f(id, type_in_memory(kind), address, status, memory, all_of_it)
+      else if (status >= 0) then
+        call h5dread_f(id, type_in_memory(kind), address, status, memory, all_of_it)
+      end if
+      call h5sclose_f(memory, ignored)
+    end subroutine transfer_bytes
+
+    subroutine take_rows(a, b)
+      integer, intent(in) :: a, b
+      integer(hid_t) :: there
+      integer :: i
+
+      do i = a, b
+        sums(i) = sums(i) + checksum_of_row(path, c_loc(bytes(1 + (i - a)*of_row)), of_row)
+      end do
+      if (other == no_id .or. allocated(error)) return
+      call h5dget_space_f(other, there, status)
+      if (status >= 0) then
+        call transfer_bytes(other, there, a, b, .true., status)
+        call h5sclose_f(there, ignored)
+      end if
+      if (status < 0) call fail_to_write(error, copy, path)
+    end subroutine take_rows
+
+  end subroutine read_through
 
 end module hdf5_rows_mod

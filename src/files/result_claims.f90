@@ -3,10 +3,15 @@
 !> One run at a time may look at what is there and claim the name: it locks the folder for that
 !> long. A run that has begun holds a lock on its file, wherever that stands: first where it begins,
 !> then in its place.
+!>
+!> A file that is there already is looked at in a child process, all of it where a run is to go on:
+!> HDF5 may crash, or search for ever, in one that is damaged.
 module result_claims_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input
-  use text_mod, only: to_text, upper
+  use text_mod, only: printable, to_text, upper
+  use child_process_mod, only: child_t, begin_child, is_child, end_child, wait_for
+  use controls_mod, only: precision_controls_t
   use scene_mod, only: scene_t
   use hdf5_files_mod, only: hdf5_file_t, look_at_file, create_file, open_file, close_file, exists, &
     file_absent, file_readable, file_locked, file_foreign
@@ -15,14 +20,19 @@ module result_claims_mod
   use fresh_file_mod, only: beginning_of, delete_file, folder_lock_t, lock_folder, unlock_folder, &
     is_locked
   use result_state_mod, only: slots_t, read_state
-  use result_run_mod, only: provenance_t, program_name, run_finished, text_of
+  use result_checksums_mod, only: has_checksums, check_contents, read_increments
+  use result_run_mod, only: provenance_t, program_name, run_finished, text_of, &
+    read_arithmetic
   implicit none
   private
 
-  public :: claim_place, claim_unfinished
+  public :: take_arithmetic, claim_place, open_unfinished, begin_look, clear_beginning, &
+    how_it_is_damaged
 
   character(*), parameter :: in_use = 'is in use by another program, perhaps a run that writes it'
   character(*), parameter :: not_a_result = 'is not a result of '//program_name
+  character(*), parameter :: begins_anew = '; --overwrite begins the run anew'
+  character(*), parameter :: reader_ended = 'it ends whoever reads all of it'
 
 contains
 
@@ -71,26 +81,56 @@ contains
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: overwrite     !! anything may be replaced
     type(error_t), allocatable, intent(out) :: error
+    type(child_t) :: child
+    character(:), allocatable :: matter, fate
+    logical :: there
+
+    inquire (file=path, exist=there)
+    if (.not. there) return
+    call begin_look(path, child)
+    if (is_child(child)) call end_child(child, matter_with_file(path, scene))
+    call wait_for(child, matter, fate)
+    if (fate /= '') matter = 'is damaged: '//reader_ended//' ('//fate//')'
+    ! Not even --overwrite takes it from a run that is alive.
+    if (matter == '' .or. (overwrite .and. matter /= in_use)) return
+    if (matter /= in_use) matter = matter//' (--overwrite replaces it)'
+    call raise(error, exit_wrong_input, "'"//path//"' "//matter)
+  end subroutine check_replaceable
+
+  !> Why a file must stay; empty where there is none, or a finished result of the same deck with
+  !> the same parameters.
+  function matter_with_file(path, scene) result(matter)
+    character(*), intent(in) :: path
+    type(scene_t), intent(in) :: scene
     character(:), allocatable :: matter
 
     select case (look_at_file(path))
     case (file_absent)
-      return
+      matter = ''
     case (file_locked)
-      ! Not even --overwrite takes it from a run that is alive.
-      call raise(error, exit_wrong_input, "'"//path//"' "//in_use)
-      return
+      matter = in_use
     case (file_foreign)
       matter = not_a_result
     case (file_readable)
       matter = matter_with_result(path, scene)
-      if (matter == '') return
     case default
       matter = 'cannot be read'
     end select
-    if (overwrite) return
-    call raise(error, exit_wrong_input, "'"//path//"' "//matter//' (--overwrite replaces it)')
-  end subroutine check_replaceable
+  end function matter_with_file
+
+  !> Start a child that looks at a file.
+  subroutine begin_look(path, child)
+    character(*), intent(in) :: path
+    type(child_t), intent(out) :: child
+    integer(i8), parameter :: slowest = 10000000_i8 !! [bytes/s]
+    integer(i8), parameter :: room = 1000000000_i8  !! for HDF5's tables and chunks [bytes]
+    integer, parameter :: patience = 20             !! [s]
+    integer(i8) :: bytes
+
+    inquire (file=path, size=bytes)
+    bytes = max(0_i8, bytes)
+    call begin_child(patience + int(min(bytes/slowest, 1000000_i8)), room + 4*bytes, child)
+  end subroutine begin_look
 
   !> Why a readable HDF5 file must stay; empty for a finished result of the same deck with the same
   !> parameters.
@@ -113,9 +153,10 @@ contains
       call read_text(file, '/run/overrides', overrides, error)
       if (.not. allocated(error)) then
         if (maker == program_name .and. deck /= scene%name) then
-          matter = "is the result of another deck, '"//deck//"'"
+          matter = "is the result of another deck, '"//printable(deck)//"'"
         else if (maker == program_name .and. status /= run_finished) then
-          matter = 'is an unfinished result ('//to_text(n_rows)//' increments, '//status// &
+          matter = 'is an unfinished result ('//to_text(n_rows)//' increments, '// &
+            printable(status)// &
             '), which --continue goes on with'
         else if (maker == program_name .and. .not. same_overrides(overrides, &
                                                      text_of(scene%overrides))) then
@@ -131,34 +172,64 @@ contains
 
   ! ------------------------------------------------------------------ a run that goes on
 
-  !> Open the file of a run that did not finish, if `provenance` may go on with it.
-  subroutine claim_unfinished(path, scene, provenance, hdf5, error)
+  !> Choose the arithmetic in which a run began that is to be continued; nothing where the file does
+  !> not tell, which is refused later.
+  subroutine take_arithmetic(path, precision)
+    character(*), intent(in) :: path
+    type(precision_controls_t), intent(inout) :: precision
+    type(child_t) :: child
+    character(:), allocatable :: answer, fate
+    integer(i8) :: bits
+    logical :: single, out_of_core
+
+    call begin_look(path, child)
+    if (is_child(child)) call end_child(child, arithmetic_of(path, precision))
+    call wait_for(child, answer, fate)
+    if (answer == '') return
+    read (answer, *) single, out_of_core, bits
+    precision%single_factor = single
+    precision%out_of_core = out_of_core
+    precision%block_low_rank = transfer(bits, 1.0_wp)
+    precision%factor_is_given = .true.
+    precision%low_rank_is_given = .true.
+    precision%core_is_given = .true.
+  end subroutine take_arithmetic
+
+  !> The arithmetic of a file's run for `take_arithmetic`; empty where it cannot be read.
+  function arithmetic_of(path, given) result(answer)
+    character(*), intent(in) :: path
+    type(precision_controls_t), intent(in) :: given
+    character(:), allocatable :: answer
+    type(precision_controls_t) :: precision
+    type(hdf5_file_t) :: hdf5
+    type(error_t), allocatable :: error
+    character(80) :: line
+
+    answer = ''
+    precision = given
+    if (look_at_file(path) /= file_readable) return
+    call open_file(path, .false., hdf5, error)
+    call read_arithmetic(hdf5, precision, error)
+    if (allocated(error)) return
+    write (line, '(2(l1,1x),i0)') precision%single_factor, precision%out_of_core, &
+      transfer(precision%block_low_rank, 0_i8)
+    answer = trim(line)
+  end function arithmetic_of
+
+  !> Open the file of a run that did not finish, to read it, if `provenance` may go on with it. All
+  !> of it is read: to be called in a child.
+  subroutine open_unfinished(path, scene, provenance, hdf5, n_rows, n_sound, error)
     character(*), intent(in) :: path
     type(scene_t), intent(in) :: scene
-    type(provenance_t), intent(in) :: provenance !! of the program that goes on
-    type(hdf5_file_t), intent(out) :: hdf5       !! open for writing
+    type(provenance_t), intent(in) :: provenance  !! of the program that goes on
+    type(hdf5_file_t), intent(out) :: hdf5        !! to be closed, after an error too
+    integer, intent(out) :: n_rows                !! finished increments
+    integer, intent(out) :: n_sound               !! of them, from the first, as they were written
     type(error_t), allocatable, intent(out) :: error
     !! in use, foreign, damaged; another deck, overrides or version; finished
-    type(folder_lock_t) :: lock
 
-    lock = lock_folder(path)
-    call look_before_reopening(path, scene, provenance, error)
-    if (.not. allocated(error)) call open_file(path, .true., hdf5, error)
-    call unlock_folder(lock)
-  end subroutine claim_unfinished
-
-  !> See whether a run can be continued; only to read: a file that was open for writing is another
-  !> even if nothing was written.
-  subroutine look_before_reopening(path, scene, provenance, error)
-    character(*), intent(in) :: path
-    type(scene_t), intent(in) :: scene
-    type(provenance_t), intent(in) :: provenance
-    type(error_t), allocatable, intent(out) :: error
-    type(hdf5_file_t) :: hdf5
-    type(slots_t) :: slots
-    real(wp), allocatable :: state(:)
-    integer(i8) :: n_rows
-
+    n_rows = 0
+    n_sound = 0
     select case (look_at_file(path))
     case (file_foreign)
       call raise(error, exit_wrong_input, "'"//path//"' "//not_a_result)
@@ -170,21 +241,34 @@ contains
       call raise(error, exit_wrong_input, "'"//path//"' cannot be read: it is damaged or cut off")
     end select
     if (allocated(error)) return
-    call check_same_run(hdf5, path, scene, provenance, error)
-    call read_attribute(hdf5, '/history', 'finished', n_rows, error)
-    call read_state(hdf5, n_rows, slots, state, error)
-    call close_file(hdf5, error)
-  end subroutine look_before_reopening
+    call check_maker(hdf5, path, provenance, error)
+    if (allocated(error)) return
+    call check_contents(hdf5, error)
+    if (.not. allocated(error)) then
+      call check_same_run(hdf5, path, scene, error)
+      if (allocated(error)) return
+      call check_increments(hdf5, path, n_rows, n_sound, error)
+    end if
+    if (allocated(error)) error%message = error%message//begins_anew
+  end subroutine open_unfinished
 
-  !> Refuse to continue anything but an unfinished run of this deck by this program.
-  subroutine check_same_run(hdf5, path, scene, provenance, error)
+  !> Why a file that ended the child which looked at it is not taken up.
+  function how_it_is_damaged(path, fate) result(words)
+    character(*), intent(in) :: path
+    character(*), intent(in) :: fate !! of wait_for
+    character(:), allocatable :: words
+
+    words = "'"//path//"' is damaged: "//reader_ended//' ('//fate//')'//begins_anew
+  end function how_it_is_damaged
+
+  !> Refuse what another program or version has made.
+  subroutine check_maker(hdf5, path, provenance, error)
     type(hdf5_file_t), intent(in) :: hdf5
     character(*), intent(in) :: path
-    type(scene_t), intent(in) :: scene
     type(provenance_t), intent(in) :: provenance
     type(error_t), allocatable, intent(out) :: error
     type(error_t), allocatable :: unreadable
-    character(:), allocatable :: maker, name, version, status, deck, overrides, matter
+    character(:), allocatable :: maker, version
 
     maker = ''
     if (exists(hdf5, '/run')) call read_attribute(hdf5, '/run', 'program', maker, unreadable)
@@ -192,8 +276,63 @@ contains
       call raise(error, exit_wrong_input, "'"//path//"' "//not_a_result)
       return
     end if
-    call read_attribute(hdf5, '/run', 'name', name, unreadable)
     call read_attribute(hdf5, '/run', 'version', version, unreadable)
+    if (allocated(unreadable)) then
+      call raise(error, exit_wrong_input, "'"//path//"' is damaged: "//unreadable%message)
+    else if (version /= text_of(provenance%version)) then
+      call raise(error, exit_wrong_input, "'"//path//"' was begun by version "// &
+        printable(version)//' of '// &
+        program_name//', this is version '//text_of(provenance%version))
+    else if (.not. has_checksums(hdf5)) then
+      call raise(error, exit_wrong_input, "'"//path//"' has no checksums: it is damaged, or "// &
+        'was begun by a build that wrote none'//begins_anew)
+    end if
+  end subroutine check_maker
+
+  !> Find the increments that are what was written, from the first on; refuse where the run cannot
+  !> go on behind them.
+  subroutine check_increments(hdf5, path, n_rows, n_sound, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    character(*), intent(in) :: path
+    integer, intent(out) :: n_rows, n_sound
+    type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable :: unreadable
+    type(slots_t) :: slots
+    real(wp), allocatable :: state(:)
+    integer(i8) :: finished
+
+    n_rows = 0
+    n_sound = 0
+    call read_attribute(hdf5, '/history', 'finished', finished, error)
+    if (allocated(error)) return
+    if (finished < 1 .or. finished > huge(1)) then
+      call raise(error, exit_wrong_input, "'"//path//"' is damaged: it counts "// &
+        to_text(finished)//' increments')
+      return
+    end if
+    n_rows = int(finished)
+    call read_increments(hdf5, n_rows, n_sound, error)
+    if (allocated(error)) return
+    call read_state(hdf5, int(n_sound, i8), slots, state, unreadable)
+    if (n_sound == n_rows) then
+      if (allocated(unreadable)) call move_alloc(unreadable, error)
+    else if (n_sound == 0 .or. allocated(unreadable)) then
+      call raise(error, exit_wrong_input, "'"//path//"' is damaged: increment "// &
+        to_text(n_sound + 1)//' of '//to_text(n_rows)//' is not what was written, and what it '// &
+        'takes to do it again is gone; those before it can be read')
+    end if
+  end subroutine check_increments
+
+  !> Refuse to continue anything but an unfinished run of this deck.
+  subroutine check_same_run(hdf5, path, scene, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    character(*), intent(in) :: path
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable :: unreadable
+    character(:), allocatable :: name, status, deck, overrides, matter
+
+    call read_attribute(hdf5, '/run', 'name', name, unreadable)
     call read_attribute(hdf5, '/run', 'status', status, unreadable)
     call read_text(hdf5, '/run/deck', deck, unreadable)
     call read_text(hdf5, '/run/overrides', overrides, unreadable)
@@ -205,9 +344,6 @@ contains
       matter = "is the result of another deck, '"//name//"'"
     else if (status == run_finished) then
       matter = 'is finished: there is nothing to continue'
-    else if (version /= text_of(provenance%version)) then
-      matter = 'was begun by version '//version//' of '//program_name//', this is version '// &
-        text_of(provenance%version)
     else if (.not. same_overrides(overrides, text_of(scene%overrides))) then
       matter = 'was begun '//with_parameters(overrides)//', not '// &
         with_parameters(text_of(scene%overrides))

@@ -107,7 +107,7 @@ contains
       call create_rows(file, pair%path//'/'//name, kind, row, description, quantity, these, error)
       n_kept = n_rows
       if (name == 'frame' .and. pair%frame_is_fixed) n_kept = min(n_rows, 1)
-      call keep_rows(file, these, n_kept, error)
+      call keep_rows(these, n_kept, error)
     end subroutine rows
 
   end subroutine create_pair
@@ -157,10 +157,11 @@ contains
   end function free_path
 
   !> Append a row to every pair.
-  subroutine append_contact(pairs, state, contact, error)
+  subroutine append_contact(pairs, state, contact, checksum, error)
     type(pair_rows_t), intent(inout) :: pairs(:)
     type(state_t), intent(in) :: state
     type(contact_fields_t), intent(in) :: contact
+    integer(i8), intent(inout) :: checksum !! of the increment, to which that of every row is added
     type(error_t), allocatable, intent(inout) :: error
     type(contact_fields_t) :: none
     real(wp) :: no_vectors(3, 0), no_slips(2, 0)
@@ -172,37 +173,39 @@ contains
       associate (a => pairs(i)%first, b => pairs(i)%last)
         if (b < a) then
           ! A pair without points: the run may not even have made the arrays.
-          call append_points(pairs(i), none, no_slips, 1, 0, error)
-          call append_sums(pairs(i), no_vectors, error)
+          call append_points(pairs(i), none, no_slips, 1, 0, checksum, error)
+          call append_sums(pairs(i), no_vectors, checksum, error)
         else
-          call append_points(pairs(i), contact, state%slip, a, b, error)
-          call append_sums(pairs(i), state%reaction(:, a:b), error)
+          call append_points(pairs(i), contact, state%slip, a, b, checksum, error)
+          call append_sums(pairs(i), state%reaction(:, a:b), checksum, error)
         end if
       end associate
     end do
   end subroutine append_contact
 
-  subroutine append_points(pair, contact, slip, a, b, error)
+  subroutine append_points(pair, contact, slip, a, b, checksum, error)
     type(pair_rows_t), intent(inout) :: pair
     type(contact_fields_t), intent(in) :: contact
     real(wp), intent(in) :: slip(:, :) !! (2, n_points)
     integer, intent(in) :: a, b        !! the pair's points are a to b
+    integer(i8), intent(inout) :: checksum !! of the increment, to which that of every row is added
     type(error_t), allocatable, intent(inout) :: error
 
     if (.not. (pair%frame_is_fixed .and. pair%frame_is_written)) then
-      call append_row(pair%frame, contact%frame(:, :, a:b), error)
+      call append_row(pair%frame, contact%frame(:, :, a:b), checksum, error)
       pair%frame_is_written = .true.
     end if
-    call append_row(pair%reaction, contact%reaction(:, a:b), error)
-    call append_row(pair%gap, contact%gap(a:b), error)
-    call append_row(pair%slip_increment, contact%slip_increment(:, a:b), error)
-    call append_row(pair%slip, slip(:, a:b), error)
-    call append_row(pair%status, int(contact%status(a:b), i1), error)
+    call append_row(pair%reaction, contact%reaction(:, a:b), checksum, error)
+    call append_row(pair%gap, contact%gap(a:b), checksum, error)
+    call append_row(pair%slip_increment, contact%slip_increment(:, a:b), checksum, error)
+    call append_row(pair%slip, slip(:, a:b), checksum, error)
+    call append_row(pair%status, int(contact%status(a:b), i1), checksum, error)
   end subroutine append_points
 
-  subroutine append_sums(pair, reaction, error)
+  subroutine append_sums(pair, reaction, checksum, error)
     type(pair_rows_t), intent(inout) :: pair
     real(wp), intent(in) :: reaction(:, :) !! (3, points of the pair) x, y, z [force]
+    integer(i8), intent(inout) :: checksum !! of the increment, to which that of every row is added
     type(error_t), allocatable, intent(inout) :: error
     real(wp) :: moment(3)
     integer :: i
@@ -211,8 +214,8 @@ contains
     do i = 1, size(reaction, 2)
       moment = moment + cross(pair%coordinates(:, i), reaction(:, i))
     end do
-    call append_row(pair%resultant, sum(reaction, dim=2), error)
-    call append_row(pair%moment, moment, error)
+    call append_row(pair%resultant, sum(reaction, dim=2), checksum, error)
+    call append_row(pair%moment, moment, checksum, error)
   end subroutine append_sums
 
   !> The contact of all points as fields over the nodes; points that share a node add up.

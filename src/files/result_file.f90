@@ -23,7 +23,8 @@
 !> the like are there from the beginning and get their values in place.
 module result_file_mod
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t, raise, exit_wrong_input, exit_machine
+  use errors_mod, only: error_t, raise, exit_ok, exit_wrong_input, exit_machine
+  use child_process_mod, only: child_t, is_child, end_child, wait_for
   use text_mod, only: string_t, to_text
   use machine_room_mod, only: file_limit, no_limit
   use scene_mod, only: scene_t
@@ -32,17 +33,21 @@ module result_file_mod
   use increments_mod, only: ends_step
   use step_report_mod, only: step_report_t
   use step_fields_mod, only: step_fields_t, fields_due
-  use hdf5_files_mod, only: hdf5_file_t, keep_clear, flush_file, close_file, is_open
-  use hdf5_attributes_mod, only: read_attribute
-  use hdf5_rows_mod, only: read_rows
+  use hdf5_files_mod, only: hdf5_file_t, create_file, open_file, copy_object, flush_file, &
+    close_file, is_open
+  use hdf5_attributes_mod, only: read_attribute, write_attribute
   use result_history_mod, only: history_t, create_history, append_history, finish_row
   use result_contact_mod, only: pair_rows_t, nodal_contact_t, create_contact, append_contact, &
                                 contact_at_nodes
   use result_view_mod, only: view_t, create_view, append_step, count_step, finish_view
   use result_state_mod, only: slots_t, create_state, write_state, read_state
+  use result_checksums_mod, only: checksums_t, create_checksums, append_checksum, seal_contents, &
+    check_contents, read_increments, steps_until
   use result_run_mod, only: provenance_t, write_run, resume_run, end_run
-  use result_claims_mod, only: claim_place, claim_unfinished
-  use fresh_file_mod, only: beginning_of, take_place, delete_file
+  use result_claims_mod, only: claim_place, open_unfinished, begin_look, clear_beginning, &
+    how_it_is_damaged
+  use fresh_file_mod, only: beginning_of, take_place, delete_file, settle, folder_lock_t, &
+    lock_folder, unlock_folder
   use xdmf_mod, only: write_xdmf, xdmf_path
   implicit none
   private
@@ -57,11 +62,13 @@ module result_file_mod
     character(:), allocatable :: path !! its final place
     integer :: n_rows = 0             !! increments that are complete in it
     integer :: n_outputs = 0          !! increments with fields that were appended, or gone past
+    integer :: n_damaged = 0          !! increments that were finished and are to be done again
     type(hdf5_file_t), private :: hdf5
     type(history_t),   private :: history
     type(view_t),      private :: view
     type(pair_rows_t), private, allocatable :: pairs(:)
     type(slots_t),     private :: slots
+    type(checksums_t), private :: checksums
     integer,           private :: row = 0             !! of the increment appended last
     real(wp),          private :: time = 0.0_wp       !! and its end
     logical,           private :: has_fields = .false. !! and whether it brought fields
@@ -96,13 +103,16 @@ contains
     call write_run(file%hdf5, scene, plan, provenance, error)
     if (.not. allocated(error)) call lay_out(file, scene, plan, 0, error)
     call create_state(file%hdf5, 8*scene%mesh%n_nodes, error)
+    call seal_contents(file%hdf5, error)
     call flush_file(file%hdf5, error)
     if (allocated(error)) call discard(file)
   end subroutine open_result
 
   !> Open the file of a run that did not finish, to go on with it.
   !>
-  !> What a killed program was writing is cut off.
+  !> What of it is sound is written anew beside it, in a child process, and takes its place: what a
+  !> killed program or a failing disk left in the old one, in its tables too, is not written to. The
+  !> last increment is left out where it is damaged and the state before it is there.
   subroutine reopen_result(path, scene, plan, provenance, file, state, error)
     character(*), intent(in) :: path
     type(scene_t), intent(in) :: scene
@@ -111,33 +121,99 @@ contains
     type(result_file_t), intent(out) :: file
     real(wp), allocatable, intent(out) :: state(:) !! as it was given to keep_state
     type(error_t), allocatable, intent(out) :: error
-    !! in use, foreign, damaged; another deck, overrides or version; finished
-    type(error_t), allocatable :: ignored
-    integer(i8) :: finished
+    !! in use, foreign, damaged; another deck, overrides or version; finished; no room for the copy
+    type(folder_lock_t) :: lock
+    type(child_t) :: child
+    character(:), allocatable :: answer, fate
+    integer :: status, n_rows, n_sound
 
     allocate (state(0))
-    call claim_unfinished(path, scene, provenance, file%hdf5, error)
-    if (allocated(error)) return
     file%path = path
-    call read_attribute(file%hdf5, '/history', 'finished', finished, error)
-    call read_state(file%hdf5, finished, file%slots, state, error)
-    if (.not. allocated(error)) then
-      if (finished < 0 .or. finished > huge(1)) call raise(error, exit_machine, &
-        "'"//path//"' counts "//to_text(finished)//' increments: it is damaged')
+    lock = lock_folder(path)
+    call begin_look(path, child)
+    if (is_child(child)) call end_child(child, written_anew(path, scene, plan, provenance))
+    call wait_for(child, answer, fate)
+    if (fate /= '') then
+      call raise(error, exit_wrong_input, how_it_is_damaged(path, fate))
+    else
+      read (answer, *) status, n_rows, n_sound
+      if (status /= exit_ok) call raise(error, status, answer(index(answer, new_line('a')) + 1:))
     end if
     if (.not. allocated(error)) then
-      call keep_clear(file%hdf5, error)
-      if (.not. allocated(error)) call lay_out(file, scene, plan, int(finished), error)
+      file%n_damaged = n_rows - n_sound
+      call open_file(beginning_of(path), .true., file%hdf5, error)
+      call read_state(file%hdf5, int(n_sound, i8), file%slots, state, error)
+      if (.not. allocated(error)) call lay_out(file, scene, plan, n_sound, error)
       call resume_run(file%hdf5, provenance, error)
       call flush_file(file%hdf5, error)
+      if (.not. allocated(error)) call settle(beginning_of(path))
+      if (.not. allocated(error)) call publish(file, error)
+      if (allocated(error)) call discard(file)
     end if
-    if (allocated(error)) then
-      call close_file(file%hdf5, ignored)
-    else
-      ! Its extents are those of the datasets as they were.
-      call delete_file(xdmf_path(path))
-    end if
+    call unlock_folder(lock)
   end subroutine reopen_result
+
+  !> Write what is sound in the file of an unfinished run to a new one, where that begins: exit
+  !> status, finished and sound increments in a line, then what went wrong. Nothing is left of a
+  !> copy that was not made.
+  function written_anew(path, scene, plan, provenance) result(answer)
+    character(*), intent(in) :: path
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(provenance_t), intent(in) :: provenance
+    character(:), allocatable :: answer
+    type(hdf5_file_t) :: old
+    type(result_file_t) :: new
+    type(error_t), allocatable :: error, ignored
+    integer :: n_rows, n_sound
+    logical :: begun
+
+    new%path = path
+    begun = .false.
+    call open_unfinished(path, scene, provenance, old, n_rows, n_sound, error)
+    if (.not. allocated(error)) call clear_beginning(path, error)
+    if (.not. allocated(error)) call check_limit(beginning_of(path), scene, plan, error)
+    if (.not. allocated(error)) then
+      call create_file(beginning_of(path), rows_at_most(scene, plan), new%hdf5, error)
+      begun = .true.
+    end if
+    call copy_object(old, '/run', new%hdf5, error)
+    if (.not. allocated(error)) call lay_out(new, scene, plan, 0, error)
+    call create_state(new%hdf5, 8*scene%mesh%n_nodes, error)
+    if (.not. allocated(error)) call copy_increments(old, n_sound, new, error)
+    call close_file(new%hdf5, error)
+    if (allocated(error) .and. begun) call delete_file(beginning_of(path))
+    call close_file(old, ignored)
+    answer = to_text(exit_ok)//' '//to_text(n_rows)//' '//to_text(n_sound)
+    if (allocated(error)) answer = to_text(error%exit_status)//' 0 0'//new_line('a')//error%message
+  end function written_anew
+
+  !> Copy the first increments of a file, and see that the copy is what was written.
+  subroutine copy_increments(old, n_sound, new, error)
+    type(hdf5_file_t), intent(in) :: old
+    integer, intent(in) :: n_sound
+    type(result_file_t), intent(inout) :: new
+    type(error_t), allocatable, intent(inout) :: error
+    type(slots_t) :: of_old
+    real(wp), allocatable :: state(:)
+    integer(i8) :: contents
+    integer :: n_steps, n_copied, row
+
+    call read_increments(old, n_sound, n_copied, error, new%hdf5)
+    call steps_until(old, n_sound, n_steps, error)
+    call write_attribute(new%hdf5, '/VTKHDF/Steps', 'NSteps', int(n_steps, i8), error)
+    call finish_row(new%hdf5, n_sound, error)
+    call read_state(old, int(n_sound, i8), of_old, state, error, row)
+    call write_state(new%hdf5, row, state, new%slots, error)
+    call read_attribute(old, '/checksums', 'contents', contents, error)
+    call write_attribute(new%hdf5, '/checksums', 'contents', contents, error)
+    call flush_file(new%hdf5, error)
+    if (.not. allocated(error)) call check_contents(new%hdf5, error)
+    call read_increments(new%hdf5, n_sound, n_copied, error)
+    if (allocated(error)) return
+    if (n_copied /= n_sound) call raise(error, exit_machine, "cannot write '"//new%hdf5%path// &
+      "': increment "//to_text(n_copied + 1)//' is not read as it was written')
+  end subroutine copy_increments
 
   !> Make the groups of a run, or open those of one that is continued.
   subroutine lay_out(file, scene, plan, n_rows, error)
@@ -150,7 +226,7 @@ contains
 
     file%n_rows = n_rows
     n_steps = 0
-    if (n_rows > 0) call count_steps(file%hdf5, n_rows, n_steps, error)
+    if (n_rows > 0) call steps_until(file%hdf5, n_rows, n_steps, error)
     if (allocated(error)) return
     call create_history(file%hdf5, n_rows, file%history, error)
     if (allocated(error)) return
@@ -158,29 +234,8 @@ contains
     if (allocated(error)) return
     call create_view(file%hdf5, scene%mesh, scene%output, plan%points%n > 0, &
       rows_at_most(scene, plan), n_steps, file%view, error)
+    call create_checksums(file%hdf5, n_rows, file%checksums, error)
   end subroutine lay_out
-
-  !> How many increments with fields are sure: the finished ones.
-  !>
-  !> The one after them may be counted, and the time of it not be written.
-  subroutine count_steps(hdf5, n_rows, n_steps, error)
-    type(hdf5_file_t), intent(in) :: hdf5
-    integer, intent(in) :: n_rows !! that are finished
-    integer, intent(out) :: n_steps
-    type(error_t), allocatable, intent(inout) :: error
-    real(wp), allocatable :: values(:), time(:)
-    integer(i8) :: counted
-    integer :: i
-
-    n_steps = 0
-    call read_attribute(hdf5, '/VTKHDF/Steps', 'NSteps', counted, error)
-    call read_rows(hdf5, '/VTKHDF/Steps/Values', int(min(counted, int(huge(1), i8))), values, error)
-    call read_rows(hdf5, '/history/time', n_rows, time, error)
-    if (allocated(error)) return
-    do i = 1, size(values)
-      if (any(.not. abs(time - values(i)) > 0.0_wp)) n_steps = i
-    end do
-  end subroutine count_steps
 
   ! ------------------------------------------------------------------ writing
 
@@ -198,12 +253,14 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(nodal_contact_t) :: nodal
     integer :: worst_node
+    integer(i8) :: checksum
     logical :: due
 
     call check_in_place(file, error)
     if (allocated(error)) return
     call check_limit(file%hdf5%path, scene, plan, error)
     if (allocated(error)) return
+    checksum = 0
     worst_node = 0
     if (report%worst_point > 0) worst_node = plan%points%node(report%worst_point)
     due = fields_due(scene%output%frequency, state%increment, ends_step(scene%steps, state))
@@ -214,11 +271,12 @@ contains
       if (scene%output%contact .and. plan%points%n > 0) then
         nodal = contact_at_nodes(scene%mesh%n_nodes, plan%points, state, report%contact)
       end if
-      call append_step(file%view, state, fields, nodal, error)
+      call append_step(file%view, state, fields, nodal, checksum, error)
     end if
     if (state%row > file%n_rows) then
-      call append_contact(file%pairs, state, report%contact, error)
-      call append_history(file%history, state, report, worst_node, error)
+      call append_contact(file%pairs, state, report%contact, checksum, error)
+      call append_history(file%history, state, report, worst_node, checksum, error)
+      call append_checksum(file%checksums, checksum, file%view%n_steps + merge(1, 0, due), error)
     end if
     file%row = state%row
     file%time = state%time

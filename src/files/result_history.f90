@@ -109,7 +109,7 @@ contains
 
       call create_rows(file, '/history/'//name, of_real, [integer ::], description, quantity, &
                        rows, error)
-      call keep_rows(file, rows, n_rows, error)
+      call keep_rows(rows, n_rows, error)
     end subroutine reals
 
     subroutine integers(name, description, rows)
@@ -118,7 +118,7 @@ contains
 
       call create_rows(file, '/history/'//name, of_integer, [integer ::], description, 'number', &
                        rows, error)
-      call keep_rows(file, rows, n_rows, error)
+      call keep_rows(rows, n_rows, error)
     end subroutine integers
 
     subroutine bytes(name, description, rows)
@@ -127,53 +127,56 @@ contains
 
       call create_rows(file, '/history/'//name, of_byte, [integer ::], description, 'code', &
                        rows, error)
-      call keep_rows(file, rows, n_rows, error)
+      call keep_rows(rows, n_rows, error)
     end subroutine bytes
 
   end subroutine create_history
 
-  subroutine append_history(history, state, report, worst_node, error)
+  subroutine append_history(history, state, report, worst_node, checksum, error)
     type(history_t), intent(inout) :: history
     type(state_t), intent(in) :: state
     type(step_report_t), intent(in) :: report
     integer, intent(in) :: worst_node !! from 1, 0: none
+    integer(i8), intent(inout) :: checksum !! of the increment, to which that of every row is added
     type(error_t), allocatable, intent(inout) :: error
 
-    call append_row(history%step, int(state%step, i4), error)
-    call append_row(history%increment, int(state%increment, i4), error)
-    call append_row(history%time, state%time, error)
-    call append_row(history%certified, merge(1_i1, 0_i1, report%certificate%certified), error)
-    call append_row(history%contact_iterations, int(report%contact_iterations, i4), error)
-    call append_row(history%local_iterations, int(report%local_iterations, i4), error)
-    call append_row(history%compliance_products, int(report%compliance_products, i4), error)
-    call append_row(history%solver_stages, int(report%solver_stages, i4), error)
-    call append_row(history%free_motions, int(report%n_unheld, i4), error)
+    call append_row(history%step, int(state%step, i4), checksum, error)
+    call append_row(history%increment, int(state%increment, i4), checksum, error)
+    call append_row(history%time, state%time, checksum, error)
+    call append_row(history%certified, merge(1_i1, 0_i1, report%certificate%certified), &
+      checksum, error)
+    call append_row(history%contact_iterations, int(report%contact_iterations, i4), checksum, error)
+    call append_row(history%local_iterations, int(report%local_iterations, i4), checksum, error)
+    call append_row(history%compliance_products, int(report%compliance_products, i4), &
+      checksum, error)
+    call append_row(history%solver_stages, int(report%solver_stages, i4), checksum, error)
+    call append_row(history%free_motions, int(report%n_unheld, i4), checksum, error)
     call append_row(history%newton_raphson_iterations, &
-                    int(report%newton_raphson_iterations, i4), error)
-    call append_row(history%solver, int(report%solver, i1), error)
-    call append_row(history%residual, report%residual, error)
-    call append_row(history%worst_node, int(worst_node - 1, i4), error)
-    call append_row(history%wall_time, report%wall_time, error)
-    call append_row(history%contact_time, report%contact_time, error)
+                    int(report%newton_raphson_iterations, i4), checksum, error)
+    call append_row(history%solver, int(report%solver, i1), checksum, error)
+    call append_row(history%residual, report%residual, checksum, error)
+    call append_row(history%worst_node, int(worst_node - 1, i4), checksum, error)
+    call append_row(history%wall_time, report%wall_time, checksum, error)
+    call append_row(history%contact_time, report%contact_time, checksum, error)
 
     associate (certificate => report%certificate, energy => report%energy)
-      call append_row(history%penetration, certificate%penetration, error)
-      call append_row(history%adhesion, certificate%adhesion, error)
-      call append_row(history%complementarity, certificate%complementarity, error)
-      call append_row(history%cone, certificate%cone, error)
-      call append_row(history%law, certificate%law, error)
-      call append_row(history%equilibrium, certificate%equilibrium, error)
-      call append_row(history%body_balance, certificate%balance, error)
-      call append_row(history%support, certificate%support, error)
-      call append_row(history%external_work, energy%external_work, error)
-      call append_row(history%strain, energy%strain, error)
-      call append_row(history%dissipation, energy%dissipation, error)
-      call append_row(history%balance, energy%balance, error)
-      call append_row(history%error_contact, report%errors%contact, error)
-      call append_row(history%error_load_steps, report%errors%load_steps, error)
-      call append_row(history%error_mesh, report%errors%mesh, error)
-      call append_row(history%error_arithmetic, report%errors%arithmetic, error)
-      call append_row(history%error_total, total_error(report%errors), error)
+      call append_row(history%penetration, certificate%penetration, checksum, error)
+      call append_row(history%adhesion, certificate%adhesion, checksum, error)
+      call append_row(history%complementarity, certificate%complementarity, checksum, error)
+      call append_row(history%cone, certificate%cone, checksum, error)
+      call append_row(history%law, certificate%law, checksum, error)
+      call append_row(history%equilibrium, certificate%equilibrium, checksum, error)
+      call append_row(history%body_balance, certificate%balance, checksum, error)
+      call append_row(history%support, certificate%support, checksum, error)
+      call append_row(history%external_work, energy%external_work, checksum, error)
+      call append_row(history%strain, energy%strain, checksum, error)
+      call append_row(history%dissipation, energy%dissipation, checksum, error)
+      call append_row(history%balance, energy%balance, checksum, error)
+      call append_row(history%error_contact, report%errors%contact, checksum, error)
+      call append_row(history%error_load_steps, report%errors%load_steps, checksum, error)
+      call append_row(history%error_mesh, report%errors%mesh, checksum, error)
+      call append_row(history%error_arithmetic, report%errors%arithmetic, checksum, error)
+      call append_row(history%error_total, total_error(report%errors), checksum, error)
     end associate
   end subroutine append_history
 

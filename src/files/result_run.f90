@@ -6,6 +6,7 @@ module result_run_mod
   use errors_mod, only: error_t
   use text_mod, only: string_t
   use scene_mod, only: scene_t
+  use controls_mod, only: precision_controls_t
   use plan_mod, only: plan_t, bound_in_words
   use hdf5_files_mod, only: hdf5_file_t, create_group, exists, flush_file
   use hdf5_attributes_mod, only: write_attribute, read_attribute
@@ -13,7 +14,7 @@ module result_run_mod
   implicit none
   private
 
-  public :: provenance_t, write_run, resume_run, end_run, program_name, text_of
+  public :: provenance_t, read_arithmetic, write_run, resume_run, end_run, program_name, text_of
   public :: run_finished, run_not_solved, run_stopped, run_failed
 
   ! What /run@status says. It is `running` until `end_run`, and for ever if that never comes.
@@ -63,6 +64,7 @@ contains
     call write_attribute(hdf5, '/run', 'ranks', int(provenance%ranks, i8), error)
     call write_attribute(hdf5, '/run', 'command', text_of(provenance%command), error)
     call write_attribute(hdf5, '/run', 'started', text_of(provenance%started), error)
+    call write_arithmetic(hdf5, scene%precision, error)
     call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
     call write_attribute(hdf5, '/run', 'continued', repeat(achar(0), room_for_sessions), error)
     if (allocated(provenance%counters)) call write_counters(hdf5, provenance%counters, &
@@ -82,6 +84,37 @@ contains
                     error)
     if (allocated(plan%figures)) call write_estimates(hdf5, plan, error)
   end subroutine write_run
+
+  !> Keep what was chosen by what the machine had left, so that a continued run, perhaps on another
+  !> or at another time, computes in the same arithmetic.
+  subroutine write_arithmetic(hdf5, precision, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    type(precision_controls_t), intent(in) :: precision
+    type(error_t), allocatable, intent(inout) :: error
+
+    call write_attribute(hdf5, '/run', 'single_factor', merge(1_i8, 0_i8, &
+      precision%single_factor), error)
+    call write_attribute(hdf5, '/run', 'block_low_rank', precision%block_low_rank, error)
+    call write_attribute(hdf5, '/run', 'out_of_core', merge(1_i8, 0_i8, precision%out_of_core), &
+      error)
+  end subroutine write_arithmetic
+
+  !> The arithmetic that a file names.
+  subroutine read_arithmetic(hdf5, precision, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    type(precision_controls_t), intent(inout) :: precision
+    type(error_t), allocatable, intent(inout) :: error
+    integer(i8) :: single, out_of_core
+    real(wp) :: block_low_rank
+
+    call read_attribute(hdf5, '/run', 'single_factor', single, error)
+    call read_attribute(hdf5, '/run', 'block_low_rank', block_low_rank, error)
+    call read_attribute(hdf5, '/run', 'out_of_core', out_of_core, error)
+    if (allocated(error)) return
+    precision%single_factor = single == 1
+    precision%block_low_rank = block_low_rank
+    precision%out_of_core = out_of_core == 1
+  end subroutine read_arithmetic
 
   !> The numbers of the plan, under the names that the counters have.
   subroutine write_estimates(hdf5, plan, error)

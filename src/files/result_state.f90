@@ -10,7 +10,7 @@ module result_state_mod
   use text_mod, only: to_text
   use hdf5_files_mod, only: hdf5_file_t, exists
   use hdf5_attributes_mod, only: write_attribute, read_attribute, describe_group
-  use hdf5_datasets_mod, only: read_dataset
+  use hdf5_datasets_mod, only: dataset_extents, read_dataset
   use hdf5_store_mod, only: create_store, write_store
   implicit none
   private
@@ -54,39 +54,52 @@ contains
     type(error_t), allocatable, intent(inout) :: error
 
     call write_store(file, slot(slots%next), numbers, error)
-    call label(file, slots%next, size(numbers), row, sum_of_bits(numbers), error)
+    call label(file, slots%next, size(numbers), row, sum_of_bits(row, numbers), error)
     slots%next = 1 + mod(slots%next, n_slots)
   end subroutine write_state
 
   !> Read the latest state that is whole, of an increment that is counted.
-  subroutine read_state(file, n_rows, slots, numbers, error)
+  subroutine read_state(file, n_rows, slots, numbers, error, of_row)
     type(hdf5_file_t), intent(in) :: file
     integer(i8), intent(in) :: n_rows !! increments that are counted
     type(slots_t), intent(out) :: slots
     real(wp), allocatable, intent(out) :: numbers(:)
     type(error_t), allocatable, intent(inout) :: error !! there is none
+    integer, intent(out), optional :: of_row !! the increment that it is the end of
     type(error_t), allocatable :: failure
     real(wp), allocatable :: found(:)
-    integer(i8) :: row, length, bits, latest
+    integer(i8), allocatable :: extents(:)
+    integer(i8) :: row, length, bits, latest, file_bytes
     integer :: i
 
     allocate (numbers(0))
+    if (present(of_row)) of_row = -1
     if (allocated(error)) return
     latest = -1
+    inquire (file=file%path, size=file_bytes)
     do i = 1, n_slots
       if (.not. exists(file, slot(i))) cycle
       if (allocated(failure)) deallocate (failure)
       call read_attribute(file, slot(i), 'row', row, failure)
       call read_attribute(file, slot(i), 'length', length, failure)
       call read_attribute(file, slot(i), 'bits', bits, failure)
+      call dataset_extents(file, slot(i), extents, failure)
+      if (.not. allocated(failure)) then
+        ! Never to be written to again.
+        if (any(extents < 0 .or. extents > file_bytes/8)) call raise(error, exit_wrong_input, &
+          "'"//file%path//"' is damaged: /state has more numbers than the file has room for")
+        if (allocated(error)) return
+      end if
       call read_dataset(file, slot(i), found, failure)
       if (allocated(failure)) cycle
       if (length < 1 .or. length > size(found) .or. row <= latest .or. row > n_rows) cycle
-      if (sum_of_bits(found(:length)) /= bits) cycle
+      if (row > huge(1)) cycle
+      if (sum_of_bits(int(row), found(:length)) /= bits) cycle
       latest = row
       numbers = found(:length)
       slots%next = 1 + mod(i, n_slots)
     end do
+    if (present(of_row)) of_row = int(latest)
     if (latest < 0) call raise(error, exit_wrong_input, "'"//file%path// &
       "' holds no state to continue from: /state is missing or damaged")
   end subroutine read_state
@@ -110,13 +123,14 @@ contains
     call write_attribute(file, slot(i), 'bits', bits, error)
   end subroutine label
 
-  !> A number that changes with every bit of the numbers, and with their order.
-  pure function sum_of_bits(numbers) result(bits)
+  !> A number that changes with every bit of the numbers, with their order and with the increment.
+  pure function sum_of_bits(row, numbers) result(bits)
+    integer, intent(in) :: row
     real(wp), intent(in) :: numbers(:)
     integer(i8) :: bits
     integer :: i
 
-    bits = size(numbers)
+    bits = ieor(ishft(int(row, i8), 32), size(numbers, kind=i8))
     do i = 1, size(numbers)
       bits = ieor(ishftc(bits, 5), transfer(numbers(i), bits))
     end do

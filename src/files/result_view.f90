@@ -11,7 +11,7 @@ module result_view_mod
   use hdf5_attributes_mod, only: write_attribute, write_and_flush
   use hdf5_datasets_mod, only: write_dataset
   use hdf5_rows_mod, only: rows_t, create_rows, create_list, create_stack, create_dense_stack, &
-    keep_rows, cut_rows, append_row, append_list, append_and_flush
+    keep_rows, cut_rows, append_row, append_list, append_and_flush, add_checksum
   use hdf5_types_mod, only: of_real, of_byte, of_long
   use mesh_mod, only: mesh_t
   use controls_mod, only: output_controls_t
@@ -95,7 +95,7 @@ contains
     call create_list(file, steps//'Values', n_at_most, 'time from the start of the run', 'time', &
       view%values, error)
     ! Of a continued run: never more times than increments, nor more increments than fields.
-    call keep_rows(file, view%values, n_steps, error)
+    call keep_rows(view%values, n_steps, error)
     call flush_file(file, error)
     call write_attribute(file, '/VTKHDF/Steps', 'NSteps', int(n_steps, i8), error)
     call flush_file(file, error)
@@ -168,7 +168,7 @@ contains
         new%step = step
         call create_rows(file, steps//name, of_long, [integer ::], description, 'number', &
           new%rows, error)
-        call keep_rows(file, new%rows, n_steps, error)
+        call keep_rows(new%rows, n_steps, error)
       end associate
     end subroutine table
 
@@ -200,7 +200,7 @@ contains
       character(*), intent(in) :: group, name
       type(field_t), intent(inout) :: field
 
-      call keep_rows(file, field%blocks, n_steps, error)
+      call keep_rows(field%blocks, n_steps, error)
       call table(group//'Offsets/'//name, 'where the block of an increment begins', 0_i8, &
         merge(mesh%n_nodes, mesh%n_elements, group == 'PointData'))
     end subroutine begin_field
@@ -244,12 +244,15 @@ contains
   end subroutine write_mesh
 
   !> Append the fields of an increment. It is seen by readers after `count_step` only.
-  subroutine append_step(view, state, fields, nodal, error)
+  subroutine append_step(view, state, fields, nodal, checksum, error)
     type(view_t), intent(inout) :: view
     type(state_t), intent(in) :: state
     type(step_fields_t), intent(in) :: fields
     type(nodal_contact_t), intent(in) :: nodal !! where asked for
+    integer(i8), intent(inout) :: checksum !! of the increment, to which that of every row is added
     type(error_t), allocatable, intent(inout) :: error
+
+    integer :: i
 
     if (allocated(error)) return
     if ((view%reaction_force%is_asked .and. .not. allocated(fields%reaction_force)) .or. &
@@ -259,21 +262,28 @@ contains
       return
     end if
     if (view%displacement%is_asked) then
-      call append_row(view%displacement%blocks, state%displacement, error)
+      call append_row(view%displacement%blocks, state%displacement, checksum, error)
     end if
     if (view%reaction_force%is_asked) then
-      call append_row(view%reaction_force%blocks, fields%reaction_force, error)
+      call append_row(view%reaction_force%blocks, fields%reaction_force, checksum, error)
     end if
     if (view%contact_force%is_asked) then
-      call append_row(view%contact_force%blocks, nodal%force, error)
-      call append_row(view%contact_pressure%blocks, nodal%pressure, error)
-      call append_row(view%contact_status%blocks, nodal%status, error)
+      call append_row(view%contact_force%blocks, nodal%force, checksum, error)
+      call append_row(view%contact_pressure%blocks, nodal%pressure, checksum, error)
+      call append_row(view%contact_status%blocks, nodal%status, checksum, error)
     end if
-    call append_tensor(view%stress, fields%stress, error)
-    call append_tensor(view%strain, fields%strain, error)
+    call append_tensor(view%stress, fields%stress, checksum, error)
+    call append_tensor(view%strain, fields%strain, checksum, error)
     if (view%mesh_error%is_asked) then
-      call append_row(view%mesh_error%blocks, fields%mesh_error, error)
+      call append_row(view%mesh_error%blocks, fields%mesh_error, checksum, error)
     end if
+    ! What the tables say of it is there, and its time is written when it is counted.
+    call add_checksum(view%values, state%time, checksum)
+    do i = 1, view%n_tables
+      associate (table => view%tables(i))
+        call add_checksum(table%rows, table%first + view%n_steps*table%step, checksum)
+      end associate
+    end do
     if (view%n_filled == view%n_steps) call fill_tables(view, error)
   end subroutine append_step
 
@@ -304,20 +314,21 @@ contains
   end function is_missing
 
   !> Append what is asked for of a tensor.
-  subroutine append_tensor(rows, field, error)
+  subroutine append_tensor(rows, field, checksum, error)
     type(tensor_rows_t), intent(inout) :: rows
     type(tensor_field_t), intent(in) :: field
+    integer(i8), intent(inout) :: checksum !! of the increment, to which that of every row is added
     type(error_t), allocatable, intent(inout) :: error
 
     if (rows%at_centroids%is_asked) then
-      call append_row(rows%at_centroids%blocks, field%at_centroids, error)
+      call append_row(rows%at_centroids%blocks, field%at_centroids, checksum, error)
     end if
     if (rows%at_gauss_points%is_asked) then
       call append_row(rows%at_gauss_points%blocks, &
-        reshape(field%at_gauss_points, [48, size(field%at_gauss_points, 3)]), error)
+        reshape(field%at_gauss_points, [48, size(field%at_gauss_points, 3)]), checksum, error)
     end if
     if (rows%at_nodes%is_asked) then
-      call append_row(rows%at_nodes%blocks, field%at_nodes, error)
+      call append_row(rows%at_nodes%blocks, field%at_nodes, checksum, error)
     end if
   end subroutine append_tensor
 

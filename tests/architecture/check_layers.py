@@ -82,6 +82,7 @@ LIBRARIES = [
     ),
     Library("HDF5", "files/hdf5_*.f90", r"hdf5|h5\w+", r"\bcall\s+h5\w+", r"^h5\w+$|^hdf5"),
     Library("MPI", "base/parallel.f90", r"mpi(_f08)?", r"\bcall\s+mpi_\w+", r"^mpif?(\.h|_\w+$)"),
+    Library("zlib", "base/checksum.f90", r"zlib\w*", r"\bzlib_\w+", r"^(crc32|adler32)"),
     Library("METIS", "equations/ordering.f90", r"metis\w*", r"\bmetis_\w+", r"^metis_"),
 ]
 

@@ -91,8 +91,8 @@ class Case:
         """Name the deck and what was set."""
         return " ".join([self.deck.stem, *(o for o in self.options if o != "--set")])
 
-    def start(self, folder, *more, **environment):
-        """Begin a run of the program that writes NAME in `folder`."""
+    def start(self, folder, *more, prepare=None, **environment):
+        """Begin a run of the program that writes NAME in `folder`; first it calls `prepare`."""
         return subprocess.Popen(
             [PROGRAM, str(self.deck), "-o", NAME, "--quiet", *self.options, *more],
             cwd=folder,
@@ -100,27 +100,31 @@ class Case:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
+            preexec_fn=prepare,
         )
 
-    def run(self, folder, *more, **environment):
+    def run(self, folder, *more, prepare=None, **environment):
         """Run the program to its end; return the status (negative: a signal) and its messages."""
-        process = self.start(folder, *more, **environment)
+        process = self.start(folder, *more, prepare=prepare, **environment)
         output, errors = process.communicate(timeout=600)
         return process.returncode, output + errors
 
-    def count_changes(self, folder, *more):
+    def count_changes(self, folder, *more, prepare=None):
         """Run to the end; return how often the result file was changed."""
         count = Path(folder) / "changes"
-        status, words = self.run(folder, *more, LD_PRELOAD=LIBRARY, KILL_COUNT=str(count))
+        status, words = self.run(
+            folder, *more, prepare=prepare, LD_PRELOAD=LIBRARY, KILL_COUNT=str(count)
+        )
         if status != 0:
             raise AssertionError(f"{self}: status {status}\n{words}")
         return int(count.read_text())
 
-    def kill_at(self, folder, change, *more, torn=False):
+    def kill_at(self, folder, change, *more, torn=False, prepare=None):
         """Kill the run instead of the given change of the file; return whether it came so far."""
         environment = {"KILL_TORN": "1"} if torn else {}
         status, words = self.run(
-            folder, *more, LD_PRELOAD=LIBRARY, KILL_AT_WRITE=str(change), **environment
+            folder, *more, prepare=prepare, LD_PRELOAD=LIBRARY, KILL_AT_WRITE=str(change),
+            **environment
         )
         if status not in (0, -signal.SIGKILL):
             raise AssertionError(f"{self}: status {status}\n{words}")
