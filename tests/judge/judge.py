@@ -101,19 +101,29 @@ def judge_seed(seed, options):
     keep = False
     try:
         outcome, words, deck = judge_scene(scene, folder, f"seed-{seed}", options)
-        chosen = {k: v for k, v in scene.controls.items() if k != "TOLERANCE"}
-        if outcome in (REFUTED, OPEN) and chosen and "did not reach" in words:
-            # A solver of the deck's choice may fail; the program's own choice may not.
-            kept = {k: v for k, v in scene.controls.items() if k == "TOLERANCE"}
-            plain = replace(scene, controls=kept)
+        plain = without_choices(scene, words)
+        if outcome in (REFUTED, OPEN) and plain:
+            # What a deck chooses may fail; the program's own choice may not.
+            first = words
             outcome, words, deck = judge_scene(plain, folder, f"seed-{seed}-auto", options)
             if outcome == RIGHT:
-                outcome, words = CONFIRMED, "the solver of the deck fails, AUTO is right"
+                outcome, words = CONFIRMED, f"by the deck's choice alone, AUTO is right: {first}"
         keep = outcome in FAILURES
         return Verdict(seed, scene.kind, outcome, words, deck)
     finally:
         if not keep:
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def without_choices(scene, words):
+    """The scene without the solver or precision that a message blames; None if it blames none."""
+    solver = {k: v for k, v in scene.controls.items() if k != "TOLERANCE"}
+    if solver and "did not reach" in words:
+        kept = {k: v for k, v in scene.controls.items() if k == "TOLERANCE"}
+        return replace(scene, controls=kept, precision={})
+    if scene.precision and "the factor (" in words:
+        return replace(scene, precision={"FACTOR": "DOUBLE"})
+    return None
 
 
 def judge_scene(scene, folder, name, options):

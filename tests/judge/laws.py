@@ -194,7 +194,8 @@ class Judge:
         spread = max(np.ptp(u[rows], axis=0).max() for rows in self.body_rows)
         length = max(np.linalg.norm(u - before, axis=1).max(), spread)
 
-        self.check_equilibrium(row, u, residual, held, loads, force)
+        acting = np.max([np.linalg.norm(f, axis=1) for f in (internal, loads, pressed)], axis=0)
+        self.check_equilibrium(row, u, residual, held, acting, force)
         self.check_stored_forces(row, u, residual, held, pressed, force)
         self.check_bodies(row, u, loads, pressed, held)
         self.check_contact(row, points, force, length)
@@ -251,19 +252,20 @@ class Judge:
         part = self.scene.parts[pair.part]
         return f"{part.name}-{pair.side}:{self.scene.obstacles[pair.obstacle].name}"
 
-    def check_equilibrium(self, row, u, residual, held, loads, force):
+    def check_equilibrium(self, row, u, residual, held, acting, force):
         """K u = loads + supports + contact at every node; the obstacles' reference nodes too."""
         imbalance = np.linalg.norm(np.where(held, 0.0, residual), axis=1)
         rounding = self.scene.bricks().rounding(u)
         for reference in self.scene.references():
             rounding[reference] = 0.0
-        # Rounding of a body that moves as a whole; it may not stand for forces that are there.
+        # Bodies that move as a whole have forces of rounding alone. Beside a force that is more
+        # than the rounding of its own node, rounding excuses next to nothing.
         if self.strict:
             excused = 0.0
-        elif force <= 3 * rounding.max(initial=0.0):
-            excused = rounding
-        else:
+        elif np.any(acting[self.mesh] > 4 * rounding[self.mesh]):
             excused = np.minimum(rounding, EXCUSED * force)
+        else:
+            excused = rounding
         over = imbalance - excused
         at = int(np.argmax(over))
         share = max(0.0, over[at]) / force if force > 0 else over[at]
