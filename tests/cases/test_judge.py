@@ -21,7 +21,7 @@ from bricks import Bricks
 from laws import Judge, Stored
 from load_path import LoadPath
 from random_scenes import Builder, random_scene
-from refusals import CONFIRMED, confirm, judge_solution, unbalanced_share
+from refusals import CONFIRMED, as_stored, confirm, judge_solution, unbalanced_share
 from scenes import Boundary, Force, Gravity, Pressure, Step, deck_of
 from slow_solver import Increment, Solution
 
@@ -222,6 +222,58 @@ class Solver(unittest.TestCase):
                 self.assertEqual(left < 1e-9, holds, left)
                 words = confirm(scene, None, "nothing balances the loads along")
                 self.assertEqual(words[0] == CONFIRMED, not holds, words)
+
+    def test_what_falls_and_is_called_solved_is_condemned(self):
+        # As large as a factor of rounding makes it; only x is held.
+        b, part = cube_scene(density=1.0)
+        b.obstacle("PLANE", (1, 0, 0), (-1, 0, 0))
+        b.pair(part, "XMAX", 0, 0.0)
+        step = add_step(b)
+        b.hold(step, part, "XMIN", (0,))
+        step.gravity.append(Gravity(part, 1.0, np.array([0.0, 0.0, -1.0])))
+        b.finish("falls")
+        path, increment = self.context(b)
+        for far in (1e31, 1e3, 0.0):
+            u = np.zeros_like(b.scene.points)
+            u[:, 2] = -far
+            nothing = Solution(u, [np.zeros((9, 3))], True, 0.0, 0.0)
+            stored = as_stored(b.scene, increment, nothing, 0, 1.0)
+            judge = Judge(b.scene, stored)
+            judge.path = path
+            judge.judge_increment(0, 1.0, increment.before)
+            with self.subTest(far=far):
+                self.assertIn("body out of balance by", {f.kind for f in judge.findings})
+
+    def test_rounding_is_no_excuse_beside_forces(self):
+        # A stiff head on a soft foot, far away: the last places of its displacements are forces
+        # larger than those of the foot.
+        b = Builder(0, np.random.default_rng(1))
+        soft, stiff = b.material(1.0, 0.3), b.material(1e8, 0.3)
+        part = b.part((0, 0, 0), (1, 1, 2), (1, 1, 4), soft, "C3D8", True, False, stiff)
+        plane_below(b, part, 0.0)
+        step = add_step(b)
+        b.hold(step, part, "ZMAX", (0, 1), 1000.0)
+        b.hold(step, part, "ZMAX", (2,), -1e-3)
+        found, findings = self.one(b)
+        self.assertTrue({f.kind for f in findings} & {"out of balance"}, findings)
+        path, increment = self.context(b)
+        stored = as_stored(b.scene, increment, found, 0, 1.0)
+        judge = Judge(b.scene, stored)
+        judge.path = path
+        judge.judge_increment(0, 1.0, increment.before)
+        self.assertIn("out of balance", {f.kind for f in judge.findings})
+
+    def test_a_jump_that_is_lost_is_condemned(self):
+        b, part = cube_scene(cells=(1, 1, 1))
+        step = add_step(b)
+        b.scene.amplitudes.append(([0.0, 1.0], [1.0, 1.0]))
+        b.hold(step, part, "ZMAX", (2,), 0.1, 0)
+        b.hold(step, part, "ZMIN", (0, 1, 2))
+        b.finish("jump")
+        path, increment = self.context(b)
+        lost = Solution(np.zeros_like(b.scene.points), [], True, 0.0, 0.0)
+        kinds = {f.kind for f in judge_solution(b.scene, path, increment, lost, 0, 1.0, 0.0, True)}
+        self.assertEqual(kinds, {"prescribed displacement off by"})
 
     def test_a_falling_body_is_not_balanced(self):
         b, part = cube_scene(density=1.0)

@@ -153,6 +153,7 @@ def read_options(words=None):
     parser.add_argument("--only", type=int, nargs="+", help="seeds of single decks, kept")
     parser.add_argument("--keep", type=Path, help="where decks that fail are kept")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--refusals", action="store_true", help="print those confirmed, too")
     parser.add_argument("--limit", type=float, default=120.0, help="seconds a run may take")
     parser.add_argument("--bipot", dest="program", help="the program",
                         default=os.environ.get("BIPOT", str(ROOT / "build" / "bipot")))  # fmt: skip
@@ -173,7 +174,8 @@ def main():
     for verdict in judge_decks(list(seeds), options):
         counts[verdict.outcome] += 1
         by_kind[verdict.kind, verdict.outcome] += 1
-        if verdict.outcome in FAILURES or options.only:
+        told = options.only or (options.refusals and verdict.outcome == CONFIRMED)
+        if verdict.outcome in FAILURES or told:
             print(f"seed {verdict.seed} ({verdict.kind}): {verdict.outcome}: {verdict.words}\n"
                   f"    {verdict.deck}", flush=True)  # fmt: skip
     outcomes = (RIGHT, CONFIRMED, WRONG, REFUTED, OPEN, BROKEN)

@@ -381,10 +381,11 @@ class Problem(Contact):
         # Displacements under loads, supports and these reactions, refined: stiff parts move far.
         base = np.where(increment.held, increment.target, u).ravel()
         elastic = bricks.internal_force(base.reshape(u.shape))
-        size = max(np.abs(increment.loads).max(), np.abs(elastic).max()) or 1.0
         q = body.motions.T @ (increment.loads - elastic).ravel()[body.free]
-        # Less than this is rounding of loads that balance.
-        q[np.abs(q) <= 1e-13 * size] = 0.0
+        # Less than this is rounding of loads that balance, motion by motion: bodies differ.
+        behind = (np.abs(increment.loads) + np.abs(elastic)).ravel()[body.free]
+        behind = np.abs(body.motions).T @ behind
+        q[np.abs(q) <= 1e-13 * behind] = 0.0
         for _ in range(3):
             left = pressed - bricks.internal_force(base.reshape(u.shape)).ravel()
             base[body.free] += body.solve(body.balanced(left[body.free]))
@@ -408,7 +409,8 @@ class Problem(Contact):
         if not self.counts.any():
             return r, a, self.residual(r, a), 0.0
         goal = 0.01 * tolerance
-        best = self.newton(r, a, goal)
+        # To rounding: bodies with small forces have no part in the largest.
+        best = self.newton(r, a, 1e-3 * goal)
         drift = 0.0
         for attempt in range(4):
             if best[2] <= goal or drift > 0 or time.monotonic() > deadline:
@@ -418,8 +420,8 @@ class Problem(Contact):
                 start = (start[0] * (1 + 0.1 * rng.normal(size=n)), start[1])
             sweeps = 30 * (attempt + 1)
             *found, drift = self.proximal(*start, goal, deadline, sweeps=sweeps)
-            if found[2] > goal:
-                found = self.newton(*found[:2], goal)
+            if drift == 0:
+                found = self.newton(*found[:2], 1e-3 * goal)
             if found[2] < best[2]:
                 best = tuple(found)
         return (*best, drift if best[2] > goal else 0.0)
