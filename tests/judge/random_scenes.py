@@ -315,6 +315,8 @@ def pressed(b):
     gap = b.pick(0.0, 0.0, 0.3 * depth, -0.3 * depth)
     plane = b.plane_at(part, "ZMIN", gap, b.pick(0.0, 0.0, 0.02), free=b.chance(0.3))
     b.pair(part, "ZMIN", plane)
+    if b.chance(0.15):
+        b.scene.gaps[part, "ZMIN"] = b.between(-0.5, 1) * depth
     reference = b.scene.obstacles[plane].reference
     if b.chance(0.3):
         wall = b.plane_at(part, "XMAX", b.pick(0.0, depth))
@@ -517,7 +519,7 @@ def round_tool(b):
     pushed = b.chance(0.45)
     if pushed:
         step.forces.append(
-            Force([reference], 2, -young * b.power(-5, -2.5), b.maybe_amplitude(step, 0.15))
+            Force([reference], 2, -young * b.power(-8, -2.5), b.maybe_amplitude(step, 0.15))
         )
     else:
         step.boundaries.append(Boundary([reference], 2, -depth, b.maybe_amplitude(step, 0.15)))
