@@ -15,6 +15,7 @@ from scenes import EPS
 
 SLACK = 2.0  # times what the program allows itself: its scales are not these to the last digit
 STRICT = 0.3  # of it: what an own solution may be out of balance to prove that there is one
+NOISE = 16.0  # times the rounding of a node: forces that may be rounding alone
 EXCUSED = 1e-3  # of a load or of the largest force: the most that rounding may take from it
 
 
@@ -262,10 +263,10 @@ class Judge:
         # than the rounding of its own node, rounding excuses next to nothing.
         if self.strict:
             excused = 0.0
-        elif np.any(acting[self.mesh] > 4 * rounding[self.mesh]):
+        elif np.any(acting[self.mesh] > NOISE * rounding[self.mesh]):
             excused = np.minimum(rounding, EXCUSED * force)
         else:
-            excused = rounding
+            excused = NOISE * rounding
         over = imbalance - excused
         at = int(np.argmax(over))
         share = max(0.0, over[at]) / force if force > 0 else over[at]
