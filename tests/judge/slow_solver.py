@@ -202,11 +202,15 @@ def frame_of(normal, movable):
 
 
 class Contact:
-    """Reactions r (n) and motions a (m) of x = W r + G a + x_0 and G^T r + q = 0 in the law."""
+    """Reactions r (n) and motions a (m) of x = W r + G a + x_0 and G^T r + q = 0 in the law.
 
-    def __init__(self, w, g, x, q, mu, counts, size):
+    `sizes` are the forces of the bodies, `of` the body of each row of r and of each motion: a small
+    body beside a large one is solved to its own measure.
+    """
+
+    def __init__(self, w, g, x, q, mu, counts, sizes, of):
         self.w, self.g, self.x, self.q = w, g, x, q
-        self.mu, self.counts, self.size = mu, counts, size
+        self.mu, self.counts, self.sizes, self.of = mu, counts, sizes, of
         blocks = np.einsum("pkpk->p", w.reshape(len(mu), 3, len(mu), 3))
         if not g.size:
             soft = np.median(blocks[blocks > 0]) if np.any(blocks > 0) else 1.0
@@ -241,8 +245,13 @@ class Contact:
         """Size of what is not fulfilled, over that of the forces."""
         z = self.natural_map(r, self.w @ r + self.g @ a + self.x)
         e = self.g.T @ r + self.q
-        largest = max(self.size, np.abs(r).max(initial=0.0))
-        return float(np.linalg.norm(np.concatenate([z, e])) / largest)
+        return float(np.linalg.norm(np.concatenate([z, e]) / self.scale(r)))
+
+    def scale(self, r):
+        """The measure (n + m) of each equation: the largest force of its body."""
+        sizes = self.sizes.copy()
+        np.maximum.at(sizes, self.of[: len(r)], np.abs(r))
+        return sizes[self.of]
 
     def projection_slopes(self, y):
         """Derivative (3P, 3P) of the projection at y = r - rho x."""
@@ -282,9 +291,11 @@ class Contact:
             matrix = np.block([[np.eye(n) - p + across @ self.w, across @ self.g],
                                [self.g.T, np.zeros((m, m))]])  # fmt: skip
             right = -np.concatenate([self.natural_map(r, x), self.g.T @ r + self.q])
+            measure = self.scale(r)
+            matrix = matrix / measure[:, None]
             columns = np.linalg.norm(matrix, axis=0)
             columns[columns == 0] = 1.0
-            step = np.linalg.lstsq(matrix / columns, right, rcond=1e-13)[0] / columns
+            step = np.linalg.lstsq(matrix / columns, right / measure, rcond=1e-13)[0] / columns
             trials = []
             for share in (1.0, 0.5, 0.25, 0.1, 0.02):
                 trial = (r + share * step[:n], a + share * step[n:])
@@ -324,7 +335,9 @@ class Contact:
         x = self.x + self.g @ (centre + theta * self.q)
         off = ~self.counts.ravel()
         w[off], w[:, off] = 0, 0
-        return Contact(w, np.zeros((len(x), 0)), x, np.zeros(0), self.mu, self.counts, self.size)
+        nothing = np.zeros((len(x), 0))
+        of = self.of[: len(x)]
+        return Contact(w, nothing, x, np.zeros(0), self.mu, self.counts, self.sizes, of)
 
     def solve_held(self, r, goal, sweeps):
         """(r, residual) where there are no motions."""
@@ -390,7 +403,7 @@ class Problem(Contact):
             left = pressed - bricks.internal_force(base.reshape(u.shape)).ravel()
             base[body.free] += body.solve(body.balanced(left[body.free]))
         self.base = base.reshape(u.shape)
-        size = max(np.abs(increment.loads).max(), np.abs(bricks.internal_force(self.base)).max())
+        acting = np.maximum(np.abs(increment.loads), np.abs(bricks.internal_force(self.base)))
         self.response = body.solve(b.T)
         w = b @ self.response
         relative = increment.relative(self.base)
@@ -400,7 +413,23 @@ class Problem(Contact):
         # Rows that do not count have no reaction.
         w[off], w[:, off], g[off] = 0, 0, 0
         mu = np.array([mu for *_, mu in increment.points])
-        super().__init__(w, g, x.ravel() - w @ self.known, q, mu, counts, size or 1.0)
+        groups = [*scene.bodies(), *[np.array([r]) for r in scene.references()]]
+        group = np.full(len(u), -1)
+        for number, rows in enumerate(groups):
+            group[rows] = number
+        every = np.repeat([group[row] for _, row, _, _ in increment.points], 3).astype(int)
+        owners = group[body.free[np.abs(body.motions).argmax(axis=0)] // 3]
+        self.of = np.concatenate([every, owners]).astype(int)
+        # Beside nothing that acts yet: what rounding makes of a motion.
+        moved = np.abs(self.base - increment.before).max() + np.abs(x).max(initial=0.0)
+        diagonal = np.diag(w)
+        sizes = np.zeros(len(groups))
+        for number, rows in enumerate(groups):
+            soft = diagonal[(every == number) & (diagonal > 0)]
+            floor = 1e-10 * moved / np.median(soft) if len(soft) else 0.0
+            sizes[number] = max(acting[rows].max(), floor)
+        sizes[sizes == 0] = sizes.max() or 1.0
+        super().__init__(w, g, x.ravel() - w @ self.known, q, mu, counts, sizes, self.of)
 
     def solve(self, tolerance, rng, deadline):
         """(r, a, residual, drift), the best of several starts."""
@@ -437,7 +466,8 @@ class Problem(Contact):
         """Reactions in space (P, 3)."""
         local = np.where(self.counts, r.reshape(-1, 3), 0.0)
         # Exactly in their cones; rounding is none.
-        local[:, 0] = np.where(local[:, 0] > 1e-14 * self.size, local[:, 0], 0.0)
+        rounding = 1e-14 * self.scale(r)[: len(r) : 3]
+        local[:, 0] = np.where(local[:, 0] > rounding, local[:, 0], 0.0)
         size = np.linalg.norm(local[:, 1:], axis=1)
         radius = self.mu * local[:, 0]
         local[:, 1:] *= np.where(size > radius, radius / np.where(size > 0, size, 1), 1)[:, None]
