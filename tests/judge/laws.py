@@ -199,7 +199,7 @@ class Judge:
         self.check_equilibrium(row, u, residual, held, acting, force)
         self.check_stored_forces(row, u, residual, held, pressed, force)
         self.check_bodies(row, u, loads, pressed, held)
-        self.check_contact(row, points, force, length)
+        self.check_contact(row, points, self.contact_scale(u, before, points, force), length)
 
     def check_supports(self, row, u, supports):
         """|u - u_prescribed| <= 16 eps max(|u_prescribed|, size of the body)."""
@@ -325,6 +325,18 @@ class Judge:
                           self.allowed * scale + lost,
                           f"in {'translation along' if m < 3 else 'rotation about'} {name}, "
                           f"body {number + 1} of {len(groups)}")  # fmt: skip
+
+    def contact_scale(self, u, before, points, force):
+        """The scale of reactions: the largest force, or what rounding makes of the way there.
+
+        A body that came back to where it was without load has reactions of rounding alone.
+        """
+        if not points:
+            return force
+        far = np.maximum(np.abs(u), np.abs(before))
+        rounding = self.scene.bricks().rounding(far)
+        slaves = np.concatenate([p["rows"] for p in points])
+        return max(force, float(rounding[slaves].max(initial=0.0)))
 
     def check_contact(self, row, points, force, length):
         """Signorini's and Coulomb's laws at every slave node."""
