@@ -1,0 +1,190 @@
+#!/usr/bin/env python3
+"""Run the program on random decks and judge its results by an independent finite-element program.
+
+    tests/judge/judge.py --decks 2000 --seed 1 [--keep DIR] [--jobs 2]
+    tests/judge/judge.py --only SEED
+
+A deck is one of
+
+    right        certified, and right by every law (laws.py)
+    wrong        certified, and wrong
+    confirmed    refused with exit status 2, and shown to have no solution, or none that double
+                 precision holds, by other means (refusals.py)
+    refuted      refused, though a solution was found
+    unconfirmed  refused, and neither shown to be right nor to be wrong
+    broken       another exit status, a signal, no end, an unreadable result
+
+Exit status 1 if any is wrong, refuted, unconfirmed or broken.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is loaded
+
+from laws import Judge, Stored, Unreadable
+from random_scenes import random_scene
+from refusals import CONFIRMED, OPEN, REFUTED, confirm
+from scenes import deck_of
+
+ROOT = Path(__file__).resolve().parents[2]
+RIGHT, WRONG, BROKEN = "right", "wrong", "broken"
+FAILURES = (WRONG, REFUTED, OPEN, BROKEN)
+
+
+@dataclass
+class Verdict:
+    """The outcome of a deck, in words."""
+
+    seed: int
+    kind: str
+    outcome: str
+    words: str
+    deck: Path
+
+
+def run_program(program, deck, limit):
+    """(exit status, message) of a run; the status of one that does not end is None."""
+    try:
+        done = subprocess.run(
+            [program, deck.name], cwd=deck.parent, capture_output=True, text=True,
+            timeout=limit, check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return None, f"no end within {limit:g} s"
+    return done.returncode, done.stderr
+
+
+def stored_result(scene, path):
+    """The result file, None where there is none."""
+    return Stored(scene, path) if path.exists() else None
+
+
+def judge_run(scene, deck, status, message, options):
+    """(outcome, words) of a run."""
+    result = deck.with_suffix(".vtkhdf")
+    try:
+        stored = stored_result(scene, result)
+    except (OSError, KeyError, Unreadable, ValueError) as error:
+        return BROKEN, f"exit status {status}, unreadable result: {error!r}"
+    if status not in (0, 2):
+        return BROKEN, f"exit status {status}: {message.strip()[:400]}"
+    if status == 0 and stored is None:
+        return BROKEN, "exit status 0 without a result"
+    findings = []
+    if stored is not None:
+        judge = Judge(scene, stored, options.held_tangents)
+        findings = judge.judge(complete=status == 0)
+    if findings:
+        more = f" (and {len(findings) - 1} more)" if len(findings) > 1 else ""
+        worst = max(findings, key=lambda f: f.found / f.allowed if f.allowed > 0 else 1e300)
+        return WRONG, f"{findings[0]}{more}; worst: {worst}"
+    if status == 0:
+        return RIGHT, ""
+    outcome, words = confirm(scene, stored, message, options.held_tangents)
+    return outcome, f"{message.strip()[:300]} -- {words}"
+
+
+def judge_seed(seed, options):
+    """The Verdict on the deck of a seed."""
+    scene = random_scene(seed)
+    folder = Path(tempfile.mkdtemp(prefix=f"judge-{seed}-", dir=options.keep))
+    keep = False
+    try:
+        outcome, words, deck = judge_scene(scene, folder, f"seed-{seed}", options)
+        plain = without_choices(scene, words)
+        if outcome in (REFUTED, OPEN) and plain:
+            # What a deck chooses may fail; the program's own choice may not.
+            first = words
+            outcome, words, deck = judge_scene(plain, folder, f"seed-{seed}-auto", options)
+            if outcome == RIGHT:
+                outcome, words = CONFIRMED, f"by the deck's choice alone, AUTO is right: {first}"
+        keep = outcome in FAILURES
+        return Verdict(seed, scene.kind, outcome, words, deck)
+    finally:
+        if not keep:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def without_choices(scene, words):
+    """The scene without the solver or precision that a message blames; None if it blames none."""
+    solver = {k: v for k, v in scene.controls.items() if k != "TOLERANCE"}
+    if solver and "did not reach" in words:
+        kept = {k: v for k, v in scene.controls.items() if k == "TOLERANCE"}
+        return replace(scene, controls=kept, precision={})
+    if scene.precision and "the factor (" in words:
+        return replace(scene, precision={"FACTOR": "DOUBLE"})
+    return None
+
+
+def judge_scene(scene, folder, name, options):
+    """(outcome, words, deck) of a scene that is run in a folder."""
+    deck = folder / f"{name}.inp"
+    deck.write_text(deck_of(scene))
+    status, message = run_program(options.program, deck, options.limit)
+    return (*judge_run(scene, deck, status, message, options), deck)
+
+
+def judge_decks(seeds, options):
+    """Verdicts on many decks."""
+    if options.jobs == 1:
+        for seed in seeds:
+            yield judge_seed(seed, options)
+        return
+    with ProcessPoolExecutor(options.jobs) as pool:
+        for done in as_completed([pool.submit(judge_seed, seed, options) for seed in seeds]):
+            yield done.result()
+
+
+def read_options(words=None):
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--decks", type=int, default=200, help="how many")
+    parser.add_argument("--seed", type=int, default=1, help="of the first deck")
+    parser.add_argument("--only", type=int, nargs="+", help="seeds of single decks, kept")
+    parser.add_argument("--keep", type=Path, help="where decks that fail are kept")
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--refusals", action="store_true", help="print those confirmed, too")
+    parser.add_argument("--limit", type=float, default=120.0, help="seconds a run may take")
+    parser.add_argument("--bipot", dest="program", help="the program",
+                        default=os.environ.get("BIPOT", str(ROOT / "build" / "bipot")))  # fmt: skip
+    parser.add_argument("--held-tangents", action="store_true",
+                        help="Coulomb's law also along tangents that supports hold")  # fmt: skip
+    options = parser.parse_args(words)
+    options.keep = options.keep or Path(tempfile.gettempdir()) / "judge"
+    options.keep.mkdir(parents=True, exist_ok=True)
+    return options
+
+
+def main():
+    """Judge decks, print what failed and a table."""
+    options = read_options()
+    seeds = options.only or range(options.seed, options.seed + options.decks)
+    counts = Counter()
+    by_kind = Counter()
+    for verdict in judge_decks(list(seeds), options):
+        counts[verdict.outcome] += 1
+        by_kind[verdict.kind, verdict.outcome] += 1
+        told = options.only or (options.refusals and verdict.outcome == CONFIRMED)
+        if verdict.outcome in FAILURES or told:
+            print(f"seed {verdict.seed} ({verdict.kind}): {verdict.outcome}: {verdict.words}\n"
+                  f"    {verdict.deck}", flush=True)  # fmt: skip
+    outcomes = (RIGHT, CONFIRMED, WRONG, REFUTED, OPEN, BROKEN)
+    print(f"{'':32s}" + "".join(f"{o:>12s}" for o in outcomes))
+    for kind in sorted({k for k, _ in by_kind}):
+        print(f"{kind:32s}" + "".join(f"{by_kind[kind, o]:12d}" for o in outcomes))
+    print(f"{'all':32s}" + "".join(f"{counts[o]:12d}" for o in outcomes))
+    return int(any(counts[o] for o in FAILURES))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,419 @@
+"""Judge a result by mechanics alone: supports, loads, balance, Signorini's and Coulomb's laws.
+
+What the program says of itself (its certificate, its energies, its words) is not used. Every
+allowance is a multiple `SLACK` of what docs/theory.md, section 6, lets a certified increment be
+wrong by, or the rounding of stored numbers.
+"""
+
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+from load_path import LoadPath
+from obstacles import across, locate, shift_of
+from scenes import EPS
+
+SLACK = 2.0  # times what the program allows itself: its scales are not these to the last digit
+STRICT = 0.3  # of it: what an own solution may be out of balance to prove that there is one
+NOISE = 16.0  # times the rounding of a node: forces that may be rounding alone
+EXCUSED = 1e-3  # of a load or of the largest force: the most that rounding may take from it
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What is wrong: a kind, how large it is and what is allowed."""
+
+    kind: str
+    row: int
+    found: float
+    allowed: float
+    where: str = ""
+
+    def __str__(self):
+        return (
+            f"increment {self.row + 1}: {self.kind} {self.found:.3g}, "
+            f"allowed {self.allowed:.2g}{' ' + self.where if self.where else ''}"
+        )
+
+
+class Unreadable(Exception):
+    """A result that lacks what docs/results.md promises."""
+
+
+class Stored:
+    """The numbers of a result file, in the order of the scene's points."""
+
+    def __init__(self, scene, path):
+        with h5py.File(path) as file:
+            history = file["history"]
+            self.finished = int(history.attrs["finished"])
+            rows = slice(0, self.finished)
+            self.step = history["step"][rows]
+            self.time = history["time"][rows]
+            self.certified = history["certified"][rows]
+            self.status = file["run"].attrs["status"]
+            if isinstance(self.status, bytes):
+                self.status = self.status.decode()
+            view = file["VTKHDF"]
+            steps = view["Steps"]
+            count = int(view["NumberOfPoints"][0])
+            order = np.argsort(view["PointData/node_id"][:count])
+            stored_ids = view["PointData/node_id"][:count][order]
+            place = np.searchsorted(stored_ids, scene.ids)
+            if count != len(scene.ids) or not np.array_equal(stored_ids[place], scene.ids):
+                raise Unreadable("the nodes of the file are not those of the deck")
+            self.order = order[place]
+            if int(steps.attrs["NSteps"]) != self.finished:
+                raise Unreadable("fields are not written for every increment")
+            self.places = view["Points"][:count][self.order]
+
+            def field(name, empty):
+                if name not in view["PointData"]:
+                    return np.zeros((self.finished, count, *empty))
+                offsets = steps["PointDataOffsets"][name][: self.finished]
+                values = view["PointData"][name]
+                return np.array([values[o : o + count][self.order] for o in offsets])
+
+            self.u = field("displacement", (3,))
+            self.supports = field("reaction_force", (3,))
+            self.contact_force = field("contact_force", (3,))
+            back = np.empty(count, dtype=int)
+            back[self.order] = np.arange(count)
+            self.pairs = {}
+            for name, group in file.get("contact", {}).items():
+                frame = group["frame"][:]
+                if len(frame) != 1:
+                    frame = frame[rows]
+                self.pairs[name] = {
+                    "rows": back[group["node"][:]],
+                    "frame": np.broadcast_to(frame, (self.finished, *frame.shape[1:])),
+                    **{key: group[key][rows] for key in
+                       ("reaction", "gap", "slip_increment", "status", "resultant")},
+                    "friction": float(group.attrs["friction_coefficient"]),
+                }  # fmt: skip
+
+
+class Judge:
+    """Judges the increments of a stored result one after the other."""
+
+    def __init__(self, scene, stored, held_tangents=False, strict=False):
+        self.scene, self.stored, self.held_tangents = scene, stored, held_tangents
+        self.strict = strict  # for own solutions: rounding excuses nothing, and no slack
+        self.path = LoadPath(scene)
+        self.findings = []
+        self.allowed = (1.0 if strict else SLACK) * 10 * scene.tolerance
+        self.mesh = np.unique(scene.nodes)
+        self.body_rows = scene.bodies()
+        self.added = scene.added_gaps()
+        self.worst = {}
+
+    def note(self, kind, row, found, allowed, where=""):
+        """Keep a finding where `found` is more than allowed, or no number."""
+        if allowed > 0 and np.isfinite(found):
+            self.worst[kind] = max(self.worst.get(kind, 0.0), found / allowed)
+        if not found <= allowed:
+            self.findings.append(Finding(kind, row, float(found), float(allowed), where))
+
+    def judge(self, complete=True):
+        """All findings. `complete`: the run ended with status 0, so every increment is there."""
+        scene, stored = self.scene, self.stored
+        expected = sum(step.increments for step in scene.steps)
+        extra = any(not step.direct for step in scene.steps)
+        self.note("number of increments", -1,
+                  0 if stored.finished == expected or not complete
+                  or (extra and stored.finished > expected) else abs(stored.finished - expected),
+                  0.5)  # fmt: skip
+        self.note("coordinates", -1, np.abs(stored.places - scene.points).max(),
+                  16 * EPS * np.abs(scene.points).max())  # fmt: skip
+        if complete:
+            self.note("status of the file", -1, float(stored.status != "finished"), 0)
+            self.note("not certified", -1, float(np.sum(stored.certified != 1)), 0)
+        self.walk(complete)
+        return self.findings
+
+    def walk(self, complete=True):
+        """Judge increment after increment."""
+        scene, stored = self.scene, self.stored
+        before, time_before, step_start, in_step = np.zeros_like(scene.points), 0.0, 0.0, 0
+        step = -1
+        for row in range(stored.finished):
+            if int(stored.step[row]) - 1 != step:
+                if step >= 0:
+                    step_start += scene.steps[step].period
+                    self.note("end of a step", row, abs(time_before - step_start),
+                              1e-12 * step_start)  # fmt: skip
+                step += 1
+                in_step = 0
+                self.note("order of steps", row, abs(int(stored.step[row]) - 1 - step), 0)
+                if int(stored.step[row]) - 1 != step:
+                    return
+                self.path.begin(step, before)
+            cards = scene.steps[step]
+            in_step += 1
+            time = stored.time[row] - step_start
+            if cards.direct:
+                asked = cards.period * in_step / cards.increments
+                self.note("time of an increment", row, abs(time - asked),
+                          1e-12 * (step_start + cards.period))  # fmt: skip
+                time = asked
+            elif abs(time - cards.period) <= 1e-12 * (step_start + cards.period):
+                time = cards.period
+            self.judge_increment(row, time, before)
+            before, time_before = stored.u[row], stored.time[row]
+        if complete:
+            total = sum(s.period for s in scene.steps)
+            self.note("end of the run", stored.finished - 1, abs(time_before - total),
+                      1e-12 * total)  # fmt: skip
+
+    def judge_increment(self, row, time, before):
+        """All laws at the end of one increment."""
+        scene, stored = self.scene, self.stored
+        u = stored.u[row]
+        if not all(np.all(np.isfinite(a[row])) for a in
+                   (stored.u, stored.supports, stored.contact_force)):  # fmt: skip
+            self.note("numbers that are none", row, np.inf, 0)
+            return
+        supports, loads = self.path.supports(time), self.path.loads(time)
+        held = np.zeros(u.shape, dtype=bool)
+        for row_dof in supports:
+            held[row_dof] = True
+        self.check_supports(row, u, supports)
+
+        points = self.points_of(row, u, before, held)
+        pressed = np.zeros_like(u)
+        for p in points:
+            np.add.at(pressed, p["rows"], p["force"])
+            if p["reference"] is not None:
+                pressed[p["reference"]] -= p["force"].sum(axis=0)
+        internal = scene.bricks().internal_force(u)
+        residual = internal - loads - pressed
+        support = np.where(held, residual, 0.0)
+        force = max(
+            np.linalg.norm(a[self.mesh], axis=1).max()
+            for a in (pressed, support, loads, internal)
+        ) or np.linalg.norm(loads, axis=1).max()  # fmt: skip
+        spread = max(np.ptp(u[rows], axis=0).max() for rows in self.body_rows)
+        length = max(np.linalg.norm(u - before, axis=1).max(), spread)
+
+        acting = np.max([np.linalg.norm(f, axis=1) for f in (internal, loads, pressed)], axis=0)
+        self.check_equilibrium(row, u, residual, held, acting, force)
+        self.check_stored_forces(row, u, residual, held, pressed, force)
+        self.check_bodies(row, u, loads, pressed, held)
+        self.check_contact(row, points, self.contact_scale(u, before, points, force), length)
+
+    def check_supports(self, row, u, supports):
+        """|u - u_prescribed| <= 16 eps max(|u_prescribed|, size of the body)."""
+        sizes = np.full(len(u), np.inf)
+        for rows in self.body_rows:
+            sizes[rows] = np.ptp(self.scene.points[rows], axis=0).max()
+        if np.isinf(sizes).any():
+            sizes[np.isinf(sizes)] = max(sizes[np.isfinite(sizes)])
+        for (node, dof), (value, size, doubt) in supports.items():
+            allowed = 16 * EPS * max(size, sizes[node]) + doubt
+            self.note("prescribed displacement off by", row, abs(u[node, dof] - value), allowed,
+                      f"at node {self.scene.ids[node]}, dof {dof + 1}")  # fmt: skip
+
+    def points_of(self, row, u, before, held):
+        """What each pair's points do: geometry by the judge, reactions by the file."""
+        scene, out = self.scene, []
+        for pair in scene.pairs:
+            obstacle = scene.obstacles[pair.obstacle]
+            stored = self.stored.pairs[self.name_of(pair)]
+            rows = stored["rows"]
+            slaves = scene.side_rows(pair.part, pair.side)
+            missing = np.setdiff1d(slaves, rows)
+            self.note("slave nodes without a contact point", row, float(len(missing)), 0)
+            shift = shift_of(obstacle, u)
+            gap, normal, rounding = locate(
+                obstacle, scene.points[rows], u[rows], shift, self.added[rows]
+            )
+            moved = u[rows] - before[rows]
+            if obstacle.reference is not None:
+                moved = moved - (u - before)[obstacle.reference]
+                fixed = held[rows] & held[obstacle.reference]
+            else:
+                fixed = held[rows]
+            frame = stored["frame"][row]
+            force = np.einsum("pk,pki->pi", stored["reaction"][row], frame)
+            # The way of held directions across the normal: what supports and obstacle make slip.
+            known = across(np.where(fixed, moved, 0.0), normal)
+            out.append({
+                "pair": pair, "rows": rows, "reference": obstacle.reference, "gap": gap,
+                "normal": normal, "rounding": rounding, "force": force, "frame": frame,
+                "slip": across(moved, normal), "known": known,
+                # No direction along the normal is free: no reaction there (theory.md, section 2).
+                "blocked": np.linalg.norm(np.where(fixed, 0.0, normal), axis=1) < 1e-9,
+                "held": np.linalg.norm(across_held(fixed, normal), axis=(1, 2)) > 1e-9,
+                "stored": stored, "status": stored["status"][row],
+            })  # fmt: skip
+        return out
+
+    def name_of(self, pair):
+        """The group of a pair in the file."""
+        part = self.scene.parts[pair.part]
+        return f"{part.name}-{pair.side}:{self.scene.obstacles[pair.obstacle].name}"
+
+    def check_equilibrium(self, row, u, residual, held, acting, force):
+        """K u = loads + supports + contact at every node; the obstacles' reference nodes too."""
+        imbalance = np.linalg.norm(np.where(held, 0.0, residual), axis=1)
+        rounding = self.scene.bricks().rounding(u)
+        for reference in self.scene.references():
+            rounding[reference] = 0.0
+        # Bodies that move as a whole have forces of rounding alone. Beside a force that is more
+        # than the rounding of its own node, rounding excuses next to nothing.
+        if self.strict:
+            excused = 0.0
+        elif np.any(acting[self.mesh] > NOISE * rounding[self.mesh]):
+            excused = np.minimum(rounding, EXCUSED * force)
+        else:
+            excused = NOISE * rounding
+        over = imbalance - excused
+        at = int(np.argmax(over))
+        share = max(0.0, over[at]) / force if force > 0 else over[at]
+        # Of a solution near what double precision holds another rounding decides.
+        allowed = STRICT * self.allowed if self.strict else self.allowed
+        self.note("out of balance", row, share, allowed,
+                  f"of the largest force {force:.3g} at node {self.scene.ids[at]}")
+
+    def check_stored_forces(self, row, u, residual, held, pressed, force):
+        """Forces of supports and of contact in the file are those found here."""
+        stored = self.stored
+        rounding = 2 * self.scene.bricks().rounding(u)[:, None]
+        allowed = self.allowed * max(force, np.abs(stored.supports[row]).max(initial=0)) + rounding
+        free = np.where(held, 0.0, stored.supports[row])
+        self.note("support force where nothing is held", row, np.abs(free).max(), 0)
+        wrong = np.abs(np.where(held, stored.supports[row] - residual, 0.0)) / np.where(
+            allowed > 0, allowed, 1e-300)  # fmt: skip
+        at = np.unravel_index(np.argmax(wrong), wrong.shape)
+        self.note("support force wrong by", row, wrong.max(), 1.0,
+                  f"times what is allowed at node {self.scene.ids[at[0]]}")  # fmt: skip
+        if self.scene.pairs:
+            slack = 1e-12 * max(np.abs(pressed).max(), 1e-300)
+            mesh = self.mesh
+            off = np.abs(stored.contact_force[row][mesh] - pressed[mesh]).max()
+            self.note("contact force of a node wrong by", row, off, slack)
+
+    def check_bodies(self, row, u, loads, pressed, held):
+        """Balance of every body in each of its rigid motions, without internal forces."""
+        supports = self.stored.supports[row]
+        rounding = self.scene.bricks().rounding(u)
+        groups = [(rows, 6) for rows in self.body_rows]
+        groups += [(np.array([r]), 3) for r in self.scene.references()]
+        for number, (rows, motions) in enumerate(groups):
+            centre = self.scene.points[rows].mean(axis=0)
+            arm = self.scene.points[rows] - centre
+            reach = np.linalg.norm(arm, axis=1).max() or 1.0
+            for m in range(motions):
+                motion = np.zeros((len(rows), 3))
+                if m < 3:
+                    motion[:, m] = 1.0
+                else:
+                    motion = np.cross(np.eye(3)[m - 3], arm / reach)
+                parts = [np.sum(f[rows] * motion) for f in (loads, supports, pressed)]
+                sizes = [np.sum(np.abs(f[rows] * motion)) for f in (loads, supports, pressed)]
+                everything = [np.sum(np.abs(f[rows])) for f in (loads, supports, pressed)]
+                lost = sum(rounding[rows]) + 64 * EPS * sum(everything)
+                driven = abs(parts[0])
+                scale = sum(sizes)
+                if driven > 64 * EPS * max(sizes[0], everything[0]):
+                    lost = min(lost, EXCUSED * driven)
+                else:
+                    # Nothing drives it: what is beside it in other directions is the measure.
+                    scale = sum(everything)
+                name = "xyz"[m % 3]
+                self.note("body out of balance by", row, abs(sum(parts)),
+                          self.allowed * scale + lost,
+                          f"in {'translation along' if m < 3 else 'rotation about'} {name}, "
+                          f"body {number + 1} of {len(groups)}")  # fmt: skip
+
+    def contact_scale(self, u, before, points, force):
+        """The scale of reactions: the largest force, or what rounding makes of the way there.
+
+        A body that came back to where it was without load has reactions of rounding alone.
+        """
+        if not points:
+            return force
+        far = np.maximum(np.abs(u), np.abs(before))
+        rounding = self.scene.bricks().rounding(far)
+        slaves = np.concatenate([p["rows"] for p in points])
+        return max(force, float(rounding[slaves].max(initial=0.0)))
+
+    def check_contact(self, row, points, force, length):
+        """Signorini's and Coulomb's laws at every slave node."""
+        allowed = self.allowed
+        total = defect = 0.0
+        for p in points:
+            if len(p["rows"]) == 0:
+                continue
+            mu = p["pair"].friction
+            rounding = p["rounding"]
+            normal_force = np.einsum("pi,pi->p", p["force"], p["normal"])
+            friction = across(p["force"], p["normal"])
+            size = np.linalg.norm(friction, axis=1)
+            gap = np.where(np.abs(p["gap"]) <= rounding, 0.0, p["gap"])
+            ids = self.scene.ids[p["rows"]]
+
+            def worst(kind, values, scale, ids=ids):
+                at = int(np.argmax(values))
+                value = values[at] / scale if scale > 0 else (np.inf if values[at] > 0 else 0.0)
+                self.note(kind, row, value, allowed, f"at node {ids[at]}")
+
+            worst("penetration", np.maximum(0.0, -gap), length)
+            worst("adhesion", np.maximum(0.0, -normal_force), force)
+            worst("complementarity", np.abs(gap * normal_force), force * length)
+            worst("cone", np.maximum(0.0, size - mu * normal_force), force)
+            slip = p["slip"]
+            law = np.abs(
+                mu * normal_force * np.linalg.norm(slip, axis=1)
+                + np.einsum("pi,pi->p", friction, slip)
+            )
+            # Slip that is rounding of large displacements is none.
+            law = np.maximum(0.0, law - mu * np.abs(normal_force) * 4 * rounding)
+            if not self.held_tangents:
+                law = np.where(p["held"], 0.0, law)
+            defect += law.sum()
+            total += np.maximum(np.linalg.norm(p["force"], axis=1), mu * normal_force).sum()
+            self.check_stored_points(row, p, gap, force, length, normal_force, size)
+        if total > 0 and length > 0:
+            # Reactions that are rounding alone have no law.
+            total = max(total, 1e-10 * force)
+            self.note("friction law", row, defect / (total * length), allowed)
+
+    def check_stored_points(self, row, p, gap, force, length, normal_force, size):
+        """What the file says of the points agrees with what was found."""
+        allowed, stored = self.allowed, p["stored"]
+        off = np.abs(stored["gap"][row] - p["gap"]) - 4 * p["rounding"]
+        self.note("stored gap wrong by", row, off.max() / length if length > 0 else 0.0, allowed)
+        self.note("stored normal wrong by", row,
+                  np.abs(p["frame"][:, 0] - p["normal"]).max(), 1e-6)  # fmt: skip
+        turned = np.einsum("pki,pi->pk", p["frame"][:, 1:], p["slip"])
+        off = np.abs(stored["slip_increment"][row] - turned).max(axis=1) - 4 * p["rounding"]
+        if not self.held_tangents:
+            off = np.where(p["held"], 0.0, off)
+        self.note("stored slip wrong by", row, off.max() / length if length > 0 else 0.0, 1e-6)
+        mu = p["pair"].friction
+        status = p["status"]
+        strength = np.linalg.norm(p["force"], axis=1)
+        largest = (strength * (status == 0)).max()
+        self.note("force on an open point", row, largest / force if force > 0 else 0.0, allowed)
+        way = np.linalg.norm(p["slip"], axis=1) - 4 * p["rounding"]
+        sticks = (status == 1) & (mu * normal_force > 1e-3 * force)
+        if not self.held_tangents:
+            sticks &= ~p["held"]
+        self.note("slip of a point that sticks", row,
+                  (way * sticks).max() / length if length > 0 else 0.0, 1e-3)  # fmt: skip
+        inside = (mu * normal_force - size) * (status == 2) * ~p["held"]
+        self.note("friction of a point that slides below its limit by", row,
+                  inside.max() / force if force > 0 else 0.0, 1e-3)  # fmt: skip
+        resultant = p["force"].sum(axis=0)
+        self.note("resultant wrong by", row, np.abs(stored["resultant"][row] - resultant).max(),
+                  1e-12 * max(strength.sum(), 1e-300))  # fmt: skip
+        if mu != stored["friction"]:
+            self.note("friction coefficient", row, abs(mu - stored["friction"]), 0)
+
+
+def across_held(fixed, normal):
+    """The tangential parts (P, 3, 3) of the directions that are held at each point."""
+    directions = np.einsum("pi,ij->pij", fixed.astype(float), np.eye(3))
+    along = np.einsum("pij,pj->pi", directions, normal)
+    return directions - along[:, :, None] * normal[:, None, :]

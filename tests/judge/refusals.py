@@ -1,0 +1,242 @@
+"""Confirm by other means that what the program refuses has no solution, or find the solution."""
+
+import re
+from types import SimpleNamespace
+
+import numpy as np
+from laws import Judge
+from load_path import LoadPath
+from obstacles import locate, shift_of
+from slow_solver import Increment, frame_of, rigid_motions
+
+CONFIRMED, REFUTED, OPEN = "confirmed", "refuted", "unconfirmed"
+
+
+def least_squares_in_cone(columns, right, limit=4000):
+    """min |columns y - right| over y >= 0 (Lawson and Hanson); (y, size of what is left)."""
+    n = columns.shape[1]
+    y = np.zeros(n)
+    passive = np.zeros(n, dtype=bool)
+    left = right.copy()
+    for _ in range(limit):
+        slope = columns.T @ left
+        slope[passive] = -np.inf
+        at = int(np.argmax(slope))
+        if slope[at] <= 1e-13 * np.linalg.norm(right):
+            break
+        passive[at] = True
+        while True:
+            found = np.zeros(n)
+            found[passive] = np.linalg.lstsq(columns[:, passive], right, rcond=None)[0]
+            bad = passive & (found <= 0)
+            if not bad.any():
+                break
+            share = (y[bad] / (y[bad] - found[bad])).min()
+            y = y + share * (found - y)
+            passive &= y > 1e-15 * np.abs(y).max(initial=0)
+            y[~passive] = 0
+            if not passive.any():
+                break
+        y = found
+        new = right - columns @ y
+        if np.linalg.norm(new) >= np.linalg.norm(left) * (1 - 1e-15):
+            left = new
+            break
+        left = new
+    return y, float(np.linalg.norm(left))
+
+
+def unbalanced_share(scene, u, held, loads):
+    """At least how much of the loads on free motions no reactions balance, 0 to 1.
+
+    Reactions are those of pyramids around the cones of friction, at all slave nodes with the
+    normals at displacements `u`: what does not balance then does not balance at all. The pyramids
+    are drawn closer where their edges are used.
+    """
+    motions = rigid_motions(scene, held)
+    work = motions.T @ loads.ravel()
+    total = np.linalg.norm(work)
+    # Loads that supports or other loads cancel but for rounding drive nothing.
+    if motions.shape[1] == 0 or total <= 1e-13 * np.abs(loads).sum():
+        return 0.0
+    points = []
+    for pair in scene.pairs:
+        obstacle = scene.obstacles[pair.obstacle]
+        for row in scene.side_rows(pair.part, pair.side):
+            _, normal, _ = locate(obstacle, scene.points[[row]], u[[row]], shift_of(obstacle, u))
+            frame = frame_of(normal[0], np.ones(3, dtype=bool))
+            rows = motions.reshape(-1, 3, motions.shape[1])
+            rows = rows[row] - (0 if obstacle.reference is None else rows[obstacle.reference])
+            points.append((frame @ rows, pair.friction))
+    if not points:
+        return 1.0
+    angles = [np.linspace(0, 2 * np.pi, 16, endpoint=False) for _ in points]
+    width = [np.full(16, np.pi / 16) for _ in points]
+    least = 0.0
+    for _ in range(6):
+        columns, owner = [], []
+        for p, (rows, mu) in enumerate(points):
+            if mu == 0:
+                columns.append(rows[0])
+                owner.append((p, 0.0, 0.0))
+                continue
+            for angle, half in zip(angles[p], width[p], strict=True):
+                reach = mu / np.cos(half)
+                columns.append(
+                    rows[0] + reach * (np.cos(angle) * rows[1] + np.sin(angle) * rows[2])
+                )
+                owner.append((p, angle, half))
+        matrix = np.transpose(columns)
+        sizes = np.linalg.norm(matrix, axis=0)
+        seen = sizes > 1e-14
+        if not seen.any():
+            return 1.0
+        y, left = least_squares_in_cone(matrix[:, seen] / sizes[seen], -work)
+        least = left / total
+        if least > 1e-6:
+            break
+        used = [owner[k] for k, value in zip(np.flatnonzero(seen), y, strict=True) if value > 0]
+        for p, angle, half in used:
+            if half == 0.0:
+                continue
+            keep = ~((angles[p] == angle) & (width[p] == half))
+            finer = half / 3
+            angles[p] = np.concatenate([angles[p][keep], angle + finer * np.array([-2, 0, 2])])
+            width[p] = np.concatenate([width[p][keep], np.full(3, finer)])
+    return least
+
+
+def interval(scene, stored, message):
+    """(step, end of the refused increment in the step's time, start of the step, displacements)."""
+    finished = 0 if stored is None else stored.finished
+    before = np.zeros_like(scene.points) if finished == 0 else stored.u[finished - 1]
+    done = 0.0 if finished == 0 else float(stored.time[finished - 1])
+    start = 0.0
+    for step, cards in enumerate(scene.steps):
+        if done < start + cards.period * (1 - 1e-9):
+            share = cards.period / cards.increments
+            number = int(np.floor((done - start) / share + 1e-6)) + 1
+            return step, min(cards.period, number * share), start, before
+        start += cards.period
+    return None
+
+
+def path_to(scene, stored, step):
+    """A LoadPath that has begun `step`."""
+    path = LoadPath(scene)
+    for number in range(step + 1):
+        u = np.zeros_like(scene.points)
+        if number:
+            u = stored.u[np.flatnonzero(stored.step == number)[-1]]
+        path.begin(number, u)
+    return path
+
+
+def confirm(scene, stored, message, held_tangents=False):
+    """(confirmed, refuted or unconfirmed; words) for a refusal with exit status 2."""
+    where = interval(scene, stored, message)
+    if where is None:
+        return OPEN, "every increment is there, and yet the run was refused"
+    step, time, start, before = where
+    path = path_to(scene, stored, step)
+    supports, loads = path.supports(time), path.loads(time)
+    increment = Increment(scene, before, supports, loads, held_tangents)
+    if re.search(r"is prescribed to move", message):
+        u = np.where(increment.held, increment.target, before)
+        for _, row, obstacle, _ in increment.points:
+            fixed = increment.held[row]
+            if obstacle.reference is not None:
+                fixed = fixed & increment.held[obstacle.reference]
+            gap, normal, rounding = locate(
+                obstacle, scene.points[[row]], u[[row]], shift_of(obstacle, u), increment.added[row]
+            )
+            if np.linalg.norm(normal[0] * ~fixed) < 1e-9 and gap[0] < -rounding[0]:
+                return CONFIRMED, f"node {scene.ids[row]} is prescribed to a gap of {gap[0]:.2g}"
+    left = unbalanced_share(scene, before, increment.held, loads + prescribed_pull(increment))
+    if left > 1e-9 and all(o.kind == "PLANE" for o in scene.obstacles):
+        return CONFIRMED, f"no reactions balance the loads: {left:.1e} of them is left"
+    try:
+        found = increment.solve(scene.tolerance)
+    except np.linalg.LinAlgError as error:
+        return OPEN, f"the slow solver failed: {error}"
+    findings = judge_solution(scene, path, increment, found, step, time, start, held_tangents)
+    force = max(np.abs(scene.bricks().internal_force(found.u)).max(), np.abs(loads).max())
+    lost = scene.bricks().rounding(found.u)
+    # Supports take what rounding makes of stiff bricks: not certified, whatever is found.
+    carried = lost[increment.held.any(axis=1)].max(initial=0.0)
+    if "not certified" in message and carried > 10 * scene.tolerance * force:
+        return CONFIRMED, f"rounding in forces of supports is {carried / force:.1e} of the forces"
+    if not findings:
+        return REFUTED, f"a solution exists (residual {found.residual:.1e})"
+    kinds = {f.kind for f in findings}
+    if found.converged and kinds <= ROUNDED:
+        return CONFIRMED, f"stored displacements do not hold it: {findings[0]}"
+    size = np.ptp(scene.points, axis=0).max()
+    if found.drift > 1e3 * size:
+        return CONFIRMED, f"loads push a body on and on: {found.drift / size:.1e} times its size"
+    lost = lost.max() / 32
+    if lost > 10 * scene.tolerance * force:
+        return CONFIRMED, f"a last place of the displacements is {lost / force:.1e} of the forces"
+    lost = np.finfo(float).eps * increment.body.condition
+    if lost > 10 * scene.tolerance:
+        return CONFIRMED, f"rounding times the condition of the stiffness is {lost:.1e}"
+    if left > 1e-9:
+        return CONFIRMED, f"no reactions with the normals of now balance the loads: {left:.1e} left"
+    return OPEN, f"the slow solver came to {found.residual:.1e}: {findings[0]}"
+
+
+ROUNDED = {"out of balance", "support forces are rounding by", "support force wrong by"}
+
+
+def prescribed_pull(increment):
+    """Loads that prescribed motion puts on free motions: none, for they are rigid."""
+    return np.zeros_like(increment.before)
+
+
+def judge_solution(scene, path, increment, solution, step, time, start, held_tangents):
+    """Findings on an own solution by the same laws, without any excuse of rounding."""
+    stored = as_stored(scene, increment, solution, step, start + time)
+    judge = Judge(scene, stored, held_tangents, strict=True)
+    judge.path = path
+    judge.judge_increment(0, time, increment.before)
+    return judge.findings
+
+
+def as_stored(scene, increment, solution, step, time):
+    """A solution in the shape of laws.Stored, one increment long."""
+    u = solution.u
+    pressed = np.zeros_like(u)
+    pairs = {}
+    for index, pair in enumerate(scene.pairs):
+        obstacle = scene.obstacles[pair.obstacle]
+        rows = scene.side_rows(pair.part, pair.side)
+        force = solution.forces[index]
+        np.add.at(pressed, rows, force)
+        if obstacle.reference is not None:
+            pressed[obstacle.reference] -= force.sum(axis=0)
+        gap, normal, _ = locate(
+            obstacle, scene.points[rows], u[rows], shift_of(obstacle, u), increment.added[rows]
+        )
+        frames = np.array([frame_of(n, np.ones(3, dtype=bool)) for n in normal])
+        moved = u[rows] - increment.before[rows]
+        if obstacle.reference is not None:
+            moved = moved - (u - increment.before)[obstacle.reference]
+        slip = np.einsum("pki,pi->pk", frames, moved)[:, 1:]
+        reaction = np.einsum("pki,pi->pk", frames, force)
+        limit = pair.friction * reaction[:, 0]
+        size = np.linalg.norm(reaction[:, 1:], axis=1)
+        status = np.where(reaction[:, 0] <= 0, 0, np.where(size < limit * (1 - 1e-9), 1, 2))
+        part = scene.parts[pair.part]
+        pairs[f"{part.name}-{pair.side}:{obstacle.name}"] = {
+            "rows": rows, "frame": frames[None], "reaction": reaction[None], "gap": gap[None],
+            "slip_increment": slip[None], "status": status[None],
+            "resultant": force.sum(axis=0)[None], "friction": pair.friction,
+        }  # fmt: skip
+    residual = scene.bricks().internal_force(u) - increment.loads - pressed
+    supports = np.where(increment.held, residual, 0.0)
+    contact = pressed.copy()
+    return SimpleNamespace(
+        finished=1, step=np.array([step + 1]), time=np.array([time]), certified=np.ones(1),
+        status="finished", places=scene.points, u=u[None], supports=supports[None],
+        contact_force=contact[None], pairs=pairs,
+    )  # fmt: skip

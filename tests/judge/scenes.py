@@ -1,0 +1,367 @@
+"""A scene as its generator knows it, and the deck that says the same to the program."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from bricks import FACES, Bricks
+
+PLANE, SPHERE, CYLINDER = "PLANE", "SPHERE", "CYLINDER"
+EPS = np.finfo(float).eps
+
+
+@dataclass
+class Material:
+    """A material; `density` None where nothing has weight."""
+
+    young: float
+    poisson: float
+    density: float | None = None
+
+
+@dataclass
+class Part:
+    """A body: bricks on a grid, written as *BLOCK or as *NODE and *ELEMENT.
+
+    `rows` are its points and `bricks` its bricks, as ranges of the scene's; `sides` the faces
+    [(brick, 0..5)] of its six sides by name (XMIN, ...).
+    """
+
+    name: str
+    element: str
+    explicit: bool
+    cells: tuple
+    corner: np.ndarray
+    size: np.ndarray
+    rows: range
+    bricks: range
+    sides: dict
+    material: list  # of each brick
+
+
+@dataclass
+class Obstacle:
+    """A rigid obstacle; `reference` is the row of its reference node, None at rest."""
+
+    name: str
+    kind: str
+    point: np.ndarray
+    direction: np.ndarray | None = None
+    radius: float = 0.0
+    inner: bool = False
+    reference: int | None = None
+
+
+@dataclass
+class Pair:
+    """A slave surface, by part and side, and the index of an obstacle."""
+
+    part: int
+    side: str
+    obstacle: int
+    friction: float
+
+
+@dataclass
+class Boundary:
+    """Displacements: points (rows), direction 0..2, value, amplitude (index or None)."""
+
+    rows: list
+    dof: int
+    value: float
+    amplitude: int | None = None
+    name: str | None = None  # of the set that has these rows
+
+
+@dataclass
+class Force:
+    """A force on each of `rows`, direction 0..2."""
+
+    rows: list
+    dof: int
+    value: float
+    amplitude: int | None = None
+    name: str | None = None
+
+
+@dataclass
+class Pressure:
+    """A pressure on a side of a part; by *DLOAD face by face, or by *DSLOAD."""
+
+    part: int
+    side: str
+    value: float
+    amplitude: int | None = None
+    by_faces: bool = False
+
+
+@dataclass
+class Gravity:
+    """An acceleration on the bricks of a part, along `direction` (of any length)."""
+
+    part: int
+    value: float
+    direction: np.ndarray
+    amplitude: int | None = None
+
+
+@dataclass
+class Step:
+    """A *STEP; `new` holds the keywords whose earlier loads end with it."""
+
+    period: float
+    increments: int
+    direct: bool
+    boundaries: list = field(default_factory=list)
+    forces: list = field(default_factory=list)
+    pressures: list = field(default_factory=list)
+    gravity: list = field(default_factory=list)
+    new: set = field(default_factory=set)
+
+
+@dataclass
+class Scene:
+    """All of a deck. `points` (N, 3) and `ids` (N,) are in the order of the deck."""
+
+    seed: int
+    points: np.ndarray
+    ids: np.ndarray
+    nodes: np.ndarray  # (E, 8) rows
+    types: np.ndarray  # (E,)
+    material: np.ndarray  # (E,)
+    materials: list
+    parts: list
+    obstacles: list
+    pairs: list
+    amplitudes: list  # of (times, values)
+    steps: list
+    gaps: dict = field(default_factory=dict)  # (part, side) -> added gap
+    controls: dict = field(default_factory=dict)
+    precision: dict = field(default_factory=dict)
+    brick_ids: np.ndarray | None = None
+    kind: str = ""
+
+    @property
+    def tolerance(self):
+        """Of the contact solver."""
+        return float(self.controls.get("TOLERANCE", 1e-8))
+
+    def bricks(self):
+        """The finite elements, made once."""
+        if not hasattr(self, "_bricks"):
+            young = [self.materials[m].young for m in self.material]
+            poisson = [self.materials[m].poisson for m in self.material]
+            self._bricks = Bricks(self.points, self.nodes, self.types, young, poisson)
+        return self._bricks
+
+    def side_rows(self, part, side):
+        """The points of a side of a part, sorted."""
+        faces = self.parts[part].sides[side]
+        return np.unique([self.nodes[b][list(FACES[f])] for b, f in faces])
+
+    def bodies(self):
+        """The rows of each body: what bricks connect."""
+        body = np.full(len(self.points), -1)
+        for nodes in self.nodes:
+            known = sorted({b for b in body[nodes] if b >= 0})
+            body[nodes] = known[0] if known else body.max() + 1
+            for other in known[1:]:
+                body[body == other] = known[0]
+        return [np.flatnonzero(body == b) for b in np.unique(body[body >= 0])]
+
+    def references(self):
+        """The rows of reference nodes."""
+        return sorted({o.reference for o in self.obstacles if o.reference is not None})
+
+    def added_gaps(self):
+        """What *CONTACT GAP adds at each point, (N,)."""
+        out = np.zeros(len(self.points))
+        for (part, side), gap in self.gaps.items():
+            out[self.side_rows(part, side)] += gap
+        return out
+
+
+def number(x):
+    """A number with all its digits."""
+    return repr(float(x))
+
+
+def listed(values):
+    """Numbers or ids in lines of ten."""
+    values = [str(v) for v in values]
+    return [", ".join(values[i : i + 10]) for i in range(0, len(values), 10)]
+
+
+class DeckWriter:
+    """The text of a scene."""
+
+    def __init__(self, scene):
+        self.scene = scene
+        self.lines = []
+        self.sets = {}  # tuple of rows -> name, written by *NSET before they are used
+
+    def text(self):
+        """The whole deck."""
+        scene = self.scene
+        self.add("*HEADING", f"Random scene {scene.seed}: {scene.kind}")
+        for part in scene.parts:
+            self.write_part(part)
+        self.write_references()
+        self.write_materials()
+        self.write_contact()
+        for index, (times, values) in enumerate(scene.amplitudes):
+            self.add(f"*AMPLITUDE, NAME=A{index}")
+            pairs = [number(x) for pair in zip(times, values, strict=True) for x in pair]
+            for i in range(0, len(pairs), 8):
+                self.add(", ".join(pairs[i : i + 8]))
+        self.write_controls()
+        body = self.lines
+        self.lines = []
+        for step in scene.steps:
+            self.write_step(step)
+        steps, self.lines = self.lines, []
+        for rows, name in self.sets.items():
+            self.add(f"*NSET, NSET={name}", *listed(scene.ids[list(rows)]))
+        return "\n".join([*body, *self.lines, *steps]) + "\n"
+
+    def add(self, *lines):
+        self.lines += lines
+
+    def write_part(self, part):
+        scene = self.scene
+        if not part.explicit:
+            nx, ny, nz = part.cells
+            self.add(f"*BLOCK, NAME={part.name}, TYPE={part.element}, NX={nx}, NY={ny}, NZ={nz}")
+            self.add(", ".join(number(x) for x in (*part.corner, *part.size)))
+            return
+        self.add("*NODE")
+        for row in part.rows:
+            self.add(f"{scene.ids[row]}, " + ", ".join(number(x) for x in scene.points[row]))
+        self.add(f"*ELEMENT, TYPE={part.element}, ELSET={part.name}")
+        for brick in part.bricks:
+            ids = ", ".join(str(i) for i in scene.ids[scene.nodes[brick]])
+            self.add(f"{scene.brick_ids[brick]}, {ids}")
+        index = scene.parts.index(part)
+        for side, faces in part.sides.items():
+            self.add(f"*NSET, NSET={part.name}-{side}")
+            self.add(*listed(scene.ids[scene.side_rows(index, side)]))
+            self.add(f"*SURFACE, NAME={part.name}-{side}")
+            self.add(*[f"{scene.brick_ids[b]}, S{f + 1}" for b, f in faces])
+
+    def write_references(self):
+        scene = self.scene
+        rows = scene.references()
+        if rows:
+            self.add("*NODE")
+        for row in rows:
+            self.add(f"{scene.ids[row]}, " + ", ".join(number(x) for x in scene.points[row]))
+
+    def write_materials(self):
+        scene = self.scene
+        for index, one in enumerate(scene.materials):
+            self.add(f"*MATERIAL, NAME=M{index}", "*ELASTIC")
+            self.add(f"{number(one.young)}, {number(one.poisson)}")
+            if one.density is not None:
+                self.add("*DENSITY", number(one.density))
+        for part in scene.parts:
+            kinds = sorted(set(part.material))
+            for m in kinds:
+                name = part.name
+                if len(kinds) > 1:
+                    name = f"{part.name}-M{m}"
+                    chosen = [
+                        scene.brick_ids[b]
+                        for b, other in zip(part.bricks, part.material, strict=True)
+                        if other == m
+                    ]
+                    self.add(f"*ELSET, ELSET={name}", *listed(chosen))
+                self.add(f"*SOLID SECTION, ELSET={name}, MATERIAL=M{m}")
+
+    def write_contact(self):
+        scene = self.scene
+        for one in scene.obstacles:
+            options = f"*OBSTACLE, NAME={one.name}, TYPE={one.kind}"
+            if one.inner:
+                options += ", INNER"
+            if one.reference is not None:
+                options += f", REF NODE={scene.ids[one.reference]}"
+            data = [*one.point]
+            if one.direction is not None:
+                data += [*one.direction]
+            if one.kind != PLANE:
+                data.append(one.radius)
+            self.add(options, ", ".join(number(x) for x in data))
+        for index, pair in enumerate(scene.pairs):
+            self.add(f"*SURFACE INTERACTION, NAME=I{index}")
+            if pair.friction:
+                self.add("*FRICTION", number(pair.friction))
+            self.add(f"*CONTACT PAIR, INTERACTION=I{index}")
+            self.add(f"{self.pair_name(pair).replace(':', ', ')}")
+        for (part, side), gap in scene.gaps.items():
+            self.add("*CONTACT GAP", f"{scene.parts[part].name}-{side}, {number(gap)}")
+
+    def pair_name(self, pair):
+        """The name of a pair's results."""
+        return f"{self.scene.parts[pair.part].name}-{pair.side}:" + (
+            self.scene.obstacles[pair.obstacle].name
+        )
+
+    def write_controls(self):
+        for keyword, options in (
+            ("*CONTACT SOLVER", self.scene.controls),
+            ("*PRECISION", self.scene.precision),
+        ):
+            if options:
+                values = [v if isinstance(v, str) else number(v) for v in options.values()]
+                words = [f"{k}={v}" for k, v in zip(options, values, strict=True)]
+                self.add(", ".join([keyword, *words]))
+
+    def set_of(self, rows, name):
+        """A name or an id for some points."""
+        if name is not None:
+            return name
+        if len(rows) == 1:
+            return str(self.scene.ids[rows[0]])
+        return self.sets.setdefault(tuple(rows), f"SET{len(self.sets)}")
+
+    def write_step(self, step):
+        self.add("*STEP", "*STATIC, DIRECT" if step.direct else "*STATIC")
+        self.add(f"{number(step.period / step.increments)}, {number(step.period)}")
+        written = set()
+
+        def card(keyword, amplitude):
+            text = keyword
+            if amplitude is not None:
+                text += f", AMPLITUDE=A{amplitude}"
+            if keyword in step.new and keyword not in written:
+                text += ", OP=NEW"
+                written.add(keyword)
+            self.add(text)
+
+        for one in step.boundaries:
+            card("*BOUNDARY", one.amplitude)
+            place = self.set_of(one.rows, one.name)
+            self.add(f"{place}, {one.dof + 1}, {one.dof + 1}, {number(one.value)}")
+        for one in step.forces:
+            card("*CLOAD", one.amplitude)
+            self.add(f"{self.set_of(one.rows, one.name)}, {one.dof + 1}, {number(one.value)}")
+        for one in step.pressures:
+            part = self.scene.parts[one.part]
+            if one.by_faces:
+                card("*DLOAD", one.amplitude)
+                for brick, face in part.sides[one.side]:
+                    self.add(f"{self.scene.brick_ids[brick]}, P{face + 1}, {number(one.value)}")
+            else:
+                card("*DSLOAD", one.amplitude)
+                self.add(f"{part.name}-{one.side}, P, {number(one.value)}")
+        for one in step.gravity:
+            card("*DLOAD", one.amplitude)
+            along = ", ".join(number(x) for x in one.direction)
+            self.add(f"{self.scene.parts[one.part].name}, GRAV, {number(one.value)}, {along}")
+        for keyword in sorted(step.new - written):
+            self.add(f"{keyword}, OP=NEW")
+        self.add("*END STEP")
+
+
+def deck_of(scene):
+    """The deck of a scene, as text."""
+    return DeckWriter(scene).text()

@@ -1,0 +1,474 @@
+"""A slow solver of its own: one increment on dense matrices, to see whether a solution exists.
+
+Reactions and rigid motions are found by a semi-smooth Newton method on all of
+
+    x = W r + G a + x_0,      G^T r + q = 0,      Signorini's and Coulomb's laws between x and r,
+
+and where that fails from what a proximal iteration with Gauss-Seidel projections comes to,
+where `W` comes from the dense stiffness with its rigid motions shifted away. Not fast, not robust
+in every case: where it finds nothing, that proves nothing.
+"""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from obstacles import locate, shift_of
+
+EXTENDED = np.longdouble
+
+
+@dataclass
+class Solution:
+    """Displacements (N, 3), and reactions (P, 3) in space of every pair's points."""
+
+    u: np.ndarray
+    forces: list
+    converged: bool
+    residual: float
+    drift: float  # how far loads that nothing holds pushed bodies on
+
+
+class Body:
+    """The stiffness of a scene with some directions held, and its free rigid motions."""
+
+    def __init__(self, scene, held):
+        self.scene = scene
+        bricks = scene.bricks()
+        self.stiffness = bricks.stiffness()
+        used = np.zeros(held.shape, dtype=bool)
+        used[np.unique(scene.nodes)] = True
+        used[scene.references()] = True
+        self.free = np.flatnonzero((used & ~held).ravel())
+        self.motions = rigid_motions(scene, held)[self.free]  # (n, m), orthonormal
+        k = self.stiffness[np.ix_(self.free, self.free)]
+        scale = np.sqrt(np.maximum(np.diag(k), 0))
+        typical = np.median(scale[scale > 0]) if np.any(scale > 0) else 1.0
+        self.scale = np.where(scale > 0, scale, typical)
+        # In scaled unknowns the motions are other ones.
+        turned = self.scale[:, None] * self.motions
+        basis, _ = np.linalg.qr(turned) if turned.size else (turned, None)
+        self.basis = basis
+        shifted = k / np.outer(self.scale, self.scale) + basis @ basis.T
+        values = np.linalg.eigvalsh(shifted)
+        self.condition = float(values.max() / max(values.min(), 1e-300)) if len(values) else 1.0
+        self.inverse = np.linalg.pinv(shifted, rcond=1e-15, hermitian=True)
+
+    def balanced(self, force):
+        """`force` (n,) less what `solve` leaves out of it: its part along rigid motions."""
+        return force - self.scale * (self.basis @ (self.basis.T @ (force / self.scale)))
+
+    def solve(self, force):
+        """Displacements (n, ...) of the free directions, but for rigid motions."""
+        scale = self.scale if force.ndim == 1 else self.scale[:, None]
+        return self.inverse @ (force / scale) / scale
+
+
+def rigid_motions(scene, held):
+    """Orthonormal (3N, m): motions of bodies and reference nodes that nothing held hinders."""
+    columns = []
+    groups = [(rows, 6) for rows in scene.bodies()]
+    groups += [(np.array([r]), 3) for r in scene.references()]
+    for rows, number in groups:
+        arm = scene.points[rows] - scene.points[rows].mean(axis=0)
+        arm = arm / (np.abs(arm).max() or 1.0)
+        modes = np.zeros((*scene.points.shape, number))
+        for i in range(3):
+            modes[rows, i, i] = 1.0
+            if number == 6:
+                modes[rows, :, 3 + i] = np.cross(np.eye(3)[i], arm)
+        modes = modes.reshape(-1, number)
+        modes, _ = np.linalg.qr(modes)
+        fixed = modes[held.ravel()]
+        if len(fixed):
+            _, s, v = np.linalg.svd(fixed)
+            modes = modes @ v[int(np.sum(s > 1e-9)) :].T
+        columns.append(modes)
+    if not columns:
+        return np.zeros((scene.points.size, 0))
+    return np.hstack(columns)
+
+
+class Increment:
+    """One increment: from displacements `before` to the supports and loads at its end."""
+
+    def __init__(self, scene, before, supports, loads, held_tangents, body=None):
+        self.scene, self.before, self.loads = scene, before, loads
+        self.held = np.zeros(before.shape, dtype=bool)
+        self.target = np.zeros(before.shape)
+        for key, (value, *_) in supports.items():
+            self.held[key] = True
+            self.target[key] = value
+        self.held_tangents = held_tangents
+        if body is None or not np.array_equal(body.held, self.held):
+            body = Body(scene, self.held)
+            body.held = self.held
+        self.body = body
+        self.added = scene.added_gaps()
+        self.points = []  # (pair index, row, obstacle)
+        for index, pair in enumerate(scene.pairs):
+            obstacle = scene.obstacles[pair.obstacle]
+            for row in scene.side_rows(pair.part, pair.side):
+                self.points.append((index, int(row), obstacle, pair.friction))
+
+    # -- geometry -----------------------------------------------------------------------------
+
+    def place(self, u):
+        """Rows B (3P, n) in frames at `u`, frames, gaps, and which rows count."""
+        free = self.body.free
+        column = np.full(u.size, -1)
+        column[free] = np.arange(len(free))
+        count = len(self.points)
+        b = np.zeros((3 * count, len(free)))
+        frames = np.zeros((count, 3, 3))
+        gaps = np.zeros(count)
+        counts = np.ones((count, 3), dtype=bool)
+        for p, (_, row, obstacle, mu) in enumerate(self.points):
+            gap, normal, _ = locate(
+                obstacle, self.scene.points[[row]], u[[row]], shift_of(obstacle, u), self.added[row]
+            )
+            gaps[p] = gap[0]
+            movable = ~self.held[row]
+            if obstacle.reference is not None:
+                movable = movable | ~self.held[obstacle.reference]
+            frames[p] = frame_of(normal[0], movable)
+            for k in range(3):
+                for i in range(3):
+                    if column[3 * row + i] >= 0:
+                        b[3 * p + k, column[3 * row + i]] += frames[p, k, i]
+                    if obstacle.reference is not None:
+                        at = column[3 * obstacle.reference + i]
+                        if at >= 0:
+                            b[3 * p + k, at] -= frames[p, k, i]
+            reach = np.linalg.norm(frames[p] * movable, axis=1) > 1e-9
+            if not reach[0]:
+                counts[p] = False
+            elif mu == 0:
+                counts[p, 1:] = False
+            elif not self.held_tangents:
+                counts[p, 1:] = reach[1:]
+        return b, frames, gaps, counts
+
+    def relative(self, u):
+        """Motions (P, 3) of the points from the start of the increment, less their obstacle's."""
+        moved = u - self.before
+        out = np.array([moved[row] for _, row, _, _ in self.points]).reshape(-1, 3)
+        for p, (_, _, obstacle, _) in enumerate(self.points):
+            if obstacle.reference is not None:
+                out[p] -= moved[obstacle.reference]
+        return out
+
+    # -- solution -----------------------------------------------------------------------------
+
+    def solve(self, tolerance, seed=0, seconds=20.0):
+        """The best Solution found; after so many seconds nothing new is begun."""
+        deadline = time.monotonic() + seconds
+        rng = np.random.default_rng(seed)
+        u = np.where(self.held, self.target, self.before)
+        force = np.zeros((len(self.points), 3))
+        curved = any(o.kind != "PLANE" for _, _, o, _ in self.points)
+        best, close = None, 0
+        for _ in range(40 if curved else 4):
+            problem = Problem(self, u, force)
+            r, a, residual, drift = problem.solve(tolerance, rng, deadline)
+            new, force = problem.displacements(r, a), problem.forces(r)
+            moved = np.abs(new - u).max()
+            done = residual <= tolerance
+            if best is None or done or residual < best.residual:
+                best = Solution(new, self.by_pair(force), done, residual, drift)
+            if drift > 0 or time.monotonic() > deadline:
+                break
+            u = new
+            # Once more from where nothing moves: that is refinement.
+            size = max(np.abs(u - self.before).max(), np.ptp(u, axis=0).max())
+            close += moved <= 1e-9 * size
+            if close == 3:
+                break
+        return best
+
+    def by_pair(self, force):
+        """Forces (P, 3) of all points as a list, a pair each."""
+        index = np.array([i for i, *_ in self.points], dtype=int)
+        return [force[index == i] for i in range(len(self.scene.pairs))]
+
+
+def frame_of(normal, movable):
+    """Rows n, t1, t2; a tangent along which nothing can move is one of them."""
+    across = np.eye(3) - np.outer(normal, normal)
+    *_, v = np.linalg.svd(across @ np.diag(movable.astype(float)) @ across + 1e-3 * across)
+    first = v[0] - normal * (v[0] @ normal)
+    first /= np.linalg.norm(first)
+    return np.array([normal, first, np.cross(normal, first)])
+
+
+class Contact:
+    """Reactions r (n) and motions a (m) of x = W r + G a + x_0 and G^T r + q = 0 in the law.
+
+    `sizes` are the forces of the bodies, `of` the body of each row of r and of each motion: a small
+    body beside a large one is solved to its own measure.
+    """
+
+    def __init__(self, w, g, x, q, mu, counts, sizes, of):
+        self.w, self.g, self.x, self.q = w, g, x, q
+        self.mu, self.counts, self.sizes, self.of = mu, counts, sizes, of
+        blocks = np.einsum("pkpk->p", w.reshape(len(mu), 3, len(mu), 3))
+        if not g.size:
+            soft = np.median(blocks[blocks > 0]) if np.any(blocks > 0) else 1.0
+        else:
+            soft = self.soft()
+            blocks = blocks + self.theta() * (g.reshape(len(mu), 3, -1) ** 2).sum(axis=(1, 2))
+        self.rho = 1 / np.where(blocks > 0, blocks, soft)
+
+    def soft(self):
+        """A typical compliance."""
+        diagonal = np.diag(self.w)
+        positive = diagonal[diagonal > 0]
+        return float(np.median(positive)) if len(positive) else 1.0
+
+    def theta(self):
+        """How stiffly the proximal iteration holds rigid motions at first."""
+        largest = (self.g**2).sum(axis=1).max(initial=0.0)
+        return 3 * self.soft() / largest if largest > 0 else 0.0
+
+    def natural_map(self, r, x):
+        """Z (3P,) of Alart and Curnier; 0 at a solution."""
+        r, x = r.reshape(-1, 3), x.reshape(-1, 3)
+        y = r - self.rho[:, None] * x
+        normal = np.maximum(0, y[:, 0])
+        radius = self.mu * normal
+        size = np.linalg.norm(y[:, 1:] * self.counts[:, 1:], axis=1)
+        share = np.where(size > radius, radius / np.where(size > 0, size, 1), 1.0)
+        out = r - np.column_stack([normal, share[:, None] * y[:, 1:]])
+        return np.where(self.counts, out, r).ravel()
+
+    def residual(self, r, a):
+        """Size of what is not fulfilled, over that of the forces."""
+        z = self.natural_map(r, self.w @ r + self.g @ a + self.x)
+        e = self.g.T @ r + self.q
+        return float(np.linalg.norm(np.concatenate([z, e]) / self.scale(r)))
+
+    def scale(self, r):
+        """The measure (n + m) of each equation: the largest force of its body."""
+        sizes = self.sizes.copy()
+        np.maximum.at(sizes, self.of[: len(r)], np.abs(r))
+        return sizes[self.of]
+
+    def projection_slopes(self, y):
+        """Derivative (3P, 3P) of the projection at y = r - rho x."""
+        n = y.size
+        p = np.zeros((n, n))
+        for i, (one, mu) in enumerate(zip(y.reshape(-1, 3), self.mu, strict=True)):
+            if not self.counts[i, 0] or one[0] <= 0:
+                continue
+            block = np.zeros((3, 3))
+            block[0, 0] = 1.0
+            radius = mu * one[0]
+            both = self.counts[i, 1:].astype(float)
+            t = one[1:] * both
+            length = np.hypot(*t)
+            if length <= radius:
+                block[1:, 1:] = np.diag(both)
+            else:
+                t = t / length
+                side = np.eye(2) - np.outer(t, t)
+                block[1:, 1:] = radius / length * side * np.outer(both, both)
+                block[1:, 0] = mu * t
+            p[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = block
+        return p
+
+    def newton(self, r, a, goal, limit=60):
+        """Semi-smooth Newton steps from (r, a); (r, a, residual) of the best."""
+        n, m = len(r), len(a)
+        unit = self.rho.repeat(3)
+        best = current = (r, a, self.residual(r, a))
+        for _ in range(limit):
+            r, a, size = current
+            if size <= goal:
+                break
+            x = self.w @ r + self.g @ a + self.x
+            p = self.projection_slopes(r - unit * x)
+            across = p * unit[None, :]
+            matrix = np.block([[np.eye(n) - p + across @ self.w, across @ self.g],
+                               [self.g.T, np.zeros((m, m))]])  # fmt: skip
+            right = -np.concatenate([self.natural_map(r, x), self.g.T @ r + self.q])
+            measure = self.scale(r)
+            matrix = matrix / measure[:, None]
+            columns = np.linalg.norm(matrix, axis=0)
+            columns[columns == 0] = 1.0
+            step = np.linalg.lstsq(matrix / columns, right / measure, rcond=1e-13)[0] / columns
+            trials = []
+            for share in (1.0, 0.5, 0.25, 0.1, 0.02):
+                trial = (r + share * step[:n], a + share * step[n:])
+                trials.append((*trial, self.residual(*trial)))
+                if trials[-1][2] < (1 - 0.1 * share) * size:
+                    break
+            current = min(trials, key=lambda t: t[2])
+            if not np.isfinite(current[2]):
+                break
+            if current[2] < best[2]:
+                best = current
+            elif current[2] >= size:
+                break
+        return best
+
+    def sweep(self, r, sweeps):
+        """Gauss-Seidel projections without motions."""
+        r = r.copy()
+        for _ in range(sweeps):
+            for p in range(len(self.mu)):
+                if not self.counts[p, 0]:
+                    continue
+                at = slice(3 * p, 3 * p + 3)
+                x = self.w[at] @ r + self.x[at]
+                y = r[at] - self.rho[p] * np.where(self.counts[p], x, 0)
+                normal = max(0.0, y[0])
+                tangent = y[1:] * self.counts[p, 1:]
+                size, radius = np.hypot(*tangent), self.mu[p] * normal
+                if size > radius:
+                    tangent = tangent * (radius / size)
+                r[at] = (normal, *tangent)
+        return r
+
+    def held(self, centre, theta):
+        """The same with rigid motions held by springs 1/theta at `centre`: no motions are left."""
+        w = self.w + theta * self.g @ self.g.T
+        x = self.x + self.g @ (centre + theta * self.q)
+        off = ~self.counts.ravel()
+        w[off], w[:, off] = 0, 0
+        nothing = np.zeros((len(x), 0))
+        of = self.of[: len(x)]
+        return Contact(w, nothing, x, np.zeros(0), self.mu, self.counts, self.sizes, of)
+
+    def solve_held(self, r, goal, sweeps):
+        """(r, residual) where there are no motions."""
+        nothing = np.zeros(0)
+        best = self.newton(r, nothing, goal)
+        for attempt in range(4):
+            if best[2] <= goal:
+                break
+            found = self.newton(self.sweep(best[0], sweeps * 2**attempt), nothing, goal)
+            if found[2] < best[2]:
+                best = found
+        return best[0], best[2]
+
+    def proximal(self, r, a, goal, deadline, steps=50, sweeps=50):
+        """Springs that follow the motions: (r, a, residual, how far the motions ran away).
+
+        Where the springs' forces do not vanish however far they follow, loads push on for ever.
+        """
+        theta, drift = self.theta(), 0.0
+        best = (r, a, self.residual(r, a))
+        if not self.g.size:
+            r, left = self.solve_held(r, goal, 4 * sweeps)
+            return r, a, left, 0.0
+        for step in range(steps):
+            r, left = self.held(a, theta).solve_held(r, goal, sweeps)
+            e = self.g.T @ r + self.q
+            a = a + theta * e
+            size = self.residual(r, a)
+            if size < best[2]:
+                best = (r, a, size)
+            if size <= goal or time.monotonic() > deadline:
+                break
+            if left <= 1e3 * goal and np.linalg.norm(e) > 1e-6 * np.linalg.norm(self.q):
+                drift = max(drift, float(np.linalg.norm(self.g @ a, np.inf)))
+            else:
+                drift = 0.0
+            theta *= 3 if step % 3 == 2 else 1
+        return (*best, drift)
+
+
+class Problem(Contact):
+    """The contact problem of an increment, linearised at displacements `u`."""
+
+    def __init__(self, increment, u, force):
+        """`force` (P, 3): reactions that act at `u` already; the new ones are found beside them."""
+        self.increment = increment
+        body, scene = increment.body, increment.scene
+        bricks = scene.bricks()
+        b, self.frames, gaps, counts = increment.place(u)
+        off = ~counts.ravel()
+        self.known = np.where(counts, np.einsum("pki,pi->pk", self.frames, force), 0.0).ravel()
+        pressed = increment.loads.ravel().copy()
+        pressed[body.free] += b.T @ self.known
+        # Displacements under loads, supports and these reactions, refined: stiff parts move far.
+        base = np.where(increment.held, increment.target, u).ravel()
+        elastic = bricks.internal_force(base.reshape(u.shape))
+        q = body.motions.T @ (increment.loads - elastic).ravel()[body.free]
+        # Less than this is rounding of loads that balance, motion by motion: bodies differ.
+        behind = (np.abs(increment.loads) + np.abs(elastic)).ravel()[body.free]
+        behind = np.abs(body.motions).T @ behind
+        q[np.abs(q) <= 1e-13 * behind] = 0.0
+        for _ in range(3):
+            left = pressed - bricks.internal_force(base.reshape(u.shape)).ravel()
+            base[body.free] += body.solve(body.balanced(left[body.free]))
+        self.base = base.reshape(u.shape)
+        acting = np.maximum(np.abs(increment.loads), np.abs(bricks.internal_force(self.base)))
+        self.response = body.solve(b.T)
+        w = b @ self.response
+        relative = increment.relative(self.base)
+        x = np.einsum("pki,pi->pk", self.frames, relative)
+        x[:, 0] = gaps + np.einsum("pi,pi->p", self.frames[:, 0], relative - increment.relative(u))
+        g = b @ body.motions
+        # Rows that do not count have no reaction.
+        w[off], w[:, off], g[off] = 0, 0, 0
+        mu = np.array([mu for *_, mu in increment.points])
+        groups = [*scene.bodies(), *[np.array([r]) for r in scene.references()]]
+        group = np.full(len(u), -1)
+        for number, rows in enumerate(groups):
+            group[rows] = number
+        every = np.repeat([group[row] for _, row, _, _ in increment.points], 3).astype(int)
+        owners = group[body.free[np.abs(body.motions).argmax(axis=0)] // 3]
+        self.of = np.concatenate([every, owners]).astype(int)
+        # Beside nothing that acts yet: what rounding makes of a motion.
+        moved = np.abs(self.base - increment.before).max() + np.abs(x).max(initial=0.0)
+        diagonal = np.diag(w)
+        sizes = np.zeros(len(groups))
+        for number, rows in enumerate(groups):
+            soft = diagonal[(every == number) & (diagonal > 0)]
+            floor = 1e-10 * moved / np.median(soft) if len(soft) else 0.0
+            sizes[number] = max(acting[rows].max(), floor)
+        sizes[sizes == 0] = sizes.max() or 1.0
+        super().__init__(w, g, x.ravel() - w @ self.known, q, mu, counts, sizes, self.of)
+
+    def solve(self, tolerance, rng, deadline):
+        """(r, a, residual, drift), the best of several starts."""
+        n = len(self.x)
+        r, a = self.known, np.zeros(self.g.shape[1])
+        if not self.counts.any():
+            return r, a, self.residual(r, a), 0.0
+        goal = 0.01 * tolerance
+        # To rounding: bodies with small forces have no part in the largest.
+        best = self.newton(r, a, 1e-3 * goal)
+        drift = 0.0
+        for attempt in range(4):
+            if best[2] <= goal or drift > 0 or time.monotonic() > deadline:
+                break
+            start = (np.zeros(n), np.zeros_like(a)) if attempt == 0 else best[:2]
+            if attempt == 2:
+                start = (start[0] * (1 + 0.1 * rng.normal(size=n)), start[1])
+            sweeps = 30 * (attempt + 1)
+            *found, drift = self.proximal(*start, goal, deadline, sweeps=sweeps)
+            if drift == 0:
+                found = self.newton(*found[:2], 1e-3 * goal)
+            if found[2] < best[2]:
+                best = tuple(found)
+        return (*best, drift if best[2] > goal else 0.0)
+
+    def displacements(self, r, a):
+        """All displacements (N, 3)."""
+        u = self.base.ravel().copy()
+        body = self.increment.body
+        u[body.free] += self.response @ (r - self.known) + body.motions @ a
+        return u.reshape(self.base.shape)
+
+    def forces(self, r):
+        """Reactions in space (P, 3)."""
+        local = np.where(self.counts, r.reshape(-1, 3), 0.0)
+        # Exactly in their cones; rounding is none.
+        rounding = 1e-14 * self.scale(r)[: len(r) : 3]
+        local[:, 0] = np.where(local[:, 0] > rounding, local[:, 0], 0.0)
+        size = np.linalg.norm(local[:, 1:], axis=1)
+        radius = self.mu * local[:, 0]
+        local[:, 1:] *= np.where(size > radius, radius / np.where(size > 0, size, 1), 1)[:, None]
+        return np.einsum("pk,pki->pi", local, self.frames)
