@@ -170,6 +170,12 @@ contains
       operators%inverse%compliance)
     condensed = norm_1(operators%inverse%compliance)
     call invert_schur(operators%inverse%compliance, error)
+    if (allocated(error)) then
+      if (.not. is_exact(scene%precision)) error%message = error%message//'; the factor ('// &
+        precision_in_words(scene%precision)//') is not exact: full rank and FACTOR=DOUBLE of '// &
+        '*PRECISION hold more'
+      return
+    end if
     operators%inverse%condition = max(diagonal_ratio(k), &
       condensed*norm_1(operators%inverse%compliance))
     call lap(clock, operators%seconds%condense)
