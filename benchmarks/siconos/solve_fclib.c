@@ -4,7 +4,7 @@
  *
  * SOLVER is a name of the table below (--list prints it), STORAGE of W is dense, blocks (3x3) or
  * sparse. The file is read with FCLIB's own library. Prints one line of `name=value` pairs: what Siconos says of
- * its solution (info 0: converged, iterations, its own error) and the wall time of its driver
+ * its solution (info 0: converged, iterations, its own error) and the processor time of its driver
  * alone. The reactions go to a file, one number a line, so that others can measure them by their
  * own definition. Status 0: the solver ran, converged or not; 1: it could not.
  */
@@ -53,7 +53,7 @@ static const struct choice *find(const char *name)
 static double now(void)
 {
   struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 

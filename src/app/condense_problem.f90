@@ -32,6 +32,7 @@ module condense_problem_mod
     real(wp) :: asymmetry = 0.0_wp               !! largest of W - W^T over largest of W [-]
     type(sparse_factor_t) :: factor              !! of M, global only
     real(wp) :: seconds = 0.0_wp                 !! for the solvers' scales, W^-1 among them
+    real(wp) :: processor_seconds = 0.0_wp       !! the same by the processor
   end type condensed_t
 
   interface
@@ -57,6 +58,7 @@ contains
     type(condensed_t), intent(inout) :: condensed
     type(error_t), allocatable, intent(out) :: error !! M or W cannot be used, no memory
     real(wp), allocatable :: w(:, :)
+    real(wp) :: processor
     integer :: n, i
 
     n = 3*given%n_points
@@ -80,9 +82,12 @@ contains
       if (allocated(error)) return
     end if
     call symmetrise(w, condensed%asymmetry)
+    call cpu_time(processor)
     condensed%seconds = wall_seconds()
     call make_rows(path, given, w, condensed%q, condensed%problem, error)
     condensed%seconds = wall_seconds() - condensed%seconds
+    call cpu_time(condensed%processor_seconds)
+    condensed%processor_seconds = condensed%processor_seconds - processor
   end subroutine condense_problem
 
   !> v = M^-1 (H r + f) of a global problem, and u = H^T v + w from it.

@@ -13,11 +13,26 @@ module refuse_unsolved_mod
   implicit none
   private
 
-  public :: refuse_unsolved, is_solved
+  public :: refuse_unsolved, is_solved, tolerance_in_reach
+
+  real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
 
   real(wp), parameter :: passable = 1.0e-3_wp !! worst error that some user may want to accept [-]
 
 contains
+
+  !> Which tolerance a result that is not far from its own would meet, in words; '' where it is far.
+  pure function tolerance_in_reach(needed, tolerance) result(words)
+    real(wp), intent(in) :: needed, tolerance !! residual reached, and asked for [-]
+    character(:), allocatable :: words
+    real(wp) :: power
+
+    words = ''
+    if (.not. (needed > 0.0_wp .and. needed <= reach*tolerance)) return
+    ! Rounded up to one digit, with room for another order of summation.
+    power = 10.0_wp**floor(log10(1.01_wp*needed))
+    words = '; a tolerance of '//to_text(ceiling(1.01_wp*needed/power)*power, 2)//' would be met'
+  end function tolerance_in_reach
 
   !> Whether an increment may stand.
   pure logical function is_solved(scene, report)
@@ -54,7 +69,9 @@ contains
       if (report%worst_point > 0) where_and_what = where_and_what//', largest at node '// &
         to_text(scene%mesh%node_id(plan%points%node(report%worst_point)))
       where_and_what = where_and_what//'; condition of the stiffness at least '// &
-        to_text(condition, 2)//')'
+        to_text(condition, 2)//')'// &
+        tolerance_in_reach(max(report%residual, 0.1_wp*worst_entry(report%certificate)), &
+          scene%contact%tolerance)
       if (scene%contact%local == local_uzawa .and. report%solver == solver_sweeps) then
         where_and_what = where_and_what//'; rho = '//to_text(scene%contact%rho)//' times its '// &
         'natural scale is outside the range in which Uzawa converges here: below 2, often less'

@@ -16,6 +16,7 @@ module solve_problem_mod
   use output_names_mod, only: keep_inputs, output_name
   use condense_problem_mod, only: condensed_t, condense_problem, motion_of, rank_of, imbalance_of
   use command_line_mod, only: options_t
+  use refuse_unsolved_mod, only: tolerance_in_reach
   use console_mod, only: console_t, open_console, say, print_lines, seconds_in_words
   use version_mod, only: version
   implicit none
@@ -41,7 +42,7 @@ contains
     type(certificate_t) :: certificate
     type(string_t) :: labels(2), lines(2)
     character(:), allocatable :: path
-    real(wp) :: seconds
+    real(wp) :: seconds, processor, processor_now !! of the solver, with what it prepares [s]
 
     console = open_console(options%quiet)
     path = output_name(options%output, solution_path(options%deck), '.hdf5')
@@ -53,12 +54,16 @@ contains
     if (allocated(error)) return
     call print_lines(console, describe(options%deck, given, condensed))
 
+    call cpu_time(processor)
     seconds = wall_seconds()
     call solve(given, condensed, options%controls, solution, report)
     seconds = wall_seconds() - seconds + condensed%seconds
+    call cpu_time(processor_now)
+    processor = processor_now - processor + condensed%processor_seconds
     call certify(given, condensed, options%controls, solution, certificate, error)
     if (allocated(error)) return
-    call add_facts(options%controls, report, certificate, condensed%asymmetry, seconds, solution)
+    call add_facts(options%controls, report, certificate, condensed%asymmetry, &
+      [seconds, processor], solution)
     lines(1)%text = solver_in_words(report)//': '//to_text(report%iterations)//' iterations, '// &
       to_text(report%local_iterations)//' local iterations, '//to_text(report%products)// &
       ' products, residual '//to_text(report%residual, 3)//', '//seconds_in_words(seconds)
@@ -156,7 +161,8 @@ contains
         return
       end if
       tighter = controls
-      tighter%tolerance = 0.3_wp*controls%tolerance
+      ! No more exactly than the asymmetry leaves of it.
+      tighter%tolerance = max(0.3_wp*controls%tolerance, condensed%asymmetry)
       start = 0.0_wp
       best = 0.0_wp
       total%residual = huge(last)
@@ -179,6 +185,7 @@ contains
         end if
         total%converged = total%residual <= controls%tolerance
         if (total%converged .or. total%residual > 0.5_wp*last) exit corrections
+        tighter%tolerance = max(0.3_wp*controls%tolerance, condensed%asymmetry*total%residual)
         x_free = u + reshape(condensed%q, shape(u)) - unpack_rows(problem, &
           relative_gaps(problem, 0.0_wp*pack_rows(problem, u), pack_rows(problem, r)))
       end do corrections
@@ -218,14 +225,14 @@ contains
     type(contact_controls_t), intent(in) :: controls
     type(contact_report_t), intent(in) :: report
     type(certificate_t), intent(in) :: certificate
-    real(wp), intent(in) :: asymmetry, seconds
+    real(wp), intent(in) :: asymmetry, seconds(2) !! [-]; wall and processor [s]
     type(fclib_solution_t), intent(inout) :: solution
 
     solution%solver = solver_in_words(report)
     solution%converged = report%converged
-    solution%fact_name = as_list([character(16) :: 'tolerance', 'residual', 'iterations', &
-      'local_iterations', 'products', 'seconds', 'asymmetry', 'penetration', 'adhesion', &
-      'complementarity', 'cone', 'law', 'equilibrium'])
+    solution%fact_name = as_list([character(17) :: 'tolerance', 'residual', 'iterations', &
+      'local_iterations', 'products', 'seconds', 'processor_seconds', 'asymmetry', &
+      'penetration', 'adhesion', 'complementarity', 'cone', 'law', 'equilibrium'])
     solution%fact = [controls%tolerance, report%residual, real(report%iterations, wp), &
       real(report%local_iterations, wp), real(report%products, wp), seconds, asymmetry, &
       certificate%penetration, certificate%adhesion, certificate%complementarity, &
@@ -250,7 +257,9 @@ contains
       to_text(options%controls%tolerance)//': '//solver_in_words(report)//' '// &
       ending_in_words(report)//' after '//to_text(report%iterations)// &
       ' iterations, residual '//to_text(report%residual, 3)//', largest at point '// &
-      to_text(report%worst_point)//'; the best found is in '//path)
+      to_text(report%worst_point)// &
+      tolerance_in_reach(report%residual, options%controls%tolerance)// &
+      '; the best found is in '//path)
   end subroutine close_run
 
   pure function solver_in_words(report) result(words)

@@ -4,7 +4,7 @@ module blas_mod
   implicit none
   private
 
-  public :: ddot, sdot, dasum, dsymv, dgemm
+  public :: ddot, sdot, dasum, dsymv, dsbmv, dgemm
 
   interface
     !> BLAS: scalar product.
@@ -43,6 +43,16 @@ module blas_mod
       real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
       real(wp), intent(inout) :: y(*)
     end subroutine dsymv
+
+    !> BLAS: y = alpha A x + beta y, A symmetric with k diagonals beside the main one.
+    subroutine dsbmv(uplo, n, k, alpha, a, lda, x, incx, beta, y, incy)
+      import :: wp
+      implicit none
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, k, lda, incx, incy
+      real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
+      real(wp), intent(inout) :: y(*)
+    end subroutine dsbmv
 
     !> BLAS: C = alpha op(A) op(B) + beta C.
     subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)

@@ -9,6 +9,7 @@
 module global_newton_mod
   use kinds_mod, only: wp
   use dense_mod, only: solve_dense
+  use banded_mod, only: solve_band
   use controls_mod, only: contact_controls_t, solver_global_newton, linear_auto, linear_gmres, &
     linear_direct
   use step_report_mod, only: ended_at_limit, ended_stalled
@@ -29,6 +30,7 @@ module global_newton_mod
   real(wp), parameter :: products_saved = 30.0_wp
   !! so is that of m among n rows where m^3 is up to so many n^2
   integer,  parameter :: largest_dense = 3000   !! rows up to which it replaces GMRES that fails
+  integer,  parameter :: band_share = 3         !! rows beside the width of a band that is worth it
   integer,  parameter :: exact_response = 1000  !! rows up to which responses are factorised
   integer,  parameter :: max_products = 400     !! largest Krylov space
   real(wp), parameter :: tightest_inner = 1.0e-3_wp  !! residuals of GMRES, relative [-]
@@ -233,6 +235,10 @@ contains
     logical :: reached
 
     allocate (dr(problem%n_rows))
+    if (allocated(problem%couplings%order) .and. controls%linear /= linear_gmres) then
+      call solve_as_band(problem, now, dr, reached)
+      if (reached) return
+    end if
     call find_moving(problem, now, moving)
     if (controls%linear == linear_gmres .or. &
         (controls%linear == linear_auto .and. .not. is_cheap(size(moving), problem%n_rows))) then
@@ -260,6 +266,100 @@ contains
     call solve_dense(j, b)
     dr(moving) = b
   end subroutine find_correction
+
+  !> The Newton correction where W is sparse: the moving rows, in the order of the couplings, make a
+  !> banded system.
+  subroutine solve_as_band(problem, now, dr, solved)
+    type(contact_problem_t), intent(in) :: problem
+    type(iterate_t), intent(in) :: now
+    real(wp), intent(inout) :: dr(:)     !! (n_rows) [force]
+    logical, intent(out) :: solved       !! not where the band is wide, or the system singular
+    real(wp), allocatable :: j(:, :), b(:)
+    integer :: place(problem%n_rows), points(problem%n_points), m, n, width, i, k, a, column, c
+    real(wp) :: of_point(3), block(3, 3)
+
+    call place_moving(problem, now, place, points, m, n, width)
+    solved = band_share*width <= m
+    if (.not. solved) return
+    allocate (j(3*width + 1, m), b(m))
+    j = 0.0_wp
+    ! Rows whose residual does not depend on x say dr = -Z at once.
+    dr = -now%z
+    do i = 1, n
+      associate (row => problem%row(:, points(i)), p => now%dz_dx(:, :, points(i)))
+        of_point = 0.0_wp
+        do k = problem%couplings%start(points(i)), problem%couplings%start(points(i) + 1) - 1
+          associate (other => problem%row(:, problem%couplings%other(k)))
+            block = 0.0_wp
+            do c = 1, 3
+              if (other(c) == 0) cycle
+              do a = 1, 3
+                if (row(a) > 0) block(a, c) = problem%w(row(a), other(c))
+              end do
+              if (place(other(c)) == 0) of_point = of_point + block(:, c)*dr(other(c))
+            end do
+            if (place(other(1)) == 0) cycle
+            block = matmul(p, block)
+            if (problem%couplings%other(k) == points(i)) then
+              block = block + now%dz_dr(:, :, points(i))
+            end if
+            do c = 1, 3
+              if (other(c) == 0) cycle
+              column = place(other(c))
+              do a = 1, 3
+                if (row(a) > 0) j(2*width + 1 + place(row(a)) - column, column) = block(a, c)
+              end do
+            end do
+          end associate
+        end do
+        of_point = matmul(p, of_point)
+        do a = 1, 3
+          if (row(a) > 0) b(place(row(a))) = -now%z(row(a)) - of_point(a)
+        end do
+      end associate
+    end do
+    call solve_band(j, width, b, solved)
+    do i = 1, problem%n_rows
+      if (place(i) > 0) dr(i) = b(place(i))
+    end do
+  end subroutine solve_as_band
+
+  !> Where the moving rows stand in the order of the couplings, and how wide the band is.
+  subroutine place_moving(problem, now, place, points, m, n, width)
+    type(contact_problem_t), intent(in) :: problem
+    type(iterate_t), intent(in) :: now
+    integer, intent(out) :: place(:)    !! (n_rows) 0 where the point projects to 0
+    integer, intent(out) :: points(:)   !! (n_points) the first n of them move
+    integer, intent(out) :: m, n, width !! rows, points, largest distance of coupled rows
+    integer :: i, k, a
+
+    place = 0
+    m = 0
+    n = 0
+    do i = 1, problem%n_points
+      associate (point => problem%couplings%order(i))
+        if (.not. any(abs(now%dz_dx(:, :, point)) > 0.0_wp)) cycle
+        n = n + 1
+        points(n) = point
+        do a = 1, 3
+          if (problem%row(a, point) == 0) cycle
+          m = m + 1
+          place(problem%row(a, point)) = m
+        end do
+      end associate
+    end do
+    width = 0
+    do i = 1, n
+      do k = problem%couplings%start(points(i)), problem%couplings%start(points(i) + 1) - 1
+        associate (row => problem%row(:, points(i)), &
+                   other => problem%row(:, problem%couplings%other(k)))
+          if (place(other(1)) == 0) cycle
+          ! The normal stands first, and a point has three rows at most.
+          width = max(width, abs(place(row(1)) - place(other(1))) + 2)
+        end associate
+      end do
+    end do
+  end subroutine place_moving
 
   !> Whether the dense system of m among n rows costs less than a few products with W.
   pure logical function is_cheap(m, n)

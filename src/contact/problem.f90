@@ -11,14 +11,15 @@ module problem_mod
   use dense_mod, only: invert_spd, times_symmetric
   use single_panels_mod, only: single_panels_t, make_panels, times_panels
   use near_stiffness_mod, only: near_stiffness_t, find_near
+  use couplings_mod, only: couplings_t, find_couplings
   use law_mod, only: project_on_cone, project_prediction, driven_friction
   implicit none
   private
 
   public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
-    unpack_gaps, add_driven_friction, relative_gaps, product_with_w, rough_product_with_w, &
-    add_single_copy, is_single, rows_worth_rounding, natural_map, force_scale, measure, &
-    project_reactions
+    unpack_gaps, add_driven_friction, relative_gaps, product_with_w, sparse_product, &
+    rough_product_with_w, add_single_copy, is_single, rows_worth_rounding, natural_map, &
+    force_scale, measure, project_reactions
 
   integer, parameter :: rows_worth_rounding = 300 !! from here on a product waits for memory
 
@@ -49,6 +50,7 @@ module problem_mod
     !! (2,n_points) normal and tangential, of the global Newton [force/length]
     type(near_stiffness_t) :: near
     !! blocks of W^-1, about; what is not allocated in it is not known [force/length]
+    type(couplings_t) :: couplings !! which points a sparse W couples
   end type contact_problem_t
 
   !> What a contact solver says of its solution.
@@ -96,6 +98,7 @@ contains
     if (present(near)) then
       problem%near = near
     else
+      call find_couplings(row, problem%w, problem%couplings)
       call invert_near(problem)
     end if
     call scale_global_newton(problem)
@@ -262,14 +265,43 @@ contains
     x = x_free + product_with_w(problem, r)
   end function relative_gaps
 
-  !> W v, reading one triangle of W.
+  !> W v, reading one triangle of W where it is full.
   function product_with_w(problem, v) result(w_v)
     type(contact_problem_t), intent(in) :: problem
     real(wp), contiguous, intent(in) :: v(:) !! (n_rows) [force]
     real(wp) :: w_v(problem%n_rows)     !! [length]
+    integer :: i, a
 
-    w_v = times_symmetric(problem%w, v)
+    if (.not. allocated(problem%couplings%other)) then
+      w_v = times_symmetric(problem%w, v)
+      return
+    end if
+    do i = 1, problem%n_points
+      do a = 1, 3
+        associate (row => problem%row(a, i))
+          if (row > 0) w_v(row) = sparse_product(problem, i, row, v)
+        end associate
+      end do
+    end do
   end function product_with_w
+
+  !> A row of a sparse W times a vector.
+  pure function sparse_product(problem, i, row, v) result(product)
+    type(contact_problem_t), intent(in) :: problem
+    integer, intent(in) :: i, row            !! point, and one of its rows
+    real(wp), intent(in) :: v(:)             !! (n_rows) [force]
+    real(wp) :: product                      !! [length]
+    integer :: k, b
+
+    product = 0.0_wp
+    do k = problem%couplings%start(i), problem%couplings%start(i + 1) - 1
+      associate (other => problem%row(:, problem%couplings%other(k)))
+        do b = 1, 3
+          if (other(b) > 0) product = product + problem%w(other(b), row)*v(other(b))
+        end do
+      end associate
+    end do
+  end function sparse_product
 
   !> W v to the digits of single precision where W is large: for directions, not for residuals.
   function rough_product_with_w(problem, v) result(w_v)

@@ -2,25 +2,38 @@
 !>
 !> AUTO, in this order, each from the best reactions found so far, until the tolerance is reached:
 !>
-!>   1. global Newton from the last step's reactions
-!>   2. sweeps, exact local solutions, relaxed and accelerated, then global Newton again
-!>   3. plain sweeps, neither relaxed nor accelerated, as many as MAX SWEEPS allows
+!>   1. global Newton from the last step's reactions; where W is singular a few
+!>      accelerated sweeps, unless it is a narrow band
+!>   2. proximal steps by global Newton
+!>   3. sweeps, exact local solutions, accelerated, for as long as they gain; beside them Newton
+!>      again whenever they have gained much
+!>   4. plain sweeps, neither relaxed nor accelerated, as many as MAX SWEEPS allows
+!>
+!> Global Newton alone takes proximal steps where W is singular.
 !>
 !> docs/theory.md section 4.
 module solve_mod
   use kinds_mod, only: wp
-  use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, solver_sweeps, &
+  use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
                           formulation_bipotential, local_exact, stop_at_residual
   use problem_mod, only: contact_problem_t, contact_report_t
   use sweeps_mod, only: solve_by_sweeps
   use global_newton_mod, only: solve_by_global_newton
+  use proximal_newton_mod, only: solve_by_proximal_newton, needs_proximal_steps, &
+                                  is_narrow_band, largest_proximal
   implicit none
   private
 
   public :: solve_contact
 
-  integer,  parameter :: short_sweeps = 500     !! of stage 2
+  integer,  parameter :: first_sweeps = 100     !! of stage 1
+  integer,  parameter :: round_of_sweeps = 500  !! of stage 3, before it is asked what they gained
   real(wp), parameter :: relaxation = 0.4_wp    !! keeps the count of sweeps flat in the mesh [-]
+  real(wp), parameter :: gain = 0.5_wp          !! of the residual, in a round that is worth another
+  real(wp), parameter :: much = 0.1_wp          !! of the residual, worth another try by Newton
+
+  !> What a stage of AUTO runs.
+  integer, parameter :: by_newton = 1, by_proximal_newton = 2, by_sweeps = 3
 
 contains
 
@@ -40,7 +53,11 @@ contains
     end if
     select case (controls%solver)
     case (solver_global_newton)
-      call solve_by_global_newton(problem, x_free, controls, r, report)
+      if (needs_proximal_steps(problem)) then
+        call solve_by_proximal_newton(problem, x_free, controls, r, report)
+      else
+        call solve_by_global_newton(problem, x_free, controls, r, report)
+      end if
     case (solver_auto)
       call solve_automatically(problem, x_free, controls, r, report)
     case default
@@ -55,36 +72,78 @@ contains
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: r(:, :)
     type(contact_report_t), intent(out) :: report
-    type(contact_controls_t) :: newton, sweeps
+    type(contact_controls_t) :: sweeps
+    integer :: newton
 
-    newton = controls
-    newton%solver = solver_global_newton
-    newton%stop_rule = stop_at_residual
-    sweeps = newton
-    sweeps%solver = solver_sweeps
+    sweeps = controls
+    sweeps%stop_rule = stop_at_residual
     sweeps%formulation = formulation_bipotential
     sweeps%local = local_exact
-    sweeps%relaxation = relaxation
-    sweeps%acceleration = .true.
-
-    call stage(problem, x_free, newton, r, report)
+    newton = by_newton
+    if (needs_proximal_steps(problem)) newton = by_proximal_newton
+    if (newton == by_newton) then
+      call stage(problem, x_free, sweeps, by_newton, r, report)
+    else if (.not. is_narrow_band(problem)) then
+      sweeps%acceleration = .true.
+      sweeps%relaxation = 1.0_wp
+      sweeps%max_sweeps = min(first_sweeps, controls%max_sweeps)
+      call stage(problem, x_free, sweeps, by_sweeps, r, report)
+    end if
     if (report%converged) return
-    sweeps%max_sweeps = min(short_sweeps, controls%max_sweeps)
-    call stage(problem, x_free, sweeps, r, report)
-    if (report%converged) return
-    call stage(problem, x_free, newton, r, report)
+    if (problem%n_rows <= largest_proximal) then
+      call stage(problem, x_free, sweeps, by_proximal_newton, r, report)
+      if (report%converged) return
+    end if
+    sweeps%max_sweeps = controls%max_sweeps
+    call sweep_and_try(problem, x_free, sweeps, newton, r, report)
     if (report%converged) return
     sweeps%max_sweeps = controls%max_sweeps
     sweeps%relaxation = 1.0_wp
     sweeps%acceleration = .false.
-    call stage(problem, x_free, sweeps, r, report)
+    call stage(problem, x_free, sweeps, by_sweeps, r, report)
   end subroutine solve_automatically
 
-  !> One stage: its counts add up, its reactions stay only if they are better.
-  subroutine stage(problem, x_free, controls, r, report)
+  !> Rounds of accelerated sweeps for as long as they gain, relaxed and, where that gains no more,
+  !> not; Newton from where they have led.
+  subroutine sweep_and_try(problem, x_free, controls, newton, r, report)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)
     type(contact_controls_t), intent(in) :: controls
+    integer, intent(in) :: newton              !! which
+    real(wp), intent(inout) :: r(:, :)
+    type(contact_report_t), intent(inout) :: report
+    type(contact_controls_t) :: sweeps
+    real(wp) :: last, tried
+    integer :: left
+
+    sweeps = controls
+    sweeps%acceleration = .true.
+    sweeps%relaxation = relaxation
+    left = controls%max_sweeps
+    tried = huge(tried)
+    rounds: do while (left > 0)
+      last = report%residual
+      sweeps%max_sweeps = min(round_of_sweeps, left)
+      left = left - sweeps%max_sweeps
+      call stage(problem, x_free, sweeps, by_sweeps, r, report)
+      if (report%converged) return
+      if (report%residual <= much*tried) then
+        call stage(problem, x_free, controls, newton, r, report)
+        if (report%converged) return
+        tried = report%residual
+      end if
+      if (report%residual <= gain*last) cycle rounds
+      if (sweeps%relaxation >= 1.0_wp) exit rounds
+      sweeps%relaxation = 1.0_wp
+    end do rounds
+  end subroutine sweep_and_try
+
+  !> One stage: its counts add up, its reactions stay only if they are better.
+  subroutine stage(problem, x_free, controls, kind, r, report)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)
+    type(contact_controls_t), intent(in) :: controls
+    integer, intent(in) :: kind                !! by_newton, ...
     real(wp), intent(inout) :: r(:, :)
     type(contact_report_t), intent(inout) :: report
     type(contact_report_t) :: here
@@ -93,11 +152,14 @@ contains
 
     first = report%stages == 0
     trial = r
-    if (controls%solver == solver_global_newton) then
+    select case (kind)
+    case (by_newton)
       call solve_by_global_newton(problem, x_free, controls, trial, here)
-    else
+    case (by_proximal_newton)
+      call solve_by_proximal_newton(problem, x_free, controls, trial, here)
+    case default
       call solve_by_sweeps(problem, x_free, controls, trial, here)
-    end if
+    end select
     if (first .or. here%residual < report%residual) then
       r = trial
       report%residual = here%residual

@@ -8,7 +8,8 @@ module sweeps_mod
   use law_mod, only: project_prediction, driven_friction
   use step_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
-                         unpack_rows, pack_rows, force_scale, project_reactions, is_single
+                         unpack_rows, pack_rows, force_scale, project_reactions, is_single, &
+                         sparse_product
   use anderson_mod, only: anderson_t, new_anderson, accelerate, forget
   use local_point_mod, only: local_point_t, local_solver
   use bipotential_mod, only: bipotential_residual
@@ -298,7 +299,9 @@ contains
       end if
       r(a) = packed(row)
       ! W is symmetric: its columns are its rows
-      if (is_single(problem)) then
+      if (allocated(problem%couplings%other)) then
+        x(a) = x_free(row) + sparse_product(problem, i, row, packed)
+      else if (is_single(problem)) then
         x(a) = base%x(row) + problem%unit*base%size*real(sdot(problem%n_rows, &
           problem%single_w(:, row), 1, base%change, 1), wp)
       else

@@ -1,5 +1,6 @@
 """Contact problems in FCLIB's layout: read, solved, written, and exported from decks."""
 
+import re
 import tempfile
 import unittest
 from pathlib import Path
@@ -51,6 +52,21 @@ def two_points(seed=1):
     """A regular problem of two points, one of them pressed."""
     factor = np.random.default_rng(seed).normal(size=(6, 6))
     return factor @ factor.T + np.eye(6), np.array([-1.0, 0.3, 0.1, -0.5, -0.2, 0.4]), [0.3, 0.6]
+
+
+def stack(n, mu):
+    """Rigid blocks of mass and inertia 1 on one another, touching at four corners each."""
+    h, v = np.zeros((12 * n, 6 * n)), []
+    for b in range(n):
+        v += [0.3 * np.sin(b + 1), 0.2 * np.cos(b + 1), -1]
+        v += [0.05 * np.sin(2 * b), 0.1 * np.cos(3 * b), 0.2]
+        for point, corner in enumerate(((1, 1), (1, -1), (-1, 1), (-1, -1))):
+            for a, axis in enumerate(np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])):
+                row = h[12 * b + 3 * point + a]
+                row[6 * b : 6 * b + 6] = *axis, *np.cross([*corner, -1], axis)
+                if b:
+                    row[6 * b - 6 : 6 * b] = *-axis, *-np.cross([*corner, 1], axis)
+    return h @ h.T, h @ np.array(v), np.full(4 * n, mu)
 
 
 class Folder(unittest.TestCase):
@@ -260,6 +276,36 @@ class Solve(Folder):
         self.assertGreater(solved.fact("residual"), 1e-8)
         found = residual(w, q, mu, solved.read("r"))
         self.assertAlmostEqual(found / solved.fact("residual"), 1, places=5)
+
+    def test_a_tolerance_in_reach_is_named_and_is_met(self):
+        w, q, mu = stack(3, 0.3)
+        write_local(self.path, w, q, mu)
+        named = []
+        for sweeps in range(20, 2000, 20):
+            options = ("--solver", "sweeps", "--max-sweeps", str(sweeps))
+            solved = Solved(self.path, *options)
+            if solved.status == 0:
+                break
+            near = solved.fact("residual") <= 1e-6
+            self.assertEqual("would be met" in solved.errors, near, solved.errors)
+            if near:
+                tolerance = re.search(r"a tolerance of (\S+) would be met", solved.errors).group(1)
+                self.assertLessEqual(float(tolerance), 2.1 * solved.fact("residual"))
+                named.append(Solved(self.path, *options, "--tolerance", tolerance).status)
+        self.assertTrue(named)
+        self.assertEqual(set(named), {0})
+
+    # Rigid bodies make W singular: 12 rows a block of rank 6, and a band.
+    def test_stacks_of_rigid_blocks(self):
+        for n, mu, most in ((10, 0.3, 100), (10, 0.7, 50), (20, 0.7, 60)):
+            with self.subTest(n=n, mu=mu):
+                w, q, mu = stack(n, mu)
+                write_local(self.path, w, q, mu)
+                solved = Solved(self.path)
+                self.assertEqual(solved.status, 0, solved.errors)
+                self.assertLess(residual(w, q, mu, solved.read("r")), 1.01e-8)
+                self.assertLessEqual(solved.fact("iterations"), most)
+                self.assertGreater(solved.fact("processor_seconds"), 0)
 
     def test_other_files_are_not_replaced(self):
         w, q, mu = two_points()

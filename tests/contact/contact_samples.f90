@@ -12,7 +12,7 @@ module contact_samples
   private
 
   public :: random_point, new_point, random_compliance, law_defect, random_problem, problem_defect
-  public :: identity
+  public :: identity, stack_of_blocks
 
   real(wp), parameter :: identity(3, 3) = reshape([real(wp) :: 1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
 
@@ -117,6 +117,46 @@ contains
       x_free(row(1, i)) = x_free(row(1, i)) - 0.3_wp
     end do
   end subroutine random_problem
+
+  !> Rigid blocks of mass and inertia 1 on one another and on the ground, touching at four corners
+  !> each, with velocities of their own: W = H^T H of rank 6 a block among 12 rows.
+  subroutine stack_of_blocks(n, mu, problem, x_free)
+    integer, intent(in) :: n                        !! blocks
+    real(wp), intent(in) :: mu
+    type(contact_problem_t), intent(out) :: problem !! 4 n points
+    real(wp), allocatable, intent(out) :: x_free(:) !! (12 n)
+    real(wp), parameter :: corner(2, 4) = reshape([real(wp) :: 1, 1, 1, -1, -1, 1, -1, -1], [2, 4])
+    real(wp), parameter :: axis(3, 3) = reshape([real(wp) :: 0, 0, 1, 1, 0, 0, 0, 1, 0], [3, 3])
+    real(wp) :: h(6*n, 12*n), v(6*n), arm(3)
+    real(wp), allocatable :: w(:, :)
+    integer :: i, point, a, column
+
+    h = 0.0_wp
+    do i = 1, n
+      v(6*i - 5:6*i) = [0.3_wp*sin(real(i, wp)), 0.2_wp*cos(real(i, wp)), -1.0_wp, &
+        0.05_wp*sin(2.0_wp*i), 0.1_wp*cos(3.0_wp*i), 0.2_wp]
+      do point = 1, 4
+        do a = 1, 3
+          column = 12*(i - 1) + 3*(point - 1) + a
+          arm = [corner(:, point), -1.0_wp]
+          h(6*i - 5:6*i, column) = [axis(:, a), cross(arm, axis(:, a))]
+          if (i == 1) cycle
+          arm(3) = 1.0_wp
+          h(6*i - 11:6*i - 6, column) = -[axis(:, a), cross(arm, axis(:, a))]
+        end do
+      end do
+    end do
+    w = matmul(transpose(h), h)
+    x_free = matmul(v, h)
+    call make_problem(reshape([(i, i=1, 12*n)], [3, 4*n]), spread(mu, 1, 4*n), w, problem)
+  end subroutine stack_of_blocks
+
+  pure function cross(a, b) result(c)
+    real(wp), intent(in) :: a(3), b(3)
+    real(wp) :: c(3)
+
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
 
   !> The largest law_defect of the points of a problem.
   function problem_defect(problem, x_free, r) result(defect)

@@ -1,0 +1,253 @@
+!> Proximal point steps, each solved by the global Newton: for a compliance that is singular.
+!>
+!> Bodies without elasticity of their own, or more contact points than a body needs, make W
+!> singular: reactions are not unique, J is singular, and Newton's line search stalls. A proximal
+!> step adds alpha D (r - r_before) to the gaps. Its W + alpha D is regular; its solution is that of
+!> the problem itself once r stands still. docs/theory.md section 4.
+module proximal_newton_mod
+  use kinds_mod, only: wp
+  use controls_mod, only: contact_controls_t, solver_global_newton, linear_auto, linear_direct
+  use step_report_mod, only: ended_well, ended_stalled
+  use dense_mod, only: invert_spd
+  use banded_mod, only: invert_band
+  use single_panels_mod, only: make_panels
+  use near_stiffness_mod, only: near_stiffness_t
+  use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
+                         pack_rows, unpack_rows
+  use global_newton_mod, only: solve_by_global_newton
+  implicit none
+  private
+
+  public :: solve_by_proximal_newton, needs_proximal_steps, is_narrow_band, &
+    largest_proximal
+
+  integer,  parameter :: largest_proximal = 3000 !! rows up to which W is worth inverting anew
+  integer,  parameter :: max_steps = 30
+  integer,  parameter :: patience = 6            !! steps without a half of progress
+  real(wp), parameter :: largest_alpha = 3.0e-2_wp
+  real(wp), parameter :: first_floor = 1.0e-6_wp !! of alpha, lowered where steps gain slowly
+  real(wp), parameter :: smallest_alpha = 1.0e-8_wp
+  real(wp), parameter :: slow = 0.3_wp           !! of the residual, left by a step
+  real(wp), parameter :: alpha_of_residual = 0.3_wp
+  real(wp), parameter :: far = 1000.0_wp         !! of alpha from where the inverse was taken [-]
+  integer,  parameter :: band_share = 3          !! rows beside the width of a band that is worth it
+  real(wp), parameter :: singular = 1.0e10_wp    !! S_nn W_nn of a point [-]
+
+contains
+
+  !> Proximal steps until the residual of the problem itself is at the tolerance.
+  !>
+  !> Each step solves the problem with W + alpha D and x_free - alpha D r, D = 1/rho_i at the rows
+  !> of point i, alpha a third of the residual: docs/theory.md (4.12). Not converging is no error:
+  !> the report says so, and r is the best that was found.
+  subroutine solve_by_proximal_newton(problem, x_free, controls, r, report)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
+    type(contact_report_t), intent(out) :: report
+    type(contact_problem_t) :: softer
+    type(contact_controls_t) :: newton
+    type(contact_report_t) :: here
+    real(wp) :: r_start(3, problem%n_points), trial(3, problem%n_points), d(problem%n_rows)
+    real(wp) :: alpha, last, inverted_at, floor_of_alpha, caution, lowest
+    integer :: step, idle
+
+    newton = controls
+    if (newton%linear == linear_auto) newton%linear = linear_direct
+    d = pack_rows(problem, spread(1.0_wp/problem%rho_map, 1, 3))
+    r_start = r
+    call judge(problem, x_free, r, r_start, controls, report)
+    report%products = 1
+    lowest = report%residual
+    last = 0.0_wp
+    inverted_at = 0.0_wp
+    floor_of_alpha = first_floor
+    caution = 1.0_wp
+    idle = 0
+    steps: do step = 1, max_steps
+      if (report%converged .or. idle > patience) exit steps
+      alpha = caution*min(largest_alpha, max(floor_of_alpha, alpha_of_residual*report%residual))
+      if (alpha > 1.0_wp) exit steps
+      call soften(problem, d, alpha, last, inverted_at, softer)
+      ! The step has to be solved no better than what it leaves of the problem itself.
+      newton%tolerance = max(0.3_wp*controls%tolerance, &
+        0.1_wp*report%residual*min(1.0_wp, 10.0_wp*alpha))
+      trial = r
+      call solve_by_global_newton(softer, x_free - alpha*d*pack_rows(problem, r), newton, trial, &
+        here)
+      report%iterations = report%iterations + here%iterations
+      report%products = report%products + here%products + 1
+      call judge(problem, x_free, trial, r_start, controls, here)
+      idle = idle + 1
+      if (here%residual < 0.5_wp*lowest) then
+        lowest = here%residual
+        idle = 0
+      end if
+      if (here%residual < report%residual) then
+        if (here%residual > slow*report%residual) floor_of_alpha = max(smallest_alpha, &
+          0.1_wp*floor_of_alpha)
+        r = trial
+        report%residual = here%residual
+        report%worst_point = here%worst_point
+        report%converged = here%converged
+        caution = max(1.0_wp, 0.5_wp*caution)
+      else
+        caution = 10.0_wp*caution
+      end if
+    end do steps
+    report%ending = merge(ended_well, ended_stalled, report%converged)
+    report%solver = solver_global_newton
+  end subroutine solve_by_proximal_newton
+
+  !> Whether W is singular as far as Newton's method can tell, and not too large.
+  pure logical function needs_proximal_steps(problem)
+    type(contact_problem_t), intent(in) :: problem
+
+    needs_proximal_steps = .false.
+    if (problem%n_rows > largest_proximal) return
+    needs_proximal_steps = .not. allocated(problem%near%block)
+    if (needs_proximal_steps) return
+    ! rho_n = sqrt(S_nn/W_nn)
+    needs_proximal_steps = any((problem%rho_global(1, :)*problem%block(1, 1, :))**2 > singular)
+  end function needs_proximal_steps
+
+  !> Whether the points have an order in which W is a band worth its name.
+  pure logical function is_narrow_band(problem)
+    type(contact_problem_t), intent(in) :: problem
+    integer :: place(problem%n_rows), width
+
+    is_narrow_band = .false.
+    if (.not. allocated(problem%couplings%order)) return
+    call place_rows(problem, place, width)
+    is_narrow_band = band_share*width <= problem%n_rows
+  end function is_narrow_band
+
+  !> The residual of the problem itself.
+  subroutine judge(problem, x_free, r, r_start, controls, report)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)                !! (n_rows) [length]
+    real(wp), intent(in) :: r(:, :), r_start(:, :)   !! (3,n_points) [force]
+    type(contact_controls_t), intent(in) :: controls
+    type(contact_report_t), intent(inout) :: report
+    real(wp) :: packed(problem%n_rows)
+
+    packed = pack_rows(problem, r)
+    call measure(problem, x_free, relative_gaps(problem, x_free, packed), packed, r_start, report)
+    report%converged = report%residual <= controls%tolerance
+  end subroutine judge
+
+  !> The problem with a larger diagonal of W.
+  !>
+  !> What the inverse says of rho stays as long as alpha is not far from the one it was taken at:
+  !> along what W alone does not hold, S = 1/alpha.
+  subroutine soften(problem, d, alpha, last, inverted_at, softer)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: d(:)              !! (n_rows) of D [length/force]
+    real(wp), intent(in) :: alpha             !! [-]
+    real(wp), intent(inout) :: last           !! alpha before, 0 at first [-]
+    real(wp), intent(inout) :: inverted_at    !! alpha of the last inverse, 0 before the first [-]
+    type(contact_problem_t), intent(inout) :: softer
+    integer :: i
+
+    if (.not. last > 0.0_wp) then
+      softer = problem
+      softer%near = near_stiffness_t()
+    end if
+    do i = 1, problem%n_rows
+      softer%w(i, i) = problem%w(i, i) + alpha*d(i)
+    end do
+    if (softer%rough%n > 0) call make_panels(softer%w, softer%rough)
+    if (alpha > far*inverted_at .or. alpha < inverted_at/far) then
+      call scale_by_inverse(softer, alpha)
+      inverted_at = alpha
+    else
+      softer%rho_global = softer%rho_global*sqrt(last/alpha)
+    end if
+    last = alpha
+  end subroutine soften
+
+  !> The two rho a point of the global Newton, sqrt(S_nn/W_nn) and sqrt(tr S_tt/tr W_tt), S = W^-1.
+  subroutine scale_by_inverse(problem, alpha)
+    type(contact_problem_t), intent(inout) :: problem
+    real(wp), intent(in) :: alpha             !! for a W that is not positive definite for all that
+    real(wp), allocatable :: s(:, :)
+    real(wp), dimension(3, problem%n_points) :: s_ii, w_ii
+    integer :: place(problem%n_rows), width, i
+    logical :: regular
+
+    if (is_narrow_band(problem)) then
+      call place_rows(problem, place, width)
+      allocate (s(width + 1, problem%n_rows))
+      call fill_band(problem, place, s)
+      call invert_band(s, regular)
+      s_ii = unpack_rows(problem, s(1, place))
+    else
+      allocate (s, source=problem%w)
+      call invert_spd(s, regular)
+      s_ii = unpack_rows(problem, [(s(i, i), i=1, problem%n_rows)])
+    end if
+    if (.not. regular) then
+      problem%rho_global = spread(problem%rho_map, 1, 2)/sqrt(alpha)
+      return
+    end if
+    w_ii = unpack_rows(problem, [(problem%w(i, i), i=1, problem%n_rows)])
+    problem%rho_global(1, :) = sqrt(s_ii(1, :)/w_ii(1, :))
+    problem%rho_global(2, :) = problem%rho_global(1, :)
+    where (s_ii(2, :) + s_ii(3, :) > 0.0_wp) problem%rho_global(2, :) = sqrt((s_ii(2, :) + &
+      s_ii(3, :))/(w_ii(2, :) + w_ii(3, :)))
+  end subroutine scale_by_inverse
+
+  !> The rows in the order of the couplings, and how wide the band is then.
+  pure subroutine place_rows(problem, place, width)
+    type(contact_problem_t), intent(in) :: problem
+    integer, intent(out) :: place(:)          !! (n_rows)
+    integer, intent(out) :: width             !! largest distance of coupled rows
+    integer :: i, a, k, m
+
+    m = 0
+    do i = 1, problem%n_points
+      do a = 1, 3
+        associate (row => problem%row(a, problem%couplings%order(i)))
+          if (row == 0) cycle
+          m = m + 1
+          place(row) = m
+        end associate
+      end do
+    end do
+    width = 0
+    do i = 1, problem%n_points
+      do k = problem%couplings%start(i), problem%couplings%start(i + 1) - 1
+        ! The normal stands first, and a point has three rows at most.
+        width = max(width, 2 + abs(place(problem%row(1, i)) - &
+          place(problem%row(1, problem%couplings%other(k)))))
+      end do
+    end do
+    width = min(width, max(0, problem%n_rows - 1))
+  end subroutine place_rows
+
+  !> The lower half of W as a band.
+  pure subroutine fill_band(problem, place, s)
+    type(contact_problem_t), intent(in) :: problem
+    integer, intent(in) :: place(:)           !! (n_rows)
+    real(wp), intent(out) :: s(:, :)          !! (width+1,n_rows)
+    integer :: i, k, a, b
+
+    s = 0.0_wp
+    do i = 1, problem%n_points
+      do k = problem%couplings%start(i), problem%couplings%start(i + 1) - 1
+        do b = 1, 3
+          do a = 1, 3
+            associate (row => problem%row(a, problem%couplings%other(k)), &
+                       column => problem%row(b, i))
+              if (min(row, column) == 0) cycle
+              if (place(row) >= place(column)) s(1 + place(row) - place(column), &
+                place(column)) = problem%w(row, column)
+            end associate
+          end do
+        end do
+      end do
+    end do
+  end subroutine fill_band
+
+end module proximal_newton_mod
