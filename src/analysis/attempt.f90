@@ -15,7 +15,7 @@ module attempt_mod
   use solve_mod, only: solve_contact
   use floating_mod, only: drift_t, solve_floating, resisting_rows
   use motion_words_mod, only: free_in_words, motion_in_words, unresisted_part
-  use follow_points_mod, only: relative, nodal
+  use follow_points_mod, only: locate_at, relative, nodal
   use step_loads_mod, only: pattern_factors
   use stiffness_inverse_mod, only: answer_of_interface, at_interface
   use operators_mod, only: operators_t
@@ -120,7 +120,8 @@ contains
   end function displacement_of
 
   !> The reactions to start from: the last ones, carried on as they went in the increment before;
-  !> none where that pulls. Sweeps start from the last ones, as in the paper.
+  !> none where that pulls, by the normals where the increment begins: those of `operators` may be
+  !> of a trial since. Sweeps start from the last ones, as in the paper.
   pure function expected_reactions(scene, points, operators, old, increment) result(reaction)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -128,6 +129,7 @@ contains
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     real(wp) :: reaction(3, points%n) !! x, y, z [force]
+    real(wp) :: frame(3, 3), gap
     integer :: i
 
     reaction = old%reaction
@@ -135,7 +137,9 @@ contains
     if (increment%begin <= 0.0_wp) return ! another *STEP leads elsewhere
     do i = 1, points%n
       reaction(:, i) = reaction(:, i) + (increment%share - increment%begin)*old%trend(:, i)
-      if (dot_product(reaction(:, i), operators%frame(:, 1, i)) <= 0.0_wp) reaction(:, i) = 0.0_wp
+      frame = operators%frame(:, :, i)
+      if (operators%is_curved(i)) call locate_at(scene, points, i, old%displacement, gap, frame)
+      if (dot_product(reaction(:, i), frame(:, 1)) <= 0.0_wp) reaction(:, i) = 0.0_wp
     end do
   end function expected_reactions
 

@@ -68,6 +68,14 @@ class EveryDeck(Folder):
         self.check(Case(HERE / "changes.inp", factor="DOUBLE"))
         self.check(Case(HERE / "changes.inp", solver="SWEEPS", tolerance="1e-7"))
 
+    def test_a_round_tool_that_turns_back(self):
+        # Trials beside the run leave normals of other places; where it is taken up there are none.
+        deck = self.folder / "tool.inp"
+        back = "*STEP\n*STATIC, DIRECT\n<1/steps>, 1.\n*BOUNDARY\nCENTRE, 1, 1, 0.1\n*END STEP\n"
+        deck.write_text((INPUT / "tool.inp").read_text() + back)
+        case = Case(deck, n=8, mu=1.2, steps=4, radius=0.3, depth=0.04, way=0.7)
+        self.check(case, kills=[k / 12 + 0.02 for k in range(2, 12)])
+
     def test_an_interface_that_was_widened(self):
         self.check(Case(HERE / "widened.inp"), kills=(0.1, 0.2, 0.3, 0.45, 0.6, 0.7, 0.9))
 
