@@ -101,6 +101,7 @@ module floating_mod
     integer  :: since_best = 0                 !! trials
     integer  :: idle = 0                       !! trials without progress
     logical  :: is_flying = .false.            !! nothing resists at the best
+    real(wp) :: unsolved = 0.0_wp              !! residual of the last trial that was not solved [-]
   end type search_t
 
 contains
@@ -197,6 +198,11 @@ contains
       search%now = search%best
       report%ending = ended_unbalanced
       if (all(abs(search%now%left) <= nearly*search%now%small)) report%ending = ended_stalled
+      if (search%unsolved > 0.0_wp .and. controls%solver /= solver_auto) then
+        ! The deck's own solver may have missed the place.
+        report%ending = ended_stalled
+        report%residual = search%unsolved
+      end if
     end if
     x_free = search%x_start + matmul(floating%q, search%now%centre)
     r = search%now%r
@@ -313,6 +319,7 @@ contains
       call add_up(here, report)
       packed = pack_rows(problem, now%r)
       now%is_solved = here%converged
+      if (.not. here%converged) search%unsolved = here%residual
       now%e = matmul(packed, floating%q) + matmul(drift%load, floating%back)
       on_motions = matmul(packed, floating%g)
       now%turned = matmul(on_motions, floating%neutral)
