@@ -82,7 +82,7 @@ def judge_run(scene, deck, status, message, options):
         return BROKEN, "exit status 0 without a result"
     findings = []
     if stored is not None:
-        judge = Judge(scene, stored, options.held_tangents)
+        judge = Judge(scene, stored)
         findings = judge.judge(complete=status == 0)
     if findings:
         more = f" (and {len(findings) - 1} more)" if len(findings) > 1 else ""
@@ -90,7 +90,7 @@ def judge_run(scene, deck, status, message, options):
         return WRONG, f"{findings[0]}{more}; worst: {worst}"
     if status == 0:
         return RIGHT, ""
-    outcome, words = confirm(scene, stored, message, options.held_tangents)
+    outcome, words = confirm(scene, stored, message)
     return outcome, f"{message.strip()[:300]} -- {words}"
 
 
@@ -157,8 +157,6 @@ def read_options(words=None):
     parser.add_argument("--limit", type=float, default=120.0, help="seconds a run may take")
     parser.add_argument("--bipot", dest="program", help="the program",
                         default=os.environ.get("BIPOT", str(ROOT / "build" / "bipot")))  # fmt: skip
-    parser.add_argument("--held-tangents", action="store_true",
-                        help="Coulomb's law also along tangents that supports hold")  # fmt: skip
     options = parser.parse_args(words)
     options.keep = options.keep or Path(tempfile.gettempdir()) / "judge"
     options.keep.mkdir(parents=True, exist_ok=True)

@@ -96,8 +96,8 @@ class Stored:
 class Judge:
     """Judges the increments of a stored result one after the other."""
 
-    def __init__(self, scene, stored, held_tangents=False, strict=False):
-        self.scene, self.stored, self.held_tangents = scene, stored, held_tangents
+    def __init__(self, scene, stored, strict=False):
+        self.scene, self.stored = scene, stored
         self.strict = strict  # for own solutions: rounding excuses nothing, and no slack
         self.path = LoadPath(scene)
         self.findings = []
@@ -369,8 +369,6 @@ class Judge:
             )
             # Slip that is rounding of large displacements is none.
             law = np.maximum(0.0, law - mu * np.abs(normal_force) * 4 * rounding)
-            if not self.held_tangents:
-                law = np.where(p["held"], 0.0, law)
             defect += law.sum()
             total += np.maximum(np.linalg.norm(p["force"], axis=1), mu * normal_force).sum()
             self.check_stored_points(row, p, gap, force, length, normal_force, size)
@@ -388,8 +386,6 @@ class Judge:
                   np.abs(p["frame"][:, 0] - p["normal"]).max(), 1e-6)  # fmt: skip
         turned = np.einsum("pki,pi->pk", p["frame"][:, 1:], p["slip"])
         off = np.abs(stored["slip_increment"][row] - turned).max(axis=1) - 4 * p["rounding"]
-        if not self.held_tangents:
-            off = np.where(p["held"], 0.0, off)
         self.note("stored slip wrong by", row, off.max() / length if length > 0 else 0.0, 1e-6)
         mu = p["pair"].friction
         status = p["status"]
@@ -398,8 +394,6 @@ class Judge:
         self.note("force on an open point", row, largest / force if force > 0 else 0.0, allowed)
         way = np.linalg.norm(p["slip"], axis=1) - 4 * p["rounding"]
         sticks = (status == 1) & (mu * normal_force > 1e-3 * force)
-        if not self.held_tangents:
-            sticks &= ~p["held"]
         self.note("slip of a point that sticks", row,
                   (way * sticks).max() / length if length > 0 else 0.0, 1e-3)  # fmt: skip
         inside = (mu * normal_force - size) * (status == 2) * ~p["held"]

@@ -92,14 +92,13 @@ def rigid_motions(scene, held):
 class Increment:
     """One increment: from displacements `before` to the supports and loads at its end."""
 
-    def __init__(self, scene, before, supports, loads, held_tangents, body=None):
+    def __init__(self, scene, before, supports, loads, body=None):
         self.scene, self.before, self.loads = scene, before, loads
         self.held = np.zeros(before.shape, dtype=bool)
         self.target = np.zeros(before.shape)
         for key, (value, *_) in supports.items():
             self.held[key] = True
             self.target[key] = value
-        self.held_tangents = held_tangents
         if body is None or not np.array_equal(body.held, self.held):
             body = Body(scene, self.held)
             body.held = self.held
@@ -145,8 +144,6 @@ class Increment:
                 counts[p] = False
             elif mu == 0:
                 counts[p, 1:] = False
-            elif not self.held_tangents:
-                counts[p, 1:] = reach[1:]
         return b, frames, gaps, counts
 
     def relative(self, u):
