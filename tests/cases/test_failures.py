@@ -251,7 +251,7 @@ class Disk(Failures):
             with self.subTest(closed=closed), tempfile.TemporaryDirectory() as folder:
                 done = subprocess.run(
                     ["sh", "-c", f'exec "$@" {closed}', "sh", str(PROGRAM), str(DECK), *SETTINGS],
-                    cwd=folder, capture_output=True, timeout=TIME_LIMIT, check=False,
+                    cwd=folder, capture_output=True, timeout=PATIENCE, check=False,
                 )
                 self.assertEqual(done.returncode, 0, done.stderr)
                 self.assertEqual(done.stderr, b"")
@@ -267,7 +267,7 @@ class Disk(Failures):
                 process.stdout.readline()
                 process.stdout.close()
                 errors = process.stderr.read()
-                self.assertEqual(process.wait(TIME_LIMIT), 0, errors)
+                self.assertEqual(process.wait(PATIENCE), 0, errors)
             self.assertEqual(errors, b"")
             self.assertEqual(self.assert_kept(folder), INCREMENTS)
 
