@@ -9,7 +9,8 @@ module output_names_mod
 
 contains
 
-  !> The path that -o means: a name without an ending gets one, unless it is a folder's.
+  !> The path that -o means: a name without an ending gets one, unless something has that name
+  !> already: a folder or a device, which is refused later, or an older result.
   !>
   !> An ending is a point and what follows it, beginning with a letter: `run.h5` has one, `mu0.3`
   !> and `../run` have none.
@@ -19,14 +20,15 @@ contains
     character(*), intent(in) :: ending !! as '.vtkhdf'
     character(:), allocatable :: path
     integer :: slash, point
-    logical :: is_folder
+    logical :: is_there, is_folder
 
     path = usual
     if (given == '') return
     path = given
+    inquire (file=path, exist=is_there)
     inquire (file=path//'/.', exist=is_folder)
     slash = index(path, '/', back=.true.)
-    if (is_folder .or. slash == len(path)) return ! to be refused, as no file can be written there
+    if (is_there .or. is_folder .or. slash == len(path)) return
     point = index(path, '.', back=.true.)
     if (point > slash + 1 .and. point < len(path)) then
       if (is_letter(path(point + 1:point + 1))) return

@@ -19,6 +19,7 @@ Exit status 1 if any is wrong, refuted, unconfirmed or broken.
 
 import argparse
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -121,7 +122,7 @@ def without_choices(scene, words):
     if solver and "did not reach" in words:
         kept = {k: v for k, v in scene.controls.items() if k == "TOLERANCE"}
         return replace(scene, controls=kept, precision={})
-    if scene.precision and "the factor (" in words:
+    if scene.precision and re.search(r"the factor (of|\()", words):
         return replace(scene, precision={"FACTOR": "DOUBLE"})
     return None
 

@@ -196,9 +196,10 @@ class Judge:
         length = max(np.linalg.norm(u - before, axis=1).max(), spread)
 
         acting = np.max([np.linalg.norm(f, axis=1) for f in (internal, loads, pressed)], axis=0)
-        self.check_equilibrium(row, u, residual, held, acting, force)
+        far = np.maximum(np.abs(u), np.abs(before))
+        self.check_equilibrium(row, far, residual, held, acting, force)
         self.check_stored_forces(row, u, residual, held, pressed, force)
-        self.check_bodies(row, u, loads, pressed, held)
+        self.check_bodies(row, far, loads, pressed, held)
         self.check_contact(row, points, self.contact_scale(u, before, points, force), length)
 
     def check_supports(self, row, u, supports):
@@ -253,10 +254,13 @@ class Judge:
         part = self.scene.parts[pair.part]
         return f"{part.name}-{pair.side}:{self.scene.obstacles[pair.obstacle].name}"
 
-    def check_equilibrium(self, row, u, residual, held, acting, force):
-        """K u = loads + supports + contact at every node; the obstacles' reference nodes too."""
+    def check_equilibrium(self, row, far, residual, held, acting, force):
+        """K u = loads + supports + contact at every node; the obstacles' reference nodes too.
+
+        `far`: how far each node has been from its place, at either end of the increment.
+        """
         imbalance = np.linalg.norm(np.where(held, 0.0, residual), axis=1)
-        rounding = self.scene.bricks().rounding(u)
+        rounding = self.scene.bricks().rounding(far)
         for reference in self.scene.references():
             rounding[reference] = 0.0
         # Bodies that move as a whole have forces of rounding alone. Beside a force that is more
@@ -293,10 +297,10 @@ class Judge:
             off = np.abs(stored.contact_force[row][mesh] - pressed[mesh]).max()
             self.note("contact force of a node wrong by", row, off, slack)
 
-    def check_bodies(self, row, u, loads, pressed, held):
+    def check_bodies(self, row, far, loads, pressed, held):
         """Balance of every body in each of its rigid motions, without internal forces."""
         supports = self.stored.supports[row]
-        rounding = self.scene.bricks().rounding(u)
+        rounding = self.scene.bricks().rounding(far)
         groups = [(rows, 6) for rows in self.body_rows]
         groups += [(np.array([r]), 3) for r in self.scene.references()]
         for number, (rows, motions) in enumerate(groups):
