@@ -14,6 +14,7 @@ module advance_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
   use system_mod, only: wall_seconds
+  use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t
@@ -235,7 +236,7 @@ contains
       call internal_force(scene%mesh, scene%materials, new%displacement, now%forces%internal)
       now%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
-      call out_of_balance(points, new%reaction, now%forces, residual, imbalance)
+      call out_of_balance(scene%mesh, points, new%reaction, now%forces, residual, imbalance)
       if (i == 1) report%unrefined = max(report%unrefined, imbalance)
       report%imbalance = imbalance
       call measure_points(scene, points, operators%is_curved, operators%frame, old, new, moved)
@@ -262,23 +263,34 @@ contains
     report%moved = moved
   end subroutine equilibrate
 
-  !> f_ext + B^T r - f_int on the free degrees of freedom, and its largest node beside the largest
-  !> force.
-  pure subroutine out_of_balance(points, reaction, forces, residual, relative)
+  !> f_ext + B^T r - f_int on the free degrees of freedom, and the largest of a node beside the
+  !> largest force of its body.
+  pure subroutine out_of_balance(mesh, points, reaction, forces, residual, relative)
+    type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: reaction(:, :)
     type(step_forces_t), intent(in) :: forces
     real(wp), intent(out) :: residual(:, :)                 !! (3,n_nodes) [force]
     real(wp), intent(out) :: relative                       !! [-]
-    real(wp) :: scale
+    real(wp) :: scale(0:mesh%n_bodies)
+    integer :: node
 
     residual = forces%external + nodal(points, reaction, size(forces%internal, 2)) - &
       forces%internal
     where (forces%prescribed) residual = 0.0_wp
-    scale = sqrt(max(maxval(sum(forces%internal**2, dim=1)), &
-      maxval(sum(forces%external**2, dim=1))))
-    relative = max(0.0_wp, maxval(norm2(residual, dim=1) - forces%rounding))
-    if (scale > 0.0_wp) relative = relative/scale
+    scale = 0.0_wp
+    do node = 1, mesh%n_nodes
+      associate (of_body => scale(mesh%body(node)))
+        of_body = max(of_body, norm2(forces%internal(:, node)), norm2(forces%external(:, node)))
+      end associate
+    end do
+    scale(0) = maxval(scale)
+    where (scale <= 0.0_wp) scale = 1.0_wp
+    relative = 0.0_wp
+    do node = 1, mesh%n_nodes
+      relative = max(relative, (norm2(residual(:, node)) - forces%rounding(node))/ &
+        scale(mesh%body(node)))
+    end do
   end subroutine out_of_balance
 
   !> Gaps, slips, reactions and status from the displacements as they came out.

@@ -61,7 +61,7 @@ contains
     type(step_forces_t), intent(in) :: forces
     real(wp), intent(in) :: tolerance              !! contact tolerance [-]
     type(certificate_t) :: certificate
-    real(wp) :: f, u, x(3, points%n)
+    real(wp) :: f, u, x(3, points%n), scale(0:mesh%n_bodies)
     real(wp), dimension(3, mesh%n_nodes) :: pressed, residual, support
     logical :: is_mesh(mesh%n_nodes)
     integer :: i
@@ -96,12 +96,11 @@ contains
     x(2:, :) = contact%slip_increment
     certificate = judge_contact(points%mu, contact%reaction, x, f, u)
     certificate%support = departure(mesh, new%displacement, forces)
-    certificate%balance = worst_balance(mesh, forces, pressed, support, f)
-    ! Where nothing loads the bodies and they move as a whole, all forces are rounding.
-    if (any(abs(forces%external) > 0.0_wp) .or. any(norm2(forces%internal, dim=1) > &
-      forces%rounding) .or. any(norm2(pressed, dim=1) > forces%rounding .and. is_mesh)) then
-      certificate%equilibrium = imbalance_of_nodes(residual, forces, f, 10.0_wp*tolerance)
-    end if
+    scale = forces_of_bodies(mesh, forces, pressed, support)
+    scale(0) = f
+    certificate%balance = worst_balance(mesh, forces, pressed, support, scale)
+    certificate%equilibrium = worst_imbalance(mesh, residual, forces, is_at_rest(mesh, forces, &
+      pressed), scale, 10.0_wp*tolerance)
     certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance .and. &
       certificate%support <= held
   end function certify
@@ -128,25 +127,70 @@ contains
     end do
   end function departure
 
-  !> The largest force out of balance at a node, beside F; where that is not allowed, less what
-  !> rounding excuses.
+  !> The largest nodal force of each body: beside a body that is loaded more, errors of another
+  !> would not be seen.
+  pure function forces_of_bodies(mesh, forces, pressed, support) result(f)
+    type(mesh_t), intent(in) :: mesh
+    type(step_forces_t), intent(in) :: forces
+    real(wp), intent(in) :: pressed(:, :), support(:, :) !! (3,n_nodes) [force]
+    real(wp) :: f(0:mesh%n_bodies)                       !! 0: of nodes without a body [force]
+    integer :: node
+
+    f = 0.0_wp
+    do node = 1, mesh%n_nodes
+      associate (of_body => f(mesh%body(node)))
+        of_body = max(of_body, norm2(pressed(:, node)), norm2(support(:, node)), &
+          norm2(forces%external(:, node)), norm2(forces%internal(:, node)))
+      end associate
+    end do
+  end function forces_of_bodies
+
+  !> Whether nothing acts on a body, and it has moved as a whole: all its forces are rounding.
+  pure function is_at_rest(mesh, forces, pressed) result(at_rest)
+    type(mesh_t), intent(in) :: mesh
+    type(step_forces_t), intent(in) :: forces
+    real(wp), intent(in) :: pressed(:, :)     !! (3,n_nodes) [force]
+    logical :: at_rest(0:mesh%n_bodies)       !! 0: nodes without a body, never
+    integer :: node
+
+    at_rest = .true.
+    at_rest(0) = .false.
+    do node = 1, mesh%n_nodes
+      if (any(abs(forces%external(:, node)) > 0.0_wp) .or. max(norm2(forces%internal(:, node)), &
+        norm2(pressed(:, node))) > forces%rounding(node)) at_rest(mesh%body(node)) = .false.
+    end do
+  end function is_at_rest
+
+  !> The largest force out of balance at a node, beside the largest of its body; where that is not
+  !> allowed, less what rounding excuses.
   !>
-  !> Rounding excuses at most a thousandth of F. Support forces are internal forces: where the last
-  !> bits of the displacements alone are worth more than is allowed, that counts as well.
-  !> docs/theory.md (6.2).
-  pure real(wp) function imbalance_of_nodes(residual, forces, f, allowed) result(imbalance)
+  !> Rounding excuses at most a thousandth of the largest force. Support forces are internal forces:
+  !> where the last bits of the displacements alone are worth more than is allowed, that counts as
+  !> well. docs/theory.md (6.2).
+  pure real(wp) function worst_imbalance(mesh, residual, forces, at_rest, f, allowed) result(worst)
+    type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: residual(:, :)    !! (3,n_nodes) on the free degrees of freedom [force]
     type(step_forces_t), intent(in) :: forces
-    real(wp), intent(in) :: f                 !! [force]
+    logical, intent(in) :: at_rest(0:)        !! (0:n_bodies)
+    real(wp), intent(in) :: f(0:)             !! (0:n_bodies) of each body [force]
     real(wp), intent(in) :: allowed           !! [-]
-    real(wp) :: carried
+    real(wp) :: here
+    integer :: node
 
-    imbalance = ratio(largest(residual), f)
-    if (imbalance > allowed) imbalance = ratio(maxval(norm2(residual, dim=1) - &
-      min(forces%rounding, excusable*f)), f)
-    carried = last_bits*maxval(forces%rounding, mask=any(forces%prescribed, dim=1))
-    if (carried > allowed*f) imbalance = max(imbalance, ratio(carried, f))
-  end function imbalance_of_nodes
+    worst = 0.0_wp
+    do node = 1, mesh%n_nodes
+      if (at_rest(mesh%body(node))) cycle
+      associate (largest_here => f(mesh%body(node)), rounding => forces%rounding(node))
+        here = ratio(norm2(residual(:, node)), largest_here)
+        if (here > allowed) here = ratio(norm2(residual(:, node)) - min(rounding, &
+          excusable*largest_here), largest_here)
+        worst = max(worst, here)
+        if (.not. any(forces%prescribed(:, node))) cycle
+        here = ratio(last_bits*rounding, largest_here)
+        if (here > allowed) worst = max(worst, here)
+      end associate
+    end do
+  end function worst_imbalance
 
   !> The worst balance of a whole body along its rigid motions, or of an obstacle along the
   !> translations that no support holds: loads, supports and contact alone. docs/theory.md (6.3).
@@ -154,7 +198,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(step_forces_t), intent(in) :: forces
     real(wp), intent(in) :: pressed(:, :), support(:, :) !! (3,n_nodes) [force]
-    real(wp), intent(in) :: f                            !! [force]
+    real(wp), intent(in) :: f(0:)                        !! (0:n_bodies) of each body [force]
     type(along_motion_t) :: along(6, mesh%n_bodies), of_obstacle
     real(wp), dimension(3, mesh%n_bodies) :: low, high
     real(wp) :: motion(3, 6)
@@ -177,7 +221,7 @@ contains
           if (forces%prescribed(i, node)) cycle
           of_obstacle = along_motion_t()
           call add_node(node, motion(:, i), forces, pressed, support, of_obstacle)
-          worst = max(worst, out_of_balance(of_obstacle, f))
+          worst = max(worst, out_of_balance(of_obstacle, f(0)))
         end do
       else
         motion = motions_of(mesh%coordinates(:, node) - 0.5_wp*(low(:, body) + high(:, body)))
@@ -188,7 +232,7 @@ contains
     end do
     do body = 1, mesh%n_bodies
       do i = 1, 6
-        worst = max(worst, out_of_balance(along(i, body), f))
+        worst = max(worst, out_of_balance(along(i, body), f(body)))
       end do
     end do
   end function worst_balance
