@@ -97,6 +97,7 @@ contains
     type(of_obstacle_t) :: found
     real(wp), allocatable :: extra(:), pressure(:)    !! (n_nodes) [length], [force/length^2]
     logical, allocatable :: near_before(:), near(:)   !! (n_nodes) of faces with a touching node
+    type(face_entry_t), allocatable :: dents(:)       !! all faces that the obstacle is in
     real(wp) :: allowed
     logical :: begins
     integer :: obstacle, pair
@@ -112,10 +113,13 @@ contains
         found%touches_before)
       call mark_touching(scene, points, faces, obstacle, new, allowed, near, found%touches)
       call spread_points(scene, points, obstacle, new, extra, pressure)
+      allocate (dents(0))
       do pair = 1, size(scene%pairs)
         if (scene%pairs(pair)%obstacle /= obstacle) cycle
         call look_at_pair(pair)
       end do
+      found%untouched = deepest_untouched(dents, near)
+      deallocate (dents)
       call judge(found, allowed, last_of_step, entries)
     end do
     entries%work = abs(entries%work)
@@ -140,8 +144,7 @@ contains
           call find_least_gap(faces(pair), f, face, [1.0_wp, 1.0_wp], gap, middle)
           found%deepest_at_ends = max(found%deepest_at_ends, -gap)
           if (-gap > allowed) call keep_deeper(-gap, pair, nodes, entries%at_end)
-          if (-gap > allowed .and. .not. is_near) call keep_deeper(-gap, pair, nodes, &
-            found%untouched)
+          if (-gap > allowed) dents = [dents, face_entry_t(-gap, pair, nodes)]
           if (any(pressure(nodes) > 0.0_wp)) entries%work = entries%work + work_of_face( &
             faces(pair), f, face, scene%mesh%coordinates(:, nodes), pressure(nodes))
           if (is_near .or. was_near) cycle
@@ -177,7 +180,7 @@ contains
       call take(found%on_way, entered_on_way)
     else if (found%untouched%depth > 0.0_wp) then
       if (last_of_step) call take(found%untouched, entered_at_end)
-    else if (.not. found%touches) then
+    else if (.not. (found%touches .or. found%touches_before)) then
       call take(found%before, entered_and_left)
     end if
 
@@ -193,6 +196,32 @@ contains
     end subroutine take
 
   end subroutine judge
+
+  !> The deepest entry that no touching node excuses.
+  !>
+  !> A dent may reach over several faces: a node that touches near one of them is near all of it.
+  pure function deepest_untouched(dents, near) result(deepest)
+    type(face_entry_t), intent(in) :: dents(:)
+    logical, intent(in) :: near(:) !! (n_nodes) of faces with a touching node
+    type(face_entry_t) :: deepest
+    logical :: reached(size(near)), grows
+    integer :: i
+
+    reached = near
+    grows = .true.
+    do while (grows)
+      grows = .false.
+      do i = 1, size(dents)
+        if (.not. any(reached(dents(i)%nodes)) .or. all(reached(dents(i)%nodes))) cycle
+        reached(dents(i)%nodes) = .true.
+        grows = .true.
+      end do
+    end do
+    do i = 1, size(dents)
+      if (any(reached(dents(i)%nodes))) cycle
+      call keep_deeper(dents(i)%depth, dents(i)%pair, dents(i)%nodes, deepest)
+    end do
+  end function deepest_untouched
 
   pure subroutine keep_deeper(depth, pair, nodes, deepest)
     real(wp), intent(in) :: depth !! [length]
