@@ -254,7 +254,8 @@ contains
       line(1)%text = 'note: step '//to_text(increment%step)//': faces of '// &
         scene%surfaces(scene%pairs(deepest%pair)%surface)%name//' enter '// &
         scene%obstacles(scene%pairs(deepest%pair)%obstacle)%name// &
-        ' between their nodes by up to '//to_text(deepest%depth, 3)//', at '//nodes_in_words(scene, deepest%nodes)
+        ' between their nodes by up to '//to_text(deepest%depth, 3)//', at '// &
+        nodes_in_words(scene, deepest%nodes)
       if (.not. console%quiet) call clear_bar(console)
       call print_lines(console, line)
     end if

@@ -251,7 +251,7 @@ class OfTheMesh(unittest.TestCase):
         for i, point in enumerate(x[: 9 * 9 * 5]):
             place[tuple(np.round(point / 0.125).astype(int))] = i
         work = 0.0
-        pressure = {i: 0.0 for i in range(len(x))}
+        pressure = dict.fromkeys(range(len(x)), 0.0)
         for corner in ((0, 0), (2, 0), (0, 2), (2, 2)):
             pressure[place[(*corner, 0)]] = force / area
         for i in range(-4, 6, 2):
