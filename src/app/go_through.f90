@@ -2,7 +2,7 @@
 module go_through_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
-  use text_mod, only: to_text
+  use text_mod, only: string_t, to_text
   use system_mod, only: wall_seconds
   use machine_room_mod, only: check_library_room
   use scene_mod, only: scene_t
@@ -16,15 +16,17 @@ module go_through_mod
   use advance_mod, only: advance, advance_along
   use load_step_error_mod, only: follow_coarsely
   use choose_increment_mod, only: choose_increment, cut_increment
+  use smooth_faces_mod, only: smooth_faces_t
+  use faces_between_nodes_mod, only: entries_t, face_entry_t, faces_of_pairs, find_entries
   use meet_accuracy_mod, only: sharpen, shortfall
   use contact_resolution_mod, only: small_contact_t, find_small_contacts
   use result_file_mod, only: result_file_t, append_increment
   use tally_mod, only: add_increment, note_sizes
   use export_problems_mod, only: exports_t, export_increment
-  use console_mod, only: console_t, say, print_increment, print_warning, clear_bar
+  use console_mod, only: console_t, say, print_lines, print_increment, print_warning, clear_bar
   use continue_run_mod, only: progress_t, keep_progress, enter_step, heed_signal
   use make_fields_mod, only: estimate_mesh, make_fields, measure_deformation
-  use refuse_unsolved_mod, only: refuse_unsolved, is_solved
+  use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, nodes_in_words, is_solved
   implicit none
   private
 
@@ -48,9 +50,13 @@ contains
     type(step_fields_t) :: fields
     logical :: is_cut
     character(:), allocatable :: missed !! accuracy, and by what
+    type(smooth_faces_t), allocatable :: faces(:) !! (n_pairs)
+    type(entries_t) :: entries
+    type(face_entry_t) :: deepest !! of the *STEP, as far as this session has run it
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
 
     unheld = ''
+    faces = faces_of_pairs(scene)
     scene%contact%tolerance = progress%tolerance
     increments: do
       increment = next_increment(scene%steps, progress%state)
@@ -81,10 +87,13 @@ contains
       if (allocated(error)) return
       call refuse_unsolved(scene, plan, increment, report, operators%inverse%condition, error)
       if (allocated(error)) return
-      call estimate_errors(scene, plan, operators, new, progress, report, fields)
+      call look_between_nodes()
+      if (allocated(error)) return
+      call estimate_errors(scene, plan, operators, new, progress, entries, report, fields)
       call tell_unheld(console, increment, report, unheld)
       if (increment%last_of_step) call tell_small_contacts(console, scene, plan, increment, &
         operators%prescribed, report)
+      if (increment%last_of_step) call tell_entries(console, scene, increment, deepest)
       call write_increment()
       if (allocated(error)) return
       call print_increment(console, increment, share_done(), report)
@@ -103,6 +112,20 @@ contains
       progress%widened_in = increment%step
       call advance_once()
     end subroutine solve_increment
+
+    !> What is between the nodes, where they see nothing.
+    subroutine look_between_nodes()
+      real(wp) :: clock
+
+      clock = wall_seconds()
+      call find_entries(scene, plan%points, faces, progress%state, new, increment%last_of_step, &
+        entries)
+      progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
+      report%face_penetration = entries%at_end%depth
+      report%face_penetration_on_way = entries%on_way%depth
+      if (entries%at_end%depth > deepest%depth) deepest = entries%at_end
+      call refuse_missed_contact(scene, increment, entries, error)
+    end subroutine look_between_nodes
 
     !> Ahead of increments that may yet be cut nobody looks.
     subroutine advance_once()
@@ -152,12 +175,13 @@ contains
   end subroutine go_through
 
   !> How wrong the increment is.
-  subroutine estimate_errors(scene, plan, operators, new, progress, report, fields)
+  subroutine estimate_errors(scene, plan, operators, new, progress, entries, report, fields)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(operators_t), intent(inout) :: operators
     type(state_t), intent(in) :: new
     type(progress_t), intent(inout) :: progress
+    type(entries_t), intent(in) :: entries !! of obstacles between the nodes
     type(step_report_t), intent(inout) :: report
     type(step_fields_t), intent(out) :: fields !! nothing, or the error of the mesh
     real(wp) :: clock
@@ -169,6 +193,9 @@ contains
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*operators%inverse%condition
     call follow_coarsely(scene, plan, operators, progress%state, new, progress%coarse, report)
     call estimate_mesh(scene, new, report, fields)
+    ! docs/theory.md (10.8)
+    if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
+      max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))
     call measure_deformation(scene, new, report)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
   end subroutine estimate_errors
@@ -214,6 +241,26 @@ contains
     call say('note: step '//to_text(increment%step)//', increment '//to_text(increment%number)// &
       ': motions that nothing holds and nothing drives stay where they are: '//now)
   end subroutine tell_unheld
+
+  !> Say, at the end of a step, how deep obstacles were in faces between their nodes.
+  subroutine tell_entries(console, scene, increment, deepest)
+    type(console_t), intent(inout) :: console
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(face_entry_t), intent(inout) :: deepest !! of the step; the next begins with none
+    type(string_t) :: line(1)
+
+    if (deepest%depth > 0.0_wp) then
+      line(1)%text = 'note: step '//to_text(increment%step)//': faces of '// &
+        scene%surfaces(scene%pairs(deepest%pair)%surface)%name//' enter '// &
+        scene%obstacles(scene%pairs(deepest%pair)%obstacle)%name// &
+        ' between their nodes by up to '//to_text(deepest%depth, 3)//', at '// &
+        nodes_in_words(scene, deepest%nodes)
+      if (.not. console%quiet) call clear_bar(console)
+      call print_lines(console, line)
+    end if
+    deepest = face_entry_t()
+  end subroutine tell_entries
 
   !> Say, at the end of a step, where a pressure is that of one node or two.
   subroutine tell_small_contacts(console, scene, plan, increment, prescribed, report)

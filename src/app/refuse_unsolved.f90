@@ -9,15 +9,14 @@ module refuse_unsolved_mod
   use increments_mod, only: increment_t
   use step_report_mod, only: step_report_t, worst_entry, ended_at_limit, ended_stalled, &
     ended_unbalanced, ended_moving
+  use faces_between_nodes_mod, only: entries_t, entered_on_way, entered_and_left
   use console_mod, only: solver_name
   implicit none
   private
 
-  public :: refuse_unsolved, is_solved, tolerance_in_reach
+  public :: refuse_unsolved, refuse_missed_contact, nodes_in_words, is_solved, tolerance_in_reach
 
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
-
-  real(wp), parameter :: passable = 1.0e-3_wp !! worst error that some user may want to accept [-]
 
 contains
 
@@ -90,12 +89,57 @@ contains
         where_and_what = where_and_what// &
           ': displacements in double precision do not hold these forces any closer'
       end if
-      if (worst_entry(report%certificate) <= passable) where_and_what = where_and_what// &
-        '; a contact tolerance of '//to_text(0.101_wp*worst_entry(report%certificate), 2)// &
-        ' would pass'
+      where_and_what = where_and_what//tolerance_in_reach(0.1_wp*worst_entry(report%certificate), &
+        scene%contact%tolerance)
     end if
     call raise(error, exit_not_solved, where_and_what)
   end subroutine refuse_unsolved
+
+  !> A contact that lies between the nodes ends the run: no force would answer it.
+  subroutine refuse_missed_contact(scene, increment, entries, error)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(entries_t), intent(in) :: entries !! of the increment
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: obstacle, face
+    real(wp) :: needed !! edge of a square whose corners are as deep as its middle [length]
+
+    associate (missed => entries%missed)
+      if (.not. missed%depth > 0.0_wp) return
+      needed = 2.0_wp*sqrt(scene%obstacles(scene%pairs(missed%pair)%obstacle)%radius*missed%depth)
+      obstacle = scene%obstacles(scene%pairs(missed%pair)%obstacle)%name
+      face = to_text(missed%depth, 3)//' deep into the face of '//nodes_in_words(scene, &
+        missed%nodes)//' of '//scene%surfaces(scene%pairs(missed%pair)%surface)%name
+    end associate
+    select case (entries%how)
+    case (entered_on_way)
+      face = obstacle//' gets '//face//' within the increment, and neither that face nor any '// &
+        'that shares a node with it has a node that touches: contact is missed; smaller '// &
+        'increments are needed, or smaller bricks'
+    case (entered_and_left)
+      face = obstacle//' was '//face//' when the increment began, and has left it without a '// &
+        'node ever having touched: contact is missed; smaller bricks are needed, or smaller '// &
+        'increments'
+    case default
+      face = obstacle//' is '//face//', and neither that face nor any that shares a node with '// &
+        'it has a node that touches: contact is missed; smaller bricks are needed, of edges '// &
+        'below about '//to_text(needed, 2)//', or smaller increments'
+    end select
+    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+      to_text(increment%number)//': '//face)
+  end subroutine refuse_missed_contact
+
+  !> "nodes 1, 2, 11 and 10".
+  pure function nodes_in_words(scene, nodes) result(words)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: nodes(4)
+    character(:), allocatable :: words
+
+    associate (id => scene%mesh%node_id)
+      words = 'nodes '//to_text(id(nodes(1)))//', '//to_text(id(nodes(2)))//', '// &
+        to_text(id(nodes(3)))//' and '//to_text(id(nodes(4)))
+    end associate
+  end function nodes_in_words
 
   !> Why a contact solver gave up.
   pure function ending_in_words(ending) result(words)

@@ -21,6 +21,7 @@ module result_history_mod
     type(rows_t) :: solver, residual, worst_node, wall_time, contact_time
     type(rows_t) :: penetration, adhesion, complementarity, cone, law, equilibrium
     type(rows_t) :: body_balance, support
+    type(rows_t) :: face_penetration, face_penetration_on_way
     type(rows_t) :: external_work, strain, dissipation, balance
     type(rows_t) :: error_contact, error_load_steps, error_mesh, error_arithmetic, error_total
   end type history_t
@@ -63,6 +64,12 @@ contains
                   'residual; -1: none', history%worst_node)
     call reals('wall_time', 'time the increment took', 'seconds', history%wall_time)
     call reals('contact_time', 'of it, in the contact solver', 'seconds', history%contact_time)
+
+    call reals('face_penetration', 'deepest penetration of an obstacle into a slave face '// &
+               'between its nodes, at the end of the increment', 'length', &
+               history%face_penetration)
+    call reals('face_penetration_on_way', 'the same before the end of the increment, where no '// &
+               'node touches nearby', 'length', history%face_penetration_on_way)
 
     call describe_group(file, '/history/certificate', &
       'errors found by a check that shares nothing with the solvers', error)
@@ -158,6 +165,10 @@ contains
     call append_row(history%worst_node, int(worst_node - 1, i4), checksum, error)
     call append_row(history%wall_time, report%wall_time, checksum, error)
     call append_row(history%contact_time, report%contact_time, checksum, error)
+
+    call append_row(history%face_penetration, report%face_penetration, checksum, error)
+    call append_row(history%face_penetration_on_way, report%face_penetration_on_way, checksum, &
+      error)
 
     associate (certificate => report%certificate, energy => report%energy)
       call append_row(history%penetration, certificate%penetration, checksum, error)

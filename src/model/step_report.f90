@@ -81,6 +81,10 @@ module step_report_mod
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
     real(wp) :: largest_strain = -1.0_wp   !! principal, at the centres; negative: not computed [-]
     real(wp) :: largest_rotation = -1.0_wp !! the same [rad]
+    real(wp) :: face_penetration = 0.0_wp
+    !! of an obstacle into a slave face, between its nodes [length]
+    real(wp) :: face_penetration_on_way = 0.0_wp
+    !! before the increment's end, where nothing touches nearby [length]
     integer  :: n_unheld = 0            !! rigid motions that nothing resists
     character(:), allocatable :: unheld     !! those, in words
     character(:), allocatable :: unbalanced !! motions that nothing balances, in words

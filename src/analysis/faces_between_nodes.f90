@@ -1,0 +1,452 @@
+!> Obstacles between the nodes: contact is a matter of nodes, so an obstacle may enter a slave face
+!> where there is none. docs/theory.md section 10, (10.6) to (10.8).
+!>
+!> Only round obstacles can that a body touches from outside: where all nodes of a face are before a
+!> plane or in a hollow, all of the face is.
+module faces_between_nodes_mod
+  use kinds_mod, only: wp
+  use small_matrix_mod, only: cross
+  use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_cylinder
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use follow_points_mod, only: locate_at, rounding_of_places
+  use smooth_faces_mod, only: smooth_faces_t, make_smooth_faces, no_faces, bulge_at, shape_at, &
+    find_closest
+  implicit none
+  private
+
+  public :: face_entry_t, entries_t, faces_of_pairs, find_entries
+  public :: entered_at_end, entered_on_way, entered_and_left
+
+  integer, parameter :: entered_at_end = 1   !! and the step ends with that
+  integer, parameter :: entered_on_way = 2   !! and out again within the increment
+  integer, parameter :: entered_and_left = 3 !! entered when the increment began
+
+  !> How deep an obstacle is in a slave face.
+  type :: face_entry_t
+    real(wp) :: depth = 0.0_wp !! 0: it is not [length]
+    integer  :: pair = 0
+    integer  :: nodes(4) = 0   !! of the face
+  end type face_entry_t
+
+  !> What one increment's faces show.
+  type :: entries_t
+    type(face_entry_t) :: at_end  !! the deepest at the end of the increment
+    type(face_entry_t) :: on_way  !! the deepest before that, of faces that nothing touches nearby
+    type(face_entry_t) :: missed  !! a contact that no node has seen; depth 0: none
+    integer  :: how = 0           !! it was missed: entered_at_end and so on
+    real(wp) :: work = 0.0_wp     !! |sum int p g^- dA| [energy]
+  end type entries_t
+
+  !> What one obstacle does to faces, until it is judged.
+  type :: of_obstacle_t
+    type(face_entry_t) :: untouched  !! the deepest at the end where nothing touches nearby
+    type(face_entry_t) :: before     !! the same at the beginning
+    type(face_entry_t) :: on_way     !! the deepest between, the same
+    type(face_entry_t) :: through    !! the same, of an obstacle whose middle goes through the face
+    real(wp) :: deepest_at_ends = 0.0_wp !! touched or not [length]
+    logical  :: touches_before = .false., touches = .false.
+  end type of_obstacle_t
+
+  !> One face relative to an obstacle, in whose middle or axis the origin is.
+  type :: face_t
+    real(wp) :: x(3, 4) = 0.0_wp    !! its nodes when the increment begins [length]
+    real(wp) :: way(3, 4) = 0.0_wp  !! how far they go [length]
+    real(wp) :: extra(4) = 0.0_wp   !! *CONTACT GAP [length]
+    real(wp) :: radius = 0.0_wp     !! of the obstacle [length]
+    real(wp) :: axis(3) = 0.0_wp    !! of a cylinder, 0 for a sphere [-]
+  end type face_t
+
+  real(wp), parameter :: at_three(3) = [-1, 0, 1]
+  real(wp), parameter :: simpson(3) = [1.0_wp/3.0_wp, 4.0_wp/3.0_wp, 1.0_wp/3.0_wp]
+  real(wp), parameter :: known_to = 0.05_wp !! part of its bulge that a smooth surface may be off
+
+contains
+
+  !> The faces of every pair that an obstacle can enter between their nodes.
+  pure function faces_of_pairs(scene) result(faces)
+    type(scene_t), intent(in) :: scene
+    type(smooth_faces_t), allocatable :: faces(:) !! (n_pairs)
+    integer :: pair
+
+    allocate (faces(size(scene%pairs)))
+    do pair = 1, size(scene%pairs)
+      if (may_enter(scene%obstacles(scene%pairs(pair)%obstacle))) then
+        faces(pair) = make_smooth_faces(scene%mesh, scene%surfaces(scene%pairs(pair)%surface))
+      else
+        faces(pair) = no_faces()
+      end if
+    end do
+  end function faces_of_pairs
+
+  pure logical function may_enter(obstacle)
+    type(obstacle_t), intent(in) :: obstacle
+
+    may_enter = obstacle%kind /= obstacle_plane .and. .not. obstacle%inner
+  end function may_enter
+
+  !> Look at all slave faces at the end of an increment and along the way to it.
+  subroutine find_entries(scene, points, faces, old, new, last_of_step, entries)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(smooth_faces_t), intent(in) :: faces(:) !! of faces_of_pairs
+    type(state_t), intent(in) :: old, new        !! the increment's beginning and end
+    logical, intent(in) :: last_of_step
+    type(entries_t), intent(out) :: entries
+    type(of_obstacle_t) :: found
+    real(wp), allocatable :: extra(:), pressure(:)    !! (n_nodes) [length], [force/length^2]
+    logical, allocatable :: near_before(:), near(:)   !! (n_nodes) of faces with a touching node
+    type(face_entry_t), allocatable :: dents(:)       !! all faces that the obstacle is in
+    real(wp) :: allowed
+    logical :: begins
+    integer :: obstacle, pair
+
+    if (.not. any([(size(faces(pair)%nodes) > 0, pair=1, size(faces))])) return
+    allowed = 10.0_wp*scene%contact%tolerance*max(maxval(abs(new%displacement)), &
+      maxval(abs(old%displacement))) + rounding_of_places(scene, new%displacement)
+    begins = old%row == 0 ! and where the deck has its obstacles nothing needs to touch yet
+    do obstacle = 1, size(scene%obstacles)
+      if (.not. may_enter(scene%obstacles(obstacle))) cycle
+      found = of_obstacle_t()
+      call mark_touching(scene, points, faces, obstacle, old, allowed, near_before, &
+        found%touches_before)
+      call mark_touching(scene, points, faces, obstacle, new, allowed, near, found%touches)
+      call spread_points(scene, points, obstacle, new, extra, pressure)
+      allocate (dents(0))
+      do pair = 1, size(scene%pairs)
+        if (scene%pairs(pair)%obstacle /= obstacle) cycle
+        call look_at_pair(pair)
+      end do
+      found%untouched = deepest_untouched(dents, near)
+      deallocate (dents)
+      call judge(found, allowed, last_of_step, entries)
+    end do
+    entries%work = abs(entries%work)
+
+  contains
+
+    !> The faces of one pair.
+    subroutine look_at_pair(pair)
+      integer, intent(in) :: pair
+      type(face_t) :: face
+      integer :: f
+      logical :: is_near, was_near, is_through
+      real(wp) :: gap, middle(2)
+
+      do f = 1, size(faces(pair)%nodes, 2)
+        associate (nodes => faces(pair)%nodes(:, f))
+          call set_face(scene%obstacles(obstacle), scene%mesh%coordinates(:, nodes), &
+            extra(nodes), old, new, nodes, face)
+          if (is_far(face)) cycle
+          was_near = any(near_before(nodes))
+          is_near = any(near(nodes))
+          call find_least_gap(faces(pair), f, face, [1.0_wp, 1.0_wp], gap, middle)
+          found%deepest_at_ends = max(found%deepest_at_ends, -gap)
+          if (-gap > allowed) call keep_deeper(-gap, pair, nodes, entries%at_end)
+          if (-gap > allowed) dents = [dents, face_entry_t(-gap, pair, nodes)]
+          if (any(pressure(nodes) > 0.0_wp)) entries%work = entries%work + work_of_face( &
+            faces(pair), f, face, scene%mesh%coordinates(:, nodes), pressure(nodes))
+          if (is_near .or. was_near) cycle
+          call find_least_gap(faces(pair), f, face, [0.0_wp, 0.0_wp], gap, middle)
+          found%deepest_at_ends = max(found%deepest_at_ends, -gap)
+          if (-gap > allowed .and. .not. begins) call keep_deeper(-gap, pair, nodes, found%before)
+          call find_least_gap(faces(pair), f, face, [0.0_wp, 1.0_wp], gap, middle)
+          is_through = goes_through(face, faces(pair)%normal(:, f), middle)
+          if (-gap > allowed) call keep_deeper(-gap, pair, nodes, found%on_way)
+          if (-gap > allowed .and. is_through) call keep_deeper(-gap, pair, nodes, found%through)
+        end associate
+      end do
+    end subroutine look_at_pair
+
+  end subroutine find_entries
+
+  !> Which entries of an obstacle are a contact that no node has seen.
+  !>
+  !> At the end of an increment within a step an obstacle may be on its way to the nodes. In what it
+  !> sweeps between two touches it may seem deep: the way of large increments is no straight line.
+  subroutine judge(found, allowed, last_of_step, entries)
+    type(of_obstacle_t), intent(in) :: found
+    real(wp), intent(in) :: allowed    !! [length]
+    logical, intent(in) :: last_of_step
+    type(entries_t), intent(inout) :: entries
+    logical :: crosses
+
+    crosses = found%on_way%depth > 2.0_wp*found%deepest_at_ends + allowed
+    if (crosses .and. found%on_way%depth > entries%on_way%depth) entries%on_way = found%on_way
+    if (found%through%depth > 0.0_wp) then
+      call take(found%through, entered_on_way)
+    else if (crosses .and. .not. (found%touches .or. found%touches_before)) then
+      call take(found%on_way, entered_on_way)
+    else if (found%untouched%depth > 0.0_wp) then
+      if (last_of_step) call take(found%untouched, entered_at_end)
+    else if (.not. (found%touches .or. found%touches_before)) then
+      call take(found%before, entered_and_left)
+    end if
+
+  contains
+
+    subroutine take(entry, how)
+      type(face_entry_t), intent(in) :: entry
+      integer, intent(in) :: how
+
+      if (.not. entry%depth > entries%missed%depth) return
+      entries%missed = entry
+      entries%how = how
+    end subroutine take
+
+  end subroutine judge
+
+  !> The deepest entry that no touching node excuses.
+  !>
+  !> A dent may reach over several faces: a node that touches near one of them is near all of it.
+  pure function deepest_untouched(dents, near) result(deepest)
+    type(face_entry_t), intent(in) :: dents(:)
+    logical, intent(in) :: near(:) !! (n_nodes) of faces with a touching node
+    type(face_entry_t) :: deepest
+    logical :: reached(size(near)), grows
+    integer :: i
+
+    reached = near
+    grows = .true.
+    do while (grows)
+      grows = .false.
+      do i = 1, size(dents)
+        if (.not. any(reached(dents(i)%nodes)) .or. all(reached(dents(i)%nodes))) cycle
+        reached(dents(i)%nodes) = .true.
+        grows = .true.
+      end do
+    end do
+    do i = 1, size(dents)
+      if (any(reached(dents(i)%nodes))) cycle
+      call keep_deeper(dents(i)%depth, dents(i)%pair, dents(i)%nodes, deepest)
+    end do
+  end function deepest_untouched
+
+  pure subroutine keep_deeper(depth, pair, nodes, deepest)
+    real(wp), intent(in) :: depth !! [length]
+    integer, intent(in) :: pair, nodes(4)
+    type(face_entry_t), intent(inout) :: deepest
+
+    if (depth > deepest%depth) deepest = face_entry_t(depth, pair, nodes)
+  end subroutine keep_deeper
+
+  !> The nodes of all faces that have a node on the obstacle.
+  pure subroutine mark_touching(scene, points, faces, obstacle, state, allowed, near, touches)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(smooth_faces_t), intent(in) :: faces(:)
+    integer, intent(in) :: obstacle
+    type(state_t), intent(in) :: state
+    real(wp), intent(in) :: allowed                  !! gap of a node that touches [length]
+    logical, allocatable, intent(out) :: near(:)     !! (n_nodes)
+    logical, intent(out) :: touches                  !! some node does
+    logical :: on_it(scene%mesh%n_nodes)
+    real(wp) :: gap, frame(3, 3)
+    integer :: i, f, pair
+
+    on_it = .false.
+    do i = 1, points%n
+      if (scene%pairs(points%pair(i))%obstacle /= obstacle) cycle
+      if (any(abs(state%reaction(:, i)) > 0.0_wp)) then
+        on_it(points%node(i)) = .true.
+      else
+        ! On it without a force: about to touch, or held there.
+        call locate_at(scene, points, i, state%displacement, gap, frame)
+        if (gap <= allowed) on_it(points%node(i)) = .true.
+      end if
+    end do
+    near = on_it
+    touches = any(on_it)
+    if (.not. touches) return
+    do pair = 1, size(faces)
+      if (scene%pairs(pair)%obstacle /= obstacle) cycle
+      do f = 1, size(faces(pair)%nodes, 2)
+        if (any(on_it(faces(pair)%nodes(:, f)))) near(faces(pair)%nodes(:, f)) = .true.
+      end do
+    end do
+  end subroutine mark_touching
+
+  !> What the points of an obstacle know, as fields over the nodes.
+  pure subroutine spread_points(scene, points, obstacle, state, extra, pressure)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: obstacle
+    type(state_t), intent(in) :: state
+    real(wp), allocatable, intent(out) :: extra(:)    !! (n_nodes) *CONTACT GAP [length]
+    real(wp), allocatable, intent(out) :: pressure(:) !! (n_nodes) [force/length^2]
+    real(wp) :: gap, frame(3, 3)
+    integer :: i
+
+    allocate (extra(scene%mesh%n_nodes), pressure(scene%mesh%n_nodes), source=0.0_wp)
+    do i = 1, points%n
+      if (scene%pairs(points%pair(i))%obstacle /= obstacle) cycle
+      extra(points%node(i)) = points%extra_gap(i)
+      if (.not. (points%area(i) > 0.0_wp .and. any(abs(state%reaction(:, i)) > 0.0_wp))) cycle
+      call locate_at(scene, points, i, state%displacement, gap, frame)
+      pressure(points%node(i)) = max(0.0_wp, dot_product(state%reaction(:, i), frame(:, 1)))/ &
+        points%area(i)
+    end do
+  end subroutine spread_points
+
+  !> A face as the obstacle sees it.
+  pure subroutine set_face(obstacle, coordinates, extra, old, new, nodes, face)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in) :: coordinates(3, 4), extra(4) !! [length]
+    type(state_t), intent(in) :: old, new
+    integer, intent(in) :: nodes(4)
+    type(face_t), intent(out) :: face
+    integer :: k
+
+    face%extra = extra
+    face%radius = obstacle%radius
+    if (obstacle%kind == obstacle_cylinder) face%axis = obstacle%normal
+    face%x = coordinates + old%displacement(:, nodes) - spread(obstacle%point, 2, 4)
+    face%way = new%displacement(:, nodes) - old%displacement(:, nodes)
+    if (obstacle%ref_node > 0) then
+      face%x = face%x - spread(old%displacement(:, obstacle%ref_node), 2, 4)
+      face%way = face%way - spread(new%displacement(:, obstacle%ref_node) - &
+        old%displacement(:, obstacle%ref_node), 2, 4)
+    end if
+    do k = 1, 4
+      face%x(:, k) = across(face, face%x(:, k))
+      face%way(:, k) = across(face, face%way(:, k))
+    end do
+  end subroutine set_face
+
+  !> The part of a vector that a cylinder's distance is measured along.
+  pure function across(face, v)
+    type(face_t), intent(in) :: face
+    real(wp), intent(in) :: v(3)
+    real(wp) :: across(3)
+
+    across = v - dot_product(face%axis, v)*face%axis
+  end function across
+
+  !> Whether no point of a face can be in the obstacle during the increment.
+  pure logical function is_far(face)
+    type(face_t), intent(in) :: face
+    real(wp) :: x(3), way(3), s, extent
+
+    x = sum(face%x, dim=2)/4.0_wp
+    way = sum(face%way, dim=2)/4.0_wp
+    extent = maxval(norm2(face%x - spread(x, 2, 4), dim=1)) + &
+      maxval(norm2(face%way - spread(way, 2, 4), dim=1))
+    s = 0.0_wp
+    if (dot_product(way, way) > 0.0_wp) s = min(1.0_wp, max(0.0_wp, -dot_product(x, way)/ &
+      dot_product(way, way)))
+    is_far = norm2(x + s*way) - extent + minval(face%extra) > face%radius
+  end function is_far
+
+  !> The least gap of a face: at 3 x 3 points, and where the flat face comes closest.
+  subroutine find_least_gap(faces, f, face, s_range, least, place)
+    type(smooth_faces_t), intent(in) :: faces
+    integer, intent(in) :: f
+    type(face_t), intent(in) :: face
+    real(wp), intent(in) :: s_range(2) !! part of the way, 0 to 1
+    real(wp), intent(out) :: least     !! [length]
+    real(wp), intent(out) :: place(2)  !! where on the face it is
+    real(wp) :: xi, eta, s, start(3), distance, closest, gap
+    integer :: i, j
+
+    least = huge(1.0_wp)
+    closest = huge(1.0_wp)
+    place = 0.0_wp
+    start = 0.0_wp
+    do j = 1, 3
+      do i = 1, 3
+        xi = at_three(i)
+        eta = at_three(j)
+        s = s_of(shape_at(xi, eta))
+        call look(xi, eta, s)
+        if (distance >= closest) cycle
+        closest = distance
+        start = [xi, eta, s]
+      end do
+    end do
+    call find_closest(face%x, face%way, s_range, start(1), start(2), start(3))
+    call look(start(1), start(2), start(3))
+
+  contains
+
+    subroutine look(xi, eta, s)
+      real(wp), intent(in) :: xi, eta, s
+
+      call gap_at(faces, f, face, xi, eta, s, distance, gap)
+      if (gap >= least) return
+      least = gap
+      place = [xi, eta]
+    end subroutine look
+
+    !> Where a point of the face comes closest on its way.
+    pure real(wp) function s_of(n)
+      real(wp), intent(in) :: n(4)
+      real(wp) :: x(3), way(3)
+
+      x = matmul(face%x, n)
+      way = matmul(face%way, n)
+      s_of = s_range(2)
+      if (dot_product(way, way) > 0.0_wp) s_of = min(s_range(2), max(s_range(1), &
+        -dot_product(x, way)/dot_product(way, way)))
+    end function s_of
+
+  end subroutine find_least_gap
+
+  !> Gap of a point of a face: the larger of that of the flat face and that of the smooth one.
+  !> docs/theory.md (10.6).
+  pure subroutine gap_at(faces, f, face, xi, eta, s, distance, gap)
+    type(smooth_faces_t), intent(in) :: faces
+    integer, intent(in) :: f
+    type(face_t), intent(in) :: face
+    real(wp), intent(in) :: xi, eta, s
+    real(wp), intent(out) :: distance !! of the flat face from the middle or axis [length]
+    real(wp), intent(out) :: gap      !! [length]
+    real(wp) :: n(4), x(3), bulge(3)
+
+    n = shape_at(xi, eta)
+    x = matmul(face%x + s*face%way, n)
+    bulge = bulge_at(faces, f, xi, eta)
+    distance = norm2(x)
+    gap = max(distance, norm2(x + across(face, bulge)) + known_to*norm2(bulge)) - face%radius + &
+      dot_product(n, face%extra)
+  end subroutine gap_at
+
+  !> Whether the middle of an obstacle goes from the outer side of a face to the inner.
+  pure logical function goes_through(face, normal, place)
+    type(face_t), intent(in) :: face
+    real(wp), intent(in) :: normal(3)
+    real(wp), intent(in) :: place(2)
+    real(wp) :: n(4)
+
+    n = shape_at(place(1), place(2))
+    goes_through = dot_product(matmul(face%x, n), normal) < 0.0_wp .and. &
+      dot_product(matmul(face%x + face%way, n), normal) > 0.0_wp
+  end function goes_through
+
+  !> int p g^- dA over a face at the end of the increment, by Simpson's rule. docs/theory.md (10.8).
+  pure function work_of_face(faces, f, face, coordinates, pressure) result(work)
+    type(smooth_faces_t), intent(in) :: faces
+    integer, intent(in) :: f
+    type(face_t), intent(in) :: face
+    real(wp), intent(in) :: coordinates(3, 4) !! [length]
+    real(wp), intent(in) :: pressure(4)       !! of the nodes [force/length^2]
+    real(wp) :: work                          !! not positive [energy]
+    real(wp) :: gap, distance, one(3), other(3)
+    integer :: i, j
+
+    work = 0.0_wp
+    do j = 1, 3
+      do i = 1, 3
+        call gap_at(faces, f, face, at_three(i), at_three(j), 1.0_wp, distance, gap)
+        if (gap >= 0.0_wp) cycle
+        one = 0.5_wp*matmul(coordinates, shape_at(1.0_wp, at_three(j)) - &
+          shape_at(-1.0_wp, at_three(j)))
+        other = 0.5_wp*matmul(coordinates, shape_at(at_three(i), 1.0_wp) - &
+          shape_at(at_three(i), -1.0_wp))
+        work = work + simpson(i)*simpson(j)*norm2(cross(one, other))*gap* &
+          dot_product(shape_at(at_three(i), at_three(j)), pressure)
+      end do
+    end do
+  end function work_of_face
+
+end module faces_between_nodes_mod

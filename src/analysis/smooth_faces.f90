@@ -1,0 +1,245 @@
+!> The faces of a slave surface, as flat as the bricks have them and as round as their normals say.
+!>
+!> Where faces turn by no more than 30 degrees a curved body is meant, of which the nodes are
+!> points: between two nodes an arc goes through both, across the surface's normals there.
+!> docs/theory.md (10.6), (10.7).
+module smooth_faces_mod
+  use kinds_mod, only: wp
+  use small_matrix_mod, only: cross
+  use mesh_mod, only: mesh_t
+  use surfaces_mod, only: surface_t, face_nodes
+  implicit none
+  private
+
+  public :: smooth_faces_t, make_smooth_faces, no_faces, bulge_at, shape_at, find_closest
+
+  !> The faces of one surface, undeformed.
+  type :: smooth_faces_t
+    integer,  allocatable :: nodes(:, :)    !! (4, n_faces) anticlockwise seen from outside
+    real(wp), allocatable :: normal(:, :)   !! (3, n_faces) outward unit normals
+    real(wp), allocatable :: bulge(:, :, :) !! (3, 4, n_faces) of edges 1-2, 2-3, 3-4, 4-1 [length]
+    real(wp), allocatable :: half(:, :)     !! (4, n_faces) half the lengths of the edges [length]
+  end type smooth_faces_t
+
+  real(wp), parameter :: pi = acos(-1.0_wp)
+  real(wp), parameter :: sharp = cos(30.0_wp*pi/180.0_wp) !! normals beyond it meet at an edge
+  integer, parameter :: next(4) = [2, 3, 4, 1], last(4) = [4, 1, 2, 3]
+  real(wp), parameter :: xi_node(4) = [-1, 1, 1, -1]
+  real(wp), parameter :: eta_node(4) = [-1, -1, 1, 1]
+
+contains
+
+  !> A surface without faces.
+  pure function no_faces() result(faces)
+    type(smooth_faces_t) :: faces
+
+    allocate (faces%nodes(4, 0), faces%normal(3, 0), faces%bulge(3, 4, 0), faces%half(4, 0))
+  end function no_faces
+
+  !> The faces of a surface; none where it consists of nodes alone.
+  pure function make_smooth_faces(mesh, surface) result(faces)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_t), intent(in) :: surface
+    type(smooth_faces_t) :: faces
+    integer, allocatable :: start(:), around(:) !! faces at each node, as compressed lists
+    real(wp) :: x(3, 4), n(3)
+    integer :: f, n_faces
+
+    n_faces = 0
+    if (allocated(surface%faces)) n_faces = size(surface%faces, 2)
+    allocate (faces%nodes(4, n_faces), faces%normal(3, n_faces), faces%half(4, n_faces))
+    allocate (faces%bulge(3, 4, n_faces), source=0.0_wp)
+    do f = 1, n_faces
+      faces%nodes(:, f) = mesh%connectivity(face_nodes(:, surface%faces(2, f)), surface%faces(1, f))
+      x = mesh%coordinates(:, faces%nodes(:, f))
+      n = cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
+      faces%normal(:, f) = n/max(norm2(n), tiny(1.0_wp))
+      faces%half(:, f) = 0.5_wp*norm2(x(:, next) - x, dim=1)
+    end do
+    call list_faces(faces%nodes, mesh%n_nodes, start, around)
+    do f = 1, n_faces
+      call bend_edges(mesh, faces, f, start, around)
+    end do
+  end function make_smooth_faces
+
+  !> Compressed lists of the faces at each node.
+  pure subroutine list_faces(nodes, n_nodes, start, around)
+    integer, intent(in) :: nodes(:, :)             !! (4, n_faces)
+    integer, intent(in) :: n_nodes                 !! of the mesh
+    integer, allocatable, intent(out) :: start(:)  !! (n_nodes+1) first entry of each node's list
+    integer, allocatable, intent(out) :: around(:) !! the lists, one after the other
+    integer :: fill(n_nodes), f, k
+
+    allocate (start(n_nodes + 1), source=0)
+    allocate (around(size(nodes)))
+    do f = 1, size(nodes, 2)
+      start(nodes(:, f) + 1) = start(nodes(:, f) + 1) + 1
+    end do
+    start(1) = 1
+    do k = 1, n_nodes
+      start(k + 1) = start(k) + start(k + 1)
+    end do
+    fill = start(:n_nodes)
+    do f = 1, size(nodes, 2)
+      do k = 1, 4
+        around(fill(nodes(k, f))) = f
+        fill(nodes(k, f)) = fill(nodes(k, f)) + 1
+      end do
+    end do
+  end subroutine list_faces
+
+  !> How far the arcs over a face's edges rise in their middle. docs/theory.md (10.7).
+  !>
+  !> Where the surface ends at a node, across the edge, its normal there says nothing about the
+  !> edge: the arc is then as bent at that end as at the other.
+  pure subroutine bend_edges(mesh, faces, f, start, around)
+    type(mesh_t), intent(in) :: mesh
+    type(smooth_faces_t), intent(inout) :: faces !! gets bulge(:, :, f)
+    integer, intent(in) :: f
+    integer, intent(in) :: start(:), around(:)   !! of list_faces
+    real(wp) :: normal(3, 4), along(3)
+    logical :: goes_on(4) !! over the edge k, k+1 to another face
+    integer :: k, a, b
+    logical :: known_a, known_b
+
+    do k = 1, 4
+      normal(:, k) = normal_at(k)
+      goes_on(k) = has_neighbour(faces%nodes(k, f), faces%nodes(next(k), f))
+    end do
+    do k = 1, 4
+      a = k
+      b = next(k)
+      along = mesh%coordinates(:, faces%nodes(b, f)) - mesh%coordinates(:, faces%nodes(a, f))
+      known_a = goes_on(last(a))
+      known_b = goes_on(b)
+      if (known_a) faces%bulge(:, k, f) = rise(0.5_wp*along, normal(:, a))
+      if (known_b) faces%bulge(:, k, f) = faces%bulge(:, k, f) + rise(-0.5_wp*along, normal(:, b))
+      if (known_a .and. known_b) faces%bulge(:, k, f) = 0.5_wp*faces%bulge(:, k, f)
+    end do
+
+  contains
+
+    !> Height of an arc over the middle of its chord, `to_middle` from its end, where its normal is
+    !> n: |to_middle| tan(theta/2), sin(theta) = to_middle . n/|to_middle|, along the face's normal.
+    pure function rise(to_middle, n)
+      real(wp), intent(in) :: to_middle(3), n(3)
+      real(wp) :: rise(3)
+      real(wp) :: height, c
+
+      height = dot_product(to_middle, n)
+      c = sqrt(max(0.0_wp, 1.0_wp - height**2/max(dot_product(to_middle, to_middle), &
+        tiny(1.0_wp))))
+      rise = -height/(1.0_wp + c)*faces%normal(:, f)
+    end function rise
+
+    !> The normal of the surface at a corner: that of a sphere or cylinder, where its nodes are on
+    !> one, however long the faces. Those beyond an edge are another surface.
+    pure function normal_at(corner) result(n)
+      integer, intent(in) :: corner
+      real(wp) :: n(3)
+      real(wp) :: one(3), other(3)
+      integer :: node, i, j, g
+
+      node = faces%nodes(corner, f)
+      n = 0.0_wp
+      do i = start(node), start(node + 1) - 1
+        g = around(i)
+        if (dot_product(faces%normal(:, g), faces%normal(:, f)) < sharp) cycle
+        j = findloc(faces%nodes(:, g), node, dim=1)
+        one = mesh%coordinates(:, faces%nodes(next(j), g)) - mesh%coordinates(:, node)
+        other = mesh%coordinates(:, faces%nodes(last(j), g)) - mesh%coordinates(:, node)
+        n = n + cross(one, other)/max(sum(one**2)*sum(other**2), tiny(1.0_wp))
+      end do
+      n = n/max(norm2(n), tiny(1.0_wp))
+    end function normal_at
+
+    !> Whether the smooth surface goes on beyond an edge of the face.
+    pure logical function has_neighbour(one, other)
+      integer, intent(in) :: one, other !! nodes of the edge
+      integer :: i, g
+
+      has_neighbour = .false.
+      do i = start(one), start(one + 1) - 1
+        g = around(i)
+        if (g == f) cycle
+        if (dot_product(faces%normal(:, g), faces%normal(:, f)) < sharp) cycle
+        if (any(faces%nodes(:, g) == other)) has_neighbour = .true.
+      end do
+    end function has_neighbour
+
+  end subroutine bend_edges
+
+  !> How far the smooth surface is from the flat face at a point of it. docs/theory.md (10.7).
+  pure function bulge_at(faces, f, xi, eta) result(b)
+    type(smooth_faces_t), intent(in) :: faces
+    integer, intent(in) :: f
+    real(wp), intent(in) :: xi, eta !! -1 to 1
+    real(wp) :: b(3)                !! [length]
+
+    b = 0.5_wp*((1.0_wp - eta)*arc(1, xi) + (1.0_wp + xi)*arc(2, eta) + &
+      (1.0_wp + eta)*arc(3, xi) + (1.0_wp - xi)*arc(4, eta))
+
+  contains
+
+    !> The arc over an edge, at `t` from its middle, its ends at -1 and 1.
+    pure function arc(k, t)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: t
+      real(wp) :: arc(3)
+      real(wp) :: height, c, curvature
+
+      height = norm2(faces%bulge(:, k, f))
+      c = faces%half(k, f)
+      curvature = 2.0_wp*height/max(c**2 + height**2, tiny(1.0_wp))
+      arc = (1.0_wp - 2.0_wp*(t*c)**2/max(c**2 + height**2, tiny(1.0_wp))/ &
+        (1.0_wp + sqrt(max(0.0_wp, 1.0_wp - (t*c*curvature)**2))))*faces%bulge(:, k, f)
+    end function arc
+
+  end function bulge_at
+
+  !> The bilinear shape functions of a face.
+  pure function shape_at(xi, eta) result(n)
+    real(wp), intent(in) :: xi, eta
+    real(wp) :: n(4)
+
+    n = 0.25_wp*(1.0_wp + xi*xi_node)*(1.0_wp + eta*eta_node)
+  end function shape_at
+
+  !> The point of a flat face, and of its way, that is closest to the origin, from a first guess.
+  !>
+  !> The distance is that of sum N_a(xi, eta) (x_a + s way_a): linear in each of xi, eta and s, so
+  !> that each in turn has its best value in closed form.
+  pure subroutine find_closest(x, way, s_range, xi, eta, s)
+    real(wp), intent(in) :: x(3, 4)     !! the nodes at s = 0 [length]
+    real(wp), intent(in) :: way(3, 4)   !! how far they go until s = 1 [length]
+    real(wp), intent(in) :: s_range(2)
+    real(wp), intent(inout) :: xi, eta, s
+    integer, parameter :: rounds = 30
+    real(wp) :: now(3, 4), before(3)
+    integer :: i
+
+    do i = 1, rounds
+      before = [xi, eta, s]
+      now = x + s*way
+      xi = best(matmul(now, shape_at(0.0_wp, eta)), matmul(now, shape_at(1.0_wp, eta) - &
+        shape_at(0.0_wp, eta)), xi, [-1.0_wp, 1.0_wp])
+      eta = best(matmul(now, shape_at(xi, 0.0_wp)), matmul(now, shape_at(xi, 1.0_wp) - &
+        shape_at(xi, 0.0_wp)), eta, [-1.0_wp, 1.0_wp])
+      s = best(matmul(x, shape_at(xi, eta)), matmul(way, shape_at(xi, eta)), s, s_range)
+      if (maxval(abs([xi, eta, s] - before)) < 1.0e-12_wp) return
+    end do
+
+  contains
+
+    !> Where |a + t b| is least within a range.
+    pure real(wp) function best(a, b, t, range)
+      real(wp), intent(in) :: a(3), b(3), t, range(2)
+
+      best = t
+      if (.not. dot_product(b, b) > 0.0_wp) return
+      best = min(range(2), max(range(1), -dot_product(a, b)/dot_product(b, b)))
+    end function best
+
+  end subroutine find_closest
+
+end module smooth_faces_mod
