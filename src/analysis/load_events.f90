@@ -10,14 +10,14 @@ module load_events_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: increment_t, whole_increment, smallest_increment
-  use kinks_mod, only: has_too_many, most_touches
+  use kinks_mod, only: has_too_many, most_kinks, most_touches
   use follow_points_mod, only: locate_at
   use operators_mod, only: operators_t
   use attempt_mod, only: sum_patterns
   implicit none
   private
 
-  public :: no_event, next_kink, first_touch, next_event
+  public :: no_event, first_touch, next_event
 
   integer(i8), parameter :: no_event = 2_i8**53 - 1 !! behind every step's end
   integer, parameter :: n_samples = 16 !! of the way before round obstacles
@@ -26,18 +26,23 @@ module load_events_mod
 contains
 
   !> The next kink behind `start` at which increments end; no_event where there is none, or are too
-  !> many.
-  pure integer(i8) function next_kink(scene, operators, step, start) result(kink)
+  !> many. An estimate passes by some of too many, evenly, and ends at the others.
+  pure integer(i8) function next_kink(scene, operators, step, start, is_estimate) result(kink)
     type(scene_t), intent(in) :: scene
     type(operators_t), intent(in) :: operators !! prepared for the step
     integer, intent(in) :: step
     integer(i8), intent(in) :: start           !! in parts of the deck's increments
-    integer :: i
+    logical, intent(in) :: is_estimate
+    integer :: i, stride
 
     kink = no_event
+    stride = 1
     associate (kinks => operators%loads%kinks)
-      if (has_too_many(kinks, scene%steps(step))) return
-      do i = 1, size(kinks)
+      if (has_too_many(kinks, scene%steps(step))) then
+        if (.not. is_estimate) return
+        stride = 1 + size(kinks)/(most_kinks*scene%steps(step)%n_increments)
+      end if
+      do i = stride, size(kinks), stride
         if (kinks(i) < start + smallest_increment) cycle
         kink = kinks(i)
         return
@@ -46,7 +51,8 @@ contains
   end function next_kink
 
   !> The next event behind the place of a state in a step.
-  subroutine next_event(scene, points, operators, state, increment, n_touches, event, is_touch)
+  subroutine next_event(scene, points, operators, state, increment, n_touches, event, is_touch, &
+    is_estimate)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(operators_t), intent(in) :: operators  !! prepared for the step
@@ -56,13 +62,17 @@ contains
     !! instants at which contact began in the step so far; one from each kink to the next counts
     integer(i8), intent(out) :: event           !! no_event: none to the end of the step
     logical, intent(out) :: is_touch
+    logical, intent(in), optional :: is_estimate !! as of next_kink; not where it is left out
     integer(i8) :: touch
+    logical :: thins
 
+    thins = .false.
+    if (present(is_estimate)) thins = is_estimate
     associate (step => scene%steps(increment%step), start => increment%start)
       event = no_event
       is_touch = .false.
       if (operators%loads%n_patterns == 0) return ! nothing moves
-      event = next_kink(scene, operators, increment%step, start)
+      event = next_kink(scene, operators, increment%step, start, thins)
       if (n_touches >= most_touches(operators%loads%kinks, step)) return
       touch = first_touch(scene, points, operators, state, increment%step, start, &
         min(event, step%n_increments*whole_increment))

@@ -11,7 +11,7 @@ module kinks_mod
   private
 
   public :: find_kinks, used_amplitudes, has_too_many, most_touches, &
-    most_events, count_between
+    most_events, count_between, most_kinks
 
   integer,  parameter :: most_kinks = 10         !! in an increment, on the average
   real(wp), parameter :: straight = 1.0e-9_wp    !! departure of a line's point, of its values [-]

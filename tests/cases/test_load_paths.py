@@ -33,11 +33,11 @@ SLANT = (
 
 
 class LoadPaths(unittest.TestCase):
-    def solve(self, steps, gap=0.0, amplitude="0., 0., 1., 1.", h=1.0, direct=False, options=()):
+    def solve(self, steps, gap=0.0, amplitude="0., 0., 1., 1.", h=1.0, direct=False, body=BODY):
         """Run the cube through `steps`; its histories are rows of `self.rows`."""
-        text = BODY.format(gap=-gap, amplitude=amplitude)
+        text = body.format(gap=-gap, amplitude=amplitude)
         text += steps.format(h=h, direct=", DIRECT" if direct else "")
-        self.run_of_result = run = Run(text, *options, name="path")
+        self.run_of_result = run = Run(text, name="path")
         self.assertEqual(run.status, 0, run.errors)
         result = run.result()
         self.addCleanup(result.close)
@@ -118,6 +118,32 @@ class LoadPaths(unittest.TestCase):
         self.assertEqual(self.counters["first_touches_inside_increments"], 1)
         words = "note: step 1: contact begins inside increment 2"
         self.assertEqual(self.run_of_result.output.count(words), 1)
+
+    def test_the_error_sees_what_lies_across(self):
+        # With DIRECT, sizes h and 2h both end where the amplitude is 0, and friction is 0 there;
+        # the last way is back, so it is 3, beside a resultant of the size of (3, 10).
+        sine = ", ".join(f"{k / 8}, {k % 2}" for k in range(5)) + ",\n"
+        sine += ", ".join(f"{k / 8}, {k % 2}" for k in range(5, 9))
+        self.solve(PRESS + DRAG, amplitude=sine, h=0.25, direct=True)
+        error = np.linalg.norm(self.rows["resultant"][-1] - [3, 0, 10]) / np.hypot(3, 10)
+        self.assertGreater(error, 0.1)
+        np.testing.assert_allclose(self.rows["load_steps"][-1], error, rtol=1e-3)
+        self.solve(PRESS + DRAG, amplitude=sine, h=0.25)
+        np.testing.assert_allclose(self.rows["resultant"][-1], [3, 0, 10], rtol=0, atol=1e-7)
+        self.assertLess(self.rows["load_steps"][-1], 1e-6)
+
+    def test_the_error_sees_where_contact_begins(self):
+        # A cube that may give way: all of it slides where the way counts from the start, not where
+        # it counts from the touch.
+        steps = SLANT.replace("B, 2, 2\nB, 1, 1, 0.02", "B-ZMAX, 1, 1, 0.02\nB-ZMAX, 2, 2")
+        body = BODY.replace("NX=2, NY=2, NZ=1", "NX=6, NY=6, NZ=6").replace("1000., 0.", "1000., 0.3")
+        self.solve(steps, gap=0.016, body=body)
+        right = self.rows["resultant"][-1]
+        self.assertLess(self.rows["load_steps"][-1], 1e-4)
+        self.solve(steps, gap=0.016, body=body, direct=True)
+        error = np.linalg.norm(self.rows["resultant"][-1] - right) / np.linalg.norm(right)
+        self.assertGreater(error, 1e-3)
+        np.testing.assert_allclose(self.rows["load_steps"][-1], error, rtol=0.1)
 
     def test_asked_increments_are_written(self):
         # FREQUENCY counts the deck's increments: the second and the fourth, and no extra one.
