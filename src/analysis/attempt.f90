@@ -23,7 +23,7 @@ module attempt_mod
   private
 
   public :: attempt_t, begin_attempt, displacement_of, solve_reactions, expected_reactions, &
-    trend_of
+    trend_of, sum_patterns
 
   real(wp), parameter :: continuous = 1.0e-12_wp !! loads that differ by no more go on as they were
 

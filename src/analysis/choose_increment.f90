@@ -1,7 +1,8 @@
 !> How large the next increment may be, where the deck leaves that to the program (no DIRECT).
 !>
-!> An increment of the deck is cut in halves, quarters, ... as often as the accuracy wants it, or as
-!> an increment that was not solved. Whether it wants it is tried out on the interface alone: two
+!> An increment ends at the next event of the load path, if that comes before the deck's end
+!> (load_events_mod). It is cut in halves, quarters, ... as often as the accuracy wants it, or as an
+!> increment that was not solved. Whether it wants it is tried out on the interface alone: two
 !> increments of a size, and one of twice that size, differ by the error of the two.
 module choose_increment_mod
   use kinds_mod, only: wp, i8
@@ -10,8 +11,9 @@ module choose_increment_mod
   use plan_mod, only: plan_t
   use state_mod, only: state_t
   use increments_mod, only: increment_t, next_increment, whole_increment, &
-    smallest_increment
+    smallest_increment, is_extra
   use operators_mod, only: operators_t
+  use load_events_mod, only: next_event, no_event
   use load_step_error_mod, only: try_increment, resultant_change
   implicit none
   private
@@ -24,26 +26,35 @@ module choose_increment_mod
   type :: increment_size_t
     integer(i8) :: length = whole_increment !! in parts of the deck's increments
     integer :: granted = 0                  !! increments of that size before it is chosen anew
+    integer(i8) :: base = 0                 !! where in the step sizes are counted from
+    integer(i8) :: event = no_event         !! the next event of the step, as of the last increment
+    logical :: is_touch = .false.           !! contact begins there
+    integer :: n_touches = 0                !! of the step at which an increment has ended
   end type increment_size_t
 
 contains
 
   !> The increment that follows `old`.
-  subroutine choose_increment(scene, plan, operators, old, size, increment)
+  subroutine choose_increment(scene, plan, operators, old, size, increment, is_plain)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(operators_t), intent(inout) :: operators  !! as of `advance`
     type(state_t), intent(in) :: old
     type(increment_size_t), intent(inout) :: size
     type(increment_t), intent(out) :: increment
+    logical, intent(out), optional :: is_plain
+    !! it is the deck's, and so are those after it in its *STEP, as far as one can tell
+    integer(i8) :: boundary
 
     increment = next_increment(scene%steps, old)
+    if (present(is_plain)) is_plain = .true.
     if (scene%steps(increment%step)%direct) then
       size = increment_size_t()
       return
     end if
+    call find_event(scene, plan, operators, old, increment, size)
     if (size%granted == 0) then
-      size%length = fitting(old, increment, size%length)
+      size%length = fitting(increment%start - size%base, size%length)
       if (scene%accuracy%wanted > 0.0_wp) then
         call try_sizes(scene, plan, operators, old, increment, size)
       else
@@ -51,20 +62,49 @@ contains
       end if
     end if
     size%granted = size%granted - 1
-    increment = next_increment(scene%steps, old, size%length)
+    boundary = min(increment%position, size%event)
+    if (present(is_plain)) is_plain = size%length == whole_increment .and. &
+      size%event == no_event .and. .not. is_extra(increment%start) .and. &
+      .not. scene%accuracy%wanted > 0.0_wp
+    ! What would be left of it must not be shorter than the smallest increment.
+    if (increment%start + size%length > boundary - smallest_increment) then
+      increment = next_increment(scene%steps, old, boundary - increment%start)
+      if (boundary == size%event .or. boundary - increment%start /= size%length) size%granted = 0
+    else
+      increment = next_increment(scene%steps, old, size%length)
+    end if
   end subroutine choose_increment
 
-  !> The largest size up to twice `length` that begins and ends where one of its kind may.
-  pure integer(i8) function fitting(old, increment, length)
+  !> The next event of the step, and where sizes are counted from: the last event or end of the
+  !> deck's increments.
+  subroutine find_event(scene, plan, operators, old, increment, size)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(operators_t), intent(in) :: operators
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment  !! uncut
-    integer(i8), intent(in) :: length
-    integer(i8) :: start
+    type(increment_size_t), intent(inout) :: size
+    integer(i8) :: reached
 
-    start = 0
-    if (.not. increment%first_of_step) start = old%position
+    reached = size%event
+    if (increment%first_of_step) then
+      reached = no_event
+      size%n_touches = 0
+    end if
+    if (increment%start == reached .and. size%is_touch) size%n_touches = size%n_touches + 1
+    if (increment%start == reached .or. .not. is_extra(increment%start)) size%base = &
+      increment%start
+    call next_event(scene, plan%points, operators, old, increment, size%n_touches, size%event, &
+      size%is_touch)
+  end subroutine find_event
+
+  !> The largest size up to twice `length` that begins and ends where one of its kind may.
+  pure integer(i8) function fitting(start, length)
+    integer(i8), intent(in) :: start  !! beside where sizes are counted from
+    integer(i8), intent(in) :: length
+
     fitting = min(whole_increment, 2*length)
-    do while (mod(start, fitting) /= 0)
+    do while (modulo(start, fitting) /= 0)
       fitting = fitting/2
     end do
   end function fitting
@@ -82,10 +122,13 @@ contains
     logical :: has_coarse, ok, fine_ok
     real(wp) :: change
 
-    left = scene%steps(increment%step)%n_increments*whole_increment
-    if (.not. increment%first_of_step) left = left - old%position
-    if (2*size%length > left) size%length = size%length/2
+    left = min(size%event, scene%steps(increment%step)%n_increments*whole_increment) - &
+      increment%start
+    do while (2*size%length > left .and. size%length > smallest_increment)
+      size%length = size%length/2
+    end do
     size%granted = 2
+    if (2*size%length > left) return
     call try_increment(scene, plan, operators, old, 2*size%length, coarse, has_coarse)
     do while (size%length > smallest_increment)
       call try_increment(scene, plan, operators, old, size%length, middle, ok)
@@ -108,10 +151,15 @@ contains
     type(increment_t), intent(in) :: increment   !! that was not solved
     type(increment_size_t), intent(inout) :: size
     logical, intent(out) :: is_cut
+    integer(i8) :: length
 
-    is_cut = .not. scene%steps(increment%step)%direct .and. size%length > smallest_increment
+    ! It may have ended earlier, at an event.
+    length = min(size%length, increment%position - increment%start)
+    is_cut = .not. scene%steps(increment%step)%direct .and. length >= 2*smallest_increment
     if (.not. is_cut) return
-    size%length = size%length/2
+    do while (2*size%length > length)
+      size%length = size%length/2
+    end do
     size%granted = 2
   end subroutine cut_increment
 
@@ -119,9 +167,16 @@ contains
   subroutine carry_size(list, size)
     type(number_list_t), intent(inout) :: list
     type(increment_size_t), intent(inout) :: size
+    integer :: touch
 
     call carry(list, size%length)
     call carry(list, size%granted)
+    call carry(list, size%base)
+    call carry(list, size%event)
+    call carry(list, size%n_touches)
+    touch = merge(1, 0, size%is_touch)
+    call carry(list, touch)
+    size%is_touch = touch == 1
   end subroutine carry_size
 
 end module choose_increment_mod

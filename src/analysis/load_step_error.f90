@@ -2,7 +2,11 @@
 !>
 !> Beside the run goes a coarse one, in increments of twice the size. Friction makes both
 !> first-order accurate in the increment, so their difference is the error of the finer one. Where a
-!> *STEP is one increment, that is done again in two halves instead. docs/theory.md section 10.
+!> *STEP is one increment, that is done again in two halves instead.
+!>
+!> Neither sees what lies between ends that increments of both sizes have: a kink of an amplitude, or
+!> contact that begins. So where there is such an event the run beside ends at it, and goes from one
+!> to the next in halves. docs/theory.md section 10.
 module load_step_error_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
@@ -11,9 +15,11 @@ module load_step_error_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t
-  use increments_mod, only: increment_t, next_increment, mark_end, ends_step
+  use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
+    smallest_increment
   use follow_points_mod, only: relative
   use operators_mod, only: operators_t
+  use load_events_mod, only: next_event
   use attempt_mod, only: attempt_t, begin_attempt, expected_reactions, trend_of
   use look_ahead_mod, only: can_look_ahead, step_on_interface
   use advance_mod, only: equilibrate
@@ -51,13 +57,18 @@ contains
     type(step_report_t), intent(inout) :: report
     !! of the increment; gets errors%load_steps, negative where there is none
     type(state_t) :: middle, other
+    integer :: n_run !! increments of the run that the coarse one has to catch up
     logical :: ok
 
     report%errors%load_steps = -1.0_wp
     coarse%n_behind = coarse%n_behind + 1
     if (coarse%n_behind < 2 .and. .not. ends_step(scene%steps, new)) return
+    n_run = coarse%n_behind
     coarse%n_behind = 0
-    if (new%increment == 1) then
+    if (new%increment == 1) coarse%state = old
+    if (event_before(scene, plan, operators, coarse%state, new%position) < new%position) then
+      call follow_events(n_run)
+    else if (new%increment == 1) then
       call try_increment(scene, plan, operators, old, new%position/2, middle, ok)
       if (ok) call try_increment(scene, plan, operators, middle, new%position/2, other, ok, &
         new%reaction)
@@ -74,6 +85,29 @@ contains
 
   contains
 
+    !> From event to event, in halves.
+    subroutine follow_events(n_run)
+      integer, intent(in) :: n_run
+      integer(i8) :: start, finish
+      integer :: n_pieces
+
+      other = coarse%state
+      n_pieces = 0
+      pieces: do
+        n_pieces = n_pieces + 1
+        start = beginning(other, new%step)
+        finish = event_before(scene, plan, operators, other, new%position)
+        call try_increment(scene, plan, operators, other, (finish - start)/2, middle, ok)
+        if (.not. ok) exit pieces
+        call try_increment(scene, plan, operators, middle, finish - middle%position, other, ok)
+        if (.not. ok .or. finish == new%position) exit pieces
+      end do pieces
+      ! Where the run has ended at the events too, half the size leaves half of the error.
+      if (ok) report%errors%load_steps = merge(2.0_wp, 1.0_wp, n_pieces <= n_run)*change()
+      if (.not. ok) other = new
+      coarse%state = other
+    end subroutine follow_events
+
     real(wp) function change()
       if (scene%accuracy%of_energy) then
         change = energy_change(plan%points, other, new, report%energy%strain)
@@ -83,6 +117,20 @@ contains
     end function change
 
   end subroutine follow_coarsely
+
+  !> The next event behind a state, or `finish` where there is none before it.
+  integer(i8) function event_before(scene, plan, operators, state, finish) result(event)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(operators_t), intent(in) :: operators
+    type(state_t), intent(in) :: state
+    integer(i8), intent(in) :: finish !! in parts of the deck's increments
+    logical :: is_touch
+
+    call next_event(scene, plan%points, operators, state, next_increment(scene%steps, state), 0, &
+      event, is_touch, is_estimate=.true.)
+    if (event > finish - smallest_increment) event = finish
+  end function event_before
 
   !> Where a state is in a step that it has just entered, or is in.
   pure integer(i8) function beginning(state, step)

@@ -8,6 +8,7 @@ module make_plan_mod
   use scene_mod, only: scene_t
   use increments_mod, only: count_increments
   use step_fields_mod, only: fields_due
+  use kinks_mod, only: most_events
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most
   use dof_map_mod, only: dof_map_t, make_dof_map
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
@@ -35,6 +36,7 @@ contains
     call find_reach(scene, plan%points, error)
     if (allocated(error)) return
     plan%n_increments = count_increments(scene%steps)
+    plan%n_events = count_events(scene)
     plan%n_outputs = count_outputs(scene)
     call count_unknowns(scene, plan, motions, error)
     if (allocated(error)) return
@@ -97,6 +99,18 @@ contains
     end do
   end subroutine count_unknowns
 
+  !> Increments at most that end at kinks and first touches, beside the deck's.
+  pure integer function count_events(scene)
+    type(scene_t), intent(in) :: scene
+    integer :: step
+
+    count_events = 0
+    do step = 1, size(scene%steps)
+      count_events = count_events + most_events(scene%amplitudes, scene%steps(step), &
+        size(scene%pairs) > 0)
+    end do
+  end function count_events
+
   !> The increments whose fields reach the result file.
   pure function count_outputs(scene) result(n)
     type(scene_t), intent(in) :: scene
@@ -145,6 +159,8 @@ contains
     if (plan%is_constant) bound = bound_fixed
     of_increments = bound_of_increments(scene)
     call add_figure(plan, 'increments', real(plan%n_increments, wp), of_increments)
+    if (.not. all(scene%steps%direct)) call add_figure(plan, 'increments_at_events', &
+      real(plan%n_events, wp), bound_at_most)
     call add_figure(plan, 'increments_with_fields', real(plan%n_outputs, wp), of_increments)
     call add_figure(plan, 'equations', real(plan%n_equations, wp), bound)
     call add_figure(plan, 'interface_equations', real(plan%n_interface, wp), bound)

@@ -69,7 +69,8 @@ contains
     if (all(scene%steps%direct)) bound_of_increments = bound_fixed
   end function bound_of_increments
 
-  !> 50 in 2 steps, cut where they are not solved.
+  !> 50 in 2 steps, at most 4 more that end at kinks and first touches, cut where they are not
+  !> solved.
   pure function increments_in_words(scene, plan) result(words)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
@@ -78,6 +79,8 @@ contains
     words = to_text(plan%n_increments)//' in '//to_text(size(scene%steps))// &
       plural(' step', ' steps', size(scene%steps))
     if (all(scene%steps%direct)) return
+    if (plan%n_events > 0) words = words//', at most '//to_text(plan%n_events)// &
+      ' more that end at kinks of amplitudes or where contact begins'
     words = words//', cut where they are not solved'
     if (scene%accuracy%wanted > 0.0_wp) words = words//' or not accurate enough'
   end function increments_in_words

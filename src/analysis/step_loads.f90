@@ -5,8 +5,9 @@
 !> responses to the patterns are solved for once a step, so that an increment needs no solution for
 !> x_free.
 module step_loads_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   use loads_mod, only: amplitude_value
+  use kinks_mod, only: find_kinks, used_amplitudes
   use scene_mod, only: scene_t
   use mesh_forces_mod, only: pressure_force, gravity_force
   implicit none
@@ -22,6 +23,7 @@ module step_loads_mod
     integer,  allocatable :: kind(:) !! (n_patterns) pattern_hold, pattern_ramp or an amplitude
     real(wp), allocatable :: displacement(:, :, :) !! (3,n_nodes,n_patterns) prescribed [length]
     real(wp), allocatable :: force(:, :, :)        !! (3,n_nodes,n_patterns) [force]
+    integer(i8), allocatable :: kinks(:)           !! of its amplitudes, as of find_kinks
   end type step_loads_t
 
 contains
@@ -59,6 +61,8 @@ contains
     allocate (force(3, scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
     call resolve_boundary(scene, step, u, displacement)
     call resolve_forces(scene, step, force)
+    call find_kinks(pack(scene%amplitudes, used_amplitudes(scene%amplitudes, scene%steps(step))), &
+      scene%steps(step), loads%kinks)
 
     allocate (used(pattern_hold:n))
     do g = pattern_hold, n

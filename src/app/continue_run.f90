@@ -38,6 +38,8 @@ module continue_run_mod
     integer :: entered = 0              !! *STEP that the operators are made for; 0: none yet
     integer :: widened_in = 0
     !! *STEP in which the whole of the slave surfaces became candidates; 0: not
+    integer :: touched_in = 0
+    !! the last *STEP of which it was told that contact begins inside an increment; 0: none
     real(wp), allocatable :: begun(:, :)
     !! (3,n_nodes) prescribed displacements at the beginning of the *STEP, 0 elsewhere [length]
   end type progress_t
@@ -111,6 +113,7 @@ contains
     call carry_ahead(list, progress%ahead)
     call carry(list, progress%tolerance)
     call carry(list, progress%widened_in)
+    call carry(list, progress%touched_in)
     call carry(list, progress%begun)
     call carry_tally(list, progress%tally)
   end subroutine carry_progress

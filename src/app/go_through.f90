@@ -7,13 +7,16 @@ module go_through_mod
   use machine_room_mod, only: check_library_room
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
-  use increments_mod, only: increment_t, next_increment, whole_increment
+  use increments_mod, only: increment_t, next_increment, whole_increment, asked_number, is_extra
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t, ended_out_of_reach
   use step_fields_mod, only: step_fields_t, fields_due
   use make_plan_mod, only: revise_plan
   use operators_mod, only: operators_t, widen_interface
   use advance_mod, only: advance, advance_along
+  use kinks_mod, only: has_too_many, count_between
+  use load_events_mod, only: first_touch, no_event
+  use look_ahead_mod, only: forget => cut
   use load_step_error_mod, only: follow_coarsely
   use choose_increment_mod, only: choose_increment, cut_increment
   use smooth_faces_mod, only: smooth_faces_t
@@ -49,6 +52,7 @@ contains
     type(step_report_t) :: report
     type(step_fields_t) :: fields
     logical :: is_cut
+    logical :: is_plain !! so are the increments after it: one may look ahead
     character(:), allocatable :: missed !! accuracy, and by what
     type(smooth_faces_t), allocatable :: faces(:) !! (n_pairs)
     type(entries_t) :: entries
@@ -67,7 +71,7 @@ contains
       end if
       call heed_signal(error)
       if (allocated(error)) return
-      call choose_increment(scene, plan, operators, progress%state, progress%size, increment)
+      call choose_increment(scene, plan, operators, progress%state, progress%size, increment, is_plain)
       call solve_increment()
       if (allocated(error)) return
       call note_sizes(operators, progress%tally)
@@ -129,13 +133,11 @@ contains
 
     !> Ahead of increments that may yet be cut nobody looks.
     subroutine advance_once()
-      logical :: is_whole
-
-      is_whole = progress%size%length == whole_increment .and. .not. scene%accuracy%wanted > 0.0_wp
-      if (scene%steps(increment%step)%direct .or. is_whole) then
+      if (is_plain) then
         call advance_along(scene, plan, operators, progress%state, progress%ahead, new, report, &
           error)
       else
+        call forget(progress%ahead)
         call advance(scene, plan, operators, progress%state, increment, new, report, error)
       end if
     end subroutine advance_once
@@ -157,8 +159,9 @@ contains
         call sharpen(scene, report%errors)
       end if
       if (missed /= '') progress%tally%missed = progress%tally%missed + 1
+      call note_events(console, scene, plan, operators, increment, progress)
       call add_increment(increment, report, fields_due(scene%output%frequency, &
-        increment%number, increment%last_of_step), progress%tally)
+        asked_number(increment%position), increment%last_of_step), progress%tally)
       progress%state = new
       progress%tolerance = scene%contact%tolerance
       progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
@@ -173,6 +176,47 @@ contains
     end function share_done
 
   end subroutine go_through
+
+  !> Count the events of the load path that the increment ends at or goes across; say what a *STEP
+  !> goes across, the first time.
+  subroutine note_events(console, scene, plan, operators, increment, progress)
+    type(console_t), intent(inout) :: console
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(operators_t), intent(in) :: operators
+    type(increment_t), intent(in) :: increment
+    type(progress_t), intent(inout) :: progress !! before the increment; its tally counts
+    character(:), allocatable :: of_step
+    integer :: n_inside
+
+    of_step = 'note: step '//to_text(increment%step)//': '
+    associate (kinks => operators%loads%kinks, step => scene%steps(increment%step), &
+      tally => progress%tally)
+      if (is_extra(increment%position) .and. increment%position == progress%size%event) &
+        tally%at_events = tally%at_events + 1
+      n_inside = count_between(kinks, increment%start, increment%position)
+      if (n_inside > 0 .and. .not. any(kinks <= increment%start)) then
+        call clear_bar(console)
+        if (step%direct) then
+          call say(of_step//'kinks of amplitudes inside increments, which go straight across: '// &
+            to_text(size(kinks))//'; without DIRECT increments end there')
+        else if (has_too_many(kinks, step)) then
+          call say(of_step//'kinks of amplitudes: '//to_text(size(kinks))//' in '// &
+            to_text(step%n_increments)//' of the deck''s increments, too many for one to end '// &
+            'at each; they go straight across')
+        end if
+      end if
+      tally%kinks_inside = tally%kinks_inside + n_inside
+      if (first_touch(scene, plan%points, operators, progress%state, increment%step, &
+        increment%start, increment%position) == no_event) return
+      tally%touches_inside = tally%touches_inside + 1
+      if (progress%touched_in == increment%step) return
+      progress%touched_in = increment%step
+      call clear_bar(console)
+      call say(of_step//'contact begins inside increment '//to_text(increment%number)// &
+        ', whose loads go straight across; without DIRECT an increment ends there')
+    end associate
+  end subroutine note_events
 
   !> How wrong the increment is.
   subroutine estimate_errors(scene, plan, operators, new, progress, entries, report, fields)

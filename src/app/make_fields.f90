@@ -3,7 +3,7 @@
 module make_fields_mod
   use scene_mod, only: scene_t
   use state_mod, only: state_t
-  use increments_mod, only: ends_step
+  use increments_mod, only: ends_step, asked_number
   use step_report_mod, only: step_report_t
   use step_fields_mod, only: step_fields_t, tensor_field_t, fields_due
   use mesh_fields_mod, only: fill_tensor_fields, find_largest_deformation
@@ -25,7 +25,7 @@ contains
 
     is_last = ends_step(scene%steps, state)
     due = scene%output%mesh_error
-    if (due) due = fields_due(scene%output%frequency, state%increment, is_last)
+    if (due) due = fields_due(scene%output%frequency, asked_number(state%position), is_last)
     if (.not. (is_last .or. due)) return
     call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, fields%mesh_error, &
       report%errors%mesh)
@@ -39,7 +39,8 @@ contains
     logical :: is_last
 
     is_last = ends_step(scene%steps, state)
-    if (.not. (is_last .or. fields_due(scene%output%frequency, state%increment, is_last))) return
+    if (.not. (is_last .or. fields_due(scene%output%frequency, asked_number(state%position), &
+      is_last))) return
     call find_largest_deformation(scene%mesh, state%displacement, report%largest_strain, &
       report%largest_rotation)
   end subroutine measure_deformation
@@ -51,7 +52,8 @@ contains
     type(step_fields_t), intent(inout) :: fields
     logical :: due
 
-    due = fields_due(scene%output%frequency, state%increment, ends_step(scene%steps, state))
+    due = fields_due(scene%output%frequency, asked_number(state%position), &
+      ends_step(scene%steps, state))
     if (.not. due) return
     if (scene%output%reaction) fields%reaction_force = state%support_force
     if (scene%output%stress) call allocate_tensors(scene, fields%stress)

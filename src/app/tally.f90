@@ -19,6 +19,9 @@ module tally_mod
     integer  :: outputs = 0             !! of them, with fields
     integer  :: certified = 0
     integer  :: cuts = 0                !! of increments that were not solved
+    integer  :: at_events = 0           !! increments that end at events, where the deck's do not
+    integer  :: kinks_inside = 0        !! of amplitudes, inside increments
+    integer  :: touches_inside = 0      !! contact began from none inside an increment
     integer  :: missed = 0              !! steps whose end is not as accurate as wanted
     integer  :: plan_revisions = 0      !! points that reached what the plan held out of reach
     integer  :: contact_iterations = 0
@@ -105,6 +108,9 @@ contains
     call carry(list, tally%outputs)
     call carry(list, tally%certified)
     call carry(list, tally%cuts)
+    call carry(list, tally%at_events)
+    call carry(list, tally%kinks_inside)
+    call carry(list, tally%touches_inside)
     call carry(list, tally%missed)
     call carry(list, tally%plan_revisions)
     call carry(list, tally%contact_iterations)
@@ -140,7 +146,7 @@ contains
     type(operators_t), intent(in) :: operators
     type(string_t), allocatable, intent(out) :: names(:)
     real(wp), allocatable, intent(out) :: values(:)
-    integer, parameter :: room = 40
+    integer, parameter :: room = 48
     type(string_t) :: all_names(room)
     real(wp) :: all_values(room)
     type(usage_t) :: others
@@ -161,6 +167,9 @@ contains
     call count('contact_iterations', real(tally%contact_iterations, wp))
     call count('compliance_products', real(tally%products, wp))
     call count('increments_cut', real(tally%cuts, wp))
+    call count('increments_at_events', real(tally%at_events, wp))
+    call count('kinks_inside_increments', real(tally%kinks_inside, wp))
+    call count('first_touches_inside_increments', real(tally%touches_inside, wp))
     call count('plan_revisions', real(tally%plan_revisions, wp))
     call count('brick_stiffnesses', real(operators%n_stiffnesses, wp))
     call count('solver_fallbacks', real(tally%fallbacks, wp))

@@ -30,7 +30,7 @@ module result_file_mod
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
   use state_mod, only: state_t
-  use increments_mod, only: ends_step
+  use increments_mod, only: ends_step, asked_number
   use step_report_mod, only: step_report_t
   use step_fields_mod, only: step_fields_t, fields_due
   use hdf5_files_mod, only: hdf5_file_t, create_file, open_file, copy_object, flush_file, &
@@ -263,7 +263,8 @@ contains
     checksum = 0
     worst_node = 0
     if (report%worst_point > 0) worst_node = plan%points%node(report%worst_point)
-    due = fields_due(scene%output%frequency, state%increment, ends_step(scene%steps, state))
+    due = fields_due(scene%output%frequency, asked_number(state%position), &
+      ends_step(scene%steps, state))
 
     if (due) file%n_outputs = file%n_outputs + 1
     due = due .and. file%n_outputs > file%view%n_steps

@@ -7,6 +7,7 @@ module result_history_mod
   use hdf5_rows_mod, only: rows_t, create_rows, keep_rows, append_row
   use hdf5_types_mod, only: of_real, of_integer, of_byte
   use state_mod, only: state_t
+  use increments_mod, only: is_extra
   use step_report_mod, only: step_report_t, total_error
   implicit none
   private
@@ -15,7 +16,7 @@ module result_history_mod
 
   !> The open datasets of the group.
   type :: history_t
-    type(rows_t) :: step, increment, time, certified
+    type(rows_t) :: step, increment, time, extra, certified
     type(rows_t) :: contact_iterations, local_iterations, newton_raphson_iterations
     type(rows_t) :: compliance_products, solver_stages, free_motions
     type(rows_t) :: solver, residual, worst_node, wall_time, contact_time
@@ -42,6 +43,7 @@ contains
     call integers('increment', 'number of the increment within its step', history%increment)
     call reals('time', 'time from the start of the run, at the end of the increment', 'time', &
                history%time)
+    call bytes('extra', '1: the increment ends where none of the deck does', history%extra)
     call bytes('certified', '1: every entry of the certificate is small enough', history%certified)
     call integers('contact_iterations', 'sweeps over all points, or iterations of the global '// &
                   'Newton method', history%contact_iterations)
@@ -150,6 +152,7 @@ contains
     call append_row(history%step, int(state%step, i4), checksum, error)
     call append_row(history%increment, int(state%increment, i4), checksum, error)
     call append_row(history%time, state%time, checksum, error)
+    call append_row(history%extra, merge(1_i1, 0_i1, is_extra(state%position)), checksum, error)
     call append_row(history%certified, merge(1_i1, 0_i1, report%certificate%certified), &
       checksum, error)
     call append_row(history%contact_iterations, int(report%contact_iterations, i4), checksum, error)

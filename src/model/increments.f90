@@ -1,8 +1,8 @@
 !> The increments of a run, one after the other.
 !>
-!> The deck says how many a *STEP has. Where it lets them be cut (no DIRECT), an increment may be
-!> any binary fraction of the deck's: ends within a step are counted in whole parts of it, so no
-!> rounding adds up.
+!> The deck says how many a *STEP has. Where it lets them be cut (no DIRECT), an increment may end
+!> within one of the deck's: at a binary fraction of it, or where the load path has an event. Ends
+!> within a step are counted in whole parts of the deck's increments, so no rounding adds up.
 module increments_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: load_step_t
@@ -10,11 +10,12 @@ module increments_mod
   implicit none
   private
 
-  public :: increment_t, next_increment, count_increments, ends_step, mark_end
+  public :: increment_t, next_increment, count_increments, ends_step, mark_end, &
+    is_extra, asked_number
   public :: whole_increment, smallest_increment
 
-  integer(i8), parameter :: whole_increment = 2_i8**20 !! parts in an increment of the deck
-  integer(i8), parameter :: smallest_increment = 2_i8**8 !! nothing is cut below 1/4096
+  integer(i8), parameter :: whole_increment = 2_i8**32 !! parts in an increment of the deck
+  integer(i8), parameter :: smallest_increment = 2_i8**20 !! nothing is cut below 1/4096
 
   !> One increment of one *STEP.
   type :: increment_t
@@ -23,6 +24,7 @@ module increments_mod
     integer  :: number = 0            !! within the step, from 1
     logical  :: first_of_step = .false.
     logical  :: last_of_step = .false.
+    integer(i8) :: start = 0          !! its beginning within the step, as its end
     integer(i8) :: position = 0       !! its end, in parts of the deck's increments
     real(wp) :: begin = 0.0_wp        !! share of the step's period where it begins [-]
     real(wp) :: share = 0.0_wp        !! and at its end, 0 < share <= 1 [-]
@@ -36,7 +38,8 @@ contains
   pure function next_increment(steps, state, length) result(increment)
     type(load_step_t), intent(in) :: steps(:)
     type(state_t), intent(in) :: state
-    integer(i8), intent(in), optional :: length !! in parts, as the deck's where it is left out
+    integer(i8), intent(in), optional :: length
+    !! in parts; up to the next end of the deck's where it is left out
     type(increment_t) :: increment
     integer(i8) :: start, parts
 
@@ -51,7 +54,8 @@ contains
     if (increment%step > size(steps)) return
     increment%row = state%row + 1
     increment%first_of_step = start == 0
-    parts = whole_increment
+    increment%start = start
+    parts = whole_increment - modulo(start, whole_increment)
     if (present(length)) parts = length
     associate (step => steps(increment%step))
       increment%position = min(start + parts, step%n_increments*whole_increment)
@@ -79,6 +83,21 @@ contains
 
     ends_step = state%position >= steps(max(1, state%step))%n_increments*whole_increment
   end function ends_step
+
+  !> Whether an increment ends where none of the deck's does.
+  pure logical function is_extra(position)
+    integer(i8), intent(in) :: position
+
+    is_extra = modulo(position, whole_increment) /= 0
+  end function is_extra
+
+  !> The number of an increment among the deck's of its *STEP, from 1; -1: it is an extra one.
+  pure integer function asked_number(position)
+    integer(i8), intent(in) :: position !! of its end
+
+    asked_number = int(position/whole_increment)
+    if (is_extra(position)) asked_number = -1
+  end function asked_number
 
   !> Mark a state as the end of an increment.
   pure subroutine mark_end(increment, state)

@@ -25,6 +25,8 @@ module plan_mod
     type(contact_points_t) :: points          !! candidate contact points
     integer, allocatable :: rows(:)           !! (n_points) contact rows of each point, at most
     integer :: n_increments = 0               !! increments of the whole run
+    integer :: n_events = 0
+    !! increments at most that end at events of the load path, beside the deck's
     integer :: n_outputs = 0                  !! of them, those whose fields are written
     integer :: n_equations = 0                !! free degrees of freedom, of all steps the most
     integer :: n_interface = 0                !! of them, on slave nodes

@@ -39,6 +39,37 @@ BODY-ZMAX, 1, 1e6
 *END STEP
 """
 
+# Without DIRECT: contact begins inside increment 2, and the way along x turns inside others.
+EVENTS = """*BLOCK, NAME=B, NX=4, NY=4, NZ=3
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=O, TYPE=PLANE
+0., 0., -0.006,  0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, O
+*AMPLITUDE, NAME=A
+0., 0., 0.23, 1., 0.4, 0.2, 1., 1.
+*STEP
+*STATIC
+0.2, 1.
+*BOUNDARY
+B-ZMAX, 1, 2
+B-ZMAX, 3, 3, -0.02
+*END STEP
+*STEP
+*STATIC
+0.1, 1.
+*BOUNDARY, AMPLITUDE=A
+B-ZMAX, 1, 1, 0.02
+*END STEP
+"""
+
 
 class EveryDeck(Folder):
     """Killed in the middle of its run and continued, every deck ends with the same file."""
@@ -78,6 +109,11 @@ class EveryDeck(Folder):
 
     def test_an_interface_that_was_widened(self):
         self.check(Case(HERE / "widened.inp"), kills=(0.1, 0.2, 0.3, 0.45, 0.6, 0.7, 0.9))
+
+    def test_increments_that_end_at_events(self):
+        deck = self.folder / "events.inp"
+        deck.write_text(EVENTS)
+        self.check(Case(deck), kills=(0.15, 0.2, 0.25, 0.35, 0.4, 0.45, 0.5, 0.55, 0.65, 0.9))
 
     def test_between_two_steps(self):
         case = Case(HERE / "changes.inp")

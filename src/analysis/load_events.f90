@@ -1,0 +1,206 @@
+!> Events on the load path of a *STEP, where increments end that the deck lets be cut: the kinks of
+!> its amplitudes, and the instant at which contact begins where nothing pressed before.
+!>
+!> Without contact the displacement is linear in the share of the step from one kink to the next, so
+!> the instant at which the first point meets its obstacle costs no solution. As soon as anything
+!> presses this is no longer so, and what touches later is no event. docs/theory.md section 1.
+module load_events_mod
+  use kinds_mod, only: wp, i8
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use increments_mod, only: increment_t, whole_increment, smallest_increment
+  use kinks_mod, only: has_too_many, most_kinks, most_touches
+  use follow_points_mod, only: locate_at
+  use operators_mod, only: operators_t
+  use attempt_mod, only: sum_patterns
+  implicit none
+  private
+
+  public :: no_event, first_touch, next_event
+
+  integer(i8), parameter :: no_event = 2_i8**53 - 1 !! behind every step's end
+  integer, parameter :: n_samples = 16 !! of the way before round obstacles
+  integer, parameter :: n_halvings = 40
+
+contains
+
+  !> The next kink behind `start` at which increments end; no_event where there is none, or are too
+  !> many. An estimate passes by some of too many, evenly, and ends at the others.
+  pure integer(i8) function next_kink(scene, operators, step, start, is_estimate) result(kink)
+    type(scene_t), intent(in) :: scene
+    type(operators_t), intent(in) :: operators !! prepared for the step
+    integer, intent(in) :: step
+    integer(i8), intent(in) :: start           !! in parts of the deck's increments
+    logical, intent(in) :: is_estimate
+    integer :: i, stride
+
+    kink = no_event
+    stride = 1
+    associate (kinks => operators%loads%kinks)
+      if (has_too_many(kinks, scene%steps(step))) then
+        if (.not. is_estimate) return
+        stride = 1 + size(kinks)/(most_kinks*scene%steps(step)%n_increments)
+      end if
+      do i = stride, size(kinks), stride
+        if (kinks(i) < start + smallest_increment) cycle
+        kink = kinks(i)
+        return
+      end do
+    end associate
+  end function next_kink
+
+  !> The next event behind the place of a state in a step.
+  subroutine next_event(scene, points, operators, state, increment, n_touches, event, is_touch, &
+    is_estimate)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators  !! prepared for the step
+    type(state_t), intent(in) :: state
+    type(increment_t), intent(in) :: increment  !! that follows the state
+    integer, intent(in) :: n_touches
+    !! instants at which contact began in the step so far; one from each kink to the next counts
+    integer(i8), intent(out) :: event           !! no_event: none to the end of the step
+    logical, intent(out) :: is_touch
+    logical, intent(in), optional :: is_estimate !! as of next_kink; not where it is left out
+    integer(i8) :: touch
+    logical :: thins
+
+    thins = .false.
+    if (present(is_estimate)) thins = is_estimate
+    associate (step => scene%steps(increment%step), start => increment%start)
+      event = no_event
+      is_touch = .false.
+      if (operators%loads%n_patterns == 0) return ! nothing moves
+      event = next_kink(scene, operators, increment%step, start, thins)
+      if (n_touches >= most_touches(operators%loads%kinks, step)) return
+      touch = first_touch(scene, points, operators, state, increment%step, start, &
+        min(event, step%n_increments*whole_increment))
+      is_touch = touch < event
+      event = min(event, touch)
+    end associate
+  end subroutine next_event
+
+  !> Where, from `start` to `finish` of a step, the first point meets its obstacle if nothing presses
+  !> at the start; no_event where none does, or so near to where an increment ends anyway that one
+  !> more would be shorter than the smallest.
+  integer(i8) function first_touch(scene, points, operators, state, step, start, finish) result(touch)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators  !! prepared for the step
+    type(state_t), intent(in) :: state          !! at `start`
+    integer, intent(in) :: step
+    integer(i8), intent(in) :: start, finish    !! in parts of the deck's increments
+    integer(i8) :: here, there, from_end
+    real(wp), allocatable :: u_here(:, :), u_there(:, :), external(:, :)
+    real(wp) :: share
+    integer :: i
+
+    touch = no_event
+    if (size(operators%active) == 0 .or. operators%motions%n > 0) return
+    if (any(abs(state%reaction) > 0.0_wp) .or. finish <= start) return
+    here = start
+    call displaced(here, u_here)
+    i = 0
+    stretches: do while (here < finish)
+      there = finish
+      do while (i < size(operators%loads%kinks))
+        i = i + 1
+        if (operators%loads%kinks(i) <= here) cycle
+        there = min(finish, operators%loads%kinks(i))
+        exit
+      end do
+      call displaced(there, u_there)
+      share = share_to_touch(scene, points, operators, u_here, u_there)
+      if (share <= 1.0_wp) then
+        ! Just before it: what is closed then has no gap to speak of.
+        touch = here + int(share*real(there - here, wp), i8)
+        exit stretches
+      end if
+      here = there
+      call move_alloc(u_there, u_here)
+    end do stretches
+    if (touch == no_event) return
+    from_end = modulo(touch, whole_increment)
+    if (touch - start < smallest_increment .or. finish - touch < smallest_increment .or. &
+      from_end < smallest_increment .or. whole_increment - from_end < smallest_increment) &
+      touch = no_event
+
+  contains
+
+    subroutine displaced(position, u)
+      integer(i8), intent(in) :: position
+      real(wp), allocatable, intent(out) :: u(:, :)
+      real(wp) :: of_step
+
+      associate (of => scene%steps(step))
+        of_step = real(position, wp)/(real(of%n_increments, wp)*real(whole_increment, wp))
+        call sum_patterns(scene, operators, of_step, of_step*of%period, u, external)
+      end associate
+    end subroutine displaced
+
+  end function first_touch
+
+  !> The share of the straight way between two displacements at which the first point that can press
+  !> enters its obstacle; 2 where none does.
+  pure real(wp) function share_to_touch(scene, points, operators, u_here, u_there) result(share)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(operators_t), intent(in) :: operators
+    real(wp), intent(in) :: u_here(:, :), u_there(:, :) !! (3,n_nodes) [length]
+    real(wp) :: before, after, middle, here, there
+    integer :: k
+
+    share = 2.0_wp
+    do k = 1, size(operators%active)
+      if (operators%is_curved(operators%active(k))) cycle
+      here = gap_of(operators%active(k), u_here)
+      there = gap_of(operators%active(k), u_there)
+      if (there >= 0.0_wp) cycle
+      share = min(share, max(0.0_wp, here)/(max(0.0_wp, here) - there))
+    end do
+    if (.not. any(operators%is_curved(operators%active))) return
+    before = 0.0_wp
+    do k = 0, n_samples
+      after = real(k, wp)/real(n_samples, wp)
+      if (before >= share) return
+      if (least_gap(after) < 0.0_wp) exit
+      before = after
+      if (k == n_samples) return
+    end do
+    do k = 1, n_halvings
+      middle = 0.5_wp*(before + after)
+      if (least_gap(middle) < 0.0_wp) then
+        after = middle
+      else
+        before = middle
+      end if
+    end do
+    share = min(share, before)
+
+  contains
+
+    pure real(wp) function least_gap(s)
+      real(wp), intent(in) :: s
+      real(wp) :: u(3, size(u_here, 2))
+      integer :: j
+
+      u = (1.0_wp - s)*u_here + s*u_there
+      least_gap = huge(1.0_wp)
+      do j = 1, size(operators%active)
+        if (.not. operators%is_curved(operators%active(j))) cycle
+        least_gap = min(least_gap, gap_of(operators%active(j), u))
+      end do
+    end function least_gap
+
+    pure real(wp) function gap_of(i, u)
+      integer, intent(in) :: i
+      real(wp), intent(in) :: u(:, :)
+      real(wp) :: frame(3, 3)
+
+      call locate_at(scene, points, i, u, gap_of, frame)
+    end function gap_of
+
+  end function share_to_touch
+
+end module load_events_mod

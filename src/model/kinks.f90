@@ -1,0 +1,236 @@
+!> Where the load path of a *STEP turns: the kinks and jumps of the amplitudes that it follows.
+!>
+!> An increment takes its loads in a straight line from its beginning to its end. One that goes
+!> across a kink takes another way than the deck's, and friction remembers ways.
+!> docs/theory.md section 1.
+module kinks_mod
+  use kinds_mod, only: wp, i8
+  use loads_mod, only: amplitude_t, load_step_t, amplitude_value
+  use increments_mod, only: whole_increment, smallest_increment
+  implicit none
+  private
+
+  public :: find_kinks, used_amplitudes, has_too_many, most_touches, &
+    most_events, count_between, most_kinks
+
+  integer,  parameter :: most_kinks = 10         !! in an increment, on the average
+  real(wp), parameter :: straight = 1.0e-9_wp    !! departure of a line's point, of its values [-]
+
+contains
+
+  !> The kinks of some amplitudes inside a step, in parts of the deck's increments: ascending, at
+  !> least the smallest increment apart, and as far from the ends of the deck's increments.
+  !>
+  !> Points on the line through their neighbours are none. At a jump there are two: the smallest
+  !> increment before it, as far as the way there goes, and the jump itself.
+  pure subroutine find_kinks(amplitudes, step, kinks)
+    type(amplitude_t), intent(in) :: amplitudes(:)   !! that the step follows
+    type(load_step_t), intent(in) :: step
+    integer(i8), allocatable, intent(out) :: kinks(:) !! (n)
+    integer(i8), allocatable :: positions(:)
+    integer(i8) :: position
+    real(wp) :: least !! departure from a line that counts
+    integer :: k, i, n
+
+    n = 0
+    do k = 1, size(amplitudes)
+      n = n + 2*size(amplitudes(k)%time)
+    end do
+    allocate (positions(n))
+    n = 0
+    do k = 1, size(amplitudes)
+      associate (a => amplitudes(k))
+        least = straight*maxval(abs(a%value))
+        do i = 1, size(a%time)
+          if (a%time(i) <= 0.0_wp .or. a%time(i) > step%period) cycle
+          if (jumps_at(a, i, least)) then
+            position = position_of(step, a%time(i))
+            ! At the jump itself the later value counts.
+            do while (time_at(step, position) < a%time(i) .and. modulo(position, &
+              whole_increment) /= 0)
+              position = position + 1
+            end do
+            positions(n + 1:n + 2) = [position - smallest_increment, position]
+            n = n + 2
+          else if (turns_at(a, i, least)) then
+            n = n + 1
+            positions(n) = position_of(step, a%time(i))
+          end if
+        end do
+      end associate
+    end do
+    positions = positions(:n)
+    call sort(positions)
+    kinks = apart(positions)
+  end subroutine find_kinks
+
+  !> Of the scene's amplitudes those that a step's cards name.
+  pure function used_amplitudes(amplitudes, step) result(is_used)
+    type(amplitude_t), intent(in) :: amplitudes(:)
+    type(load_step_t), intent(in) :: step
+    logical :: is_used(size(amplitudes))
+    integer :: k
+
+    do k = 1, size(amplitudes)
+      is_used(k) = any(step%boundary%amplitude == k .and. abs(step%boundary%value) > 0.0_wp) .or. &
+        any(step%forces%amplitude == k .and. abs(step%forces%value) > 0.0_wp) .or. &
+        any(step%pressures%amplitude == k .and. abs(step%pressures%value) > 0.0_wp) .or. &
+        any(step%face_pressures%amplitude == k .and. &
+            abs(step%face_pressures%value) > 0.0_wp) .or. &
+        any(step%gravity%amplitude == k)
+    end do
+  end function used_amplitudes
+
+  !> Whether a step has so many kinks that its increments do not end at them.
+  pure logical function has_too_many(kinks, step)
+    integer(i8), intent(in) :: kinks(:)
+    type(load_step_t), intent(in) :: step
+
+    has_too_many = size(kinks, kind=i8) > int(most_kinks, i8)*step%n_increments
+  end function has_too_many
+
+  !> At how many instants within a step contact may begin so that an increment ends there: one from
+  !> each kink to the next.
+  pure integer function most_touches(kinks, step)
+    integer(i8), intent(in) :: kinks(:)
+    type(load_step_t), intent(in) :: step
+
+    most_touches = 1
+    if (.not. has_too_many(kinks, step)) most_touches = size(kinks) + 1
+  end function most_touches
+
+  !> How many increments at most end at events of a step, beside the deck's.
+  pure integer function most_events(amplitudes, step, has_contact)
+    type(amplitude_t), intent(in) :: amplitudes(:) !! of the scene
+    type(load_step_t), intent(in) :: step
+    logical, intent(in) :: has_contact
+    integer(i8), allocatable :: kinks(:)
+
+    most_events = 0
+    if (step%direct) return
+    call find_kinks(pack(amplitudes, used_amplitudes(amplitudes, step)), step, kinks)
+    if (.not. has_too_many(kinks, step)) most_events = size(kinks)
+    if (has_contact) most_events = most_events + most_touches(kinks, step)
+  end function most_events
+
+  !> How many of ascending positions are after `first` and before `last`.
+  pure integer function count_between(positions, first, last) result(n)
+    integer(i8), intent(in) :: positions(:)
+    integer(i8), intent(in) :: first, last
+
+    n = count(positions > first .and. positions < last)
+  end function count_between
+
+  !> Whether the last of several points at one time is point i, and their values differ.
+  pure logical function jumps_at(a, i, least)
+    type(amplitude_t), intent(in) :: a
+    integer, intent(in) :: i
+    real(wp), intent(in) :: least
+    integer :: first
+
+    jumps_at = .false.
+    if (i == 1) return
+    if (i < size(a%time)) then
+      if (a%time(i + 1) <= a%time(i)) return
+    end if
+    first = i
+    do while (first > 1)
+      if (a%time(first - 1) < a%time(i)) exit
+      first = first - 1
+    end do
+    jumps_at = abs(a%value(i) - a%value(first)) > least
+  end function jumps_at
+
+  !> Whether point i is off the line through its neighbours; outside its points an amplitude is
+  !> constant.
+  pure logical function turns_at(a, i, least)
+    type(amplitude_t), intent(in) :: a
+    integer, intent(in) :: i
+    real(wp), intent(in) :: least
+    real(wp) :: chord, share
+    integer :: before, after
+
+    turns_at = .false.
+    before = i
+    do while (before > 1 .and. a%time(before) >= a%time(i))
+      before = before - 1
+    end do
+    after = min(i + 1, size(a%time))
+    ! Of several points at one time the last counts.
+    if (after > i .and. a%time(after) <= a%time(i)) return
+    if (after == i) then
+      chord = a%value(before)
+    else if (a%time(before) >= a%time(i)) then
+      chord = a%value(after)
+    else
+      share = (a%time(i) - a%time(before))/(a%time(after) - a%time(before))
+      chord = (1.0_wp - share)*a%value(before) + share*a%value(after)
+    end if
+    turns_at = abs(a%value(i) - chord) > least
+  end function turns_at
+
+  !> The nearest position to a time of the step.
+  pure integer(i8) function position_of(step, time)
+    type(load_step_t), intent(in) :: step
+    real(wp), intent(in) :: time   !! 0 to the period
+
+    position_of = min(end_of(step), nint(time/step%period*real(end_of(step), wp), i8))
+  end function position_of
+
+  !> The time of the step at a position.
+  pure real(wp) function time_at(step, position)
+    type(load_step_t), intent(in) :: step
+    integer(i8), intent(in) :: position
+
+    time_at = real(position, wp)/real(end_of(step), wp)*step%period
+  end function time_at
+
+  !> Where the step ends.
+  pure integer(i8) function end_of(step)
+    type(load_step_t), intent(in) :: step
+
+    end_of = step%n_increments*whole_increment
+  end function end_of
+
+  !> Those of sorted positions that make no increment shorter than the smallest.
+  pure function apart(positions) result(kept)
+    integer(i8), intent(in) :: positions(:)
+    integer(i8), allocatable :: kept(:)
+    integer(i8) :: from_end
+    logical :: keep(size(positions))
+    integer(i8) :: last
+    integer :: i
+
+    last = -whole_increment
+    do i = 1, size(positions)
+      from_end = modulo(positions(i), whole_increment)
+      keep(i) = positions(i) > 0 .and. positions(i) - last >= smallest_increment .and. &
+        from_end >= smallest_increment .and. whole_increment - from_end >= smallest_increment
+      if (keep(i)) last = positions(i)
+    end do
+    kept = pack(positions, keep)
+  end function apart
+
+  !> Shell's sort: amplitudes come sorted but for being several.
+  pure subroutine sort(list)
+    integer(i8), intent(inout) :: list(:)
+    integer(i8) :: value
+    integer :: gap, i, j
+
+    gap = size(list)/2
+    do while (gap > 0)
+      do i = gap + 1, size(list)
+        value = list(i)
+        j = i
+        do while (j > gap)
+          if (list(j - gap) <= value) exit
+          list(j) = list(j - gap)
+          j = j - gap
+        end do
+        list(j) = value
+      end do
+      gap = gap/2
+    end do
+  end subroutine sort
+
+end module kinks_mod

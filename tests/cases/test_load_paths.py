@@ -1,0 +1,160 @@
+"""Increments end where the load path turns and where contact begins, unless DIRECT keeps them."""
+
+import unittest
+
+import numpy as np
+from program import Run
+
+# A cube with nu = 0 before a plane that is GAP below it; driven along x as a whole it slides.
+BODY = """*BLOCK, NAME=B, NX=2, NY=2, NZ=1
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=O, TYPE=PLANE
+0., 0., {gap},  0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, O
+*CONTACT SOLVER, TOLERANCE=1e-10
+*AMPLITUDE, NAME=A
+{amplitude}
+"""
+
+PRESS = "*STEP\n*STATIC, DIRECT\n1., 1.\n*BOUNDARY\nB, 1, 2\nB-ZMAX, 3, 3, -0.01\n*END STEP\n"
+DRAG = "*STEP\n*STATIC{direct}\n{h}, 1.\n*BOUNDARY, AMPLITUDE=A\nB, 1, 1, 0.1\n*END STEP\n"
+SLANT = (
+    "*STEP\n*STATIC{direct}\n{h}, 1.\n*BOUNDARY\n"
+    "B, 2, 2\nB, 1, 1, 0.02\nB-ZMAX, 3, 3, -0.02\n*END STEP\n"
+)
+
+
+class LoadPaths(unittest.TestCase):
+    def solve(self, steps, gap=0.0, amplitude="0., 0., 1., 1.", h=1.0, direct=False, body=BODY):
+        """Run the cube through `steps`; its histories are rows of `self.rows`."""
+        text = body.format(gap=-gap, amplitude=amplitude)
+        text += steps.format(h=h, direct=", DIRECT" if direct else "")
+        self.run_of_result = run = Run(text, name="path")
+        self.assertEqual(run.status, 0, run.errors)
+        result = run.result()
+        self.addCleanup(result.close)
+        file = result.file
+        self.rows = {name: result.history(name) for name in ("time", "extra", "increment")}
+        self.rows["dissipation"] = result.history("energy/dissipation")
+        self.rows["load_steps"] = result.history("error/load_steps")
+        self.rows["resultant"] = file["contact/B-ZMIN:O/resultant"][: len(self.rows["time"])]
+        self.written = result.file["VTKHDF/Steps"].attrs["NSteps"]
+
+        def table(name):
+            data = file[f"run/{name}"]
+            return dict(zip(data.attrs["name"].astype(str), data[:], strict=True))
+
+        self.counters, self.estimates = table("counters"), table("estimates")
+
+    def test_increments_end_at_kinks(self):
+        # Out to 0.1 and back to 0.05: friction 3 is against the way back, and all of the way costs.
+        self.solve(PRESS + DRAG, amplitude="0., 0., 0.3, 1., 1., 0.5")
+        np.testing.assert_allclose(self.rows["time"], [1.0, 1.3, 2.0], rtol=1e-9)
+        np.testing.assert_array_equal(self.rows["extra"], [0, 1, 0])
+        np.testing.assert_allclose(
+            self.rows["resultant"], [[0, 0, 10], [-3, 0, 10], [3, 0, 10]], rtol=0, atol=1e-7
+        )
+        np.testing.assert_allclose(self.rows["dissipation"][-1], 3 * 0.15, rtol=1e-7)
+        self.assertEqual(self.counters["increments_at_events"], 1)
+        self.assertGreaterEqual(self.estimates["increments_at_events"], 1)
+        self.assertEqual(self.counters["kinks_inside_increments"], 0)
+        self.assertNotIn("note:", self.run_of_result.output)
+        self.assertNotIn("warning", self.run_of_result.errors + self.run_of_result.output)
+
+    def test_no_increment_is_shorter_than_the_smallest(self):
+        # Out to 0.1, then back to 0 within less than 1/4096: one increment ends at the first kink.
+        self.solve(PRESS + DRAG, amplitude="0., 0., 0.5, 1., 0.5001, 0., 1., 0.")
+        np.testing.assert_allclose(self.rows["time"], [1.0, 1.5, 2.0], rtol=1e-9)
+        np.testing.assert_allclose(self.rows["dissipation"][-1], 3 * 0.2, rtol=1e-7)
+
+    def test_points_on_a_line_cut_nothing(self):
+        points = ", ".join(f"{k / 10}, {k / 10}" for k in range(11))
+        points = points.replace(", 0.6, 0.6", ",\n0.6, 0.6")
+        self.solve(PRESS + DRAG, amplitude=points)
+        np.testing.assert_allclose(self.rows["time"], [1.0, 2.0], rtol=1e-12)
+
+    def test_direct_keeps_increments_and_tells_kinks(self):
+        # Two increments: kinks at 0.3 and 0.8 are inside, that at 0.5 is not.
+        amplitude = "0., 0., 0.3, 1., 0.5, 0.5, 0.8, 1.\n1., 0.5"
+        self.solve(PRESS + DRAG, amplitude=amplitude, h=0.5, direct=True)
+        np.testing.assert_allclose(self.rows["time"], [1.0, 1.5, 2.0], rtol=1e-12)
+        np.testing.assert_array_equal(self.rows["extra"], 0)
+        self.assertEqual(self.counters["kinks_inside_increments"], 2)
+        self.assertEqual(self.run_of_result.output.count("note: step 2: kinks of amplitudes"), 1)
+
+    def test_too_many_kinks_are_told(self):
+        zigzag = "\n".join(f"{k / 12}, {k % 2}" for k in range(13))
+        self.solve(PRESS + DRAG, amplitude=zigzag)
+        np.testing.assert_allclose(self.rows["time"], [1.0, 2.0], rtol=1e-12)
+        self.assertEqual(self.counters["kinks_inside_increments"], 11)
+        self.assertIn("too many", self.run_of_result.output)
+
+    def test_an_increment_ends_where_contact_begins(self):
+        # The plane is met at 0.8, so the cube slides by a fifth of its way: 0.004 under 0.3*4.
+        self.solve(SLANT, gap=0.016)
+        np.testing.assert_allclose(self.rows["time"], [0.8, 1.0], rtol=1e-9)
+        np.testing.assert_array_equal(self.rows["extra"], [1, 0])
+        np.testing.assert_allclose(self.rows["resultant"][-1], [-1.2, 0, 4], rtol=0, atol=1e-6)
+        np.testing.assert_allclose(self.rows["dissipation"][-1], 1.2 * 0.004, rtol=1e-6)
+        self.assertEqual(self.counters["increments_at_events"], 1)
+        self.assertEqual(self.counters["first_touches_inside_increments"], 0)
+        self.assertEqual(self.estimates["increments_at_events"], 1)
+
+    def test_contact_from_the_start_cuts_nothing(self):
+        self.solve(SLANT, gap=0.0)
+        np.testing.assert_allclose(self.rows["time"], [1.0], rtol=1e-12)
+
+    def test_direct_tells_where_contact_begins(self):
+        self.solve(SLANT, gap=0.016, h=0.5, direct=True)
+        np.testing.assert_allclose(self.rows["time"], [0.5, 1.0], rtol=1e-12)
+        self.assertEqual(self.counters["first_touches_inside_increments"], 1)
+        words = "note: step 1: contact begins inside increment 2"
+        self.assertEqual(self.run_of_result.output.count(words), 1)
+
+    def test_the_error_sees_what_lies_across(self):
+        # With DIRECT, sizes h and 2h both end where the amplitude is 0, and friction is 0 there;
+        # the last way is back, so it is 3, beside a resultant of the size of (3, 10).
+        sine = ", ".join(f"{k / 8}, {k % 2}" for k in range(5)) + ",\n"
+        sine += ", ".join(f"{k / 8}, {k % 2}" for k in range(5, 9))
+        self.solve(PRESS + DRAG, amplitude=sine, h=0.25, direct=True)
+        error = np.linalg.norm(self.rows["resultant"][-1] - [3, 0, 10]) / np.hypot(3, 10)
+        self.assertGreater(error, 0.1)
+        np.testing.assert_allclose(self.rows["load_steps"][-1], error, rtol=1e-3)
+        self.solve(PRESS + DRAG, amplitude=sine, h=0.25)
+        np.testing.assert_allclose(self.rows["resultant"][-1], [3, 0, 10], rtol=0, atol=1e-7)
+        self.assertLess(self.rows["load_steps"][-1], 1e-6)
+
+    def test_the_error_sees_where_contact_begins(self):
+        # A cube that may give way: all of it slides where the way counts from the start, not where
+        # it counts from the touch.
+        steps = SLANT.replace("B, 2, 2\nB, 1, 1, 0.02", "B-ZMAX, 1, 1, 0.02\nB-ZMAX, 2, 2")
+        body = BODY.replace("NX=2, NY=2, NZ=1", "NX=6, NY=6, NZ=6")
+        body = body.replace("1000., 0.", "1000., 0.3")
+        self.solve(steps, gap=0.016, body=body)
+        right = self.rows["resultant"][-1]
+        self.assertLess(self.rows["load_steps"][-1], 1e-4)
+        self.solve(steps, gap=0.016, body=body, direct=True)
+        error = np.linalg.norm(self.rows["resultant"][-1] - right) / np.linalg.norm(right)
+        self.assertGreater(error, 1e-3)
+        np.testing.assert_allclose(self.rows["load_steps"][-1], error, rtol=0.1)
+
+    def test_asked_increments_are_written(self):
+        # FREQUENCY counts the deck's increments: the second and the fourth, and no extra one.
+        steps = SLANT.replace("*END STEP", "*NODE FILE, FREQUENCY=2\nU\n*END STEP")
+        self.solve(steps, gap=0.005, h=0.25)
+        np.testing.assert_allclose(self.rows["time"], [0.25, 0.5, 0.75, 1.0], rtol=1e-9)
+        self.solve(steps, gap=0.007, h=0.25)
+        np.testing.assert_allclose(self.rows["time"], [0.25, 0.35, 0.5, 0.75, 1.0], rtol=1e-9)
+        self.assertEqual(self.written, 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
