@@ -94,8 +94,8 @@ contains
     if (increment%start == reached .and. size%is_touch) size%n_touches = size%n_touches + 1
     if (increment%start == reached .or. .not. is_extra(increment%start)) size%base = &
       increment%start
-    call next_event(scene, plan%points, operators, old, increment, size%n_touches, size%event, &
-      size%is_touch)
+    call next_event(scene, plan%points, operators, old, increment, size%event, size%is_touch, &
+      size%n_touches)
   end subroutine find_event
 
   !> The largest size up to twice `length` that begins and ends where one of its kind may.

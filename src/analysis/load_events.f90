@@ -51,29 +51,28 @@ contains
   end function next_kink
 
   !> The next event behind the place of a state in a step.
-  subroutine next_event(scene, points, operators, state, increment, n_touches, event, is_touch, &
-    is_estimate)
+  subroutine next_event(scene, points, operators, state, increment, event, is_touch, n_touches)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(operators_t), intent(in) :: operators  !! prepared for the step
     type(state_t), intent(in) :: state
     type(increment_t), intent(in) :: increment  !! that follows the state
-    integer, intent(in) :: n_touches
-    !! instants at which contact began in the step so far; one from each kink to the next counts
     integer(i8), intent(out) :: event           !! no_event: none to the end of the step
     logical, intent(out) :: is_touch
-    logical, intent(in), optional :: is_estimate !! as of next_kink; not where it is left out
+    integer, intent(in), optional :: n_touches
+    !! instants at which contact began in the step so far, one from each kink to the next counts;
+    !! left out by an estimate
     integer(i8) :: touch
-    logical :: thins
 
-    thins = .false.
-    if (present(is_estimate)) thins = is_estimate
     associate (step => scene%steps(increment%step), start => increment%start)
       event = no_event
       is_touch = .false.
       if (operators%loads%n_patterns == 0) return ! nothing moves
-      event = next_kink(scene, operators, increment%step, start, thins)
-      if (n_touches >= most_touches(operators%loads%kinks, step)) return
+      event = next_kink(scene, operators, increment%step, start, .not. &
+        present(n_touches))
+      if (present(n_touches)) then
+        if (n_touches >= most_touches(operators%loads%kinks, step)) return
+      end if
       touch = first_touch(scene, points, operators, state, increment%step, start, &
         min(event, step%n_increments*whole_increment))
       is_touch = touch < event
@@ -81,10 +80,11 @@ contains
     end associate
   end subroutine next_event
 
-  !> Where, from `start` to `finish` of a step, the first point meets its obstacle if nothing presses
-  !> at the start; no_event where none does, or so near to where an increment ends anyway that one
+  !> Where, from `start` to `finish` of a step, the first point meets its obstacle if nothing
+  !> presses at the start; no_event where none does, or so near to where an increment ends anyway that one
   !> more would be shorter than the smallest.
-  integer(i8) function first_touch(scene, points, operators, state, step, start, finish) result(touch)
+  integer(i8) function first_touch(scene, points, operators, state, step, start, finish) &
+    result(touch)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(operators_t), intent(in) :: operators  !! prepared for the step
@@ -123,8 +123,9 @@ contains
     if (touch == no_event) return
     from_end = modulo(touch, whole_increment)
     if (touch - start < smallest_increment .or. finish - touch < smallest_increment .or. &
-      from_end < smallest_increment .or. whole_increment - from_end < smallest_increment) &
+      from_end < smallest_increment .or. whole_increment - from_end < smallest_increment) then
       touch = no_event
+    end if
 
   contains
 

@@ -5,8 +5,8 @@
 !> *STEP is one increment, that is done again in two halves instead.
 !>
 !> Neither sees what lies between ends that increments of both sizes have: a kink of an amplitude, or
-!> contact that begins. So where there is such an event the run beside ends at it, and goes from one
-!> to the next in halves. docs/theory.md section 10.
+!> contact that begins. So where there is such an event the run beside ends at it, and goes from
+!> one to the next in halves. docs/theory.md section 10.
 module load_step_error_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
@@ -127,8 +127,8 @@ contains
     integer(i8), intent(in) :: finish !! in parts of the deck's increments
     logical :: is_touch
 
-    call next_event(scene, plan%points, operators, state, next_increment(scene%steps, state), 0, &
-      event, is_touch, is_estimate=.true.)
+    call next_event(scene, plan%points, operators, state, next_increment(scene%steps, state), &
+      event, is_touch)
     if (event > finish - smallest_increment) event = finish
   end function event_before
 

@@ -71,7 +71,8 @@ contains
       end if
       call heed_signal(error)
       if (allocated(error)) return
-      call choose_increment(scene, plan, operators, progress%state, progress%size, increment, is_plain)
+      call choose_increment(scene, plan, operators, progress%state, progress%size, increment, &
+        is_plain)
       call solve_increment()
       if (allocated(error)) return
       call note_sizes(operators, progress%tally)
@@ -192,8 +193,9 @@ contains
     of_step = 'note: step '//to_text(increment%step)//': '
     associate (kinks => operators%loads%kinks, step => scene%steps(increment%step), &
       tally => progress%tally)
-      if (is_extra(increment%position) .and. increment%position == progress%size%event) &
+      if (is_extra(increment%position) .and. increment%position == progress%size%event) then
         tally%at_events = tally%at_events + 1
+      end if
       n_inside = count_between(kinks, increment%start, increment%position)
       if (n_inside > 0 .and. .not. any(kinks <= increment%start)) then
         call clear_bar(console)
