@@ -81,8 +81,8 @@ contains
   end subroutine next_event
 
   !> Where, from `start` to `finish` of a step, the first point meets its obstacle if nothing
-  !> presses at the start; no_event where none does, or so near to where an increment ends anyway that one
-  !> more would be shorter than the smallest.
+  !> presses at the start; no_event where none does, or so near to where an increment ends anyway
+  !> that one more would be shorter than the smallest.
   integer(i8) function first_touch(scene, points, operators, state, step, start, finish) &
     result(touch)
     type(scene_t), intent(in) :: scene

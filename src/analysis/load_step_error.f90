@@ -4,8 +4,8 @@
 !> first-order accurate in the increment, so their difference is the error of the finer one. Where a
 !> *STEP is one increment, that is done again in two halves instead.
 !>
-!> Neither sees what lies between ends that increments of both sizes have: a kink of an amplitude, or
-!> contact that begins. So where there is such an event the run beside ends at it, and goes from
+!> Neither sees what lies between ends that increments of both sizes have: a kink of an amplitude,
+!> or contact that begins. So where there is such an event the run beside ends at it, and goes from
 !> one to the next in halves. docs/theory.md section 10.
 module load_step_error_mod
   use kinds_mod, only: wp, i8
