@@ -16,7 +16,7 @@ module faces_between_nodes_mod
   implicit none
   private
 
-  public :: face_entry_t, entries_t, faces_of_pairs, find_entries
+  public :: face_entry_t, entries_t, list_faces, find_entries
   public :: entered_at_end, entered_on_way, entered_and_left
 
   integer, parameter :: entered_at_end = 1   !! and the step ends with that
@@ -65,9 +65,9 @@ module faces_between_nodes_mod
 contains
 
   !> The faces of every pair that an obstacle can enter between their nodes.
-  pure function faces_of_pairs(scene) result(faces)
+  pure subroutine list_faces(scene, faces)
     type(scene_t), intent(in) :: scene
-    type(smooth_faces_t), allocatable :: faces(:) !! (n_pairs)
+    type(smooth_faces_t), allocatable, intent(out) :: faces(:) !! (n_pairs)
     integer :: pair
 
     allocate (faces(size(scene%pairs)))
@@ -78,7 +78,7 @@ contains
         faces(pair) = no_faces()
       end if
     end do
-  end function faces_of_pairs
+  end subroutine list_faces
 
   pure logical function may_enter(obstacle)
     type(obstacle_t), intent(in) :: obstacle
@@ -90,7 +90,7 @@ contains
   subroutine find_entries(scene, points, faces, old, new, last_of_step, entries)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(smooth_faces_t), intent(in) :: faces(:) !! of faces_of_pairs
+    type(smooth_faces_t), intent(in) :: faces(:) !! of list_faces
     type(state_t), intent(in) :: old, new        !! the increment's beginning and end
     logical, intent(in) :: last_of_step
     type(entries_t), intent(out) :: entries

@@ -20,7 +20,7 @@ module go_through_mod
   use load_step_error_mod, only: follow_coarsely
   use choose_increment_mod, only: choose_increment, cut_increment
   use smooth_faces_mod, only: smooth_faces_t
-  use faces_between_nodes_mod, only: entries_t, face_entry_t, faces_of_pairs, find_entries
+  use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
   use meet_accuracy_mod, only: sharpen, shortfall
   use contact_resolution_mod, only: small_contact_t, find_small_contacts
   use result_file_mod, only: result_file_t, append_increment
@@ -60,7 +60,7 @@ contains
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
 
     unheld = ''
-    faces = faces_of_pairs(scene)
+    call list_faces(scene, faces)
     scene%contact%tolerance = progress%tolerance
     increments: do
       increment = next_increment(scene%steps, progress%state)
