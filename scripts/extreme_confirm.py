@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from extreme_judge import prescribed_at, rounding_of
-from extreme_scenes import CYLINDER, PLANE, corner_jacobian, stiffness
+from extreme_scenes import CYLINDER, PLANE, SPHERE, corner_jacobian, stiffness
 
 EPS = np.finfo(float).eps
 
@@ -23,8 +23,24 @@ def confirm(scene, cause):
         return left > 0.1 * scene.tolerance, f"reactions leave {left:.1e} of the loads unbalanced"
     if cause == "prescribed into an obstacle":
         return True, "prescribed so by the scene"
+    if cause == "contact missed":
+        return passes_between_nodes(scene)
     lost, words = lost_digits(scene)
     return lost > 0.1 * scene.tolerance, words
+
+
+def passes_between_nodes(scene):
+    """Whether a sphere below the body is nearer to a face of it than any of its nodes ever gets."""
+    for pair in scene.pairs:
+        obstacle = scene.obstacles[pair.obstacle]
+        if obstacle.kind != SPHERE or obstacle.inner:
+            continue
+        across = scene.points[pair.nodes, :2] - np.asarray(obstacle.point)[:2]
+        nearest = np.linalg.norm(across, axis=1).min()
+        is_below = np.all(across.min(axis=0) < 0) and np.all(across.max(axis=0) > 0)
+        if is_below and nearest > 2 * obstacle.radius:
+            return True, f"the nodes pass at {nearest:.1e} from a sphere of {obstacle.radius:.1e}"
+    return False, "no sphere lies between the nodes"
 
 
 def locate(obstacle, points):

@@ -24,6 +24,7 @@ CAUSES = {
     "not positive definite": r"not positive definite",
     "points do not settle": r"do not settle \(they still move by \d",
     "prescribed into an obstacle": r"is prescribed to move \S+ into",
+    "contact missed": r"deep into the face of nodes .*contact is missed",
     "deck refused": r"\.inp:\d+.*: error: ",
 }
 
