@@ -59,7 +59,7 @@ contains
     call sum_patterns(scene, operators, increment%share, increment%step_time, now%u_free, &
       now%forces%external)
     now%forces%prescribed = operators%prescribed
-    now%forces%displacement = merge(now%u_free, 0.0_wp, operators%prescribed)
+    now%forces%displacement = prescribed_displacement(scene, operators, increment)
     allocate (now%forces%internal, mold=old%displacement)
     now%controls = scene%contact
     now%motion = [(old%displacement(operators%motions%dof(i), operators%motions%node(i)), &
@@ -169,6 +169,23 @@ contains
       external = external + factor(g)*operators%loads%force(:, :, g)
     end do
   end subroutine sum_patterns
+
+  !> What the supports prescribe at the end of an increment, from the loads alone: the certificate
+  !> holds displacements against it, so nothing of it comes from a solution.
+  pure function prescribed_displacement(scene, operators, increment) result(u)
+    type(scene_t), intent(in) :: scene
+    type(operators_t), intent(in) :: operators
+    type(increment_t), intent(in) :: increment
+    real(wp) :: u(3, scene%mesh%n_nodes)  !! 0 where nothing is prescribed [length]
+    real(wp) :: factor(operators%loads%n_patterns)
+    integer :: g
+
+    factor = pattern_factors(scene, operators%loads, increment%share, increment%step_time)
+    u = 0.0_wp
+    do g = 1, operators%loads%n_patterns
+      u = u + factor(g)*operators%loads%displacement(:, :, g)
+    end do
+  end function prescribed_displacement
 
   !> The contact problem of the increment: gaps and slips that u_free would give, then the
   !> reactions, and the free motions.

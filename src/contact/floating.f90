@@ -231,6 +231,7 @@ contains
 
     found = .false.
     size_e = norm2(search%best%e)
+    if (.not. size_e > 0.0_wp) return
     direction = search%best%e/size_e
     far = max(search%furthest, gaps_away*maxval(abs(search%x_start)))
     low = 0.0_wp
