@@ -4,7 +4,7 @@
 !>
 !> For matrices of so many rows (867, 1875, 3267, 7203: the block with n = 16, 24, 32, 48): how fast
 !> memory is read, by scalar products, which do nothing else, in ordinary pages and in huge ones
-!> (src/base/huge_pages.f90); and how fast one triangle of the matrix is read in a product in double
+!> (src/machine/huge_pages.f90); how fast one triangle of the matrix is read in a product in double
 !> precision, and in one in single, whose triangle has half the bytes. The stretches that are read
 !> have the size of the triangle. All in bytes a second of the processor, in turns, the best of
 !> many: what else the machine does disturbs them alike. What fits in a cache is read from there.

@@ -3,9 +3,10 @@
 
     check_layers.py [SRC]
 
-A file may use only modules of files listed before it, and only of the folders its own folder may
-see; each outside library has one file that sees it, HDF5 a few that share a prefix; modules hide
-their names and hold no variables; only the main program stops. Prints `file:line: message` for
+A file may use only modules of files listed before it, and only of the rooms its own room may see: a
+room is a folder of src, or a folder within one. Each outside library has one file that sees it,
+HDF5 a few that share a prefix; modules hide their names and hold no variables; only the main
+program stops. Prints `file:line: message` for
 each violation.
 """
 
@@ -17,36 +18,45 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-# Which folder may use which, besides itself.
+# Which room may use which, besides itself; lowest first.
+_LOW = {"base", "machine", "algebra", "model"}
+_BODY = _LOW | {"elements", "equations"}
+_CONTACT = {"contact", "contact/geometry", "contact/solvers"}
 MAY_USE = {
     "base": set(),
+    "machine": {"base"},
+    "algebra": {"base", "machine"},
     "model": {"base"},
-    "deck": {"base", "model", "elements"},  # elements: the check of the Jacobians
-    "elements": {"base", "model"},
-    "equations": {"base", "model", "elements"},
-    "contact": {"base", "model", "elements", "equations"},
-    "analysis": {"base", "model", "elements", "equations", "contact"},
-    "files": {"base", "model", "contact"},
-    "app": {
-        "base",
-        "model",
-        "deck",
-        "elements",
-        "equations",
-        "contact",
-        "analysis",
-        "files",
-    },
+    "elements": {"base", "algebra", "model"},
+    "deck/language": {"base"},
+    # elements: the check of the Jacobians
+    "deck": {"base", "machine", "model", "elements", "deck/language", "deck/cards"},
+    "deck/cards": {"base", "model", "deck/language", "deck"},
+    "equations": _LOW | {"elements"},
+    "contact": _BODY | _CONTACT,
+    "contact/geometry": {"base", "algebra", "model", "elements"},
+    "contact/solvers": {"base", "algebra", "model"},
+    "increment": _BODY | _CONTACT,
+    "plan": _BODY | _CONTACT | {"increment"},
+    "hdf5": {"base", "machine"},
+    "results": _LOW | {"hdf5"},
+    "fclib": _BODY | _CONTACT | {"increment", "hdf5", "results"},
+    "console": {"base", "machine", "model", "deck/language"},
+    "run": _BODY | _CONTACT | {"deck", "increment", "plan", "hdf5", "results", "fclib", "console"},
+    "app": _BODY | {"fclib", "console", "run"},
 }
 MAIN = "app/main.f90"
+# What a room, or a file, sees of another room: these files and no more.
+SEES_ONLY = {
+    ("contact/solvers", "model"): {"model/controls.f90", "model/step_report.f90"},
+    ("run", "hdf5"): {"hdf5/hdf5_files.f90"},  # the version of the library
+}
 CERTIFICATE = "contact/certificate.f90"
-CERTIFICATE_MAY_USE = {"base", "model", "elements"}
-# The only use of `contact` by `files`: an FCLIB problem is read into the problem's type.
-FILES_TO_CONTACT = ("files/fclib.f90", "contact/problem.f90")
+CERTIFICATE_MAY_USE = {"base", "algebra", "model", "elements"}
 PLAN = "model/plan.f90"
-PLAN_FOLDERS = {"model", "analysis", "files", "app"}
+PLAN_ROOMS = {"model", "increment", "plan", "results", "run"}
 # The one file that may hold one module variable, the flag that a signal sets.
-SIGNAL_FILE = "base/system.f90"
+SIGNAL_FILE = "machine/system.f90"
 
 INTRINSIC = {
     "iso_fortran_env",
@@ -80,9 +90,15 @@ LIBRARIES = [
         r"\b[sdcz]mumps(_\w+)?\b",
         r"[sdcz]mumps",
     ),
-    Library("HDF5", "files/hdf5_*.f90", r"hdf5|h5\w+", r"\bcall\s+h5\w+", r"^h5\w+$|^hdf5"),
-    Library("MPI", "base/parallel.f90", r"mpi(_f08)?", r"\bcall\s+mpi_\w+", r"^mpif?(\.h|_\w+$)"),
-    Library("zlib", "base/checksum.f90", r"zlib\w*", r"\bzlib_\w+", r"^(crc32|adler32)"),
+    Library("HDF5", "hdf5/hdf5_*.f90", r"hdf5|h5\w+", r"\bcall\s+h5\w+", r"^h5\w+$|^hdf5"),
+    Library(
+        "MPI",
+        "machine/parallel.f90",
+        r"mpi(_f08)?",
+        r"\bcall\s+mpi_\w+",
+        r"^mpif?(\.h|_\w+$)",
+    ),
+    Library("zlib", "machine/checksum.f90", r"zlib\w*", r"\bzlib_\w+", r"^(crc32|adler32)"),
     Library("METIS", "equations/ordering.f90", r"metis\w*", r"\bmetis_\w+", r"^metis_"),
 ]
 
@@ -112,9 +128,9 @@ class Source:
     statements: list[Statement] = field(default_factory=list)
 
     @property
-    def folder(self) -> str:
-        """The folder, which is the layer."""
-        return self.path.split("/")[0]
+    def room(self) -> str:
+        """The folder, or the folder within a folder."""
+        return self.path.rpartition("/")[0]
 
     @property
     def module(self) -> str:
@@ -258,8 +274,8 @@ class Checker:
                 self.report(cmake, line, f"{path} is listed twice")
             elif not (self.src / path).is_file():
                 self.report(cmake, line, f"{path} is listed but absent")
-            elif path.split("/")[0] not in MAY_USE or "/" not in path:
-                self.report(cmake, line, f"{path} is in no folder of the architecture")
+            elif path.rpartition("/")[0] not in MAY_USE:
+                self.report(cmake, line, f"{path} is in no room of the architecture")
             else:
                 text = (self.src / path).read_text(encoding="utf-8")
                 source = Source(path, len(self.sources), logical_statements(text))
@@ -376,16 +392,15 @@ class Checker:
 
         if used.position >= source.position:
             refuse("it is not listed before this file")
-        allowed = MAY_USE[source.folder] | {source.folder}
-        if used.folder not in allowed:
-            refuse(f"{source.folder} may not use {used.folder}")
-        to_contact = source.folder == "files" and used.folder == "contact"
-        if to_contact and (source.path, used.path) != FILES_TO_CONTACT:
-            refuse(f"only {' may use '.join(FILES_TO_CONTACT)}")
-        if source.path == CERTIFICATE and used.folder not in CERTIFICATE_MAY_USE:
-            refuse("the certificate may use only base, model and elements")
-        if used.path == PLAN and source.folder not in PLAN_FOLDERS:
-            refuse(f"{source.folder} may not see the plan")
+        if used.room not in MAY_USE[source.room] | {source.room}:
+            refuse(f"{source.room} may not use {used.room}")
+        seen = SEES_ONLY.get((source.room, used.room))
+        if seen is not None and used.path not in seen:
+            refuse(f"{source.room} may use of {used.room} only {', '.join(sorted(seen))}")
+        if source.path == CERTIFICATE and used.room not in CERTIFICATE_MAY_USE:
+            refuse(f"the certificate may use only {', '.join(sorted(CERTIFICATE_MAY_USE))}")
+        if used.path == PLAN and source.room not in PLAN_ROOMS:
+            refuse(f"{source.room} may not see the plan")
 
     def check_statements(self, source: Source) -> None:
         """Check who stops, and who calls an outside library."""

@@ -16,28 +16,30 @@ import check_layers
 
 FILES = [
     "base/kinds",
-    "base/system",
-    "base/parallel",
+    "base/errors",
+    "machine/system",
+    "machine/parallel",
     "model/mesh",
+    "model/controls",
     "model/plan",
     "elements/cube",
     "deck/reader",
     "equations/ordering",
     "equations/mumps_double",
     "contact/certificate",
-    "contact/problem",
-    "contact/solve",
-    "analysis/advance",
-    "files/hdf5_files",
-    "files/hdf5_rows",
-    "files/fclib",
-    "app/run",
+    "contact/solvers/problem",
+    "contact/solvers/solve",
+    "increment/advance",
+    "hdf5/hdf5_files",
+    "hdf5/hdf5_rows",
+    "fclib/fclib",
+    "run/run",
 ]
 
 
 def module(path: str, specification: str = "", procedures: str = "") -> str:
     """Return the text of a clean module with the given lines added."""
-    name = path.split("/")[1]
+    name = path.rpartition("/")[2]
     return (
         f"!> The module {name}.\nmodule {name}_mod\n{specification}\n"
         f"  implicit none\n  private\n  public :: n_{name}\n"
@@ -53,8 +55,9 @@ def clean_tree() -> dict[str, str]:
         "program bipot\n  use run_mod, only: n_run\n  implicit none\n"
         "  if (n_run > 1) error stop 'no'\n  stop\nend program bipot\n"
     )
-    tree["base/system.f90"] = module(
-        "base/system", procedures="  subroutine s()\n    integer :: i\n    i = 1\n  end subroutine"
+    tree["machine/system.f90"] = module(
+        "machine/system",
+        procedures="  subroutine s()\n    integer :: i\n    i = 1\n  end subroutine",
     ).replace("contains", "  integer, volatile, save :: flag(2) = [0, 1]\ncontains", 1)
     tree["model/mesh.f90"] = """\
 ! use plan_mod, stop, call exit(1): a comment
@@ -62,7 +65,7 @@ module mesh_mod
   use, intrinsic :: iso_c_binding, only: c_int
   use kinds_mod, & ! the kinds
 
-    & only: n_kinds; use :: system_mod, only: n_system
+    & only: n_kinds; use :: errors_mod, only: n_errors
   implicit none ; private
   public :: mesh_t, make
   character(len=*), parameter :: text = 'it''s; stop & use plan_mod'
@@ -104,7 +107,7 @@ contains
   end subroutine local
 end module mesh_mod
 """
-    tree["base/parallel.f90"] = module("base/parallel", "  use mpi, only: mpi_comm_world")
+    tree["machine/parallel.f90"] = module("machine/parallel", "  use mpi, only: mpi_comm_world")
     tree["equations/ordering.f90"] = module(
         "equations/ordering",
         procedures="  subroutine s()\n    call metis_nodend()\n  end subroutine s",
@@ -114,20 +117,20 @@ end module mesh_mod
         procedures="  subroutine s()\n    include 'dmumps_struc.h'\n"
         "    type(dmumps_struc) :: id\n    call dmumps(id)\n  end subroutine s",
     )
-    tree["files/hdf5_files.f90"] = module("files/hdf5_files", "  use hdf5\n  use h5lt, only: x")
-    tree["files/hdf5_rows.f90"] = module(
-        "files/hdf5_rows",
+    tree["hdf5/hdf5_files.f90"] = module("hdf5/hdf5_files", "  use hdf5\n  use h5lt, only: x")
+    tree["hdf5/hdf5_rows.f90"] = module(
+        "hdf5/hdf5_rows",
         "  use hdf5\n  use hdf5_files_mod, only: n_hdf5_files",
         "  subroutine s()\n    call h5dset_extent_f()\n  end subroutine s",
     )
-    tree["files/fclib.f90"] = module("files/fclib", "  use problem_mod, only: n_problem")
+    tree["fclib/fclib.f90"] = module("fclib/fclib", "  use problem_mod, only: n_problem")
     tree["contact/certificate.f90"] = module(
         "contact/certificate", "  use cube_mod, only: n_cube\n  use mesh_mod, only: mesh_t"
     )
-    tree["analysis/advance.f90"] = module(
-        "analysis/advance", "  use plan_mod, only: n_plan\n  use solve_mod, only: n_solve"
+    tree["increment/advance.f90"] = module(
+        "increment/advance", "  use plan_mod, only: n_plan\n  use solve_mod, only: n_solve"
     )
-    tree["app/run.f90"] = module("app/run", "  use fclib_mod, only: n_fclib")
+    tree["run/run.f90"] = module("run/run", "  use fclib_mod, only: n_fclib")
     tree["CMakeLists.txt"] = (
         "# base/unwanted.f90 in a comment\nset(BIPOT_SOURCES\n"
         + "".join(f"  {path}.f90  # lowest first\n" for path in FILES)
@@ -193,43 +196,47 @@ class CheckLayers(unittest.TestCase):
         )
         tree = clean_tree()
         tree["CMakeLists.txt"] += "add_executable(again app/main.f90)\n"
-        self.expect(tree, "CMakeLists.txt:24: app/main.f90 is listed twice")
+        self.expect(tree, "CMakeLists.txt:26: app/main.f90 is listed twice")
         self.expect({"CMakeLists.txt": "project(x)\n"}, "CMakeLists.txt:1: lists no source")
         self.expect({"base/kinds.f90": module("base/kinds")}, "CMakeLists.txt:1: there is no such")
         other = {"CMakeLists.txt": "add_library(x other/a.f90)", "other/a.f90": module("other/a")}
-        self.expect(other, "CMakeLists.txt:1: other/a.f90 is in no folder")
+        self.expect(other, "CMakeLists.txt:1: other/a.f90 is in no room")
 
-    def test_folders(self) -> None:
+    def test_rooms(self) -> None:
         for path, used in [
             ("elements/cube", "base/kinds"),
             ("deck/reader", "elements/cube"),
             ("equations/ordering", "elements/cube"),
-            ("contact/solve", "equations/ordering"),
-            ("analysis/advance", "contact/solve"),
-            ("app/run", "files/fclib"),
+            ("increment/advance", "contact/solvers/solve"),
+            ("increment/advance", "equations/ordering"),
+            ("fclib/fclib", "contact/solvers/problem"),
+            ("run/run", "fclib/fclib"),
         ]:
-            name = used.split("/")[1]
+            name = used.rpartition("/")[2]
             self.plant(path, f"  use {name}_mod, only: n_{name}")
         for path, used in [
             ("equations/ordering", "deck/reader"),
-            ("contact/solve", "deck/reader"),
-            ("analysis/advance", "deck/reader"),
-            ("files/hdf5_files", "analysis/advance"),
-            ("files/hdf5_files", "elements/cube"),
-            ("files/hdf5_files", "equations/ordering"),
+            ("contact/solvers/solve", "deck/reader"),
+            ("contact/solvers/solve", "equations/ordering"),
+            ("contact/solvers/solve", "contact/certificate"),
+            ("increment/advance", "deck/reader"),
+            ("hdf5/hdf5_files", "increment/advance"),
+            ("hdf5/hdf5_files", "elements/cube"),
+            ("hdf5/hdf5_files", "equations/ordering"),
         ]:
-            name = used.split("/")[1]
-            folders = path.split("/")[0], used.split("/")[0]
-            message = f"use of {name}_mod: {folders[0]} may not use {folders[1]}"
+            name = used.rpartition("/")[2]
+            rooms = path.rpartition("/")[0], used.rpartition("/")[0]
+            message = f"use of {name}_mod: {rooms[0]} may not use {rooms[1]}"
             self.plant(path, f"  use {name}_mod, only: n_{name}", message)
 
-    def test_analysis_never_uses_files(self) -> None:
+    def test_an_increment_knows_no_files(self) -> None:
         tree = clean_tree()
-        tree["analysis/advance.f90"] = module("analysis/advance", "  use fclib_mod, only: n_fclib")
+        use = "  use fclib_mod, only: n_fclib"
+        tree["increment/advance.f90"] = module("increment/advance", use)
         self.expect(
             tree,
-            "analysis/advance.f90:3: use of fclib_mod: analysis may not use files",
-            "analysis/advance.f90:3: use of fclib_mod: it is not listed before",
+            "increment/advance.f90:3: use of fclib_mod: increment may not use fclib",
+            "increment/advance.f90:3: use of fclib_mod: it is not listed before",
         )
 
     def test_base_uses_nothing(self) -> None:
@@ -241,20 +248,21 @@ class CheckLayers(unittest.TestCase):
             "base/kinds.f90:3: use of mesh_mod: it is not listed before",
         )
 
-    def test_files_sees_only_the_contact_problem(self) -> None:
-        only = "use of {}_mod: only files/fclib.f90 may use contact/problem.f90"
-        self.plant("files/fclib", "  use solve_mod, only: n_solve", only.format("solve"))
-        self.plant("files/hdf5_files", "  use problem_mod, only: n", only.format("problem"))
+    def test_what_a_room_sees_of_another(self) -> None:
+        only = "contact/solvers may use of model only model/controls.f90, model/step_report.f90"
+        use = "  use mesh_mod, only: mesh_t"
+        self.plant("contact/solvers/solve", use, f"use of mesh_mod: {only}")
+        self.plant("contact/solvers/solve", "  use controls_mod, only: n_controls")
 
     def test_the_certificate_is_independent(self) -> None:
-        message = "the certificate may use only base, model and elements"
+        message = "the certificate may use only algebra, base, elements, model"
         use = "  use ordering_mod, only: n_ordering"
         self.plant("contact/certificate", use, f"use of ordering_mod: {message}")
         tree = clean_tree()
         tree["CMakeLists.txt"] = (
             tree["CMakeLists.txt"]
             .replace("  contact/certificate.f90  # lowest first\n", "")
-            .replace("  contact/problem.f90", "  contact/problem.f90\n  contact/certificate.f90")
+            .replace("contact/solvers/problem.f90", "contact/solvers/problem.f90\n  contact/certificate.f90")
         )
         path = "contact/certificate"
         tree[f"{path}.f90"] = module(path, "  use problem_mod, only: n_problem")
@@ -262,24 +270,24 @@ class CheckLayers(unittest.TestCase):
 
     def test_who_sees_the_plan(self) -> None:
         use = "  use plan_mod, only: n_plan"
-        self.plant("files/hdf5_files", use)
-        self.plant("app/run", use)
-        for path in ("deck/reader", "equations/ordering", "contact/solve"):
-            folder = path.split("/")[0]
-            self.plant(path, use, f"use of plan_mod: {folder} may not see the plan")
+        self.plant("increment/advance", use)
+        self.plant("run/run", use)
+        for path in ("deck/reader", "equations/ordering"):
+            room = path.rpartition("/")[0]
+            self.plant(path, use, f"use of plan_mod: {room} may not see the plan")
 
     def test_libraries(self) -> None:
         mumps = "only equations/mumps_*.f90 may see MUMPS"
-        hdf5 = "only files/hdf5_*.f90 may see HDF5"
-        mpi = "only base/parallel.f90 may see MPI"
+        hdf5 = "only hdf5/hdf5_*.f90 may see HDF5"
+        mpi = "only machine/parallel.f90 may see MPI"
         metis = "only equations/ordering.f90 may see METIS"
-        self.plant("contact/solve", "  use hdf5", hdf5)
-        self.plant("contact/solve", "  use h5lt, only: x", hdf5)
-        self.plant("files/fclib", "  use hdf5", hdf5)
-        self.plant("contact/solve", "  use mpi_f08", mpi)
-        self.plant("contact/solve", "  include 'mpif.h'", mpi)
-        self.plant("contact/solve", "  use, non_intrinsic :: mpi, only: mpi_comm_world", mpi)
-        self.plant("contact/solve", "  include 'dmumps_struc.h'", mumps)
+        self.plant("contact/solvers/solve", "  use hdf5", hdf5)
+        self.plant("contact/solvers/solve", "  use h5lt, only: x", hdf5)
+        self.plant("fclib/fclib", "  use hdf5", hdf5)
+        self.plant("contact/solvers/solve", "  use mpi_f08", mpi)
+        self.plant("contact/solvers/solve", "  include 'mpif.h'", mpi)
+        self.plant("contact/solvers/solve", "  use, non_intrinsic :: mpi, only: mpi_x", mpi)
+        self.plant("contact/solvers/solve", "  include 'dmumps_struc.h'", mumps)
         for line, message in [
             ("call dmumps(id)", mumps),
             ("if (x) call smumps(id)", mumps),
@@ -290,12 +298,12 @@ class CheckLayers(unittest.TestCase):
             ("subroutine a() bind(c, &\n    name='METIS_NodeND')", metis),
         ]:
             with self.subTest(line):
-                self.plant("contact/solve", "", message, procedures=line)
+                self.plant("contact/solvers/solve", "", message, procedures=line)
 
     def test_unknown_modules(self) -> None:
         unknown = "use of an unknown module "
-        self.plant("contact/solve", "  use omp_lib, only: x", unknown + "omp_lib")
-        self.plant("contact/solve", "  use gone_mod, only: x", unknown + "gone_mod")
+        self.plant("contact/solvers/solve", "  use omp_lib, only: x", unknown + "omp_lib")
+        self.plant("contact/solvers/solve", "  use gone_mod, only: x", unknown + "gone_mod")
 
     def test_who_stops(self) -> None:
         for line in [
@@ -313,13 +321,13 @@ class CheckLayers(unittest.TestCase):
         ]:
             with self.subTest(line):
                 message = "only app/main.f90 may stop"
-                self.plant("contact/solve", "", message, procedures=f"  {line}")
+                self.plant("contact/solvers/solve", "", message, procedures=f"  {line}")
 
     def test_only(self) -> None:
         without = "use of kinds_mod without 'only'"
-        self.plant("contact/solve", "  use kinds_mod", without)
-        self.plant("contact/solve", "  use kinds_mod, n => n_kinds", without)
-        self.plant("contact/solve", "", without, procedures="  use :: kinds_mod")
+        self.plant("contact/solvers/solve", "  use kinds_mod", without)
+        self.plant("contact/solvers/solve", "  use kinds_mod, n => n_kinds", without)
+        self.plant("contact/solvers/solve", "", without, procedures="  use :: kinds_mod")
         tree = clean_tree()
         tree["app/main.f90"] = tree["app/main.f90"].replace(", only: n_run", "")
         self.expect(tree, "app/main.f90:2: use of run_mod without 'only'")
@@ -363,15 +371,15 @@ class CheckLayers(unittest.TestCase):
             "double precision d",
         ]:
             with self.subTest(line):
-                self.plant("contact/solve", f"  {line}", "module variable")
-        self.plant("contact/solve", "  save", "module variables: 'save'")
+                self.plant("contact/solvers/solve", f"  {line}", "module variable")
+        self.plant("contact/solvers/solve", "  save", "module variables: 'save'")
         tree = clean_tree()
-        text = tree["base/system.f90"]
-        tree["base/system.f90"] = text.replace("[0, 1]", "[0, 1], other")
-        self.expect(tree, "base/system.f90:8: module variable")
-        tree["base/system.f90"] = text.replace("contains", "  logical :: other\ncontains", 1)
+        text = tree["machine/system.f90"]
+        tree["machine/system.f90"] = text.replace("[0, 1]", "[0, 1], other")
+        self.expect(tree, "machine/system.f90:8: module variable")
+        tree["machine/system.f90"] = text.replace("contains", "  logical :: other\ncontains", 1)
         self.expect(
-            tree, "base/system.f90:8: module variable", "base/system.f90:9: module variable"
+            tree, "machine/system.f90:8: module variable", "machine/system.f90:9: module variable"
         )
 
     def test_the_command_line(self) -> None:

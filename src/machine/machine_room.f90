@@ -35,7 +35,7 @@ module machine_room_mod
       integer(c_int) :: status
     end function c_getrlimit
 
-    !> C's malloc, which returns null where there is no memory (src/base/runtime_failures.f90).
+    !> C's malloc, which returns null where there is no memory (src/machine/runtime_failures.f90).
     function real_malloc(bytes) result(address) bind(c, name='__real_malloc')
       import :: c_ptr, c_size_t
       implicit none
