@@ -2,45 +2,17 @@
 !> condensed.
 module compliance_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t, raise, exit_not_solved
-  use dense_mod, only: invert_spd
   use huge_pages_mod, only: prefer_huge_pages
-  use dof_map_mod, only: dof_map_t
+  use dof_map_mod, only: dof_map_t, interface_equations_of
   use contact_points_mod, only: contact_points_t
-  use near_stiffness_mod, only: near_stiffness_t, find_near
   implicit none
   private
 
-  public :: invert_schur, point_stiffness, rows_of_points, compliance_of_rows, straight
+  public :: rows_of_points, compliance_of_rows, straight
 
   real(wp), parameter :: straight = 1.0e-12_wp !! a direction cosine below this is 0
 
 contains
-
-  !> Replace the Schur complement by its inverse, both triangles.
-  subroutine invert_schur(s, error)
-    real(wp), intent(inout) :: s(:, :)
-    !! (n,n) stiffness [force/length], compliance out [length/force]
-    type(error_t), allocatable, intent(out) :: error !! not positive definite
-    logical :: positive_definite
-
-    call invert_spd(s, positive_definite)
-    if (.not. positive_definite) call raise(error, exit_not_solved, &
-      'the stiffness condensed to the contact nodes is not positive definite: a body is not '// &
-      'held, or the material is at the limit of what double precision holds')
-  end subroutine invert_schur
-
-  !> The blocks of the Schur complement at the nodes of the points, as far as they matter.
-  pure function point_stiffness(map, points, s) result(near)
-    type(dof_map_t), intent(in) :: map
-    type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: s(:, :)       !! (n_interface,n_interface) [force/length]
-    type(near_stiffness_t) :: near        !! x, y, z; 0 along prescribed directions
-    integer :: index(3, points%n)
-
-    index = max(0, map%equation(:, points%node) - (map%n_free - map%n_interface))
-    call find_near(index, s, near)
-  end function point_stiffness
 
   !> The 3x3 block of a matrix over the interface at two nodes, 0 where a direction is prescribed.
   pure function interface_block(map, a, node_i, node_j) result(block)
@@ -50,8 +22,8 @@ contains
     real(wp) :: block(3, 3)
     integer :: p, q, eq_i(3), eq_j(3)
 
-    eq_i = map%equation(:, node_i) - (map%n_free - map%n_interface)
-    eq_j = map%equation(:, node_j) - (map%n_free - map%n_interface)
+    eq_i = interface_equations_of(map, node_i)
+    eq_j = interface_equations_of(map, node_j)
     block = 0.0_wp
     do q = 1, 3
       do p = 1, 3

@@ -5,7 +5,7 @@ module assembly_mod
   use scene_mod, only: material_t
   use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness
-  use dof_map_mod, only: dof_map_t
+  use dof_map_mod, only: dof_map_t, equations_of
   implicit none
   private
 
@@ -145,19 +145,21 @@ contains
     integer, intent(in) :: start(:), neighbours(:), lower_start(:)
     type(triplets_t), intent(out) :: k
     real(wp), intent(in), optional :: blocks(:, :, :) !! (3,3,entries) [force/length]
-    integer :: pass, node, entry, other, i, j, row, column
+    integer :: pass, node, entry, other, i, j, row, column, rows(3), columns(3)
     integer(i8) :: n !! beyond 17 million nodes a default integer does not count them
 
     do pass = 1, 2
       n = 0
       do node = 1, size(lower_start) - 1
+        rows = equations_of(map, node)
         do entry = lower_start(node), lower_start(node + 1) - 1
           other = neighbours(start(node) + entry - lower_start(node))
+          columns = equations_of(map, other)
           do j = 1, 3
-            column = map%equation(j, other)
+            column = columns(j)
             if (column == 0) cycle
             do i = 1, 3
-              row = map%equation(i, node)
+              row = rows(i)
               if (row == 0) cycle
               if (other == node .and. j > i) cycle
               n = n + 1

@@ -7,7 +7,7 @@ module ordering_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_null_ptr
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: to_text
-  use dof_map_mod, only: dof_map_t
+  use dof_map_mod, only: dof_map_t, equations_of
   implicit none
   private
 
@@ -72,7 +72,7 @@ contains
     if (allocated(error)) return
     position = 0
     do i = 1, n
-      associate (equations => map%equation(:, node_of(node_order(i))))
+      associate (equations => equations_of(map, node_of(node_order(i))))
         do node = 1, 3
           ! A node may have interior equations beside one on the interface.
           if (equations(node) == 0 .or. equations(node) > n_interior) cycle

@@ -9,7 +9,7 @@ module shares_mod
   use scene_mod, only: material_t
   use parallel_mod, only: n_ranks, announce, task_pattern, task_stiffness, send_integers, &
     send_reals, receive_integers, receive_reals, sum_over_ranks
-  use dof_map_mod, only: dof_map_t
+  use dof_map_mod, only: dof_map_t, map_of_numbers, part_of_map, numbers_of
   use assembly_mod, only: triplets_t, assemble_stiffness, list_pattern, diagonal_of
   implicit none
   private
@@ -117,9 +117,7 @@ contains
     end do
     share%element_kind = mesh%element_kind(first:last)
     share%material = mesh%material(first:last)
-    share_map%n_free = map%n_free
-    share_map%n_interface = map%n_interface
-    share_map%equation = map%equation(:, nodes)
+    share_map = part_of_map(map, nodes)
   end subroutine cut_share
 
   subroutine send_share(share, materials, share_map, rank)
@@ -133,7 +131,7 @@ contains
     call send_integers(8*share%n_elements, share%connectivity, rank)
     call send_integers(share%n_elements, share%element_kind, rank)
     call send_integers(share%n_elements, share%material, rank)
-    call send_integers(3*share%n_nodes, share_map%equation, rank)
+    call send_integers(3*share%n_nodes, numbers_of(share_map), rank)
     call send_reals(3*share%n_nodes, share%coordinates, rank)
     call send_reals(size(materials), materials%young, rank)
     call send_reals(size(materials), materials%poisson, rank)
@@ -169,19 +167,20 @@ contains
     type(material_t), allocatable, intent(out) :: materials(:)
     type(dof_map_t), intent(out) :: share_map
     integer :: sizes(n_sizes)
+    integer, allocatable :: equation(:, :)
     real(wp), allocatable :: numbers(:)
 
     call receive_integers(n_sizes, sizes)
     share%n_nodes = sizes(1)
     share%n_elements = sizes(2)
-    share_map%n_free = sizes(3)
     allocate (share%connectivity(8, share%n_elements), share%element_kind(share%n_elements), &
-      share%material(share%n_elements), share_map%equation(3, share%n_nodes), &
+      share%material(share%n_elements), equation(3, share%n_nodes), &
       share%coordinates(3, share%n_nodes), materials(sizes(4)), numbers(sizes(4)))
     call receive_integers(8*share%n_elements, share%connectivity)
     call receive_integers(share%n_elements, share%element_kind)
     call receive_integers(share%n_elements, share%material)
-    call receive_integers(3*share%n_nodes, share_map%equation)
+    call receive_integers(3*share%n_nodes, equation)
+    share_map = map_of_numbers(equation, sizes(3), 0)
     call receive_reals(3*share%n_nodes, share%coordinates)
     call receive_reals(size(materials), numbers)
     materials%young = numbers

@@ -6,7 +6,7 @@ module stiffness_inverse_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
   use dense_mod, only: times_symmetric
-  use dof_map_mod, only: dof_map_t
+  use dof_map_mod, only: dof_map_t, to_equations, to_nodes
   use sparse_factor_mod, only: sparse_factor_t
   implicit none
   private
@@ -36,7 +36,7 @@ contains
     associate (map => inverse%map)
       allocate (b(map%n_free, size(force, 3)), reduced(map%n_interface, size(force, 3)))
       do g = 1, size(force, 3)
-        call gather(map, force(:, :, g), b(:, g))
+        call to_equations(map, force(:, :, g), b(:, g))
       end do
       if (map%n_interface == 0) then
         call inverse%factor%solve(b, error)
@@ -51,7 +51,7 @@ contains
       if (allocated(error)) return
       allocate (displacement(3, size(force, 2), size(force, 3)))
       do g = 1, size(force, 3)
-        call scatter(map, b(:, g), displacement(:, :, g))
+        call to_nodes(map, b(:, g), displacement(:, :, g))
       end do
     end associate
   end subroutine apply_inverse
@@ -68,7 +68,7 @@ contains
     real(wp) :: b(inverse%map%n_free, 1), reduced(inverse%map%n_interface, 1)
 
     allocate (begun(inverse%map%n_interface))
-    call gather(inverse%map, force, b(:, 1))
+    call to_equations(inverse%map, force, b(:, 1))
     if (inverse%map%n_interface == 0) then
       call inverse%factor%solve(b, error)
     else
@@ -79,7 +79,7 @@ contains
       b(inverse%map%n_free - inverse%map%n_interface + 1:, 1) = begun
     end if
     if (allocated(error)) return
-    call scatter(inverse%map, b(:, 1), shift)
+    call to_nodes(inverse%map, b(:, 1), shift)
   end subroutine begin_inverse
 
   !> Second half, with forces that act on the interface alone: what they do to it, and what both do
@@ -109,7 +109,7 @@ contains
     end if
     if (allocated(error)) return
     b(inverse%map%n_free - inverse%map%n_interface + 1:, 1) = answer(:, 1)
-    call scatter(inverse%map, b(:, 1), displacement)
+    call to_nodes(inverse%map, b(:, 1), displacement)
   end subroutine finish_inverse
 
   !> What forces on the interface do to it.
@@ -119,7 +119,7 @@ contains
     real(wp) :: answer(inverse%map%n_interface)   !! [length]
     real(wp) :: b(inverse%map%n_free)
 
-    call gather(inverse%map, force, b)
+    call to_equations(inverse%map, force, b)
     answer = times_symmetric(inverse%compliance, &
       b(inverse%map%n_free - inverse%map%n_interface + 1:))
   end function answer_of_interface
@@ -134,7 +134,7 @@ contains
 
     b = 0.0_wp
     b(inverse%map%n_free - inverse%map%n_interface + 1:) = answer
-    call scatter(inverse%map, b, displacement)
+    call to_nodes(inverse%map, b, displacement)
   end function at_interface
 
   !> What the body does when its interface moves as told and nothing else acts, several at once.
@@ -156,36 +156,7 @@ contains
     integer, intent(in) :: n_nodes
     real(wp) :: displacement(3, n_nodes)    !! [length]
 
-    call scatter(inverse%map, column, displacement)
+    call to_nodes(inverse%map, column, displacement)
   end function at_nodes
-
-  !> From nodes to equations.
-  pure subroutine gather(map, nodal, b)
-    type(dof_map_t), intent(in) :: map
-    real(wp), intent(in) :: nodal(:, :)   !! (3,n_nodes)
-    real(wp), intent(out) :: b(:)         !! (n_free)
-    integer :: node, i
-
-    do node = 1, size(nodal, 2)
-      do i = 1, 3
-        if (map%equation(i, node) > 0) b(map%equation(i, node)) = nodal(i, node)
-      end do
-    end do
-  end subroutine gather
-
-  !> From equations to nodes, 0 along prescribed directions.
-  pure subroutine scatter(map, b, nodal)
-    type(dof_map_t), intent(in) :: map
-    real(wp), intent(in) :: b(:)          !! (n_free)
-    real(wp), intent(out) :: nodal(:, :)  !! (3,n_nodes)
-    integer :: node, i
-
-    nodal = 0.0_wp
-    do node = 1, size(nodal, 2)
-      do i = 1, 3
-        if (map%equation(i, node) > 0) nodal(i, node) = b(map%equation(i, node))
-      end do
-    end do
-  end subroutine scatter
 
 end module stiffness_inverse_mod

@@ -9,7 +9,7 @@ module condense_problem_mod
   use system_mod, only: wall_seconds
   use machine_room_mod, only: has_memory, memory_left
   use assembly_mod, only: triplets_t
-  use dof_map_mod, only: dof_map_t
+  use dof_map_mod, only: map_of_matrix
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: sparse_factor_t, factorise
   use problem_mod, only: contact_problem_t, make_problem
@@ -195,16 +195,10 @@ contains
     type(triplets_t), intent(in) :: lower
     integer, allocatable, intent(out) :: place(:)
     type(error_t), allocatable, intent(out) :: error
-    type(dof_map_t) :: map
     integer, allocatable :: start(:), neighbours(:)
-    integer :: i
 
-    map%n_free = lower%n
-    map%node = [(i, i=1, lower%n)]
-    allocate (map%equation(3, lower%n), source=0)
-    map%equation(1, :) = map%node
     call list_neighbours(lower, start, neighbours)
-    call order_equations(map, start, neighbours, place, error)
+    call order_equations(map_of_matrix(lower%n), start, neighbours, place, error)
   end subroutine order_by_graph
 
   !> The neighbours of each equation, each once: METIS takes no edge twice.

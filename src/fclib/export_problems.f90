@@ -8,7 +8,7 @@ module export_problems_mod
   use state_mod, only: state_t
   use increments_mod, only: increment_t
   use step_report_mod, only: step_report_t
-  use operators_mod, only: operators_t
+  use condensed_contact_mod, only: condensed_contact_t, count_points, whole_problem
   use fclib_mod, only: export_fclib
   implicit none
   private
@@ -82,18 +82,18 @@ contains
 
   !> Where an increment is chosen, write NAME-<row>.fclib.hdf5 in the working directory, with the
   !> start and the reactions found.
-  subroutine export_increment(scene, operators, increment, old, report, exports, error)
+  subroutine export_increment(scene, condensed, increment, old, report, exports, error)
     type(scene_t), intent(in) :: scene
-    type(operators_t), intent(in) :: operators
+    type(condensed_contact_t), intent(in) :: condensed
     type(increment_t), intent(in) :: increment
     type(state_t), intent(in) :: old           !! whose reactions the solver started from
     type(step_report_t), intent(in) :: report
     type(exports_t), intent(in) :: exports
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: start(3, size(operators%active))
+    real(wp), dimension(3, count_points(condensed)) :: start, reaction
     type(string_t) :: labels(2)
     character(:), allocatable :: path
-    integer :: i, k
+    integer :: i, k, n
 
     ! Increments that were cut make more rows than the deck's: of all, these too.
     if (increment%row > size(exports%chosen)) then
@@ -102,21 +102,26 @@ contains
       return
     end if
     path = scene%name//'-'//to_text(increment%row)//'.fclib.hdf5'
-    if (size(operators%active) == 0) then
+    if (count_points(condensed) == 0) then
       call raise(error, exit_wrong_input, 'bipot: error: --export-fclib: no contact point can '// &
         'have a reaction in increment '//to_text(increment%row))
       return
     end if
-    do k = 1, size(operators%active)
-      i = operators%active(k)
-      start(:, k) = matmul(old%reaction(:, i), operators%frame(:, :, i))
+    n = 0
+    do i = 1, size(condensed%group)
+      do k = 1, size(condensed%group(i)%active)
+        n = n + 1
+        associate (point => condensed%group(i)%active(k), contact => report%contact)
+          start(:, n) = matmul(old%reaction(:, point), contact%frame(:, :, point))
+          reaction(:, n) = contact%reaction(:, point)
+        end associate
+      end do
     end do
     labels(1)%text = scene%title
     labels(2)%text = 'bipot: condensed contact problem of '//scene%name//', step '// &
       to_text(increment%step)//', increment '//to_text(increment%number)
-    call export_fclib(path, operators%problem, report%x_free, start, &
-      report%contact%reaction(:, operators%active), labels, exports%overwrite, &
-      error)
+    call export_fclib(path, whole_problem(condensed), report%x_free, start, reaction, labels, &
+      exports%overwrite, error)
   end subroutine export_increment
 
 end module export_problems_mod

@@ -19,7 +19,6 @@ module advance_mod
   use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t, next_increment, mark_end
-  use plan_mod, only: plan_t
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t, contact_fields_t, worst_entry, &
                              status_open, status_slide, ended_unbalanced, ended_moving, &
@@ -30,9 +29,12 @@ module advance_mod
   use rigid_modes_mod, only: add_motions
   use follow_points_mod, only: rounding_of_places, relative, nodal, measure_points, carried_slip
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse
-  use operators_mod, only: operators_t, locate_points, update_contact
+  use placement_mod, only: placement_t, place_curved, gap_at
+  use condensed_contact_mod, only: condensed_contact_t, contact_group_t, condense_contact, &
+    neutral_motions
+  use step_solver_mod, only: step_solver_t
   use neutral_motions_mod, only: neutral_step
-  use attempt_mod, only: attempt_t, begin_attempt, displacement_of, solve_reactions, &
+  use trial_mod, only: trial_t, begin_trial, displacement_of, solve_reactions, &
     expected_reactions, trend_of
   use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
   implicit none
@@ -47,12 +49,11 @@ module advance_mod
 contains
 
   !> Bring `old` to the end of `increment`, in `new`; `old` is never altered.
-  subroutine advance(scene, plan, operators, old, increment, new, report, error)
+  subroutine advance(scene, points, solver, old, increment, new, report, error)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(operators_t), intent(inout) :: operators
-    !! where and how points on curved obstacles touch follows the iteration; MUMPS works in its own
-    !! memory
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
+    !! solutions with its factor; contact before curved obstacles follows the trial's placement
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     type(state_t), intent(out) :: new
@@ -60,49 +61,49 @@ contains
     !! not converged, not certified: no error, it is said here
     type(error_t), allocatable, intent(out) :: error
     !! MUMPS failed; a node is prescribed into an obstacle
-    type(attempt_t) :: now
+    type(trial_t) :: trial
     real(wp) :: clock
 
     clock = wall_seconds()
-    call begin_attempt(scene, plan%points, operators, old, increment, now)
+    call begin_trial(scene, points, solver, old, increment, trial)
     new = old
     call mark_end(increment, new)
-    new%reaction = expected_reactions(scene, plan%points, operators, old, increment)
-    call complete(scene, plan%points, operators, old, now, new, report, error)
+    new%reaction = expected_reactions(scene, points, solver, old, increment)
+    call complete(scene, points, solver, old, trial, new, report, error)
     new%trend = trend_of(increment, old%reaction, new%reaction)
     report%wall_time = wall_seconds() - clock
   end subroutine advance
 
   !> The same for the increment that follows `old` in the deck, with the help of `ahead`: where the
   !> interface is all that one increment needs of the one before, several are solved for at once.
-  subroutine advance_along(scene, plan, operators, old, ahead, new, report, error)
+  subroutine advance_along(scene, points, solver, old, ahead, new, report, error)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(operators_t), intent(inout) :: operators  !! as of `advance`
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver   !! as of `advance`
     type(state_t), intent(in) :: old
     type(ahead_t), intent(inout) :: ahead
     type(state_t), intent(out) :: new
     type(step_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error
     type(increment_t) :: increment
-    type(attempt_t) :: now
+    type(trial_t) :: trial
     real(wp) :: clock
 
     increment = next_increment(scene%steps, old)
-    if (.not. can_look_ahead(scene, operators)) then
-      call advance(scene, plan, operators, old, increment, new, report, error)
+    if (.not. can_look_ahead(scene, points, solver)) then
+      call advance(scene, points, solver, old, increment, new, report, error)
       return
     end if
     if (.not. is_ahead(ahead, increment)) then
-      call look_ahead(scene, plan%points, operators, old, ahead, error)
+      call look_ahead(scene, points, solver, old, ahead, error)
       if (allocated(error)) return
     end if
     clock = wall_seconds()
-    call begin_attempt(scene, plan%points, operators, old, increment, now)
+    call begin_trial(scene, points, solver, old, increment, trial)
     new = old
     call mark_end(increment, new)
-    call take_foreseen(ahead, increment, operators, now, new%reaction, report)
-    call complete(scene, plan%points, operators, old, now, new, report, error)
+    call take_foreseen(ahead, increment, solver, trial, new%reaction, report)
+    call complete(scene, points, solver, old, trial, new, report, error)
     new%trend = trend_of(increment, old%reaction, new%reaction)
     report%wall_time = report%wall_time + wall_seconds() - clock
     ! What was corrected was not what those after it began from.
@@ -110,12 +111,12 @@ contains
   end subroutine advance_along
 
   !> From the loads of an increment, and perhaps its first reactions, to its end.
-  subroutine complete(scene, points, operators, old, now, new, report, error)
+  subroutine complete(scene, points, solver, old, trial, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(inout) :: operators
+    type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
-    type(attempt_t), intent(inout) :: now
+    type(trial_t), intent(inout) :: trial
     type(state_t), intent(inout) :: new
     type(step_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! as of `advance`
@@ -125,7 +126,7 @@ contains
 
     attempts: do i = 1, max_attempts
       ! 2. to 5. Equilibrium
-      call equilibrate(scene, points, operators, old, now, new, report, error)
+      call equilibrate(scene, points, solver, old, trial, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_unbalanced) exit attempts
       if (i > 1 .and. .not. report%converged) then
@@ -136,24 +137,24 @@ contains
       end if
 
       ! 6. Certificate
-      call locate_points(scene, points, operators%is_curved, new%displacement, operators)
-      call describe_contact(points, operators, old, new, report%contact)
-      call watch_inactive(scene, points, operators, new, report, error)
+      call place_curved(scene, points, new%displacement, trial%placement)
+      call describe_contact(points, solver%contact, trial%placement, old, new, report%contact)
+      call watch_inactive(scene, points, solver%contact, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
-      now%forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
+      trial%forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
       report%certificate = certify(scene%mesh, points, report%contact, old, new, &
-        now%forces, scene%contact%tolerance)
+        trial%forces, scene%contact%tolerance)
       ! Where no solver gets any further the certificate judges what the best of them found.
       if (report%certificate%certified .and. report%ending == ended_stalled .and. &
-        now%controls%solver == solver_auto) report%converged = .true.
+        trial%controls%solver == solver_auto) report%converged = .true.
       if (report%certificate%certified .or. .not. report%converged) exit attempts
-      if (now%controls%stop_rule == stop_at_change) exit attempts
+      if (trial%controls%stop_rule == stop_at_change) exit attempts
       ! The residual is measured by forces. Where these are large beside what they move (nearly
       ! incompressible bodies) the gaps need a smaller one.
-      now%controls%tolerance = max(smallest_tolerance, now%controls%tolerance*max(1.0e-4_wp, &
+      trial%controls%tolerance = max(smallest_tolerance, trial%controls%tolerance*max(1.0e-4_wp, &
         scene%contact%tolerance/worst_entry(report%certificate)))
-      now%start = new%displacement
+      trial%placed_at = new%displacement
       before = new
       of_before = report
     end do attempts
@@ -164,43 +165,42 @@ contains
       report%ending = ended_moving
       report%residual = report%moved
     end if
-    if (report%ending /= ended_unbalanced) call finish(scene, points, operators, old, now, &
-      new, report)
+    if (report%ending /= ended_unbalanced) call finish(scene, points, old, trial, new, &
+      report)
   end subroutine complete
 
   !> 7. Energies, and what the state keeps beside displacements and reactions.
-  subroutine finish(scene, points, operators, old, now, new, report)
+  subroutine finish(scene, points, old, trial, new, report)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(in) :: operators
     type(state_t), intent(in) :: old
-    type(attempt_t), intent(in) :: now
+    type(trial_t), intent(in) :: trial
     type(state_t), intent(inout) :: new
     type(step_report_t), intent(inout) :: report
 
-    new%slip = carried_slip(scene, points, operators%is_curved, operators%frame, old) + &
+    new%slip = carried_slip(scene, points, trial%placement%frame, old) + &
       report%contact%slip_increment
-    new%external_force = now%forces%external
-    new%support_force = now%forces%internal - now%forces%external &
+    new%external_force = trial%forces%external
+    new%support_force = trial%forces%internal - trial%forces%external &
       - nodal(points, new%reaction, size(new%displacement, 2))
-    where (.not. now%forces%prescribed) new%support_force = 0.0_wp
-    call energy_balance(report%contact, old, new, now%forces%internal, report%energy)
+    where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
+    call energy_balance(report%contact, old, new, trial%forces%internal, report%energy)
   end subroutine finish
 
   !> Newton-Raphson until the forces balance and the points on curved obstacles have settled:
   !> reactions and displacement from u_free. Nothing is certified.
-  subroutine equilibrate(scene, points, operators, old, now, new, report, error)
+  subroutine equilibrate(scene, points, solver, old, trial, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(inout) :: operators
+    type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
-    type(attempt_t), intent(inout) :: now            !! u_free takes the corrections
+    type(trial_t), intent(inout) :: trial            !! u_free takes the corrections
     type(state_t), intent(inout) :: new              !! gets reaction and displacement
     type(step_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp), dimension(3, size(now%u_free, 2)) :: residual, correction !! [force], [length]
+    real(wp), dimension(3, size(trial%u_free, 2)) :: residual, correction !! [force], [length]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
-    real(wp) :: step(operators%motions%n) !! of the neutral motions [length]
+    real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
     integer :: i
     logical :: balanced, settled, is_turned
     real(wp), allocatable :: begun(:) !! a correction by the factor, its interior to come [length]
@@ -211,54 +211,56 @@ contains
       report%newton_raphson_iterations = report%newton_raphson_iterations + 1
 
       ! 2. and 3. Reactions, and the free motions with them
-      if (any(operators%is_curved)) then
-        if (i > 1) now%start = new%displacement
-        call locate_points(scene, points, operators%is_curved, now%start, operators)
-        call update_contact(scene, points, operators)
+      if (any(points%is_curved)) then
+        if (i > 1) trial%placed_at = new%displacement
+        call place_curved(scene, points, trial%placed_at, trial%placement)
+        call condense_contact(scene, points, solver%body, trial%placement, .true., solver%contact)
       end if
-      if (.not. now%is_foreseen) call solve_reactions(scene, points, operators, old, now, &
+      if (.not. trial%is_foreseen) call solve_reactions(scene, points, solver, old, trial, &
         new%reaction, report)
-      now%is_foreseen = .false.
+      trial%is_foreseen = .false.
       if (report%ending == ended_unbalanced) return
 
       ! 4. Displacement
-      if (allocated(begun) .or. any(abs(new%reaction - now%applied) > 0.0_wp)) then
+      if (allocated(begun) .or. any(abs(new%reaction - trial%applied_reaction) > 0.0_wp)) then
         ! By what the reactions have changed: what an inexact factor makes of it gets less and less.
-        call finish_inverse(operators%inverse, nodal(points, new%reaction - now%applied, &
-          size(now%u_free, 2)), begun, correction, error)
+        call finish_inverse(solver%body%inverse, nodal(points, new%reaction - &
+          trial%applied_reaction, size(trial%u_free, 2)), begun, correction, error)
         if (allocated(error)) return
-        now%pressed = now%pressed + correction
-        now%applied = new%reaction
+        trial%u_contact = trial%u_contact + correction
+        trial%applied_reaction = new%reaction
       end if
-      new%displacement = displacement_of(scene, operators, now, now%pressed)
+      new%displacement = displacement_of(scene, solver, trial, trial%u_contact)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
-      call internal_force(scene%mesh, scene%materials, new%displacement, now%forces%internal)
-      now%forces%rounding = force_rounding(scene%mesh, scene%materials, &
+      call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal)
+      trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
-      call out_of_balance(scene%mesh, points, new%reaction, now%forces, residual, imbalance)
+      call out_of_balance(scene%mesh, points, new%reaction, trial%forces, residual, imbalance)
       if (i == 1) report%unrefined = max(report%unrefined, imbalance)
       report%imbalance = imbalance
-      call measure_points(scene, points, operators%is_curved, operators%frame, old, new, moved)
+      call measure_points(scene, points, trial%placement%frame, old, new, moved)
       is_turned = .false.
-      if (operators%motions%n > 0) is_turned = any(abs(now%turned) > now%controls%tolerance* &
-        maxval(abs(new%reaction)))
-      balanced = imbalance <= now%controls%tolerance .or. &
+      if (solver%body%motions%n > 0) is_turned = any(abs(trial%neutral_residual) > &
+        trial%controls%tolerance*maxval(abs(new%reaction)))
+      balanced = imbalance <= trial%controls%tolerance .or. &
         (imbalance > 0.5_wp*last_imbalance .and. .not. is_turned)
-      settled = moved <= now%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. i > 10)
+      settled = moved <= trial%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. i > 10)
       if (balanced .and. settled) exit newton_raphson
       last_imbalance = imbalance
       last_moved = moved
       if (is_turned) then
-        step = neutral_step(scene, points, operators, new%reaction, new%displacement, now%turned)
-        now%motion = now%motion + step
-        call add_motions(operators%motions, scene%mesh, step, new%displacement)
+        step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
+          solver%body%motions%n), trial%placement%frame, new%reaction, new%displacement, &
+          trial%neutral_residual)
+        trial%motion = trial%motion + step
+        call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
       end if
-      if (imbalance <= now%controls%tolerance) cycle newton_raphson
+      if (imbalance <= trial%controls%tolerance) cycle newton_raphson
       ! Contact sees the correction of the interface; that of the interior comes with its answer.
-      call begin_inverse(operators%inverse, residual, begun, correction, error)
+      call begin_inverse(solver%body%inverse, residual, begun, correction, error)
       if (allocated(error)) return
-      now%u_free = now%u_free + correction
+      trial%u_free = trial%u_free + correction
     end do newton_raphson
     report%moved = moved
   end subroutine equilibrate
@@ -294,38 +296,49 @@ contains
   end subroutine out_of_balance
 
   !> Gaps, slips, reactions and status from the displacements as they came out.
-  pure subroutine describe_contact(points, operators, old, new, contact)
+  pure subroutine describe_contact(points, condensed, placement, old, new, contact)
     type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(in) :: operators
+    type(condensed_contact_t), intent(in) :: condensed
+    type(placement_t), intent(in) :: placement
     type(state_t), intent(in) :: old, new
     type(contact_fields_t), intent(out) :: contact
-    real(wp) :: z(3, size(operators%active)), x(3, size(operators%active))
-    integer :: status(size(operators%active)), i
+    integer :: i
 
-    contact%frame = operators%frame
+    contact%frame = placement%frame
     allocate (contact%reaction(3, points%n), contact%gap(points%n), contact%slip_increment(2, &
       points%n))
     allocate (contact%status(points%n), source=status_open)
     do i = 1, points%n
       contact%slip_increment(:, i) = matmul(relative(points, i, new%displacement) &
         - relative(points, i, old%displacement), contact%frame(:, 2:, i))
-      contact%gap(i) = operators%gap(i) + dot_product(contact%frame(:, 1, i), &
-        relative(points, i, new%displacement) - operators%place(:, i))
+      contact%gap(i) = gap_at(placement, points, i, new%displacement)
       contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
     end do
-    x(1, :) = contact%gap(operators%active)
-    x(2:, :) = contact%slip_increment(:, operators%active)
-    call natural_map(operators%problem, x, contact%reaction(:, operators%active), z, status)
-    where (status /= status_open .and. operators%problem%mu <= 0.0_wp) status = status_slide
-    contact%status(operators%active) = status
+    do i = 1, size(condensed%group)
+      call find_status(condensed%group(i), contact)
+    end do
   end subroutine describe_contact
+
+  !> The status of the points of a group: the branch of Coulomb's law that each is on.
+  pure subroutine find_status(group, contact)
+    type(contact_group_t), intent(in) :: group
+    type(contact_fields_t), intent(inout) :: contact
+    real(wp) :: z(3, size(group%active)), x(3, size(group%active))
+    integer :: status(size(group%active))
+
+    x(1, :) = contact%gap(group%active)
+    x(2:, :) = contact%slip_increment(:, group%active)
+    call natural_map(group%problem, x, contact%reaction(:, group%active), z, status)
+    where (status /= status_open .and. group%problem%mu <= 0.0_wp) status = status_slide
+    contact%status(group%active) = status
+  end subroutine find_status
 
   !> A node without a reaction must not end inside its obstacle: where its motion is prescribed that
   !> is an error; where it was taken to be out of reach the report says so.
-  subroutine watch_inactive(scene, points, operators, new, report, error)
+  subroutine watch_inactive(scene, points, condensed, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(in) :: operators
+    type(condensed_contact_t), intent(in) :: condensed
     type(state_t), intent(in) :: new
     type(step_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error
@@ -335,7 +348,9 @@ contains
     if (points%n == 0) return
     is_inside = report%contact%gap < -10.0_wp*scene%contact%tolerance* &
       maxval(abs(new%displacement)) - rounding_of_places(scene, new%displacement)
-    is_inside(operators%active) = .false.
+    do i = 1, size(condensed%group)
+      is_inside(condensed%group(i)%active) = .false.
+    end do
     if (.not. any(is_inside)) return
     i = findloc(is_inside, .true., dim=1)
     if (any(is_inside .and. .not. points%in_reach)) then

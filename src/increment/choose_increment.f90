@@ -8,11 +8,11 @@ module choose_increment_mod
   use kinds_mod, only: wp, i8
   use number_list_mod, only: number_list_t, carry
   use scene_mod, only: scene_t
-  use plan_mod, only: plan_t
+  use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: increment_t, next_increment, whole_increment, &
     smallest_increment, is_extra
-  use operators_mod, only: operators_t
+  use step_solver_mod, only: step_solver_t
   use load_events_mod, only: next_event, no_event
   use load_step_error_mod, only: try_increment, resultant_change
   implicit none
@@ -35,10 +35,10 @@ module choose_increment_mod
 contains
 
   !> The increment that follows `old`.
-  subroutine choose_increment(scene, plan, operators, old, size, increment, is_plain)
+  subroutine choose_increment(scene, points, solver, old, size, increment, is_plain)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(operators_t), intent(inout) :: operators  !! as of `advance`
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver  !! as of `advance`
     type(state_t), intent(in) :: old
     type(increment_size_t), intent(inout) :: size
     type(increment_t), intent(out) :: increment
@@ -52,11 +52,11 @@ contains
       size = increment_size_t()
       return
     end if
-    call find_event(scene, plan, operators, old, increment, size)
+    call find_event(scene, points, solver, old, increment, size)
     if (size%granted == 0) then
       size%length = fitting(increment%start - size%base, size%length)
       if (scene%accuracy%wanted > 0.0_wp) then
-        call try_sizes(scene, plan, operators, old, increment, size)
+        call try_sizes(scene, points, solver, old, increment, size)
       else
         size%granted = 1
       end if
@@ -77,10 +77,10 @@ contains
 
   !> The next event of the step, and where sizes are counted from: the last event or end of the
   !> deck's increments.
-  subroutine find_event(scene, plan, operators, old, increment, size)
+  subroutine find_event(scene, points, solver, old, increment, size)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(operators_t), intent(in) :: operators
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment  !! uncut
     type(increment_size_t), intent(inout) :: size
@@ -94,7 +94,7 @@ contains
     if (increment%start == reached .and. size%is_touch) size%n_touches = size%n_touches + 1
     if (increment%start == reached .or. .not. is_extra(increment%start)) size%base = &
       increment%start
-    call next_event(scene, plan%points, operators, old, increment, size%event, size%is_touch, &
+    call next_event(scene, points, solver, old, increment, size%event, size%is_touch, &
       size%n_touches)
   end subroutine find_event
 
@@ -110,10 +110,10 @@ contains
   end function fitting
 
   !> Find a size of which two in a row are accurate enough; the smallest there is in any case.
-  subroutine try_sizes(scene, plan, operators, old, increment, size)
+  subroutine try_sizes(scene, points, solver, old, increment, size)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(operators_t), intent(inout) :: operators
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment  !! uncut
     type(increment_size_t), intent(inout) :: size
@@ -129,13 +129,13 @@ contains
     end do
     size%granted = 2
     if (2*size%length > left) return
-    call try_increment(scene, plan, operators, old, 2*size%length, coarse, has_coarse)
+    call try_increment(scene, points, solver, old, 2*size%length, coarse, has_coarse)
     do while (size%length > smallest_increment)
-      call try_increment(scene, plan, operators, old, size%length, middle, ok)
+      call try_increment(scene, points, solver, old, size%length, middle, ok)
       fine_ok = ok
-      if (ok) call try_increment(scene, plan, operators, middle, size%length, fine, fine_ok)
+      if (ok) call try_increment(scene, points, solver, middle, size%length, fine, fine_ok)
       if (has_coarse .and. fine_ok) then
-        change = resultant_change(plan%points, coarse%reaction, fine%reaction)
+        change = resultant_change(points, coarse%reaction, fine%reaction)
         if (change <= share_of_steps*scene%accuracy%wanted) exit
       end if
       size%length = size%length/2

@@ -12,8 +12,10 @@ module load_events_mod
   use increments_mod, only: increment_t, whole_increment, smallest_increment
   use kinks_mod, only: has_too_many, most_kinks, most_touches
   use follow_points_mod, only: locate_at
-  use operators_mod, only: operators_t
-  use attempt_mod, only: sum_patterns
+  use load_response_mod, only: sum_patterns
+  use step_solver_mod, only: step_solver_t
+  use placement_mod, only: placement_t, place_curved
+  use compliance_mod, only: rows_of_points
   implicit none
   private
 
@@ -27,9 +29,9 @@ contains
 
   !> The next kink behind `start` at which increments end; no_event where there is none, or are too
   !> many. An estimate passes by some of too many, evenly, and ends at the others.
-  pure integer(i8) function next_kink(scene, operators, step, start, is_estimate) result(kink)
+  pure integer(i8) function next_kink(scene, solver, step, start, is_estimate) result(kink)
     type(scene_t), intent(in) :: scene
-    type(operators_t), intent(in) :: operators !! prepared for the step
+    type(step_solver_t), intent(in) :: solver !! prepared for the step
     integer, intent(in) :: step
     integer(i8), intent(in) :: start           !! in parts of the deck's increments
     logical, intent(in) :: is_estimate
@@ -37,7 +39,7 @@ contains
 
     kink = no_event
     stride = 1
-    associate (kinks => operators%loads%kinks)
+    associate (kinks => solver%response%loads%kinks)
       if (has_too_many(kinks, scene%steps(step))) then
         if (.not. is_estimate) return
         stride = 1 + size(kinks)/(most_kinks*scene%steps(step)%n_increments)
@@ -51,10 +53,10 @@ contains
   end function next_kink
 
   !> The next event behind the place of a state in a step.
-  subroutine next_event(scene, points, operators, state, increment, event, is_touch, n_touches)
+  subroutine next_event(scene, points, solver, state, increment, event, is_touch, n_touches)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(in) :: operators  !! prepared for the step
+    type(step_solver_t), intent(in) :: solver  !! prepared for the step
     type(state_t), intent(in) :: state
     type(increment_t), intent(in) :: increment  !! that follows the state
     integer(i8), intent(out) :: event           !! no_event: none to the end of the step
@@ -67,13 +69,13 @@ contains
     associate (step => scene%steps(increment%step), start => increment%start)
       event = no_event
       is_touch = .false.
-      if (operators%loads%n_patterns == 0) return ! nothing moves
-      event = next_kink(scene, operators, increment%step, start, .not. &
+      if (solver%response%loads%n_patterns == 0) return ! nothing moves
+      event = next_kink(scene, solver, increment%step, start, .not. &
         present(n_touches))
       if (present(n_touches)) then
-        if (n_touches >= most_touches(operators%loads%kinks, step)) return
+        if (n_touches >= most_touches(solver%response%loads%kinks, step)) return
       end if
-      touch = first_touch(scene, points, operators, state, increment%step, start, &
+      touch = first_touch(scene, points, solver, state, increment%step, start, &
         min(event, step%n_increments*whole_increment))
       is_touch = touch < event
       event = min(event, touch)
@@ -83,35 +85,38 @@ contains
   !> Where, from `start` to `finish` of a step, the first point meets its obstacle if nothing
   !> presses at the start; no_event where none does, or so near to where an increment ends anyway
   !> that one more would be shorter than the smallest.
-  integer(i8) function first_touch(scene, points, operators, state, step, start, finish) &
+  integer(i8) function first_touch(scene, points, solver, state, step, start, finish) &
     result(touch)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(in) :: operators  !! prepared for the step
+    type(step_solver_t), intent(in) :: solver  !! prepared for the step
     type(state_t), intent(in) :: state          !! at `start`
     integer, intent(in) :: step
     integer(i8), intent(in) :: start, finish    !! in parts of the deck's increments
     integer(i8) :: here, there, from_end
+    integer, allocatable :: can_press(:)
     real(wp), allocatable :: u_here(:, :), u_there(:, :), external(:, :)
     real(wp) :: share
     integer :: i
 
     touch = no_event
-    if (size(operators%active) == 0 .or. operators%motions%n > 0) return
+    if (solver%body%motions%n > 0) return
     if (any(abs(state%reaction) > 0.0_wp) .or. finish <= start) return
+    can_press = points_that_can_press(scene, points, solver, state%displacement)
+    if (size(can_press) == 0) return
     here = start
     call displaced(here, u_here)
     i = 0
     stretches: do while (here < finish)
       there = finish
-      do while (i < size(operators%loads%kinks))
+      do while (i < size(solver%response%loads%kinks))
         i = i + 1
-        if (operators%loads%kinks(i) <= here) cycle
-        there = min(finish, operators%loads%kinks(i))
+        if (solver%response%loads%kinks(i) <= here) cycle
+        there = min(finish, solver%response%loads%kinks(i))
         exit
       end do
       call displaced(there, u_there)
-      share = share_to_touch(scene, points, operators, u_here, u_there)
+      share = share_to_touch(scene, points, can_press, u_here, u_there)
       if (share <= 1.0_wp) then
         ! Just before it: what is closed then has no gap to speak of.
         touch = here + int(share*real(there - here, wp), i8)
@@ -136,31 +141,47 @@ contains
 
       associate (of => scene%steps(step))
         of_step = real(position, wp)/(real(of%n_increments, wp)*real(whole_increment, wp))
-        call sum_patterns(scene, operators, of_step, of_step*of%period, u, external)
+        call sum_patterns(scene, solver%response, of_step, of_step*of%period, u, external)
       end associate
     end subroutine displaced
 
   end function first_touch
 
-  !> The share of the straight way between two displacements at which the first point that can press
-  !> enters its obstacle; 2 where none does.
-  pure real(wp) function share_to_touch(scene, points, operators, u_here, u_there) result(share)
+  !> The points that would have a reaction where displacement `u` takes them.
+  pure function points_that_can_press(scene, points, solver, u) result(list)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(in) :: operators
+    type(step_solver_t), intent(in) :: solver
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
+    integer, allocatable :: list(:)
+    type(placement_t) :: placement
+    integer :: row(3, points%n), i
+
+    placement = solver%undeformed
+    call place_curved(scene, points, u, placement)
+    call rows_of_points(solver%body%prescribed, points, placement%frame, row)
+    list = pack([(i, i=1, points%n)], row(1, :) > 0)
+  end function points_that_can_press
+
+  !> The share of the straight way between two displacements at which the first point that can press
+  !> enters its obstacle; 2 where none does.
+  pure real(wp) function share_to_touch(scene, points, can_press, u_here, u_there) result(share)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: can_press(:)                 !! points
     real(wp), intent(in) :: u_here(:, :), u_there(:, :) !! (3,n_nodes) [length]
     real(wp) :: before, after, middle, here, there
     integer :: k
 
     share = 2.0_wp
-    do k = 1, size(operators%active)
-      if (operators%is_curved(operators%active(k))) cycle
-      here = gap_of(operators%active(k), u_here)
-      there = gap_of(operators%active(k), u_there)
+    do k = 1, size(can_press)
+      if (points%is_curved(can_press(k))) cycle
+      here = gap_of(can_press(k), u_here)
+      there = gap_of(can_press(k), u_there)
       if (there >= 0.0_wp) cycle
       share = min(share, max(0.0_wp, here)/(max(0.0_wp, here) - there))
     end do
-    if (.not. any(operators%is_curved(operators%active))) return
+    if (.not. any(points%is_curved(can_press))) return
     before = 0.0_wp
     do k = 0, n_samples
       after = real(k, wp)/real(n_samples, wp)
@@ -188,9 +209,9 @@ contains
 
       u = (1.0_wp - s)*u_here + s*u_there
       least_gap = huge(1.0_wp)
-      do j = 1, size(operators%active)
-        if (.not. operators%is_curved(operators%active(j))) cycle
-        least_gap = min(least_gap, gap_of(operators%active(j), u))
+      do j = 1, size(can_press)
+        if (.not. points%is_curved(can_press(j))) cycle
+        least_gap = min(least_gap, gap_of(can_press(j), u))
       end do
     end function least_gap
 

@@ -11,16 +11,15 @@ module load_step_error_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
   use scene_mod, only: scene_t
-  use plan_mod, only: plan_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t
   use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
     smallest_increment
   use follow_points_mod, only: relative
-  use operators_mod, only: operators_t
+  use step_solver_mod, only: step_solver_t
   use load_events_mod, only: next_event
-  use attempt_mod, only: attempt_t, begin_attempt, expected_reactions, trend_of
+  use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
   use look_ahead_mod, only: can_look_ahead, step_on_interface
   use advance_mod, only: equilibrate
   implicit none
@@ -48,10 +47,10 @@ contains
 
   !> After an increment of the run, from `old` to `new`: let the coarse run catch up where it is
   !> due, and say how far apart they are.
-  subroutine follow_coarsely(scene, plan, operators, old, new, coarse, report)
+  subroutine follow_coarsely(scene, points, solver, old, new, coarse, report)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(operators_t), intent(inout) :: operators
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old, new
     type(coarse_run_t), intent(inout) :: coarse
     type(step_report_t), intent(inout) :: report
@@ -66,17 +65,17 @@ contains
     n_run = coarse%n_behind
     coarse%n_behind = 0
     if (new%increment == 1) coarse%state = old
-    if (event_before(scene, plan, operators, coarse%state, new%position) < new%position) then
+    if (event_before(scene, points, solver, coarse%state, new%position) < new%position) then
       call follow_events(n_run)
     else if (new%increment == 1) then
-      call try_increment(scene, plan, operators, old, new%position/2, middle, ok)
-      if (ok) call try_increment(scene, plan, operators, middle, new%position/2, other, ok, &
+      call try_increment(scene, points, solver, old, new%position/2, middle, ok)
+      if (ok) call try_increment(scene, points, solver, middle, new%position/2, other, ok, &
         new%reaction)
       ! Half the size leaves half of the error.
       if (ok) report%errors%load_steps = 2.0_wp*change()
       coarse%state = new
     else
-      call try_increment(scene, plan, operators, coarse%state, &
+      call try_increment(scene, points, solver, coarse%state, &
         new%position - beginning(coarse%state, new%step), other, ok, new%reaction)
       if (ok) report%errors%load_steps = change()
       if (.not. ok) other = new
@@ -96,10 +95,10 @@ contains
       pieces: do
         n_pieces = n_pieces + 1
         start = beginning(other, new%step)
-        finish = event_before(scene, plan, operators, other, new%position)
-        call try_increment(scene, plan, operators, other, (finish - start)/2, middle, ok)
+        finish = event_before(scene, points, solver, other, new%position)
+        call try_increment(scene, points, solver, other, (finish - start)/2, middle, ok)
         if (.not. ok) exit pieces
-        call try_increment(scene, plan, operators, middle, finish - middle%position, other, ok)
+        call try_increment(scene, points, solver, middle, finish - middle%position, other, ok)
         if (.not. ok .or. finish == new%position) exit pieces
       end do pieces
       ! Where the run has ended at the events too, half the size leaves half of the error.
@@ -110,24 +109,24 @@ contains
 
     real(wp) function change()
       if (scene%accuracy%of_energy) then
-        change = energy_change(plan%points, other, new, report%energy%strain)
+        change = energy_change(points, other, new, report%energy%strain)
       else
-        change = resultant_change(plan%points, other%reaction, new%reaction)
+        change = resultant_change(points, other%reaction, new%reaction)
       end if
     end function change
 
   end subroutine follow_coarsely
 
   !> The next event behind a state, or `finish` where there is none before it.
-  integer(i8) function event_before(scene, plan, operators, state, finish) result(event)
+  integer(i8) function event_before(scene, points, solver, state, finish) result(event)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(operators_t), intent(in) :: operators
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: state
     integer(i8), intent(in) :: finish !! in parts of the deck's increments
     logical :: is_touch
 
-    call next_event(scene, plan%points, operators, state, next_increment(scene%steps, state), &
+    call next_event(scene, points, solver, state, next_increment(scene%steps, state), &
       event, is_touch)
     if (event > finish - smallest_increment) event = finish
   end function event_before
@@ -142,10 +141,10 @@ contains
   end function beginning
 
   !> An increment that only an estimate needs, as far as its contact goes.
-  subroutine try_increment(scene, plan, operators, from, length, to, ok, near)
+  subroutine try_increment(scene, points, solver, from, length, to, ok, near)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(operators_t), intent(inout) :: operators
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: from
     integer(i8), intent(in) :: length  !! in parts of the deck's increments
     type(state_t), intent(out) :: to   !! reactions and what contact sees of the displacement
@@ -153,26 +152,26 @@ contains
     real(wp), intent(in), optional :: near(:, :)
     !! (3,n_points) reactions nearer to those it ends with than those it begins with [force]
     type(increment_t) :: increment
-    type(attempt_t) :: now
+    type(trial_t) :: trial
     type(step_report_t) :: report
     type(error_t), allocatable :: error
-    real(wp) :: answer(operators%inverse%map%n_interface)
+    real(wp) :: answer(solver%body%inverse%map%n_interface)
 
     increment = next_increment(scene%steps, from, length)
-    call begin_attempt(scene, plan%points, operators, from, increment, now)
-    now%controls%tolerance = max(now%controls%tolerance, sharp_enough)
+    call begin_trial(scene, points, solver, from, increment, trial)
+    trial%controls%tolerance = max(trial%controls%tolerance, sharp_enough)
     to = from
     ! Where bodies are free these reactions are not those of the place it begins at.
-    if (present(near) .and. operators%motions%n == 0) then
+    if (present(near) .and. solver%body%motions%n == 0) then
       to%reaction = near
       to%trend = 0.0_wp
     end if
-    if (can_look_ahead(scene, operators)) then
-      call step_on_interface(scene, plan%points, operators, increment, now, to, report, answer)
+    if (can_look_ahead(scene, points, solver)) then
+      call step_on_interface(scene, points, solver, increment, trial, to, report, answer)
     else
-      to%reaction = expected_reactions(scene, plan%points, operators, to, increment)
+      to%reaction = expected_reactions(scene, points, solver, to, increment)
       call mark_end(increment, to)
-      call equilibrate(scene, plan%points, operators, from, now, to, report, error)
+      call equilibrate(scene, points, solver, from, trial, to, report, error)
       to%trend = trend_of(increment, from%reaction, to%reaction)
     end if
     ok = .not. allocated(error) .and. report%converged

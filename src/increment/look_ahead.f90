@@ -25,8 +25,9 @@ module look_ahead_mod
   use step_report_mod, only: step_report_t
   use follow_points_mod, only: nodal
   use stiffness_inverse_mod, only: answer_of_interface, at_interface, recover_columns, at_nodes
-  use operators_mod, only: operators_t
-  use attempt_mod, only: attempt_t, begin_attempt, displacement_of, solve_reactions, &
+  use condensed_contact_mod, only: count_rows
+  use step_solver_mod, only: step_solver_t
+  use trial_mod, only: trial_t, begin_trial, displacement_of, solve_reactions, &
     expected_reactions, trend_of
   implicit none
   private
@@ -41,7 +42,7 @@ module look_ahead_mod
   !> An increment whose contact is solved.
   type :: foreseen_t
     real(wp), allocatable :: reaction(:, :)  !! (3,n_points) x, y, z [force]
-    real(wp), allocatable :: motion(:), turned(:) !! as of attempt_t
+    real(wp), allocatable :: motion(:), neutral_residual(:) !! as of trial_t
     type(step_report_t) :: report            !! what the contact solver said
   end type foreseen_t
 
@@ -61,12 +62,13 @@ module look_ahead_mod
 contains
 
   !> Whether the interface is all that an increment needs of the one before.
-  pure logical function can_look_ahead(scene, operators)
+  pure logical function can_look_ahead(scene, points, solver)
     type(scene_t), intent(in) :: scene
-    type(operators_t), intent(in) :: operators
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
 
-    can_look_ahead = is_exact(scene%precision) .and. .not. any(operators%is_curved) .and. &
-      operators%inverse%map%n_interface > 0
+    can_look_ahead = is_exact(scene%precision) .and. .not. any(points%is_curved) .and. &
+      solver%body%inverse%map%n_interface > 0
   end function can_look_ahead
 
   !> Whether an increment of the run is among those that were foreseen.
@@ -79,16 +81,16 @@ contains
 
   !> Solve the contact of the increments that follow `old`, to the end of their *STEP, as many and
   !> for as long as allowed.
-  subroutine look_ahead(scene, points, operators, old, ahead, error)
+  subroutine look_ahead(scene, points, solver, old, ahead, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(inout) :: operators
+    type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
     type(ahead_t), intent(inout) :: ahead
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     type(state_t) :: there !! an increment on; its displacement is right on the interface alone
     type(increment_t) :: increment
-    type(attempt_t) :: now
+    type(trial_t) :: trial
     real(wp), allocatable :: answers(:, :) !! (n_interface,columns) [length]
     real(wp) :: work, began
     integer :: n_columns, column
@@ -102,7 +104,7 @@ contains
     if (.not. goes_on .and. ahead%found == ahead%reach) ahead%reach = min(most_ahead, &
       2*ahead%reach)
     n_columns = min(most_ahead, scene%steps(increment%step)%n_increments)
-    allocate (answers(operators%inverse%map%n_interface, n_columns), source=0.0_wp)
+    allocate (answers(solver%body%inverse%map%n_interface, n_columns), source=0.0_wp)
     there = old
     ahead%first = increment%row
     ahead%n = 0
@@ -114,17 +116,17 @@ contains
       ahead%n = ahead%n + 1
       associate (foreseen => ahead%of(ahead%n), answer => answers(:, column_of(increment, &
         n_columns)))
-        call begin_attempt(scene, points, operators, there, increment, now)
-        call step_on_interface(scene, points, operators, increment, now, there, foreseen%report, &
+        call begin_trial(scene, points, solver, there, increment, trial)
+        call step_on_interface(scene, points, solver, increment, trial, there, foreseen%report, &
           answer)
         foreseen%reaction = there%reaction
-        foreseen%motion = now%motion
-        if (allocated(now%turned)) foreseen%turned = now%turned
+        foreseen%motion = trial%motion
+        if (allocated(trial%neutral_residual)) foreseen%neutral_residual = trial%neutral_residual
         foreseen%report%wall_time = wall_seconds() - began
         if (.not. foreseen%report%converged) exit increments
       end associate
       if (goes_on .and. increment%row == ahead%last) exit increments
-      work = work + work_of(ahead%of(ahead%n)%report, operators%problem%n_rows)
+      work = work + work_of(ahead%of(ahead%n)%report, count_rows(solver%contact))
       if (.not. goes_on .and. work > most_work) exit increments
     end do increments
     if (.not. goes_on) then
@@ -134,9 +136,9 @@ contains
 
     began = wall_seconds()
     if (allocated(ahead%columns)) deallocate (ahead%columns)
-    allocate (ahead%columns(operators%inverse%map%n_free, n_columns), source=0.0_wp)
+    allocate (ahead%columns(solver%body%inverse%map%n_free, n_columns), source=0.0_wp)
     if (any(abs(answers) > 0.0_wp)) then
-      call recover_columns(operators%inverse, answers, ahead%columns, error)
+      call recover_columns(solver%body%inverse, answers, ahead%columns, error)
     end if
     do column = 1, ahead%n
       associate (time => ahead%of(column)%report%wall_time)
@@ -146,22 +148,22 @@ contains
   end subroutine look_ahead
 
   !> One increment as far as the interface goes: its reactions and what they do there.
-  subroutine step_on_interface(scene, points, operators, increment, now, state, report, answer)
+  subroutine step_on_interface(scene, points, solver, increment, trial, state, report, answer)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(inout) :: operators
+    type(step_solver_t), intent(inout) :: solver
     type(increment_t), intent(in) :: increment
-    type(attempt_t), intent(inout) :: now     !! of begin_attempt
+    type(trial_t), intent(inout) :: trial     !! of begin_trial
     type(state_t), intent(inout) :: state
     !! its beginning, then its end; of the displacement what contact sees, the rest is wrong
     type(step_report_t), intent(out) :: report
     real(wp), intent(out) :: answer(:)        !! (n_interface) to the reactions [length]
     real(wp) :: reaction(3, points%n)
 
-    reaction = expected_reactions(scene, points, operators, state, increment)
-    call solve_reactions(scene, points, operators, state, now, reaction, report)
-    answer = answer_of_interface(operators%inverse, nodal(points, reaction, scene%mesh%n_nodes))
-    state%displacement = displacement_of(scene, operators, now, at_interface(operators%inverse, &
+    reaction = expected_reactions(scene, points, solver, state, increment)
+    call solve_reactions(scene, points, solver, state, trial, reaction, report)
+    answer = answer_of_interface(solver%body%inverse, nodal(points, reaction, scene%mesh%n_nodes))
+    state%displacement = displacement_of(scene, solver, trial, at_interface(solver%body%inverse, &
       answer, scene%mesh%n_nodes))
     state%trend = trend_of(increment, state%reaction, reaction)
     state%reaction = reaction
@@ -177,23 +179,23 @@ contains
   end function column_of
 
   !> Begin an increment with what was foreseen of it.
-  subroutine take_foreseen(ahead, increment, operators, now, reaction, report)
+  subroutine take_foreseen(ahead, increment, solver, trial, reaction, report)
     type(ahead_t), intent(in) :: ahead
     type(increment_t), intent(in) :: increment  !! one that is ahead
-    type(operators_t), intent(in) :: operators
-    type(attempt_t), intent(inout) :: now
+    type(step_solver_t), intent(in) :: solver
+    type(trial_t), intent(inout) :: trial
     real(wp), intent(out) :: reaction(:, :)     !! (3,n_points) x, y, z [force]
     type(step_report_t), intent(out) :: report
 
     associate (foreseen => ahead%of(increment%row - ahead%first + 1))
       reaction = foreseen%reaction
       report = foreseen%report
-      now%applied = foreseen%reaction
-      now%motion = foreseen%motion
-      if (allocated(foreseen%turned)) now%turned = foreseen%turned
-      now%pressed = at_nodes(operators%inverse, &
-        ahead%columns(:, column_of(increment, size(ahead%columns, 2))), size(now%u_free, 2))
-      now%is_foreseen = .true.
+      trial%applied_reaction = foreseen%reaction
+      trial%motion = foreseen%motion
+      if (allocated(foreseen%neutral_residual)) trial%neutral_residual = foreseen%neutral_residual
+      trial%u_contact = at_nodes(solver%body%inverse, &
+        ahead%columns(:, column_of(increment, size(ahead%columns, 2))), size(trial%u_free, 2))
+      trial%is_foreseen = .true.
     end associate
   end subroutine take_foreseen
 

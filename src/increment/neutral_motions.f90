@@ -4,10 +4,9 @@ module neutral_motions_mod
   use dense_mod, only: solve_least_squares
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use rigid_modes_mod, only: add_motions
+  use rigid_modes_mod, only: free_motions_t, add_motions
   use follow_points_mod, only: locate_at
   use point_motions_mod, only: motion_of_point
-  use operators_mod, only: operators_t
   implicit none
   private
 
@@ -19,38 +18,38 @@ contains
 
   !> How far the neutral motions go until what turned normals leave on them is 0: a Newton step, the
   !> derivative by a difference. Nothing where normals do not turn.
-  function neutral_step(scene, points, operators, reaction, u, turned) result(a)
+  function neutral_step(scene, points, motions, neutral, frame, reaction, u, residual) result(a)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(operators_t), intent(in) :: operators
+    type(free_motions_t), intent(in) :: motions
+    real(wp), intent(in) :: neutral(:, :)   !! (n,k) orthonormal [-]
+    real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) in which the reactions were found
     real(wp), intent(in) :: reaction(:, :)  !! (3,n_points) x, y, z [force]
     real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
-    real(wp), intent(in) :: turned(:)       !! (k) as of drift_t [force]
-    real(wp) :: a(operators%motions%n)      !! [length]
-    real(wp) :: stiffness(size(turned), size(turned)), moved(3, scene%mesh%n_nodes)
-    real(wp) :: local(3), force(3), frame(3, 3), gap, step
+    real(wp), intent(in) :: residual(:)     !! (k) what turned normals leave on them [force]
+    real(wp) :: a(motions%n)      !! [length]
+    real(wp) :: stiffness(size(residual), size(residual)), moved(3, scene%mesh%n_nodes)
+    real(wp) :: local(3), force(3), turned(3, 3), gap, step
     integer :: i, j, k
 
     step = difference*maxval(maxval(scene%mesh%coordinates, dim=2) - minval( &
       scene%mesh%coordinates, dim=2))
     stiffness = 0.0_wp
-    associate (neutral => operators%floating%neutral)
-      do k = 1, size(turned)
-        moved = u
-        call add_motions(operators%motions, scene%mesh, step*neutral(:, k), moved)
-        do i = 1, points%n
-          if (.not. operators%is_curved(i) .or. .not. any(abs(reaction(:, i)) > 0.0_wp)) cycle
-          call locate_at(scene, points, i, moved, gap, frame)
-          local = matmul(reaction(:, i), operators%frame(:, :, i))
-          force = (matmul(frame, local) - reaction(:, i))/step
-          do j = 1, operators%motions%n
-            stiffness(:, k) = stiffness(:, k) - dot_product(force, motion_of_point(scene, points, &
-              operators%motions, i, j))*neutral(j, :)
-          end do
+    do k = 1, size(residual)
+      moved = u
+      call add_motions(motions, scene%mesh, step*neutral(:, k), moved)
+      do i = 1, points%n
+        if (.not. points%is_curved(i) .or. .not. any(abs(reaction(:, i)) > 0.0_wp)) cycle
+        call locate_at(scene, points, i, moved, gap, turned)
+        local = matmul(reaction(:, i), frame(:, :, i))
+        force = (matmul(turned, local) - reaction(:, i))/step
+        do j = 1, motions%n
+          stiffness(:, k) = stiffness(:, k) - dot_product(force, motion_of_point(scene, points, &
+            motions, i, j))*neutral(j, :)
         end do
       end do
-      a = matmul(neutral, solve_least_squares(stiffness, turned))
-    end associate
+    end do
+    a = matmul(neutral, solve_least_squares(stiffness, residual))
   end function neutral_step
 
 end module neutral_motions_mod

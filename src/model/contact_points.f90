@@ -12,6 +12,7 @@ module contact_points_mod
     integer,  allocatable :: pair(:)  !! (n) index into the scene's pairs
     integer,  allocatable :: node(:)  !! (n) slave node
     integer,  allocatable :: ref_node(:) !! (n) reference node of the obstacle; 0: it is at rest
+    logical,  allocatable :: is_curved(:) !! (n) the obstacle is, so that normals turn
     real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
     real(wp), allocatable :: area(:)
     !! (n) the node's share of the slave surface, 0 where no face of it is [length^2]

@@ -6,7 +6,6 @@ module close_run_mod
   use parallel_mod, only: usage_t, usage_of_others
   use scene_mod, only: scene_t
   use controls_mod, only: precision_controls_t, precision_in_words
-  use operators_mod, only: operators_t
   use tally_mod, only: tally_t
   use console_mod, only: console_t, say, print_lines, print_warning, seconds_in_words
   implicit none
@@ -19,17 +18,16 @@ module close_run_mod
 contains
 
   !> Phases and memory, then the one sentence that says how it went.
-  subroutine close_run(scene, console, tally, operators, path)
+  subroutine close_run(scene, console, tally, path)
     type(scene_t), intent(in) :: scene
     type(console_t), intent(in) :: console
     type(tally_t), intent(in) :: tally
-    type(operators_t), intent(in) :: operators
     character(*), intent(in) :: path
     type(usage_t) :: others
     type(string_t) :: lines(4)
 
     others = usage_of_others()
-    associate (s => operators%seconds)
+    associate (s => tally%work)
       lines(1)%text = 'time            read '//seconds(tally%read_time)//', assemble '// &
         seconds(s%assemble)//', order '//seconds(s%order)//', factorise '// &
         seconds(s%factorise)//', condense '//seconds(s%condense)//', loads '// &

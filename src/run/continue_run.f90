@@ -1,7 +1,7 @@
 !> Going on with a run that was stopped or killed: what is kept for it after every increment, and
 !> how it is taken up again.
 !>
-!> A continued run makes its operators as the first session did, step by step from the last one that
+!> A continued run makes its solver as the first session did, step by step from the last one that
 !> factorised, so that every number comes out the same to the last bit.
 module continue_run_mod
   use kinds_mod, only: wp
@@ -15,7 +15,7 @@ module continue_run_mod
   use increments_mod, only: increment_t
   use make_plan_mod, only: revise_plan
   use step_loads_mod, only: prescribed_dofs
-  use operators_mod, only: operators_t, make_operators, change_supports, prepare_step
+  use step_solver_mod, only: step_solver_t, set_supports, prepare_step
   use look_ahead_mod, only: ahead_t, carry_ahead
   use load_step_error_mod, only: coarse_run_t, start_coarse
   use choose_increment_mod, only: increment_size_t, carry_size
@@ -35,7 +35,7 @@ module continue_run_mod
     type(tally_t) :: tally              !! what the run adds up to so far
     type(ahead_t) :: ahead              !! increments whose contact is solved
     type(coarse_run_t) :: coarse        !! the run in coarser increments, for the estimate of errors
-    integer :: entered = 0              !! *STEP that the operators are made for; 0: none yet
+    integer :: entered = 0              !! *STEP that the solver is made for; 0: none yet
     integer :: widened_in = 0
     !! *STEP in which the whole of the slave surfaces became candidates; 0: not
     integer :: touched_in = 0
@@ -118,14 +118,14 @@ contains
     call carry_tally(list, progress%tally)
   end subroutine carry_progress
 
-  !> New operators where a step holds other degrees of freedom than the one before; its loads in any
+  !> A new solver where a step holds other degrees of freedom than the one before; its loads in any
   !> case. In a continued run also in the middle of a step.
-  subroutine enter_step(scene, plan, increment, progress, operators, error)
+  subroutine enter_step(scene, plan, increment, progress, solver, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(increment_t), intent(in) :: increment
     type(progress_t), intent(inout) :: progress
-    type(operators_t), intent(inout) :: operators
+    type(step_solver_t), intent(inout) :: solver
     type(error_t), allocatable, intent(out) :: error
     type(state_t) :: begun
     integer :: step
@@ -133,11 +133,13 @@ contains
     associate (made_for => progress%entered)
       if (made_for == 0) then
         made_for = last_factorised(scene, increment%step, progress%widened_in)
-        call make_operators(scene, plan%points, prescribed_dofs(scene, made_for), operators, error)
+        call set_supports(scene, plan%points, prescribed_dofs(scene, made_for), solver, &
+          progress%tally%work, error)
         if (allocated(error)) return
       end if
       do step = made_for + 1, increment%step
-        call change_supports(scene, plan%points, prescribed_dofs(scene, step), operators, error)
+        call set_supports(scene, plan%points, prescribed_dofs(scene, step), solver, &
+          progress%tally%work, error)
         if (allocated(error)) return
       end do
       made_for = increment%step
@@ -145,7 +147,7 @@ contains
     if (increment%first_of_step) progress%begun = merge(progress%state%displacement, 0.0_wp, &
       prescribed_dofs(scene, increment%step))
     begun%displacement = progress%begun
-    call prepare_step(scene, increment%step, begun, operators, error)
+    call prepare_step(scene, increment%step, begun, solver, progress%tally%work, error)
   end subroutine enter_step
 
   !> The latest step up to `step` that began with a new factor, or in which there was one because

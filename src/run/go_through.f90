@@ -12,7 +12,8 @@ module go_through_mod
   use step_report_mod, only: step_report_t, ended_out_of_reach
   use step_fields_mod, only: step_fields_t, fields_due
   use make_plan_mod, only: revise_plan
-  use operators_mod, only: operators_t, widen_interface
+  use body_solver_mod, only: solver_work_t
+  use step_solver_mod, only: step_solver_t, widen_interface
   use advance_mod, only: advance, advance_along
   use kinks_mod, only: has_too_many, count_between
   use load_events_mod, only: first_touch, no_event
@@ -38,11 +39,11 @@ module go_through_mod
 contains
 
   !> From where the run stands to its end.
-  subroutine go_through(scene, plan, exports, operators, file, console, progress, error)
+  subroutine go_through(scene, plan, exports, solver, file, console, progress, error)
     type(scene_t), intent(inout) :: scene        !! its contact tolerance follows the accuracy
     type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
-    type(operators_t), intent(inout) :: operators
+    type(step_solver_t), intent(inout) :: solver
     type(result_file_t), intent(inout) :: file
     type(console_t), intent(inout) :: console
     type(progress_t), intent(inout) :: progress
@@ -66,16 +67,16 @@ contains
       increment = next_increment(scene%steps, progress%state)
       if (increment%row == 0) exit increments
       if (increment%step /= progress%entered) then
-        call enter_step(scene, plan, increment, progress, operators, error)
+        call enter_step(scene, plan, increment, progress, solver, error)
         if (allocated(error)) return
       end if
       call heed_signal(error)
       if (allocated(error)) return
-      call choose_increment(scene, plan, operators, progress%state, progress%size, increment, &
+      call choose_increment(scene, plan%points, solver, progress%state, progress%size, increment, &
         is_plain)
       call solve_increment()
       if (allocated(error)) return
-      call note_sizes(operators, progress%tally)
+      call note_sizes(solver, progress%tally)
       if (.not. is_solved(scene, report)) then
         call cut_increment(scene, increment, progress%size, is_cut)
         if (is_cut) then
@@ -88,16 +89,17 @@ contains
         end if
       end if
       ! Also where the increment is not solved: others may want to try.
-      call export_increment(scene, operators, increment, progress%state, report, exports, error)
+      call export_increment(scene, solver%contact, increment, progress%state, report, exports, &
+        error)
       if (allocated(error)) return
-      call refuse_unsolved(scene, plan, increment, report, operators%inverse%condition, error)
+      call refuse_unsolved(scene, plan, increment, report, solver%body%inverse%condition, error)
       if (allocated(error)) return
       call look_between_nodes()
       if (allocated(error)) return
-      call estimate_errors(scene, plan, operators, new, progress, entries, report, fields)
+      call estimate_errors(scene, plan, solver, new, progress, entries, report, fields)
       call tell_unheld(console, increment, report, unheld)
       if (increment%last_of_step) call tell_small_contacts(console, scene, plan, increment, &
-        operators%prescribed, report)
+        solver%body%prescribed, report)
       if (increment%last_of_step) call tell_entries(console, scene, increment, deepest)
       call write_increment()
       if (allocated(error)) return
@@ -111,7 +113,8 @@ contains
     subroutine solve_increment()
       call advance_once()
       if (allocated(error) .or. report%ending /= ended_out_of_reach) return
-      call take_whole_surfaces(scene, increment, report, console, plan, operators, error)
+      call take_whole_surfaces(scene, increment, report, console, plan, solver, &
+        progress%tally%work, error)
       if (allocated(error)) return
       progress%tally%plan_revisions = progress%tally%plan_revisions + 1
       progress%widened_in = increment%step
@@ -135,11 +138,11 @@ contains
     !> Ahead of increments that may yet be cut nobody looks.
     subroutine advance_once()
       if (is_plain) then
-        call advance_along(scene, plan, operators, progress%state, progress%ahead, new, report, &
-          error)
+        call advance_along(scene, plan%points, solver, progress%state, progress%ahead, new, &
+          report, error)
       else
         call forget(progress%ahead)
-        call advance(scene, plan, operators, progress%state, increment, new, report, error)
+        call advance(scene, plan%points, solver, progress%state, increment, new, report, error)
       end if
     end subroutine advance_once
 
@@ -160,7 +163,7 @@ contains
         call sharpen(scene, report%errors)
       end if
       if (missed /= '') progress%tally%missed = progress%tally%missed + 1
-      call note_events(console, scene, plan, operators, increment, progress)
+      call note_events(console, scene, plan, solver, increment, progress)
       call add_increment(increment, report, fields_due(scene%output%frequency, &
         asked_number(increment%position), increment%last_of_step), progress%tally)
       progress%state = new
@@ -180,18 +183,18 @@ contains
 
   !> Count the events of the load path that the increment ends at or goes across; say what a *STEP
   !> goes across, the first time.
-  subroutine note_events(console, scene, plan, operators, increment, progress)
+  subroutine note_events(console, scene, plan, solver, increment, progress)
     type(console_t), intent(inout) :: console
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    type(operators_t), intent(in) :: operators
+    type(step_solver_t), intent(in) :: solver
     type(increment_t), intent(in) :: increment
     type(progress_t), intent(inout) :: progress !! before the increment; its tally counts
     character(:), allocatable :: of_step
     integer :: n_inside
 
     of_step = 'note: step '//to_text(increment%step)//': '
-    associate (kinks => operators%loads%kinks, step => scene%steps(increment%step), &
+    associate (kinks => solver%response%loads%kinks, step => scene%steps(increment%step), &
       tally => progress%tally)
       if (is_extra(increment%position) .and. increment%position == progress%size%event) then
         tally%at_events = tally%at_events + 1
@@ -209,7 +212,7 @@ contains
         end if
       end if
       tally%kinks_inside = tally%kinks_inside + n_inside
-      if (first_touch(scene, plan%points, operators, progress%state, increment%step, &
+      if (first_touch(scene, plan%points, solver, progress%state, increment%step, &
         increment%start, increment%position) == no_event) return
       tally%touches_inside = tally%touches_inside + 1
       if (progress%touched_in == increment%step) return
@@ -221,10 +224,10 @@ contains
   end subroutine note_events
 
   !> How wrong the increment is.
-  subroutine estimate_errors(scene, plan, operators, new, progress, entries, report, fields)
+  subroutine estimate_errors(scene, plan, solver, new, progress, entries, report, fields)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    type(operators_t), intent(inout) :: operators
+    type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: new
     type(progress_t), intent(inout) :: progress
     type(entries_t), intent(in) :: entries !! of obstacles between the nodes
@@ -236,8 +239,8 @@ contains
     associate (c => report%certificate)
       report%errors%contact = max(c%penetration, c%adhesion, c%complementarity, c%cone, c%law)
     end associate
-    report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*operators%inverse%condition
-    call follow_coarsely(scene, plan, operators, progress%state, new, progress%coarse, report)
+    report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
+    call follow_coarsely(scene, plan%points, solver, progress%state, new, progress%coarse, report)
     call estimate_mesh(scene, new, report, fields)
     ! docs/theory.md (10.8)
     if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
@@ -247,13 +250,14 @@ contains
   end subroutine estimate_errors
 
   !> A node went further than the plan had it go: from here on every slave node is a candidate.
-  subroutine take_whole_surfaces(scene, increment, report, console, plan, operators, error)
+  subroutine take_whole_surfaces(scene, increment, report, console, plan, solver, work, error)
     type(scene_t), intent(in) :: scene
     type(increment_t), intent(in) :: increment
     type(step_report_t), intent(in) :: report
     type(console_t), intent(inout) :: console
     type(plan_t), intent(inout) :: plan
-    type(operators_t), intent(inout) :: operators
+    type(step_solver_t), intent(inout) :: solver
+    type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
 
     associate (points => plan%points, i => report%worst_point)
@@ -267,7 +271,7 @@ contains
     plan%points%in_reach = .true.
     call revise_plan(scene, plan, error)
     if (allocated(error)) return
-    call widen_interface(scene, plan%points, operators, error)
+    call widen_interface(scene, plan%points, solver, work, error)
   end subroutine take_whole_surfaces
 
   !> Say which rigid motions nothing holds, where that has changed.

@@ -8,7 +8,6 @@ module provenance_mod
   use sparse_factor_mod, only: sparse_factor_t, library_version
   use hdf5_files_mod, only: hdf5_version
   use result_run_mod, only: provenance_t
-  use operators_mod, only: operators_t
   use command_line_mod, only: command_text
   use tally_mod, only: tally_t, list_counters
   use version_mod, only: version
@@ -20,20 +19,20 @@ module provenance_mod
 contains
 
   !> What can be told at the start of a run, when its equations are analysed.
-  function make_provenance(operators) result(provenance)
-    type(operators_t), intent(in) :: operators
+  function make_provenance(factor) result(provenance)
+    type(sparse_factor_t), intent(in) :: factor
     type(provenance_t) :: provenance
     type(tally_t) :: empty
     real(wp), allocatable :: unused(:)
 
     provenance%version = version
     provenance%build = build_description()
-    provenance%libraries = library_text(operators%inverse%factor)
+    provenance%libraries = library_text(factor)
     provenance%ranks = n_ranks()
     provenance%command = command_text()
     provenance%blas_core = blas_core_name()
     provenance%started = utc_now()
-    call list_counters(empty, operators, provenance%counters, unused)
+    call list_counters(empty, provenance%counters, unused)
   end function make_provenance
 
   !> Versions as the libraries tell them, and the files that were loaded.

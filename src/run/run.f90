@@ -13,7 +13,8 @@ module run_mod
   use fit_machine_mod, only: misfit
   use initial_overlaps_mod, only: overlaps
   use held_normals_mod, only: held_normals
-  use operators_mod, only: operators_t
+  use sparse_factor_mod, only: sparse_factor_t
+  use step_solver_mod, only: step_solver_t
   use meet_accuracy_mod, only: choose_arithmetic, sharpen
   use fresh_file_mod, only: beginning_of
   use output_names_mod, only: keep_inputs, output_name
@@ -22,7 +23,7 @@ module run_mod
   use result_claims_mod, only: take_arithmetic
   use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result
   use command_line_mod, only: options_t, resume_command
-  use tally_mod, only: tally_t, list_counters
+  use tally_mod, only: tally_t, note_sizes, list_counters
   use export_problems_mod, only: exports_t, choose_rows
   use console_mod, only: console_t, open_console, say, print_lines, print_warning, clear_bar
   use provenance_mod, only: make_provenance
@@ -46,7 +47,7 @@ contains
     type(plan_t) :: plan
     type(console_t) :: console
     type(exports_t) :: exports
-    type(operators_t) :: operators
+    type(step_solver_t) :: solver
     real(wp) :: read_time
 
     console = open_console(options%quiet)
@@ -58,7 +59,7 @@ contains
     call make_plan(scene, plan, error)
     if (allocated(error)) return
     if (goes_on(options, scene)) call take_arithmetic(result_path(options, scene), scene%precision)
-    call estimate_costs(scene, result_path(options, scene), plan, operators%inverse%factor, error)
+    call estimate_costs(scene, result_path(options, scene), plan, solver%body%inverse%factor, error)
     if (allocated(error)) return
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
@@ -70,7 +71,7 @@ contains
     call print_lines(console, held_normals(scene, plan%points))
     call refuse_misfit(scene, plan, options%force, console, error)
     if (allocated(error) .or. options%plan) return
-    call run_scene(options, scene, plan, exports, operators, console, read_time, error)
+    call run_scene(options, scene, plan, exports, solver, console, read_time, error)
   end subroutine run_deck
 
   !> The accuracy of the command line wins over the deck's.
@@ -138,12 +139,12 @@ contains
   end subroutine refuse_misfit
 
   !> Open the file, go through the increments, close the file whatever happened.
-  subroutine run_scene(options, scene, plan, exports, operators, console, read_time, error)
+  subroutine run_scene(options, scene, plan, exports, solver, console, read_time, error)
     type(options_t), intent(in) :: options
     type(scene_t), intent(inout) :: scene
     type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
-    type(operators_t), intent(inout) :: operators !! its factor holds the symbolic analysis
+    type(step_solver_t), intent(inout) :: solver !! its factor holds the symbolic analysis
     type(console_t), intent(inout) :: console
     real(wp), intent(in) :: read_time !! deck and plan [s]
     type(error_t), allocatable, intent(out) :: error
@@ -160,7 +161,7 @@ contains
     call catch_signals()
     call start_run(scene, plan, progress)
     progress%tally%read_time = read_time
-    call begin_file(options, scene, plan, operators, file, progress, error)
+    call begin_file(options, scene, plan, solver%body%inverse%factor, file, progress, error)
     if (allocated(error)) return
     if (progress%state%row > 0 .and. .not. console%quiet) call say('continued       behind '// &
       'increment '//to_text(progress%state%row))
@@ -168,8 +169,9 @@ contains
       ' was damaged in the file: it is done again')
     if (file%n_damaged > 1) call say('note: increments '//to_text(file%n_rows + 1)//' to '// &
       to_text(file%n_rows + file%n_damaged)//' were damaged in the file: they are done again')
-    call go_through(scene, plan, exports, operators, file, console, progress, error)
+    call go_through(scene, plan, exports, solver, file, console, progress, error)
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
+    call note_sizes(solver, progress%tally)
     inquire (file=path, size=written)
     progress%tally%file_bytes = real(max(0_i8, written), wp)
 
@@ -179,7 +181,7 @@ contains
       if (error%exit_status == exit_not_solved) status = run_not_solved
       if (error%exit_status > exit_signal) status = run_stopped
     end if
-    call end_file(status, progress%tally, operators, plan, file, console, closing)
+    call end_file(status, progress%tally, plan, file, console, closing)
     if (allocated(error)) then
       inquire (file=path, exist=in_place)
       if (status == run_stopped) then
@@ -195,7 +197,7 @@ contains
       call move_alloc(closing, error)
       return
     end if
-    call close_run(scene, console, progress%tally, operators, path)
+    call close_run(scene, console, progress%tally, path)
     if (progress%tally%missed > 0) call raise(error, exit_not_solved, 'accuracy '// &
       percent(scene%accuracy%wanted)//' was not reached at the end of '// &
       to_text(progress%tally%missed)//' of '//to_text(size(scene%steps))// &
@@ -203,11 +205,11 @@ contains
   end subroutine run_scene
 
   !> Open the result file, that of a run to be continued where there is one.
-  subroutine begin_file(options, scene, plan, operators, file, progress, error)
+  subroutine begin_file(options, scene, plan, factor, file, progress, error)
     type(options_t), intent(in) :: options
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
-    type(operators_t), intent(in) :: operators
+    type(sparse_factor_t), intent(in) :: factor !! analysed
     type(result_file_t), intent(inout) :: file
     type(progress_t), intent(inout) :: progress
     type(error_t), allocatable, intent(out) :: error
@@ -217,11 +219,11 @@ contains
 
     path = result_path(options, scene)
     if (goes_on(options, scene)) then
-      call reopen_result(path, scene, plan, make_provenance(operators), file, kept, error)
+      call reopen_result(path, scene, plan, make_provenance(factor), file, kept, error)
       if (allocated(error)) return
       call take_up_run(kept, scene, plan, file, progress, error)
     else
-      call open_result(path, scene, plan, make_provenance(operators), options%overwrite, file, &
+      call open_result(path, scene, plan, make_provenance(factor), options%overwrite, file, &
         error)
       if (allocated(error)) return
       call keep_progress(progress, file, error)
@@ -232,10 +234,9 @@ contains
 
   !> Close the file with what the run adds up to; if all of it was run, say where it did not keep to
   !> its plan.
-  subroutine end_file(status, tally, operators, plan, file, console, error)
+  subroutine end_file(status, tally, plan, file, console, error)
     character(*), intent(in) :: status !! run_finished, run_not_solved, ...
     type(tally_t), intent(in) :: tally
-    type(operators_t), intent(in) :: operators
     type(plan_t), intent(in) :: plan
     type(result_file_t), intent(inout) :: file
     type(console_t), intent(inout) :: console
@@ -243,7 +244,7 @@ contains
     type(string_t), allocatable :: names(:)
     real(wp), allocatable :: counters(:)
 
-    call list_counters(tally, operators, names, counters)
+    call list_counters(tally, names, counters)
     call finish_result(file, status, names, counters, error)
     call clear_bar(console)
     if (status /= run_finished .or. allocated(error)) return

@@ -1,13 +1,15 @@
 !> What a run adds up to: the counters of its result file.
 module tally_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   use text_mod, only: string_t
   use number_list_mod, only: number_list_t, carry
   use system_mod, only: cpu_seconds, peak_memory_bytes
   use parallel_mod, only: usage_t, usage_of_others
   use increments_mod, only: increment_t
   use step_report_mod, only: step_report_t, worst_entry
-  use operators_mod, only: operators_t
+  use body_solver_mod, only: solver_work_t
+  use condensed_contact_mod, only: count_points, count_rows, count_matrix_entries
+  use step_solver_mod, only: step_solver_t
   implicit none
   private
 
@@ -37,6 +39,8 @@ module tally_mod
     real(wp) :: compliance_bytes = 0.0_wp     !! of the interface
     real(wp) :: contact_matrix_bytes = 0.0_wp !! W
     real(wp) :: factor_entries = 0.0_wp
+    integer(i8) :: solutions = 0        !! with the factor, of this session
+    type(solver_work_t) :: work         !! of this session
     real(wp) :: file_bytes = 0.0_wp     !! of the result, when it is complete but for the counters
     real(wp) :: allowed = 0.0_wp        !! the most that a certificate entry was allowed [-]
     real(wp) :: worst = 0.0_wp          !! certificate entry [-]
@@ -82,24 +86,27 @@ contains
     tally%step_time = tally%step_time + report%wall_time
   end subroutine add_increment
 
-  !> Keep the largest sizes that the operators have had.
-  subroutine note_sizes(operators, tally)
-    type(operators_t), intent(in) :: operators
+  !> Keep the largest sizes that the solver has had.
+  subroutine note_sizes(solver, tally)
+    type(step_solver_t), intent(in) :: solver
     type(tally_t), intent(inout) :: tally
 
-    tally%equations = max(tally%equations, operators%inverse%map%n_free)
-    tally%interface_equations = max(tally%interface_equations, operators%inverse%map%n_interface)
-    tally%contact_points = max(tally%contact_points, operators%problem%n_points)
-    tally%contact_rows = max(tally%contact_rows, operators%problem%n_rows)
-    tally%factor_entries = max(tally%factor_entries, real(operators%inverse%factor%entries, wp))
-    if (allocated(operators%inverse%compliance)) tally%compliance_bytes = &
-      max(tally%compliance_bytes, 8.0_wp*real(size(operators%inverse%compliance, 1), wp)**2)
-    if (allocated(operators%problem%w)) tally%contact_matrix_bytes = &
-      max(tally%contact_matrix_bytes, 8.0_wp*real(size(operators%problem%w, 1), wp)**2)
+    associate (inverse => solver%body%inverse)
+      tally%equations = max(tally%equations, inverse%map%n_free)
+      tally%interface_equations = max(tally%interface_equations, inverse%map%n_interface)
+      tally%contact_points = max(tally%contact_points, count_points(solver%contact))
+      tally%contact_rows = max(tally%contact_rows, count_rows(solver%contact))
+      tally%factor_entries = max(tally%factor_entries, real(inverse%factor%entries, wp))
+      tally%solutions = inverse%factor%solutions
+      if (allocated(inverse%compliance)) tally%compliance_bytes = max(tally%compliance_bytes, &
+        8.0_wp*real(size(inverse%compliance, 1), wp)**2)
+      tally%contact_matrix_bytes = max(tally%contact_matrix_bytes, &
+        8.0_wp*count_matrix_entries(solver%contact))
+    end associate
   end subroutine note_sizes
 
   !> Put what the sessions of a run add up to into the list, or take it out. The memory, the time of
-  !> the processor and what the operators count are those of one session.
+  !> the processor and the work of the solver are those of one session.
   subroutine carry_tally(list, tally)
     type(number_list_t), intent(inout) :: list
     type(tally_t), intent(inout) :: tally
@@ -141,9 +148,8 @@ contains
   end subroutine carry_tally
 
   !> Names and values of what /run/counters holds. What the plan counts has the plan's names.
-  subroutine list_counters(tally, operators, names, values)
+  subroutine list_counters(tally, names, values)
     type(tally_t), intent(in) :: tally
-    type(operators_t), intent(in) :: operators
     type(string_t), allocatable, intent(out) :: names(:)
     real(wp), allocatable, intent(out) :: values(:)
     integer, parameter :: room = 48
@@ -160,9 +166,9 @@ contains
     call count('interface_equations', real(tally%interface_equations, wp))
     call count('contact_points', real(tally%contact_points, wp))
     call count('contact_rows', real(tally%contact_rows, wp))
-    call count('factorisations', real(operators%n_factorisations, wp))
+    call count('factorisations', real(tally%work%n_factorisations, wp))
     call count('factor_entries', tally%factor_entries)
-    call count('solutions', real(operators%inverse%factor%solutions, wp))
+    call count('solutions', real(tally%solutions, wp))
     call count('newton_raphson_iterations', real(tally%newton_raphson, wp))
     call count('contact_iterations', real(tally%contact_iterations, wp))
     call count('compliance_products', real(tally%products, wp))
@@ -171,7 +177,7 @@ contains
     call count('kinks_inside_increments', real(tally%kinks_inside, wp))
     call count('first_touches_inside_increments', real(tally%touches_inside, wp))
     call count('plan_revisions', real(tally%plan_revisions, wp))
-    call count('brick_stiffnesses', real(operators%n_stiffnesses, wp))
+    call count('brick_stiffnesses', real(tally%work%n_stiffnesses, wp))
     call count('solver_fallbacks', real(tally%fallbacks, wp))
     call count('local_iterations', real(tally%local_iterations, wp))
     call count('unrefined_imbalance', tally%unrefined)
@@ -184,7 +190,7 @@ contains
     call count('file_bytes', tally%file_bytes)
     call count('cpu_seconds', cpu_seconds() + others%cpu)
     call count('seconds_read', tally%read_time)
-    associate (s => operators%seconds)
+    associate (s => tally%work)
       call count('seconds_assemble', s%assemble)
       call count('seconds_order', s%order)
       call count('seconds_factorise', s%factorise)

@@ -14,7 +14,8 @@ module block_scene
   use step_report_mod, only: step_report_t
   use make_plan_mod, only: make_plan
   use step_loads_mod, only: prescribed_dofs
-  use operators_mod, only: operators_t, make_operators, change_supports, prepare_step
+  use body_solver_mod, only: solver_work_t
+  use step_solver_mod, only: step_solver_t, set_supports, prepare_step
   use advance_mod, only: advance
   implicit none
   private
@@ -27,7 +28,8 @@ module block_scene
   !> A run under way: everything that goes from increment to increment.
   type :: run_t
     type(plan_t) :: plan
-    type(operators_t) :: operators
+    type(step_solver_t) :: solver
+    type(solver_work_t) :: work
     type(state_t) :: state
     type(step_report_t) :: report
     type(error_t), allocatable :: error
@@ -139,7 +141,7 @@ contains
     nodes = pack(scene%mesh%node_id, abs(scene%mesh%coordinates(axis, :) - value) < 1.0e-9_wp)
   end function side_nodes
 
-  !> Plan, operators and undeformed state.
+  !> Plan, solver and undeformed state.
   subroutine start_run(scene, run)
     type(scene_t), intent(in) :: scene
     type(run_t), intent(inout) :: run
@@ -147,7 +149,8 @@ contains
     call make_plan(scene, run%plan, run%error)
     if (allocated(run%error)) return
     run%state = initial_state(scene%mesh%n_nodes, run%plan%points%n)
-    call make_operators(scene, run%plan%points, prescribed_dofs(scene, 1), run%operators, run%error)
+    call set_supports(scene, run%plan%points, prescribed_dofs(scene, 1), run%solver, run%work, &
+      run%error)
   end subroutine start_run
 
   !> One increment of the run.
@@ -159,13 +162,14 @@ contains
 
     increment = next_increment(scene%steps, run%state)
     if (increment%first_of_step) then
-      call change_supports(scene, run%plan%points, prescribed_dofs(scene, increment%step), &
-        run%operators, run%error)
+      call set_supports(scene, run%plan%points, prescribed_dofs(scene, increment%step), &
+        run%solver, run%work, run%error)
       if (allocated(run%error)) return
-      call prepare_step(scene, increment%step, run%state, run%operators, run%error)
+      call prepare_step(scene, increment%step, run%state, run%solver, run%work, run%error)
       if (allocated(run%error)) return
     end if
-    call advance(scene, run%plan, run%operators, run%state, increment, new, run%report, run%error)
+    call advance(scene, run%plan%points, run%solver, run%state, increment, new, run%report, &
+      run%error)
     if (.not. allocated(run%error)) run%state = new
   end subroutine next_step
 

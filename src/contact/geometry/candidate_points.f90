@@ -3,7 +3,7 @@
 !> Work and memory grow with the points and the nodes, not with their product with pairs or cards.
 module candidate_points_mod
   use kinds_mod, only: wp
-  use obstacles_mod, only: locate_point
+  use obstacles_mod, only: is_flat, locate_point
   use scene_mod, only: scene_t, contact_gap_t
   use contact_points_mod, only: contact_points_t
   use mesh_forces_mod, only: add_nodal_areas
@@ -28,7 +28,7 @@ contains
     call find_new(scene, is_new)
     points%n = count(is_new)
     allocate (points%pair(points%n), points%node(points%n), points%ref_node(points%n))
-    allocate (points%mu(points%n), points%area(points%n))
+    allocate (points%mu(points%n), points%area(points%n), points%is_curved(points%n))
     area = 0.0_wp
     k = 0
     seat = 0
@@ -45,6 +45,7 @@ contains
           points%area(k) = area(surface%nodes(i))
           points%mu(k) = scene%pairs(pair)%mu
           points%ref_node(k) = scene%obstacles(scene%pairs(pair)%obstacle)%ref_node
+          points%is_curved(k) = .not. is_flat(scene%obstacles(scene%pairs(pair)%obstacle))
         end do
         area(surface%nodes) = 0.0_wp
       end associate

@@ -72,10 +72,9 @@ contains
 
   !> How far the contact on curved obstacles is from where it was linearised: gaps of points that
   !> press and penetrations beside the displacements, and turns of their normals.
-  subroutine measure_points(scene, points, is_curved, frame, old, new, moved)
+  subroutine measure_points(scene, points, frame, old, new, moved)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    logical, intent(in) :: is_curved(:)       !! (n_points) the obstacle of the point is
     real(wp), intent(in) :: frame(:, :, :)    !! (3,3,n_points) of the linearisation
     type(state_t), intent(in) :: old, new
     real(wp), intent(out) :: moved            !! [-]
@@ -83,10 +82,10 @@ contains
     integer :: i
 
     moved = 0.0_wp
-    if (.not. any(is_curved)) return
+    if (.not. any(points%is_curved)) return
     turn = 0.0_wp
     do i = 1, points%n
-      if (.not. is_curved(i)) cycle
+      if (.not. points%is_curved(i)) cycle
       call locate_at(scene, points, i, new%displacement, gap, frame_now)
       if (any(abs(new%reaction(:, i)) > 0.0_wp)) then
         moved = max(moved, abs(gap))
@@ -102,10 +101,9 @@ contains
   end subroutine measure_points
 
   !> The slip before the increment, in the tangent planes of its end.
-  pure function carried_slip(scene, points, is_curved, frame, old) result(slip)
+  pure function carried_slip(scene, points, frame, old) result(slip)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    logical, intent(in) :: is_curved(:)       !! (n_points)
     real(wp), intent(in) :: frame(:, :, :)    !! (3,3,n_points) at the end
     type(state_t), intent(in) :: old
     real(wp) :: slip(2, points%n)             !! along t1, t2 [length]
@@ -114,7 +112,7 @@ contains
 
     slip = old%slip
     do i = 1, points%n
-      if (.not. is_curved(i)) cycle
+      if (.not. points%is_curved(i)) cycle
       call locate_at(scene, points, i, old%displacement, gap, before)
       slip(:, i) = matmul(carry(matmul(before(:, 2:), old%slip(:, i)), before(:, 1), &
         frame(:, 1, i)), frame(:, 2:, i))

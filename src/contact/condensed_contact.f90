@@ -1,0 +1,229 @@
+!> The condensed contact problem x = W r + x_free of a placement, in groups that nothing couples.
+!>
+!> Bodies act on each other through contact alone, and through the obstacles that they may push. So
+!> points of bodies that no such obstacle joins have a contact problem of their own: W has no blocks
+!> between groups, and each is solved to a tolerance measured by its own forces, however stiff or
+!> heavily loaded the others are. docs/theory.md section 2.
+module condensed_contact_mod
+  use kinds_mod, only: wp
+  use scene_mod, only: scene_t
+  use near_stiffness_mod, only: turn_near
+  use contact_points_mod, only: contact_points_t
+  use body_solver_mod, only: body_solver_t
+  use rigid_modes_mod, only: free_motions_t
+  use compliance_mod, only: rows_of_points, compliance_of_rows
+  use problem_mod, only: contact_problem_t, make_problem, add_single_copy
+  use floating_mod, only: floating_t, free_the_motions
+  use placement_mod, only: placement_t
+  use point_motions_mod, only: motions_at_rows, undeformed_frames
+  implicit none
+  private
+
+  public :: condensed_contact_t, contact_group_t, find_groups, condense_contact, count_points, &
+    count_rows, count_matrix_entries, neutral_motions, whole_problem
+
+  !> Points that contact couples, and the rigid motions that it sees there.
+  type :: contact_group_t
+    integer, allocatable :: point(:)   !! of the run, in reach
+    integer, allocatable :: motion(:)  !! of the bodies' free ones
+    integer, allocatable :: active(:)  !! points of the run that have rows, in the problem's order
+    type(contact_problem_t) :: problem !! over the active points
+    type(floating_t) :: floating       !! what the motions do to it
+  end type contact_group_t
+
+  !> All of it. Before flat obstacles it holds as long as the supports do; what has curved ones is
+  !> made anew for every placement, in the same memory.
+  type :: condensed_contact_t
+    type(contact_group_t), allocatable :: group(:)
+  end type condensed_contact_t
+
+contains
+
+  !> Find the groups: bodies with points in reach, and bodies and obstacles that move freely, joined
+  !> where a body faces an obstacle that moves freely.
+  subroutine find_groups(scene, points, motions, contact)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(free_motions_t), intent(in) :: motions
+    type(condensed_contact_t), intent(out) :: contact
+    integer :: root(scene%mesh%n_bodies + scene%mesh%n_nodes) !! of bodies, then of reference nodes
+    integer :: mover(motions%n), group_of(size(root)), i, k, n
+    logical :: is_free(scene%mesh%n_nodes)
+
+    is_free = .false.
+    do i = 1, motions%n
+      mover(i) = motions%body(i)
+      if (mover(i) > 0) cycle
+      mover(i) = scene%mesh%n_bodies + motions%node(i)
+      is_free(motions%node(i)) = .true.
+    end do
+
+    ! What is joined has one root, the lowest number among it.
+    root = [(i, i=1, size(root))]
+    do i = 1, points%n
+      if (.not. points%in_reach(i) .or. points%ref_node(i) == 0) cycle
+      if (.not. is_free(points%ref_node(i))) cycle
+      associate (of_body => root(scene%mesh%body(points%node(i))), &
+                 of_obstacle => root(scene%mesh%n_bodies + points%ref_node(i)))
+        if (of_body == of_obstacle) cycle
+        k = min(of_body, of_obstacle)
+        n = max(of_body, of_obstacle)
+      end associate
+      where (root == n) root = k
+    end do
+
+    n = 0
+    group_of = 0
+    do i = 1, points%n
+      if (.not. points%in_reach(i)) cycle
+      k = root(scene%mesh%body(points%node(i)))
+      if (group_of(k) == 0) n = n + 1
+      if (group_of(k) == 0) group_of(k) = n
+    end do
+    do i = 1, motions%n
+      k = root(mover(i))
+      if (group_of(k) == 0) n = n + 1
+      if (group_of(k) == 0) group_of(k) = n
+    end do
+    allocate (contact%group(n))
+    do k = 1, n
+      contact%group(k)%point = pack([(i, i=1, points%n)], points%in_reach .and. &
+        group_of(root(scene%mesh%body(points%node))) == k)
+      contact%group(k)%motion = pack([(i, i=1, motions%n)], group_of(root(mover)) == k)
+    end do
+  end subroutine find_groups
+
+  !> The contact problems of a placement: all groups, or those before curved obstacles alone.
+  subroutine condense_contact(scene, points, body, placement, only_curved, contact)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(body_solver_t), intent(in) :: body
+    type(placement_t), intent(in) :: placement
+    logical, intent(in) :: only_curved
+    type(condensed_contact_t), intent(inout) :: contact !! of find_groups
+    integer :: row(3, points%n), i
+
+    call rows_of_points(body%prescribed, points, placement%frame, row)
+    do i = 1, size(contact%group)
+      if (only_curved .and. .not. any(points%is_curved(contact%group(i)%point))) cycle
+      call condense_group(scene, points, body, placement, row, contact%group(i))
+    end do
+  end subroutine condense_contact
+
+  !> The contact problem of a group.
+  subroutine condense_group(scene, points, body, placement, row_of_all, group)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(body_solver_t), intent(in) :: body
+    type(placement_t), intent(in) :: placement
+    integer, intent(in) :: row_of_all(:, :)  !! (3,n_points) rows over all groups
+    type(contact_group_t), intent(inout) :: group
+    real(wp), allocatable :: w(:, :), g(:, :), undeformed_g(:, :)
+    integer :: row(3, points%n), i, a, n
+
+    row = 0
+    n = 0
+    do i = 1, size(group%point)
+      do a = 1, 3
+        if (row_of_all(a, group%point(i)) == 0) cycle
+        n = n + 1
+        row(a, group%point(i)) = n
+      end do
+    end do
+    call compliance_of_rows(body%inverse%map, points, placement%frame, row, &
+      body%inverse%compliance, w)
+    group%active = pack(group%point, row(1, group%point) > 0)
+    if (size(group%motion) > 0) then
+      g = motions_at_rows(scene, points, body%motions, placement%frame, row)
+      undeformed_g = motions_at_rows(scene, points, body%motions, &
+        undeformed_frames(scene, points), row)
+      call free_the_motions(g(:, group%motion), undeformed_g(:, group%motion), w, group%floating)
+    end if
+    call make_problem(row(:, group%active), points%mu(group%active), w, group%problem, &
+      turn_near(body%stiffness, placement%frame, group%active))
+    if (scene%precision%single_compliance) call add_single_copy(group%problem)
+    group%problem%is_proximal = size(group%motion) > 0
+  end subroutine condense_group
+
+  !> Points with rows, of all groups.
+  pure integer function count_points(contact)
+    type(condensed_contact_t), intent(in) :: contact
+    integer :: i
+
+    count_points = sum([(contact%group(i)%problem%n_points, i=1, size(contact%group))])
+  end function count_points
+
+  !> Rows of all groups.
+  pure integer function count_rows(contact)
+    type(condensed_contact_t), intent(in) :: contact
+    integer :: i
+
+    count_rows = sum([(contact%group(i)%problem%n_rows, i=1, size(contact%group))])
+  end function count_rows
+
+  !> Entries of W that are kept: the blocks of the groups.
+  pure real(wp) function count_matrix_entries(contact) result(n)
+    type(condensed_contact_t), intent(in) :: contact
+    integer :: i
+
+    n = 0.0_wp
+    do i = 1, size(contact%group)
+      n = n + real(contact%group(i)%problem%n_rows, wp)**2
+    end do
+  end function count_matrix_entries
+
+  !> The motions that contact does not see where the undeformed bodies are, orthonormal, those of
+  !> one group after those of another.
+  pure function neutral_motions(contact, n_motions) result(neutral)
+    type(condensed_contact_t), intent(in) :: contact
+    integer, intent(in) :: n_motions          !! free ones of all bodies
+    real(wp), allocatable :: neutral(:, :)    !! (n_motions,k) [-]
+    integer :: i, k, n
+
+    n = 0
+    do i = 1, size(contact%group)
+      if (allocated(contact%group(i)%floating%neutral)) n = n + &
+        size(contact%group(i)%floating%neutral, 2)
+    end do
+    allocate (neutral(n_motions, n), source=0.0_wp)
+    k = 0
+    do i = 1, size(contact%group)
+      associate (group => contact%group(i))
+        if (.not. allocated(group%floating%neutral)) cycle
+        n = size(group%floating%neutral, 2)
+        neutral(group%motion, k + 1:k + n) = group%floating%neutral
+        k = k + n
+      end associate
+    end do
+  end function neutral_motions
+
+  !> All groups as one problem with one W, as far as it is written to a file: no solver's scales.
+  pure function whole_problem(contact) result(whole)
+    type(condensed_contact_t), intent(in) :: contact
+    type(contact_problem_t) :: whole
+    integer :: i, a, k, n
+
+    whole%n_points = count_points(contact)
+    whole%n_rows = count_rows(contact)
+    allocate (whole%row(3, whole%n_points), whole%mu(whole%n_points))
+    allocate (whole%driven(2, whole%n_points), whole%block(3, 3, whole%n_points))
+    allocate (whole%w(whole%n_rows, whole%n_rows), source=0.0_wp)
+    k = 0
+    n = 0
+    do i = 1, size(contact%group)
+      associate (problem => contact%group(i)%problem)
+        do a = 1, 3
+          whole%row(a, k + 1:k + problem%n_points) = merge(problem%row(a, :) + n, 0, &
+            problem%row(a, :) > 0)
+        end do
+        whole%mu(k + 1:k + problem%n_points) = problem%mu
+        whole%driven(:, k + 1:k + problem%n_points) = problem%driven
+        whole%block(:, :, k + 1:k + problem%n_points) = problem%block
+        whole%w(n + 1:n + problem%n_rows, n + 1:n + problem%n_rows) = problem%w
+        k = k + problem%n_points
+        n = n + problem%n_rows
+      end associate
+    end do
+  end function whole_problem
+
+end module condensed_contact_mod

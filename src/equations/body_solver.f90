@@ -1,0 +1,149 @@
+!> The bodies as the supports of a *STEP hold them: their free rigid motions, the factor of their
+!> stiffness, and the compliance of the interface it is condensed to.
+module body_solver_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, raise, exit_not_solved
+  use system_mod, only: wall_seconds
+  use dense_mod, only: norm_1, invert_spd
+  use near_stiffness_mod, only: near_stiffness_t, find_near
+  use mesh_mod, only: node_neighbours
+  use obstacles_mod, only: ref_nodes
+  use controls_mod, only: is_exact, precision_in_words
+  use scene_mod, only: scene_t
+  use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of
+  use assembly_mod, only: triplets_t, diagonal_ratio
+  use shares_mod, only: assemble_shares
+  use ordering_mod, only: order_equations
+  use sparse_factor_mod, only: factorise, is_analysed, analysed_order
+  use stiffness_inverse_mod, only: stiffness_inverse_t
+  use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
+  implicit none
+  private
+
+  public :: body_solver_t, solver_work_t, make_body_solver, change_obstacle_supports, &
+    invert_schur, point_stiffness, lap
+
+  !> What depends on the supports and the interface, and on nothing else.
+  type :: body_solver_t
+    logical, allocatable :: prescribed(:, :)      !! (3,n_nodes) reference nodes included
+    type(free_motions_t) :: motions               !! rigid motions that supports leave free
+    type(stiffness_inverse_t) :: inverse          !! with the motions pinned
+    type(near_stiffness_t) :: stiffness           !! of the Schur complement at the points, x, y, z
+  end type body_solver_t
+
+  !> What solving for bodies and loads has taken, summed over a run.
+  type :: solver_work_t
+    real(wp) :: assemble = 0.0_wp  !! wall time [s]
+    real(wp) :: order = 0.0_wp     !! wall time [s]
+    real(wp) :: factorise = 0.0_wp !! wall time, Schur complement included [s]
+    real(wp) :: condense = 0.0_wp  !! wall time of the inverse and the contact rows [s]
+    real(wp) :: loads = 0.0_wp     !! wall time of the responses to load patterns [s]
+    integer  :: n_factorisations = 0
+    integer  :: n_stiffnesses = 0  !! stiffness matrices of bricks that were computed
+  end type solver_work_t
+
+contains
+
+  !> Find the free motions, factorise the stiffness and condense it to the interface.
+  subroutine make_body_solver(scene, prescribed, interface, contact_node, body, work, error)
+    type(scene_t), intent(in) :: scene
+    logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
+    logical, intent(in) :: interface(:, :)     !! (3,n_nodes) what is condensed to
+    integer, intent(in) :: contact_node(:)     !! (n_points) slave nodes
+    type(body_solver_t), intent(inout) :: body !! its factor may hold the analysis of the plan
+    type(solver_work_t), intent(inout) :: work
+    type(error_t), allocatable, intent(out) :: error !! a singular matrix; no memory
+    type(triplets_t) :: k
+    integer, allocatable :: start(:), neighbours(:), order(:)
+    real(wp) :: clock, condensed
+    integer :: n_stiffnesses
+
+    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), contact_node, &
+      body%motions, error)
+    if (allocated(error)) return
+    body%prescribed = prescribed
+    clock = wall_seconds()
+    associate (inverse => body%inverse)
+      inverse%map = make_dof_map(scene%mesh%body, hold_pins(body%motions, prescribed), interface)
+      call node_neighbours(scene%mesh, start, neighbours)
+      call assemble_shares(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
+        n_stiffnesses)
+      work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
+      call lap(clock, work%assemble)
+      inverse%factor%precision = scene%precision
+      if (is_analysed(inverse%factor, k, inverse%map%n_interface)) then
+        order = analysed_order(inverse%factor) ! by the plan
+      else
+        call order_equations(inverse%map, start, neighbours, order, error)
+        if (allocated(error)) return
+      end if
+      call lap(clock, work%order)
+      call factorise(k, order, inverse%map%n_interface, inverse%factor, inverse%compliance, error)
+      if (allocated(error)) return
+      work%n_factorisations = work%n_factorisations + 1
+      call lap(clock, work%factorise)
+      body%stiffness = point_stiffness(inverse%map, contact_node, inverse%compliance)
+      condensed = norm_1(inverse%compliance)
+      call invert_schur(inverse%compliance, error)
+      if (allocated(error)) then
+        if (.not. is_exact(scene%precision)) error%message = error%message//'; the factor ('// &
+          precision_in_words(scene%precision)//') is not exact: full rank and FACTOR=DOUBLE of '// &
+          '*PRECISION hold more'
+        return
+      end if
+      inverse%condition = max(diagonal_ratio(k), condensed*norm_1(inverse%compliance))
+    end associate
+    call lap(clock, work%condense)
+  end subroutine make_body_solver
+
+  !> Other supports of obstacles alone: the factor stays, the free motions do not.
+  subroutine change_obstacle_supports(scene, prescribed, contact_node, body, error)
+    type(scene_t), intent(in) :: scene
+    logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
+    integer, intent(in) :: contact_node(:)     !! (n_points) slave nodes
+    type(body_solver_t), intent(inout) :: body
+    type(error_t), allocatable, intent(out) :: error !! LAPACK failed
+
+    body%prescribed = prescribed
+    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), contact_node, &
+      body%motions, error)
+  end subroutine change_obstacle_supports
+
+  !> Replace the Schur complement by its inverse, both triangles.
+  subroutine invert_schur(s, error)
+    real(wp), intent(inout) :: s(:, :)
+    !! (n,n) stiffness [force/length], compliance out [length/force]
+    type(error_t), allocatable, intent(out) :: error !! not positive definite
+    logical :: positive_definite
+
+    call invert_spd(s, positive_definite)
+    if (.not. positive_definite) call raise(error, exit_not_solved, &
+      'the stiffness condensed to the contact nodes is not positive definite: a body is not '// &
+      'held, or the material is at the limit of what double precision holds')
+  end subroutine invert_schur
+
+  !> The blocks of the Schur complement at the slave nodes, as far as they matter.
+  pure function point_stiffness(map, contact_node, s) result(near)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: contact_node(:) !! (n_points)
+    real(wp), intent(in) :: s(:, :)       !! (n_interface,n_interface) [force/length]
+    type(near_stiffness_t) :: near        !! x, y, z; 0 along prescribed directions
+    integer :: index(3, size(contact_node)), i
+
+    do i = 1, size(contact_node)
+      index(:, i) = interface_equations_of(map, contact_node(i))
+    end do
+    call find_near(index, s, near)
+  end function point_stiffness
+
+  !> Add the time since `clock` to `total` and start the clock again.
+  subroutine lap(clock, total)
+    real(wp), intent(inout) :: clock, total !! [s]
+    real(wp) :: now
+
+    now = wall_seconds()
+    total = total + now - clock
+    clock = now
+  end subroutine lap
+
+end module body_solver_mod

@@ -1,0 +1,142 @@
+!> What the loads of a *STEP do to the bodies without contact: its patterns, and the displacement
+!> that each of them causes. An increment's loads and displacement are sums of these.
+module load_response_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, raise, exit_not_solved
+  use text_mod, only: to_text
+  use system_mod, only: wall_seconds
+  use controls_mod, only: is_exact, precision_in_words
+  use scene_mod, only: scene_t
+  use increments_mod, only: increment_t
+  use mesh_forces_mod, only: internal_force, force_rounding
+  use dof_map_mod, only: is_unknown
+  use stiffness_inverse_mod, only: stiffness_inverse_t, apply_inverse
+  use step_loads_mod, only: step_loads_t, pattern_factors
+  use body_solver_mod, only: body_solver_t, solver_work_t, lap
+  implicit none
+  private
+
+  public :: load_response_t, respond_to_loads, sum_patterns, prescribed_displacement
+
+  real(wp), parameter :: tolerable = 1.0e-6_wp  !! out of balance in a response, of the largest load
+  integer,  parameter :: max_refinements = 30   !! of a response to loads
+
+  !> Made once for a *STEP.
+  type :: load_response_t
+    type(step_loads_t) :: loads
+    real(wp), allocatable :: displacement(:, :, :)
+    !! (3,n_nodes,n_patterns) under each pattern [length]
+  end type load_response_t
+
+contains
+
+  !> The displacements that the load patterns cause without contact.
+  subroutine respond_to_loads(scene, body, response, work, error)
+    type(scene_t), intent(in) :: scene
+    type(body_solver_t), intent(inout) :: body !! solutions with its factor
+    type(load_response_t), intent(inout) :: response !! its loads in, displacements out
+    type(solver_work_t), intent(inout) :: work
+    type(error_t), allocatable, intent(out) :: error
+    !! MUMPS failed; the factor is too far from the stiffness
+    real(wp), allocatable :: load(:, :, :)
+    real(wp) :: clock
+    integer :: g
+
+    clock = wall_seconds()
+    associate (loads => response%loads)
+      load = loads%force
+      do g = 1, loads%n_patterns
+        ! Prescribed displacements act through the forces they cause in an otherwise undeformed
+        ! body.
+        call internal_force(scene%mesh, scene%materials, loads%displacement(:, :, g), load(:, :, g))
+        load(:, :, g) = loads%force(:, :, g) - load(:, :, g)
+      end do
+      call apply_inverse(body%inverse, load, response%displacement, error)
+      if (allocated(error)) return
+      if (.not. is_exact(scene%precision)) call refine(scene, load, body%inverse, &
+        response%displacement, error)
+      if (allocated(error)) return
+      response%displacement = response%displacement + loads%displacement
+    end associate
+    call lap(clock, work%loads)
+  end subroutine respond_to_loads
+
+  !> Correct the responses with what is left out of balance, by internal forces in double precision,
+  !> until that is rounding.
+  subroutine refine(scene, load, inverse, response, error)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: load(:, :, :)            !! (3,n_nodes,n_patterns) [force]
+    type(stiffness_inverse_t), intent(inout) :: inverse
+    real(wp), intent(inout) :: response(:, :, :)     !! (3,n_nodes,n_patterns) [length]
+    type(error_t), allocatable, intent(out) :: error
+    !! MUMPS failed; nothing is gained any more before rounding is reached
+    real(wp), allocatable :: residual(:, :, :), correction(:, :, :)
+    real(wp) :: left, last, largest, enough
+    integer :: i, g
+
+    allocate (residual, source=load)
+    last = huge(last)
+    largest = maxval(abs(load), mask=spread(is_unknown(inverse%map), 3, size(load, 3)))
+    enough = 0.0_wp
+    ! What Newton-Raphson would let pass.
+    if (scene%accuracy%wanted > 0.0_wp) enough = 0.1_wp*scene%contact%tolerance*largest
+    refinements: do i = 1, max_refinements
+      left = 0.0_wp
+      do g = 1, size(load, 3)
+        call internal_force(scene%mesh, scene%materials, response(:, :, g), residual(:, :, g))
+        residual(:, :, g) = merge(load(:, :, g) - residual(:, :, g), 0.0_wp, &
+          is_unknown(inverse%map))
+        left = max(left, maxval(maxval(abs(residual(:, :, g)), dim=1) - force_rounding(scene%mesh, &
+          scene%materials, response(:, :, g))))
+      end do
+      if (left <= enough) return
+      if (left > 0.5_wp*last) exit refinements
+      last = left
+      call apply_inverse(inverse, residual, correction, error)
+      if (allocated(error)) return
+      response = response + correction
+    end do refinements
+    ! Newton-Raphson takes care of a little, and the certificate judges.
+    if (left <= tolerable*largest) return
+    call raise(error, exit_not_solved, 'the factor of the stiffness is too far from it ('// &
+      precision_in_words(scene%precision)//'): responses to loads stay out of balance by '// &
+      to_text(left/largest, 2)//' of the largest load, refined '//to_text(i)// &
+      ' times; full rank and FACTOR=DOUBLE of *PRECISION hold more')
+  end subroutine refine
+
+  !> Displacement without contact, and loads, at a share of the *STEP.
+  subroutine sum_patterns(scene, response, share, step_time, u_free, external)
+    type(scene_t), intent(in) :: scene
+    type(load_response_t), intent(in) :: response
+    real(wp), intent(in) :: share, step_time             !! as of increment_t [-], [time]
+    real(wp), allocatable, intent(out) :: u_free(:, :)   !! (3,n_nodes) [length]
+    real(wp), allocatable, intent(out) :: external(:, :) !! (3,n_nodes) [force]
+    real(wp) :: factor(response%loads%n_patterns)
+    integer :: g
+
+    factor = pattern_factors(scene, response%loads, share, step_time)
+    allocate (u_free(3, scene%mesh%n_nodes), external(3, scene%mesh%n_nodes), source=0.0_wp)
+    do g = 1, response%loads%n_patterns
+      u_free = u_free + factor(g)*response%displacement(:, :, g)
+      external = external + factor(g)*response%loads%force(:, :, g)
+    end do
+  end subroutine sum_patterns
+
+  !> What the supports prescribe at the end of an increment, from the loads alone: the certificate
+  !> holds displacements against it, so nothing of it comes from a solution.
+  pure function prescribed_displacement(scene, loads, increment) result(u)
+    type(scene_t), intent(in) :: scene
+    type(step_loads_t), intent(in) :: loads
+    type(increment_t), intent(in) :: increment
+    real(wp) :: u(3, scene%mesh%n_nodes)  !! 0 where nothing is prescribed [length]
+    real(wp) :: factor(loads%n_patterns)
+    integer :: g
+
+    factor = pattern_factors(scene, loads, increment%share, increment%step_time)
+    u = 0.0_wp
+    do g = 1, loads%n_patterns
+      u = u + factor(g)*loads%displacement(:, :, g)
+    end do
+  end function prescribed_displacement
+
+end module load_response_mod

@@ -1,0 +1,121 @@
+!> What the increments of a *STEP are solved with. Each part has its own lifetime:
+!>
+!>     body        as long as the same degrees of freedom are prescribed
+!>     undeformed  as long
+!>     response    a *STEP
+!>     contact     before flat obstacles as long as `body`; before curved ones until points are
+!>                 placed anew, which every trial does before it reads it
+!>
+!> So a trial that is discarded leaves nothing behind that another reads.
+module step_solver_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t
+  use system_mod, only: wall_seconds
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use body_solver_mod, only: body_solver_t, solver_work_t, make_body_solver, &
+    change_obstacle_supports, lap
+  use contact_interface_mod, only: interface_dofs
+  use placement_mod, only: placement_t, place_undeformed
+  use condensed_contact_mod, only: condensed_contact_t, find_groups, condense_contact
+  use step_loads_mod, only: resolve_loads
+  use load_response_mod, only: load_response_t, respond_to_loads
+  implicit none
+  private
+
+  public :: step_solver_t, set_supports, prepare_step, widen_interface
+
+  type :: step_solver_t
+    type(body_solver_t) :: body
+    type(placement_t) :: undeformed        !! of all points
+    type(load_response_t) :: response
+    type(condensed_contact_t) :: contact   !! a trial's own where points are placed anew
+  end type step_solver_t
+
+contains
+
+  !> Make what depends on the supports alone. What still holds is kept: all of it where nothing has
+  !> changed, the factor where only the supports of obstacles have.
+  subroutine set_supports(scene, points, prescribed, solver, work, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
+    type(step_solver_t), intent(inout) :: solver
+    type(solver_work_t), intent(inout) :: work
+    type(error_t), allocatable, intent(out) :: error
+    !! a singular matrix; no memory
+    logical :: changed(3, size(prescribed, 2))
+
+    if (allocated(solver%body%prescribed)) then
+      changed = prescribed .neqv. solver%body%prescribed
+      if (.not. any(changed)) return
+      if (.not. any(changed .and. spread(scene%mesh%body > 0, 1, 3))) then
+        call change_obstacle_supports(scene, prescribed, points%node, solver%body, error)
+        if (allocated(error)) return
+        call make_contact(scene, points, solver, work)
+        return
+      end if
+    end if
+    call make_all(scene, points, prescribed, solver, work, error)
+  end subroutine set_supports
+
+  !> Take the whole of the slave surfaces into the interface, in the middle of a *STEP.
+  subroutine widen_interface(scene, points, solver, work, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points !! all of them in reach
+    type(step_solver_t), intent(inout) :: solver
+    type(solver_work_t), intent(inout) :: work
+    type(error_t), allocatable, intent(out) :: error !! as of set_supports and prepare_step
+    logical :: prescribed(3, scene%mesh%n_nodes)
+
+    prescribed = solver%body%prescribed
+    call make_all(scene, points, prescribed, solver, work, error)
+    if (allocated(error)) return
+    call respond_to_loads(scene, solver%body, solver%response, work, error)
+  end subroutine widen_interface
+
+  !> At the start of a *STEP: its load patterns and the displacements they cause without contact.
+  subroutine prepare_step(scene, step, state, solver, work, error)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    type(state_t), intent(in) :: state        !! at the start of the *STEP
+    type(step_solver_t), intent(inout) :: solver
+    type(solver_work_t), intent(inout) :: work
+    type(error_t), allocatable, intent(out) :: error
+    !! MUMPS failed; the factor is too far from the stiffness
+
+    call resolve_loads(scene, step, state%displacement, solver%response%loads)
+    call respond_to_loads(scene, solver%body, solver%response, work, error)
+  end subroutine prepare_step
+
+  subroutine make_all(scene, points, prescribed, solver, work, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    logical, intent(in) :: prescribed(:, :)
+    type(step_solver_t), intent(inout) :: solver
+    type(solver_work_t), intent(inout) :: work
+    type(error_t), allocatable, intent(out) :: error
+
+    call make_body_solver(scene, prescribed, interface_dofs(scene, points), points%node, &
+      solver%body, work, error)
+    if (allocated(error)) return
+    call make_contact(scene, points, solver, work)
+  end subroutine make_all
+
+  !> The contact problem of the undeformed mesh.
+  subroutine make_contact(scene, points, solver, work)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
+    type(solver_work_t), intent(inout) :: work
+    real(wp) :: clock
+
+    clock = wall_seconds()
+    call place_undeformed(scene, points, solver%undeformed)
+    call find_groups(scene, points, solver%body%motions, solver%contact)
+    call condense_contact(scene, points, solver%body, solver%undeformed, .false., solver%contact)
+    call lap(clock, work%condense)
+  end subroutine make_contact
+
+end module step_solver_mod
