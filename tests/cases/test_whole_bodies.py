@@ -73,6 +73,66 @@ class Falling(unittest.TestCase):
         self.assertAlmostEqual(force[0], -1e-4, delta=1e-7)
 
 
+TWO_CUBES = """*BLOCK, NAME=HARD, NX=2, NY=2, NZ=2
+0., 0., 0.,  1., 1., 1.
+*BLOCK, NAME=SOFT, NX=2, NY=2, NZ=2
+5., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=STEEL
+*ELASTIC
+1e9, 0.3
+*MATERIAL, NAME=FOAM
+*ELASTIC
+1e-2, 0.3
+*SOLID SECTION, ELSET=HARD, MATERIAL=STEEL
+*SOLID SECTION, ELSET=SOFT, MATERIAL=FOAM
+*OBSTACLE, NAME=O, TYPE=PLANE
+0., 0., 0., 0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.2
+*CONTACT PAIR, INTERACTION=I
+HARD-ZMIN, O
+*CONTACT PAIR, INTERACTION=I
+SOFT-ZMIN, O
+*CONTACT SOLVER, SOLVER={0}
+"""
+
+
+class Apart(unittest.TestCase):
+    """Bodies that nothing couples do not see how stiff others are."""
+
+    def test_a_soft_body_is_solved_as_closely_as_a_stiff_one(self):
+        # The same cube twice, 1e11 apart in stiffness: pressed and dragged alike, its forces are in
+        # that ratio, and half of it slides.
+        motion = "*BOUNDARY\nHARD-ZMAX, 1, 1, 0.01\nHARD-ZMAX, 2, 2, 0.\nHARD-ZMAX, 3, 3, -0.01\n"
+        motion += motion.split("\n", 1)[1].replace("HARD", "SOFT")
+        for solver in ("AUTO", "SWEEPS"):
+            with self.subTest(solver=solver):
+                run = Run(TWO_CUBES.format(solver) + STEP.format(motion), name="apart")
+                self.assertEqual(run.status, 0, run.errors)
+                with run.result() as result:
+                    hard = result.file["contact/HARD-ZMIN:O/reaction"][-9:]
+                    soft = result.file["contact/SOFT-ZMIN:O/reaction"][-9:]
+                np.testing.assert_allclose(1e11 * soft, hard, atol=1e-7 * abs(hard).max())
+
+    def test_bodies_that_press_on_an_obstacle_together_share_its_force(self):
+        # A plane that is free along z lies on two cubes and is pressed down by 3: 1.5 each.
+        cubes = (
+            TWO_CUBES.format("AUTO")
+            .replace("1e-2, 0.3", "1e9, 0.3")
+            .replace("TYPE=PLANE\n", "TYPE=PLANE, REF NODE=999\n")
+            .replace("0., 0., 0., 0., 0., 1.", "0., 0., 1., 0., 0., -1.")
+            .replace("-ZMIN, O", "-ZMAX, O")
+        )
+        load = "*BOUNDARY\nHARD-ZMIN, 1, 3\nSOFT-ZMIN, 1, 3\n999, 1, 2\n*CLOAD\n999, 3, -3."
+        run = Run("*NODE\n999, 3., 0.5, 1.\n" + cubes + STEP.format(load), name="shared")
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            for name in ("HARD", "SOFT"):
+                force = result.file[f"contact/{name}-ZMAX:O/resultant"][-1]
+                self.assertAlmostEqual(force[2], -1.5, delta=1e-7)
+
+
 class Prescribed(unittest.TestCase):
     def test_a_jump_is_not_lost_by_an_inexact_factor(self):
         motion = "*BOUNDARY, AMPLITUDE=JUMP\nB-ZMAX, 1, 3, 0.1\nB-ZMIN, 1, 3, 0."

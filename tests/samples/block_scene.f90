@@ -149,6 +149,8 @@ contains
     call make_plan(scene, run%plan, run%error)
     if (allocated(run%error)) return
     run%state = initial_state(scene%mesh%n_nodes, run%plan%points%n)
+    ! What was solved before may have been another scene with the same supports.
+    if (allocated(run%solver%body%prescribed)) deallocate (run%solver%body%prescribed)
     call set_supports(scene, run%plan%points, prescribed_dofs(scene, 1), run%solver, run%work, &
       run%error)
   end subroutine start_run
