@@ -27,7 +27,7 @@ module operators_mod
   use contact_interface_mod, only: interface_dofs
   use follow_points_mod, only: locate_at, relative
   use point_motions_mod, only: motions_at_rows, undeformed_frames
-  use step_loads_mod, only: step_loads_t, resolve_loads, prescribed_dofs
+  use step_loads_mod, only: step_loads_t, resolve_loads
   implicit none
   private
 

@@ -7,7 +7,7 @@ module options_mod
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, number_too_large, read_integer, read_real
   use substitution_mod, only: substitute
-  use text_mod, only: as_list, string_t, to_text, upper
+  use text_mod, only: as_list, to_text, upper
   implicit none
   private
 
