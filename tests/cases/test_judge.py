@@ -423,7 +423,7 @@ class Decks(unittest.TestCase):
 
     def test_random_decks(self):
         # The same in both builds would take minutes with the checks at run time.
-        decks, seed = ("200", "1") if RELEASE else ("20", "1001")
+        decks, seed = ("200", "1") if RELEASE else ("40", "1001")
         done = subprocess.run(
             [sys.executable, "-B", str(SOURCE / "tests" / "judge" / "judge.py"),
              "--bipot", PROGRAM, "--decks", decks, "--seed", seed],
