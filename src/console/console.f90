@@ -14,7 +14,7 @@ module console_mod
   private
 
   public :: console_t, open_console, say, print_lines, print_increment, print_warning, clear_bar, &
-    seconds_in_words, solver_name, errors_in_words
+    seconds_in_words, solver_name
 
   !> Where and how to print.
   type :: console_t

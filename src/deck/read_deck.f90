@@ -7,7 +7,6 @@ module read_deck_mod
   use adjust_mod, only: adjust_nodes, adjust_t
   use build_mesh_mod, only: build_mesh, check_bricks, mark_used_nodes, note_unused_nodes
   use cards_mod, only: find_cards, is_data_line, note, read_parameters, reader_t, report
-  use deck_source_mod, only: source_t
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
     mistakes_as_error, notes_as_list, quoted
   use errors_mod, only: error_t

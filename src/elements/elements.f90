@@ -4,7 +4,7 @@
 !> procedure here.
 module elements_mod
   use kinds_mod, only: wp
-  use mesh_mod, only: kind_c3d8, kind_c3d8i, kind_c3d8b
+  use mesh_mod, only: kind_c3d8i, kind_c3d8b
   use c3d8_mod, only: c3d8_stiffness => stiffness, c3d8_force => nodal_force, &
     c3d8_strain => gauss_strain
   use c3d8i_mod, only: c3d8i_stiffness => stiffness, c3d8i_force => nodal_force, &

@@ -4,7 +4,6 @@ module export_problems_mod
   use errors_mod, only: error_t, raise, exit_wrong_input
   use text_mod, only: string_t, to_text
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: increment_t
   use step_report_mod, only: step_report_t

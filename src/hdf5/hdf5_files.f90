@@ -9,7 +9,7 @@ module hdf5_files_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t
   use hdf5, only: hid_t, size_t, h5dont_atexit_f, h5eset_auto_f, h5fclose_f, h5fcreate_f, &
     h5fflush_f, h5fis_hdf5_f, h5fopen_f, h5gclose_f, h5gcreate_f, h5get_libversion_f, &
-    h5gget_obj_info_idx_f, h5gn_members_f, h5iis_valid_f, h5ldelete_f, h5lexists_f, h5ocopy_f, &
+    h5gget_obj_info_idx_f, h5gn_members_f, h5iis_valid_f, h5lexists_f, h5ocopy_f, &
     h5open_f, h5pclose_f, h5pcreate_f, h5pset_cache_f, h5pset_fclose_degree_f, &
     h5pset_istore_k_f, H5F_ACC_EXCL_F, H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, H5F_CLOSE_STRONG_F, &
     H5F_SCOPE_LOCAL_F, H5P_FILE_ACCESS_F, H5P_FILE_CREATE_F, H5T_STD_I32LE
@@ -25,7 +25,7 @@ module hdf5_files_mod
   public :: file_absent, file_readable, file_locked, file_foreign, file_damaged
   public :: look_at_file, create_file, open_file, flush_file, flush_object, &
     close_file, is_open, hdf5_version
-  public :: create_group, exists, copy_object, delete_object, list_members
+  public :: create_group, exists, copy_object, list_members
   public :: fail_to_write, fail_to_read, fail_to_hold
 
   ! What `look_at_file` finds.
@@ -271,17 +271,6 @@ contains
     call h5ocopy_f(from%id, path, to%id, path, status)
     if (status < 0) call fail_to_write(error, to, path)
   end subroutine copy_object
-
-  subroutine delete_object(file, path, error)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: path
-    type(error_t), allocatable, intent(inout) :: error
-    integer :: status
-
-    if (allocated(error)) return
-    call h5ldelete_f(file%id, path, status)
-    if (status < 0) call fail(error, "cannot delete '"//path//"' in '"//file%path//"'")
-  end subroutine delete_object
 
   !> The names in a group, in alphabetical order.
   subroutine list_members(file, group, names, error)

@@ -23,7 +23,7 @@ module hdf5_rows_mod
   private
 
   public :: rows_t, create_rows, create_list, create_stack, create_dense_stack, keep_rows, &
-    cut_rows, append_row, append_list, append_and_flush, read_rows, add_checksum, &
+    cut_rows, append_row, append_list, append_and_flush, add_checksum, &
     read_through, is_growing
 
   !> An open dataset that grows by one row at a time along its last extent.
@@ -279,40 +279,6 @@ contains
     if (status < 0) call fail(error, "cannot cut '"//rows%name//"'")
     rows%length = length
   end subroutine cut_rows
-
-  !> Read the first rows of a list of numbers, as many as there are up to `n`.
-  subroutine read_rows(file, path, n, values, error)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: path
-    integer, intent(in) :: n
-    real(wp), allocatable, intent(out), target :: values(:)
-    type(error_t), allocatable, intent(inout) :: error
-    type(rows_t) :: rows
-    integer(hid_t) :: memory, space
-    integer :: status, ignored
-    type(c_ptr) :: address
-
-    allocate (values(0))
-    if (allocated(error)) return
-    rows%name = path
-    allocate (rows%fixed(0))
-    call open_growing(file, path, rows, error)
-    if (allocated(error)) return
-    deallocate (values)
-    allocate (values(max(0_hsize_t, min(int(n, hsize_t), rows%length))))
-    if (size(values) > 0) then
-      address = c_loc(values)
-      memory = new_space(shape(values, kind=hsize_t))
-      call h5dget_space_f(rows%id, space, status)
-      call h5sselect_hyperslab_f(space, H5S_SELECT_SET_F, [0_hsize_t], shape(values, &
-        kind=hsize_t), status)
-      call h5dread_f(rows%id, type_in_memory(of_real), address, status, memory, space)
-      if (status < 0) call fail_to_read(error, file, path)
-      call h5sclose_f(space, ignored)
-      call h5sclose_f(memory, ignored)
-    end if
-    call h5dclose_f(rows%id, ignored)
-  end subroutine read_rows
 
   subroutine append_real(rows, values, checksum, error)
     type(rows_t), intent(inout) :: rows

@@ -3,7 +3,7 @@
 !> docs/theory.md section 10.
 module meet_accuracy_mod
   use kinds_mod, only: wp
-  use text_mod, only: string_t, to_text, percent
+  use text_mod, only: to_text, percent
   use scene_mod, only: scene_t
   use mesh_mod, only: mesh_t
   use increments_mod, only: count_increments

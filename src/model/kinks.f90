@@ -5,7 +5,7 @@
 !> docs/theory.md section 1.
 module kinks_mod
   use kinds_mod, only: wp, i8
-  use loads_mod, only: amplitude_t, load_step_t, amplitude_value
+  use loads_mod, only: amplitude_t, load_step_t
   use increments_mod, only: whole_increment, smallest_increment
   implicit none
   private

@@ -7,7 +7,7 @@ module plan_mod
   private
 
   public :: plan_t, figure_t, bound_fixed, bound_at_most, bound_about, bound_in_words, &
-    add_figure, figure_of, find_breaches
+    add_figure, find_breaches
 
   integer, parameter :: bound_fixed = 1   !! the run does exactly this
   integer, parameter :: bound_at_most = 2 !! the run stays below
@@ -63,20 +63,6 @@ contains
     longer(n + 1)%bound = bound
     call move_alloc(longer, plan%figures)
   end subroutine add_figure
-
-  !> The planned number of that name; 0 where there is none.
-  pure function figure_of(plan, name) result(value)
-    type(plan_t), intent(in) :: plan
-    character(*), intent(in) :: name
-    real(wp) :: value
-    integer :: i
-
-    value = 0.0_wp
-    if (.not. allocated(plan%figures)) return
-    do i = 1, size(plan%figures)
-      if (plan%figures(i)%name == name) value = plan%figures(i)%value
-    end do
-  end function figure_of
 
   !> How a number of the plan is meant.
   pure function bound_in_words(bound) result(words)

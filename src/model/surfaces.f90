@@ -3,7 +3,7 @@ module surfaces_mod
   implicit none
   private
 
-  public :: surface_t, face_nodes, nodes_of_faces
+  public :: surface_t, face_nodes
 
   !> A surface, named or of loaded faces. Made of faces: the nodes are theirs; made of nodes: the
   !> faces are those whose four nodes it has, and there may be none.
@@ -23,23 +23,5 @@ module surfaces_mod
   !>      1-------2
   integer, parameter :: face_nodes(4, 6) = reshape([ &
     1, 4, 3, 2,  5, 6, 7, 8,  1, 2, 6, 5,  2, 3, 7, 6,  3, 4, 8, 7,  4, 1, 5, 8], [4, 6])
-
-contains
-
-  !> The nodes on `faces`, ascending, each once.
-  pure function nodes_of_faces(connectivity, n_nodes, faces) result(nodes)
-    integer, intent(in) :: connectivity(:, :) !! (8, n_elements)
-    integer, intent(in) :: n_nodes            !! nodes in the mesh
-    integer, intent(in) :: faces(:, :)        !! (2, n_faces)
-    integer, allocatable :: nodes(:)
-    logical :: on_surface(n_nodes)
-    integer :: i
-
-    on_surface = .false.
-    do i = 1, size(faces, 2)
-      on_surface(connectivity(face_nodes(:, faces(2, i)), faces(1, i))) = .true.
-    end do
-    nodes = pack([(i, i = 1, n_nodes)], on_surface)
-  end function nodes_of_faces
 
 end module surfaces_mod

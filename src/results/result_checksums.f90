@@ -8,7 +8,7 @@
 module result_checksums_mod
   use kinds_mod, only: i8
   use errors_mod, only: error_t, raise, exit_wrong_input
-  use text_mod, only: string_t, to_text
+  use text_mod, only: string_t
   use hdf5_files_mod, only: hdf5_file_t, exists, flush_file, list_members
   use hdf5_attributes_mod, only: write_attribute, read_attribute, describe_group
   use hdf5_contents_mod, only: checksum_of_contents

@@ -1,6 +1,6 @@
 !> The group /history of a result file: a row an increment, of numbers that concern the whole body.
 module result_history_mod
-  use kinds_mod, only: wp, i1, i4, i8
+  use kinds_mod, only: i1, i4, i8
   use errors_mod, only: error_t
   use hdf5_files_mod, only: hdf5_file_t
   use hdf5_attributes_mod, only: write_attribute, write_and_flush, describe_group

@@ -7,8 +7,7 @@ module solve_problem_mod
   use controls_mod, only: contact_controls_t, solver_sweeps, solver_global_newton
   use step_report_mod, only: certificate_t, worst_entry, ended_at_limit, ended_diverging
   use certify_problem_mod, only: certify_problem
-  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, measure, relative_gaps, &
-                         unpack_rows
+  use problem_mod, only: contact_report_t, pack_rows, measure, relative_gaps, unpack_rows
   use solve_mod, only: solve_contact
   use fclib_mod, only: fclib_problem_t, fclib_solution_t, read_fclib, write_fclib_solution
   use fclib_matrix_mod, only: times

@@ -262,7 +262,10 @@ class CheckLayers(unittest.TestCase):
         tree["CMakeLists.txt"] = (
             tree["CMakeLists.txt"]
             .replace("  contact/certificate.f90  # lowest first\n", "")
-            .replace("contact/solvers/problem.f90", "contact/solvers/problem.f90\n  contact/certificate.f90")
+            .replace(
+                "contact/solvers/problem.f90",
+                "contact/solvers/problem.f90\n  contact/certificate.f90",
+            )
         )
         path = "contact/certificate"
         tree[f"{path}.f90"] = module(path, "  use problem_mod, only: n_problem")

@@ -25,9 +25,6 @@ def memory_of(pid):
         return 1024 * int(re.search(r"VmRSS:\s+(\d+) kB", status.read()).group(1))
 
 
-@unittest.skipUnless(
-    os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release", "takes minutes in a Debug build"
-)
 class LongRuns(unittest.TestCase):
     """One deck with friction and one with a tool that is moved."""
 

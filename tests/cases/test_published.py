@@ -4,7 +4,6 @@ Each class is a deck of input/ and names its source; docs/cases.md has the scene
 convergence and the figures. What takes more than a few seconds runs where the program is fast.
 """
 
-import os
 import unittest
 from itertools import pairwise
 
@@ -21,9 +20,6 @@ from case_values import (  # found through program
     stick_radius,
 )
 
-slow = unittest.skipUnless(
-    os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release", "takes minutes in a Debug build"
-)
 ELEMENTS = ("C3D8", "C3D8I", "C3D8B")
 
 
@@ -86,7 +82,6 @@ class PlateWithFriction(Case):
         one, many = self.displacements(steps=1), self.displacements(steps=20)
         np.testing.assert_allclose(one, many, rtol=1e-6)
 
-    @slow
     def test_the_mesh_has_converged(self):
         fine = self.displacements(n=128)
         np.testing.assert_allclose(self.displacements(n=32), fine, rtol=0.01)
@@ -104,7 +99,6 @@ class Hertz(Case):
         self.assert_relative(a, 10.0, 0.02, "radius")
         self.assert_relative(p0, 2798.3, 0.02, "peak pressure")
 
-    @slow
     def test_finer_meshes_come_closer(self):
         errors = []
         for n in (8, 12, 24):
@@ -154,14 +148,12 @@ class Spence(Case):
         share = stick_radius(points, 0.2986) / contact_radius(points)
         return share, points.pressure.max() / hertz(4 * points.normal, 121.5, 1.0)[1]
 
-    @slow
     def test_stick_radius_and_centre_pressure(self):
         for n in (16, 24):
             share, pressure = self.values(n=n, steps=20)
             self.assert_relative(share, 0.5, 0.05, f"stick radius, n = {n}")
             self.assert_relative(pressure, 1.31, 0.03, f"centre pressure, n = {n}")
 
-    @slow
     def test_too_few_increments_stick_too_little(self):
         shares = [self.values(n=20, steps=steps)[0] for steps in (1, 2, 5, 20)]
         for few, more in pairwise(shares):
@@ -175,7 +167,6 @@ class Mindlin(Case):
 
     deck = "mindlin"
 
-    @slow
     def test_stick_radius(self):
         result = self.result(n=48)
         points = contact_points(result.pairs[0])

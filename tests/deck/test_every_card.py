@@ -19,7 +19,7 @@ import unittest
 BIPOT = os.environ.get("BIPOT", "bipot")
 SOURCE = pathlib.Path(os.environ.get("BIPOT_SOURCE", pathlib.Path(__file__).resolve().parents[2]))
 PAGE = (SOURCE / "docs" / "deck.md").read_text(encoding="utf-8")
-READER = "".join(path.read_text() for path in sorted((SOURCE / "src" / "deck").glob("*.f90")))
+READER = "".join(path.read_text() for path in sorted((SOURCE / "src" / "deck").rglob("*.f90")))
 TIME_LIMIT = 20  # seconds
 
 # Every keyword, every data line of which has all the fields that it can have.

@@ -5,7 +5,6 @@ module block_scene
   use mesh_mod, only: find_bodies, kind_c3d8
   use block_mesh_mod, only: block_coordinates, block_connectivity, block_face, graded_positions, &
     face_zmin, face_zmax
-  use surfaces_mod, only: nodes_of_faces
   use loads_mod, only: nodal_value_t, load_step_t
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
@@ -17,6 +16,7 @@ module block_scene
   use body_solver_mod, only: solver_work_t
   use step_solver_mod, only: step_solver_t, set_supports, prepare_step
   use advance_mod, only: advance
+  use sample_meshes, only: nodes_of_faces
   implicit none
   private
 

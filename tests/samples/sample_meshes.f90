@@ -3,10 +3,11 @@ module sample_meshes
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t, find_bodies, kind_c3d8
   use block_mesh_mod, only: block_coordinates, block_connectivity, graded_positions
+  use surfaces_mod, only: face_nodes
   implicit none
   private
 
-  public :: sample_mesh, complete_mesh
+  public :: sample_mesh, complete_mesh, nodes_of_faces
 
 contains
 
@@ -42,5 +43,21 @@ contains
     mesh%element_kind = spread(kind_c3d8, 1, mesh%n_elements)
     call find_bodies(mesh)
   end subroutine complete_mesh
+
+  !> The nodes on `faces`, ascending, each once.
+  pure function nodes_of_faces(connectivity, n_nodes, faces) result(nodes)
+    integer, intent(in) :: connectivity(:, :) !! (8, n_elements)
+    integer, intent(in) :: n_nodes            !! nodes in the mesh
+    integer, intent(in) :: faces(:, :)        !! (2, n_faces)
+    integer, allocatable :: nodes(:)
+    logical :: on_surface(n_nodes)
+    integer :: i
+
+    on_surface = .false.
+    do i = 1, size(faces, 2)
+      on_surface(connectivity(face_nodes(:, faces(2, i)), faces(1, i))) = .true.
+    end do
+    nodes = pack([(i, i = 1, n_nodes)], on_surface)
+  end function nodes_of_faces
 
 end module sample_meshes

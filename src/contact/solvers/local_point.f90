@@ -7,7 +7,7 @@ module local_point_mod
   implicit none
   private
 
-  public :: local_point_t, local_solver, local_residual, zero_level
+  public :: local_point_t, local_solver, zero_level
 
   real(wp), parameter :: local_tolerance = 1.0e-12_wp
   !! to which an iterated local solver solves its point [-]

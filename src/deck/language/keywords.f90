@@ -80,7 +80,6 @@ module keywords_mod
     keyword_t('EXPANSION', anywhere, is_ignored), &
     keyword_t('CONDUCTIVITY', anywhere, is_ignored), &
     keyword_t('SPECIFIC HEAT', anywhere, is_ignored), &
-    keyword_t('ACCURACY', anywhere, is_missing), &
     keyword_t('PART', anywhere, is_missing), &
     keyword_t('END PART', anywhere, is_missing), &
     keyword_t('ASSEMBLY', anywhere, is_missing), &

@@ -7,12 +7,12 @@ module options_mod
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, number_too_large, read_integer, read_real
   use substitution_mod, only: substitute
-  use text_mod, only: as_list, string_t, to_text, upper
+  use text_mod, only: as_list, to_text, upper
   implicit none
   private
 
   public :: card_t, open_card, open_only_card, allow_options, has_option, option_position
-  public :: flag_option, name_option, integer_option, real_option, choice_option, choice_list
+  public :: flag_option, name_option, integer_option, real_option, choice_option
   public :: allow_no_data, unquote, checked_name, max_name
 
   integer, parameter :: max_name = 80 !! longest name of a set, a surface, a material [byte]

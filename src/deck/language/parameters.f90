@@ -1,7 +1,7 @@
 !> The table of a deck's parameters, with what the command line says in their place.
 module parameters_mod
   use kinds_mod, only: wp
-  use text_mod, only: string_t, upper
+  use text_mod, only: upper
   implicit none
   private
 

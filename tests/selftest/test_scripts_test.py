@@ -1,0 +1,223 @@
+#!/usr/bin/env python3
+"""scripts/test with a tree of small tests: what it builds and runs, and what it says of it.
+
+ctest is the real one; in place of CMake stands a script that notes what it was told to build. The
+tests of a tree are commands of the shell.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
+sys.path.insert(0, str(SOURCE / "tests"))
+
+import ctest_summary  # noqa: E402  (found through the line above)
+
+# Configures by writing the files that say so; builds by noting it.
+CMAKE = """#!/bin/bash
+if [ "$1" = --build ]; then
+  shift
+  folder=$1
+  shift 3 # the folder, --parallel and its number
+  echo "${folder#"$ROOT"/} $*" >>"$ROOT/built"
+  exit 0
+fi
+while [ $# -gt 0 ]; do
+  case $1 in
+    -B) folder=$2; shift 2 ;;
+    -D*) entries+=("${1#-D}"); shift ;;
+    *) shift ;;
+  esac
+done
+touch "$folder/Makefile"
+{
+  echo "CMAKE_HOME_DIRECTORY:INTERNAL=$ROOT"
+  for entry in "${entries[@]}"; do echo "${entry%%=*}:STRING=${entry#*=}"; done
+} >"$folder/CMakeCache.txt"
+cp "$ROOT/trees/${folder##*/}" "$folder/CTestTestfile.cmake"
+"""
+PART = """\
+import unittest
+
+
+class Part(unittest.TestCase):
+    def test_that_runs(self):
+        pass
+
+    @unittest.skip("the 'moon' is not installed")
+    def test_left_out(self):
+        pass
+
+    @unittest.skip("not today")
+    def test_with_a_text(self):
+        "A line about it."
+
+
+unittest.main()
+"""
+
+
+def add(name: str, command: str, properties: str = "") -> str:
+    """A line of a CTestTestfile."""
+    text = f'add_test({name} "/bin/sh" "-c" "{command}")\n'
+    return text + (f"set_tests_properties({name} PROPERTIES {properties})\n" if properties else "")
+
+
+class ScriptsTest(unittest.TestCase):
+    def setUp(self) -> None:
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        # Under another folder, so that ../shared is not there.
+        self.root = Path(folder.name).resolve() / "project"
+        for path in ("scripts", "tests", "trees", "bin"):
+            (self.root / path).mkdir(parents=True)
+        for path in ("scripts/test", "scripts/common.sh", "tests/ctest_summary.py"):
+            shutil.copy(SOURCE / path, self.root / path)
+        (self.root / "tests/requirements.txt").write_text("")
+        (self.root / "part.py").write_text(PART)
+        for name, text in (("cmake", CMAKE), ("mpirun", "#!/bin/sh\n")):
+            (self.root / "bin" / name).write_text(text)
+            (self.root / "bin" / name).chmod(0o755)
+        self.tree("debug", add("unit_a", "true") + add("case_b", "true"))
+        self.tree("build", add("unit_a", "true") + add("case_b", "true") + add("lint", "true"))
+        self.tree("mpi", add("ranks", "true"))
+
+    def tree(self, name: str, text: str) -> None:
+        """Say which tests a tree will have."""
+        (self.root / "trees" / name).write_text(text)
+
+    def run_it(self, *options: str, forbid: bool = False):
+        """Run the script; return its status, what it printed, what it told, and what it built."""
+        (self.root / "built").unlink(missing_ok=True)
+        environment = {
+            **{k: v for k, v in os.environ.items() if k != "BIPOT_FORBID_SKIPS"},
+            "PATH": f"{self.root / 'bin'}:{os.environ['PATH']}",
+            "ROOT": str(self.root),
+            **({"BIPOT_FORBID_SKIPS": "1"} if forbid else {}),
+        }
+        done = subprocess.run(
+            [str(self.root / "scripts/test"), "--no-install", *options],
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=600,
+            check=False,
+        )
+        built = self.root / "built"
+        lines = built.read_text().splitlines() if built.is_file() else []
+        built_what = [" ".join(line.split()) for line in lines if "check_build" not in line]
+        return done.returncode, done.stdout, done.stderr, built_what
+
+    def test_all_trees_without_options(self) -> None:
+        status, printed, told, built = self.run_it()
+        self.assertEqual(status, 0, printed + told)
+        self.assertEqual(built, ["build/debug", "build", "build --target bipot", "build/mpi"])
+        self.assertRegex(printed.splitlines()[-1], r"^6 of 6 passed in \d+ s$")
+        self.assertEqual(printed.count("100% tests passed, 0 tests failed out of"), 6)
+        self.assertIn("6 tests: no times of earlier runs", told)
+
+    def test_options_of_ctest_choose_the_release_tree_and_what_is_built(self) -> None:
+        for options, wanted, count in (
+            (("-R", "unit_a"), ["build --target unit_a"], 1),
+            (("-R", "case_b"), ["build --target case_tools"], 1),
+            (("-R", "lint"), [], 1),
+            (("-E", "lint"), ["build --target case_tools unit_a"], 2),
+            (("--debug", "-R", "unit"), ["build/debug --target unit_a"], 1),
+            (("--mpi", "-R", "ranks"), ["build --target bipot", "build/mpi --target bipot"], 1),
+            (("--debug",), ["build/debug"], 2),
+            (("--mpi",), ["build --target bipot", "build/mpi"], 1),
+        ):
+            with self.subTest(options):
+                status, printed, told, built = self.run_it(*options)
+                self.assertEqual(status, 0, printed + told)
+                self.assertEqual(built, wanted)
+                self.assertRegex(
+                    printed.splitlines()[-1], rf"^{count} of {count} passed in \d+ s$"
+                )
+        status, printed, _, built = self.run_it("--all", "-R", "unit_a")
+        self.assertEqual((status, len(built)), (0, 3))
+        self.assertIn("2 of 2 passed", printed.splitlines()[-1])
+
+    def test_times_of_earlier_runs_are_told(self) -> None:
+        self.run_it("-R", "unit_a")
+        data = self.root / "build/Testing/Temporary/CTestCostData.txt"
+        data.write_text("unit_a 3 200\ncase_b 2 100\n---\n")
+        told = self.run_it("-R", "unit_a|case_b|lint")[2]
+        self.assertIn("3 tests: about 3 min by the times of earlier runs, and 1 of which", told)
+
+    def test_nothing_chosen_is_a_failure(self) -> None:
+        status, printed, _, _ = self.run_it("-R", "no_such_test")
+        self.assertEqual((status, printed.splitlines()[-1]), (1, "no test was chosen"))
+
+    def test_trees_are_chosen_once(self) -> None:
+        for options in (("--debug", "--mpi"), ("--full", "--debug")):
+            status, _, told, built = self.run_it(*options)
+            self.assertEqual((status, built), (1, []))
+            self.assertIn("at a time", told)
+
+    def test_what_failed_is_named(self) -> None:
+        self.tree("debug", add("unit_a", "false"))
+        self.tree("build", add("unit_a", "true") + add("case_b", "echo no; false") +
+                  'add_test(case_c "/no/such/program")\n')  # fmt: skip
+        status, printed, _, _ = self.run_it()
+        self.assertEqual(status, 1)
+        self.assertRegex(
+            printed.splitlines()[-1], r"^3 of 5 failed: unit_a \(debug\), case_b, case_c \(\d+ s\)$"
+        )
+        self.assertIn("\n33% tests passed, 2 tests failed out of 3\n", printed)
+
+    def test_skips_have_their_reasons(self) -> None:
+        python = f"'{sys.executable}' '{self.root}/part.py' -v"
+        self.tree("build", add("unit_a", "true") + add("case_part", python) +
+                  add("case_shared", "echo 'skipped: X is not there'; exit 77",
+                      "SKIP_RETURN_CODE 77"))  # fmt: skip
+        options = ("-R", "unit|case")
+        status, printed, told, _ = self.run_it(*options)
+        self.assertEqual(status, 0, printed + told)
+        for line in (
+            "skipped: case_shared: X is not there",
+            "skipped: case_part, test_left_out: the 'moon' is not installed",
+            "skipped: case_part, test_with_a_text: not today",
+        ):
+            self.assertIn(f"\n{line}\n", printed)
+        self.assertRegex(printed.splitlines()[-1], r"^2 of 3 passed, 1 skipped, in \d+ s$")
+        # Its name says that it reads what may be absent; another test may not be skipped in CI.
+        self.assertEqual(self.run_it(*options, forbid=True)[0], 0)
+        self.tree("build", add("case_x", "exit 77", "SKIP_RETURN_CODE 77"))
+        (self.root / "build/Makefile").unlink()
+        status, printed, _, _ = self.run_it(*options, forbid=True)
+        self.assertEqual(status, 1)
+        self.assertIn("skipped: case_x: it does not say why", printed)
+        self.assertRegex(
+            printed.splitlines()[-1], r"^1 of 1 skipped, which is forbidden: case_x \(\d+ s\)$"
+        )
+
+
+class Summary(unittest.TestCase):
+    def test_times(self) -> None:
+        words = [ctest_summary.in_words(s) for s in (0.2, 59, 119, 120, 720, 5400)]
+        self.assertEqual(words, ["0 s", "59 s", "119 s", "2 min", "12 min", "90 min"])
+
+    def test_a_run_that_came_to_no_end_is_no_success(self) -> None:
+        with tempfile.TemporaryDirectory() as name:
+            tree = Path(name)
+            (tree / "ctest.log").write_text("    Start 1: unit_a\n")
+            line, is_well = ctest_summary.verdict(1, [], [tree])
+            self.assertFalse(is_well)
+            self.assertIn("came to no end", line)
+            # Labels stand behind the names in later versions of ctest.
+            (tree / "ctest.log").write_text(
+                "\n50% tests passed, 1 tests failed out of 2\n\nThe following tests FAILED:\n"
+                "\t  1 - unit_a (Failed)                unit\n"
+            )
+            line, is_well = ctest_summary.verdict(1, [], [tree])
+            self.assertEqual((line, is_well), ("1 of 2 failed: unit_a (1 s)", False))
+
+
+if __name__ == "__main__":
+    unittest.main()
