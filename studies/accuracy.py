@@ -1,7 +1,6 @@
-#!/usr/bin/python3
-"""Measure what accuracy costs in three decks; write docs/accuracy.md and its figures.
+"""Measure what accuracy costs in three decks; write docs/studies/accuracy.md and its figures.
 
-The runs are kept in build/accuracy by scripts/tradeoff.py, so that an interrupted study goes on
+The runs are kept in build/accuracy by scripts/tradeoff, so that an interrupted study goes on
 where it stopped. Every number of the page is read from them, and every sentence that states a
 finding is checked against them. The program is built first: scripts/run builds it.
 """
@@ -11,27 +10,23 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-try:
-    import numpy as np
+import numpy as np
 
-    from bipot_result import ResultError
-    from block_runs import ROOT, RunError, new_axes, save, script_options
-    from study_pieces import StudyError, claim, machine, table
-    from tradeoff import (
-        QUANTITIES,
-        Study,
-        TradeoffError,
-        combinations,
-        draw,
-        measure,
-        sentence,
-        setting_name,
-    )
-except ImportError as error:
-    sys.exit(
-        f"figures_accuracy: {error};"
-        " on Debian: apt-get install python3-numpy python3-h5py python3-matplotlib"
-    )
+from bipot.figures import new_axes, save
+from bipot.program import ROOT, RunError, script_options
+from bipot.report import machine, table
+from bipot.result import ResultError
+from bipot.tradeoff import (
+    QUANTITIES,
+    Study,
+    TradeoffError,
+    combinations,
+    draw,
+    measure,
+    sentence,
+    setting_name,
+)
+from studies.pages import PAGES, StudyError, claim
 
 REPEAT = 3
 ELEMENTS = ("C3D8", "C3D8I", "C3D8B")
@@ -338,7 +333,7 @@ def plate_findings(measured):
             spent > 0.9 and 0.04 < saved < 0.06,
             f"- **Not for the dissipated energy**: {share(spent)} with 1 increment,"
             f" {share(saved)} with 20, on any mesh. Friction counts with its value at the end of an"
-            " increment ([theory](theory.md), energy), so the error is one over the number of"
+            " increment ([theory](../theory.md), energy), so the error is one over the number of"
             " increments.",
         ),
         claim(
@@ -510,7 +505,7 @@ def page(measured):
         "# Speed against accuracy", "",
         "What a result costs and how wrong it is, measured in three decks: mesh, increments,"
         " element, tolerance, and the solvers, those of the paper among them. Written by"
-        " `scripts/figures_accuracy.py`, numbers too; it does not write a finding that the runs do"
+        " `studies/run accuracy`, numbers too; it does not write a finding that the runs do"
         " not bear out. The same for a deck of yours:", "",
         "    scripts/tradeoff.py input/block.inp --reference n=24,solver=AUTO,local=AUTO \\",
         "        --vary n=2,4,8,16 --vary tolerance=1e-2,1e-4,1e-8 --also solver=AUTO,local=AUTO",
@@ -606,7 +601,7 @@ def short_findings(measured):
 
 def main():
     """Run what is missing, draw the figures and write the page."""
-    parser = script_options(__doc__, ROOT / "docs", "the page and its figures go")
+    parser = script_options(__doc__, PAGES, "the page and its figures go")
     parser.add_argument(
         "--runs", type=Path, default=ROOT / "build" / "accuracy", help="where the runs are kept"
     )
@@ -624,9 +619,9 @@ def main():
         path.write_text("\n".join(page(measured)) + "\n", encoding="utf-8")
         print(path)
     except (TradeoffError, RunError, ResultError, StudyError) as error:
-        sys.exit(f"figures_accuracy: {error}")
+        sys.exit(f"accuracy: {error}")
     except KeyboardInterrupt:
-        sys.exit("figures_accuracy: stopped; the same command goes on from here")
+        sys.exit("accuracy: stopped; the same command goes on from here")
 
 
 if __name__ == "__main__":

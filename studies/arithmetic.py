@@ -1,7 +1,6 @@
-#!/usr/bin/python3
 """Time, memory and accuracy of each choice of arithmetic beside double precision.
 
-    benchmarks/arithmetic.py [-o TABLE.md] [-n 16 24 32] [--steps 5 50] [--repeats 3]
+    studies/run arithmetic [-o TABLE.md] [-n 16 24 32] [--steps 5 50] [--repeats 3]
 
 The paper's block by the automatic solver, tolerance 1e-10, one BLAS thread. The choices take turns,
 so that what else the machine does meets all of them; columns are ratios of medians to those of
@@ -13,11 +12,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "scripts"))
-
-from bipot_result import Result  # noqa: E402  (found through the line above)
-from study_pieces import page_options, put_page, run_deck  # noqa: E402
+from bipot.program import ROOT, run_deck
+from bipot.result import Result
+from studies.pages import page_options, put_page
 
 DOUBLE = "double"
 CHOICES = {

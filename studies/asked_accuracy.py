@@ -1,7 +1,6 @@
-#!/usr/bin/python3
 """What --accuracy reaches, and what it costs beside the best that can be set by hand.
 
-    benchmarks/asked_accuracy.py [-o docs/asked-accuracy.md]
+    studies/run asked_accuracy [-o docs/studies/asked-accuracy.md]
 
 Four scenes, 10 %, 1 % and 0.1 %. By hand: increments, contact tolerance and the precision of the
 factor, all combinations on the same mesh; the cheapest of those that are as accurate. The truth is
@@ -16,19 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from effectivity import AUTO, at_step_ends, limit
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "scripts"))
-
-from bipot_result import Result  # noqa: E402  (found through the line above)
-from study_pieces import (  # noqa: E402
-    machine,
-    page_command,
-    set_words,
-    table,
-    with_threads,
-)
+from bipot.program import ROOT, set_words, with_threads
+from bipot.report import machine, table
+from bipot.result import Result
+from studies.effectivity import AUTO, at_step_ends, limit
+from studies.pages import page_command
 
 ASKED = (0.1, 0.01, 0.001)
 
@@ -167,7 +159,7 @@ def page(program):
         [
             "# What an accuracy that is asked for costs",
             "",
-            "By `benchmarks/asked_accuracy.py`: `--accuracy` in four scenes with increments that",
+            "By `studies/run asked_accuracy`: `--accuracy` in four scenes with increments that",
             "may be cut, beginning from few (block 5, the others 1), and the cheapest setting by",
             "hand that is as accurate on the same mesh (increments, contact tolerance, precision",
             "of the factor: 18 combinations a scene). Processor seconds of whole runs, one thread,",

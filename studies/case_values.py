@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from bipot_result import OPEN, STICK
+from bipot.result import OPEN, STICK
 
 
 def grid_lines(values):

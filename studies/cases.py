@@ -1,5 +1,4 @@
-#!/usr/bin/python3
-"""Run the cases whose results are known from others; write docs/cases.md and its figures.
+"""Run the cases whose results are known from others; write docs/studies/cases.md and its figures.
 
 Every number of the page that is ours is read from these runs. The program is built first:
 scripts/run builds it.
@@ -7,37 +6,22 @@ scripts/run builds it.
 
 import sys
 
-try:
-    import numpy as np
+import numpy as np
 
-    from bipot_result import OPEN, ResultError
-    from block_runs import (
-        BLUE,
-        GREEN,
-        INK,
-        ORANGE,
-        ROOT,
-        RunError,
-        fresh_runs,
-        new_axes,
-        save,
-        script_options,
-    )
-    from case_values import (
-        contact_points,
-        contact_radius,
-        fit_hertz,
-        fit_line,
-        fit_mindlin,
-        hertz,
-        stick_radius,
-    )
-    from study_pieces import table as table_lines
-except ImportError as error:
-    sys.exit(
-        f"figures_cases: {error};"
-        " on Debian: apt-get install python3-numpy python3-h5py python3-matplotlib"
-    )
+from bipot.figures import BLUE, GREEN, INK, ORANGE, new_axes, save
+from bipot.program import RunError, script_options
+from bipot.report import table as table_lines
+from bipot.result import OPEN, ResultError
+from studies.case_values import (
+    contact_points,
+    contact_radius,
+    fit_hertz,
+    fit_line,
+    fit_mindlin,
+    hertz,
+    stick_radius,
+)
+from studies.pages import PAGES, fresh_runs
 
 ELEMENTS = {"C3D8": (BLUE, "o"), "C3D8I": (ORANGE, "s"), "C3D8B": (GREEN, "^")}
 
@@ -174,7 +158,7 @@ the block; in `ball.inp` on the ball's reference node, with a = 1, p0 =
 {2 * modulus / (np.pi * 50):.2f}.
 
 a and p0 are fitted to p^2 = p0^2 (1 - r^2/a^2) where p is above 0.3 p0; a node's r^2 is averaged
-with its shape function, as its pressure is (`scripts/case_values.py`).
+with its shape function, as its pressure is (`studies/case_values.py`).
 
 {table(heads, rows)}
 
@@ -533,7 +517,7 @@ presses.
 
 def main():
     """Run the cases, draw the figures and write the page."""
-    options = script_options(__doc__, ROOT / "docs", "the page and its figures go").parse_args()
+    options = script_options(__doc__, PAGES, "the page and its figures go").parse_args()
     figures = options.folder / "figures"
     try:
         with fresh_runs(options.bipot) as runs:
@@ -548,13 +532,13 @@ def main():
                 statics(runs, figures),
             ]
     except (ResultError, RunError) as error:
-        sys.exit(f"figures_cases: {error}")
+        sys.exit(f"cases: {error}")
     head = """\
 # Published values
 
 Cases whose results nobody on this project chose: theory, statics, benchmarks of others. Each is a
 deck in `input/` that runs as it stands in seconds; `tests/cases/test_published.py` holds them to
-the values below. Written by `scripts/figures_cases.py`, our numbers too.
+the values below. Written by `studies/run cases`, our numbers too.
 """
     (options.folder / "cases.md").write_text("\n".join([head, *parts]), encoding="utf-8")
 

@@ -1,7 +1,6 @@
-#!/usr/bin/python3
 """How far the estimated errors are from the true ones.
 
-    benchmarks/effectivity.py [-o docs/effectivity.md]
+    studies/run effectivity [-o docs/studies/effectivity.md]
 
 The estimate is /history/error/total at the end of each *STEP: mesh, load steps, contact and
 arithmetic together. The truth is taken from finer meshes with fine increments: their limit by
@@ -16,11 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "scripts"))
-
-from bipot_result import Result  # noqa: E402  (found through the line above)
-from study_pieces import page_command, run_deck  # noqa: E402
+from bipot.program import ROOT, run_deck
+from bipot.result import Result
+from studies.pages import page_command
 
 
 @dataclass
@@ -134,12 +131,12 @@ def page(program):
         [
             "# How good the estimates of errors are",
             "",
-            "By `benchmarks/effectivity.py`: the whole estimate of [theory](theory.md), section 10",
-            "(`/history/error/total`: mesh, load steps, contact, arithmetic), at the end of each",
-            "`*STEP`, and the true error of the largest contact resultant or of the strain energy.",
-            "True is, of the block and its quarter, the limit of n = 8, 16, 24 (Richardson), of",
-            "the plate n = 128, with the most increments. `increments` is the parameter `steps`",
-            "of the deck. Effectivity is estimate over truth.",
+            "By `studies/run effectivity`: the whole estimate of [theory](../theory.md),",
+            "section 10 (`/history/error/total`: mesh, load steps, contact, arithmetic), at the",
+            "end of each `*STEP`, and the true error of the largest contact resultant or of the",
+            "strain energy. True is, of the block and its quarter, the limit of n = 8, 16, 24",
+            "(Richardson), of the plate n = 128, with the most increments. `increments` is the",
+            "parameter `steps` of the deck. Effectivity is estimate over truth.",
             "",
             f"Between 1/3 and 3: **{within} of {len(table)}**.",
             "",

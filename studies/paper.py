@@ -1,37 +1,19 @@
-#!/usr/bin/python3
 """Make figures 2 and 3 of Joli, Feng and Talbi (2007) from runs of input/block.inp.
 
-Writes docs/figures/figure-2.png, figure-3.png and captions.md, whose numbers are read from the
-same runs. The program is built first: scripts/run builds it.
+Writes docs/studies/paper.md and its figures; the numbers of the page are read from the same runs.
+The program is built first: scripts/run builds it.
 """
 
 import subprocess
 import sys
-from pathlib import Path
 
-try:
-    import numpy as np
-    from matplotlib.ticker import MaxNLocator
+import numpy as np
+from matplotlib.ticker import MaxNLocator
 
-    from bipot_result import ResultError
-    from block_runs import (
-        BLUE,
-        GREEN,
-        GRID,
-        INK,
-        ORANGE,
-        ROOT,
-        RunError,
-        fresh_runs,
-        new_axes,
-        save,
-        script_options,
-    )
-except ImportError as error:
-    sys.exit(
-        f"figures_paper: {error};"
-        " on Debian: apt-get install python3-numpy python3-h5py python3-matplotlib"
-    )
+from bipot.figures import BLUE, GREEN, GRID, INK, ORANGE, new_axes, save
+from bipot.program import ROOT, RunError, script_options
+from bipot.result import ResultError
+from studies.pages import PAGES, fresh_runs
 
 # The two corners of the lower face whose forces the paper follows.
 CORNERS = {"F": (1.0, 0.0, 0.0), "H": (0.0, 1.0, 0.0)}
@@ -120,7 +102,7 @@ def figure_3(runs, n, path):
 def show_block(runs, folder):
     """Pictures of the block on a finer mesh, by scripts/show; return their text."""
     result = runs("block", n=8, solver="AUTO", local="AUTO")
-    show = Path(__file__).with_name("show")
+    show = ROOT / "scripts" / "show"
     command = [show, result.path, "-o", folder, "--no-animation"]
     result.close()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
@@ -136,28 +118,30 @@ def show_block(runs, folder):
         ),
         ("forces", "Resultants over the increments."),
     ):
-        text += [f"![{name}]({name}.png)", "", f"{caption} By `scripts/show`.", ""]
+        text += [f"![{name}](figures/{name}.png)", "", f"{caption} By `scripts/show`.", ""]
     return text
 
 
 def main():
-    """Run the block, draw the figures and write their captions."""
-    parser = script_options(__doc__, ROOT / "docs" / "figures", "figures and captions go")
+    """Run the block, draw the figures and write the page of their captions."""
+    parser = script_options(__doc__, PAGES, "the page and its figures go")
     parser.add_argument("-n", type=int, default=4, help="bricks along an edge of the block (4)")
     options = parser.parse_args()
-    text = ["# Figures of the paper", "", "Written by `scripts/figures_paper.py`, numbers too.", ""]
+    text = ["# Figures of the paper", "", "Written by `studies/run paper`, numbers too.", ""]
     try:
         with fresh_runs(options.bipot) as runs:
-            options.folder.mkdir(parents=True, exist_ok=True)
+            figures = options.folder / "figures"
+            figures.mkdir(parents=True, exist_ok=True)
             for number, draw in ((2, figure_2), (3, figure_3)):
-                path = options.folder / f"figure-{number}.png"
+                path = figures / f"figure-{number}.png"
                 caption = draw(runs, options.n, path)
-                text += [f"![Figure {number}]({path.name})", "", f"Figure {number}. {caption}", ""]
-            text += show_block(runs, options.folder)
+                text += [f"![Figure {number}](figures/{path.name})", ""]
+                text += [f"Figure {number}. {caption}", ""]
+            text += show_block(runs, figures)
     except (ResultError, RunError) as error:
-        sys.exit(f"figures_paper: {error}")
+        sys.exit(f"paper: {error}")
     text += ["The runs:", "", *(f"    {command}" for command in runs.commands)]
-    (options.folder / "captions.md").write_text("\n".join(text) + "\n", encoding="utf-8")
+    (options.folder / "paper.md").write_text("\n".join(text) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
-#!/usr/bin/python3
 """Time of the paper's block on several ranks, beside the program for one process.
 
-    benchmarks/ranks.py [-n 16 24 32] [--ranks 1 2] [--steps 10] [--repeats 3] [-o TABLE.md]
+    studies/run parallel [-n 16 24 32] [--ranks 1 2] [--steps 10] [--repeats 3] [-o TABLE.md]
 
 The block by the automatic solver, one BLAS thread a rank. The programs take turns, and each phase
 is the best of the repeats: what else the machine does only adds to it. Processor time and memory
@@ -21,17 +20,10 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "scripts"))
-
-from bipot_result import Result  # noqa: E402
-from study_pieces import (  # noqa: E402
-    page_options,
-    put_page,
-    run_words,
-    table,
-    with_threads,
-)
+from bipot.program import ROOT, run_words, with_threads
+from bipot.report import table
+from bipot.result import Result
+from studies.pages import page_options, put_page
 
 ALONE = "-"
 PHASES = ("assemble", "factorise", "condense", "solve", "contact", "total")

@@ -1,17 +1,17 @@
-#!/usr/bin/python3
-"""Make docs/peers.md: the paper's block, and other decks, here, in CalculiX, GetFEM and Siconos.
+"""The paper's block, and other decks, here, in CalculiX, GetFEM and Siconos: docs/studies/peers.md.
 
-    benchmarks/peers.py [-o docs] [--n 4,8,16,24] [--limit 200]
-    benchmarks/peers.py --page
+    studies/run peers [-o docs/studies] [--n 4,8,16,24] [--limit 200]
+    studies/run peers --page
 
-Every comparison goes into benchmarks/peers.csv, in place of an older one of the same deck and size
-(n). The page is written from that file, with --page alone. A peer is stopped after `--limit`
+Every comparison goes into studies/data/peers.csv, in place of an older one of the same deck and
+size (n). The page is written from that file, with --page alone. A peer is stopped after `--limit`
 processor seconds a run, and its time taken from its iterations so far and the number of them an
 increment in its largest whole run of the block; the page says where. From n = 16 on the stiffest of
 CalculiX's penalties alone is run.
 Siconos solves the contact problems of the block's increments alone, up to n = 16, through the
-driver of `benchmarks/siconos` (cmake -DBIPOT_BENCHMARKS=ON). All runs have one thread. Some 25
-minutes. A peer that is not installed is skipped with a line. Status 77: CalculiX is not installed.
+driver studies/programs/solve_fclib.c (cmake -DBIPOT_BENCHMARKS=ON). All runs have one thread. Some
+25 minutes. A peer that is not installed is skipped with a line. Status 77: CalculiX is not
+installed.
 """
 
 import argparse
@@ -29,19 +29,8 @@ from types import SimpleNamespace
 import h5py
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "scripts"))
-
-from compare_siconos import (  # noqa: E402
-    Bench,
-    export_block,
-    find_program,
-    read_problem,
-    same_kernels,
-)
-
-from block_runs import BLUE, GREEN, ORANGE, new_axes, save  # noqa: E402
-from peer_runs import (  # noqa: E402
+from bipot.figures import BLUE, GREEN, ORANGE, new_axes, save
+from bipot.peers.runs import (
     CCX,
     HEAD,
     Comparison,
@@ -51,10 +40,13 @@ from peer_runs import (  # noqa: E402
     compare,
     comparison_rows,
 )
-from study_pieces import claim, machine, table  # noqa: E402
+from bipot.program import ROOT
+from bipot.report import machine, table
+from studies.pages import DATA, PAGES, claim
+from studies.siconos import Bench, export_block, find_program, read_problem, same_kernels
 
 PENALTIES = (1e6, 1e7, 1e8)
-KEPT = ROOT / "benchmarks" / "peers.csv"
+KEPT = DATA / "peers.csv"
 COLUMNS = ("deck", "n", "equations", "points", "reference", "program", "settings", "seconds",
            "memory", "error", "increments", "total", "note",
            "iterations", "expected")
@@ -168,14 +160,14 @@ def contact_section(found):
     lines = [
         "## The contact problems alone, beside Siconos", "",
         "Siconos has no finite elements here: it is given the condensed contact problem of every",
-        "increment of the block, as bipot exports it (`--export-fclib all`, docs/fclib.md), scaled",
-        "so that the largest entries of W and q are 1. bipot solves the same files. Each starts",
-        f"from 0 and ends at a scaled natural map of {CONTACT_TOLERANCE:g} or less, computed from",
-        "its reactions by one routine; where Siconos' own test ends it before that, its tolerance",
+        "increment of the block, as bipot exports it (`--export-fclib all`, [fclib](../fclib.md)),",
+        "scaled so that the largest entries of W and q are 1. bipot solves the same files. Each",
+        f"starts from 0 and ends at a scaled natural map of {CONTACT_TOLERANCE:g} or less, computed",
+        "from its reactions by one routine; where Siconos' own test ends it before that, its tolerance",
         "is lowered. The time is that of the solver, the best of three, summed over the",
         "increments. The error is that of the sums of the reactions, relative to the largest,",
-        f"against bipot's at {CONTACT_REFERENCE:g}. More solvers and problems: docs/siconos.md.",
-        "",
+        f"against bipot's at {CONTACT_REFERENCE:g}. More solvers and problems:",
+        "[siconos](siconos.md).", "",
     ]
     for n, comparison in found.items():
         lines += [f"### n = {n}: {comparison.points} contact points", ""]
@@ -222,7 +214,7 @@ def page(found, others, contact):
     """Return the page's lines."""
     lines = [
         "# Beside CalculiX, GetFEM and Siconos", "",
-        f"By `benchmarks/peers.py` on {machine()}, one thread a program; `benchmarks/peers.csv`",
+        f"By `studies/run peers` on {machine()}, one thread a program; `studies/data/peers.csv`",
         "holds the runs. `scripts/compare DECK` does the same for a deck of yours.", "",
         "All programs have the same bricks (their C3D8 is ours: full integration), increments",
         "and loads. CalculiX 2.20 (Debian's `calculix-ccx`, with SPOOLES) takes contact node to",
@@ -230,11 +222,12 @@ def page(found, others, contact):
         "the face of a large brick that is held. GetFEM 5.4 (Debian's `python3-getfem`, with",
         "MUMPS) takes contact and friction at the nodes, exactly, by the augmented Lagrangian of",
         "Alart and Curnier, with Newton's iterations over displacements and contact forces at once",
-        "(`scripts/getfem_contact.py`), which begin at those of the increment before. Its",
-        "augmentation is Young's modulus E times the length h of an edge, its tolerance that of",
-        "the residual over the external load. The residual adds forces and lengths, so forces are",
-        "given over E: in N and mm the lengths do not count. Without friction its resultants are",
-        "ours to 1e-10 and better (`tests/scripts/test_compare.py`): the bricks are the same.", "",
+        "(`scripts/bipot/peers/getfem_contact.py`), which begin at those of the increment before.",
+        "Its augmentation is Young's modulus E times the length h of an edge, its tolerance that",
+        "of the residual over the external load. The residual adds forces and lengths, so forces",
+        "are given over E: in N and mm the lengths do not count. Without friction its resultants",
+        "are ours to 1e-10 and better (`tests/scripts/test_compare.py`): the bricks are the same.",
+        "",
         "Times are processor seconds of the whole process, user and system, with reading and",
         "writing (bipot writes all fields, the others the resultants alone). The error is the",
         "largest difference of the resultants on the slave surface over all increments, relative",
@@ -273,7 +266,7 @@ def page(found, others, contact):
 def main():
     """Run all and write the page and its figure."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("-o", dest="folder", type=Path, default=ROOT / "docs")
+    parser.add_argument("-o", dest="folder", type=Path, default=PAGES)
     parser.add_argument("--n", default="4,8,16,24", help="bricks along the block's edge")
     parser.add_argument("--limit", type=float, default=200.0,
                         help="processor seconds a run of a peer")
@@ -321,7 +314,7 @@ def make_runs(options):
             found = compare(program, deck, overrides, penalties, Path(folder), limits)
         show(found)
         keep(name, n, found)
-    driver = find_program(None, ["build/benchmarks/siconos/solve_fclib"])
+    driver = find_program(None, ["build/studies/solve_fclib"])
     if driver is None:
         print("Siconos is not installed, or its driver not built (Debian: apt-get install "
               "libsiconos-numerics-dev libfclib-dev; cmake -DBIPOT_BENCHMARKS=ON): skipped",

@@ -1,7 +1,6 @@
-#!/usr/bin/python3
 """What the plan foresees beside what the run takes: memory, processor time, result file.
 
-    benchmarks/plan_estimates.py [--largest 32]
+    studies/run plan [--largest 32]
 
 Every deck is run with one BLAS thread, three times where a run takes seconds; ratios are medians of
 estimate over measurement, so 1 is exact. Memory should be within 25 %, time within a factor of 2;
@@ -13,11 +12,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "scripts"))
-
-from bipot_result import Result  # noqa: E402  (found through the line above)
-from study_pieces import page_options, put_page, run_deck  # noqa: E402
+from bipot.program import ROOT, run_deck
+from bipot.result import Result
+from studies.pages import page_options, put_page
 
 AUTO = {"solver": "AUTO", "local": "AUTO"}
 DECKS = ("hertz", "mindlin", "tool", "rest")
@@ -75,7 +72,7 @@ def table(program, largest):
     lines = [
         "# What the plan foresees, and what the run takes",
         "",
-        "By `benchmarks/plan_estimates.py`: estimate / measured, one BLAS thread, medians of 3",
+        "By `studies/run plan`: estimate / measured, one BLAS thread, medians of 3",
         "runs (of 1 where a run takes more than 20 s). Memory is the peak of the process, time",
         "that of the processor.",
         "",

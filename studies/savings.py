@@ -1,9 +1,8 @@
-#!/usr/bin/python3
 """What leaving out saves: the same scene with and without what it does not require.
 
-    benchmarks/savings.py [-o docs/savings.md] [--rounds 3]
+    studies/run savings [-o docs/studies/savings.md] [--rounds 3]
 
-Needs the program and build/benchmarks/bare_factorisation (cmake -DBIPOT_BENCHMARKS=ON). In every
+Needs the program and build/studies/bare_factorisation (cmake -DBIPOT_BENCHMARKS=ON). In every
 round both sides of each comparison run, the first one in turns, with one BLAS thread; ratios are
 medians over the rounds, of processor time and of the peak of memory. Status 1 when two sides that
 should agree differ by more than 1e-10, when a run without contact takes more than 1.3 times as long
@@ -21,11 +20,9 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "scripts"))
-
-from bipot_result import Result  # noqa: E402  (found through the line above)
-from study_pieces import page_options, put_page, run_words, with_threads  # noqa: E402
+from bipot.program import ROOT, run_words, with_threads
+from bipot.result import Result
+from studies.pages import page_options, put_page
 
 SAME = 1e-10  # differences of forces and displacements, relative to the largest
 MOST_OF_BARE = 1.3  # a run without contact, over METIS and MUMPS alone
@@ -237,7 +234,7 @@ def page(comparisons, runs, differences, rounds):
     lines = [
         "# What is left out, and what it saves",
         "",
-        "By `benchmarks/savings.py`: one BLAS thread, processor time, medians over",
+        "By `studies/run savings`: one BLAS thread, processor time, medians over",
         f"{rounds} rounds in which both sides ran one after the other. Same to: the largest",
         "difference of contact forces and of displacements, relative to the largest of them. With",
         "friction and without are two problems.",
@@ -283,8 +280,8 @@ EXPLANATION = """\
   twentieth of the nodes into the interface; a force of 1e-290 on a node, which does nothing, takes
   that knowledge away.
 - **No contact.** The whole process, from reading the deck to the closed result file, against what
-  `benchmarks/bare_factorisation.f90` spends in METIS, and in MUMPS as it comes, on the same matrix
-  in the same order: 1.3 times is the most that is allowed. Memory is that of both processes.
+  `studies/programs/bare_factorisation.f90` spends in METIS, and in MUMPS as it comes, on the same
+  matrix in the same order: 1.3 times is the most that is allowed. Memory is that of both processes.
 - Bricks share a stiffness where they are congruent to the rounding of coordinates."""
 
 
@@ -292,7 +289,7 @@ def main():
     """Run and print, or write to a file."""
     parser = page_options(__doc__)
     parser.add_argument(
-        "--bare", type=Path, default=ROOT / "build" / "benchmarks" / "bare_factorisation"
+        "--bare", type=Path, default=ROOT / "build" / "studies" / "bare_factorisation"
     )
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--only", help="comparisons whose name holds this word")

@@ -1,9 +1,8 @@
-#!/usr/bin/python3
-"""Make docs/scaling.md: how time and memory grow, and what that means for larger problems.
+"""Make docs/studies/scaling.md: how time and memory grow, and what that means for larger problems.
 
-    benchmarks/scaling.py [-o docs]
+    studies/run scaling [-o docs/studies]
 
-Takes the runs of benchmarks/runs.csv (benchmarks/run.py), fits a power law of the number of
+Takes the runs of studies/data/runs.csv (studies/run speed), fits a power law of the number of
 equations to every phase, and a model with the exponents of theory to what the phases do. The
 model's largest runs are foretold from the smaller ones, as a check, before it foretells larger
 ones than any machine here has room for.
@@ -20,22 +19,11 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "benchmarks")]
-
-from run import medians, read_rows, seconds_of  # noqa: E402
-
-from block_runs import (  # noqa: E402
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    RED,
-    new_axes,
-    save,
-    script_options,
-)
-from study_pieces import StudyError, claim, machine, table  # noqa: E402
+from bipot.figures import BLUE, GREEN, ORANGE, PURPLE, RED, new_axes, save
+from bipot.program import ROOT, script_options
+from bipot.report import machine, table
+from studies.pages import PAGES, StudyError, claim
+from studies.speed import medians, read_rows, seconds_of
 
 SMALLEST = 16  # below, fixed costs hide the growth
 CHECKED = 2    # the largest runs, foretold from the others
@@ -277,7 +265,7 @@ def draw(rows, path):
 
 def entries_without_contact(program):
     """Return the entries of the factor of the plate without its contact pair, by the plan."""
-    text = (ROOT / "benchmarks" / "plate.inp").read_text(encoding="utf-8")
+    text = (ROOT / "studies" / "plate.inp").read_text(encoding="utf-8")
     text = re.sub(r"\*CONTACT PAIR[^\n]*\n[^\n]*\n\*CONTACT SOLVER[^\n]*\n", "", text)
     with tempfile.TemporaryDirectory() as folder:
         deck = Path(folder) / "plate.inp"
@@ -297,7 +285,7 @@ def plate_words(program):
     share = triangle / (2 * entries)
     return claim(
         share > 2,
-        f"C and W of `benchmarks/plate.inp` with n = {PLATE}, {PLATE} x {PLATE} x 3 bricks, are "
+        f"C and W of `studies/plate.inp` with n = {PLATE}, {PLATE} x {PLATE} x 3 bricks, are "
         f"{bytes_in_words(16 * rows**2)}, W's copy {bytes_in_words(2 * rows**2)}, about what this "
         "machine holds beside the factor; what was run is in [speed](speed.md). Two things would "
         "halve it without another method: on planes along the axes W is C with its rows in another "
@@ -372,7 +360,7 @@ def page(rows, program):
     model = make_model(rows)
     return [
         "# How it grows", "",
-        f"By `benchmarks/scaling.py` from the runs in `benchmarks/runs.csv` on {machine()}: the",
+        f"By `studies/run scaling` from the runs in `studies/data/runs.csv` on {machine()}: the",
         f"paper's block with n bricks along an edge, {INCREMENTS} increments, one thread, "
         f"automatic",
         "solver ([speed](speed.md)). N is the number of equations, 3 n (n + 1)^2.", "",
@@ -407,7 +395,7 @@ def page(rows, program):
 
 def main():
     """Write the page and its figure."""
-    options = script_options(__doc__, ROOT / "docs", "the page and its figure go").parse_args()
+    options = script_options(__doc__, PAGES, "the page and its figure go").parse_args()
     rows = [
         row for row in medians(read_rows())
         if row["scene"] == "block" and row["threads"] == 1 and row["steps"] == INCREMENTS

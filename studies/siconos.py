@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """Bipot beside Siconos on the same frictional contact problems, by one definition of the residual.
 
     compare_siconos.py [--bipot PATH] [--driver PATH] [--n 8,16] [--steps 1,15,30] [--page FILE]

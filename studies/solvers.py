@@ -1,9 +1,8 @@
-#!/usr/bin/python3
 """Compare the contact solvers on input/block.inp: the study that the paper began.
 
 Runs the block over meshes, friction, rho and solvers, one run at a time, and keeps the numbers in
 FOLDER/runs.json, so that an interrupted study goes on where it stopped and a finished one only
-draws. Writes docs/solvers.md and docs/figures/study-*.png. Every sentence of the page that states
+draws. Writes docs/studies/solvers.md and its figures. Every sentence of the page that states
 a finding is checked against the runs; the script refuses to write a page they do not bear out.
 """
 
@@ -17,35 +16,22 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-try:
-    import numpy as np
-    from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, ScalarFormatter
+import numpy as np
+from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, ScalarFormatter
 
-    from bipot_result import Result
-    from block_runs import (
-        BLUE,
-        DECK,
-        GREEN,
-        INK,
-        ORANGE,
-        PURPLE,
-        RED,
-        ROOT,
-        RunError,
-        built_program,
-        command_text,
-        deck_with,
-        new_axes,
-        run_block,
-        save,
-        script_options,
-    )
-    from study_pieces import Bar, StudyError, claim, machine, table
-except ImportError as error:
-    sys.exit(
-        f"study_solvers: {error};"
-        " on Debian: apt-get install python3-numpy python3-h5py python3-matplotlib"
-    )
+from bipot.figures import BLUE, GREEN, INK, ORANGE, PURPLE, RED, new_axes, save
+from bipot.program import (
+    DECK,
+    ROOT,
+    RunError,
+    built_program,
+    command_text,
+    run_block,
+    script_options,
+)
+from bipot.report import Bar, machine, table
+from bipot.result import Result
+from studies.pages import PAGES, StudyError, claim
 
 MESHES = (1, 2, 4, 8, 16, 24)
 FRICTIONS = (0.0, 0.1, 0.3, 1.0)
@@ -159,6 +145,15 @@ def design(quick):
     add(("direct",), (4, 8, 16), **tight)
     add(("gmres",), (4, 8, 16, 24), **tight)
     return sorted(cases, key=lambda case: case.n)
+
+
+def deck_with(card):
+    """Return the block's deck with more options of *CONTACT SOLVER, such as "RELAXATION=0.4"."""
+    text = DECK.read_text(encoding="utf-8")
+    changed = text.replace("RHO=<rho>,", f"RHO=<rho>, {card},")
+    if changed == text:
+        raise ValueError(f"{DECK}: no RHO=<rho> to put {card} after")
+    return changed
 
 
 @dataclass
@@ -612,9 +607,9 @@ def limits(study, cases):
             and all(case.rho >= 1.5 for case in failed)
             and set(bi[2.5]) | set(pseudo[2.5]) <= set(failed),
             "**The range of Uzawa ends at 2 over the largest eigenvalue**, as"
-            " [theory](theory.md), section 7, has it: up to rho = 1.5 every run of the bi-potential"
-            f" reaches the residual; {lost(bi, 2.0)} runs with rho = 2 and {lost(bi, 2.5)} with"
-            " rho = 2.5 end with status 2 and a message that names the step.",
+            " [theory](../theory.md), section 7, has it: up to rho = 1.5 every run of the"
+            f" bi-potential reaches the residual; {lost(bi, 2.0)} runs with rho = 2 and"
+            f" {lost(bi, 2.5)} with rho = 2.5 end with status 2 and a message that names the step.",
         ),
         "",
         claim(
@@ -745,7 +740,7 @@ def picture(name, text):
 
 
 def write_page(study, cases, path):
-    """Write docs/solvers.md from the records."""
+    """Write docs/studies/solvers.md from the records."""
     four_eight = (4, 8)
     keys = {case.key for case in cases} | {key for key in study.records if key.endswith("1e-12")}
     total = sum(study.records[key]["wall"] for key in keys)
@@ -755,9 +750,9 @@ def write_page(study, cases, path):
         "The paper compares Uzawa and Newton on one mesh, and leaves the pseudo-potential to"
         " further work. Here is the same block (`input/block.inp`, 50 steps, theta = 60 degrees)"
         " on meshes of n x n x n bricks, with every contact solver of bipot. Written by"
-        " `scripts/study_solvers.py`, numbers too; it does not write a sentence that the runs do"
+        " `studies/run solvers`, numbers too; it does not write a sentence that the runs do"
         " not bear out.", "",
-        "    scripts/study_solvers.py", "",
+        "    studies/run solvers", "",
         "In what follows Uzawa and Newton are local solvers of the bi-potential, in sweeps over the"
         " points (Gauss-Seidel), unless the pseudo-potential is named; `rho` is a factor of its"
         " natural scale, 1 over the largest eigenvalue of a point's compliance. Sweeps are"
@@ -854,7 +849,7 @@ def command_line():
     """Return the command line's options."""
     where = ROOT / "build" / "study"
     parser = script_options(__doc__, where, "the numbers of the runs are kept")
-    parser.add_argument("--docs", type=Path, default=ROOT / "docs", help="where the page goes")
+    parser.add_argument("--docs", type=Path, default=PAGES, help="where the page goes")
     parser.add_argument(
         "--quick", action="store_true",
         help="seconds instead of minutes: two meshes, tables and figures into the -o folder",
@@ -887,9 +882,9 @@ def main():
             write_figures(study, cases, options.docs / "figures")
             write_page(study, cases, options.docs / "solvers.md")
     except (StudyError, RunError) as error:
-        sys.exit(f"study_solvers: {error}")
+        sys.exit(f"solvers: {error}")
     except KeyboardInterrupt:
-        sys.exit("study_solvers: stopped; the same command goes on from here")
+        sys.exit("solvers: stopped; the same command goes on from here")
 
 
 if __name__ == "__main__":

@@ -1,22 +1,21 @@
-#!/usr/bin/python3
 """Time and memory of the paper's block by phase, beside what the machine can do.
 
-    benchmarks/run.py [-n 8,16,24,32,40] [--threads 1,2] [--repeat 3] [--steps 50]
-    benchmarks/run.py -n 48,64 --threads 1 --add
-    benchmarks/run.py --scene plate -n 20,40,60 --threads 1 --steps 6 --add
-    benchmarks/run.py --take block.vtkhdf
+    studies/run speed [-n 8,16,24,32,40] [--threads 1,2] [--repeat 3] [--steps 50]
+    studies/run speed -n 48,64 --threads 1 --add
+    studies/run speed --scene plate -n 20,40,60 --threads 1 --steps 6 --add
+    studies/run speed --take block.vtkhdf
 
-Runs the block with the automatic solver and writes every run into benchmarks/runs.csv, then
-docs/speed.md from the medians. Before each run the machine is measured: its dense products, its
-memory; at the end its products with a compliance (compliance_products.f90, kept in
-benchmarks/products.csv). Numbers of threads take turns, so that what else the machine does meets
+Runs the block with the automatic solver and writes every run into studies/data/runs.csv, then
+docs/studies/speed.md from the medians. Before each run the machine is measured: its dense products,
+its memory; at the end its products with a compliance (compliance_products.f90, kept in
+studies/data/products.csv). Numbers of threads take turns, so that what else the machine does meets
 all of them, and their ratios are those of neighbours. `--add` keeps the runs that the file has of
 other sizes and threads, without it the file holds the new runs only; `--page` only writes the page;
 `--take` adds runs that were made otherwise, with one thread, from their results. From n = 32 on
 each setting is run once. A quiet machine takes some ten minutes. `--runs` and `-o` name another
 file and page.
 
-The scene `plate` is benchmarks/plate.inp: many contact points and few bricks above them.
+The scene `plate` is studies/plate.inp: many contact points and few bricks above them.
 """
 
 import argparse
@@ -30,26 +29,18 @@ import tempfile
 from datetime import datetime
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "scripts"))
+from bipot.peers.runs import measure
+from bipot.program import ROOT, program_options, run_words, with_threads
+from bipot.report import machine, table
+from bipot.result import Result
+from studies.pages import DATA, PAGES, put_page
 
-from bipot_result import Result  # noqa: E402
-from peer_runs import measure  # noqa: E402
-from study_pieces import (  # noqa: E402
-    machine,
-    program_options,
-    put_page,
-    run_words,
-    table,
-    with_threads,
-)
-
-RUNS = ROOT / "benchmarks" / "runs.csv"
-PRODUCTS = ROOT / "benchmarks" / "products.csv"
-PAGE = ROOT / "docs" / "speed.md"
+RUNS = DATA / "runs.csv"
+PRODUCTS = DATA / "products.csv"
+PAGE = PAGES / "speed.md"
 SCENES = {
     "block": (ROOT / "input" / "block.inp", {"solver": "AUTO", "local": "AUTO"}),
-    "plate": (ROOT / "benchmarks" / "plate.inp", {}),
+    "plate": (ROOT / "studies" / "plate.inp", {}),
 }
 # Columns that are no numbers. Runs of one command share `made`, when it began; "" is not known.
 WORDS = ("scene", "arithmetic", "made")
@@ -312,18 +303,18 @@ def seconds_in_words(rows):
 
 
 def page(rows):
-    """Return the lines of docs/speed.md."""
+    """Return the lines of docs/studies/speed.md."""
     runs = [row for row in rows if row["scene"] == "block"]
     every = medians(rows)
     rows = [row for row in every if row["scene"] == "block"]
     plates = [row for row in every if row["scene"] == "plate"]
     lines = [
         "# Time and memory of the block by phase", "",
-        f"By `benchmarks/run.py` on {machine()}: the paper's block, automatic solver, tolerance",
+        f"By `studies/run speed` on {machine()}: the paper's block, automatic solver, tolerance",
         f"1e-10; {runs_in_words(rows)}.",
         *seconds_in_words(rows),
         "`total` is wall time, `processor` that of the whole process, `MB` the peak of memory. All",
-        "runs are in `benchmarks/runs.csv`; [scaling](scaling.md) fits their growth.", "",
+        "runs are in `studies/data/runs.csv`; [scaling](scaling.md) fits their growth.", "",
         *time_table(rows), "",
         "## Beside the machine", "",
         "Measured before each run: the rate of large dense products, of reading memory, and of a",
@@ -343,7 +334,7 @@ def page(rows):
                   "", *threads, ""]
     if plates:
         lines += ["## A plate with many contact points", "",
-                  f"`benchmarks/plate.inp`, three layers of bricks; {runs_in_words(plates)}.", "",
+                  f"`studies/plate.inp`, three layers of bricks; {runs_in_words(plates)}.", "",
                   *time_table(plates), ""]
     return lines
 
@@ -373,8 +364,8 @@ def main():
     parser.add_argument("--scratch", type=Path, help="where results go for the moment")
     parser.add_argument("--runs", type=Path, default=RUNS, help="the file of the runs")
     parser.add_argument("-o", dest="written", type=Path, default=PAGE, help="write the page here")
-    parser.add_argument("--limits", type=Path, help="(build/benchmarks/machine_limits)",
-                        default=ROOT / "build" / "benchmarks" / "machine_limits")
+    parser.add_argument("--limits", type=Path, help="(build/studies/machine_limits)",
+                        default=ROOT / "build" / "studies" / "machine_limits")
     options = parser.parse_args()
     options.made = datetime.now().isoformat(timespec="seconds")
     products = options.limits.with_name("compliance_products")

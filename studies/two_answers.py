@@ -1,8 +1,7 @@
-#!/usr/bin/env python3
 """Find the answers of an increment that has several: the block with a friction coefficient of 10.
 
-    scripts/two_answers.py                    increment 48 of the block, n = 4
-    scripts/two_answers.py --increment 47 --starts 40
+    studies/run two_answers                   increment 48 of the block, n = 4
+    studies/run two_answers --increment 47 --starts 40
 
 bipot writes the condensed problem x = W r + q of the increment (--export-fclib). Newton's method on
 the natural map, written here and nowhere else, then starts from many random reactions; each answer
@@ -18,7 +17,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from study_pieces import ROOT, program_options, set_words
+from bipot.program import ROOT, program_options, set_words
 
 MU = 10.0
 SETTINGS = {"n": 4, "mu": MU, "solver": "AUTO", "local": "AUTO", "tolerance": 1e-10}

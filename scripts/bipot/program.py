@@ -1,18 +1,18 @@
-"""What scripts that make pages share: command lines, tables, claims that runs must bear out."""
+"""Run the program: options of a command line, words of a command, one run."""
 
 import argparse
 import os
-import platform
+import shlex
 import subprocess
-import sys
-import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
+# The block of the paper, for who asks for no other deck.
+DECK = ROOT / "input" / "block.inp"
 
 
-class StudyError(Exception):
-    """The study cannot go on, or its runs do not show what the page says."""
+class RunError(Exception):
+    """There is no program to run, or it did not end well."""
 
 
 def program_options(description):
@@ -22,25 +22,21 @@ def program_options(description):
     return parser
 
 
-def page_options(description):
-    """Return a parser of --bipot and of -o, for put_page: `page`, a path or None."""
+def script_options(description, folder, what):
+    """Return a parser of the options that the scripts share: -o, where `what` goes, and --bipot."""
     parser = program_options(description)
-    parser.add_argument("-o", dest="page", type=Path, help="write the page here")
+    shown = folder.relative_to(ROOT)
+    parser.add_argument(
+        "-o", dest="folder", type=Path, default=folder, help=f"where {what} ({shown})"
+    )
     return parser
 
 
-def put_page(text, path):
-    """Write a page, a text that ends its last line, to `path`; print it where that is None."""
-    if path is None:
-        sys.stdout.write(text)
-    else:
-        path.write_text(text, encoding="utf-8")
-
-
-def page_command(description, page):
-    """Read the command line of a script with no other options, and put page(program)."""
-    options = page_options(description).parse_args()
-    put_page(page(options.bipot.resolve()), options.page)
+def built_program(path):
+    """Return the program's full path; raise RunError where there is none."""
+    if not path.is_file():
+        raise RunError(f"no program at {path}; scripts/run builds it")
+    return path.resolve()
 
 
 def set_words(settings):
@@ -67,53 +63,17 @@ def run_deck(program, deck, result, settings):
     subprocess.run(words, check=True, stdout=subprocess.DEVNULL, env=with_threads())
 
 
-def claim(holds, words):
-    """Return the words if the runs bear them out; refuse to write the page otherwise."""
-    if not holds:
-        raise StudyError(f"the runs no longer show this, so the page must change: {words}")
-    return words
+def block_words(deck, parameters):
+    """Return the deck and its parameters as words of bipot's command line."""
+    return [str(deck), *set_words(parameters)]
 
 
-def table(head, rows):
-    """Return the lines of a table in Markdown."""
-    lines = [head, ["---"] * len(head), *rows]
-    return ["| " + " | ".join(map(str, line)) + " |" for line in lines]
+def command_text(parameters, deck="input/block.inp"):
+    """Return the command, as one types it in the repository, of a run with these parameters."""
+    return shlex.join(["build/bipot", *block_words(deck, parameters)])
 
 
-def machine():
-    """Return the processor's name."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.machine()
-
-
-class Bar:
-    """A progress bar on a terminal; a line now and then elsewhere."""
-
-    def __init__(self, total):
-        self.total, self.done, self.begun, self.said = total, 0.0, time.monotonic(), 0.0
-
-    def show(self, what):
-        """Show how far the study is and what runs now."""
-        if self.total == 0:
-            return
-        share, now = self.done / self.total, time.monotonic()
-        left = "?" if share < 0.01 else f"{(now - self.begun) * (1 / share - 1):.0f} s"
-        blocks = "#" * int(30 * share)
-        line = f"[{blocks:<30}] {share:4.0%}  {left} left  {what}"
-        if sys.stderr.isatty():
-            print(f"\r{line:<90.90}", end="", file=sys.stderr, flush=True)
-        elif now - self.said > 30:
-            self.said = now
-            print(line, file=sys.stderr, flush=True)
-
-    def advance(self, weight):
-        """Count a run of this weight."""
-        self.done += weight
-
-    def close(self):
-        """End the bar's line."""
-        if self.total and sys.stderr.isatty():
-            print(f"\r{'':<90}\r", end="", file=sys.stderr, flush=True)
+def run_block(program, path, parameters, deck=DECK, **options):
+    """Run the block into the result file `path`; `options` go to subprocess.run."""
+    command = [program, *block_words(deck, parameters), "-o", path, "--quiet"]
+    return subprocess.run(command, cwd=ROOT, stdin=subprocess.DEVNULL, check=False, **options)

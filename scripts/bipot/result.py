@@ -1,6 +1,6 @@
 """Read a bipot result file (NAME.vtkhdf): history, contact, fields and mesh as numpy arrays.
 
-    from bipot_result import Result
+    from bipot.result import Result
 
     with Result("block.vtkhdf") as result:
         pair = result.pairs[0]

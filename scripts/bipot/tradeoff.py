@@ -1,7 +1,6 @@
-#!/usr/bin/python3
 """Measure what accuracy costs: runs of a deck under many settings, held against a reference.
 
-    scripts/tradeoff.py input/block.inp --reference n=24,steps=100,solver=AUTO,local=AUTO \\
+    scripts/tradeoff input/block.inp --reference n=24,steps=100,solver=AUTO,local=AUTO \\
         --vary n=2,4,8,16 --vary tolerance=1e-2,1e-4,1e-8 --also solver=AUTO,local=AUTO
 
 Names are parameters of the deck, as `bipot --set` takes them. All combinations of the --vary lists
@@ -34,29 +33,13 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-try:
-    import numpy as np
-    from matplotlib.ticker import LogLocator
+import numpy as np
+from matplotlib.ticker import LogLocator
 
-    from bipot_result import Result, ResultError
-    from block_runs import (
-        BLUE,
-        INK,
-        ROOT,
-        RunError,
-        block_words,
-        built_program,
-        new_axes,
-        run_block,
-        save,
-        script_options,
-    )
-    from study_pieces import Bar
-except ImportError as error:
-    sys.exit(
-        f"tradeoff: {error};"
-        " on Debian: apt-get install python3-numpy python3-h5py python3-matplotlib"
-    )
+from bipot.figures import BLUE, INK, new_axes, save
+from bipot.program import ROOT, RunError, block_words, built_program, run_block, script_options
+from bipot.report import Bar
+from bipot.result import Result, ResultError
 
 NOT_SOLVED = 2  # exit status of bipot: an increment found no solution
 ENDED = (0, NOT_SOLVED)  # what a second run would only repeat; other failures are tried again
@@ -669,7 +652,3 @@ def main():
         sys.exit(f"tradeoff: {error}")
     except KeyboardInterrupt:
         sys.exit("tradeoff: stopped; the same command goes on from here")
-
-
-if __name__ == "__main__":
-    main()

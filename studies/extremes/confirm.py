@@ -7,14 +7,14 @@ digits that double precision leaves.
 import numpy as np
 from scipy.optimize import linprog
 
-from extreme_judge import prescribed_at, rounding_of
-from extreme_scenes import CYLINDER, PLANE, SPHERE, corner_jacobian, stiffness
+from studies.extremes.judge import prescribed_at, rounding_of
+from studies.extremes.scenes import CYLINDER, PLANE, SPHERE, corner_jacobian, stiffness
 
 EPS = np.finfo(float).eps
 
 
 def confirm(scene, cause):
-    """Return (whether the refusal is right, what was found) for one of extreme_judge.CAUSES."""
+    """Return (whether the refusal is right, what was found) for one of judge.CAUSES."""
     if cause == "deck refused":
         least = min(corner_jacobian(scene.points[nodes]) for nodes in scene.bricks)
         return least <= 0, f"least Jacobian at a corner {least:.1e}"

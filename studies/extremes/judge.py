@@ -9,8 +9,8 @@ import re
 import h5py
 import numpy as np
 
-from bipot_result import OPEN, Result
-from extreme_scenes import CORNERS, CYLINDER, GAUSS, PLANE, Scene, shape_gradients
+from bipot.result import OPEN, Result
+from studies.extremes.scenes import CORNERS, CYLINDER, GAUSS, PLANE, Scene, shape_gradients
 
 CERTIFIED, FALLBACK, DIAGNOSED, FAILED = "certified", "fallback", "diagnosed", "failed"
 SLACK = 2.0  # times what the program allows itself: its scales are not these to the last digit

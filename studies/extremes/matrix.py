@@ -1,10 +1,9 @@
-#!/usr/bin/env python3
 """Run the matrix of extremes: small scenes, each at a limit, by AUTO and by the paper's solvers.
 
-    scripts/extremes.py                       all scenes and solvers: docs/extremes.md and its map
-    scripts/extremes.py --only mu- --solvers AUTO --keep /tmp/decks
+    studies/run extremes           all scenes and solvers: docs/studies/extremes.md and its map
+    studies/run extremes --only mu- --solvers AUTO --keep /tmp/decks
 
-Every run is judged here from its result file and the scene's own numbers (extreme_judge.py): what
+Every run is judged here from its result file and the scene's own numbers (judge.py): what
 the program says of itself does not count. Outcomes are
 
     certified   exit status 0 and everything holds
@@ -17,17 +16,17 @@ Exit status: 0 where no run failed, 1 otherwise.
 
 import os
 import subprocess
-import sys
 import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
-from extreme_confirm import confirm
-from extreme_judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK, cause_of, judge
-from extreme_scenes import all_scenes, deck
-from study_pieces import ROOT, Bar, program_options
+from bipot.program import program_options
+from bipot.report import Bar
+from studies.extremes.confirm import confirm
+from studies.extremes.judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK, cause_of, judge
+from studies.extremes.scenes import all_scenes, deck
 
 SOLVERS = {
     "AUTO": "SOLVER=AUTO",
@@ -148,17 +147,13 @@ def main():
         print(f"{solver}: {len(mine)} runs, " + ", ".join(f"{n} {k}" for k, n in counts.items()))
     if not options.only and not wanted:
         # Only the whole matrix makes the page; drawing is not needed for less.
-        from extreme_page import draw_map, write_page
-        from two_answers import answers_of_block
+        from studies.extremes.page import draw_map, write_page
+        from studies.pages import PAGES
+        from studies.two_answers import answers_of_block
 
         seconds = time.monotonic() - start
-        draw_map(outcomes, solvers, ROOT / "docs" / "figures" / "extremes.png")
+        draw_map(outcomes, solvers, PAGES / "figures" / "extremes.png")
         confirmed = confirm_refusals(scenes, outcomes)
         answers = answers_of_block(program)
-        page = ROOT / "docs" / "extremes.md"
-        write_page(outcomes, solvers, confirmed, answers, seconds, page)
+        write_page(outcomes, solvers, confirmed, answers, seconds, PAGES / "extremes.md")
     return 1 if any(one.outcome == FAILED for one in outcomes) else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,14 +1,14 @@
-"""The page of the matrix of extremes, docs/extremes.md, and its figure."""
+"""The page of the matrix of extremes, docs/studies/extremes.md, and its figure."""
 
 import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
-from block_runs import BLUE, GREEN, INK, ORANGE, RED, new_axes, save
-from extreme_judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK
-from study_pieces import table
-from two_answers import HEADS
-from two_answers import rows as rows_of_answers
+from bipot.figures import BLUE, GREEN, INK, ORANGE, RED, new_axes, save
+from bipot.report import table
+from studies.extremes.judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK
+from studies.two_answers import HEADS
+from studies.two_answers import rows as rows_of_answers
 
 OUTCOMES = (CERTIFIED, FALLBACK, DIAGNOSED, FAILED)
 LETTER = {CERTIFIED: "c", FALLBACK: "f", DIAGNOSED: "**d**", FAILED: "**X**"}
@@ -117,7 +117,7 @@ def write_page(outcomes, solvers, confirmed, answers, seconds, path):
     lines += table(["", "scenes", *solvers], rows)
     lines += ["", "## What AUTO refuses", ""]
     lines += [
-        "Each refusal was checked by other means (`scripts/extreme_confirm.py`): whether any "
+        "Each refusal was checked by other means (`studies/extremes/confirm.py`): whether any "
         "reactions in their cones balance the loads, by linear programming; how many digits the "
         "stiffness and the stored displacements leave in double precision, by dense matrices. "
         "`no` means that others solve what AUTO does not.",
@@ -132,7 +132,7 @@ def write_page(outcomes, solvers, confirmed, answers, seconds, path):
     lines += [
         "With much friction Coulomb's law may have several solutions: a point alone loses "
         "uniqueness at mu = W_nn/|W_nt|, 2.07 on the block with n = 4. At mu = 10 its increment 48 "
-        "has at least two. `scripts/two_answers.py` finds them by a Newton method of its own from "
+        "has at least two. `studies/run two_answers` finds them by a Newton method of its own from "
         "random reactions on the exported problem; each satisfies the law to the residual given. "
         "The program takes the first, which continues the increment before, and certifies it: a "
         "certificate says that an answer is one, not that it is the only one.",

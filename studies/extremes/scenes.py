@@ -3,7 +3,7 @@
 A `Scene` knows its mesh, materials, obstacles, supports and loads as numbers; `deck` writes it as a
 deck of the program. Whoever judges a result takes the same numbers, and nothing of the program.
 
-    from extreme_scenes import all_scenes
+    from studies.extremes.scenes import all_scenes
 
     for scene in all_scenes():
         print(scene.name, scene.axis, len(scene.points))

@@ -8,7 +8,7 @@
 !> precision, and in one in single, whose triangle has half the bytes. The stretches that are read
 !> have the size of the triangle. All in bytes a second of the processor, in turns, the best of
 !> many: what else the machine does disturbs them alike. What fits in a cache is read from there.
-!> A table in CSV, for benchmarks/run.py.
+!> A table in CSV, for studies/run speed.
 program compliance_products
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use kinds_mod, only: wp

@@ -13,7 +13,7 @@ SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 sys.path[:0] = [str(SCRIPTS), str(Path(__file__).resolve().parent)]
 
 import synthetic_result  # noqa: E402
-from bipot_result import SLIDE, STICK, Result, ResultError, von_mises  # noqa: E402
+from bipot.result import SLIDE, STICK, Result, ResultError, von_mises  # noqa: E402
 
 
 class WithFolder(unittest.TestCase):

@@ -1,4 +1,4 @@
-"""benchmarks/peers.py: what it makes of comparisons that are known."""
+"""The study of peers: what it makes of comparisons that are known."""
 
 import math
 import os
@@ -10,7 +10,7 @@ from pathlib import Path
 from unittest import mock
 
 ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
-sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "benchmarks")]
+sys.path[:0] = [str(ROOT / "scripts"), str(ROOT)]
 
 try:
     import h5py  # noqa: F401
@@ -19,10 +19,9 @@ except ImportError as error:
     print(f"skipped: {error}")
     sys.exit(77)
 
-import peers  # noqa: E402
-
-from peer_runs import Comparison, PeerRun  # noqa: E402
-from study_pieces import StudyError  # noqa: E402
+from bipot.peers.runs import Comparison, PeerRun  # noqa: E402
+from studies import peers  # noqa: E402
+from studies.pages import StudyError  # noqa: E402
 
 
 def block(error=1e-11):
@@ -95,11 +94,11 @@ class Peers(unittest.TestCase):
     def test_the_page_is_that_of_the_runs_kept(self):
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run(
-                [sys.executable, "-B", ROOT / "benchmarks" / "peers.py", "--page", "-o", folder],
+                [sys.executable, "-B", ROOT / "studies" / "run", "peers", "--page", "-o", folder],
                 check=True, capture_output=True,
             )
             made = (Path(folder) / "peers.md").read_text(encoding="utf-8").splitlines()
-        kept = (ROOT / "docs" / "peers.md").read_text(encoding="utf-8").splitlines()
+        kept = (ROOT / "docs" / "studies" / "peers.md").read_text(encoding="utf-8").splitlines()
         # The third line names the machine.
         self.assertEqual(made[3:], kept[3:])
 

@@ -1,4 +1,4 @@
-"""The quick version of scripts/study_solvers.py: runs, resumes, and refuses what is not shown."""
+"""The quick version of the study of solvers: runs, resumes, and refuses what is not shown."""
 
 import json
 import os
@@ -10,8 +10,7 @@ from pathlib import Path
 
 ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
 PROGRAM = os.environ.get("BIPOT", str(ROOT / "build" / "bipot"))
-SCRIPTS = ROOT / "scripts"
-sys.path.insert(0, str(SCRIPTS))
+sys.path[:0] = [str(ROOT / "scripts"), str(ROOT)]
 
 try:
     import h5py  # noqa: F401
@@ -20,13 +19,13 @@ except ImportError as error:
     print(f"skipped: {error}")
     sys.exit(77)
 
-import study_solvers  # noqa: E402
+from studies import solvers  # noqa: E402
 
 
 def quick(folder):
     """Run the quick study in a folder."""
     return subprocess.run(
-        [sys.executable, "-B", SCRIPTS / "study_solvers.py", "--quick", "-o", folder,
+        [sys.executable, "-B", ROOT / "studies" / "run", "solvers", "--quick", "-o", folder,
          "--bipot", PROGRAM],
         capture_output=True, text=True, check=False,
     )
@@ -44,20 +43,20 @@ class Quick(unittest.TestCase):
 
     def test_every_case_is_there(self):
         self.assertEqual(self.done.returncode, 0, self.done.stderr)
-        study = study_solvers.Study(Path(PROGRAM), self.folder)
-        for case in study_solvers.design(quick=True):
+        study = solvers.Study(Path(PROGRAM), self.folder)
+        for case in solvers.design(quick=True):
             record = study[case]
             self.assertIsNotNone(record, case.key)
             if case.rho == 2.5:
-                self.assertEqual(record["status"], study_solvers.NOT_SOLVED)
+                self.assertEqual(record["status"], solvers.NOT_SOLVED)
                 self.assertIn("did not reach the tolerance", record["message"])
             else:
                 self.assertEqual((record["status"], record["finished"]), (0, 50), case.key)
                 self.assertLess(record["error"], 1e-6 if case.stop == "residual" else 1e-3)
 
     def test_coarse_meshes_bear_the_paper_out(self):
-        study = study_solvers.Study(Path(PROGRAM), self.folder)
-        self.assertEqual(study_solvers.compare(study, 1.0, (1, 2)), ([1, 2], []))
+        study = solvers.Study(Path(PROGRAM), self.folder)
+        self.assertEqual(solvers.compare(study, 1.0, (1, 2)), ([1, 2], []))
 
     def test_tables_and_small_figures_are_written(self):
         self.assertIn("global Newton", (self.folder / "tables.md").read_text(encoding="utf-8"))
@@ -71,7 +70,7 @@ class Quick(unittest.TestCase):
         self.assertEqual((self.folder / "runs.json").stat().st_mtime_ns, before)
 
     def test_another_program_begins_anew(self):
-        study = study_solvers.Study(Path(PROGRAM), self.folder)
+        study = solvers.Study(Path(PROGRAM), self.folder)
         study.folder = self.folder / "elsewhere"  # its references are not to be touched
         study.facts = {"digest": "of another program"}
         study.check_program()
@@ -83,16 +82,16 @@ class Claims(unittest.TestCase):
     """A sentence is written only while the runs bear it out."""
 
     def test_what_does_not_hold_is_refused(self):
-        self.assertEqual(study_solvers.claim(True, "so it is"), "so it is")
-        with self.assertRaisesRegex(study_solvers.StudyError, "so it is"):
-            study_solvers.claim(False, "so it is")
+        self.assertEqual(solvers.claim(True, "so it is"), "so it is")
+        with self.assertRaisesRegex(solvers.StudyError, "so it is"):
+            solvers.claim(False, "so it is")
 
 
 class Design(unittest.TestCase):
     """The full study asks for what the page tabulates."""
 
     def test_keys_are_unique(self):
-        cases = study_solvers.design(quick=False)
+        cases = solvers.design(quick=False)
         self.assertEqual(len({case.key for case in cases}), len(cases))
 
 

@@ -1,4 +1,4 @@
-"""benchmarks/run.py and scaling.py: what they make of runs, and of numbers that are known."""
+"""The studies of speed and scaling: what they make of runs, and of numbers that are known."""
 
 import math
 import os
@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
 PROGRAM = Path(os.environ.get("BIPOT", ROOT / "build" / "bipot"))
-sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "benchmarks")]
+sys.path[:0] = [str(ROOT / "scripts"), str(ROOT)]
 
 try:
     import h5py  # noqa: F401
@@ -21,8 +21,7 @@ except ImportError as error:
     print(f"skipped: {error}")
     sys.exit(77)
 
-import run as benchmark  # noqa: E402
-import scaling  # noqa: E402
+from studies import scaling, speed  # noqa: E402
 
 LIMITS = "#!/bin/sh\necho dgemm 1e10\necho read 2e10\necho dsymv 3e10\n"
 
@@ -30,7 +29,7 @@ LIMITS = "#!/bin/sh\necho dgemm 1e10\necho read 2e10\necho dsymv 3e10\n"
 def cube(n, **changes):
     """Return a row of a run that keeps to theory, at known rates."""
     equations = 3 * n * (n + 1) ** 2
-    row = dict.fromkeys(benchmark.COLUMNS, 1.0) | {
+    row = dict.fromkeys(speed.COLUMNS, 1.0) | {
         "scene": "block", "n": float(n), "steps": 50.0, "threads": 1.0, "repeats": 1,
         "arithmetic": "double precision, in core", "equations": equations, "increments": 50.0,
         "contact_points": (n + 1) ** 2, "contact_rows": 3 * (n + 1) ** 2,
@@ -58,7 +57,7 @@ class Runs(unittest.TestCase):
                     scene=scene, steps=steps, scratch=folder, bipot=PROGRAM, limits=limits,
                     made="2024-05-06T07:08:09",
                 )
-                row = benchmark.run(options, 2, 1)
+                row = speed.run(options, 2, 1)
                 self.assertEqual((row["n"], row["steps"], row["certified"]), (2, steps, steps))
                 self.assertEqual(row["limit_dsymv"], 3e10)
                 self.assertEqual(row["contact_points"], 9)
@@ -66,10 +65,10 @@ class Runs(unittest.TestCase):
                 self.assertGreater(row["factor_flops"], 0)
                 self.assertGreater(row["cpu"], 0)
                 path = Path(folder) / "runs.csv"
-                benchmark.write_rows([row], path)
-                (again,) = benchmark.read_rows(path)
-                for name in benchmark.COLUMNS:
-                    if name in benchmark.WORDS:
+                speed.write_rows([row], path)
+                (again,) = speed.read_rows(path)
+                for name in speed.COLUMNS:
+                    if name in speed.WORDS:
                         self.assertEqual(again[name], row[name])
                     else:
                         self.assertAlmostEqual(again[name], row[name], delta=1e-5 * abs(row[name]))
@@ -81,28 +80,28 @@ class Runs(unittest.TestCase):
                 [PROGRAM, ROOT / "input" / "block.inp", "-o", path, "--quiet", "--set", "n=3",
                  "--set", "steps=5"], check=True, capture_output=True,
             )
-            row = benchmark.take(path)
+            row = speed.take(path)
         self.assertEqual((row["scene"], row["n"], row["steps"]), ("block", 3, 5))
         self.assertEqual(row["equations"], 3 * 3 * 16)
         self.assertTrue(math.isnan(row["limit_dgemm"]))
 
     def test_medians_are_those_of_a_setting(self):
         rows = [cube(8, cpu=value) for value in (1.0, 5.0, 2.0)] + [cube(16, cpu=9.0)]
-        found = benchmark.medians(rows)
+        found = speed.medians(rows)
         self.assertEqual([(row["n"], row["cpu"], row["repeats"]) for row in found],
                          [(8, 2.0, 3), (16, 9.0, 1)])
 
     def test_shares_are_work_over_time_over_the_limit(self):
         row = cube(16, limit_dgemm=2e10, limit_read=1e10)
-        found = benchmark.shares(row)
+        found = speed.shares(row)
         for name, share in (("factorise", 0.5), ("condense", 2.0), ("recover", 2.0)):
             self.assertAlmostEqual(found[name], share, places=9)
         # A machine half of whose time goes to others: the phases took half as long.
-        busy = benchmark.shares(row | {"cpu": 0.5})
+        busy = speed.shares(row | {"cpu": 0.5})
         self.assertAlmostEqual(busy["factorise"], 1.0, places=9)
 
     def test_the_page_has_a_line_a_setting(self):
-        text = "\n".join(benchmark.page([cube(8), cube(16), cube(16, threads=2.0, cpu=2.0)]))
+        text = "\n".join(speed.page([cube(8), cube(16), cube(16, threads=2.0, cpu=2.0)]))
         self.assertEqual(sum(line.startswith("| 16 | 50 |") for line in text.splitlines()), 2)
         self.assertIn("Two threads over one", text)
 
@@ -110,36 +109,36 @@ class Runs(unittest.TestCase):
         one = [cube(16, total=total) for total in (10.0, 40.0, 20.0)]
         two = [cube(16, threads=2.0, total=total) for total in (9.0, 20.0, 16.0)]
         # Of the pairs 0.9, 0.5 and 0.8. Of the medians of the first two runs it would be 0.58.
-        line = benchmark.thread_table(one + two)[2]
+        line = speed.thread_table(one + two)[2]
         self.assertEqual(line.split(" | ")[:4], ["| 16", "2", "50", "3"])
         self.assertTrue(line.endswith("| 0.80 |"), line)
-        line = benchmark.thread_table(one[:2] + two[:2])[2]
+        line = speed.thread_table(one[:2] + two[:2])[2]
         self.assertTrue(line.endswith("| 0.70 |"), line)
         for others in ([row | {"made": "later"} for row in two],
                        [row | {"made": ""} for row in two]):
-            self.assertEqual(benchmark.thread_table(one + others), [])
+            self.assertEqual(speed.thread_table(one + others), [])
 
     def test_the_page_tells_how_many_runs_were_made(self):
         for counts, words in (((1, 1), "; each line is one run."),
                               ((3, 3), "; each line holds the medians of 3 runs."),
                               ((3, 1), "; each line holds the medians of so many `runs`, 1 to 3.")):
             rows = counts[0] * [cube(8)] + counts[1] * [cube(32)]
-            text = "\n".join(benchmark.page(rows))
+            text = "\n".join(speed.page(rows))
             self.assertIn(words, text)
             for n, count in zip((8, 32), counts, strict=True):
                 self.assertIn(f"| {n} | 50 | 1 | {count} | double, in core |", text)
 
     def test_a_page_of_plates_alone_is_written(self):
-        text = "\n".join(benchmark.page([cube(8, scene="plate")]))
+        text = "\n".join(speed.page([cube(8, scene="plate")]))
         self.assertIn("three layers of bricks; each line is one run.", text)
 
     def test_older_files_do_not_tell_when_runs_were_made(self):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "runs.csv"
-            benchmark.write_rows([cube(8, made="")], path)
+            speed.write_rows([cube(8, made="")], path)
             lines = [line.rpartition(",")[0] for line in path.read_text().splitlines()]
             path.write_text("\n".join(lines))
-            (row,) = benchmark.read_rows(path)
+            (row,) = speed.read_rows(path)
         self.assertEqual((row["made"], row["n"]), ("", 8.0))
 
 
@@ -185,12 +184,12 @@ class Scaling(unittest.TestCase):
     def test_the_page_is_that_of_the_runs_kept(self):
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run(
-                [sys.executable, "-B", ROOT / "benchmarks" / "scaling.py", "-o", folder,
+                [sys.executable, "-B", ROOT / "studies" / "run", "scaling", "-o", folder,
                  "--bipot", PROGRAM],
                 check=True, capture_output=True,
             )
             made = (Path(folder) / "scaling.md").read_text(encoding="utf-8").splitlines()
-        kept = (ROOT / "docs" / "scaling.md").read_text(encoding="utf-8").splitlines()
+        kept = (ROOT / "docs" / "studies" / "scaling.md").read_text(encoding="utf-8").splitlines()
         # The third line names the machine.
         self.assertEqual(made[5:], kept[5:])
         self.assertTrue(np.all([line == line.rstrip() for line in made]))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flat_deck import DeckError, Load, LoadCard, id_lines
+from bipot.peers.flat_deck import DeckError, Load, LoadCard, id_lines
 
 ELEMENTS = {"C3D8": "C3D8", "C3D8I": "C3D8I"}
 

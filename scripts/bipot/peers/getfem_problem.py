@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calculix_deck import slave_nodes
-from flat_deck import DeckError
+from bipot.peers.calculix_deck import slave_nodes
+from bipot.peers.flat_deck import DeckError
 
 TOLERANCE = 1e-10     # of Newton's iterations: residual over external load, both the sums of sizes
 AUGMENTATION = 1.0    # times the stiffness of an edge: Young's modulus by its length

@@ -19,11 +19,11 @@ from pathlib import Path
 
 import numpy as np
 
-from bipot_result import Result
-from calculix_deck import Penalty, check_translatable, deck_lines, read_resultants
-from flat_deck import DeckError, read_flat
-from getfem_problem import AUGMENTATION, TOLERANCE, problem_arrays, read_output
-from study_pieces import run_words, with_threads
+from bipot.peers.calculix_deck import Penalty, check_translatable, deck_lines, read_resultants
+from bipot.peers.flat_deck import DeckError, read_flat
+from bipot.peers.getfem_problem import AUGMENTATION, TOLERANCE, problem_arrays, read_output
+from bipot.program import run_words, with_threads
+from bipot.result import Result
 
 CCX = "ccx"
 PACKAGES = {"CalculiX": "calculix-ccx", "GetFEM": "python3-getfem"}  # Debian's
