@@ -42,8 +42,8 @@ from bipot.peers.runs import (
 )
 from bipot.program import ROOT
 from bipot.report import machine, table
+from studies.contact_alone import Bench, export_block, find_program, read_problem, same_kernels
 from studies.pages import DATA, PAGES, claim
-from studies.siconos import Bench, export_block, find_program, read_problem, same_kernels
 
 PENALTIES = (1e6, 1e7, 1e8)
 KEPT = DATA / "peers.csv"

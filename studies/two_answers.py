@@ -18,6 +18,7 @@ import h5py
 import numpy as np
 
 from bipot.program import ROOT, program_options, set_words
+from studies.contact_alone import read_matrix
 
 MU = 10.0
 SETTINGS = {"n": 4, "mu": MU, "solver": "AUTO", "local": "AUTO", "tolerance": 1e-10}
@@ -49,29 +50,11 @@ def export(program, increment, folder):
     with h5py.File(folder / f"block-{increment}.fclib.hdf5") as file:
         group = file["fclib_local"]
         return (
-            dense(group["W"]),
+            read_matrix(group["W"]),
             group["vectors/q"][:],
             group["vectors/mu"][:],
             file["solution/r"][:].reshape(-1, 3),
         )
-
-
-def dense(group):
-    """Return a matrix of an FCLIB file, stored by triplets, columns or rows."""
-    size = int(np.ravel(group["m"][()])[0])
-    kind = int(np.ravel(group["nz"][()])[0])
-    p, i, x = group["p"][:], group["i"][:], group["x"][:]
-    matrix = np.zeros((size, size))
-    if kind >= 0:
-        np.add.at(matrix, (i[:kind], p[:kind]), x[:kind])
-        return matrix
-    for k in range(size):
-        part = slice(p[k], p[k + 1])
-        if kind == -1:
-            matrix[i[part], k] = x[part]
-        else:
-            matrix[k, i[part]] = x[part]
-    return matrix
 
 
 def project(mu, y):
