@@ -7,8 +7,8 @@
 
 Runs the block with the automatic solver and writes every run into studies/data/runs.csv, then
 docs/studies/speed.md from the medians. Before each run the machine is measured: its dense products,
-its memory; at the end its products with a compliance (compliance_products.f90, kept in
-studies/data/products.csv). Numbers of threads take turns, so that what else the machine does meets
+its memory; at the end its products with a compliance (compliance_products.f90, kept beside the
+runs in products.csv). Numbers of threads take turns, so that what else the machine does meets
 all of them, and their ratios are those of neighbours. `--add` keeps the runs that the file has of
 other sizes and threads, without it the file holds the new runs only; `--page` only writes the page;
 `--take` adds runs that were made otherwise, with one thread, from their results. From n = 32 on
@@ -36,7 +36,7 @@ from bipot.result import Result
 from studies.pages import DATA, PAGES, put_page
 
 RUNS = DATA / "runs.csv"
-PRODUCTS = DATA / "products.csv"
+PRODUCTS = "products.csv"  # beside the file of the runs
 PAGE = PAGES / "speed.md"
 SCENES = {
     "block": (ROOT / "input" / "block.inp", {"solver": "AUTO", "local": "AUTO"}),
@@ -251,14 +251,14 @@ def thread_table(rows):
     return table(["n", "threads", "increments", "pairs", *names], lines) if lines else []
 
 
-def product_lines(runs):
+def product_lines(runs, products):
     """Return the lines on products with the compliance, where they have been measured."""
     reading = [row["limit_read"] for row in runs
                if row["threads"] == 1 and not math.isnan(row["limit_read"])]
-    if not reading or not PRODUCTS.is_file():
+    if not reading or not products.is_file():
         return []
     memory = statistics.median(reading)
-    with PRODUCTS.open(encoding="utf-8", newline="") as file:
+    with products.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     head = ["rows", "triangle, MB", "read", "read, huge pages", "product", "of the reading",
             "of that in huge pages", "of memory's"]
@@ -302,8 +302,8 @@ def seconds_in_words(rows):
             f"are clocked by the wall, and scaled by the processor's share of the run){more}."]
 
 
-def page(rows):
-    """Return the lines of docs/studies/speed.md."""
+def page(rows, products=DATA / PRODUCTS):
+    """Return the lines of docs/studies/speed.md; `products` is the file of those with W."""
     runs = [row for row in rows if row["scene"] == "block"]
     every = medians(rows)
     rows = [row for row in every if row["scene"] == "block"]
@@ -323,7 +323,7 @@ def page(rows):
         "(the factor is read twice; many at once share a reading) in the rate of memory. The",
         "machine's limit and the phase are not measured in the same second, so a share has an",
         "error of a tenth or two.", "",
-        *share_table(rows), "", *product_lines(runs),
+        *share_table(rows), "", *product_lines(runs, products),
     ]
     threads = thread_table(runs)
     if threads:
@@ -368,7 +368,7 @@ def main():
                         default=ROOT / "build" / "studies" / "machine_limits")
     options = parser.parse_args()
     options.made = datetime.now().isoformat(timespec="seconds")
-    products = options.limits.with_name("compliance_products")
+    products = options.runs.with_name(PRODUCTS)
     rows = read_rows(options.runs) if options.add or options.page or options.take else []
     for path in options.take:
         new = take(path)
@@ -388,12 +388,13 @@ def main():
                     new.append(run(options, n, threads))
             rows = [row for row in rows if not any(same_setting(row, one) for one in new)] + new
             write_rows(rows, options.runs)
-        if products.is_file():
-            PRODUCTS.write_text(subprocess.run(
-                [products], env=with_threads(1), check=True, capture_output=True, text=True).stdout)
+        meter = options.limits.with_name("compliance_products")
+        if meter.is_file():
+            products.write_text(subprocess.run(
+                [meter], env=with_threads(1), check=True, capture_output=True, text=True).stdout)
     if not rows:
         sys.exit(f"no runs in {options.runs}")
-    put_page("\n".join(page(rows)).rstrip() + "\n", options.written)
+    put_page("\n".join(page(rows, products)).rstrip() + "\n", options.written)
     return 0
 
 
