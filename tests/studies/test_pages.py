@@ -10,7 +10,8 @@ from pathlib import Path
 
 ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-FILE = re.compile(r"`((?:docs|input|scripts|src|studies|tests)/[\w./-]+)[^`]*`")
+# A name with a pattern in it (*, NAME) names no file.
+FILE = re.compile(r"`((?:docs|input|scripts|src|studies|tests)/[\w./-]+)(?: [^`]*)?`")
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("studies/**/*.md")])
 # Some studies need these, and not every machine has them.
 ABSENT = re.compile(r"No module named '(h5py|matplotlib|numpy|scipy)")
