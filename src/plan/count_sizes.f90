@@ -13,7 +13,7 @@ module count_sizes_mod
   public :: sizes_t, count_sizes, iterations_of_increment, products_of_increment, solutions, &
     flops_of_run
 
-  ! Typical counts of an increment (docs/solvers.md).
+  ! Typical counts of an increment (docs/studies/solvers.md).
   real(wp), parameter :: products_with_friction = 30.0_wp !! of W with a vector, by global Newton
   real(wp), parameter :: products_without = 10.0_wp
   real(wp), parameter :: solves_for_motions = 3.0_wp      !! contact problems where bodies are free

@@ -10,9 +10,10 @@ from pathlib import Path
 
 SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
 PROGRAM = os.environ.get("BIPOT", str(SOURCE / "build" / "bipot"))
-sys.path.insert(0, str(SOURCE / "scripts"))
+# Where `bipot` is, the package that the scripts share, and `studies`.
+sys.path[:0] = [str(SOURCE / "scripts"), str(SOURCE)]
 
-from bipot_result import Result  # noqa: E402  (found through the line above)
+from bipot.result import Result  # noqa: E402  (found through the line above)
 
 INPUT = SOURCE / "input"
 DATA = SOURCE / "tests" / "data"

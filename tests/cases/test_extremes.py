@@ -11,11 +11,11 @@ from pathlib import Path
 import h5py
 from program import PROGRAM
 
-from extreme_confirm import confirm
-from extreme_judge import CERTIFIED, FAILED, FALLBACK, judge
-from extreme_scenes import all_scenes, block, free_cube
-from extremes import confirm_refusals, run_matrix, run_scene
-from two_answers import answers_of_block
+from studies.extremes.confirm import confirm  # found through program
+from studies.extremes.judge import CERTIFIED, FAILED, FALLBACK, judge
+from studies.extremes.matrix import confirm_refusals, run_matrix, run_scene
+from studies.extremes.scenes import all_scenes, block, free_cube
+from studies.two_answers import answers_of_block
 
 LEAST_SOLVED = 0.9
 PATIENCE = 900.0  # with a run that hangs [s]

@@ -16,7 +16,6 @@ import re
 import resource
 import shutil
 import subprocess
-import sys
 import tempfile
 import time
 import unittest
@@ -25,8 +24,7 @@ from pathlib import Path
 import numpy
 from program import INPUT, PROGRAM, SOURCE
 
-sys.path.insert(0, str(SOURCE / "scripts"))
-from bipot_result import Result
+from bipot.result import Result  # found through program
 
 LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")
 DECK = INPUT / "block.inp"

@@ -6,7 +6,7 @@ import unittest
 import numpy as np
 from program import Run
 
-from extreme_scenes import (
+from studies.extremes.scenes import (  # found through program
     CYLINDER,
     SPHERE,
     Obstacle,

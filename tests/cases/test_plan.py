@@ -147,7 +147,7 @@ class Foreseen(unittest.TestCase):
                 )
 
     def test_what_takes_the_time_is_counted_right(self):
-        # The time itself is the machine's: benchmarks/plan_estimates.py, where nobody else works.
+        # The time itself is the machine's: studies/run plan, where nobody else works.
         for deck, settings in self.CASES:
             with self.subTest(deck=deck.name, **settings):
                 estimates, _, counters, _ = plan_and_run(deck, **settings)

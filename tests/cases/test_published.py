@@ -1,6 +1,6 @@
 """Cases whose results are known from others: theory, statics and published benchmarks.
 
-Each class is a deck of input/ and names its source; docs/cases.md has the scenes, the
+Each class is a deck of input/ and names its source; docs/studies/cases.md has the scenes, the
 convergence and the figures. What takes more than a few seconds runs where the program is fast.
 """
 
@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from program import INPUT, Run
 
-from case_values import (  # found through program
+from studies.case_values import (  # found through program
     contact_points,
     contact_radius,
     fit_hertz,

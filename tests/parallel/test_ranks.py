@@ -64,7 +64,8 @@ def status_of(file):
 
 class Benchmark(unittest.TestCase):
     def test_the_benchmark_compares_ranks(self):
-        command = [sys.executable, "-B", SOURCE / "benchmarks" / "ranks.py", "--bipot", SERIAL]
+        command = [sys.executable, "-B", SOURCE / "studies" / "run", "parallel"]
+        command += ["--bipot", SERIAL]
         command += ["--bipot-mpi", PROGRAM, "--mpirun", MPIEXEC, "-n", "4", "--repeats", "1"]
         done = subprocess.run(
             command, capture_output=True, text=True, timeout=PATIENCE, check=True

@@ -21,8 +21,7 @@ except ImportError as error:
     print(f"skipped: {error}")
     sys.exit(77)
 
-from bipot_result import Result  # noqa: E402
-from calculix_deck import (  # noqa: E402
+from bipot.peers.calculix_deck import (  # noqa: E402
     Penalty,
     Targets,
     check_translatable,
@@ -32,14 +31,19 @@ from calculix_deck import (  # noqa: E402
     slave_nodes,
     step_lines,
 )
-from flat_deck import DeckError, read_flat  # noqa: E402
-from getfem_problem import held_values, problem_arrays, read_output  # noqa: E402
-from peer_runs import (  # noqa: E402
+from bipot.peers.flat_deck import DeckError, read_flat  # noqa: E402
+from bipot.peers.getfem_problem import (  # noqa: E402
+    held_values,
+    problem_arrays,
+    read_output,
+)
+from bipot.peers.runs import (  # noqa: E402
     PeerRun,
     count_iterations,
     python_with_getfem,
     with_tolerance,
 )
+from bipot.result import Result  # noqa: E402
 
 # A deck that says the same in many ways: parameters, an include, sets of sets, numbers of Fortran,
 # a range of directions to 6, an obstacle with a reference node that moves, quoted names.

@@ -1,4 +1,4 @@
-"""scripts/tradeoff.py: a small real study, interruptions, and what it makes of its numbers."""
+"""scripts/tradeoff: a small real study, interruptions, and what it makes of its numbers."""
 
 import argparse
 import csv
@@ -25,9 +25,9 @@ except ImportError as error:
     print(f"skipped: {error}")
     sys.exit(77)
 
-import tradeoff  # noqa: E402
-from bipot_result import Result  # noqa: E402
-from block_runs import run_block  # noqa: E402
+from bipot import tradeoff  # noqa: E402
+from bipot.program import run_block  # noqa: E402
+from bipot.result import Result  # noqa: E402
 
 REFERENCE = "n=4,steps=10,solver=AUTO,local=AUTO"
 SMALL = [
@@ -41,7 +41,7 @@ RUNS = 4 * 2 + 4 + 1
 def command(folder, *words):
     """Return the words of a study of the block in a folder."""
     return [
-        sys.executable, "-B", SCRIPTS / "tradeoff.py", DECK, *words, "-o", folder,
+        sys.executable, "-B", SCRIPTS / "tradeoff", DECK, *words, "-o", folder,
         "--bipot", PROGRAM,
     ]
 

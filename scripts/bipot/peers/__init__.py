@@ -1,0 +1,1 @@
+"""A deck in other programs: CalculiX and GetFEM (scripts/compare)."""

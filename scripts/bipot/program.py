@@ -1,0 +1,79 @@
+"""Run the program: options of a command line, words of a command, one run."""
+
+import argparse
+import os
+import shlex
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+# The block of the paper, for who asks for no other deck.
+DECK = ROOT / "input" / "block.inp"
+
+
+class RunError(Exception):
+    """There is no program to run, or it did not end well."""
+
+
+def program_options(description):
+    """Return a parser of the option of all scripts that run the program: --bipot, a path."""
+    parser = argparse.ArgumentParser(description=description.split("\n", 1)[0])
+    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot", help="the program")
+    return parser
+
+
+def script_options(description, folder, what):
+    """Return a parser of the options that the scripts share: -o, where `what` goes, and --bipot."""
+    parser = program_options(description)
+    shown = folder.relative_to(ROOT)
+    parser.add_argument(
+        "-o", dest="folder", type=Path, default=folder, help=f"where {what} ({shown})"
+    )
+    return parser
+
+
+def built_program(path):
+    """Return the program's full path; raise RunError where there is none."""
+    if not path.is_file():
+        raise RunError(f"no program at {path}; scripts/run builds it")
+    return path.resolve()
+
+
+def set_words(settings):
+    """Return the words of a command line that give a deck's parameters these values."""
+    return [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
+
+
+def with_threads(threads=1):
+    """Return the environment in which a program has so many threads."""
+    return {**os.environ, "OPENBLAS_NUM_THREADS": str(threads), "OMP_NUM_THREADS": str(threads)}
+
+
+def run_words(program, deck, result, settings):
+    """Return the command that runs a deck quietly into a result file, be there one or not."""
+    return [program, deck, "-o", result, "--overwrite", "--quiet", *set_words(settings)]
+
+
+def run_deck(program, deck, result, settings):
+    """Run a deck with one thread into a result file.
+
+    CalledProcessError when it does not end well.
+    """
+    words = run_words(program, deck, result, settings)
+    subprocess.run(words, check=True, stdout=subprocess.DEVNULL, env=with_threads())
+
+
+def block_words(deck, parameters):
+    """Return the deck and its parameters as words of bipot's command line."""
+    return [str(deck), *set_words(parameters)]
+
+
+def command_text(parameters, deck="input/block.inp"):
+    """Return the command, as one types it in the repository, of a run with these parameters."""
+    return shlex.join(["build/bipot", *block_words(deck, parameters)])
+
+
+def run_block(program, path, parameters, deck=DECK, **options):
+    """Run the block into the result file `path`; `options` go to subprocess.run."""
+    command = [program, *block_words(deck, parameters), "-o", path, "--quiet"]
+    return subprocess.run(command, cwd=ROOT, stdin=subprocess.DEVNULL, check=False, **options)

@@ -1,0 +1,164 @@
+"""How far the estimated errors are from the true ones.
+
+    studies/run effectivity [-o docs/studies/effectivity.md]
+
+The estimate is /history/error/total at the end of each *STEP: mesh, load steps, contact and
+arithmetic together. The truth is taken from finer meshes with fine increments: their limit by
+Richardson's extrapolation where their errors fall regularly, else the finest of them. Effectivity
+is estimate over truth.
+"""
+
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bipot.program import ROOT, run_deck
+from bipot.result import Result
+from studies.pages import page_command
+
+
+@dataclass
+class Case:
+    """A deck, what is judged on which meshes, and what the truth is taken from."""
+
+    deck: str
+    quantity: str
+    meshes: tuple
+    truth: tuple
+    settings: dict
+    steps: tuple = (10, 50, 200)
+    label: str = ""
+
+
+AUTO = {"solver": "AUTO", "local": "AUTO"}
+CASES = (
+    Case("block", "resultant", (2, 4, 8, 16), (8, 16, 24), AUTO),
+    Case(
+        "block",
+        "resultant",
+        (2, 4, 8, 16),
+        (8, 16, 24),
+        {**AUTO, "mu": 0.8, "nu": 0.2, "theta": 0},
+        (10, 50),
+        "block, mu = 0.8, nu = 0.2, theta = 0",
+    ),
+    Case("quarter", "resultant", (2, 4, 8, 16), (8, 16, 24), {}),
+    Case("ssnv128", "strain energy", (4, 8, 16, 32), (128,), {"thickness": 0.005}),
+)
+BESIDE = (Case("tool", "resultant", (6, 12, 18), (36,), {}, (10, 50)),)
+
+
+def run(program, case, n, steps, folder):
+    """Run the deck; return its estimates and its quantity as at_step_ends does."""
+    path = Path(folder) / f"{case.deck}.vtkhdf"
+    deck = ROOT / "input" / f"{case.deck}.inp"
+    run_deck(program, deck, path, {**case.settings, "n": n, "steps": steps})
+    with Result(path) as result:
+        return at_step_ends(result, case.quantity == "strain energy")
+
+
+def at_step_ends(result, energy):
+    """Return, at the ends of the steps, the estimates and the quantity: (steps,), (steps, k).
+
+    The quantity is the strain energy, k = 1, or the resultants of all contact pairs.
+    """
+    ends = result.step_ends
+    if energy:
+        values = result.history("energy/strain")[ends, None]
+    else:
+        values = np.hstack([pair.resultant[ends] for pair in result.pairs])
+    return result.history("error/total")[ends], values
+
+
+def limit(meshes, values):
+    """Return the limit of values on three meshes, v + c n^-p, p of the largest component."""
+    first, second, third = values
+    largest = np.argmax(abs(third))
+    ratio = (first[largest] - second[largest]) / (second[largest] - third[largest])
+    low, high = 0.1, 8.0
+    for _ in range(60):
+        order = 0.5 * (low + high)
+        powers = [n**-order for n in meshes]
+        found = (powers[0] - powers[1]) / (powers[1] - powers[2])
+        low, high = (order, high) if found < ratio else (low, order)
+    return third + (third - second) * powers[2] / (powers[1] - powers[2])
+
+
+def rows(program, cases):
+    """Yield a table row a case, mesh, number of increments and step."""
+    with tempfile.TemporaryDirectory() as folder:
+        for case in cases:
+            finest = case.steps[-1]
+            fine = [run(program, case, n, finest, folder)[1] for n in case.truth]
+            for n in case.meshes:
+                for steps in case.steps:
+                    estimates, values = run(program, case, n, steps, folder)
+                    for step, estimate in enumerate(estimates):
+                        true = [of_mesh[step] for of_mesh in fine]
+                        true = limit(case.truth, true) if len(true) == 3 else true[0]
+                        error = abs(values[step] - true).max() / abs(true).max()
+                        yield case, n, steps, step + 1, estimate, error
+
+
+def tabulate(program, cases):
+    """The rows of a table in Markdown, and how many of them are between a third and 3."""
+    lines, within = [], 0
+    for case, n, steps, step, estimate, error in rows(program, cases):
+        ratio = estimate / error
+        within += 1 / 3 <= ratio <= 3
+        lines.append(
+            f"| {case.label or case.deck} | {case.quantity} | {n} | {steps} | {step} "
+            f"| {estimate:.2g} | {error:.2g} | {ratio:.2g} |"
+        )
+        print(lines[-1], file=sys.stderr, flush=True)
+    return lines, within
+
+
+HEAD = (
+    "| deck | quantity | n | increments | step | estimate | true | effectivity |",
+    "|---|---|---|---|---|---|---|---|",
+)
+
+
+def page(program):
+    """The page as Markdown."""
+    table, within = tabulate(program, CASES)
+    beside, beside_within = tabulate(program, BESIDE)
+    return "\n".join(
+        [
+            "# How good the estimates of errors are",
+            "",
+            "By `studies/run effectivity`: the whole estimate of [theory](../theory.md),",
+            "section 10 (`/history/error/total`: mesh, load steps, contact, arithmetic), at the",
+            "end of each `*STEP`, and the true error of the largest contact resultant or of the",
+            "strain energy. True is, of the block and its quarter, the limit of n = 8, 16, 24",
+            "(Richardson), of the plate n = 128, with the most increments. `increments` is the",
+            "parameter `steps` of the deck. Effectivity is estimate over truth.",
+            "",
+            f"Between 1/3 and 3: **{within} of {len(table)}**.",
+            "",
+            *HEAD,
+            *table,
+            "",
+            "## Where it is too large",
+            "",
+            "A round tool of a few bricks' contact width. The mesh makes the body too stiff, and",
+            "between its nodes the tool sinks into it, so that errors of opposite sign cancel in",
+            "its force; the estimate sees the energy of both. True: n = 36.",
+            f"Between 1/3 and 3: {beside_within} of {len(beside)}.",
+            "",
+            *HEAD,
+            *beside,
+            "",
+            "Where prescribed forces press the bodies together (Hertz, Spence), equilibrium gives",
+            "the resultants on any mesh; there the estimate is that of displacements and energy.",
+            "",
+        ]
+    )
+
+
+if __name__ == "__main__":
+    page_command(__doc__, page)

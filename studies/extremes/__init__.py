@@ -1,0 +1,1 @@
+"""The matrix of extremes: its scenes, who judges and who confirms, the page."""

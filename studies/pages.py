@@ -1,0 +1,73 @@
+"""What studies share: options, the runs behind a page, and sentences that they must bear out."""
+
+import sys
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+
+from bipot.program import ROOT, RunError, built_program, command_text, program_options, run_block
+from bipot.result import Result
+
+PAGES = ROOT / "docs" / "studies"
+DATA = ROOT / "studies" / "data"
+
+
+class StudyError(Exception):
+    """The study cannot go on, or its runs do not show what the page says."""
+
+
+def page_options(description):
+    """Return a parser of --bipot and of -o, for put_page: `page`, a path or None."""
+    parser = program_options(description)
+    parser.add_argument("-o", dest="page", type=Path, help="write the page here")
+    return parser
+
+
+def put_page(text, path):
+    """Write a page, a text that ends its last line, to `path`; print it where that is None."""
+    if path is None:
+        sys.stdout.write(text)
+    else:
+        path.write_text(text, encoding="utf-8")
+
+
+def page_command(description, page):
+    """Read the command line of a script with no other options, and put page(program)."""
+    options = page_options(description).parse_args()
+    put_page(page(options.bipot.resolve()), options.page)
+
+
+def claim(holds, words):
+    """Return the words if the runs bear them out; refuse to write the page otherwise."""
+    if not holds:
+        raise StudyError(f"the runs no longer show this, so the page must change: {words}")
+    return words
+
+
+class Runs:
+    """Runs of the decks in input/, and the commands that repeat them by hand."""
+
+    def __init__(self, program, folder):
+        """Keep the results of `program` in `folder`."""
+        self.program = program
+        self.folder = folder
+        self.commands = []
+
+    def __call__(self, case, /, **parameters):
+        """Run input/CASE.inp with these parameters and return its result, open for reading."""
+        deck = ROOT / "input" / f"{case}.inp"
+        self.commands.append(command_text(parameters, f"input/{case}.inp"))
+        print(self.commands[-1], flush=True)
+        path = self.folder / f"run-{len(self.commands)}.vtkhdf"
+        done = run_block(self.program, path, parameters, deck)
+        if done.returncode != 0:
+            raise RunError(f"{self.commands[-1]}\nended with status {done.returncode}")
+        return Result(path)
+
+
+@contextmanager
+def fresh_runs(program):
+    """Give Runs of `program`, in a folder that is thrown away."""
+    program = built_program(program)
+    with tempfile.TemporaryDirectory() as folder:
+        yield Runs(program, Path(folder))

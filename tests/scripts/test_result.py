@@ -1,0 +1,191 @@
+"""The reader of result files and `scripts/show`, on small files written here."""
+
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
+sys.path[:0] = [str(SCRIPTS), str(Path(__file__).resolve().parent)]
+
+import synthetic_result  # noqa: E402
+from bipot.result import SLIDE, STICK, Result, ResultError, von_mises  # noqa: E402
+
+
+class WithFolder(unittest.TestCase):
+    """A test with a folder of its own and a result file of three increments in it."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.path = self.folder / "small.vtkhdf"
+        synthetic_result.write(self.path)
+
+    def open(self):
+        result = Result(self.path)
+        self.addCleanup(result.close)
+        return result
+
+
+class ReaderTest(WithFolder):
+    def test_leaves_out_the_unfinished_row(self):
+        result = self.open()
+        self.assertEqual(result.finished, 3)
+        self.assertEqual(result.history("contact_iterations").tolist(), [10, 10, 10])
+        self.assertEqual(result.pairs[0].reaction.shape, (3, 6, 3))
+        self.assertEqual(result.certificate["law"].tolist(), [0, 0, 0])
+
+    def test_finds_nodes_by_place_and_by_id(self):
+        result = self.open()
+        self.assertEqual(result.nearest_node((2.1, -0.1, 0.1)), 2)
+        self.assertEqual(result.node(102), 2)
+        with self.assertRaisesRegex(ResultError, "no node 7"):
+            result.node(7)
+
+    def test_turns_local_reactions_to_global(self):
+        pair = self.open().pair("BODY-ZMIN:GROUND")
+        np.testing.assert_allclose(pair.force[1], np.tile([5.0, 0, 20], (6, 1)))
+        np.testing.assert_allclose(pair.friction[1], np.tile([5.0, 0, 0], (6, 1)))
+        np.testing.assert_allclose(pair.force.sum(axis=1), pair.resultant)
+        np.testing.assert_allclose(pair.friction_sum / pair.normal_sum, 0.25)
+        self.assertEqual(pair.friction_coefficient, 0.3)
+
+    def test_takes_the_force_at_a_node(self):
+        result = self.open()
+        pair = result.pairs[0]
+        np.testing.assert_allclose(pair.force_at(result.node(102))[:, 0], [10, 20, 30])
+        with self.assertRaisesRegex(ResultError, "not in pair"):
+            pair.force_at(result.nearest_node((0, 0, 1)))
+
+    def test_reads_a_field_by_its_offset(self):
+        result = self.open()
+        top = result.nearest_node((1, 1, 1))
+        np.testing.assert_allclose(result.field("displacement", 1)[top], [0.02, 0, -0.02])
+        np.testing.assert_allclose(result.field("stress", -1)[:, 2], -30)
+        with self.assertRaisesRegex(ResultError, "no index 3"):
+            result.field("displacement", 3)
+        with self.assertRaisesRegex(ResultError, "no field 'colour'"):
+            result.field("colour", 0)
+
+    def test_chooses_between_nodes_and_elements(self):
+        synthetic_result.write(self.path, stress_on=("Cell", "Point"))
+        result = self.open()
+        np.testing.assert_allclose(result.field("stress", 0, on="elements")[:, 2], [-10] * 2)
+        np.testing.assert_allclose(result.field("stress", -1, on="nodes")[:, 2], [-60] * 12)
+        with self.assertRaisesRegex(ResultError, "'stress' is on nodes and on elements"):
+            result.field("stress", 0)
+        with self.assertRaisesRegex(ResultError, "no field 'displacement' on elements"):
+            result.field("displacement", 0, on="elements")
+        with self.assertRaisesRegex(ValueError, "not 'bricks'"):
+            result.field("stress", 0, on="bricks")
+
+    def test_maps_sparse_fields_to_their_rows(self):
+        synthetic_result.write(self.path, finished=5, field_increments=[1, 4])
+        result = self.open()
+        self.assertEqual(result.field_rows.tolist(), [1, 4])
+        self.assertEqual(result.label(4), "step 2, increment 4, time 2.5")
+
+    def test_boundary_of_two_bricks_has_ten_faces(self):
+        result = self.open()
+        faces, bricks = result.boundary
+        self.assertEqual(faces.shape, (10, 4))
+        self.assertEqual(np.bincount(bricks).tolist(), [5, 5])
+        self.assertEqual(len(result.pairs[0].faces), 2)
+
+    def test_boundary_normals_point_outward(self):
+        result = self.open()
+        faces, _ = result.boundary
+        corners = result.points[faces]
+        normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        outward = corners.mean(axis=1) - result.points.mean(axis=0)
+        self.assertTrue(((normals * outward).sum(axis=1) > 0).all())
+
+    def test_knows_the_run_and_the_steps(self):
+        result = self.open()
+        self.assertEqual(result.run["status"], "finished")
+        self.assertIn("*HEADING", result.run_text("deck"))
+        self.assertEqual(list(result.step_ends), [0, 2])
+        self.assertEqual(result.pairs[0].status[0].tolist(), [STICK, SLIDE, SLIDE] * 2)
+        self.assertIsNone(result.convergence)
+
+    def test_stress_of_pure_shear(self):
+        # By hand: von Mises's stress of a shear stress 1 is the root of 3.
+        np.testing.assert_allclose(von_mises(np.array([[0, 0, 0, 1.0, 0, 0]])), 3**0.5)
+
+
+class ForeignFileTest(WithFolder):
+    def test_names_a_missing_file(self):
+        with self.assertRaisesRegex(ResultError, "no such file"):
+            Result(self.folder / "none.vtkhdf")
+
+    def test_names_a_file_that_is_not_hdf5(self):
+        self.path.write_text("*HEADING\n")
+        with self.assertRaisesRegex(ResultError, "not an HDF5 file"):
+            Result(self.path)
+
+    def test_names_what_a_foreign_file_lacks(self):
+        with h5py.File(self.path, "w") as file:
+            file["W"] = [1.0]
+        with self.assertRaisesRegex(ResultError, "not a bipot result .*history"):
+            Result(self.path)
+
+
+class ShowTest(WithFolder):
+    def show(self, *arguments):
+        """Run scripts/show in the test's folder."""
+        return subprocess.run(
+            [sys.executable, SCRIPTS / "show", *arguments],
+            cwd=self.folder,
+            capture_output=True,
+            text=True,
+            stdin=subprocess.DEVNULL,
+        )
+
+    def test_makes_pictures_and_an_animation(self):
+        done = self.show("small.vtkhdf", "-o", "pictures")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        made = {path.name for path in (self.folder / "pictures").iterdir()}
+        expected = {"deformed.png", "stress.png", "contact.png", "forces.png", "animation.gif"}
+        self.assertEqual(made, expected)
+        self.assertEqual(len(done.stdout.split()), len(expected))
+
+    def test_one_increment_is_enough(self):
+        synthetic_result.write(self.path, finished=1)
+        done = self.show("small.vtkhdf")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertTrue((self.folder / "small-pictures" / "animation.gif").exists())
+
+    def test_draws_the_stress_wherever_it_is(self):
+        for places in (("Point",), ("Cell", "Point")):
+            synthetic_result.write(self.path, stress_on=places)
+            (self.folder / "small-pictures" / "stress.png").unlink(missing_ok=True)
+            done = self.show("small.vtkhdf", "--no-animation")
+            self.assertEqual((done.returncode, done.stderr), (0, ""), places)
+            self.assertTrue((self.folder / "small-pictures" / "stress.png").exists(), places)
+
+    def test_draws_the_contact_without_any_field(self):
+        synthetic_result.write(self.path, field_increments=[])
+        done = self.show("small.vtkhdf", "--no-animation")
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("no displacements", done.stderr)
+        self.assertTrue((self.folder / "small-pictures" / "contact.png").exists())
+
+    def test_says_that_a_run_has_nothing_to_show(self):
+        synthetic_result.write(self.path, finished=0)
+        done = self.show("small.vtkhdf")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("no increment is finished", done.stderr)
+
+    def test_fails_without_a_traceback(self):
+        done = self.show("none.vtkhdf")
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(done.stderr, "show: none.vtkhdf: no such file\n")
+
+
+if __name__ == "__main__":
+    unittest.main()
