@@ -5,12 +5,12 @@
 !> file is relative: the two stay together.
 module xdmf_mod
   use kinds_mod, only: wp, i8
+  use dataset_kinds_mod, only: of_real, of_integer, of_long, of_byte
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: string_t, to_text
   use hdf5_files_mod, only: hdf5_file_t, open_file, close_file, exists, list_members
   use hdf5_attributes_mod, only: read_attribute
   use hdf5_datasets_mod, only: dataset_extents, dataset_kind, read_dataset
-  use hdf5_types_mod, only: of_real, of_integer, of_long, of_byte
   use fresh_file_mod, only: delete_file
   implicit none
   private
