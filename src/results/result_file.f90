@@ -39,6 +39,7 @@ module result_file_mod
   use hdf5_files_mod, only: hdf5_file_t, create_file, open_file, copy_object, flush_file, &
     close_file, is_open
   use hdf5_attributes_mod, only: read_attribute, write_attribute
+  use hdf5_datasets_mod, only: read_dataset
   use result_history_mod, only: history_t, create_history, append_history, finish_row
   use result_contact_mod, only: pair_rows_t, create_contact, append_contact
   use result_view_mod, only: view_t, create_view, append_step, count_step, finish_view
@@ -71,6 +72,7 @@ module result_file_mod
     type(pair_rows_t), private, allocatable :: pairs(:)
     type(slots_t),     private :: slots
     type(checksums_t), private :: checksums
+    integer,           private :: mesh_size(2) = 0    !! nodes, elements
     integer,           private :: row = 0             !! of the increment appended last
     real(wp),          private :: time = 0.0_wp       !! and its end
     logical,           private :: has_fields = .false. !! and whether it brought fields
@@ -227,6 +229,7 @@ contains
     integer :: n_steps
 
     file%n_rows = n_rows
+    file%mesh_size = [scene%mesh%n_nodes, scene%mesh%n_elements]
     n_steps = 0
     if (n_rows > 0) call steps_until(file%hdf5, n_rows, n_steps, error)
     if (allocated(error)) return
@@ -401,6 +404,7 @@ contains
     type(string_t), intent(in) :: counter_names(:) !! (n)
     real(wp), intent(in) :: counters(:)            !! (n) sizes, times [s], memory [bytes]
     type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: time(:)
 
     if (.not. is_open(file%hdf5)) return
     if (file%n_rows == 0) then
@@ -410,8 +414,10 @@ contains
     if (file%is_broken) return
     call finish_view(file%view, error)
     call end_run(file%hdf5, status, counter_names, counters, error)
+    call read_dataset(file%hdf5, '/VTKHDF/Steps/Values', time, error)
     call close_file(file%hdf5, error)
-    if (.not. allocated(error) .and. file%view%n_steps > 0) call write_xdmf(file%path, error)
+    if (allocated(error) .or. file%view%n_steps == 0) return
+    call write_xdmf(file%path, time, file%view%fields, file%mesh_size, error)
   end subroutine finish_result
 
   ! ------------------------------------------------------------------ helpers

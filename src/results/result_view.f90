@@ -38,7 +38,8 @@ module result_view_mod
     type(rows_t), private :: values
     type(table_t), allocatable, private :: tables(:)
     integer, private :: n_filled = 0 !! entries that each of them has
-    type(open_field_t), allocatable, private :: fields(:) !! those that grow
+    type(open_field_t), allocatable, private :: opened(:) !! fields that grow
+    type(field_t), allocatable :: fields(:) !! all of them
   end type view_t
 
 contains
@@ -52,14 +53,14 @@ contains
     type(view_t), intent(out) :: view
     type(error_t), allocatable, intent(out) :: error
     character(*), parameter :: group = '/VTKHDF', steps = group//'/Steps'
-    type(field_t), allocatable :: fields(:)
     type(field_source_t) :: source
     integer :: i, n_tables, n_fields
 
     view%n_steps = n_steps
     view%n_filled = n_steps
-    call list_view_fields(scene, has_contact, fields)
-    allocate (view%tables(5 + size(fields)), view%fields(count(fields%written /= at_start)))
+    call list_view_fields(scene, has_contact, view%fields)
+    allocate (view%tables(5 + size(view%fields)))
+    allocate (view%opened(count(view%fields%written /= at_start)))
     n_tables = 0
     n_fields = 0
 
@@ -88,15 +89,15 @@ contains
     call table('ConnectivityIdOffsets', 'first entry of Connectivity', 0_i8, 0)
 
     source%scene => scene
-    do i = 1, size(fields)
-      associate (field => fields(i))
+    do i = 1, size(view%fields)
+      associate (field => view%fields(i))
         if (field%written == at_start) then
           ! One block, where every increment's offset points to.
           call write_at_start(file, group, field, source, error)
           call table(name_of_offsets(field), 'where the block of an increment begins', 0_i8, 0)
         else
           n_fields = n_fields + 1
-          call open_blocks(file, group, field, n_steps, view%fields(n_fields), error)
+          call open_blocks(file, group, field, n_steps, view%opened(n_fields), error)
           call table(name_of_offsets(field), 'where the block of an increment begins', 0_i8, &
             field%extents(size(field%extents)))
         end if
@@ -165,8 +166,8 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer :: i
 
-    do i = 1, size(view%fields)
-      call append_field(view%fields(i), source, checksum, error)
+    do i = 1, size(view%opened)
+      call append_field(view%opened(i), source, checksum, error)
     end do
     if (allocated(error)) return
     ! What the tables say of it is there, and its time is written when it is counted.
