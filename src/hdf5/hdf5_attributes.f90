@@ -4,11 +4,12 @@ module hdf5_attributes_mod
   use hdf5, only: hid_t, hsize_t, size_t, h5aclose_f, h5acreate_f, h5aexists_f, h5aget_space_f, &
     h5aget_type_f, h5aopen_f, h5aread_f, h5awrite_f, h5oclose_f, h5oopen_f, h5sclose_f, &
     h5sget_simple_extent_npoints_f, h5tclose_f, h5tget_size_f, h5tis_variable_str_f
+  use dataset_kinds_mod, only: of_real, of_long
   use errors_mod, only: error_t
   use hdf5_failures_mod, only: fail, text_of
   use hdf5_files_mod, only: hdf5_file_t, create_group, exists, fail_to_read, flush_object
-  use hdf5_types_mod, only: of_real, of_long, no_id, type_in_file, type_in_memory, text_type, &
-    is_text, new_space
+  use hdf5_types_mod, only: no_id, type_in_file, type_in_memory, text_type, is_text, &
+    new_space
   use kinds_mod, only: wp, i8
   use text_mod, only: string_t
   implicit none

@@ -1,35 +1,32 @@
 !> Datasets that grow by one row at a time, as long as a run goes on.
 module hdf5_rows_mod
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc
-  use hdf5, only: hid_t, hsize_t, h5dclose_f, h5dcreate_f, h5dget_create_plist_f, &
-    h5dget_space_f, h5dopen_f, h5dread_f, h5dset_extent_f, h5dwrite_f, h5pclose_f, h5pcreate_f, &
-    h5pget_chunk_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_fletcher32_f, h5pset_shuffle_f, &
-    h5sclose_f, &
+  use hdf5, only: hid_t, hsize_t, h5dcreate_f, h5dget_create_plist_f, h5dget_space_f, &
+    h5dopen_f, h5dset_extent_f, h5dwrite_f, h5pclose_f, h5pcreate_f, h5pget_chunk_f, &
+    h5pset_chunk_f, h5pset_deflate_f, h5pset_fletcher32_f, h5pset_shuffle_f, h5sclose_f, &
     h5screate_simple_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
     h5sselect_hyperslab_f, H5P_DATASET_CREATE_F, H5S_SELECT_SET_F, H5S_UNLIMITED_F
   use checksum_mod, only: checksum_of, extended
-  use errors_mod, only: error_t, raise, exit_machine, exit_wrong_input
+  use dataset_kinds_mod, only: of_real, of_integer, of_long, bytes_of
+  use errors_mod, only: error_t, raise, exit_machine
   use hdf5_attributes_mod, only: describe
-  use hdf5_datasets_mod, only: dataset_kind
   use hdf5_failures_mod, only: fail
-  use hdf5_files_mod, only: hdf5_file_t, exists, fail_to_read, fail_to_write, fail_to_hold, &
-    flush_file, flush_object
-  use hdf5_types_mod, only: of_real, of_integer, of_long, of_byte, bytes_of, no_id, &
-    type_in_file, type_in_memory, new_space
+  use hdf5_files_mod, only: hdf5_file_t, exists, fail_to_read, fail_to_write, flush_file, &
+    flush_object
+  use hdf5_types_mod, only: no_id, type_in_file, type_in_memory, new_space
   use kinds_mod, only: wp, i1, i4, i8
-  use machine_room_mod, only: has_memory
   use text_mod, only: to_text
   implicit none
   private
 
   public :: rows_t, create_rows, create_list, create_stack, create_dense_stack, keep_rows, &
-    cut_rows, append_row, append_list, append_and_flush, add_checksum, &
-    read_through, is_growing
+    cut_rows, append_row, append_list, append_and_flush, add_checksum, checksum_of_row
 
   !> An open dataset that grows by one row at a time along its last extent.
   type :: rows_t
     private
     integer(hid_t) :: id = no_id
+    integer :: kind = of_real                 !! of its numbers in the file
     integer(hsize_t), allocatable :: fixed(:) !! extents before the one that grows
     integer(hsize_t) :: step = 1              !! how far a row reaches along the one that grows
     integer(hsize_t) :: length = 0            !! how far it has grown
@@ -43,12 +40,10 @@ module hdf5_rows_mod
     module procedure add_checksum_of_real, add_checksum_of_long
   end interface add_checksum
 
-  integer, parameter :: longest_rank = 32 !! of HDF5
-
-  !> Append a row, and add its checksum to a sum: `append_row(rows, values, checksum, error)`.
+  !> Append a row, and add its checksum to a sum: `append_row(rows, values, checksum, error)`. What
+  !> are whole numbers in the file are given as reals.
   interface append_row
-    module procedure append_real, append_reals_1, append_reals_2, append_reals_3, &
-                     append_integer, append_long, append_longs, append_byte, append_bytes
+    module procedure append_number, append_list_of_numbers, append_columns, append_longs
   end interface append_row
 
 contains
@@ -149,6 +144,7 @@ contains
 
     if (allocated(error)) return
     rows%name = path
+    rows%kind = kind
     if (exists(file, path)) then
       call open_growing(file, path, rows, error)
       return
@@ -176,16 +172,15 @@ contains
     end if
     call h5pclose_f(creation, ignored)
     call h5sclose_f(space, ignored)
-    call begin_table(rows, kind, error)
+    call begin_table(rows, error)
   end subroutine create_growing
 
   !> Make the table of a dataset's chunks now, by a row that is taken back.
   !>
   !> HDF5 makes it with the first row, and says where it is before it writes it: should the program
   !> be killed in between, nobody could write the dataset any more.
-  subroutine begin_table(rows, kind, error)
+  subroutine begin_table(rows, error)
     type(rows_t), intent(inout) :: rows
-    integer, intent(in) :: kind
     type(error_t), allocatable, intent(inout) :: error
     integer(hid_t) :: memory, space
     integer(hsize_t) :: origin(size(rows%fixed) + 1)
@@ -202,7 +197,7 @@ contains
       memory = new_space([integer(hsize_t) ::])
       call h5dget_space_f(rows%id, space, status)
       call h5sselect_hyperslab_f(space, H5S_SELECT_SET_F, origin, 0*origin + 1, status)
-      call h5dwrite_f(rows%id, type_in_memory(kind), address, status, memory, space)
+      call h5dwrite_f(rows%id, type_in_memory(rows%kind), address, status, memory, space)
       call h5sclose_f(space, ignored)
       call h5sclose_f(memory, ignored)
     end if
@@ -280,14 +275,69 @@ contains
     rows%length = length
   end subroutine cut_rows
 
-  subroutine append_real(rows, values, checksum, error)
+  !> A row of one number.
+  subroutine append_number(rows, value, checksum, error)
     type(rows_t), intent(inout) :: rows
-    real(wp), intent(in), target :: values
+    real(wp), intent(in) :: value
     integer(i8), intent(inout) :: checksum
     type(error_t), allocatable, intent(inout) :: error
 
-    call append(rows, of_real, c_loc(values), 1, error, checksum=checksum)
-  end subroutine append_real
+    call append_numbers(rows, [value], 1, checksum, error)
+  end subroutine append_number
+
+  subroutine append_list_of_numbers(rows, values, checksum, error)
+    type(rows_t), intent(inout) :: rows
+    real(wp), intent(in), contiguous :: values(:)
+    integer(i8), intent(inout) :: checksum
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append_numbers(rows, values, size(values), checksum, error)
+  end subroutine append_list_of_numbers
+
+  subroutine append_columns(rows, values, checksum, error)
+    type(rows_t), intent(inout) :: rows
+    real(wp), intent(in), contiguous :: values(:, :)
+    integer(i8), intent(inout) :: checksum
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append_numbers(rows, values, size(values), checksum, error)
+  end subroutine append_columns
+
+  !> A row of n numbers, as the kind that the dataset has.
+  subroutine append_numbers(rows, values, n, checksum, error)
+    type(rows_t), intent(inout) :: rows
+    integer, intent(in) :: n
+    real(wp), intent(in), target :: values(n)
+    integer(i8), intent(inout) :: checksum
+    type(error_t), allocatable, intent(inout) :: error
+    integer(i4), allocatable, target :: integers(:)
+    integer(i8), allocatable, target :: longs(:)
+    integer(i1), allocatable, target :: bytes(:)
+
+    select case (rows%kind)
+    case (of_real)
+      call append(rows, c_loc(values), n, error, checksum=checksum)
+    case (of_integer)
+      integers = int(values, i4)
+      call append(rows, c_loc(integers), n, error, checksum=checksum)
+    case (of_long)
+      longs = int(values, i8)
+      call append(rows, c_loc(longs), n, error, checksum=checksum)
+    case default
+      bytes = int(values, i1)
+      call append(rows, c_loc(bytes), n, error, checksum=checksum)
+    end select
+  end subroutine append_numbers
+
+  !> A row of whole numbers that no real number need hold.
+  subroutine append_longs(rows, values, checksum, error)
+    type(rows_t), intent(inout) :: rows !! of_long
+    integer(i8), intent(in), contiguous, target :: values(:)
+    integer(i8), intent(inout) :: checksum
+    type(error_t), allocatable, intent(inout) :: error
+
+    call append(rows, c_loc(values), size(values), error, checksum=checksum)
+  end subroutine append_longs
 
   !> Append a number and hand it to the operating system; where it can be, it alone.
   subroutine append_and_flush(file, rows, value, error)
@@ -298,7 +348,7 @@ contains
     logical :: begins_chunk
 
     begins_chunk = mod(rows%length, rows%of_chunk) == 0
-    call append(rows, of_real, c_loc(value), 1, error)
+    call append(rows, c_loc(value), 1, error)
     if (begins_chunk) then
       ! It makes the file longer, which only a flush of the whole tells.
       call flush_file(file, error)
@@ -307,90 +357,17 @@ contains
     end if
   end subroutine append_and_flush
 
-  subroutine append_reals_1(rows, values, checksum, error)
-    type(rows_t), intent(inout) :: rows
-    real(wp), intent(in), contiguous, target :: values(:)
-    integer(i8), intent(inout) :: checksum
-    type(error_t), allocatable, intent(inout) :: error
-
-    call append(rows, of_real, c_loc(values), size(values), error, checksum=checksum)
-  end subroutine append_reals_1
-
-  subroutine append_reals_2(rows, values, checksum, error)
-    type(rows_t), intent(inout) :: rows
-    real(wp), intent(in), contiguous, target :: values(:, :)
-    integer(i8), intent(inout) :: checksum
-    type(error_t), allocatable, intent(inout) :: error
-
-    call append(rows, of_real, c_loc(values), size(values), error, checksum=checksum)
-  end subroutine append_reals_2
-
-  subroutine append_reals_3(rows, values, checksum, error)
-    type(rows_t), intent(inout) :: rows
-    real(wp), intent(in), contiguous, target :: values(:, :, :)
-    integer(i8), intent(inout) :: checksum
-    type(error_t), allocatable, intent(inout) :: error
-
-    call append(rows, of_real, c_loc(values), size(values), error, checksum=checksum)
-  end subroutine append_reals_3
-
-  subroutine append_integer(rows, values, checksum, error)
-    type(rows_t), intent(inout) :: rows
-    integer(i4), intent(in), target :: values
-    integer(i8), intent(inout) :: checksum
-    type(error_t), allocatable, intent(inout) :: error
-
-    call append(rows, of_integer, c_loc(values), 1, error, checksum=checksum)
-  end subroutine append_integer
-
-  subroutine append_long(rows, values, checksum, error)
-    type(rows_t), intent(inout) :: rows
-    integer(i8), intent(in), target :: values
-    integer(i8), intent(inout) :: checksum
-    type(error_t), allocatable, intent(inout) :: error
-
-    call append(rows, of_long, c_loc(values), 1, error, checksum=checksum)
-  end subroutine append_long
-
-  subroutine append_longs(rows, values, checksum, error)
-    type(rows_t), intent(inout) :: rows
-    integer(i8), intent(in), contiguous, target :: values(:)
-    integer(i8), intent(inout) :: checksum
-    type(error_t), allocatable, intent(inout) :: error
-
-    call append(rows, of_long, c_loc(values), size(values), error, checksum=checksum)
-  end subroutine append_longs
-
-  subroutine append_byte(rows, values, checksum, error)
-    type(rows_t), intent(inout) :: rows
-    integer(i1), intent(in), target :: values
-    integer(i8), intent(inout) :: checksum
-    type(error_t), allocatable, intent(inout) :: error
-
-    call append(rows, of_byte, c_loc(values), 1, error, checksum=checksum)
-  end subroutine append_byte
-
-  subroutine append_bytes(rows, values, checksum, error)
-    type(rows_t), intent(inout) :: rows
-    integer(i1), intent(in), contiguous, target :: values(:)
-    integer(i8), intent(inout) :: checksum
-    type(error_t), allocatable, intent(inout) :: error
-
-    call append(rows, of_byte, c_loc(values), size(values), error, checksum=checksum)
-  end subroutine append_bytes
-
   !> Append many rows of one number.
   subroutine append_list(rows, values, error)
     type(rows_t), intent(inout) :: rows
     integer(i8), intent(in), contiguous, target :: values(:)
     type(error_t), allocatable, intent(inout) :: error
 
-    call append(rows, of_long, c_loc(values), size(values), error, size(values))
+    call append(rows, c_loc(values), size(values), error, size(values))
   end subroutine append_list
 
-  subroutine append(rows, kind, address, n, error, n_rows, checksum)
+  subroutine append(rows, address, n, error, n_rows, checksum)
     type(rows_t), intent(inout) :: rows
-    integer, intent(in) :: kind
     type(c_ptr), intent(in) :: address
     integer, intent(in) :: n !! numbers at the address
     type(error_t), allocatable, intent(inout) :: error
@@ -417,7 +394,7 @@ contains
       memory = new_space(count)
       call h5dget_space_f(rows%id, space, status)
       call h5sselect_hyperslab_f(space, H5S_SELECT_SET_F, start, count, status)
-      call h5dwrite_f(rows%id, type_in_memory(kind), address, status, memory, space)
+      call h5dwrite_f(rows%id, type_in_memory(rows%kind), address, status, memory, space)
     end if
     if (status < 0) call fail(error, "cannot write '"//rows%name//"'")
     if (memory /= no_id) then
@@ -426,7 +403,7 @@ contains
     end if
     rows%length = rows%length + longer
     if (present(checksum)) checksum = checksum + checksum_of_row(rows%name, address, &
-      int(n, i8)*bytes_of(kind))
+      int(n, i8)*bytes_of(rows%kind))
   end subroutine append
 
   ! ------------------------------------------------------------------ checksums
@@ -456,151 +433,5 @@ contains
 
     checksum = checksum + checksum_of_row(rows%name, c_loc(value), int(bytes_of(of_long), i8))
   end subroutine add_checksum_of_long
-
-  !> Whether a path is that of a dataset that grows.
-  function is_growing(file, path) result(growing)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: path
-    logical :: growing
-    integer(hsize_t) :: extents(longest_rank), limits(longest_rank)
-    integer(hid_t) :: dataset, space
-    integer :: rank, status, ignored
-
-    growing = .false.
-    if (dataset_kind(file, path) == 0) return
-    call h5dopen_f(file%id, path, dataset, status)
-    if (status < 0) return
-    call h5dget_space_f(dataset, space, status)
-    call h5sget_simple_extent_ndims_f(space, rank, status)
-    if (status >= 0 .and. rank > 0) then
-      call h5sget_simple_extent_dims_f(space, extents(:rank), limits(:rank), status)
-      growing = status >= 0 .and. limits(rank) == H5S_UNLIMITED_F
-    end if
-    call h5sclose_f(space, ignored)
-    call h5dclose_f(dataset, ignored)
-  end function is_growing
-
-  !> Read the first `n` rows of a dataset, as many as there are, and add the checksum of row i to
-  !> sums(i); of a row that cannot be read nothing is added. With `copy`, write them there, too.
-  subroutine read_through(file, path, step, n, sums, error, copy)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: path
-    integer(i8), intent(in) :: step       !! how far a row reaches along the extent that grows
-    integer, intent(in) :: n
-    integer(i8), intent(inout) :: sums(:) !! (n) or more
-    type(error_t), allocatable, intent(inout) :: error
-    !! no such dataset, no room for a row; the copy cannot be written
-    type(hdf5_file_t), intent(in), optional :: copy
-    !! a file in which the dataset is there, and has no rows
-    integer(i8), parameter :: at_once = 1000000_i8 !! bytes
-    integer(i8), parameter :: most_beyond = 1000   !! rows that do not count
-    integer(i1), allocatable, target :: bytes(:)
-    integer(hsize_t), allocatable :: extents(:), limits(:)
-    integer(hid_t) :: dataset, space, other
-    integer(i8) :: of_row
-    integer :: rank, kind, status, ignored, first, last, i, n_there, n_at_once
-
-    if (allocated(error)) return
-    other = no_id
-    call h5dopen_f(file%id, path, dataset, status)
-    if (status < 0) then
-      call fail_to_read(error, file, path)
-      return
-    end if
-    kind = dataset_kind(file, path)
-    call h5dget_space_f(dataset, space, status)
-    call h5sget_simple_extent_ndims_f(space, rank, status)
-    allocate (extents(max(rank, 1)), limits(max(rank, 1)), source=0_hsize_t)
-    if (rank > 0) call h5sget_simple_extent_dims_f(space, extents, limits, status)
-    n_there = int(min(int(n, i8), extents(size(extents))/max(1_i8, step)))
-    if (extents(size(extents))/max(1_i8, step) > n + most_beyond) call raise(error, &
-      exit_wrong_input, "'"//file%path//"' is damaged: '"//path//"' reaches to "// &
-      to_text(extents(size(extents))))
-    extents(size(extents)) = step
-    of_row = 0
-    if (status >= 0 .and. kind > 0) of_row = bytes_of(kind)*product(extents)
-    n_at_once = int(max(1_i8, at_once/max(1_i8, of_row)))
-    if (.not. allocated(error)) then
-      if (.not. has_memory(n_at_once*of_row)) call fail_to_hold(error, file, path)
-    end if
-    if (.not. allocated(error) .and. n_there > 0 .and. kind > 0) then
-      allocate (bytes(max(1_i8, n_at_once*of_row)))
-      if (present(copy)) call open_copy()
-      do first = 1, n_there, n_at_once
-        if (allocated(error)) exit
-        last = min(n_there, first + n_at_once - 1)
-        call transfer_bytes(dataset, space, first, last, .false., status)
-        if (status >= 0) then
-          call take_rows(first, last)
-        else ! one at a time, to find those that cannot be read
-          do i = first, last
-            call transfer_bytes(dataset, space, i, i, .false., status)
-            if (status >= 0) call take_rows(i, i)
-          end do
-        end if
-      end do
-    end if
-    if (other /= no_id) call h5dclose_f(other, ignored)
-    call h5sclose_f(space, ignored)
-    call h5dclose_f(dataset, ignored)
-
-  contains
-
-    subroutine open_copy()
-      integer(hsize_t) :: longer(size(extents))
-
-      longer = extents
-      longer(size(longer)) = n_there*step
-      call h5dopen_f(copy%id, path, other, status)
-      if (status < 0) other = no_id
-      if (status >= 0) call h5dset_extent_f(other, longer, status)
-      if (status < 0) call fail_to_write(error, copy, path)
-    end subroutine open_copy
-
-    !> Rows a to b of a dataset, read or written.
-    subroutine transfer_bytes(id, all_of_it, a, b, writes, status)
-      integer(hid_t), intent(in) :: id, all_of_it !! the dataset, its space
-      integer, intent(in) :: a, b
-      logical, intent(in) :: writes
-      integer, intent(out) :: status
-      integer(hsize_t) :: start(size(extents)), count(size(extents))
-      integer(hid_t) :: memory
-      type(c_ptr) :: address
-
-      status = 0
-      if (of_row == 0) return
-      start = 0
-      start(size(start)) = (a - 1)*step
-      count = extents
-      count(size(count)) = (b - a + 1)*step
-      memory = new_space(count)
-      address = c_loc(bytes)
-      call h5sselect_hyperslab_f(all_of_it, H5S_SELECT_SET_F, start, count, status)
-      if (status >= 0 .and. writes) then
-        call h5dwrite_f(id, type_in_memory(kind), address, status, memory, all_of_it)
-      else if (status >= 0) then
-        call h5dread_f(id, type_in_memory(kind), address, status, memory, all_of_it)
-      end if
-      call h5sclose_f(memory, ignored)
-    end subroutine transfer_bytes
-
-    subroutine take_rows(a, b)
-      integer, intent(in) :: a, b
-      integer(hid_t) :: there
-      integer :: i
-
-      do i = a, b
-        sums(i) = sums(i) + checksum_of_row(path, c_loc(bytes(1 + (i - a)*of_row)), of_row)
-      end do
-      if (other == no_id .or. allocated(error)) return
-      call h5dget_space_f(other, there, status)
-      if (status >= 0) then
-        call transfer_bytes(other, there, a, b, .true., status)
-        call h5sclose_f(there, ignored)
-      end if
-      if (status < 0) call fail_to_write(error, copy, path)
-    end subroutine take_rows
-
-  end subroutine read_through
 
 end module hdf5_rows_mod

@@ -5,10 +5,11 @@ module hdf5_store_mod
     h5dset_extent_f, h5dwrite_f, h5pclose_f, h5pcreate_f, h5pset_chunk_f, h5sclose_f, &
     h5screate_simple_f, h5sget_simple_extent_dims_f, h5sselect_hyperslab_f, &
     H5P_DATASET_CREATE_F, H5S_SELECT_SET_F, H5S_UNLIMITED_F
+  use dataset_kinds_mod, only: of_real
   use errors_mod, only: error_t
   use hdf5_attributes_mod, only: describe
   use hdf5_files_mod, only: hdf5_file_t, fail_to_write
-  use hdf5_types_mod, only: of_real, no_id, type_in_file, type_in_memory, new_space
+  use hdf5_types_mod, only: no_id, type_in_file, type_in_memory, new_space
   use kinds_mod, only: wp
   implicit none
   private

@@ -4,20 +4,12 @@ module hdf5_types_mod
     h5tcopy_f, h5tget_class_f, h5tset_cset_f, h5tset_size_f, h5tset_strpad_f, H5S_SCALAR_F, &
     H5T_CSET_UTF8_F, H5T_C_S1, H5T_IEEE_F64LE, H5T_STD_I32LE, H5T_STD_I64LE, H5T_STD_I8LE, &
     H5T_STD_U8LE, H5T_STRING_F, H5T_STR_NULLPAD_F, H5_INTEGER_KIND, H5_REAL_KIND
+  use dataset_kinds_mod, only: of_real, of_integer, of_long, of_byte
   use kinds_mod, only: wp, i1, i4, i8
   implicit none
   private
 
-  public :: of_real, of_integer, of_long, of_byte, of_unsigned_byte, bytes_of
   public :: no_id, type_in_file, type_in_memory, text_type, is_text, new_space
-
-  ! What the numbers of a dataset are in the file.
-  integer, parameter :: of_real = 1          !! float64
-  integer, parameter :: of_integer = 2       !! int32
-  integer, parameter :: of_long = 3          !! int64
-  integer, parameter :: of_byte = 4          !! int8
-  integer, parameter :: of_unsigned_byte = 5 !! uint8
-  integer, parameter :: bytes_of(5) = [8, 4, 8, 1, 1]
 
   integer(hid_t), parameter :: no_id = -1 !! nothing of HDF5 is open
 

@@ -1,10 +1,10 @@
-!> The fields of an increment that are not part of its state: made only when they are written.
+!> Tensor fields, and when fields are written.
 module step_fields_mod
   use kinds_mod, only: wp
   implicit none
   private
 
-  public :: step_fields_t, tensor_field_t, fields_due
+  public :: tensor_field_t, fields_due
 
   !> A symmetric tensor over the bodies, XX YY ZZ XY YZ XZ. What is not asked for is not allocated.
   type :: tensor_field_t
@@ -12,14 +12,6 @@ module step_fields_mod
     real(wp), allocatable :: at_gauss_points(:, :, :) !! (6, 8, n_elements) points as the nodes
     real(wp), allocatable :: at_nodes(:, :)           !! (6, n_nodes) averaged over the bricks
   end type tensor_field_t
-
-  !> What is not asked for is not allocated.
-  type :: step_fields_t
-    real(wp), allocatable :: reaction_force(:, :) !! (3, n_nodes) of the supports [force]
-    type(tensor_field_t)  :: stress               !! [force/length^2]
-    type(tensor_field_t)  :: strain               !! shear as tensor components [-]
-    real(wp), allocatable :: mesh_error(:)        !! (n_elements) of the stresses [energy]
-  end type step_fields_t
 
 contains
 

@@ -90,6 +90,8 @@ module step_report_mod
     character(:), allocatable :: unbalanced !! motions that nothing balances, in words
     real(wp), allocatable :: x_free(:)
     !! (n_rows) of the last contact problem: gaps and slips without reactions [length]
+    real(wp), allocatable :: mesh_error(:)
+    !! (n_elements) of the stresses, squared, where it was estimated [energy]
     type(certificate_t)    :: certificate
     type(energy_t)         :: energy
     type(error_parts_t)    :: errors

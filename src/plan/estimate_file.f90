@@ -1,9 +1,13 @@
 !> What the result file of a run will take, and the memory in which HDF5 keeps parts of it.
 module estimate_file_mod
   use kinds_mod, only: wp
-  use obstacles_mod, only: is_flat
+  use dataset_kinds_mod, only: of_byte
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
+  use output_field_mod, only: field_t, block_bytes, every_time, at_start, at_supports, at_contact
+  use history_fields_mod, only: plan_history_fields
+  use pair_fields_mod, only: list_pair_fields
+  use view_fields_mod, only: list_view_fields
   use count_sizes_mod, only: sizes_t
   implicit none
   private
@@ -14,9 +18,10 @@ module estimate_file_mod
 
   ! The file [bytes]: what a dataset that grows takes beside its table of chunks, an entry of that
   ! table, and the share of numbers that is left where HDF5 squeezes them.
-  real(wp), parameter :: growing_dataset = 5200.0_wp, entry = 34.0_wp
+  real(wp), parameter :: growing_dataset = 4500.0_wp, entry = 34.0_wp
   real(wp), parameter :: squeezed = 0.8_wp, page = 4096.0_wp
-  integer, parameter :: history_datasets = 38, datasets_of_a_pair = 8
+  ! Growing datasets that are no fields: six in /VTKHDF/Steps, the checksums, the state's two slots.
+  integer, parameter :: other_datasets = 9
 
   !> What the result file takes [bytes].
   type :: file_size_t
@@ -32,53 +37,34 @@ module estimate_file_mod
 
 contains
 
-  !> The result file: fields of the outputs, contact of every increment, what grows empty.
-  pure function size_of_file(scene, plan, sizes) result(file)
+  !> The result file: histories and contact of every increment, fields of the outputs, what grows
+  !> empty.
+  function size_of_file(scene, plan, sizes) result(file)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(sizes_t), intent(in) :: sizes
     type(file_size_t) :: file
-    real(wp) :: held, once, contact, table, entries
+    type(field_t), allocatable :: fields(:)
+    real(wp) :: once, table, entries
     integer :: i
 
-    held = count(prescribed_nodes(scene))
-    file%datasets = history_datasets + datasets_of_a_pair*size(scene%pairs)
-    contact = 0.0_wp
-    associate (output => scene%output)
-      if (output%displacement) call add_field(24.0_wp*sizes%nodes, 24.0_wp*sizes%nodes, sizes, file)
-      if (output%reaction) call add_field(24.0_wp*sizes%nodes, 24.0_wp*held, sizes, file)
-      if (output%contact .and. plan%points%n > 0) then
-        call add_field(24.0_wp*sizes%nodes, 24.0_wp*sizes%points, sizes, file)
-        call add_field(8.0_wp*sizes%nodes, 8.0_wp*sizes%points, sizes, file)
-        call add_field(sizes%nodes, 0.0_wp, sizes, file)
-      end if
-      if (output%mesh_error) call add_field(8.0_wp*sizes%bricks, 8.0_wp*sizes%bricks, sizes, file)
-      do i = 1, count([output%stress, output%strain])
-        if (output%at_centroids) call add_field(48.0_wp*sizes%bricks, 48.0_wp*sizes%bricks, &
-          sizes, file)
-        if (output%at_nodes) call add_field(48.0_wp*sizes%nodes, 48.0_wp*sizes%nodes, sizes, file)
-        if (output%at_gauss_points) call add_field(384.0_wp*sizes%bricks, 384.0_wp*sizes%bricks, &
-          sizes, file)
-      end do
-    end associate
-    ! Reactions, gaps, slips and status; frames where they turn.
-    do i = 1, plan%points%n
-      contact = contact + 65.0_wp
-      if (is_flat(scene%obstacles(scene%pairs(plan%points%pair(i))%obstacle))) cycle
-      contact = contact + 72.0_wp
-    end do
-    file%cache = file%cache + min(5.0_wp*chunk_cache, sizes%increments*contact)
+    call plan_history_fields(fields)
+    file%datasets = size(fields) + other_datasets
+    ! The mesh without what is in the table of fields.
+    once = 24.0_wp*sizes%nodes + 73.0_wp*sizes%bricks + real(len(scene%deck), wp)
+    call list_view_fields(scene, plan%points%n > 0, fields)
+    file%datasets = file%datasets + size(fields) ! their offsets
+    call add_fields(fields, nonzero_bytes(fields, scene, sizes), sizes%outputs, once, file)
     file%fields = file%dense + squeezed*file%varying + file%zeros/200.0_wp
-    file%dense = file%dense + sizes%increments*contact
-    ! The mesh and its ids; nodes, places, areas and frames of the points.
-    once = 32.0_wp*sizes%nodes + 81.0_wp*sizes%bricks + 112.0_wp*sizes%points + &
-      real(len(scene%deck), wp)
+    do i = 1, size(scene%pairs)
+      call list_pair_fields(scene, i, count(plan%points%pair(:plan%points%n) == i), fields)
+      call add_fields(fields, block_bytes(fields), sizes%increments, once, file)
+    end do
     ! A table of a dataset has room for the increments (result_file), for more where they may be
     ! cut; the state is there in two slots, and of the forces in it few are not 0.
     entries = max(256.0_wp, real(sizes%increments, wp))
     if (.not. all(scene%steps%direct)) entries = max(1024.0_wp, 2.0_wp*sizes%increments)
     table = growing_dataset + entry*min(65534.0_wp, entries)
-    file%datasets = file%datasets + 2
     file%size = once + table*file%datasets + file%dense + squeezed*file%varying + &
       file%zeros/200.0_wp + 100.0_wp*sizes%nodes
     ! Nothing squeezed, and room to spare in the tables.
@@ -86,22 +72,50 @@ contains
       file%zeros + 340.0_wp*sizes%nodes
   end function size_of_file
 
-  !> A field: all its numbers in an output, and those of them that are not 0 throughout. HDF5 does
-  !> not squeeze what is not 0 anywhere, nor what fits into a page.
-  pure subroutine add_field(all, varying, sizes, file)
-    real(wp), intent(in) :: all, varying !! [bytes]
+  !> The bytes of each field that are not 0 throughout: of what there is at supports and in contact
+  !> those of the nodes there; codes are squeezed to next to nothing.
+  pure function nonzero_bytes(fields, scene, sizes) result(bytes)
+    type(field_t), intent(in) :: fields(:)
+    type(scene_t), intent(in) :: scene
     type(sizes_t), intent(in) :: sizes
-    type(file_size_t), intent(inout) :: file
+    real(wp) :: bytes(size(fields)) !! written at a time
+    real(wp) :: held
+    integer :: i
 
-    file%datasets = file%datasets + 2 ! with its offsets
-    if (varying < all .and. all > page) then
-      file%varying = file%varying + sizes%outputs*varying
-      file%zeros = file%zeros + sizes%outputs*(all - varying)
-    else
-      file%dense = file%dense + sizes%outputs*all
-    end if
-    if (all <= chunk_cache) file%cache = file%cache + min(chunk_cache, sizes%outputs*all)
-  end subroutine add_field
+    held = count(prescribed_nodes(scene))
+    bytes = block_bytes(fields)
+    do i = 1, size(fields)
+      if (fields(i)%spread == at_supports) bytes(i) = bytes(i)*held/sizes%nodes
+      if (fields(i)%spread == at_contact) bytes(i) = bytes(i)*sizes%points/sizes%nodes
+      if (fields(i)%kind == of_byte) bytes(i) = 0.0_wp
+    end do
+  end function nonzero_bytes
+
+  !> Add fields, written so many times. HDF5 does not squeeze what is not 0 anywhere, nor what fits
+  !> into a page.
+  pure subroutine add_fields(fields, nonzero, times, once, file)
+    type(field_t), intent(in) :: fields(:)
+    real(wp), intent(in) :: nonzero(:) !! at a time [bytes]
+    real(wp), intent(in) :: times
+    real(wp), intent(inout) :: once    !! gets what is written one time only [bytes]
+    type(file_size_t), intent(inout) :: file
+    real(wp) :: all
+    integer :: i
+
+    do i = 1, size(fields)
+      all = block_bytes(fields(i))
+      if (fields(i)%written /= every_time) once = once + all
+      if (fields(i)%written /= at_start) file%datasets = file%datasets + 1
+      if (fields(i)%written /= every_time) cycle
+      if (nonzero(i) < all .and. all > page) then
+        file%varying = file%varying + times*nonzero(i)
+        file%zeros = file%zeros + times*(all - nonzero(i))
+      else
+        file%dense = file%dense + times*all
+      end if
+      if (all <= chunk_cache) file%cache = file%cache + min(chunk_cache, times*all)
+    end do
+  end subroutine add_fields
 
   !> The nodes that any step holds.
   pure function prescribed_nodes(scene) result(held)

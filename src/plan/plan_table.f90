@@ -8,6 +8,8 @@ module plan_table_mod
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
                           formulation_bipotential, local_uzawa, local_newton, local_newton6, &
                           stop_at_change, precision_controls_t, is_exact
+  use output_field_mod, only: field_t, at_start
+  use view_fields_mod, only: list_view_fields
   use problem_mod, only: rows_worth_rounding
   use plan_mod, only: plan_t, bound_fixed, bound_at_most, bound_about, bound_in_words
   use rigid_modes_mod, only: free_motions_t
@@ -229,20 +231,20 @@ contains
   end function factorisations_in_words
 
   !> What is written, and how often.
-  pure function fields_in_words(scene, plan) result(words)
+  function fields_in_words(scene, plan) result(words)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    character(:), allocatable :: words
+    character(:), allocatable :: words, name
+    type(field_t), allocatable :: fields(:)
+    integer :: i
 
     words = ''
-    associate (output => scene%output)
-      if (output%displacement) words = words//', displacement'
-      if (output%reaction) words = words//', reaction force'
-      if (output%contact .and. plan%points%n > 0) words = words//', contact force, pressure, status'
-      if (output%stress) words = words//', stress'
-      if (output%strain) words = words//', strain'
-      if (output%mesh_error) words = words//', mesh error'
-    end associate
+    call list_view_fields(scene, plan%points%n > 0, fields)
+    do i = 1, size(fields)
+      if (fields(i)%written == at_start) cycle
+      name = in_words(fields(i)%name(index(fields(i)%name, '/') + 1:))
+      if (index(words//',', ', '//name//',') == 0) words = words//', '//name
+    end do
     if (words == '' .or. plan%n_outputs == 0) then
       words = 'none'
     else
@@ -250,6 +252,18 @@ contains
         plan%n_outputs)
     end if
   end function fields_in_words
+
+  !> The name of a dataset, its words apart.
+  pure function in_words(name) result(words)
+    character(*), intent(in) :: name
+    character(len(name)) :: words
+    integer :: i
+
+    words = name
+    do i = 1, len(name)
+      if (name(i:i) == '_') words(i:i) = ' '
+    end do
+  end function in_words
 
   !> 512 bytes, 6.0 MB, 1.7 GB.
   pure function bytes_in_words(bytes) result(words)

@@ -8,14 +8,14 @@
 module result_checksums_mod
   use kinds_mod, only: i8
   use errors_mod, only: error_t, raise, exit_wrong_input
+  use dataset_kinds_mod, only: of_long
   use text_mod, only: string_t
   use hdf5_files_mod, only: hdf5_file_t, exists, flush_file, list_members
   use hdf5_attributes_mod, only: write_attribute, read_attribute, describe_group
   use hdf5_contents_mod, only: checksum_of_contents
   use hdf5_datasets_mod, only: read_dataset
-  use hdf5_rows_mod, only: rows_t, create_rows, keep_rows, append_row, read_through, &
-    is_growing
-  use hdf5_types_mod, only: of_long
+  use hdf5_rows_mod, only: rows_t, create_rows, keep_rows, append_row
+  use hdf5_read_rows_mod, only: read_through, is_growing
   implicit none
   private
 

@@ -32,13 +32,16 @@ module result_file_mod
   use state_mod, only: state_t
   use increments_mod, only: ends_step, asked_number
   use step_report_mod, only: step_report_t
-  use step_fields_mod, only: step_fields_t, fields_due
+  use step_fields_mod, only: fields_due
+  use output_field_mod, only: field_t, field_source_t, block_bytes, at_start
+  use pair_fields_mod, only: list_pair_fields
+  use view_fields_mod, only: list_view_fields
   use hdf5_files_mod, only: hdf5_file_t, create_file, open_file, copy_object, flush_file, &
     close_file, is_open
   use hdf5_attributes_mod, only: read_attribute, write_attribute
+  use hdf5_datasets_mod, only: read_dataset
   use result_history_mod, only: history_t, create_history, append_history, finish_row
-  use result_contact_mod, only: pair_rows_t, nodal_contact_t, create_contact, append_contact, &
-                                contact_at_nodes
+  use result_contact_mod, only: pair_rows_t, create_contact, append_contact
   use result_view_mod, only: view_t, create_view, append_step, count_step, finish_view
   use result_state_mod, only: slots_t, create_state, write_state, read_state
   use result_checksums_mod, only: checksums_t, create_checksums, append_checksum, seal_contents, &
@@ -69,6 +72,7 @@ module result_file_mod
     type(pair_rows_t), private, allocatable :: pairs(:)
     type(slots_t),     private :: slots
     type(checksums_t), private :: checksums
+    integer,           private :: mesh_size(2) = 0    !! nodes, elements
     integer,           private :: row = 0             !! of the increment appended last
     real(wp),          private :: time = 0.0_wp       !! and its end
     logical,           private :: has_fields = .false. !! and whether it brought fields
@@ -225,6 +229,7 @@ contains
     integer :: n_steps
 
     file%n_rows = n_rows
+    file%mesh_size = [scene%mesh%n_nodes, scene%mesh%n_elements]
     n_steps = 0
     if (n_rows > 0) call steps_until(file%hdf5, n_rows, n_steps, error)
     if (allocated(error)) return
@@ -232,8 +237,8 @@ contains
     if (allocated(error)) return
     call create_contact(file%hdf5, scene, plan%points, n_rows, file%pairs, error)
     if (allocated(error)) return
-    call create_view(file%hdf5, scene%mesh, scene%output, plan%points%n > 0, &
-      rows_at_most(scene, plan), n_steps, file%view, error)
+    call create_view(file%hdf5, scene, plan%points%n > 0, rows_at_most(scene, plan), n_steps, &
+      file%view, error)
     call create_checksums(file%hdf5, n_rows, file%checksums, error)
   end subroutine lay_out
 
@@ -243,16 +248,14 @@ contains
   !>
   !> Its histories always; its fields where `fields_due` says so. What the file of a continued run
   !> has already is not appended again.
-  subroutine append_increment(file, scene, plan, state, report, fields, error)
+  subroutine append_increment(file, scene, plan, state, report, error)
     type(result_file_t), intent(inout) :: file
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(state_t), intent(in) :: state
-    type(step_report_t), intent(in) :: report
-    type(step_fields_t), intent(in) :: fields !! what is asked for, when fields are due
+    type(scene_t), intent(in), target :: scene
+    type(plan_t), intent(in), target :: plan
+    type(state_t), intent(in), target :: state
+    type(step_report_t), intent(in), target :: report
     type(error_t), allocatable, intent(out) :: error
-    type(nodal_contact_t) :: nodal
-    integer :: worst_node
+    type(field_source_t) :: source
     integer(i8) :: checksum
     logical :: due
 
@@ -261,22 +264,19 @@ contains
     call check_limit(file%hdf5%path, scene, plan, error)
     if (allocated(error)) return
     checksum = 0
-    worst_node = 0
-    if (report%worst_point > 0) worst_node = plan%points%node(report%worst_point)
+    source%scene => scene
+    source%points => plan%points
+    source%state => state
+    source%report => report
     due = fields_due(scene%output%frequency, asked_number(state%position), &
       ends_step(scene%steps, state))
 
     if (due) file%n_outputs = file%n_outputs + 1
     due = due .and. file%n_outputs > file%view%n_steps
-    if (due) then
-      if (scene%output%contact .and. plan%points%n > 0) then
-        nodal = contact_at_nodes(scene%mesh%n_nodes, plan%points, state, report%contact)
-      end if
-      call append_step(file%view, state, fields, nodal, checksum, error)
-    end if
+    if (due) call append_step(file%view, source, checksum, error)
     if (state%row > file%n_rows) then
-      call append_contact(file%pairs, state, report%contact, checksum, error)
-      call append_history(file%history, state, report, worst_node, checksum, error)
+      call append_contact(file%pairs, source, checksum, error)
+      call append_history(file%history, state, report, plan%points, checksum, error)
       call append_checksum(file%checksums, checksum, file%view%n_steps + merge(1, 0, due), error)
     end if
     file%row = state%row
@@ -327,17 +327,34 @@ contains
   end subroutine check_limit
 
   !> What an increment and its state take in the file, nothing squeezed [bytes].
-  pure integer(i8) function most_of_increment(scene, plan) result(bytes)
+  integer(i8) function most_of_increment(scene, plan) result(bytes)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     integer(i8), parameter :: tables = 1000000_i8 !! a chunk of 4 KB of every history, and so on
-    integer(i8), parameter :: of_node = 81 + 240, of_brick = 8, of_point = 137 + 100, tensors = 2*48
+    integer(i8), parameter :: of_node = 240, of_point = 100 !! of the state
+    type(field_t), allocatable :: fields(:)
+    integer :: i
 
-    bytes = tables + of_node*scene%mesh%n_nodes + of_brick*scene%mesh%n_elements + &
-      of_point*plan%points%n
-    if (.not. (scene%output%stress .or. scene%output%strain)) return
-    bytes = bytes + tensors*(scene%mesh%n_nodes + 9_i8*scene%mesh%n_elements)
+    call list_view_fields(scene, plan%points%n > 0, fields)
+    bytes = tables + of_node*scene%mesh%n_nodes + of_point*plan%points%n + growing_bytes(fields)
+    if (plan%points%n == 0) return
+    do i = 1, size(scene%pairs)
+      call list_pair_fields(scene, i, plan%points%first(i + 1) - plan%points%first(i), fields)
+      bytes = bytes + growing_bytes(fields)
+    end do
   end function most_of_increment
+
+  !> What an increment adds to these fields at most [bytes].
+  pure integer(i8) function growing_bytes(fields)
+    type(field_t), intent(in) :: fields(:)
+    integer :: i
+
+    growing_bytes = 0
+    do i = 1, size(fields)
+      if (fields(i)%written /= at_start) growing_bytes = growing_bytes + &
+        int(block_bytes(fields(i)), i8)
+    end do
+  end function growing_bytes
 
   !> Refuse to write on into a file that has been deleted: what is written would go with the end of
   !> the program.
@@ -387,6 +404,7 @@ contains
     type(string_t), intent(in) :: counter_names(:) !! (n)
     real(wp), intent(in) :: counters(:)            !! (n) sizes, times [s], memory [bytes]
     type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: time(:)
 
     if (.not. is_open(file%hdf5)) return
     if (file%n_rows == 0) then
@@ -396,8 +414,10 @@ contains
     if (file%is_broken) return
     call finish_view(file%view, error)
     call end_run(file%hdf5, status, counter_names, counters, error)
+    call read_dataset(file%hdf5, '/VTKHDF/Steps/Values', time, error)
     call close_file(file%hdf5, error)
-    if (.not. allocated(error) .and. file%view%n_steps > 0) call write_xdmf(file%path, error)
+    if (allocated(error) .or. file%view%n_steps == 0) return
+    call write_xdmf(file%path, time, file%view%fields, file%mesh_size, error)
   end subroutine finish_result
 
   ! ------------------------------------------------------------------ helpers

@@ -6,11 +6,9 @@
 module xdmf_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_machine
-  use text_mod, only: string_t, to_text
-  use hdf5_files_mod, only: hdf5_file_t, open_file, close_file, exists, list_members
-  use hdf5_attributes_mod, only: read_attribute
-  use hdf5_datasets_mod, only: dataset_extents, dataset_kind, read_dataset
-  use hdf5_types_mod, only: of_real, of_integer, of_long, of_byte
+  use text_mod, only: to_text
+  use dataset_kinds_mod, only: of_real, of_integer, of_long, of_byte
+  use output_field_mod, only: field_t, block_shape, at_start
   use fresh_file_mod, only: delete_file
   implicit none
   private
@@ -18,16 +16,6 @@ module xdmf_mod
   public :: write_xdmf, xdmf_path
 
   character(2), parameter :: component(6) = ['XX', 'YY', 'ZZ', 'XY', 'YZ', 'XZ'] !! of a tensor
-
-  !> A field as the XML has to know it.
-  type :: attribute_t
-    character(:), allocatable :: name, center, path
-    integer :: kind = 0                     !! of_real, ...
-    integer(i8) :: n = 0                    !! entries of a block: nodes or elements
-    integer(i8) :: n_components = 1
-    integer(i8), allocatable :: extents(:)  !! of the whole dataset, Fortran's way round
-    integer(i8), allocatable :: offset(:)   !! (n_steps) where each block begins
-  end type attribute_t
 
 contains
 
@@ -45,70 +33,14 @@ contains
     path = result_path(:n)//'.xdmf'
   end function xdmf_path
 
-  !> Write the sidecar of a result file that is complete and closed.
-  subroutine write_xdmf(result_path, error)
-    character(*), intent(in) :: result_path
-    type(error_t), allocatable, intent(out) :: error
-    type(hdf5_file_t) :: file
-    type(attribute_t), allocatable :: attributes(:)
-    real(wp), allocatable :: time(:)
-    integer(i8), allocatable :: n_points(:), n_cells(:)
-    integer(i8) :: n_steps
-
-    call open_file(result_path, .false., file, error)
-    if (allocated(error)) return
-    call read_attribute(file, '/VTKHDF/Steps', 'NSteps', n_steps, error)
-    call read_dataset(file, '/VTKHDF/Steps/Values', time, error)
-    call read_dataset(file, '/VTKHDF/NumberOfPoints', n_points, error)
-    call read_dataset(file, '/VTKHDF/NumberOfCells', n_cells, error)
-    allocate (attributes(0))
-    if (.not. allocated(error)) then
-      call add_attributes(file, 'PointData', 'Node', n_points(1), attributes, error)
-      call add_attributes(file, 'CellData', 'Cell', n_cells(1), attributes, error)
-    end if
-    call close_file(file, error)
-    if (allocated(error)) return
-    call write_xml(result_path, time(:n_steps), [n_points(1), n_cells(1)], attributes, error)
-  end subroutine write_xdmf
-
-  !> Add the fields of a group that have a place in time.
+  !> Write the sidecar of a result file.
   !>
   !> Tensors at Gauss points stay out: no XDMF reader knows them, and as scalars they would be 48.
-  subroutine add_attributes(file, group, center, n, attributes, error)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: group, center
-    integer(i8), intent(in) :: n
-    type(attribute_t), allocatable, intent(inout) :: attributes(:)
-    type(error_t), allocatable, intent(inout) :: error
-    type(string_t), allocatable :: names(:)
-    type(attribute_t) :: attribute
-    character(:), allocatable :: offsets
-    integer :: i
-
-    call list_members(file, '/VTKHDF/'//group, names, error)
-    do i = 1, size(names)
-      offsets = '/VTKHDF/Steps/'//group//'Offsets/'//names(i)%text
-      if (.not. exists(file, offsets)) cycle
-      attribute%name = names(i)%text
-      attribute%center = center
-      attribute%path = '/VTKHDF/'//group//'/'//names(i)%text
-      attribute%kind = dataset_kind(file, attribute%path)
-      attribute%n = n
-      call dataset_extents(file, attribute%path, attribute%extents, error)
-      call read_dataset(file, offsets, attribute%offset, error)
-      if (allocated(error)) return
-      attribute%n_components = 1
-      if (size(attribute%extents) == 2) attribute%n_components = attribute%extents(1)
-      if (attribute%n_components > size(component)) cycle
-      attributes = [attributes, attribute]
-    end do
-  end subroutine add_attributes
-
-  subroutine write_xml(result_path, time, mesh_size, attributes, error)
+  subroutine write_xdmf(result_path, time, fields, mesh_size, error)
     character(*), intent(in) :: result_path
-    real(wp), intent(in) :: time(:)
-    integer(i8), intent(in) :: mesh_size(2) !! points, cells
-    type(attribute_t), intent(in) :: attributes(:)
+    real(wp), intent(in) :: time(:)        !! of each increment with fields
+    type(field_t), intent(in) :: fields(:) !! in the file, over the nodes and the elements
+    integer, intent(in) :: mesh_size(2)    !! nodes, elements
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: path, source
     character(200) :: reason
@@ -136,8 +68,9 @@ contains
         call line('<Geometry GeometryType="XYZ">')
         call line(item(to_text(mesh_size(1))//' 3', of_real, source//':/VTKHDF/Points'))
         call line('</Geometry>')
-        do i = 1, size(attributes)
-          call line(attribute_element(attributes(i), step, source))
+        do i = 1, size(fields)
+          if (n_components(fields(i)) > size(component)) cycle
+          call line(attribute_element(fields(i), step, size(time), source))
         end do
         call line('</Grid>')
       end do
@@ -168,70 +101,87 @@ contains
       given = given + len(text) + 1
     end subroutine line
 
-  end subroutine write_xml
+  end subroutine write_xdmf
 
   !> The XML of a field in an increment: its block of the dataset.
   !>
   !> Readers disagree about more than three components ("Tensor6" has an order of its own, "Matrix"
   !> is read in several ways), so a stress or strain becomes six scalars.
-  function attribute_element(attribute, step, source) result(xml)
-    type(attribute_t), intent(in) :: attribute
-    integer, intent(in) :: step
+  function attribute_element(field, step, n_steps, source) result(xml)
+    type(field_t), intent(in) :: field
+    integer, intent(in) :: step, n_steps
     character(*), intent(in) :: source !! name of the result file, escaped
     character(:), allocatable :: xml, name
     integer :: i, n
 
-    name = escaped(attribute%name)
-    n = int(attribute%n_components)
+    name = escaped(field%name(index(field%name, '/') + 1:))
+    n = n_components(field)
     select case (n)
     case (1)
-      xml = named_block(attribute, step, source, name, 'Scalar', [0, n])
+      xml = named_block(field, step, n_steps, source, name, 'Scalar', [0, n])
     case (3)
-      xml = named_block(attribute, step, source, name, 'Vector', [0, n])
+      xml = named_block(field, step, n_steps, source, name, 'Vector', [0, n])
     case default
       xml = ''
       do i = 1, n
         if (i > 1) xml = xml//new_line('a')
-        xml = xml//named_block(attribute, step, source, &
-                               name//'_'//component(i), 'Scalar', [i - 1, 1])
+        xml = xml//named_block(field, step, n_steps, source, name//'_'//component(i), 'Scalar', &
+          [i - 1, 1])
       end do
     end select
   end function attribute_element
 
-  !> One attribute of the XML: some components of a field's block.
-  function named_block(attribute, step, source, name, shape_name, components) result(xml)
-    type(attribute_t), intent(in) :: attribute
-    integer, intent(in) :: step
+  pure integer function n_components(field)
+    type(field_t), intent(in) :: field
+    integer :: n(2)
+
+    n = block_shape(field)
+    n_components = n(1)
+  end function n_components
+
+  !> One attribute of the XML: some components of a field's block. Blocks stand one behind the
+  !> other; of what was written at the start there is one.
+  function named_block(field, step, n_steps, source, name, shape_name, components) result(xml)
+    type(field_t), intent(in) :: field
+    integer, intent(in) :: step, n_steps
     character(*), intent(in) :: source, name, shape_name
     integer, intent(in) :: components(2) !! first, from 0, and how many
-    character(:), allocatable :: xml, location, start, stride, count, all
+    character(:), allocatable :: xml, center, location, start, stride, count, all
     character(*), parameter :: end_of_line = new_line('a')
-    integer :: rank
+    integer :: rank, n(2)
+    integer(i8) :: before, blocks
 
-    rank = size(attribute%extents)
-    start = to_text(attribute%offset(step))
+    rank = size(field%extents)
+    n = block_shape(field)
+    before = step - 1
+    blocks = n_steps
+    if (field%written == at_start) before = 0
+    if (field%written == at_start) blocks = 1
+    start = to_text(before*n(2))
     stride = '1'
-    count = to_text(attribute%n)
-    all = to_text(attribute%extents(rank))
+    count = to_text(n(2))
+    all = to_text(blocks*n(2))
     if (rank > 1) then
       start = start//' '//to_text(components(1))
       stride = stride//' 1'
       count = count//' '//to_text(components(2))
-      all = all//' '//to_text(attribute%n_components)
+      all = all//' '//to_text(n(1))
     end if
-    location = source//':'//escaped(attribute%path)
-    xml = item(all, attribute%kind, location)
+    center = 'Cell'
+    if (index(field%name, 'PointData/') == 1) center = 'Node'
+    location = source//':'//'/VTKHDF/'//escaped(field%name)
+    xml = item(all, field%kind, location)
     if (all /= count) then
       ! Xdmf2 takes the two items within, and knows them by `Type`. Xdmf3 mixes up the order of
       ! extents in those, but not in the selection behind the location; it would go by `ItemType`.
-      xml = '<DataItem Type="HyperSlab" Format="HDF" '//number_type(attribute%kind)// &
+      xml = '<DataItem Type="HyperSlab" Format="HDF" '//number_type(field%kind)// &
             ' Dimensions="'//count//'">'// &
             location//'|'//start//':'//stride//':'//count//':'//all//end_of_line// &
             '<DataItem Format="XML" NumberType="Int" Dimensions="3 '//to_text(rank)//'">'// &
             start//' '//stride//' '//count//'</DataItem>'//end_of_line// &
             xml//end_of_line//'</DataItem>'
     end if
-    xml = '<Attribute Name="'//name//'" Center="'//attribute%center//'" AttributeType="'// &
+    xml = '<Attribute Name="'//name//'" Center="'//center//'" AttributeType="'// &
           shape_name//'">'//end_of_line//xml//end_of_line//'</Attribute>'
   end function named_block
 

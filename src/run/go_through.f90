@@ -10,7 +10,9 @@ module go_through_mod
   use increments_mod, only: increment_t, next_increment, whole_increment, asked_number, is_extra
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t, ended_out_of_reach
-  use step_fields_mod, only: step_fields_t, fields_due
+  use step_fields_mod, only: fields_due
+  use output_field_mod, only: field_t, block_bytes
+  use view_fields_mod, only: list_view_fields
   use make_plan_mod, only: revise_plan
   use body_solver_mod, only: solver_work_t
   use step_solver_mod, only: step_solver_t, widen_interface
@@ -29,7 +31,7 @@ module go_through_mod
   use export_problems_mod, only: exports_t, export_increment
   use console_mod, only: console_t, say, print_lines, print_increment, print_warning, clear_bar
   use continue_run_mod, only: progress_t, keep_progress, enter_step, heed_signal
-  use make_fields_mod, only: estimate_mesh, make_fields, measure_deformation
+  use measure_increment_mod, only: estimate_mesh, measure_deformation
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, nodes_in_words, is_solved
   implicit none
   private
@@ -51,7 +53,6 @@ contains
     type(state_t) :: new
     type(increment_t) :: increment
     type(step_report_t) :: report
-    type(step_fields_t) :: fields
     logical :: is_cut
     logical :: is_plain !! so are the increments after it: one may look ahead
     character(:), allocatable :: missed !! accuracy, and by what
@@ -96,7 +97,7 @@ contains
       if (allocated(error)) return
       call look_between_nodes()
       if (allocated(error)) return
-      call estimate_errors(scene, plan, solver, new, progress, entries, report, fields)
+      call estimate_errors(scene, plan, solver, new, progress, entries, report)
       call tell_unheld(console, increment, report, unheld)
       if (increment%last_of_step) call tell_small_contacts(console, scene, plan, increment, &
         solver%body%prescribed, report)
@@ -151,15 +152,14 @@ contains
       real(wp) :: clock
 
       clock = wall_seconds()
-      call make_fields(scene, new, fields)
-      call check_library_room(room_to_write(scene), 'write the result file', error)
+      call check_library_room(room_to_write(scene, plan), 'write the result file', error)
       if (allocated(error)) return
-      call append_increment(file, scene, plan, new, report, fields, error)
+      call append_increment(file, scene, plan, new, report, error)
       if (allocated(error)) return
       progress%tally%allowed = max(progress%tally%allowed, 10.0_wp*scene%contact%tolerance)
       missed = ''
       if (increment%last_of_step) then
-        missed = shortfall(scene, increment%step, report%errors, fields%mesh_error)
+        missed = shortfall(scene, increment%step, report%errors, report%mesh_error)
         call sharpen(scene, report%errors)
       end if
       if (missed /= '') progress%tally%missed = progress%tally%missed + 1
@@ -224,7 +224,7 @@ contains
   end subroutine note_events
 
   !> How wrong the increment is.
-  subroutine estimate_errors(scene, plan, solver, new, progress, entries, report, fields)
+  subroutine estimate_errors(scene, plan, solver, new, progress, entries, report)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(step_solver_t), intent(inout) :: solver
@@ -232,7 +232,6 @@ contains
     type(progress_t), intent(inout) :: progress
     type(entries_t), intent(in) :: entries !! of obstacles between the nodes
     type(step_report_t), intent(inout) :: report
-    type(step_fields_t), intent(out) :: fields !! nothing, or the error of the mesh
     real(wp) :: clock
 
     clock = wall_seconds()
@@ -241,7 +240,7 @@ contains
     end associate
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
     call follow_coarsely(scene, plan%points, solver, progress%state, new, progress%coarse, report)
-    call estimate_mesh(scene, new, report, fields)
+    call estimate_mesh(scene, new, report)
     ! docs/theory.md (10.8)
     if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))
@@ -340,15 +339,20 @@ contains
   end subroutine tell_small_contacts
 
   !> Memory that HDF5 may ask for while an increment is written: its tables, and a few copies of
-  !> the longest row, which it shuffles and deflates.
-  pure function room_to_write(scene) result(bytes)
+  !> the longest row, of a field or of the state, which it shuffles and deflates.
+  function room_to_write(scene, plan) result(bytes)
     type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
     integer(i8) :: bytes
-    integer(i8), parameter :: tables = 16000000_i8, copies = 4, tensor = 48, at_gauss_points = 8
+    integer(i8), parameter :: tables = 16000000_i8, copies = 4, tensor = 48
+    type(field_t), allocatable :: fields(:)
+    integer :: i
 
     bytes = tensor*max(scene%mesh%n_nodes, scene%mesh%n_elements)
-    if (scene%output%at_gauss_points) bytes = max(bytes, &
-      at_gauss_points*tensor*scene%mesh%n_elements)
+    call list_view_fields(scene, plan%points%n > 0, fields)
+    do i = 1, size(fields)
+      bytes = max(bytes, int(block_bytes(fields(i)), i8))
+    end do
     bytes = tables + copies*bytes
   end function room_to_write
 

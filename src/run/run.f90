@@ -156,7 +156,7 @@ contains
     logical :: in_place
 
     path = result_path(options, scene)
-    call check_library_room(3*room_to_write(scene), 'begin the result file', error)
+    call check_library_room(3*room_to_write(scene, plan), 'begin the result file', error)
     if (allocated(error)) return
     call catch_signals()
     call start_run(scene, plan, progress)

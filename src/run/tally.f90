@@ -57,6 +57,15 @@ module tally_mod
     real(wp) :: earlier_time = 0.0_wp   !! of it, in sessions that this one continues
   end type tally_t
 
+  integer, parameter :: most_counters = 64
+
+  !> Counters with their names.
+  type :: counters_t
+    integer :: n = 0
+    type(string_t) :: names(most_counters)
+    real(wp) :: values(most_counters) = 0.0_wp
+  end type counters_t
+
 contains
 
   !> Count an increment that is in the file.
@@ -111,40 +120,7 @@ contains
     type(number_list_t), intent(inout) :: list
     type(tally_t), intent(inout) :: tally
 
-    call carry(list, tally%increments)
-    call carry(list, tally%outputs)
-    call carry(list, tally%certified)
-    call carry(list, tally%cuts)
-    call carry(list, tally%at_events)
-    call carry(list, tally%kinks_inside)
-    call carry(list, tally%touches_inside)
-    call carry(list, tally%missed)
-    call carry(list, tally%plan_revisions)
-    call carry(list, tally%contact_iterations)
-    call carry(list, tally%products)
-    call carry(list, tally%fallbacks)
-    call carry(list, tally%local_iterations)
-    call carry(list, tally%newton_raphson)
-    call carry(list, tally%worst_row)
-    call carry(list, tally%equations)
-    call carry(list, tally%interface_equations)
-    call carry(list, tally%contact_points)
-    call carry(list, tally%contact_rows)
-    call carry(list, tally%compliance_bytes)
-    call carry(list, tally%contact_matrix_bytes)
-    call carry(list, tally%factor_entries)
-    call carry(list, tally%allowed)
-    call carry(list, tally%worst)
-    call carry(list, tally%unrefined)
-    call carry(list, tally%imbalance)
-    call carry(list, tally%largest_strain)
-    call carry(list, tally%largest_rotation)
-    call carry(list, tally%read_time)
-    call carry(list, tally%contact_time)
-    call carry(list, tally%step_time)
-    call carry(list, tally%write_time)
-    call carry(list, tally%estimate_time)
-    call carry(list, tally%total_time)
+    call go_over(tally, list=list)
   end subroutine carry_tally
 
   !> Names and values of what /run/counters holds. What the plan counts has the plan's names.
@@ -152,70 +128,108 @@ contains
     type(tally_t), intent(in) :: tally
     type(string_t), allocatable, intent(out) :: names(:)
     real(wp), allocatable, intent(out) :: values(:)
-    integer, parameter :: room = 48
-    type(string_t) :: all_names(room)
-    real(wp) :: all_values(room)
-    type(usage_t) :: others
-    integer :: n
+    type(tally_t) :: copy
+    type(counters_t) :: counters
 
-    n = 0
-    others = usage_of_others()
-    call count('increments', real(tally%increments, wp))
-    call count('increments_with_fields', real(tally%outputs, wp))
-    call count('equations', real(tally%equations, wp))
-    call count('interface_equations', real(tally%interface_equations, wp))
-    call count('contact_points', real(tally%contact_points, wp))
-    call count('contact_rows', real(tally%contact_rows, wp))
-    call count('factorisations', real(tally%work%n_factorisations, wp))
-    call count('factor_entries', tally%factor_entries)
-    call count('solutions', real(tally%solutions, wp))
-    call count('newton_raphson_iterations', real(tally%newton_raphson, wp))
-    call count('contact_iterations', real(tally%contact_iterations, wp))
-    call count('compliance_products', real(tally%products, wp))
-    call count('increments_cut', real(tally%cuts, wp))
-    call count('increments_at_events', real(tally%at_events, wp))
-    call count('kinks_inside_increments', real(tally%kinks_inside, wp))
-    call count('first_touches_inside_increments', real(tally%touches_inside, wp))
-    call count('plan_revisions', real(tally%plan_revisions, wp))
-    call count('brick_stiffnesses', real(tally%work%n_stiffnesses, wp))
-    call count('solver_fallbacks', real(tally%fallbacks, wp))
-    call count('local_iterations', real(tally%local_iterations, wp))
-    call count('unrefined_imbalance', tally%unrefined)
-    call count('imbalance', tally%imbalance)
-    call count('largest_strain', tally%largest_strain)
-    call count('largest_rotation', tally%largest_rotation)
-    call count('compliance_bytes', tally%compliance_bytes)
-    call count('contact_matrix_bytes', tally%contact_matrix_bytes)
-    call count('peak_memory_bytes', real(peak_memory_bytes() + others%peak, wp))
-    call count('file_bytes', tally%file_bytes)
-    call count('cpu_seconds', cpu_seconds() + others%cpu)
-    call count('seconds_read', tally%read_time)
-    associate (s => tally%work)
-      call count('seconds_assemble', s%assemble)
-      call count('seconds_order', s%order)
-      call count('seconds_factorise', s%factorise)
-      call count('seconds_condense', s%condense)
-      call count('seconds_loads', s%loads)
-    end associate
-    call count('seconds_contact', tally%contact_time)
-    call count('seconds_recover', tally%step_time - tally%contact_time)
-    call count('seconds_write', tally%write_time)
-    call count('seconds_estimate', tally%estimate_time)
-    call count('seconds_total', tally%total_time)
-    names = all_names(:n)
-    values = all_values(:n)
+    copy = tally
+    call go_over(copy, counters=counters)
+    names = counters%names(:counters%n)
+    values = counters%values(:counters%n)
+  end subroutine list_counters
+
+  !> Go over all that a run adds up to, a line each: carry it, or list it under its name.
+  subroutine go_over(tally, list, counters)
+    type(tally_t), intent(inout) :: tally
+    type(number_list_t), intent(inout), optional :: list     !! to carry it
+    type(counters_t), intent(inout), optional :: counters    !! to list it
+    type(usage_t) :: others
+    logical :: lists
+
+    lists = present(counters)
+    ! Counted, from session to session.
+    call whole('increments', tally%increments)
+    call whole('increments_with_fields', tally%outputs)
+    call whole('equations', tally%equations)
+    call whole('interface_equations', tally%interface_equations)
+    call whole('contact_points', tally%contact_points)
+    call whole('contact_rows', tally%contact_rows)
+    if (lists) call add('factorisations', real(tally%work%n_factorisations, wp))
+    call amount('factor_entries', tally%factor_entries)
+    if (lists) call add('solutions', real(tally%solutions, wp))
+    call whole('newton_raphson_iterations', tally%newton_raphson)
+    call whole('contact_iterations', tally%contact_iterations)
+    call whole('compliance_products', tally%products)
+    call whole('increments_cut', tally%cuts)
+    call whole('increments_at_events', tally%at_events)
+    call whole('kinks_inside_increments', tally%kinks_inside)
+    call whole('first_touches_inside_increments', tally%touches_inside)
+    call whole('plan_revisions', tally%plan_revisions)
+    if (lists) call add('brick_stiffnesses', real(tally%work%n_stiffnesses, wp))
+    call whole('solver_fallbacks', tally%fallbacks)
+    call whole('local_iterations', tally%local_iterations)
+    call amount('unrefined_imbalance', tally%unrefined)
+    call amount('imbalance', tally%imbalance)
+    call amount('largest_strain', tally%largest_strain)
+    call amount('largest_rotation', tally%largest_rotation)
+    call amount('compliance_bytes', tally%compliance_bytes)
+    call amount('contact_matrix_bytes', tally%contact_matrix_bytes)
+    if (lists) then
+      others = usage_of_others()
+      call add('peak_memory_bytes', real(peak_memory_bytes() + others%peak, wp))
+      call add('file_bytes', tally%file_bytes)
+      call add('cpu_seconds', cpu_seconds() + others%cpu)
+    end if
+    call amount('seconds_read', tally%read_time)
+    if (lists) then
+      associate (s => tally%work)
+        call add('seconds_assemble', s%assemble)
+        call add('seconds_order', s%order)
+        call add('seconds_factorise', s%factorise)
+        call add('seconds_condense', s%condense)
+        call add('seconds_loads', s%loads)
+      end associate
+    end if
+    call amount('seconds_contact', tally%contact_time)
+    if (lists) call add('seconds_recover', tally%step_time - tally%contact_time)
+    call amount('seconds_write', tally%write_time)
+    call amount('seconds_estimate', tally%estimate_time)
+    call amount('seconds_total', tally%total_time)
+    ! Not counted.
+    if (.not. present(list)) return
+    call carry(list, tally%certified)
+    call carry(list, tally%missed)
+    call carry(list, tally%allowed)
+    call carry(list, tally%worst)
+    call carry(list, tally%worst_row)
+    call carry(list, tally%step_time)
 
   contains
 
-    subroutine count(name, value)
+    subroutine whole(name, value)
+      character(*), intent(in) :: name
+      integer, intent(inout) :: value
+
+      if (present(list)) call carry(list, value)
+      if (lists) call add(name, real(value, wp))
+    end subroutine whole
+
+    subroutine amount(name, value)
+      character(*), intent(in) :: name
+      real(wp), intent(inout) :: value
+
+      if (present(list)) call carry(list, value)
+      if (lists) call add(name, value)
+    end subroutine amount
+
+    subroutine add(name, value)
       character(*), intent(in) :: name
       real(wp), intent(in) :: value
 
-      n = n + 1
-      all_names(n)%text = name
-      all_values(n) = value
-    end subroutine count
+      counters%n = counters%n + 1
+      counters%names(counters%n)%text = name
+      counters%values(counters%n) = value
+    end subroutine add
 
-  end subroutine list_counters
+  end subroutine go_over
 
 end module tally_mod

@@ -28,6 +28,7 @@ MAY_USE = {
     "algebra": {"base", "machine"},
     "model": {"base"},
     "elements": {"base", "algebra", "model"},
+    "output": {"base", "algebra", "model", "elements"},
     "deck/language": {"base"},
     # elements: the check of the Jacobians
     "deck": {"base", "machine", "model", "elements", "deck/language", "deck/cards"},
@@ -37,12 +38,14 @@ MAY_USE = {
     "contact/geometry": {"base", "algebra", "model", "elements"},
     "contact/solvers": {"base", "algebra", "model"},
     "increment": _BODY | _CONTACT,
-    "plan": _BODY | _CONTACT | {"increment"},
+    "plan": _BODY | _CONTACT | {"output", "increment"},
     "hdf5": {"base", "machine"},
-    "results": _LOW | {"hdf5"},
+    "results": _LOW | {"output", "hdf5"},
     "fclib": _BODY | _CONTACT | {"increment", "hdf5", "results"},
     "console": {"base", "machine", "model", "deck/language"},
-    "run": _BODY | _CONTACT | {"deck", "increment", "plan", "hdf5", "results", "fclib", "console"},
+    "run": _BODY
+    | _CONTACT
+    | {"output", "deck", "increment", "plan", "hdf5", "results", "fclib", "console"},
     "app": _BODY | {"fclib", "console", "run"},
 }
 MAIN = "app/main.f90"

@@ -1,0 +1,141 @@
+!> The fields of /history: a number an increment, of what concerns the whole body.
+!>
+!> Each is one entry here. Its number stands in it, as an expression of the increment.
+module history_fields_mod
+  use kinds_mod, only: wp
+  use dataset_kinds_mod, only: of_real, of_integer, of_byte
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use increments_mod, only: is_extra
+  use step_report_mod, only: step_report_t, total_error
+  use output_field_mod, only: field_t, field_list_t, add_field, get_fields
+  implicit none
+  private
+
+  public :: list_history_fields, plan_history_fields
+
+contains
+
+  !> The histories before there is an increment: their numbers mean nothing.
+  subroutine plan_history_fields(fields)
+    type(field_t), allocatable, intent(out) :: fields(:)
+
+    call list_history_fields(state_t(), step_report_t(), contact_points_t(), fields)
+  end subroutine plan_history_fields
+
+  !> The histories, with the numbers of an increment.
+  subroutine list_history_fields(state, report, points, fields)
+    type(state_t), intent(in) :: state !! at the end of the increment
+    type(step_report_t), intent(in) :: report
+    type(contact_points_t), intent(in) :: points
+    type(field_t), allocatable, intent(out) :: fields(:)
+    type(field_list_t) :: list
+    integer :: worst_node
+
+    worst_node = 0
+    if (report%worst_point > 0) worst_node = points%node(report%worst_point)
+
+    call whole('step', 'ordinal of the *STEP', state%step)
+    call whole('increment', 'number of the increment within its step', state%increment)
+    call real_number('time', 'time from the start of the run, at the end of the increment', &
+      'time', state%time)
+    call code('extra', '1: the increment ends where none of the deck does', &
+      merge(1, 0, is_extra(state%position)))
+    call code('certified', '1: every entry of the certificate is small enough', &
+      merge(1, 0, report%certificate%certified))
+    call whole('contact_iterations', 'sweeps over all points, or iterations of the global '// &
+      'Newton method', report%contact_iterations)
+    call whole('local_iterations', 'iterations of the local solver, summed over points and '// &
+      'sweeps', report%local_iterations)
+    call whole('compliance_products', 'products of the compliance with a vector; a sweep '// &
+      'counts as one', report%compliance_products)
+    call whole('solver_stages', 'solvers that were tried one after the other: 1 when the first '// &
+      'reached the tolerance', report%solver_stages)
+    call whole('free_motions', 'rigid motions of bodies and obstacles that nothing holds', &
+      report%n_unheld)
+    call whole('newton_raphson_iterations', 'equilibrium iterations', &
+      report%newton_raphson_iterations)
+    call code('solver', '0: none was needed, 1: sweeps, 2: global Newton', report%solver)
+    call real_number('residual', 'scaled natural map at the end of the contact solver', 'ratio', &
+      report%residual)
+    call whole('worst_node', 'index into Points, from 0, of the point with the largest '// &
+      'residual; -1: none', worst_node - 1)
+    call real_number('wall_time', 'time the increment took', 'seconds', report%wall_time)
+    call real_number('contact_time', 'of it, in the contact solver', 'seconds', &
+      report%contact_time)
+    call real_number('face_penetration', 'deepest penetration of an obstacle into a slave face '// &
+      'between its nodes, at the end of the increment', 'length', report%face_penetration)
+    call real_number('face_penetration_on_way', 'the same before the end of the increment, '// &
+      'where no node touches nearby', 'length', report%face_penetration_on_way)
+
+    associate (c => report%certificate)
+      call ratio('certificate/penetration', 'deepest penetration', c%penetration)
+      call ratio('certificate/adhesion', 'largest tension between the bodies', c%adhesion)
+      call ratio('certificate/complementarity', 'largest product of gap and normal reaction', &
+        c%complementarity)
+      call ratio('certificate/cone', 'largest friction force beyond the cone', c%cone)
+      call ratio('certificate/law', 'largest departure from the direction and size of sliding '// &
+        'friction', c%law)
+      call ratio('certificate/equilibrium', 'largest force out of balance', c%equilibrium)
+      call ratio('certificate/balance', 'largest force or moment left over on a whole body or '// &
+        'obstacle', c%balance)
+      call ratio('certificate/support', 'largest departure from a prescribed displacement', &
+        c%support)
+    end associate
+
+    associate (e => report%energy)
+      call real_number('energy/external_work', 'work of loads and supports', 'energy', &
+        e%external_work)
+      call real_number('energy/strain', 'elastic energy of the bodies', 'energy', e%strain)
+      call real_number('energy/dissipation', 'work lost to friction', 'energy', e%dissipation)
+      call real_number('energy/balance', 'work less strain less dissipation: of the order of '// &
+        'the increment', 'energy', e%balance)
+    end associate
+
+    associate (e => report%errors)
+      call ratio('error/contact', 'largest entry of the certificate but equilibrium', e%contact)
+      call ratio('error/load_steps', 'difference of the contact resultants from those with '// &
+        'increments of another size', e%load_steps)
+      call ratio('error/mesh', 'error of the stresses by recovery, squared, over the energy of '// &
+        'the stresses', e%mesh)
+      call ratio('error/arithmetic', 'forces out of balance, and rounding times the condition', &
+        e%arithmetic)
+      call ratio('error/total', 'sum of the parts', total_error(e))
+    end associate
+    call get_fields(list, fields)
+
+  contains
+
+    subroutine real_number(name, description, quantity, value)
+      character(*), intent(in) :: name, description, quantity
+      real(wp), intent(in) :: value
+
+      call add_field(list, field_t(name, of_real, [integer ::], quantity, description, value=value))
+    end subroutine real_number
+
+    subroutine ratio(name, description, value)
+      character(*), intent(in) :: name, description
+      real(wp), intent(in) :: value
+
+      call real_number(name, description, 'ratio', value)
+    end subroutine ratio
+
+    subroutine whole(name, description, value)
+      character(*), intent(in) :: name, description
+      integer, intent(in) :: value
+
+      call add_field(list, field_t(name, of_integer, [integer ::], 'number', description, &
+        value=real(value, wp)))
+    end subroutine whole
+
+    subroutine code(name, description, value)
+      character(*), intent(in) :: name, description
+      integer, intent(in) :: value
+
+      call add_field(list, field_t(name, of_byte, [integer ::], 'code', description, &
+        value=real(value, wp)))
+    end subroutine code
+
+  end subroutine list_history_fields
+
+end module history_fields_mod

@@ -1,0 +1,119 @@
+!> An entry of the table of fields: a dataset of the result file, and how it is computed.
+!>
+!> The table has three parts: history_fields, one number an increment; pair_fields, at the points of
+!> a contact pair; view_fields, over the mesh. A new field is one entry in one of them and,
+!> but for a history, the procedure that computes it. The result file, its XDMF sidecar, the plan's
+!> list of fields and the estimate of the file's size are made from the table.
+module output_field_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t
+  use dataset_kinds_mod, only: of_real, bytes_of
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use step_report_mod, only: step_report_t
+  use step_fields_mod, only: tensor_field_t
+  implicit none
+  private
+
+  public :: field_t, field_source_t, field_list_t, add_field, get_fields, compute_field
+  public :: block_shape, block_bytes
+  public :: every_time, first_time, at_start, everywhere, at_supports, at_contact
+
+  ! When a field is written.
+  integer, parameter :: every_time = 1 !! a row an increment; over the mesh: where fields are due
+  integer, parameter :: first_time = 2 !! the same, but one row for the whole run
+  integer, parameter :: at_start = 3   !! before the first increment; it does not grow
+
+  ! Where the numbers of a field are not 0.
+  integer, parameter :: everywhere = 1
+  integer, parameter :: at_supports = 2
+  integer, parameter :: at_contact = 3
+
+  !> A field. Its extents are Fortran's way round; the last one counts points, nodes or elements.
+  type :: field_t
+    character(:), allocatable :: name !! below /history, the pair's group, or /VTKHDF
+    integer :: kind = of_real                !! of_real, ...: of its numbers in the file
+    integer, allocatable :: extents(:)       !! of what is written at a time; none: one number
+    character(:), allocatable :: quantity    !! what kind of number: length, force, code, ...
+    character(:), allocatable :: description
+    integer :: written = every_time          !! every_time, first_time or at_start
+    integer :: spread = everywhere           !! everywhere, at_supports or at_contact
+    real(wp) :: value = 0.0_wp               !! of a history: the number itself
+    procedure(compute_field), pointer, nopass :: compute => null() !! of all others
+  end type field_t
+
+  !> What the fields of an increment are computed from. Nothing of it is a copy.
+  type :: field_source_t
+    type(scene_t), pointer :: scene => null()
+    type(contact_points_t), pointer :: points => null()
+    type(state_t), pointer :: state => null()        !! at the end of the increment
+    type(step_report_t), pointer :: report => null()
+    integer :: first = 1, last = 0      !! points of the pair whose fields are computed
+    type(tensor_field_t) :: stress, strain !! where the deck asks for them; made with the first one
+    type(error_t), allocatable :: error !! a field could not be computed
+  end type field_source_t
+
+  !> A part of the table while it is made.
+  type :: field_list_t
+    type(field_t), allocatable, private :: fields(:)
+    integer, private :: n = 0
+  end type field_list_t
+
+  abstract interface
+    !> Compute a field: a column a point, node or element. What are whole numbers in the file are
+    !> whole numbers here.
+    subroutine compute_field(source, values)
+      import :: field_source_t, wp
+      implicit none
+      type(field_source_t), intent(inout) :: source
+      real(wp), intent(inout) :: values(:, :) !! of the field's block_shape; 0 on entry
+    end subroutine compute_field
+  end interface
+
+contains
+
+  !> Add an entry.
+  subroutine add_field(list, field)
+    type(field_list_t), intent(inout) :: list
+    type(field_t), intent(in) :: field
+    type(field_t), allocatable :: longer(:)
+
+    if (.not. allocated(list%fields)) allocate (list%fields(16))
+    if (list%n == size(list%fields)) then
+      allocate (longer(2*list%n))
+      longer(:list%n) = list%fields
+      call move_alloc(longer, list%fields)
+    end if
+    list%n = list%n + 1
+    list%fields(list%n) = field
+  end subroutine add_field
+
+  !> The entries of a list.
+  subroutine get_fields(list, fields)
+    type(field_list_t), intent(in) :: list
+    type(field_t), allocatable, intent(out) :: fields(:)
+
+    allocate (fields(list%n))
+    if (list%n > 0) fields(:) = list%fields(:list%n)
+  end subroutine get_fields
+
+  !> Numbers a point, node or element; and how many of these.
+  pure function block_shape(field) result(n)
+    type(field_t), intent(in) :: field
+    integer :: n(2)
+    integer :: rank
+
+    rank = size(field%extents)
+    n = 1
+    if (rank > 0) n = [product(field%extents(:rank - 1)), field%extents(rank)]
+  end function block_shape
+
+  !> What is written at a time [bytes].
+  elemental real(wp) function block_bytes(field)
+    type(field_t), intent(in) :: field
+
+    block_bytes = bytes_of(field%kind)*product(real(block_shape(field), wp))
+  end function block_bytes
+
+end module output_field_mod

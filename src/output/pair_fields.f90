@@ -1,0 +1,134 @@
+!> The fields of a contact pair, at its points: entries, and how each is computed.
+module pair_fields_mod
+  use kinds_mod, only: wp
+  use dataset_kinds_mod, only: of_real, of_byte, of_long
+  use small_matrix_mod, only: cross
+  use obstacles_mod, only: is_flat
+  use scene_mod, only: scene_t
+  use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
+    every_time, first_time, at_start
+  implicit none
+  private
+
+  public :: list_pair_fields
+
+contains
+
+  !> The fields of pair i, which has n points.
+  subroutine list_pair_fields(scene, i, n, fields)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: i, n
+    type(field_t), allocatable, intent(out) :: fields(:)
+    type(field_list_t) :: list
+    integer :: of_frame
+
+    of_frame = every_time
+    if (is_flat(scene%obstacles(scene%pairs(i)%obstacle))) of_frame = first_time
+    call add_field(list, field_t('node', of_long, [n], 'number', &
+      'slave node of each point: index into Points, from 0', at_start, compute=node))
+    call add_field(list, field_t('coordinates', of_real, [3, n], 'length', &
+      'where each point is in the undeformed mesh', at_start, compute=coordinates))
+    call add_field(list, field_t('area', of_real, [n], 'area', &
+      'share of the slave surface; 0 where no face of it is', at_start, compute=area))
+    call add_field(list, field_t('frame', of_real, [3, 3, n], 'ratio', &
+      'local frame: rows n (from the obstacle to the body), t1, t2; one for the whole run '// &
+      'where it is fixed', of_frame, compute=frame))
+    call add_field(list, field_t('reaction', of_real, [3, n], 'force', &
+      'on the slave body, local', compute=reaction))
+    call add_field(list, field_t('gap', of_real, [n], 'length', 'distance along n', compute=gap))
+    call add_field(list, field_t('slip_increment', of_real, [2, n], 'length', &
+      'slip in the increment, along t1, t2', compute=slip_increment))
+    call add_field(list, field_t('slip', of_real, [2, n], 'length', &
+      'sum of the slip increments', compute=slip))
+    call add_field(list, field_t('status', of_byte, [n], 'code', &
+      '0: open, 1: stick, 2: slide', compute=status))
+    call add_field(list, field_t('resultant', of_real, [3], 'force', &
+      'sum of the reactions on the slave body, x, y, z', compute=resultant))
+    call add_field(list, field_t('moment', of_real, [3], 'moment', &
+      'moment of the reactions on the slave body about the origin, undeformed arms', &
+      compute=moment))
+    call get_fields(list, fields)
+  end subroutine list_pair_fields
+
+  subroutine node(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+
+    values(1, :) = source%points%node(source%first:source%last) - 1
+  end subroutine node
+
+  subroutine coordinates(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, its points)
+
+    values = source%scene%mesh%coordinates(:, source%points%node(source%first:source%last))
+  end subroutine coordinates
+
+  subroutine area(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+
+    values(1, :) = source%points%area(source%first:source%last)
+  end subroutine area
+
+  subroutine frame(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (9, its points): n, t1, t2, each in x, y, z
+
+    values = reshape(source%report%contact%frame(:, :, source%first:source%last), shape(values))
+  end subroutine frame
+
+  subroutine reaction(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, its points)
+
+    values = source%report%contact%reaction(:, source%first:source%last)
+  end subroutine reaction
+
+  subroutine gap(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+
+    values(1, :) = source%report%contact%gap(source%first:source%last)
+  end subroutine gap
+
+  subroutine slip_increment(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (2, its points)
+
+    values = source%report%contact%slip_increment(:, source%first:source%last)
+  end subroutine slip_increment
+
+  subroutine slip(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (2, its points)
+
+    values = source%state%slip(:, source%first:source%last)
+  end subroutine slip
+
+  subroutine status(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+
+    values(1, :) = source%report%contact%status(source%first:source%last)
+  end subroutine status
+
+  subroutine resultant(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 3)
+
+    values(1, :) = sum(source%state%reaction(:, source%first:source%last), dim=2)
+  end subroutine resultant
+
+  subroutine moment(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 3)
+    integer :: i
+
+    do i = source%first, source%last
+      values(1, :) = values(1, :) + cross(source%scene%mesh%coordinates(:, &
+        source%points%node(i)), source%state%reaction(:, i))
+    end do
+  end subroutine moment
+
+end module pair_fields_mod

@@ -1,0 +1,243 @@
+!> The fields over the mesh, which ParaView shows: entries, and how each is computed.
+module view_fields_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: raise, exit_machine
+  use dataset_kinds_mod, only: of_real, of_byte, of_long
+  use scene_mod, only: scene_t
+  use step_fields_mod, only: tensor_field_t
+  use mesh_fields_mod, only: fill_tensor_fields
+  use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
+    every_time, at_start, everywhere, at_supports, at_contact
+  implicit none
+  private
+
+  public :: list_view_fields
+
+  character(*), parameter :: tensor_order = 'XX, YY, ZZ, XY, YZ, XZ'
+  character(*), parameter :: as_components = ' as tensor components'
+  character(*), parameter :: at_gauss_points = &
+    ' at each of the eight Gauss points, placed like the nodes'
+  character(*), parameter :: from_gauss_points = &
+    '; extrapolated from the Gauss points, averaged over the bricks at the node'
+  integer, parameter :: no_contact = -1 !! status of a node that can touch nothing
+
+contains
+
+  !> The fields over the nodes (PointData) and the elements (CellData) that the deck asks for.
+  subroutine list_view_fields(scene, has_contact, fields)
+    type(scene_t), intent(in) :: scene
+    logical, intent(in) :: has_contact !! the run has contact points
+    type(field_t), allocatable, intent(out) :: fields(:)
+    type(field_list_t) :: list
+
+    associate (n => scene%mesh%n_nodes, asked => scene%output)
+      if (asked%displacement) call add_field(list, field_t('PointData/displacement', of_real, &
+        [3, n], 'length', 'from the undeformed mesh, x, y, z', compute=displacement))
+      if (asked%reaction) call add_field(list, field_t('PointData/reaction_force', of_real, &
+        [3, n], 'force', 'of the supports on the body, x, y, z', every_time, at_supports, &
+        compute=reaction_force))
+      if (asked%contact .and. has_contact) then
+        call add_field(list, field_t('PointData/contact_force', of_real, [3, n], 'force', &
+          'of the obstacles on the slave body, x, y, z', every_time, at_contact, &
+          compute=contact_force))
+        call add_field(list, field_t('PointData/contact_pressure', of_real, [n], 'pressure', &
+          'normal reaction over the area of the node', every_time, at_contact, &
+          compute=contact_pressure))
+        call add_field(list, field_t('PointData/contact_status', of_byte, [n], 'code', &
+          '0: open, 1: stick, 2: slide, -1: can touch nothing', every_time, at_contact, &
+          compute=contact_status))
+      end if
+      if (asked%stress .and. asked%at_nodes) call add_field(list, field_t('PointData/stress', &
+        of_real, [6, n], 'pressure', tensor_order//from_gauss_points, compute=nodal_stress))
+      if (asked%strain .and. asked%at_nodes) call add_field(list, field_t('PointData/strain', &
+        of_real, [6, n], 'strain', tensor_order//as_components//from_gauss_points, &
+        compute=nodal_strain))
+      call add_field(list, field_t('PointData/node_id', of_long, [n], 'number', &
+        'ids of the nodes in the deck', at_start, compute=node_id))
+    end associate
+
+    associate (n => scene%mesh%n_elements, asked => scene%output)
+      if (asked%stress .and. asked%at_centroids) call add_field(list, field_t('CellData/stress', &
+        of_real, [6, n], 'pressure', tensor_order//'; mean of the brick', compute=mean_stress))
+      if (asked%strain .and. asked%at_centroids) call add_field(list, field_t('CellData/strain', &
+        of_real, [6, n], 'strain', tensor_order//as_components//'; mean of the brick', &
+        compute=mean_strain))
+      if (asked%stress .and. asked%at_gauss_points) call add_field(list, &
+        field_t('CellData/stress_gauss_points', of_real, [48, n], 'pressure', &
+        tensor_order//at_gauss_points, compute=gauss_stress))
+      if (asked%strain .and. asked%at_gauss_points) call add_field(list, &
+        field_t('CellData/strain_gauss_points', of_real, [48, n], 'strain', &
+        tensor_order//as_components//at_gauss_points, compute=gauss_strain))
+      if (asked%mesh_error) call add_field(list, field_t('CellData/mesh_error', of_real, [n], &
+        'energy', 'error of the stresses in the energy norm, squared, by recovery', &
+        compute=mesh_error))
+      call add_field(list, field_t('CellData/element_id', of_long, [n], 'number', &
+        'ids of the elements in the deck', at_start, compute=element_id))
+    end associate
+    call get_fields(list, fields)
+  end subroutine list_view_fields
+
+  subroutine displacement(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+
+    values = source%state%displacement
+  end subroutine displacement
+
+  subroutine reaction_force(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+
+    values = source%state%support_force
+  end subroutine reaction_force
+
+  !> Points that share a node add up.
+  subroutine contact_force(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+    integer :: i
+
+    do i = 1, source%points%n
+      associate (node => source%points%node(i))
+        values(:, node) = values(:, node) + source%state%reaction(:, i)
+      end associate
+    end do
+  end subroutine contact_force
+
+  !> Points that share a node add up.
+  subroutine contact_pressure(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
+    integer :: i
+
+    do i = 1, source%points%n
+      associate (node => source%points%node(i), area => source%points%area(i))
+        if (area > 0.0_wp) values(1, node) = values(1, node) + &
+          source%report%contact%reaction(1, i)/area
+      end associate
+    end do
+  end subroutine contact_pressure
+
+  !> The status of a node is that of its point which slides, else sticks, else is open.
+  subroutine contact_status(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
+    integer :: i
+
+    values = no_contact
+    do i = 1, source%points%n
+      associate (node => source%points%node(i))
+        values(1, node) = max(values(1, node), real(source%report%contact%status(i), wp))
+      end associate
+    end do
+  end subroutine contact_status
+
+  subroutine nodal_stress(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (6, n_nodes)
+
+    call make_tensors(source)
+    values = source%stress%at_nodes
+  end subroutine nodal_stress
+
+  subroutine nodal_strain(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (6, n_nodes)
+
+    call make_tensors(source)
+    values = source%strain%at_nodes
+  end subroutine nodal_strain
+
+  subroutine mean_stress(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (6, n_elements)
+
+    call make_tensors(source)
+    values = source%stress%at_centroids
+  end subroutine mean_stress
+
+  subroutine mean_strain(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (6, n_elements)
+
+    call make_tensors(source)
+    values = source%strain%at_centroids
+  end subroutine mean_strain
+
+  subroutine gauss_stress(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (48, n_elements)
+
+    call make_tensors(source)
+    values = reshape(source%stress%at_gauss_points, shape(values))
+  end subroutine gauss_stress
+
+  subroutine gauss_strain(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (48, n_elements)
+
+    call make_tensors(source)
+    values = reshape(source%strain%at_gauss_points, shape(values))
+  end subroutine gauss_strain
+
+  !> The run estimates it wherever it is due, as it enters the report.
+  subroutine mesh_error(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, n_elements)
+
+    if (allocated(source%report%mesh_error)) then
+      values(1, :) = source%report%mesh_error
+    else
+      call raise(source%error, exit_machine, 'internal error: mesh_error was not estimated')
+    end if
+  end subroutine mesh_error
+
+  subroutine node_id(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
+
+    values(1, :) = source%scene%mesh%node_id
+  end subroutine node_id
+
+  subroutine element_id(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, n_elements)
+
+    values(1, :) = source%scene%mesh%element_id
+  end subroutine element_id
+
+  ! ------------------------------------------------------------------ what fields share
+
+  !> Stress and strain wherever the deck asks for them, in one sweep over the bricks.
+  subroutine make_tensors(source)
+    type(field_source_t), intent(inout) :: source
+
+    if (is_made(source%stress) .or. is_made(source%strain)) return
+    associate (scene => source%scene)
+      if (scene%output%stress) call allocate_tensors(scene, source%stress)
+      if (scene%output%strain) call allocate_tensors(scene, source%strain)
+      call fill_tensor_fields(scene%mesh, scene%materials, source%state%displacement, &
+        source%strain, source%stress)
+    end associate
+  end subroutine make_tensors
+
+  pure logical function is_made(field)
+    type(tensor_field_t), intent(in) :: field
+
+    is_made = allocated(field%at_centroids) .or. allocated(field%at_gauss_points) .or. &
+      allocated(field%at_nodes)
+  end function is_made
+
+  !> Room for a tensor wherever the deck wants it.
+  subroutine allocate_tensors(scene, field)
+    type(scene_t), intent(in) :: scene
+    type(tensor_field_t), intent(inout) :: field
+
+    associate (mesh => scene%mesh, output => scene%output)
+      if (output%at_centroids) allocate (field%at_centroids(6, mesh%n_elements))
+      if (output%at_gauss_points) allocate (field%at_gauss_points(6, 8, mesh%n_elements))
+      if (output%at_nodes) allocate (field%at_nodes(6, mesh%n_nodes))
+    end associate
+  end subroutine allocate_tensors
+
+end module view_fields_mod

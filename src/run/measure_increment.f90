@@ -1,0 +1,47 @@
+!> What is looked for in an increment only at the end of a step and where fields are written: the
+!> error of the mesh, the largest strain and rotation.
+module measure_increment_mod
+  use scene_mod, only: scene_t
+  use state_mod, only: state_t
+  use increments_mod, only: ends_step, asked_number
+  use step_report_mod, only: step_report_t
+  use step_fields_mod, only: fields_due
+  use mesh_fields_mod, only: find_largest_deformation
+  use recovered_error_mod, only: estimate_mesh_error
+  implicit none
+  private
+
+  public :: estimate_mesh, measure_deformation
+
+contains
+
+  !> The error of the mesh: at the end of a step, and where the deck wants it as a field.
+  subroutine estimate_mesh(scene, state, report)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: state
+    type(step_report_t), intent(inout) :: report !! gets the error of the mesh, where it is due
+    logical :: is_last, due
+
+    is_last = ends_step(scene%steps, state)
+    due = scene%output%mesh_error
+    if (due) due = fields_due(scene%output%frequency, asked_number(state%position), is_last)
+    if (.not. (is_last .or. due)) return
+    call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, report%mesh_error, &
+      report%errors%mesh)
+  end subroutine estimate_mesh
+
+  !> How far the increment leaves linear theory: at the end of a step, and where fields are written.
+  subroutine measure_deformation(scene, state, report)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: state
+    type(step_report_t), intent(inout) :: report !! gets the largest strain and rotation
+    logical :: is_last
+
+    is_last = ends_step(scene%steps, state)
+    if (.not. (is_last .or. fields_due(scene%output%frequency, asked_number(state%position), &
+      is_last))) return
+    call find_largest_deformation(scene%mesh, state%displacement, report%largest_strain, &
+      report%largest_rotation)
+  end subroutine measure_deformation
+
+end module measure_increment_mod

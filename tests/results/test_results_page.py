@@ -1,0 +1,209 @@
+"""docs/results.md lists what a result file holds: every dataset, its shape, every counter.
+
+The page is held against the file of a run that asks for all there is. A dataset that the page does
+not list fails, and so does one of the page that no file has. Environment: BIPOT, the executable.
+"""
+
+import os
+import re
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+
+SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
+PROGRAM = os.environ.get("BIPOT", str(SOURCE / "build" / "bipot"))
+PAGE = SOURCE / "docs" / "results.md"
+
+# A flat and a round obstacle, the round one moving; increments that may be cut; all outputs.
+DECK = """\
+*HEADING
+All that a result may hold
+*NODE, NSET=CENTRE
+1, 0.4, 0.5, 3.
+*BLOCK, NAME=BODY, NX=2, NY=3, NZ=3
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=SOFT
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=BODY, MATERIAL=SOFT
+*OBSTACLE, NAME=GROUND, TYPE=PLANE
+0., 0., 0.,  0., 0., 1.
+*OBSTACLE, NAME=TOOL, TYPE=SPHERE, REF NODE=1
+0.4, 0.5, 3.,  2.
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=DRY
+BODY-ZMIN, GROUND
+*CONTACT PAIR, INTERACTION=DRY
+BODY-ZMAX, TOOL
+*BOUNDARY
+BODY-XMIN, 1, 1, 0.
+BODY-YMIN, 2, 2, 0.
+CENTRE, 1, 2, 0.
+*STEP
+*STATIC
+0.25, 1.
+*BOUNDARY
+CENTRE, 3, 3, -0.02
+*NODE FILE, FREQUENCY=2
+U, RF
+*CONTACT FILE
+*EL FILE, POSITION=INTEGRATION POINTS
+S, E, ERR
+*EL FILE, POSITION=AVERAGED AT NODES
+S
+*EL FILE, POSITION=CENTROIDAL
+E
+*END STEP
+"""
+
+
+def section(heading):
+    """Return the text of the page under a heading of the third level."""
+    text = PAGE.read_text(encoding="utf-8")
+    found = re.search(rf"^### `{re.escape(heading)}.*?(?=^##)", text, re.MULTILINE | re.DOTALL)
+    if not found:
+        raise AssertionError(f"{PAGE} has no section {heading}")
+    return found[0]
+
+
+def rows(text):
+    """Return the tables' rows as lists of cells, without their heads."""
+    lines = [line for line in text.splitlines() if line.startswith("|")]
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    is_rule = [set("".join(row)) <= set("-") and row[0] != "" for row in cells]
+    heads = {i - 1 for i, rule in enumerate(is_rule) if rule}
+    return [row for i, row in enumerate(cells) if not is_rule[i] and i not in heads]
+
+
+def listed_shapes(text):
+    """Return the datasets of the first column and the shapes that each may have.
+
+    Names share the shapes that follow them: "`gap` (T, P), `slip_increment`, `slip` (T, P, 2)".
+    """
+    shapes = {}
+    for row in rows(text):
+        waiting, done = [], True
+        for name, shape in re.findall(r"`([^`]+)`|\(([^)]*)\)", row[0]):
+            if name:
+                waiting = [name] if done else [*waiting, name]
+                done = False
+                if name in shapes:
+                    raise AssertionError(f"the page lists {name} twice")
+                shapes[name] = []
+            else:
+                done = True
+                for waits in waiting:
+                    shapes[waits].append(shape)
+    return shapes
+
+
+def extents(shape, sizes):
+    """Return the numbers of a shape of the page: (S N, 3), (8E), (E+1)."""
+    numbers = []
+    for part in shape.split(","):
+        total = 0
+        for term in part.split("+"):
+            product = 1
+            for factor in re.findall(r"\d+|[A-Z]", term):
+                product *= int(factor) if factor.isdigit() else sizes[factor]
+            total += product
+        numbers.append(total)
+    return tuple(numbers)
+
+
+class Page(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = cls.enterClassContext(tempfile.TemporaryDirectory())
+        deck = Path(folder) / "all.inp"
+        deck.write_text(DECK)
+        done = subprocess.run(
+            [PROGRAM, str(deck), "--quiet"], cwd=folder, capture_output=True, text=True,
+            timeout=600, check=False
+        )
+        if done.returncode != 0:
+            raise AssertionError(done.stdout + done.stderr)
+        cls.file = cls.enterClassContext(h5py.File(Path(folder) / "all.vtkhdf"))
+        mesh, history = cls.file["VTKHDF"], cls.file["history"]
+        cls.sizes = {
+            "N": int(mesh["NumberOfPoints"][0]),
+            "E": int(mesh["NumberOfCells"][0]),
+            "S": int(mesh["Steps"].attrs["NSteps"]),
+            "T": int(history.attrs["finished"]),
+        }
+
+    def datasets(self, group):
+        """Return the datasets below a group by their names in it."""
+        found = {}
+
+        def note(name, item):
+            if isinstance(item, h5py.Dataset):
+                found[name] = item
+
+        self.file[group].visititems(note)
+        return found
+
+    def check(self, group, listed, sizes):
+        """Hold a group against what the page lists of it."""
+        self.assertEqual(len(set(sizes.values())), len(sizes), f"{sizes}: shapes would be alike")
+        found = self.datasets(group)
+        self.assertEqual(sorted(found), sorted(listed), f"{group}: in the file, on the page")
+        for name, shapes in listed.items():
+            with self.subTest(dataset=f"{group}/{name}"):
+                self.assertIn(found[name].shape, [extents(shape, sizes) for shape in shapes])
+                for attribute in ("description", "quantity"):
+                    self.assertTrue(found[name].attrs[attribute])
+
+    def test_mesh_and_fields(self):
+        listed = listed_shapes(section("/VTKHDF"))
+        for group in ("PointData", "CellData"):
+            offsets = listed.pop(f"Steps/{group}Offsets/<name>")
+            names = [name for name in listed if name.startswith(f"{group}/")]
+            for name in names:
+                listed[f"Steps/{group}Offsets/{name.split('/')[1]}"] = offsets
+        self.check("VTKHDF", listed, self.sizes)
+
+    def test_histories(self):
+        self.assertIn("All of these are (T).", section("/history"))
+        listed = listed_shapes(section("/history"))
+        self.check("history", {name: ["T"] for name in listed}, self.sizes)
+
+    def test_pairs(self):
+        listed = listed_shapes(section("/contact"))
+        frames = set()
+        for name, pair in self.file["contact"].items():
+            points = len(pair["node"])
+            self.check(f"contact/{name}", listed, {**self.sizes, "P": points})
+            frames.add(len(pair["frame"]))
+        self.assertEqual(frames, {1, self.sizes["T"]})
+
+    def test_counters_and_estimates(self):
+        listed = [
+            (name, row[1]) for row in rows(section("/run"))
+            for name in re.findall(r"`(\w+)`", row[0])
+        ]
+        counters, estimates = (
+            [name.decode() for name in self.file[f"run/{group}"].attrs["name"]]
+            for group in ("counters", "estimates")
+        )
+        planned = [name for name, bound in listed if bound != "-"]
+        counted = [name for name, bound in listed if "not counted" not in bound]
+        self.assertEqual(sorted(estimates), sorted(planned), "in the file, on the page")
+        self.assertEqual(sorted(counters), sorted(counted), "in the file, on the page")
+
+    def test_every_group_has_a_section(self):
+        text = PAGE.read_text(encoding="utf-8")
+        groups = re.findall(r"^### `/(\w+)", text, re.MULTILINE)
+        self.assertEqual(sorted(self.file), sorted(groups))
+        for group in ("run", "checksums", "state"):
+            for name in self.file[group]:
+                self.assertIn(f"`{name}`", section(f"/{group}"))
+
+
+if __name__ == "__main__":
+    unittest.main()
