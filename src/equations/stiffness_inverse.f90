@@ -4,14 +4,14 @@
 !> halves can be had apart, for what the interface gets may be needed before its answer is known.
 module stiffness_inverse_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t
+  use errors_mod, only: error_t, raise, exit_machine
   use dense_mod, only: times_symmetric
   use dof_map_mod, only: dof_map_t, to_equations, to_nodes
   use sparse_factor_mod, only: sparse_factor_t
   implicit none
   private
 
-  public :: stiffness_inverse_t, apply_inverse, begin_inverse, finish_inverse
+  public :: stiffness_inverse_t, apply_inverse, begin_inverse, finish_inverse, abandon_inverse
   public :: answer_of_interface, at_interface, recover_columns, at_nodes
 
   !> The stiffness of the free degrees of freedom, factorised and condensed.
@@ -20,6 +20,8 @@ module stiffness_inverse_mod
     type(sparse_factor_t) :: factor
     real(wp), allocatable :: compliance(:, :)  !! (n_interface,n_interface) [length/force]
     real(wp) :: condition = 1.0_wp             !! of the stiffness, at least [-]
+    logical, private :: is_begun = .false.
+    !! the factor holds the first half of a solution, whose second half must come next
   end type stiffness_inverse_t
 
 contains
@@ -33,6 +35,8 @@ contains
     real(wp), allocatable :: b(:, :), reduced(:, :)
     integer :: g
 
+    call refuse_begun(inverse, error)
+    if (allocated(error)) return
     associate (map => inverse%map)
       allocate (b(map%n_free, size(force, 3)), reduced(map%n_interface, size(force, 3)))
       do g = 1, size(force, 3)
@@ -58,15 +62,19 @@ contains
 
   !> First half of K^-1 f: what f does to the interface; without one all of it.
   !>
-  !> The rest is kept until `finish_inverse`, which must be the next use of the factor.
+  !> The rest is kept in the factor until `finish_inverse`, the next use of the factor unless
+  !> `abandon_inverse` comes first.
   subroutine begin_inverse(inverse, force, begun, shift, error)
     type(stiffness_inverse_t), intent(inout) :: inverse
     real(wp), intent(in) :: force(:, :)              !! (3,n_nodes) [force]
     real(wp), allocatable, intent(out) :: begun(:)   !! (n_interface) of the interface [length]
     real(wp), intent(out) :: shift(:, :)             !! (3,n_nodes) the same at its nodes [length]
-    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    type(error_t), allocatable, intent(out) :: error
+    !! MUMPS failed; another solution is begun and not finished
     real(wp) :: b(inverse%map%n_free, 1), reduced(inverse%map%n_interface, 1)
 
+    call refuse_begun(inverse, error)
+    if (allocated(error)) return
     allocate (begun(inverse%map%n_interface))
     call to_equations(inverse%map, force, b(:, 1))
     if (inverse%map%n_interface == 0) then
@@ -74,6 +82,7 @@ contains
     else
       call inverse%factor%condense(b, reduced, error)
       if (allocated(error)) return
+      inverse%is_begun = .true.
       begun(:) = times_symmetric(inverse%compliance, reduced(:, 1))
       b = 0.0_wp
       b(inverse%map%n_free - inverse%map%n_interface + 1:, 1) = begun
@@ -103,14 +112,33 @@ contains
     if (allocated(begun)) then
       reduced(:, 1) = begun + answer(:, 1)
       deallocate (begun)
+      inverse%is_begun = .false.
       call inverse%factor%expand(reduced, b, error)
     else
+      call refuse_begun(inverse, error)
+      if (allocated(error)) return
       call inverse%factor%extend(answer, b, error)
     end if
     if (allocated(error)) return
     b(inverse%map%n_free - inverse%map%n_interface + 1:, 1) = answer(:, 1)
     call to_nodes(inverse%map, b(:, 1), displacement)
   end subroutine finish_inverse
+
+  !> Forget a solution that was begun.
+  pure subroutine abandon_inverse(inverse)
+    type(stiffness_inverse_t), intent(inout) :: inverse
+
+    inverse%is_begun = .false.
+  end subroutine abandon_inverse
+
+  !> Another solution would overwrite the one that the factor holds half of.
+  subroutine refuse_begun(inverse, error)
+    type(stiffness_inverse_t), intent(in) :: inverse
+    type(error_t), allocatable, intent(out) :: error
+
+    if (inverse%is_begun) call raise(error, exit_machine, &
+      'bipot: error: a solution with the factor was begun, and another asked for before its end')
+  end subroutine refuse_begun
 
   !> What forces on the interface do to it.
   function answer_of_interface(inverse, force) result(answer)
@@ -144,6 +172,8 @@ contains
     real(wp), contiguous, intent(inout) :: columns(:, :) !! (n_free,m) out, for `at_nodes` [length]
     type(error_t), allocatable, intent(out) :: error     !! MUMPS failed
 
+    call refuse_begun(inverse, error)
+    if (allocated(error)) return
     call inverse%factor%extend(answers, columns, error)
     if (allocated(error)) return
     columns(inverse%map%n_free - inverse%map%n_interface + 1:, :) = answers

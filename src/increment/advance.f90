@@ -14,35 +14,27 @@ module advance_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
   use system_mod, only: wall_seconds
-  use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t, next_increment, mark_end
   use state_mod, only: state_t
-  use step_report_mod, only: step_report_t, contact_fields_t, worst_entry, &
-                             status_open, status_slide, ended_unbalanced, ended_moving, &
-                             ended_out_of_reach, ended_stalled
-  use mesh_forces_mod, only: internal_force, force_rounding
-  use certificate_mod, only: certify, energy_balance, step_forces_t
-  use problem_mod, only: natural_map
-  use rigid_modes_mod, only: add_motions
-  use follow_points_mod, only: rounding_of_places, relative, nodal, measure_points, carried_slip
-  use stiffness_inverse_mod, only: begin_inverse, finish_inverse
-  use placement_mod, only: placement_t, place_curved, gap_at
-  use condensed_contact_mod, only: condensed_contact_t, contact_group_t, condense_contact, &
-    neutral_motions
+  use step_report_mod, only: step_report_t, worst_entry, ended_unbalanced, ended_moving, &
+    ended_out_of_reach, ended_stalled
+  use certificate_mod, only: certify, energy_balance
+  use follow_points_mod, only: rounding_of_places, nodal, carried_slip
+  use placement_mod, only: place_curved
+  use condensed_contact_mod, only: condensed_contact_t
+  use describe_contact_mod, only: describe_contact
   use step_solver_mod, only: step_solver_t
-  use neutral_motions_mod, only: neutral_step
-  use trial_mod, only: trial_t, begin_trial, displacement_of, solve_reactions, &
-    expected_reactions, trend_of
+  use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
+  use equilibrate_mod, only: equilibrate
   use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
   implicit none
   private
 
-  public :: advance, advance_along, equilibrate
+  public :: advance, advance_along
 
-  integer,  parameter :: max_newton_raphson = 40
   integer,  parameter :: max_attempts = 4                   !! with ever smaller residuals
   real(wp), parameter :: smallest_tolerance = 1.0e-14_wp    !! that an attempt asks for [-]
 
@@ -186,152 +178,6 @@ contains
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
     call energy_balance(report%contact, old, new, trial%forces%internal, report%energy)
   end subroutine finish
-
-  !> Newton-Raphson until the forces balance and the points on curved obstacles have settled:
-  !> reactions and displacement from u_free. Nothing is certified.
-  subroutine equilibrate(scene, points, solver, old, trial, new, report, error)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(inout) :: solver
-    type(state_t), intent(in) :: old
-    type(trial_t), intent(inout) :: trial            !! u_free takes the corrections
-    type(state_t), intent(inout) :: new              !! gets reaction and displacement
-    type(step_report_t), intent(inout) :: report
-    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp), dimension(3, size(trial%u_free, 2)) :: residual, correction !! [force], [length]
-    real(wp) :: imbalance, last_imbalance, moved, last_moved
-    real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
-    integer :: i
-    logical :: balanced, settled, is_turned
-    real(wp), allocatable :: begun(:) !! a correction by the factor, its interior to come [length]
-
-    last_imbalance = huge(1.0_wp)
-    last_moved = huge(1.0_wp)
-    newton_raphson: do i = 1, max_newton_raphson
-      report%newton_raphson_iterations = report%newton_raphson_iterations + 1
-
-      ! 2. and 3. Reactions, and the free motions with them
-      if (any(points%is_curved)) then
-        if (i > 1) trial%placed_at = new%displacement
-        call place_curved(scene, points, trial%placed_at, trial%placement)
-        call condense_contact(scene, points, solver%body, trial%placement, .true., solver%contact)
-      end if
-      if (.not. trial%is_foreseen) call solve_reactions(scene, points, solver, old, trial, &
-        new%reaction, report)
-      trial%is_foreseen = .false.
-      if (report%ending == ended_unbalanced) return
-
-      ! 4. Displacement
-      if (allocated(begun) .or. any(abs(new%reaction - trial%applied_reaction) > 0.0_wp)) then
-        ! By what the reactions have changed: what an inexact factor makes of it gets less and less.
-        call finish_inverse(solver%body%inverse, nodal(points, new%reaction - &
-          trial%applied_reaction, size(trial%u_free, 2)), begun, correction, error)
-        if (allocated(error)) return
-        trial%u_contact = trial%u_contact + correction
-        trial%applied_reaction = new%reaction
-      end if
-      new%displacement = displacement_of(scene, solver, trial, trial%u_contact)
-
-      ! 5. Out-of-balance force, and how far the closest points have moved
-      call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal)
-      trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
-        max(abs(new%displacement), abs(old%displacement)))
-      call out_of_balance(scene%mesh, points, new%reaction, trial%forces, residual, imbalance)
-      if (i == 1) report%unrefined = max(report%unrefined, imbalance)
-      report%imbalance = imbalance
-      call measure_points(scene, points, trial%placement%frame, old, new, moved)
-      is_turned = .false.
-      if (solver%body%motions%n > 0) is_turned = any(abs(trial%neutral_residual) > &
-        trial%controls%tolerance*maxval(abs(new%reaction)))
-      balanced = imbalance <= trial%controls%tolerance .or. &
-        (imbalance > 0.5_wp*last_imbalance .and. .not. is_turned)
-      settled = moved <= trial%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. i > 10)
-      if (balanced .and. settled) exit newton_raphson
-      last_imbalance = imbalance
-      last_moved = moved
-      if (is_turned) then
-        step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
-          solver%body%motions%n), trial%placement%frame, new%reaction, new%displacement, &
-          trial%neutral_residual)
-        trial%motion = trial%motion + step
-        call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
-      end if
-      if (imbalance <= trial%controls%tolerance) cycle newton_raphson
-      ! Contact sees the correction of the interface; that of the interior comes with its answer.
-      call begin_inverse(solver%body%inverse, residual, begun, correction, error)
-      if (allocated(error)) return
-      trial%u_free = trial%u_free + correction
-    end do newton_raphson
-    report%moved = moved
-  end subroutine equilibrate
-
-  !> f_ext + B^T r - f_int on the free degrees of freedom, and the largest of a node beside the
-  !> largest force of its body.
-  pure subroutine out_of_balance(mesh, points, reaction, forces, residual, relative)
-    type(mesh_t), intent(in) :: mesh
-    type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: reaction(:, :)
-    type(step_forces_t), intent(in) :: forces
-    real(wp), intent(out) :: residual(:, :)                 !! (3,n_nodes) [force]
-    real(wp), intent(out) :: relative                       !! [-]
-    real(wp) :: scale(0:mesh%n_bodies)
-    integer :: node
-
-    residual = forces%external + nodal(points, reaction, size(forces%internal, 2)) - &
-      forces%internal
-    where (forces%prescribed) residual = 0.0_wp
-    scale = 0.0_wp
-    do node = 1, mesh%n_nodes
-      associate (of_body => scale(mesh%body(node)))
-        of_body = max(of_body, norm2(forces%internal(:, node)), norm2(forces%external(:, node)))
-      end associate
-    end do
-    scale(0) = maxval(scale)
-    where (scale <= 0.0_wp) scale = 1.0_wp
-    relative = 0.0_wp
-    do node = 1, mesh%n_nodes
-      relative = max(relative, (norm2(residual(:, node)) - forces%rounding(node))/ &
-        scale(mesh%body(node)))
-    end do
-  end subroutine out_of_balance
-
-  !> Gaps, slips, reactions and status from the displacements as they came out.
-  pure subroutine describe_contact(points, condensed, placement, old, new, contact)
-    type(contact_points_t), intent(in) :: points
-    type(condensed_contact_t), intent(in) :: condensed
-    type(placement_t), intent(in) :: placement
-    type(state_t), intent(in) :: old, new
-    type(contact_fields_t), intent(out) :: contact
-    integer :: i
-
-    contact%frame = placement%frame
-    allocate (contact%reaction(3, points%n), contact%gap(points%n), contact%slip_increment(2, &
-      points%n))
-    allocate (contact%status(points%n), source=status_open)
-    do i = 1, points%n
-      contact%slip_increment(:, i) = matmul(relative(points, i, new%displacement) &
-        - relative(points, i, old%displacement), contact%frame(:, 2:, i))
-      contact%gap(i) = gap_at(placement, points, i, new%displacement)
-      contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
-    end do
-    do i = 1, size(condensed%group)
-      call find_status(condensed%group(i), contact)
-    end do
-  end subroutine describe_contact
-
-  !> The status of the points of a group: the branch of Coulomb's law that each is on.
-  pure subroutine find_status(group, contact)
-    type(contact_group_t), intent(in) :: group
-    type(contact_fields_t), intent(inout) :: contact
-    real(wp) :: z(3, size(group%active)), x(3, size(group%active))
-    integer :: status(size(group%active))
-
-    x(1, :) = contact%gap(group%active)
-    x(2:, :) = contact%slip_increment(:, group%active)
-    call natural_map(group%problem, x, contact%reaction(:, group%active), z, status)
-    where (status /= status_open .and. group%problem%mu <= 0.0_wp) status = status_slide
-    contact%status(group%active) = status
-  end subroutine find_status
 
   !> A node without a reaction must not end inside its obstacle: where its motion is prescribed that
   !> is an error; where it was taken to be out of reach the report says so.

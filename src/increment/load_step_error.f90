@@ -21,7 +21,7 @@ module load_step_error_mod
   use load_events_mod, only: next_event
   use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
   use look_ahead_mod, only: can_look_ahead, step_on_interface
-  use advance_mod, only: equilibrate
+  use equilibrate_mod, only: equilibrate
   implicit none
   private
 

@@ -1,0 +1,57 @@
+!> What contact has come to at the end of an increment: gaps, slips, reactions and status of every
+!> point, from the displacements and reactions as they came out.
+module describe_contact_mod
+  use kinds_mod, only: wp
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use step_report_mod, only: contact_fields_t, status_open, status_slide
+  use problem_mod, only: natural_map
+  use follow_points_mod, only: relative
+  use placement_mod, only: placement_t, gap_at
+  use condensed_contact_mod, only: condensed_contact_t, contact_group_t
+  implicit none
+  private
+
+  public :: describe_contact
+
+contains
+
+  !> Gaps, slips, reactions and status from the displacements as they came out.
+  pure subroutine describe_contact(points, condensed, placement, old, new, contact)
+    type(contact_points_t), intent(in) :: points
+    type(condensed_contact_t), intent(in) :: condensed
+    type(placement_t), intent(in) :: placement
+    type(state_t), intent(in) :: old, new
+    type(contact_fields_t), intent(out) :: contact
+    integer :: i
+
+    contact%frame = placement%frame
+    allocate (contact%reaction(3, points%n), contact%gap(points%n), contact%slip_increment(2, &
+      points%n))
+    allocate (contact%status(points%n), source=status_open)
+    do i = 1, points%n
+      contact%slip_increment(:, i) = matmul(relative(points, i, new%displacement) &
+        - relative(points, i, old%displacement), contact%frame(:, 2:, i))
+      contact%gap(i) = gap_at(placement, points, i, new%displacement)
+      contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
+    end do
+    do i = 1, size(condensed%group)
+      call find_status(condensed%group(i), contact)
+    end do
+  end subroutine describe_contact
+
+  !> The status of the points of a group: the branch of Coulomb's law that each is on.
+  pure subroutine find_status(group, contact)
+    type(contact_group_t), intent(in) :: group
+    type(contact_fields_t), intent(inout) :: contact
+    real(wp) :: z(3, size(group%active)), x(3, size(group%active))
+    integer :: status(size(group%active))
+
+    x(1, :) = contact%gap(group%active)
+    x(2:, :) = contact%slip_increment(:, group%active)
+    call natural_map(group%problem, x, contact%reaction(:, group%active), z, status)
+    where (status /= status_open .and. group%problem%mu <= 0.0_wp) status = status_slide
+    contact%status(group%active) = status
+  end subroutine find_status
+
+end module describe_contact_mod

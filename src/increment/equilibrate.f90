@@ -1,0 +1,142 @@
+!> Steps 2 to 5 of an increment (advance_mod): the Newton-Raphson loop in which reactions,
+!> displacement and the placement of the contact points come to agree.
+module equilibrate_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t
+  use mesh_mod, only: mesh_t
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use step_report_mod, only: step_report_t, ended_unbalanced
+  use mesh_forces_mod, only: internal_force, force_rounding
+  use rigid_modes_mod, only: add_motions
+  use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse
+  use certificate_mod, only: step_forces_t
+  use follow_points_mod, only: nodal, measure_points
+  use placement_mod, only: place_curved
+  use condensed_contact_mod, only: condense_contact, neutral_motions
+  use step_solver_mod, only: step_solver_t
+  use neutral_motions_mod, only: neutral_step
+  use trial_mod, only: trial_t, displacement_of, solve_reactions
+  implicit none
+  private
+
+  public :: equilibrate
+
+  integer, parameter :: max_newton_raphson = 40
+
+contains
+
+  !> Newton-Raphson until the forces balance and the points on curved obstacles have settled:
+  !> reactions and displacement from u_free. Nothing is certified.
+  subroutine equilibrate(scene, points, solver, old, trial, new, report, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(inout) :: trial            !! u_free takes the corrections
+    type(state_t), intent(inout) :: new              !! gets reaction and displacement
+    type(step_report_t), intent(inout) :: report
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    real(wp), dimension(3, size(trial%u_free, 2)) :: residual, correction !! [force], [length]
+    real(wp) :: imbalance, last_imbalance, moved, last_moved
+    real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
+    integer :: i
+    logical :: balanced, settled, is_turned
+    real(wp), allocatable :: begun(:) !! a correction by the factor, its interior to come [length]
+
+    last_imbalance = huge(1.0_wp)
+    last_moved = huge(1.0_wp)
+    newton_raphson: do i = 1, max_newton_raphson
+      report%newton_raphson_iterations = report%newton_raphson_iterations + 1
+
+      ! 2. and 3. Reactions, and the free motions with them
+      if (any(points%is_curved)) then
+        if (i > 1) trial%placed_at = new%displacement
+        call place_curved(scene, points, trial%placed_at, trial%placement)
+        call condense_contact(scene, points, solver%body, trial%placement, .true., solver%contact)
+      end if
+      if (.not. trial%is_foreseen) call solve_reactions(scene, points, solver, old, trial, &
+        new%reaction, report)
+      trial%is_foreseen = .false.
+      if (report%ending == ended_unbalanced) then
+        if (allocated(begun)) call abandon_inverse(solver%body%inverse)
+        return
+      end if
+
+      ! 4. Displacement
+      if (allocated(begun) .or. any(abs(new%reaction - trial%applied_reaction) > 0.0_wp)) then
+        ! By what the reactions have changed: what an inexact factor makes of it gets less and less.
+        call finish_inverse(solver%body%inverse, nodal(points, new%reaction - &
+          trial%applied_reaction, size(trial%u_free, 2)), begun, correction, error)
+        if (allocated(error)) return
+        trial%u_contact = trial%u_contact + correction
+        trial%applied_reaction = new%reaction
+      end if
+      new%displacement = displacement_of(scene, solver, trial, trial%u_contact)
+
+      ! 5. Out-of-balance force, and how far the closest points have moved
+      call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal)
+      trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
+        max(abs(new%displacement), abs(old%displacement)))
+      call out_of_balance(scene%mesh, points, new%reaction, trial%forces, residual, imbalance)
+      if (i == 1) report%unrefined = max(report%unrefined, imbalance)
+      report%imbalance = imbalance
+      call measure_points(scene, points, trial%placement%frame, old, new, moved)
+      is_turned = .false.
+      if (solver%body%motions%n > 0) is_turned = any(abs(trial%neutral_residual) > &
+        trial%controls%tolerance*maxval(abs(new%reaction)))
+      balanced = imbalance <= trial%controls%tolerance .or. &
+        (imbalance > 0.5_wp*last_imbalance .and. .not. is_turned)
+      settled = moved <= trial%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. i > 10)
+      if (balanced .and. settled) exit newton_raphson
+      last_imbalance = imbalance
+      last_moved = moved
+      if (is_turned) then
+        step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
+          solver%body%motions%n), trial%placement%frame, new%reaction, new%displacement, &
+          trial%neutral_residual)
+        trial%motion = trial%motion + step
+        call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
+      end if
+      if (imbalance <= trial%controls%tolerance) cycle newton_raphson
+      ! Contact sees the correction of the interface; that of the interior comes with its answer.
+      call begin_inverse(solver%body%inverse, residual, begun, correction, error)
+      if (allocated(error)) return
+      trial%u_free = trial%u_free + correction
+    end do newton_raphson
+    if (allocated(begun)) call abandon_inverse(solver%body%inverse)
+    report%moved = moved
+  end subroutine equilibrate
+
+  !> f_ext + B^T r - f_int on the free degrees of freedom, and the largest of a node beside the
+  !> largest force of its body.
+  pure subroutine out_of_balance(mesh, points, reaction, forces, residual, relative)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: reaction(:, :)
+    type(step_forces_t), intent(in) :: forces
+    real(wp), intent(out) :: residual(:, :)                 !! (3,n_nodes) [force]
+    real(wp), intent(out) :: relative                       !! [-]
+    real(wp) :: scale(0:mesh%n_bodies)
+    integer :: node
+
+    residual = forces%external + nodal(points, reaction, size(forces%internal, 2)) - &
+      forces%internal
+    where (forces%prescribed) residual = 0.0_wp
+    scale = 0.0_wp
+    do node = 1, mesh%n_nodes
+      associate (of_body => scale(mesh%body(node)))
+        of_body = max(of_body, norm2(forces%internal(:, node)), norm2(forces%external(:, node)))
+      end associate
+    end do
+    scale(0) = maxval(scale)
+    where (scale <= 0.0_wp) scale = 1.0_wp
+    relative = 0.0_wp
+    do node = 1, mesh%n_nodes
+      relative = max(relative, (norm2(residual(:, node)) - forces%rounding(node))/ &
+        scale(mesh%body(node)))
+    end do
+  end subroutine out_of_balance
+
+end module equilibrate_mod
