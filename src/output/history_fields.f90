@@ -30,6 +30,7 @@ contains
     type(contact_points_t), intent(in) :: points
     type(field_t), allocatable, intent(out) :: fields(:)
     type(field_list_t) :: list
+    integer :: one_number(0) ! extents; gfortran 12 does not allocate them from a constant
     integer :: worst_node
 
     worst_node = 0
@@ -110,7 +111,7 @@ contains
       character(*), intent(in) :: name, description, quantity
       real(wp), intent(in) :: value
 
-      call add_field(list, field_t(name, of_real, [integer ::], quantity, description, value=value))
+      call add_field(list, field_t(name, of_real, one_number, quantity, description, value=value))
     end subroutine real_number
 
     subroutine ratio(name, description, value)
@@ -124,7 +125,7 @@ contains
       character(*), intent(in) :: name, description
       integer, intent(in) :: value
 
-      call add_field(list, field_t(name, of_integer, [integer ::], 'number', description, &
+      call add_field(list, field_t(name, of_integer, one_number, 'number', description, &
         value=real(value, wp)))
     end subroutine whole
 
@@ -132,7 +133,7 @@ contains
       character(*), intent(in) :: name, description
       integer, intent(in) :: value
 
-      call add_field(list, field_t(name, of_byte, [integer ::], 'code', description, &
+      call add_field(list, field_t(name, of_byte, one_number, 'code', description, &
         value=real(value, wp)))
     end subroutine code
 

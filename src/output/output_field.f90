@@ -23,7 +23,9 @@ module output_field_mod
   ! When a field is written.
   integer, parameter :: every_time = 1 !! a row an increment; over the mesh: where fields are due
   integer, parameter :: first_time = 2 !! the same, but one row for the whole run
-  integer, parameter :: at_start = 3   !! before the first increment; it does not grow
+  integer, parameter :: at_start = 3
+  !! before the first increment, as a dataset that does not grow: reals of one or two extents, longs
+  !! of one
 
   ! Where the numbers of a field are not 0.
   integer, parameter :: everywhere = 1

@@ -236,13 +236,16 @@ contains
     type(plan_t), intent(in) :: plan
     character(:), allocatable :: words, name
     type(field_t), allocatable :: fields(:)
-    integer :: i
+    integer :: i, k
 
     words = ''
     call list_view_fields(scene, plan%points%n > 0, fields)
     do i = 1, size(fields)
       if (fields(i)%written == at_start) cycle
-      name = in_words(fields(i)%name(index(fields(i)%name, '/') + 1:))
+      name = fields(i)%name(index(fields(i)%name, '/') + 1:)
+      do k = 1, len(name)
+        if (name(k:k) == '_') name(k:k) = ' '
+      end do
       if (index(words//',', ', '//name//',') == 0) words = words//', '//name
     end do
     if (words == '' .or. plan%n_outputs == 0) then
@@ -252,18 +255,6 @@ contains
         plan%n_outputs)
     end if
   end function fields_in_words
-
-  !> The name of a dataset, its words apart.
-  pure function in_words(name) result(words)
-    character(*), intent(in) :: name
-    character(len(name)) :: words
-    integer :: i
-
-    words = name
-    do i = 1, len(name)
-      if (name(i:i) == '_') words(i:i) = ' '
-    end do
-  end function in_words
 
   !> 512 bytes, 6.0 MB, 1.7 GB.
   pure function bytes_in_words(bytes) result(words)

@@ -1,10 +1,10 @@
 !> Fields of the table (output_field) as datasets of an open file.
 module result_fields_mod
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t
-  use dataset_kinds_mod, only: of_real
-  use output_field_mod, only: field_t, field_source_t, block_shape, every_time, first_time, &
-    at_start, everywhere
+  use errors_mod, only: error_t, raise, exit_machine
+  use dataset_kinds_mod, only: of_real, of_long
+  use output_field_mod, only: field_t, field_source_t, block_shape, first_time, at_start, &
+    everywhere
   use hdf5_files_mod, only: hdf5_file_t, exists
   use hdf5_datasets_mod, only: write_dataset
   use hdf5_rows_mod, only: rows_t, create_rows, create_stack, create_dense_stack, keep_rows, &
@@ -32,15 +32,11 @@ contains
     integer, intent(in) :: n_rows !! increments that the file has already
     type(open_field_t), intent(out) :: opened
     type(error_t), allocatable, intent(inout) :: error
-    integer :: n_kept
 
     opened%field = field
     call create_rows(file, group//'/'//field%name, field%kind, field%extents, field%description, &
       field%quantity, opened%rows, error)
-    n_kept = n_rows
-    if (field%written == first_time) n_kept = min(n_rows, 1)
-    call keep_rows(opened%rows, n_kept, error)
-    opened%has_rows = n_kept > 0
+    call keep_what_counts(n_rows, opened, error)
   end subroutine open_rows
 
   !> The same for a field over the mesh: its blocks stand one behind the other, as VTKHDF wants
@@ -61,9 +57,21 @@ contains
       call create_stack(file, group//'/'//field%name, field%kind, field%extents, &
         field%description, field%quantity, opened%rows, error)
     end if
-    call keep_rows(opened%rows, n_steps, error)
-    opened%has_rows = n_steps > 0
+    call keep_what_counts(n_steps, opened, error)
   end subroutine open_blocks
+
+  !> Cut what the file has beyond the increments that count.
+  subroutine keep_what_counts(n_increments, opened, error)
+    integer, intent(in) :: n_increments
+    type(open_field_t), intent(inout) :: opened
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: n
+
+    n = n_increments
+    if (opened%field%written == first_time) n = min(n, 1)
+    call keep_rows(opened%rows, n, error)
+    opened%has_rows = n > 0
+  end subroutine keep_what_counts
 
   !> Compute a field and append it, if it is not one that has its only row already.
   subroutine append_field(opened, source, checksum, error)
@@ -74,7 +82,7 @@ contains
     real(wp), allocatable :: values(:, :)
 
     if (allocated(error)) return
-    if (opened%field%written /= every_time .and. opened%has_rows) return
+    if (opened%field%written == first_time .and. opened%has_rows) return
     call compute_values(opened%field, source, values, error)
     call append_row(opened%rows, values, checksum, error)
     opened%has_rows = .true.
@@ -93,13 +101,16 @@ contains
     associate (path => group//'/'//field%name)
       if (exists(file, path)) return
       call compute_values(field, source, values, error)
-      if (field%kind /= of_real) then
+      if (field%kind == of_long .and. size(field%extents) == 1) then
         call write_dataset(file, path, int(values(1, :), i8), field%description, field%quantity, &
           error)
-      else if (size(field%extents) == 1) then
+      else if (field%kind == of_real .and. size(field%extents) == 1) then
         call write_dataset(file, path, values(1, :), field%description, field%quantity, error)
-      else
+      else if (field%kind == of_real .and. size(field%extents) == 2) then
         call write_dataset(file, path, values, field%description, field%quantity, error)
+      else
+        call raise(error, exit_machine, "internal error: '"//path// &
+          "' is of a kind or rank that is not written at the start")
       end if
     end associate
   end subroutine write_at_start

@@ -356,8 +356,8 @@ contains
     end do
   end function growing_bytes
 
-  !> Refuse to write on into a file that has been deleted: what is written would go with the end of
-  !> the program.
+  !> Refuse to write on into a file that has been deleted, or beside it: what is written would go
+  !> with the end of the program.
   subroutine check_in_place(file, error)
     type(result_file_t), intent(in) :: file
     type(error_t), allocatable, intent(out) :: error !! it is gone
@@ -417,6 +417,8 @@ contains
     call read_dataset(file%hdf5, '/VTKHDF/Steps/Values', time, error)
     call close_file(file%hdf5, error)
     if (allocated(error) .or. file%view%n_steps == 0) return
+    call check_in_place(file, error)
+    if (allocated(error)) return
     call write_xdmf(file%path, time, file%view%fields, file%mesh_size, error)
   end subroutine finish_result
 

@@ -10,7 +10,7 @@ module result_view_mod
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use dataset_kinds_mod, only: of_long
-  use output_field_mod, only: field_t, field_source_t, at_start
+  use output_field_mod, only: field_t, field_source_t, every_time, at_start
   use view_fields_mod, only: list_view_fields
   use hdf5_files_mod, only: hdf5_file_t, create_group, exists, flush_file
   use hdf5_attributes_mod, only: write_attribute, write_and_flush
@@ -99,7 +99,7 @@ contains
           n_fields = n_fields + 1
           call open_blocks(file, group, field, n_steps, view%opened(n_fields), error)
           call table(name_of_offsets(field), 'where the block of an increment begins', 0_i8, &
-            field%extents(size(field%extents)))
+            merge(field%extents(size(field%extents)), 0, field%written == every_time))
         end if
       end associate
     end do

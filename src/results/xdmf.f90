@@ -8,7 +8,7 @@ module xdmf_mod
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: to_text
   use dataset_kinds_mod, only: of_real, of_integer, of_long, of_byte
-  use output_field_mod, only: field_t, block_shape, at_start
+  use output_field_mod, only: field_t, block_shape, every_time
   use fresh_file_mod, only: delete_file
   implicit none
   private
@@ -140,7 +140,7 @@ contains
   end function n_components
 
   !> One attribute of the XML: some components of a field's block. Blocks stand one behind the
-  !> other; of what was written at the start there is one.
+  !> other; of what is not written every time there is one.
   function named_block(field, step, n_steps, source, name, shape_name, components) result(xml)
     type(field_t), intent(in) :: field
     integer, intent(in) :: step, n_steps
@@ -155,8 +155,10 @@ contains
     n = block_shape(field)
     before = step - 1
     blocks = n_steps
-    if (field%written == at_start) before = 0
-    if (field%written == at_start) blocks = 1
+    if (field%written /= every_time) then
+      before = 0
+      blocks = 1
+    end if
     start = to_text(before*n(2))
     stride = '1'
     count = to_text(n(2))
