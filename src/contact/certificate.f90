@@ -20,7 +20,7 @@ module certificate_mod
 
   real(wp), parameter :: rounded = 32.0_wp*epsilon(1.0_wp) !! of what is added up: lost in a sum [-]
   real(wp), parameter :: held = 16.0_wp*epsilon(1.0_wp)    !! what is prescribed is kept to this [-]
-  real(wp), parameter :: last_bits = 1.0_wp/32.0_wp
+  real(wp), parameter :: last_bits = 1.0_wp/8.0_wp
   !! of the rounding of forces: what the last bits of displacements are worth [-]
   real(wp), parameter :: excusable = 1.0e-3_wp !! of a force: the most that rounding may excuse [-]
 
@@ -31,6 +31,7 @@ module certificate_mod
     logical,  allocatable :: prescribed(:, :) !! degrees of freedom held by supports
     real(wp), allocatable :: displacement(:, :) !! that is prescribed, 0 elsewhere [length]
     real(wp), allocatable :: rounding(:) !! (n_nodes) that the internal forces carry [force]
+    real(wp), allocatable :: stiffness(:) !! (n_nodes) of each node by itself [force/length]
     real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]
   end type step_forces_t
 
@@ -51,7 +52,8 @@ contains
   !> Judge a step.
   !>
   !> Scales: F the largest nodal force (reactions, supports, loads, internal), U the largest
-  !> displacement increment or deformation of a body. 0/0 = 0.
+  !> displacement increment, deformation of a body, or way that contact forces alone would move
+  !> their node. 0/0 = 0.
   pure function certify(mesh, points, contact, old, new, forces, tolerance) result(certificate)
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
@@ -61,9 +63,9 @@ contains
     type(step_forces_t), intent(in) :: forces
     real(wp), intent(in) :: tolerance              !! contact tolerance [-]
     type(certificate_t) :: certificate
-    real(wp) :: f, u, x(3, points%n), scale(0:mesh%n_bodies)
+    real(wp) :: f, u, x(3, points%n), reaction(3, points%n), scale(0:mesh%n_bodies)
     real(wp), dimension(3, mesh%n_nodes) :: pressed, residual, support
-    logical :: is_mesh(mesh%n_nodes)
+    logical :: is_mesh(mesh%n_nodes), at_rest(0:mesh%n_bodies)
     integer :: i
 
     certificate = nothing_true
@@ -86,7 +88,8 @@ contains
       is_mesh), &
       largest(forces%internal))
     if (f <= 0.0_wp) f = largest(forces%external)
-    u = max(largest(new%displacement - old%displacement), largest_spread(mesh, new%displacement))
+    u = max(largest(new%displacement - old%displacement), largest_spread(mesh, new%displacement), &
+      largest_alone(pressed, forces%stiffness))
 
     x(1, :) = contact%gap
     ! Where nothing moves by more than places are rounded, neither does a gap.
@@ -94,13 +97,19 @@ contains
       where (x(1, :) < 0.0_wp) x(1, :) = min(0.0_wp, x(1, :) + forces%rounding_of_gaps)
     end if
     x(2:, :) = contact%slip_increment
-    certificate = judge_contact(points%mu, contact%reaction, x, f, u)
+    at_rest = is_at_rest(mesh, forces, pressed)
+    ! Of bodies whose forces are all rounding the reactions say nothing.
+    reaction = contact%reaction
+    do i = 1, points%n
+      if (at_rest(mesh%body(points%node(i)))) reaction(:, i) = 0.0_wp
+    end do
+    certificate = judge_contact(points%mu, reaction, x, f, u)
     certificate%support = departure(mesh, new%displacement, forces)
     scale = forces_of_bodies(mesh, forces, pressed, support)
     scale(0) = f
     certificate%balance = worst_balance(mesh, forces, pressed, support, scale)
-    certificate%equilibrium = worst_imbalance(mesh, residual, forces, is_at_rest(mesh, forces, &
-      pressed), scale, 10.0_wp*tolerance)
+    certificate%equilibrium = worst_imbalance(mesh, residual, forces, at_rest, scale, &
+      10.0_wp*tolerance)
     certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance .and. &
       certificate%support <= held
   end function certify
@@ -369,6 +378,21 @@ contains
     end do
     size_of_largest = sqrt(size_of_largest)
   end function largest
+
+  !> The farthest that forces would move their node while all others are held.
+  !>
+  !> Where loads act on the very nodes that contact holds nothing moves but by rounding, and
+  !> displacements are no measure.
+  pure real(wp) function largest_alone(force, stiffness) result(way)
+    real(wp), intent(in) :: force(:, :)   !! (3,n_nodes) [force]
+    real(wp), intent(in) :: stiffness(:)  !! (n_nodes), 0 of nodes without a brick [force/length]
+    integer :: node
+
+    way = 0.0_wp
+    do node = 1, size(stiffness)
+      if (stiffness(node) > 0.0_wp) way = max(way, norm2(force(:, node))/stiffness(node))
+    end do
+  end function largest_alone
 
   !> Largest minus smallest of a displacement component over a body: its deformation, free of
   !> translation.

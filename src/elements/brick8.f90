@@ -15,9 +15,10 @@ module brick8_mod
   implicit none
   private
 
-  public :: shape_gradients, centre_gradient, jacobian_determinants, volume, node_volumes
+  public :: shape_gradients, centre_jacobian, centre_gradient, jacobian_determinants, volume
+  public :: node_volumes, along_edges
   public :: stiffness_length
-  public :: lame_constants, strain_of, stress_of, force_of, isotropic_stiffness
+  public :: lame_constants, strain_of, mode_strain_of, stress_of, force_of, isotropic_stiffness
   public :: volume_mean, extrapolate_to_nodes
   public :: xi_node, eta_node, zeta_node, gauss
 
@@ -31,61 +32,99 @@ contains
   ! ------------------------------------------------------------------ geometry
 
   !> Gradients of the shape functions at the eight Gauss points, and the volumes these stand for.
-  pure subroutine shape_gradients(x, gradient, weight)
+  pure subroutine shape_gradients(x, gradient, weight, inverse_jacobian)
     real(wp), intent(in)  :: x(3, 8)           !! nodes [length]
     real(wp), intent(out) :: gradient(3, 8, 8) !! dN_a/dx_i at point g: (i,a,g) [1/length]
     real(wp), intent(out) :: weight(8)         !! the Jacobian's determinants [length^3/8]
-    real(wp) :: d(3, 8), jacobian(3, 3), b(3, 3)
+    real(wp), intent(out), optional :: inverse_jacobian(3, 3, 8)
+    !! dxi_j/dx_i at point g: (j,i,g) [1/length]
+    real(wp) :: along(3, 4, 3), d(3, 8), jacobian(3, 3), b(3, 3)
     integer :: g, a
 
+    along = along_edges(x)
     do g = 1, 8
       d = local_gradients(gauss*xi_node(g), gauss*eta_node(g), gauss*zeta_node(g))
-      jacobian = jacobian_of(x, d)
+      jacobian = jacobian_of(along, gauss*xi_node(g), gauss*eta_node(g), gauss*zeta_node(g))
       weight(g) = determinant(jacobian)
-      b = transpose(inverse(jacobian))
+      b = inverse(jacobian)
+      if (present(inverse_jacobian)) inverse_jacobian(:, :, g) = b
+      b = transpose(b)
       do a = 1, 8
         gradient(:, a, g) = b(:, 1)*d(1, a) + b(:, 2)*d(2, a) + b(:, 3)*d(3, a)
       end do
     end do
   end subroutine shape_gradients
 
-  !> dx_i/dxi_j, from the places of the nodes beside the first: a brick far from the origin loses no
-  !> digits.
-  pure function jacobian_of(x, d) result(jacobian)
-    real(wp), intent(in) :: x(3, 8), d(3, 8) !! nodes; dN_a/dxi_j
-    real(wp) :: jacobian(3, 3)
-    real(wp) :: arm(3)
-    integer :: a
+  !> What vectors at the nodes change by along the edges of the brick.
+  !>
+  !> All derivatives come from these: a brick far from the origin, one that has moved far and a long
+  !> thin one that has turned lose no digits.
+  pure function along_edges(v) result(along)
+    real(wp), intent(in) :: v(3, 8)  !! places or displacements of the nodes [length]
+    real(wp) :: along(3, 4, 3)       !! component, edge, direction of the edge: xi, eta, zeta
 
-    jacobian = 0.0_wp
-    do a = 2, 8
-      arm = x(:, a) - x(:, 1)
-      jacobian(:, 1) = jacobian(:, 1) + arm*d(1, a)
-      jacobian(:, 2) = jacobian(:, 2) + arm*d(2, a)
-      jacobian(:, 3) = jacobian(:, 3) + arm*d(3, a)
+    along(:, :, 1) = v(:, [2, 3, 6, 7]) - v(:, [1, 4, 5, 8])
+    along(:, :, 2) = v(:, [4, 3, 8, 7]) - v(:, [1, 2, 5, 6])
+    along(:, :, 3) = v(:, [5, 6, 8, 7]) - v(:, [1, 2, 4, 3])
+  end function along_edges
+
+  !> dv_i/dxi_j anywhere in the brick, of vectors that change so along its edges.
+  pure function jacobian_of(along, xi, eta, zeta) result(jacobian)
+    real(wp), intent(in) :: along(3, 4, 3)
+    real(wp), intent(in) :: xi, eta, zeta !! from -1 to 1
+    real(wp) :: jacobian(3, 3)
+    real(wp) :: share(4, 3)
+    integer :: j
+
+    share(:, 1) = between_edges(eta, zeta)
+    share(:, 2) = between_edges(xi, zeta)
+    share(:, 3) = between_edges(xi, eta)
+    do j = 1, 3
+      jacobian(:, j) = share(1, j)*along(:, 1, j) + share(2, j)*along(:, 2, j) + &
+        share(3, j)*along(:, 3, j) + share(4, j)*along(:, 4, j)
     end do
   end function jacobian_of
+
+  !> What the four edges of a direction count for, between them.
+  pure function between_edges(s, t) result(share)
+    real(wp), intent(in) :: s, t !! the other two coordinates, from -1 to 1
+    real(wp) :: share(4)         !! their sum is 1/2: an edge is 2 long
+
+    share = 0.125_wp*[(1.0_wp - s)*(1.0_wp - t), (1.0_wp + s)*(1.0_wp - t), &
+      (1.0_wp - s)*(1.0_wp + t), (1.0_wp + s)*(1.0_wp + t)]
+  end function between_edges
+
+  !> The Jacobian dx_i/dxi_j of the brick's centre.
+  pure function centre_jacobian(x) result(jacobian)
+    real(wp), intent(in) :: x(3, 8)  !! nodes [length]
+    real(wp) :: jacobian(3, 3)       !! [length]
+
+    jacobian = jacobian_of(along_edges(x), 0.0_wp, 0.0_wp, 0.0_wp)
+  end function centre_jacobian
 
   !> The displacement gradient du_i/dx_j at the brick's centre, where incompatible modes have none.
   pure function centre_gradient(x, u) result(h)
     real(wp), intent(in) :: x(3, 8) !! nodes [length]
     real(wp), intent(in) :: u(3, 8) !! their displacements [length]
     real(wp) :: h(3, 3)             !! [-]
-    real(wp) :: d(3, 8)
+    real(wp) :: by_xi(3, 3), back(3, 3)
 
-    d = local_gradients(0.0_wp, 0.0_wp, 0.0_wp)
-    h = matmul(jacobian_of(u, d), inverse(jacobian_of(x, d)))
+    by_xi = centre_jacobian(u)
+    back = inverse(centre_jacobian(x))
+    h = matmul(by_xi, back)
   end function centre_gradient
 
   !> How large a nodal stiffness of the brick is beside its elastic constants: int |g_a|^2 dV, the
-  !> Jacobian taken at the centre. The edge of a cube; of a thin brick far more.
+  !> Jacobian taken at the centre, the mean over the nodes. A third of the edge of a cube; of a thin
+  !> brick far more.
   pure function stiffness_length(x) result(length)
     real(wp), intent(in) :: x(3, 8) !! nodes [length]
     real(wp) :: length              !! [length]
     real(wp) :: jacobian(3, 3)
 
-    jacobian = jacobian_of(x, local_gradients(0.0_wp, 0.0_wp, 0.0_wp))
-    length = determinant(jacobian)*sum(inverse(jacobian)**2)
+    jacobian = centre_jacobian(x)
+    ! Over the parent cube (dN_a/dxi_i)(dN_a/dxi_j) is 2/9 for i = j, else 1/6 and -1/6 in turns.
+    length = 2.0_wp/9.0_wp*determinant(jacobian)*sum(inverse(jacobian)**2)
   end function stiffness_length
 
   !> dN_a/dxi_j anywhere in the brick.
@@ -107,13 +146,14 @@ contains
   pure function jacobian_determinants(x) result(d)
     real(wp), intent(in) :: x(3, 8) !! nodes [length]
     real(wp) :: d(16)               !! [length^3/8]
+    real(wp) :: along(3, 4, 3)
     integer :: g
 
+    along = along_edges(x)
     do g = 1, 8
-      d(g) = determinant(jacobian_of(x, &
-        local_gradients(gauss*xi_node(g), gauss*eta_node(g), gauss*zeta_node(g))))
-      d(8 + g) = determinant(jacobian_of(x, &
-        local_gradients(xi_node(g), eta_node(g), zeta_node(g))))
+      d(g) = determinant(jacobian_of(along, gauss*xi_node(g), gauss*eta_node(g), &
+        gauss*zeta_node(g)))
+      d(8 + g) = determinant(jacobian_of(along, xi_node(g), eta_node(g), zeta_node(g)))
     end do
   end function jacobian_determinants
 
@@ -157,30 +197,51 @@ contains
     shear = young/(2.0_wp*(1.0_wp + poisson))
   end subroutine lame_constants
 
-  !> Strain at the Gauss points, the symmetric part of sum u_a g_a^T.
-  pure function strain_of(n, gradient, u) result(strain)
+  !> Strain at the Gauss points, the symmetric part of du/dx.
+  pure function strain_of(inverse_jacobian, u) result(strain)
+    real(wp), intent(in) :: inverse_jacobian(3, 3, 8) !! dxi_j/dx_i at point g: (j,i,g) [1/length]
+    real(wp), intent(in) :: u(3, 8)                   !! displacements of the nodes [length]
+    real(wp) :: strain(6, 8)                          !! [-]
+    real(wp) :: along(3, 4, 3), h(3, 3)
+    integer :: g
+
+    along = along_edges(u)
+    do g = 1, 8
+      h = matmul(jacobian_of(along, gauss*xi_node(g), gauss*eta_node(g), gauss*zeta_node(g)), &
+        inverse_jacobian(:, :, g))
+      strain(:, g) = symmetric_part(h)
+    end do
+  end function strain_of
+
+  !> Strain at the Gauss points of shape functions that are no nodes', the symmetric part of
+  !> sum u_a g_a^T.
+  pure function mode_strain_of(n, gradient, factor) result(strain)
     integer,  intent(in) :: n                 !! shape functions
     real(wp), intent(in) :: gradient(3, n, 8) !! their gradients [1/length]
-    real(wp), intent(in) :: u(3, n)           !! their factors [length]
+    real(wp), intent(in) :: factor(3, n)      !! their factors [length]
     real(wp) :: strain(6, 8)                  !! [-]
-    real(wp) :: h(3, 3) ! displacement gradient du_i/dx_j
+    real(wp) :: h(3, 3)
     integer :: g, a
 
     do g = 1, 8
       h = 0.0_wp
       do a = 1, n
-        h(:, 1) = h(:, 1) + u(:, a)*gradient(1, a, g)
-        h(:, 2) = h(:, 2) + u(:, a)*gradient(2, a, g)
-        h(:, 3) = h(:, 3) + u(:, a)*gradient(3, a, g)
+        h(:, 1) = h(:, 1) + factor(:, a)*gradient(1, a, g)
+        h(:, 2) = h(:, 2) + factor(:, a)*gradient(2, a, g)
+        h(:, 3) = h(:, 3) + factor(:, a)*gradient(3, a, g)
       end do
-      strain(1, g) = h(1, 1)
-      strain(2, g) = h(2, 2)
-      strain(3, g) = h(3, 3)
-      strain(4, g) = 0.5_wp*(h(1, 2) + h(2, 1))
-      strain(5, g) = 0.5_wp*(h(2, 3) + h(3, 2))
-      strain(6, g) = 0.5_wp*(h(1, 3) + h(3, 1))
+      strain(:, g) = symmetric_part(h)
     end do
-  end function strain_of
+  end function mode_strain_of
+
+  !> The strain of a displacement gradient.
+  pure function symmetric_part(h) result(strain)
+    real(wp), intent(in) :: h(3, 3) !! du_i/dx_j [-]
+    real(wp) :: strain(6)           !! [-]
+
+    strain = [h(1, 1), h(2, 2), h(3, 3), 0.5_wp*(h(1, 2) + h(2, 1)), 0.5_wp*(h(2, 3) + h(3, 2)), &
+      0.5_wp*(h(1, 3) + h(3, 1))]
+  end function symmetric_part
 
   !> sigma = lambda tr(eps) I + 2 G eps at the Gauss points.
   pure function stress_of(strain, lambda, shear) result(stress)

@@ -25,20 +25,20 @@ contains
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
     real(wp) :: f(3, 8)                      !! [force]
-    real(wp) :: gradient(3, 8, 8), weight(8)
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8)
 
-    call shape_gradients(x, gradient, weight)
-    f = force_of(8, gradient, weight, stress_of(strain_of(8, gradient, u), lambda, shear))
+    call shape_gradients(x, gradient, weight, inverse_jacobian)
+    f = force_of(8, gradient, weight, stress_of(strain_of(inverse_jacobian, u), lambda, shear))
   end function nodal_force
 
   !> Strain at the Gauss points.
   pure function gauss_strain(x, u) result(strain)
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     real(wp) :: strain(6, 8)                 !! XX YY ZZ XY YZ XZ [-]
-    real(wp) :: gradient(3, 8, 8), weight(8)
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8)
 
-    call shape_gradients(x, gradient, weight)
-    strain = strain_of(8, gradient, u)
+    call shape_gradients(x, gradient, weight, inverse_jacobian)
+    strain = strain_of(inverse_jacobian, u)
   end function gauss_strain
 
 end module c3d8_mod

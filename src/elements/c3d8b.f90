@@ -39,27 +39,27 @@ contains
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
     real(wp) :: f(3, 8)                      !! [force]
-    real(wp) :: gradient(3, 8, 8), weight(8), mean(3, 8), stress(6, 8), pressure(8)
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), stress(6, 8), pressure(8)
     integer :: g
 
-    call shape_gradients(x, gradient, weight)
-    mean = mean_gradient(gradient, weight)
-    stress = stress_of(mean_dilatation_strain(gradient, mean, u), lambda, shear)
+    call shape_gradients(x, gradient, weight, inverse_jacobian)
+    stress = stress_of(mean_dilatation_strain(inverse_jacobian, weight, u), lambda, shear)
     do g = 1, 8
       pressure(g) = (stress(1, g) + stress(2, g) + stress(3, g))/3.0_wp
       stress(:3, g) = stress(:3, g) - pressure(g)
     end do
-    f = force_of(8, gradient, weight, stress) + sum(weight*pressure)*mean
+    f = force_of(8, gradient, weight, stress) + sum(weight*pressure)* &
+      mean_gradient(gradient, weight)
   end function nodal_force
 
   !> Strain at the Gauss points; its trace is the same at all of them.
   pure function gauss_strain(x, u) result(strain)
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     real(wp) :: strain(6, 8)                 !! XX YY ZZ XY YZ XZ [-]
-    real(wp) :: gradient(3, 8, 8), weight(8)
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8)
 
-    call shape_gradients(x, gradient, weight)
-    strain = mean_dilatation_strain(gradient, mean_gradient(gradient, weight), u)
+    call shape_gradients(x, gradient, weight, inverse_jacobian)
+    strain = mean_dilatation_strain(inverse_jacobian, weight, u)
   end function gauss_strain
 
   !> Gradients of the shape functions averaged over the volume.
@@ -76,16 +76,18 @@ contains
   end function mean_gradient
 
   !> C3D8's strain with the dilatation exchanged.
-  pure function mean_dilatation_strain(gradient, mean, u) result(strain)
-    real(wp), intent(in) :: gradient(3, 8, 8), mean(3, 8), u(3, 8)
+  pure function mean_dilatation_strain(inverse_jacobian, weight, u) result(strain)
+    real(wp), intent(in) :: inverse_jacobian(3, 3, 8), weight(8), u(3, 8)
     real(wp) :: strain(6, 8)
-    real(wp) :: dilatation
+    real(wp) :: dilatation(8), mean
     integer :: g
 
-    strain = strain_of(8, gradient, u)
-    dilatation = sum(mean*u)
+    strain = strain_of(inverse_jacobian, u)
+    ! sum u_a . mean_a is the mean of the points' dilatations, which have lost no digits.
+    dilatation = sum(strain(:3, :), dim=1)
+    mean = dot_product(weight, dilatation)/sum(weight)
     do g = 1, 8
-      strain(:3, g) = strain(:3, g) + (dilatation - sum(strain(:3, g)))/3.0_wp
+      strain(:3, g) = strain(:3, g) + (mean - dilatation(g))/3.0_wp
     end do
   end function mean_dilatation_strain
 

@@ -11,8 +11,8 @@
 module c3d8i_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: determinant, inverse
-  use brick8_mod, only: shape_gradients, strain_of, stress_of, force_of, isotropic_stiffness, &
-    xi_node, eta_node, zeta_node, gauss
+  use brick8_mod, only: shape_gradients, centre_jacobian, strain_of, mode_strain_of, stress_of, &
+    force_of, isotropic_stiffness, xi_node, eta_node, zeta_node, gauss
   implicit none
   private
 
@@ -47,10 +47,10 @@ contains
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
     real(wp) :: f(3, 8)                      !! [force]
-    real(wp) :: gradient(3, 8, 8), weight(8), strain(6, 8)
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), strain(6, 8)
 
-    call shape_gradients(x, gradient, weight)
-    strain = relaxed_strain(x, gradient, weight, u, lambda, shear)
+    call shape_gradients(x, gradient, weight, inverse_jacobian)
+    strain = relaxed_strain(x, inverse_jacobian, weight, u, lambda, shear)
     f = force_of(8, gradient, weight, stress_of(strain, lambda, shear))
   end function nodal_force
 
@@ -59,24 +59,24 @@ contains
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
     real(wp) :: strain(6, 8)                 !! XX YY ZZ XY YZ XZ [-]
-    real(wp) :: gradient(3, 8, 8), weight(8)
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8)
 
-    call shape_gradients(x, gradient, weight)
-    strain = relaxed_strain(x, gradient, weight, u, lambda, shear)
+    call shape_gradients(x, gradient, weight, inverse_jacobian)
+    strain = relaxed_strain(x, inverse_jacobian, weight, u, lambda, shear)
   end function gauss_strain
 
   !> The strain with the alpha for which the modes' forces vanish.
-  pure function relaxed_strain(x, gradient, weight, u, lambda, shear) result(strain)
-    real(wp), intent(in) :: x(3, 8), gradient(3, 8, 8), weight(8), u(3, 8), lambda, shear
+  pure function relaxed_strain(x, inverse_jacobian, weight, u, lambda, shear) result(strain)
+    real(wp), intent(in) :: x(3, 8), inverse_jacobian(3, 3, 8), weight(8), u(3, 8), lambda, shear
     real(wp) :: strain(6, 8)
     real(wp) :: mode(3, 3, 8), k(9, 9), alpha(9)
 
     call mode_gradients(x, weight, mode)
-    strain = strain_of(8, gradient, u)
+    strain = strain_of(inverse_jacobian, u)
     alpha = -reshape(force_of(3, mode, weight, stress_of(strain, lambda, shear)), [9])
     k = isotropic_stiffness(3, mode, weight, lambda, shear)
     call solve_modes(k, alpha)
-    strain = strain + strain_of(3, mode, alpha)
+    strain = strain + mode_strain_of(3, mode, reshape(alpha, [3, 3]))
   end function relaxed_strain
 
   !> m_i = (j_0/j) J_0^-T dM_i/dxi at the Gauss points, J_0 the Jacobian of the centre.
@@ -87,9 +87,7 @@ contains
     real(wp) :: jacobian(3, 3), cofactors(3, 3)
     integer :: g
 
-    jacobian(:, 1) = 0.125_wp*matmul(x, xi_node)
-    jacobian(:, 2) = 0.125_wp*matmul(x, eta_node)
-    jacobian(:, 3) = 0.125_wp*matmul(x, zeta_node)
+    jacobian = centre_jacobian(x)
     cofactors = determinant(jacobian)*transpose(inverse(jacobian))
     do g = 1, 8
       mode(:, 1, g) = (-2.0_wp*gauss*xi_node(g)/weight(g))*cofactors(:, 1)

@@ -2,13 +2,14 @@
 !>
 !> What a brick's stresses do is linear in its displacements: of bricks that are met often the
 !> forces of unit displacements are found once, from stresses, and applied to many of them together.
-!> Their displacements are taken from that of their first node, so a body that has moved far as a
-!> whole loses no digits.
+!> These displacements are trilinear: 1, xi, eta, zeta and their products. Without the first, and
+!> with the factors of the others from what displacements change by along the edges, bodies that
+!> have moved far as a whole lose no digits, nor do long thin bricks that turn.
 module congruent_forces_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
-  use brick8_mod, only: lame_constants
+  use brick8_mod, only: lame_constants, along_edges, xi_node, eta_node, zeta_node
   use elements_mod, only: nodal_force
   implicit none
   private
@@ -18,6 +19,7 @@ module congruent_forces_mod
   integer,  parameter :: n_remembered = 64        !! shapes: a row of a graded block has no more
   integer,  parameter :: often = 32               !! bricks of a shape from which on it pays
   integer,  parameter :: together = 32            !! bricks
+  integer,  parameter :: n_factors = 21           !! of the seven trilinear displacements
   real(wp), parameter :: negligible = 1.0e-13_wp  !! of a brick, in its shape [-]
 
   !> A shape, kind and material of bricks.
@@ -26,10 +28,9 @@ module congruent_forces_mod
     integer :: n_met = 0                          !! bricks so far
     integer :: n_waiting = 0                      !! of them, for their forces
     real(wp) :: corners(3, 8) = 0.0_wp            !! less the first [length]
-    real(wp) :: force(24, 24) = 0.0_wp            !! of unit displacements [force/length]
+    real(wp) :: force(24, n_factors) = 0.0_wp     !! of unit displacements [force/length]
     integer :: nodes(8, together) = 0             !! of those that wait
-    real(wp) :: u(24, together) = 0.0_wp
-    !! their displacements less that of the first node [length]
+    real(wp) :: u(n_factors, together) = 0.0_wp   !! the factors of their displacements [length]
   end type shape_t
 
 contains
@@ -71,7 +72,7 @@ contains
         if (shape%n_met == often) call find_forces(materials, x, shape)
         shape%n_waiting = shape%n_waiting + 1
         shape%nodes(:, shape%n_waiting) = nodes
-        shape%u(:, shape%n_waiting) = reshape(u(:, nodes) - spread(u(:, nodes(1)), 2, 8), [24])
+        shape%u(:, shape%n_waiting) = factors_of(u(:, nodes))
         if (shape%n_waiting == together) call finish(shape, f)
       end associate
     end do
@@ -117,22 +118,49 @@ contains
     force = nodal_force(shape%kind, x, u, lambda, shear)
   end function force_of_brick
 
-  !> Forces of unit displacements, from the stresses that these cause.
+  !> Forces of the trilinear displacements, from the stresses that these cause.
   pure subroutine find_forces(materials, x, shape)
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: x(3, 8)        !! [length]
     type(shape_t), intent(inout) :: shape  !! gets its forces
-    real(wp) :: unit(3, 8)
-    integer :: a, i
+    real(wp) :: unit(3, 8), trilinear(8, n_factors/3)
+    integer :: k, i
 
-    do a = 1, 8
+    trilinear(:, 1) = xi_node
+    trilinear(:, 2) = eta_node
+    trilinear(:, 3) = zeta_node
+    trilinear(:, 4) = xi_node*eta_node
+    trilinear(:, 5) = eta_node*zeta_node
+    trilinear(:, 6) = xi_node*zeta_node
+    trilinear(:, 7) = xi_node*eta_node*zeta_node
+    do k = 1, n_factors/3
       do i = 1, 3
         unit = 0.0_wp
-        unit(i, a) = 1.0_wp
-        shape%force(:, 3*a - 3 + i) = reshape(force_of_brick(shape, materials, x, unit), [24])
+        unit(i, :) = trilinear(:, k)
+        shape%force(:, 3*k - 3 + i) = reshape(force_of_brick(shape, materials, x, unit), [24])
       end do
     end do
   end subroutine find_forces
+
+  !> The factors of xi, eta, zeta, xi eta, eta zeta, xi zeta, xi eta zeta in the displacements of a
+  !> brick, in this order.
+  pure function factors_of(u) result(factors)
+    real(wp), intent(in) :: u(3, 8)           !! [length]
+    real(wp) :: factors(n_factors)            !! [length]
+    real(wp) :: along(3, 4, 3)
+
+    along = along_edges(u)
+    associate (xi => along(:, :, 1), eta => along(:, :, 2), zeta => along(:, :, 3))
+      factors(1:3) = (xi(:, 1) + xi(:, 2)) + (xi(:, 3) + xi(:, 4))
+      factors(4:6) = (eta(:, 1) + eta(:, 2)) + (eta(:, 3) + eta(:, 4))
+      factors(7:9) = (zeta(:, 1) + zeta(:, 2)) + (zeta(:, 3) + zeta(:, 4))
+      factors(10:12) = (xi(:, 2) - xi(:, 1)) + (xi(:, 4) - xi(:, 3))
+      factors(13:15) = (eta(:, 3) - eta(:, 1)) + (eta(:, 4) - eta(:, 2))
+      factors(16:18) = (xi(:, 3) - xi(:, 1)) + (xi(:, 4) - xi(:, 2))
+      factors(19:21) = (xi(:, 4) - xi(:, 3)) - (xi(:, 2) - xi(:, 1))
+    end associate
+    factors = 0.125_wp*factors
+  end function factors_of
 
   !> Add the forces of the bricks that wait.
   pure subroutine finish(shape, f)

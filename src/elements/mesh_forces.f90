@@ -10,7 +10,8 @@ module mesh_forces_mod
   implicit none
   private
 
-  public :: internal_force, force_rounding, pressure_force, gravity_force, add_nodal_areas
+  public :: internal_force, force_rounding, nodal_stiffness, pressure_force, gravity_force, &
+    add_nodal_areas
 
 contains
 
@@ -35,19 +36,44 @@ contains
     real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
     real(wp) :: rounding(mesh%n_nodes)     !! [force]
     real(wp), parameter :: operations = 32.0_wp ! rounded ones that add up in a nodal force
-    real(wp) :: lambda, shear
     integer :: e, nodes(8)
 
     rounding = 0.0_wp
     do e = 1, mesh%n_elements
       nodes = mesh%connectivity(:, e)
-      associate (material => materials(mesh%material(e)))
-        call lame_constants(material%young, material%poisson, lambda, shear)
-      end associate
-      rounding(nodes) = rounding(nodes) + operations*epsilon(1.0_wp)*(abs(lambda) + 2.0_wp*shear)* &
-        stiffness_length(mesh%coordinates(:, nodes))*maxval(abs(u(:, nodes)))
+      rounding(nodes) = rounding(nodes) + operations*epsilon(1.0_wp)*brick_stiffness(mesh, &
+        materials, e)*maxval(abs(u(:, nodes)))
     end do
   end function force_rounding
+
+  !> About what force moves each node by 1 while all others are held, a little more in bricks that
+  !> are not oblique; 0 of nodes without a brick.
+  pure function nodal_stiffness(mesh, materials) result(stiffness)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp) :: stiffness(mesh%n_nodes)    !! [force/length]
+    integer :: e, nodes(8)
+
+    stiffness = 0.0_wp
+    do e = 1, mesh%n_elements
+      nodes = mesh%connectivity(:, e)
+      stiffness(nodes) = stiffness(nodes) + brick_stiffness(mesh, materials, e)
+    end do
+  end function nodal_stiffness
+
+  !> The part of a brick in the stiffness of each of its nodes, (lambda + 2 G) int |g_a|^2 dV.
+  pure real(wp) function brick_stiffness(mesh, materials, e)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    integer, intent(in) :: e
+    real(wp) :: lambda, shear
+
+    associate (material => materials(mesh%material(e)))
+      call lame_constants(material%young, material%poisson, lambda, shear)
+    end associate
+    brick_stiffness = (abs(lambda) + 2.0_wp*shear)*stiffness_length(mesh%coordinates(:, &
+      mesh%connectivity(:, e)))
+  end function brick_stiffness
 
   !> Add the nodal forces of a pressure (positive into the body) on a surface of faces.
   pure subroutine pressure_force(mesh, surface, pressure, f)

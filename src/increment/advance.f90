@@ -21,6 +21,7 @@ module advance_mod
   use state_mod, only: state_t
   use step_report_mod, only: step_report_t, worst_entry, ended_unbalanced, ended_moving, &
     ended_out_of_reach, ended_stalled
+  use mesh_forces_mod, only: nodal_stiffness
   use certificate_mod, only: certify, energy_balance
   use follow_points_mod, only: rounding_of_places, nodal, carried_slip
   use placement_mod, only: place_curved
@@ -135,6 +136,8 @@ contains
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
       trial%forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
+      if (.not. allocated(trial%forces%stiffness)) trial%forces%stiffness = nodal_stiffness( &
+        scene%mesh, scene%materials)
       report%certificate = certify(scene%mesh, points, report%contact, old, new, &
         trial%forces, scene%contact%tolerance)
       ! Where no solver gets any further the certificate judges what the best of them found.

@@ -7,7 +7,7 @@ module view_fields_mod
   use step_fields_mod, only: tensor_field_t
   use mesh_fields_mod, only: fill_tensor_fields
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
-    every_time, at_start, everywhere, at_supports, at_contact
+    every_time, at_start, at_supports, at_contact
   implicit none
   private
 

@@ -19,9 +19,16 @@ sys.path.insert(0, str(SOURCE / "tests" / "judge"))
 
 from bricks import Bricks
 from laws import Judge, Stored
-from load_path import LoadPath
+from load_path import LoadPath, kinks_of
 from random_scenes import Builder, random_scene
-from refusals import CONFIRMED, as_stored, confirm, judge_solution, unbalanced_share
+from refusals import (
+    CONFIRMED,
+    as_stored,
+    confirm,
+    judge_solution,
+    missed_depth,
+    unbalanced_share,
+)
 from scenes import Boundary, Force, Gravity, Pressure, Step, deck_of
 from slow_solver import Increment, Solution
 
@@ -154,6 +161,14 @@ class Paths(unittest.TestCase):
         self.assertAlmostEqual(path.supports(0.5)[1, 1][0], 0.3, delta=1e-16)
 
 
+    def test_kinks_are_where_slopes_change(self):
+        # Constant before 0.5, a bend at 1, none at 1.5, constant from 2 on; the ends do not count.
+        table = ([0.5, 1.0, 1.5, 2.0], [1.0, 2.0, 5.0, 8.0])
+        self.assertEqual(kinks_of(table, 3.0), [0.5, 1.0, 2.0])
+        self.assertEqual(kinks_of(table, 1.0), [0.5])
+        self.assertEqual(kinks_of(([0.0, 1.0], [2.0, 2.0]), 3.0), [])
+
+
 class Solver(unittest.TestCase):
     """The judge's own solver, and the judge on what it finds."""
 
@@ -261,6 +276,68 @@ class Solver(unittest.TestCase):
         judge.path = path
         judge.judge_increment(0, 1.0, increment.before)
         self.assertIn("out of balance", {f.kind for f in judge.findings})
+
+    def test_forces_of_rounding_have_no_law(self):
+        # The cube goes along with its supports before a plane that it just touches: reactions of
+        # rounding, whichever way, are no finding. A strain of 1e-6 makes them one.
+        b, part = cube_scene(young=1e11)
+        plane_below(b, part, 0.3)
+        step = add_step(b)
+        b.hold(step, part, "ZMAX", (0, 1, 2))
+        scene = b.finish("along")
+        path, increment = self.context(b)
+        far = np.zeros_like(scene.points)
+        far[:, 0] = 1e-3
+        for strain, kinds in ((0.0, set()), (1e-6, {"adhesion", "cone", "friction law"})):
+            u = far + strain * scene.points * (0, 1, 0)
+            forces = np.zeros((9, 3))
+            forces[4] = (1e-9, 0.0, -1e-9) if strain == 0 else (1e4, 0.0, -1e4)
+            stored = as_stored(scene, increment, Solution(u, [forces], True, 0.0, 0.0), 0, 1.0)
+            judge = Judge(scene, stored)
+            judge.path = path
+            judge.judge_increment(0, 1.0, increment.before)
+            laws = {"adhesion", "cone", "complementarity", "friction law"}
+            with self.subTest(strain=strain):
+                self.assertEqual({f.kind for f in judge.findings} & laws, kinds)
+
+    def test_loads_that_contact_takes_at_once_move_nothing(self):
+        # A pressure on the side that the plane holds: displacements are rounding, and slip is too.
+        b, part = cube_scene(cells=(1, 1, 1), young=1e5)
+        plane_below(b, part, 0.5)
+        step = add_step(b)
+        step.pressures.append(Pressure(part, "ZMIN", -100.0))
+        b.hold(step, part, "ZMAX", (0, 1, 2))
+        found, findings = self.one(b)
+        self.assertEqual(findings, [])
+        self.assertLess(np.abs(found.u).max(), 1e-15)
+        rng = np.random.default_rng(1)
+        path, increment = self.context(b)
+        for size, kinds in ((1e-12, set()), (1e-6, {"friction law"})):
+            # The first is far below 1e-7 of the way of a node under its force, 25/(k of 4e4).
+            u = found.u.copy()
+            u[:4, :2] = size * rng.uniform(0.5, 1, (4, 2))
+            bent = Solution(u, found.forces, True, 0.0, 0.0)
+            stored = as_stored(b.scene, increment, bent, 0, 1.0)
+            judge = Judge(b.scene, stored)
+            judge.path = path
+            judge.judge_increment(0, 1.0, increment.before)
+            with self.subTest(size=size):
+                self.assertEqual({f.kind for f in judge.findings} & {"friction law"}, kinds)
+
+    def test_a_tool_between_nodes_is_seen(self):
+        # A sphere 0.01 deep in the middle of a face whose nodes are open.
+        b, part = cube_scene(cells=(1, 1, 1))
+        b.obstacle("SPHERE", (0.5, 0.5, 1.09), radius=0.1)
+        b.pair(part, "ZMAX", 0, 0.0)
+        step = add_step(b)
+        b.hold(step, part, "ZMIN", (0, 1, 2))
+        scene = b.finish("between")
+        _, increment = self.context(b)
+        u = np.zeros_like(scene.points)
+        for force, depth in ((0.0, 0.01), (1.0, 0.0)):
+            solution = Solution(u, [np.full((4, 3), force)], True, 0.0, 0.0)
+            with self.subTest(force=force):
+                self.assertAlmostEqual(missed_depth(scene, increment, solution), depth, delta=1e-12)
 
     def test_a_jump_that_is_lost_is_condemned(self):
         b, part = cube_scene(cells=(1, 1, 1))
@@ -420,6 +497,20 @@ class Decks(unittest.TestCase):
         self.assertEqual({o.kind for s in scenes for o in s.obstacles},
                          {"PLANE", "SPHERE", "CYLINDER"})  # fmt: skip
         self.assertEqual({t for s in scenes for t in s.types}, {"C3D8", "C3D8I", "C3D8B"})
+
+    @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
+    def test_decks_that_once_failed(self):
+        # 10252: forces of rounding alone. 10404, 30008: long thin bricks that turn, and stiff ones
+        # beside soft ones. 20001: a block that wedges as it is pushed on. 20040, 20166: loads on
+        # the nodes that contact holds. 30101: a tool between nodes. 30179: a load path that begins
+        # out of balance.
+        seeds = (10252, 10404, 20001, 20040, 20166, 30008, 30101, 30179)
+        done = subprocess.run(
+            [sys.executable, "-B", str(SOURCE / "tests" / "judge" / "judge.py"),
+             "--bipot", PROGRAM, "--only", *map(str, seeds)],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_random_decks(self):
         # The same in both builds would take minutes with the checks at run time.

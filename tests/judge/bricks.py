@@ -166,6 +166,12 @@ class Bricks:
         np.add.at(out, self.nodes, (32 * np.finfo(float).eps * self.size * largest)[:, None])
         return out
 
+    def node_size(self):
+        """The stiffness of each node (N,) while all others are held; no direction is stiffer."""
+        out = np.zeros(len(self.points))
+        np.add.at(out, self.nodes, self.size[:, None])
+        return out
+
     def weights(self, density, which):
         """Integrals (N,) of the shape functions times `density` (E,) over the bricks `which`."""
         shapes = np.array([shape_functions(xi) for xi in GAUSS])

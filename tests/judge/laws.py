@@ -193,14 +193,14 @@ class Judge:
             for a in (pressed, support, loads, internal)
         ) or np.linalg.norm(loads, axis=1).max()  # fmt: skip
         spread = max(np.ptp(u[rows], axis=0).max() for rows in self.body_rows)
-        length = max(np.linalg.norm(u - before, axis=1).max(), spread)
+        length = max(np.linalg.norm(u - before, axis=1).max(), spread, self.moved_alone(pressed))
 
         acting = np.max([np.linalg.norm(f, axis=1) for f in (internal, loads, pressed)], axis=0)
         far = np.maximum(np.abs(u), np.abs(before))
         self.check_equilibrium(row, far, residual, held, acting, force)
         self.check_stored_forces(row, u, residual, held, pressed, force)
         self.check_bodies(row, far, loads, pressed, held)
-        self.check_contact(row, points, self.contact_scale(u, before, points, force), length)
+        self.check_contact(row, points, self.contact_scale(far, points, acting, force), length)
 
     def check_supports(self, row, u, supports):
         """|u - u_prescribed| <= 16 eps max(|u_prescribed|, size of the body)."""
@@ -330,15 +330,26 @@ class Judge:
                           f"in {'translation along' if m < 3 else 'rotation about'} {name}, "
                           f"body {number + 1} of {len(groups)}")  # fmt: skip
 
-    def contact_scale(self, u, before, points, force):
+    def moved_alone(self, pressed):
+        """The farthest that contact forces would move a node while the others are held.
+
+        Where loads act on the very nodes that contact holds all displacements are rounding.
+        """
+        size = self.scene.bricks().node_size()
+        strength = np.linalg.norm(pressed, axis=1)
+        return np.divide(strength, size, out=np.zeros(len(size)), where=size > 0).max()
+
+    def contact_scale(self, far, points, acting, force):
         """The scale of reactions: the largest force, or what rounding makes of the way there.
 
-        A body that came back to where it was without load has reactions of rounding alone.
+        Where all forces are no more than that (a body came back to where it was without load, or
+        went along with its supports) reactions say nothing.
         """
         if not points:
             return force
-        far = np.maximum(np.abs(u), np.abs(before))
         rounding = self.scene.bricks().rounding(far)
+        if not self.strict and np.all(acting[self.mesh] <= rounding[self.mesh]):
+            return np.inf
         slaves = np.concatenate([p["rows"] for p in points])
         return max(force, float(rounding[slaves].max(initial=0.0)))
 

@@ -15,6 +15,15 @@ def amplitude_at(amplitude, time):
     return value, float(slopes[near].max(initial=0.0))
 
 
+def kinks_of(amplitude, period):
+    """Times within a step, its ends left out, at which a table changes its slope."""
+    times, values = (np.asarray(a, dtype=float) for a in amplitude)
+    slopes = np.concatenate([[0.0], np.diff(values) / np.diff(times), [0.0]])
+    # Constant before the table and after it.
+    bends = np.abs(np.diff(slopes)) * period > 1e-9 * np.abs(values).max(initial=0.0)
+    return [t for t in times[bends] if 0.0 < t < period]
+
+
 class LoadPath:
     """Walks through the steps of a scene; `begin` a step, then ask for times within it."""
 
@@ -76,6 +85,14 @@ class LoadPath:
             for i in range(3):
                 value = one.value * way[i]
                 yield "*DLOAD", ("weight", one.part, i), value, one.amplitude
+
+    def kinks(self):
+        """Times within the step at which a load or a support turns."""
+        step = self.scene.steps[self.step]
+        used = {amplitude for *_, amplitude in self.cards_of(step)}
+        used |= {one.amplitude for one in step.boundaries}
+        found = [kinks_of(self.scene.amplitudes[a], step.period) for a in used - {None}]
+        return sorted(t for one in found for t in one)
 
     def levels_at(self, time):
         """(values of the loads by place, how uncertain rounding of the time makes them)."""

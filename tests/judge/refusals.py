@@ -4,6 +4,7 @@ import re
 from types import SimpleNamespace
 
 import numpy as np
+from bricks import FACES
 from laws import Judge
 from load_path import LoadPath
 from obstacles import locate, shift_of
@@ -106,6 +107,32 @@ def unbalanced_share(scene, u, held, loads):
     return least
 
 
+def missed_depth(scene, increment, solution, divisions=20):
+    """How deep a round obstacle is in a slave face of which no neighbour's node touches; 0: none.
+
+    The faces are flat between their displaced nodes, and looked at on a grid.
+    """
+    u, deepest = solution.u, 0.0
+    s, t = (g.ravel() for g in np.meshgrid(*2 * [np.linspace(-1, 1, divisions + 1)]))
+    shapes = np.stack([(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)])
+    for pair, force in zip(scene.pairs, solution.forces, strict=True):
+        obstacle = scene.obstacles[pair.obstacle]
+        if obstacle.kind == "PLANE" or obstacle.inner:
+            continue
+        touching = set(scene.side_rows(pair.part, pair.side)[np.abs(force).max(axis=1) > 0])
+        faces = [
+            scene.nodes[b][list(FACES[f])] for b, f in scene.parts[pair.part].sides[pair.side]
+        ]
+        for face in faces:
+            places, moved, added = (shapes.T @ a[face] / 4 for a in (
+                scene.points, u, increment.added[:, None]))  # fmt: skip
+            gap, _, _ = locate(obstacle, places, moved, shift_of(obstacle, u), added[:, 0])
+            near = {int(n) for other in faces if set(other) & set(face) for n in other}
+            if not near & touching:
+                deepest = max(deepest, -gap.min())
+    return deepest
+
+
 def interval(scene, stored, message):
     """(step, end of the refused increment in the step's time, start of the step, displacements)."""
     finished = 0 if stored is None else stored.finished
@@ -139,6 +166,11 @@ def confirm(scene, stored, message):
         return OPEN, "every increment is there, and yet the run was refused"
     step, time, start, before = where
     path = path_to(scene, stored, step)
+    if not scene.steps[step].direct:
+        # Increments end where the load path turns, and what is not balanced there is no solution.
+        done = 0.0 if stored is None or stored.finished == 0 else stored.time[stored.finished - 1]
+        turns = [t for t in path.kinks() if done - start < t * (1 - 1e-9) and t < time]
+        time = min([time, *turns])
     supports, loads = path.supports(time), path.loads(time)
     increment = Increment(scene, before, supports, loads)
     if re.search(r"is prescribed to move", message):
@@ -170,6 +202,10 @@ def confirm(scene, stored, message):
     if not findings and spoilt > 10 * scene.tolerance and re.search(NUMERICAL, message):
         # A solution found in extended precision does not say that double precision finds it.
         return CONFIRMED, f"rounding times the condition of the stiffness is {spoilt:.1e}"
+    if not findings and "contact is missed" in message:
+        depth = missed_depth(scene, increment, found)
+        if depth > 10 * scene.tolerance * np.abs(found.u).max():
+            return CONFIRMED, f"an obstacle is {depth:.2g} deep in a face, and no node near touches"
     if not findings:
         return REFUTED, f"a solution exists (residual {found.residual:.1e})"
     kinds = {f.kind for f in findings}

@@ -18,7 +18,8 @@
 !> centre goes along e, as far as it takes: e(c) falls along a line, so that a change of its sign
 !> brackets the place. Free gaps are closed so, however small the load is. A motion that contact
 !> does not see (in the null space of G) stays where it is; so does one that nothing drives. Where
-!> no centre leaves less out of balance, nothing balances it.
+!> no centre leaves less out of balance, Newton's method on reactions and motions together has its
+!> turn, from the start, from the best centre and from no reactions; then nothing balances it.
 !>
 !> A motion is neutral that contact does not see where the undeformed bodies are. About the axis of
 !> a round obstacle it is seen a little once normals have turned, which is of second order: neither
@@ -34,6 +35,7 @@ module floating_mod
     relative_gaps, natural_map
   use global_newton_mod, only: response_to_shifts
   use solve_mod, only: solve_contact
+  use joint_newton_mod, only: solve_jointly
   implicit none
   private
 
@@ -52,6 +54,10 @@ module floating_mod
   real(wp), parameter :: most_damping = 1.0_wp
   integer,  parameter :: max_lines = 30             !! searches along e
   integer,  parameter :: max_on_line = 80           !! centres on one of them
+  integer,  parameter :: largest_joint = 150        !! rows up to which motions join the reactions
+  real(wp), parameter :: scalings(5) = [0.0_wp, 3.0_wp, 1.0_wp, 1.0_wp/3.0_wp, 1.0_wp/9.0_wp]
+  !! of the natural map's, for the laws in Newton's method then; 0: its own [-]
+  real(wp), parameter :: promising = 1.0e-4_wp      !! of what that leaves over: worth a trial [-]
   real(wp), parameter :: halved = 0.5_wp            !! of e along the line: found
   real(wp), parameter :: gaps_away = 10.0_wp        !! of the largest gap: as far as places allow
   real(wp), parameter :: spoilt = 0.1_wp !! of the tolerance: by the rounding of a far centre
@@ -95,6 +101,8 @@ module floating_mod
     type(trial_t) :: now, best
     real(wp), allocatable :: x_start(:)        !! (n_rows) gaps and slips at centre 0 [length]
     real(wp), allocatable :: first(:)          !! (n_seen) centre where it began [length]
+    real(wp), allocatable :: r_first(:, :)     !! (3,n_points) reactions there [force]
+    real(wp), allocatable :: load(:)           !! (n_seen) of the loads on the motions [force]
     real(wp), allocatable :: resistance(:, :)  !! (n_seen,n_seen) -de/dc at the best [force/length]
     real(wp) :: furthest = 0.0_wp              !! where contact is still resolved [length]
     real(wp) :: damping = least_damping        !! of the resistance of the proximal term [-]
@@ -167,15 +175,15 @@ contains
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
     type(search_t) :: search
-    real(wp) :: q(floating%n_seen)
     integer :: i, n_lines
     logical :: found
 
-    q = matmul(drift%load, floating%back)
-    search%x_start = x_free + matmul(floating%g, drift%a) - matmul(floating%w_q, q) + &
-      floating%theta*matmul(floating%q, q)
+    search%load = matmul(drift%load, floating%back)
+    search%x_start = x_free + matmul(floating%g, drift%a) - matmul(floating%w_q, search%load) + &
+      floating%theta*matmul(floating%q, search%load)
     search%first = shift_of(floating, pack_rows(problem, r))
     search%now%centre = search%first
+    search%r_first = r
     search%now%r = r
     n_lines = 0
     recentre: do i = 1, max_recentrings
@@ -192,6 +200,9 @@ contains
       end if
       call choose_centre(problem, floating, x_free, controls, search)
     end do recentre
+    if (.not. report%converged .and. problem%n_rows <= largest_joint .and. &
+      .not. (search%now%is_solved .and. sees_nothing(search%now))) call try_jointly(problem, &
+      floating, controls, drift, search, x_free, report)
 
     if (.not. report%converged .and. search%now%is_solved) then
       ! What contact does not see it cannot balance; what it sees it has not balanced anywhere.
@@ -214,6 +225,51 @@ contains
         shift_of(floating, pack_rows(problem, r)))
     end associate
   end subroutine solve_floating
+
+  !> Newton's method on reactions and motions together, with one scaling of the laws after another,
+  !> each from where the search began, from the best centre and from no reactions at all. What it
+  !> comes to is a centre to try like any other.
+  subroutine try_jointly(problem, floating, controls, drift, search, x_free, report)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    type(contact_controls_t), intent(in) :: controls
+    type(drift_t), intent(in) :: drift             !! its load and what that is rounded by
+    type(search_t), intent(inout) :: search
+    real(wp), intent(inout) :: x_free(:)           !! (n_rows) at the last centre [length]
+    type(contact_report_t), intent(inout) :: report
+    type(contact_problem_t) :: scaled
+    type(contact_report_t) :: before
+    type(trial_t) :: last
+    real(wp) :: left
+    integer :: i, k
+
+    before = report
+    last = search%now
+    scaled = problem
+    scale: do k = 1, size(scalings)
+      if (k > 1) scaled%rho_global = spread(scalings(k)*problem%rho_map, 1, 2)
+      starts: do i = 1, 3
+        search%now%centre = search%first
+        search%now%r = search%r_first
+        if (i == 2) search%now = search%best
+        if (i == 3) search%now%r = 0.0_wp
+        call solve_jointly(scaled, floating%q, search%load, search%x_start, search%now%r, &
+          search%now%centre, left)
+        if (k > 1) call solve_jointly(problem, floating%q, search%load, search%x_start, &
+          search%now%r, search%now%centre, left)
+        if (left > promising) cycle starts
+        x_free = search%x_start + matmul(floating%q, search%now%centre)
+        call try_centre(problem, floating, x_free, controls, drift, search, report)
+        if (report%converged) return
+      end do starts
+    end do scale
+    ! What was said before stands.
+    report%residual = before%residual
+    report%worst_point = before%worst_point
+    report%solver = before%solver
+    report%ending = before%ending
+    search%now = last
+  end subroutine try_jointly
 
   !> Go along what is out of balance at the best centre, further and further until it changes its
   !> sign, then between, until half of it is gone. The best centre is where that is.

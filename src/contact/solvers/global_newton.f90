@@ -23,7 +23,7 @@ module global_newton_mod
   implicit none
   private
 
-  public :: solve_by_global_newton, response_to_shifts
+  public :: solve_by_global_newton, response_to_shifts, linearise, residual_at
 
   integer,  parameter :: max_iterations = 60
   integer,  parameter :: small_dense = 100      !! rows up to which a factorisation is cheaper
@@ -141,25 +141,82 @@ contains
     real(wp), intent(in) :: q(:, :)             !! (n_rows,m) changes [-]
     real(wp), intent(out) :: response(:, :)     !! (n_rows,m) [force/length]
     type(iterate_t), target :: at
-    type(contact_controls_t) :: exactly
+
+    at = start_at(problem, x_free, r)
+    call find_responses(problem, at, exact_controls(problem, controls), q, response)
+  end subroutine response_to_shifts
+
+  !> The residual Z at any reactions and its derivatives, by all of them and by x_free along `q`.
+  subroutine linearise(problem, x_free, r, q, z, by_r, by_q)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)           !! (n_rows) [length]
+    real(wp), intent(in) :: r(:, :)             !! (3,n_points) [force]
+    real(wp), intent(in) :: q(:, :)             !! (n_rows,m) changes of x_free [-]
+    real(wp), intent(out) :: z(:)               !! (n_rows) [force]
+    real(wp), intent(out) :: by_r(:, :)         !! (n_rows,n_rows) [-]
+    real(wp), intent(out) :: by_q(:, :)         !! (n_rows,m) [force/length]
+    type(iterate_t) :: at
+    real(wp), allocatable :: j(:, :)
+    real(wp), dimension(3, problem%n_points) :: change
+    integer :: i, k
+
+    at = start_at(problem, x_free, r)
+    z = at%z
+    call form_jacobian(problem, at, [(i, i=1, problem%n_rows)], j)
+    by_r = j
+    do k = 1, size(q, 2)
+      change = unpack_rows(problem, q(:, k))
+      do i = 1, problem%n_points
+        change(:, i) = matmul(at%dz_dx(:, :, i), change(:, i))
+      end do
+      by_q(:, k) = pack_rows(problem, change)
+    end do
+  end subroutine linearise
+
+  !> How the Newton step there answers changes of x_free.
+  subroutine find_responses(problem, at, controls, q, response)
+    type(contact_problem_t), target, intent(in) :: problem
+    type(iterate_t), target, intent(inout) :: at  !! its residual is lost
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(in) :: q(:, :)             !! (n_rows,m) changes [-]
+    real(wp), intent(out) :: response(:, :)     !! (n_rows,m) [force/length]
     real(wp), dimension(3, problem%n_points) :: change
     real(wp), allocatable :: dr(:)
     integer :: i, j, products
 
-    at = start_at(problem, x_free, r)
     products = 0
-    exactly = controls
-    if (problem%n_rows <= exact_response) exactly%linear = linear_direct
     do j = 1, size(q, 2)
       change = unpack_rows(problem, q(:, j))
       do i = 1, problem%n_points
         change(:, i) = matmul(at%dz_dx(:, :, i), change(:, i))
       end do
       at%z = pack_rows(problem, change)
-      call find_correction(problem, at, exactly, tightest_inner, dr, products)
+      call find_correction(problem, at, controls, tightest_inner, dr, products)
       response(:, j) = dr
     end do
-  end subroutine response_to_shifts
+  end subroutine find_responses
+
+  !> The same controls, with factorised responses where these can be paid for.
+  pure function exact_controls(problem, controls) result(exactly)
+    type(contact_problem_t), intent(in) :: problem
+    type(contact_controls_t), intent(in) :: controls
+    type(contact_controls_t) :: exactly
+
+    exactly = controls
+    if (problem%n_rows <= exact_response) exactly%linear = linear_direct
+  end function exact_controls
+
+  !> The residual Z at any reactions.
+  function residual_at(problem, x_free, r) result(z)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)           !! (n_rows) [length]
+    real(wp), intent(in) :: r(:, :)             !! (3,n_points) [force]
+    real(wp) :: z(problem%n_rows)               !! [force]
+    type(iterate_t) :: at
+
+    at = start_at(problem, x_free, r)
+    z = at%z
+  end function residual_at
 
   !> The iterate at given reactions.
   function start_at(problem, x_free, r) result(at)
