@@ -80,7 +80,7 @@ contains
     integer :: i, ref_node
 
     do i = 1, size(scene%pairs)
-      ref_node = scene%obstacles(scene%pairs(i)%obstacle)%ref_node
+      ref_node = scene%obstacles(scene%pairs(i)%master)%ref_node
       if (ref_node == 0) cycle
       if (loose_ref_node(ref_node)) loose_body(scene%mesh%body(scene%surfaces( &
         scene%pairs(i)%surface)%nodes)) = .true.
@@ -118,7 +118,7 @@ contains
       if (in_reach(i)) cycle
       shift = 0.0_wp
       if (ref_node > 0) shift = reshape([lowest(:, ref_node), highest(:, ref_node)], [3, 2])
-      gap = least_gap(scene%obstacles(scene%pairs(points%pair(i))%obstacle), shift, &
+      gap = least_gap(scene%obstacles(scene%pairs(points%pair(i))%master), shift, &
         scene%mesh%coordinates(:, points%node(i))) + points%extra_gap(i)
       in_reach(i) = gap <= travel(body)
     end do
@@ -210,7 +210,7 @@ contains
     dofs = .false.
     do i = 1, points%n
       if (.not. points%in_reach(i)) cycle
-      associate (obstacle => scene%obstacles(scene%pairs(points%pair(i))%obstacle), &
+      associate (obstacle => scene%obstacles(scene%pairs(points%pair(i))%master), &
                  of_node => dofs(:, points%node(i)))
         if (points%mu(i) > 0.0_wp .or. .not. is_flat(obstacle)) then
           of_node = .true.

@@ -88,14 +88,14 @@ contains
         call report(reader, adjusts(p)%position, 'the pairs with ADJUST have too many nodes')
         return
       end if
-      call choose_nodes(model, surfaces(pairs(p)%surface)%nodes, obstacles(pairs(p)%obstacle), &
+      call choose_nodes(model, surfaces(pairs(p)%surface)%nodes, obstacles(pairs(p)%master), &
         adjusts(p), placed(p)%elements)
-      call place_nodes(reader, model, obstacles(pairs(p)%obstacle), pairs(p)%name, p, &
+      call place_nodes(reader, model, obstacles(pairs(p)%master), pairs(p)%name, p, &
         placed(p)%elements, mover)
     end do
     call check_bricks(reader, model, pairs, adjusts, mover)
     do p = 1, size(pairs)
-      if (adjusts(p)%wanted) call note_left(reader, model, obstacles(pairs(p)%obstacle), &
+      if (adjusts(p)%wanted) call note_left(reader, model, obstacles(pairs(p)%master), &
         pairs(p)%name, placed(p)%elements)
     end do
   end subroutine adjust_nodes

@@ -212,7 +212,7 @@ contains
       to_text(new%increment)// &
       ': node '//to_text(scene%mesh%node_id(points%node(i)))//' is prescribed to move '// &
       to_text(-report%contact%gap(i))//' into '// &
-      scene%obstacles(scene%pairs(points%pair(i))%obstacle)%name)
+      scene%obstacles(scene%pairs(points%pair(i))%master)%name)
   end subroutine watch_inactive
 
 end module advance_mod

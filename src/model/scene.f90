@@ -42,7 +42,7 @@ module scene_mod
   type :: contact_pair_t
     character(:), allocatable :: name !! "<slave surface>:<obstacle>", as in the result file
     integer  :: surface = 0           !! index into the scene's surfaces
-    integer  :: obstacle = 0          !! index into the scene's obstacles
+    integer  :: master = 0            !! index into the scene's obstacles
     real(wp) :: mu = 0.0_wp           !! friction coefficient, mu >= 0 [-]
   end type contact_pair_t
 

@@ -23,7 +23,7 @@ contains
     integer :: of_frame
 
     of_frame = every_time
-    if (is_flat(scene%obstacles(scene%pairs(i)%obstacle))) of_frame = first_time
+    if (is_flat(scene%obstacles(scene%pairs(i)%master))) of_frame = first_time
     call add_field(list, field_t('node', of_long, [n], 'number', &
       'slave node of each point: index into Points, from 0', at_start, compute=node))
     call add_field(list, field_t('coordinates', of_real, [3, n], 'length', &

@@ -139,7 +139,7 @@ contains
       call rows_of_points(prescribed, points, undeformed_frames(scene, points), row)
       do i = 1, points%n
         n = count(row(:, i) > 0)
-        if (.not. is_flat(scene%obstacles(scene%pairs(points%pair(i))%obstacle))) then
+        if (.not. is_flat(scene%obstacles(scene%pairs(points%pair(i))%master))) then
           free = .not. prescribed(:, points%node(i))
           if (points%ref_node(i) > 0) free = free .or. .not. prescribed(:, points%ref_node(i))
           if (any(free) .and. points%in_reach(i)) n = merge(3, 1, points%mu(i) > 0.0_wp)

@@ -263,7 +263,7 @@ contains
       call clear_bar(console)
       call say('note: step '//to_text(increment%step)//', increment '//to_text(increment%number)// &
         ': node '//to_text(scene%mesh%node_id(points%node(i)))//' reaches '// &
-        scene%obstacles(scene%pairs(points%pair(i))%obstacle)%name// &
+        scene%obstacles(scene%pairs(points%pair(i))%master)%name// &
         ', which the plan held to be '// &
         'out of its reach; the increment is repeated with the whole of the slave surfaces')
     end associate
@@ -302,7 +302,7 @@ contains
     if (deepest%depth > 0.0_wp) then
       line(1)%text = 'note: step '//to_text(increment%step)//': faces of '// &
         scene%surfaces(scene%pairs(deepest%pair)%surface)%name//' enter '// &
-        scene%obstacles(scene%pairs(deepest%pair)%obstacle)%name// &
+        scene%obstacles(scene%pairs(deepest%pair)%master)%name// &
         ' between their nodes by up to '//to_text(deepest%depth, 3)//', at '// &
         nodes_in_words(scene, deepest%nodes)
       if (.not. console%quiet) call clear_bar(console)

@@ -106,8 +106,8 @@ contains
 
     associate (missed => entries%missed)
       if (.not. missed%depth > 0.0_wp) return
-      needed = 2.0_wp*sqrt(scene%obstacles(scene%pairs(missed%pair)%obstacle)%radius*missed%depth)
-      obstacle = scene%obstacles(scene%pairs(missed%pair)%obstacle)%name
+      needed = 2.0_wp*sqrt(scene%obstacles(scene%pairs(missed%pair)%master)%radius*missed%depth)
+      obstacle = scene%obstacles(scene%pairs(missed%pair)%master)%name
       face = to_text(missed%depth, 3)//' deep into the face of '//nodes_in_words(scene, &
         missed%nodes)//' of '//scene%surfaces(scene%pairs(missed%pair)%surface)%name
     end associate

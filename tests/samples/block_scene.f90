@@ -79,7 +79,7 @@ contains
     scene%obstacles(1)%normal = [0.0_wp, 0.0_wp, 1.0_wp]
     scene%pairs(1)%name = 'bottom:plane'
     scene%pairs(1)%surface = bottom
-    scene%pairs(1)%obstacle = 1
+    scene%pairs(1)%master = 1
     scene%pairs(1)%mu = mu
     scene%contact%tolerance = 1.0e-12_wp
   end function new_scene

@@ -44,8 +44,8 @@ contains
           points%node(k) = surface%nodes(i)
           points%area(k) = area(surface%nodes(i))
           points%mu(k) = scene%pairs(pair)%mu
-          points%ref_node(k) = scene%obstacles(scene%pairs(pair)%obstacle)%ref_node
-          points%is_curved(k) = .not. is_flat(scene%obstacles(scene%pairs(pair)%obstacle))
+          points%ref_node(k) = scene%obstacles(scene%pairs(pair)%master)%ref_node
+          points%is_curved(k) = .not. is_flat(scene%obstacles(scene%pairs(pair)%master))
         end do
         area(surface%nodes) = 0.0_wp
       end associate
@@ -73,8 +73,8 @@ contains
     allocate (is_new(n), source=.false.)
     head = 0
     do pair = size(scene%pairs), 1, -1
-      next(pair) = head(scene%pairs(pair)%obstacle)
-      head(scene%pairs(pair)%obstacle) = pair
+      next(pair) = head(scene%pairs(pair)%master)
+      head(scene%pairs(pair)%master) = pair
     end do
 
     marked = 0
@@ -141,7 +141,7 @@ contains
     real(wp) :: x(3), normal(3), gap
 
     x = scene%mesh%coordinates(:, points%node(i))
-    call locate_point(scene%obstacles(scene%pairs(points%pair(i))%obstacle), &
+    call locate_point(scene%obstacles(scene%pairs(points%pair(i))%master), &
       [0.0_wp, 0.0_wp, 0.0_wp], x, gap, normal)
     x = x - card%centre
     x = x - dot_product(x, normal)*normal

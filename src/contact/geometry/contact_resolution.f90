@@ -100,7 +100,7 @@ contains
     node = points%node(i)
     n = contact%frame(:, 1, i)
     planes = count(prescribed(:, node) .and. abs(n) < 0.5_wp)
-    is_flat_pair = is_flat(scene%obstacles(scene%pairs(faces%pair)%obstacle))
+    is_flat_pair = is_flat(scene%obstacles(scene%pairs(faces%pair)%master))
     associate (first => points%first(faces%pair), last => points%first(faces%pair + 1) - 1)
       is_flat_pair = is_flat_pair .and. .not. maxval(points%extra_gap(first:last)) > &
         minval(points%extra_gap(first:last))

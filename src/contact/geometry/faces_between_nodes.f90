@@ -72,7 +72,7 @@ contains
 
     allocate (faces(size(scene%pairs)))
     do pair = 1, size(scene%pairs)
-      if (may_enter(scene%obstacles(scene%pairs(pair)%obstacle))) then
+      if (may_enter(scene%obstacles(scene%pairs(pair)%master))) then
         faces(pair) = make_smooth_faces(scene%mesh, scene%surfaces(scene%pairs(pair)%surface))
       else
         faces(pair) = no_faces()
@@ -115,7 +115,7 @@ contains
       call spread_points(scene, points, obstacle, new, extra, pressure)
       allocate (dents(0))
       do pair = 1, size(scene%pairs)
-        if (scene%pairs(pair)%obstacle /= obstacle) cycle
+        if (scene%pairs(pair)%master /= obstacle) cycle
         call look_at_pair(pair)
       end do
       found%untouched = deepest_untouched(dents, near)
@@ -247,7 +247,7 @@ contains
 
     on_it = .false.
     do i = 1, points%n
-      if (scene%pairs(points%pair(i))%obstacle /= obstacle) cycle
+      if (scene%pairs(points%pair(i))%master /= obstacle) cycle
       if (any(abs(state%reaction(:, i)) > 0.0_wp)) then
         on_it(points%node(i)) = .true.
       else
@@ -260,7 +260,7 @@ contains
     touches = any(on_it)
     if (.not. touches) return
     do pair = 1, size(faces)
-      if (scene%pairs(pair)%obstacle /= obstacle) cycle
+      if (scene%pairs(pair)%master /= obstacle) cycle
       do f = 1, size(faces(pair)%nodes, 2)
         if (any(on_it(faces(pair)%nodes(:, f)))) near(faces(pair)%nodes(:, f)) = .true.
       end do
@@ -280,7 +280,7 @@ contains
 
     allocate (extra(scene%mesh%n_nodes), pressure(scene%mesh%n_nodes), source=0.0_wp)
     do i = 1, points%n
-      if (scene%pairs(points%pair(i))%obstacle /= obstacle) cycle
+      if (scene%pairs(points%pair(i))%master /= obstacle) cycle
       extra(points%node(i)) = points%extra_gap(i)
       if (.not. (points%area(i) > 0.0_wp .and. any(abs(state%reaction(:, i)) > 0.0_wp))) cycle
       call locate_at(scene, points, i, state%displacement, gap, frame)

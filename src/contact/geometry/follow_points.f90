@@ -24,7 +24,7 @@ contains
 
     shift = 0.0_wp
     if (points%ref_node(i) > 0) shift = u(:, points%ref_node(i))
-    call locate(scene%obstacles(scene%pairs(points%pair(i))%obstacle), shift, &
+    call locate(scene%obstacles(scene%pairs(points%pair(i))%master), shift, &
       scene%mesh%coordinates(:, points%node(i)) + u(:, points%node(i)), gap, frame)
     gap = gap + points%extra_gap(i)
   end subroutine locate_at

@@ -30,7 +30,7 @@ contains
       node = 0
       deepest = rounding*size_of_scene
       do i = points%first(pair), points%first(pair + 1) - 1
-        call locate_point(scene%obstacles(scene%pairs(pair)%obstacle), [0.0_wp, 0.0_wp, 0.0_wp], &
+        call locate_point(scene%obstacles(scene%pairs(pair)%master), [0.0_wp, 0.0_wp, 0.0_wp], &
           scene%mesh%coordinates(:, points%node(i)), gap, normal)
         gap = gap + points%extra_gap(i)
         if (-gap <= rounding*size_of_scene) cycle

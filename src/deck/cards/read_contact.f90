@@ -170,8 +170,8 @@ contains
       end if
       call find_slave(reader, model, fields, surfaces, pair)
       call find_obstacle(reader, fields, surfaces, obstacles, pair)
-      if (pair%surface > 0 .and. pair%obstacle > 0) then
-        pair%name = surfaces%list(pair%surface)%name//':'//obstacles%names(pair%obstacle)%text
+      if (pair%surface > 0 .and. pair%master > 0) then
+        pair%name = surfaces%list(pair%surface)%name//':'//obstacles%names(pair%master)%text
         n = n + 1
         found_pairs(n) = pair
         position(n) = fields%start
@@ -219,7 +219,7 @@ contains
     character(:), allocatable :: name
     logical :: ok
 
-    pair%obstacle = 0
+    pair%master = 0
     call name_field(reader, fields, 2, 'an obstacle', name, ok)
     if (.not. ok) return
     if (find_name(obstacles%lookup, obstacles%names, name) == 0 .and. &
@@ -227,7 +227,7 @@ contains
       call report(reader, field_position(reader, fields, 2), quoted(name)// &
         ' is a surface: contact between two bodies is not available yet, an *OBSTACLE is')
     else
-      call find_named(reader, obstacles, field_position(reader, fields, 2), name, pair%obstacle)
+      call find_named(reader, obstacles, field_position(reader, fields, 2), name, pair%master)
     end if
   end subroutine find_obstacle
 
@@ -242,7 +242,7 @@ contains
 
     allocate (keys(size(pairs)))
     do k = 1, size(pairs)
-      keys(k)%text = to_text(pairs(k)%surface)//':'//to_text(pairs(k)%obstacle)
+      keys(k)%text = to_text(pairs(k)%surface)//':'//to_text(pairs(k)%master)
     end do
     call make_name_lookup(keys, size(keys), lookup)
     do k = 1, size(pairs)
