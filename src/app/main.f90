@@ -6,10 +6,10 @@ program bipot
   use standard_streams_mod, only: open_standard_streams, write_to, standard_error
   use runtime_failures_mod, only: meet_runtime_failures
   use blas_core_mod, only: choose_blas_core, check_blas_room
-  use machine_room_mod, only: check_stack_room
+  use resource_limits_mod, only: check_stack_room
   use system_mod, only: catch_signals
   use parallel_mod, only: start_ranks, end_ranks, is_host
-  use serve_host_mod, only: serve_host
+  use worker_loop_mod, only: worker_loop
   use fclib_mod, only: is_fclib_path
   use command_line_mod, only: options_t, read_command_line, check_kind, help_text
   use console_mod, only: say
@@ -43,7 +43,7 @@ program bipot
       ! The host alone decides when to stop.
       call catch_signals()
       call check_room(error)
-      if (.not. allocated(error)) call serve_host(error)
+      if (.not. allocated(error)) call worker_loop(error)
     end if
   end if
   if (allocated(error)) then

@@ -8,7 +8,7 @@ module console_mod
   use parallel_mod, only: has_launcher
   use increments_mod, only: increment_t
   use controls_mod, only: solver_sweeps, solver_global_newton
-  use step_report_mod, only: step_report_t, error_parts_t, worst_entry, status_open, &
+  use increment_report_mod, only: increment_report_t, error_parts_t, worst_entry, status_open, &
     status_stick, status_slide
   implicit none
   private
@@ -74,7 +74,7 @@ contains
     type(console_t), intent(inout) :: console
     type(increment_t), intent(in) :: increment
     real(wp), intent(in) :: done  !! of the run, 0 to 1
-    type(step_report_t), intent(in) :: report
+    type(increment_report_t), intent(in) :: report
     character(160) :: line
     real(wp) :: elapsed
 

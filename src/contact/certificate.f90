@@ -8,11 +8,11 @@ module certificate_mod
   use mesh_mod, only: mesh_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use step_report_mod, only: certificate_t, energy_t, contact_fields_t, worst_entry
+  use increment_report_mod, only: certificate_t, energy_t, contact_fields_t, worst_entry
   implicit none
   private
 
-  public :: certify, judge_contact, energy_balance, step_forces_t
+  public :: certify, judge_contact, energy_balance, increment_forces_t
 
   !> Of numbers that are none.
   type(certificate_t), parameter :: nothing_true = certificate_t(huge(1.0_wp), huge(1.0_wp), &
@@ -25,7 +25,7 @@ module certificate_mod
   real(wp), parameter :: excusable = 1.0e-3_wp !! of a force: the most that rounding may excuse [-]
 
   !> The forces of a step, and what its supports ask for; all (3,n_nodes) in x, y, z.
-  type :: step_forces_t
+  type :: increment_forces_t
     real(wp), allocatable :: internal(:, :)   !! from the stresses [force]
     real(wp), allocatable :: external(:, :)   !! loads [force]
     logical,  allocatable :: prescribed(:, :) !! degrees of freedom held by supports
@@ -33,7 +33,7 @@ module certificate_mod
     real(wp), allocatable :: rounding(:) !! (n_nodes) that the internal forces carry [force]
     real(wp), allocatable :: stiffness(:) !! (n_nodes) of each node by itself [force/length]
     real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]
-  end type step_forces_t
+  end type increment_forces_t
 
   !> What acts on a body along one of its rigid motions, or on an obstacle along one of its
   !> translations.
@@ -60,7 +60,7 @@ contains
     type(contact_fields_t), intent(in) :: contact
     !! frames, local reactions, gaps and slip increments
     type(state_t), intent(in) :: old, new          !! before and after the step
-    type(step_forces_t), intent(in) :: forces
+    type(increment_forces_t), intent(in) :: forces
     real(wp), intent(in) :: tolerance              !! contact tolerance [-]
     type(certificate_t) :: certificate
     real(wp) :: f, u, x(3, points%n), reaction(3, points%n), scale(0:mesh%n_bodies)
@@ -119,7 +119,7 @@ contains
   pure real(wp) function departure(mesh, u, forces)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: u(:, :)  !! (3,n_nodes) [length]
-    type(step_forces_t), intent(in) :: forces
+    type(increment_forces_t), intent(in) :: forces
     real(wp) :: size_of_mesh
     integer :: node, i
 
@@ -140,7 +140,7 @@ contains
   !> would not be seen.
   pure function forces_of_bodies(mesh, forces, pressed, support) result(f)
     type(mesh_t), intent(in) :: mesh
-    type(step_forces_t), intent(in) :: forces
+    type(increment_forces_t), intent(in) :: forces
     real(wp), intent(in) :: pressed(:, :), support(:, :) !! (3,n_nodes) [force]
     real(wp) :: f(0:mesh%n_bodies)                       !! 0: of nodes without a body [force]
     integer :: node
@@ -157,7 +157,7 @@ contains
   !> Whether nothing acts on a body, and it has moved as a whole: all its forces are rounding.
   pure function is_at_rest(mesh, forces, pressed) result(at_rest)
     type(mesh_t), intent(in) :: mesh
-    type(step_forces_t), intent(in) :: forces
+    type(increment_forces_t), intent(in) :: forces
     real(wp), intent(in) :: pressed(:, :)     !! (3,n_nodes) [force]
     logical :: at_rest(0:mesh%n_bodies)       !! 0: nodes without a body, never
     integer :: node
@@ -179,7 +179,7 @@ contains
   pure real(wp) function worst_imbalance(mesh, residual, forces, at_rest, f, allowed) result(worst)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: residual(:, :)    !! (3,n_nodes) on the free degrees of freedom [force]
-    type(step_forces_t), intent(in) :: forces
+    type(increment_forces_t), intent(in) :: forces
     logical, intent(in) :: at_rest(0:)        !! (0:n_bodies)
     real(wp), intent(in) :: f(0:)             !! (0:n_bodies) of each body [force]
     real(wp), intent(in) :: allowed           !! [-]
@@ -205,7 +205,7 @@ contains
   !> translations that no support holds: loads, supports and contact alone. docs/theory.md (6.3).
   pure real(wp) function worst_balance(mesh, forces, pressed, support, f) result(worst)
     type(mesh_t), intent(in) :: mesh
-    type(step_forces_t), intent(in) :: forces
+    type(increment_forces_t), intent(in) :: forces
     real(wp), intent(in) :: pressed(:, :), support(:, :) !! (3,n_nodes) [force]
     real(wp), intent(in) :: f(0:)                        !! (0:n_bodies) of each body [force]
     type(along_motion_t) :: along(6, mesh%n_bodies), of_obstacle
@@ -263,7 +263,7 @@ contains
   pure subroutine add_node(node, motion, forces, pressed, support, along)
     integer, intent(in) :: node
     real(wp), intent(in) :: motion(3)                    !! of the node
-    type(step_forces_t), intent(in) :: forces
+    type(increment_forces_t), intent(in) :: forces
     real(wp), intent(in) :: pressed(:, :), support(:, :) !! (3,n_nodes) [force]
     type(along_motion_t), intent(inout) :: along
     real(wp) :: arm

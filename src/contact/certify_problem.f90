@@ -4,7 +4,7 @@
 !> docs/theory.md section 6.
 module certify_problem_mod
   use kinds_mod, only: wp
-  use step_report_mod, only: certificate_t, worst_entry
+  use increment_report_mod, only: certificate_t, worst_entry
   use certificate_mod, only: judge_contact
   implicit none
   private

@@ -4,7 +4,7 @@ module describe_contact_mod
   use kinds_mod, only: wp
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use step_report_mod, only: contact_fields_t, status_open, status_slide
+  use increment_report_mod, only: contact_fields_t, status_open, status_slide
   use problem_mod, only: natural_map
   use follow_points_mod, only: relative
   use placement_mod, only: placement_t, gap_at

@@ -2,7 +2,7 @@
 module mesh_draft_mod
   use kinds_mod, only: i8, wp
   use lookup_mod, only: id_lookup_t
-  use machine_room_mod, only: has_memory
+  use resource_limits_mod, only: has_memory
   use numbers_mod, only: largest_number
   implicit none
   private

@@ -10,7 +10,7 @@ module read_deck_mod
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
     mistakes_as_error, notes_as_list, quoted
   use errors_mod, only: error_t
-  use directory_mod, only: directory_t
+  use name_table_mod, only: name_table_t
   use options_mod, only: allow_options, card_t, open_card
   use parameters_mod, only: add_override, find_parameter, parameter_table_t
   use read_amplitudes_mod, only: amplitude_list_t, read_amplitudes
@@ -94,7 +94,7 @@ contains
     type(model_t) :: model
     type(surface_list_t) :: surfaces
     type(amplitude_list_t) :: amplitudes
-    type(directory_t) :: obstacles, materials
+    type(name_table_t) :: obstacles, materials
     type(adjust_t), allocatable :: adjusts(:)
     integer, allocatable :: material(:)
 

@@ -48,10 +48,10 @@ contains
     type(mesh_t), intent(in) :: mesh
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     integer, intent(in) :: ref_nodes(:)      !! of obstacles, each once
-    integer, intent(in) :: contact_nodes(:)  !! less welcome as pins
+    integer, intent(in) :: contact_nodes(:)  !! less preferred as pins
     type(free_motions_t), intent(out) :: motions
     type(error_t), allocatable, intent(out) :: error !! LAPACK failed
-    logical :: welcome(mesh%n_nodes)
+    logical :: preferred(mesh%n_nodes)
     integer :: body, i, k
     integer, allocatable :: first(:), nodes(:)
 
@@ -60,11 +60,11 @@ contains
     allocate (motions%body(k), motions%node(k), motions%dof(k), motions%extent(k))
     allocate (motions%translation(3, k), motions%rotation(3, k), motions%centre(3, k), &
       source=0.0_wp)
-    welcome = .true.
-    welcome(contact_nodes) = .false.
+    preferred = .true.
+    preferred(contact_nodes) = .false.
     call list_nodes(mesh, first, nodes)
     do body = 1, mesh%n_bodies
-      call find_body_motions(mesh, nodes(first(body):first(body + 1) - 1), prescribed, welcome, &
+      call find_body_motions(mesh, nodes(first(body):first(body + 1) - 1), prescribed, preferred, &
         motions, error)
       if (allocated(error)) return
     end do
@@ -116,10 +116,10 @@ contains
   !> Rotations are taken about the principal axes through the body's centre, each scaled so that it
   !> moves the farthest node by 1: turning a needle about its length compares with shifting it. What
   !> the prescribed degrees of freedom do not see is free.
-  subroutine find_body_motions(mesh, nodes, prescribed, welcome, motions, error)
+  subroutine find_body_motions(mesh, nodes, prescribed, preferred, motions, error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)          !! of the body
-    logical, intent(in) :: prescribed(:, :), welcome(:)
+    logical, intent(in) :: prescribed(:, :), preferred(:)
     type(free_motions_t), intent(inout) :: motions
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: seen(:, :), z(:, :)
@@ -149,7 +149,7 @@ contains
     if (ok) then
       allocate (z(6, k))
       z = v(:, 7 - k:) ! singular values descend
-      call choose_pins(mesh, nodes, extents, prescribed, welcome, z, pin_node, pin_dof)
+      call choose_pins(mesh, nodes, extents, prescribed, preferred, z, pin_node, pin_dof)
       call scale_to_pins(mesh, extents, pin_node(:k), pin_dof(:k), z, ok)
     end if
     if (.not. ok) then
@@ -224,14 +224,14 @@ contains
 
   !> Choose as many degrees of freedom as there are motions, one after the other the one that the
   !> motions not yet pinned move most.
-  pure subroutine choose_pins(mesh, nodes, extents, prescribed, welcome, z, pin_node, pin_dof)
+  pure subroutine choose_pins(mesh, nodes, extents, prescribed, preferred, z, pin_node, pin_dof)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)                    !! of the body
     type(extents_t), intent(in) :: extents
-    logical, intent(in) :: prescribed(:, :), welcome(:)
+    logical, intent(in) :: prescribed(:, :), preferred(:)
     real(wp), intent(in) :: z(:, :)                    !! (6,k) the free motions, orthonormal
     integer, intent(out) :: pin_node(:), pin_dof(:)    !! (6) the first k are set
-    real(wp), parameter :: reluctance = 0.1_wp         ! weight of nodes that are less welcome
+    real(wp), parameter :: reluctance = 0.1_wp         ! weight of nodes that are less preferred
     real(wp), dimension(size(z, 2), size(z, 2)) :: chosen
     real(wp) :: row(size(z, 2)), best_row(size(z, 2)), weight, best
     integer :: j, l, m, node, i
@@ -250,7 +250,7 @@ contains
             row = row - dot_product(row, chosen(:, l))*chosen(:, l)
           end do
           weight = norm2(row)
-          if (.not. welcome(node)) weight = reluctance*weight
+          if (.not. preferred(node)) weight = reluctance*weight
           if (weight <= (1.0_wp + alike)*best) cycle ! of equal ones the first
           best = weight
           best_row = row

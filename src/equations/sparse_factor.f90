@@ -41,7 +41,7 @@ module sparse_factor_mod
     type(precision_controls_t) :: precision !! of what is analysed and factorised next
     integer :: n = 0        !! equations
     integer :: n_schur = 0  !! of them, the last ones, in the Schur complement
-    type(analysis_t) :: foretold   !! by the analysis
+    type(analysis_t) :: predicted   !! by the analysis
     integer(i8) :: entries = 0     !! in the factor; 0 before `factorise`
     integer(i8) :: solutions = 0   !! right-hand sides solved for, over all its matrices
     logical, private :: is_factorised = .false.
@@ -73,17 +73,17 @@ contains
     factor%n = k%n
     factor%n_schur = n_schur
     if (n_schur == k%n) return ! nothing to eliminate
-    associate (foretold => factor%foretold, precision => factor%precision)
+    associate (predicted => factor%predicted, precision => factor%precision)
       if (factor%precision%single_factor) then
         call factor%single%analyse(k, place, n_schur, precision, error)
         if (allocated(error)) return
-        call factor%single%tell_analysis(foretold%entries, foretold%bytes, foretold%flops, &
-          foretold%largest_front)
+        call factor%single%get_analysis(predicted%entries, predicted%bytes, predicted%flops, &
+          predicted%largest_front)
       else
         call factor%double%analyse(k, place, n_schur, precision, error)
         if (allocated(error)) return
-        call factor%double%tell_analysis(foretold%entries, foretold%bytes, foretold%flops, &
-          foretold%largest_front)
+        call factor%double%get_analysis(predicted%entries, predicted%bytes, predicted%flops, &
+          predicted%largest_front)
       end if
     end associate
   end subroutine analyse
@@ -349,7 +349,7 @@ contains
 
     factor%is_factorised = .false.
     factor%entries = 0
-    factor%foretold = analysis_t()
+    factor%predicted = analysis_t()
     call factor%double%release()
     call factor%single%release()
   end subroutine release

@@ -7,7 +7,7 @@ module condense_problem_mod
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_not_solved, exit_machine
   use text_mod, only: to_text
   use system_mod, only: wall_seconds
-  use machine_room_mod, only: has_memory, memory_left
+  use resource_limits_mod, only: has_memory, memory_left
   use assembly_mod, only: triplets_t
   use dof_map_mod, only: map_of_matrix
   use ordering_mod, only: order_equations

@@ -6,7 +6,7 @@ module export_problems_mod
   use scene_mod, only: scene_t
   use state_mod, only: state_t
   use increments_mod, only: increment_t
-  use step_report_mod, only: step_report_t
+  use increment_report_mod, only: increment_report_t
   use condensed_contact_mod, only: condensed_contact_t, count_points, whole_problem
   use fclib_mod, only: export_fclib
   implicit none
@@ -86,7 +86,7 @@ contains
     type(condensed_contact_t), intent(in) :: condensed
     type(increment_t), intent(in) :: increment
     type(state_t), intent(in) :: old           !! whose reactions the solver started from
-    type(step_report_t), intent(in) :: report
+    type(increment_report_t), intent(in) :: report
     type(exports_t), intent(in) :: exports
     type(error_t), allocatable, intent(out) :: error
     real(wp), dimension(3, count_points(condensed)) :: start, reaction

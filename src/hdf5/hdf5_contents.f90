@@ -16,7 +16,7 @@ module hdf5_contents_mod
   use hdf5_files_mod, only: hdf5_file_t, fail_to_hold
   use hdf5_types_mod, only: no_id
   use kinds_mod, only: i1, i8
-  use machine_room_mod, only: has_memory
+  use resource_limits_mod, only: has_memory
   use text_mod, only: printable
   implicit none
   private

@@ -11,7 +11,7 @@ module hdf5_datasets_mod
   use hdf5_files_mod, only: hdf5_file_t, fail_to_write, fail_to_read, fail_to_hold
   use hdf5_types_mod, only: no_id, type_in_file, type_in_memory, text_type, is_text, new_space
   use kinds_mod, only: wp, i1, i4, i8
-  use machine_room_mod, only: has_memory
+  use resource_limits_mod, only: has_memory
   implicit none
   private
 

@@ -11,7 +11,7 @@ module hdf5_read_rows_mod
   use hdf5_rows_mod, only: checksum_of_row
   use hdf5_types_mod, only: no_id, type_in_memory, new_space
   use kinds_mod, only: i1, i8
-  use machine_room_mod, only: has_memory
+  use resource_limits_mod, only: has_memory
   use text_mod, only: to_text
   implicit none
   private

@@ -19,7 +19,7 @@ module advance_mod
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t, next_increment, mark_end
   use state_mod, only: state_t
-  use step_report_mod, only: step_report_t, worst_entry, ended_unbalanced, ended_moving, &
+  use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
     ended_out_of_reach, ended_stalled
   use mesh_forces_mod, only: nodal_stiffness
   use certificate_mod, only: certify, energy_balance
@@ -50,7 +50,7 @@ contains
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     type(state_t), intent(out) :: new
-    type(step_report_t), intent(out) :: report
+    type(increment_report_t), intent(out) :: report
     !! not converged, not certified: no error, it is said here
     type(error_t), allocatable, intent(out) :: error
     !! MUMPS failed; a node is prescribed into an obstacle
@@ -76,7 +76,7 @@ contains
     type(state_t), intent(in) :: old
     type(ahead_t), intent(inout) :: ahead
     type(state_t), intent(out) :: new
-    type(step_report_t), intent(out) :: report
+    type(increment_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error
     type(increment_t) :: increment
     type(trial_t) :: trial
@@ -111,10 +111,10 @@ contains
     type(state_t), intent(in) :: old
     type(trial_t), intent(inout) :: trial
     type(state_t), intent(inout) :: new
-    type(step_report_t), intent(inout) :: report
+    type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! as of `advance`
     type(state_t) :: before
-    type(step_report_t) :: of_before
+    type(increment_report_t) :: of_before
     integer :: i
 
     attempts: do i = 1, max_attempts
@@ -171,7 +171,7 @@ contains
     type(state_t), intent(in) :: old
     type(trial_t), intent(in) :: trial
     type(state_t), intent(inout) :: new
-    type(step_report_t), intent(inout) :: report
+    type(increment_report_t), intent(inout) :: report
 
     new%slip = carried_slip(scene, points, trial%placement%frame, old) + &
       report%contact%slip_increment
@@ -189,7 +189,7 @@ contains
     type(contact_points_t), intent(in) :: points
     type(condensed_contact_t), intent(in) :: condensed
     type(state_t), intent(in) :: new
-    type(step_report_t), intent(inout) :: report
+    type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error
     logical :: is_inside(points%n)
     integer :: i

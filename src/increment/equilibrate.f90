@@ -7,11 +7,11 @@ module equilibrate_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use step_report_mod, only: step_report_t, ended_unbalanced
+  use increment_report_mod, only: increment_report_t, ended_unbalanced
   use mesh_forces_mod, only: internal_force, force_rounding
   use rigid_modes_mod, only: add_motions
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse
-  use certificate_mod, only: step_forces_t
+  use certificate_mod, only: increment_forces_t
   use follow_points_mod, only: nodal, measure_points
   use placement_mod, only: place_curved
   use condensed_contact_mod, only: condense_contact, neutral_motions
@@ -36,7 +36,7 @@ contains
     type(state_t), intent(in) :: old
     type(trial_t), intent(inout) :: trial            !! u_free takes the corrections
     type(state_t), intent(inout) :: new              !! gets reaction and displacement
-    type(step_report_t), intent(inout) :: report
+    type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, correction !! [force], [length]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
@@ -119,7 +119,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: reaction(:, :)
-    type(step_forces_t), intent(in) :: forces
+    type(increment_forces_t), intent(in) :: forces
     logical, intent(in) :: closely                          !! rounding is no excuse
     real(wp), intent(out) :: residual(:, :)                 !! (3,n_nodes) [force]
     real(wp), intent(out) :: relative                       !! [-]

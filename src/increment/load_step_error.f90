@@ -13,7 +13,7 @@ module load_step_error_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use step_report_mod, only: step_report_t
+  use increment_report_mod, only: increment_report_t
   use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
     smallest_increment
   use follow_points_mod, only: relative
@@ -53,7 +53,7 @@ contains
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old, new
     type(coarse_run_t), intent(inout) :: coarse
-    type(step_report_t), intent(inout) :: report
+    type(increment_report_t), intent(inout) :: report
     !! of the increment; gets errors%load_steps, negative where there is none
     type(state_t) :: middle, other
     integer :: n_run !! increments of the run that the coarse one has to catch up
@@ -153,7 +153,7 @@ contains
     !! (3,n_points) reactions nearer to those it ends with than those it begins with [force]
     type(increment_t) :: increment
     type(trial_t) :: trial
-    type(step_report_t) :: report
+    type(increment_report_t) :: report
     type(error_t), allocatable :: error
     real(wp) :: answer(solver%body%inverse%map%n_interface)
 

@@ -22,7 +22,7 @@ module look_ahead_mod
   use increments_mod, only: increment_t, next_increment, mark_end
   use number_list_mod, only: number_list_t, carry
   use state_mod, only: state_t
-  use step_report_mod, only: step_report_t
+  use increment_report_mod, only: increment_report_t
   use follow_points_mod, only: nodal
   use stiffness_inverse_mod, only: answer_of_interface, at_interface, recover_columns, at_nodes
   use condensed_contact_mod, only: count_rows
@@ -43,7 +43,7 @@ module look_ahead_mod
   type :: foreseen_t
     real(wp), allocatable :: reaction(:, :)  !! (3,n_points) x, y, z [force]
     real(wp), allocatable :: motion(:), neutral_residual(:) !! as of trial_t
-    type(step_report_t) :: report            !! what the contact solver said
+    type(increment_report_t) :: report            !! what the contact solver said
   end type foreseen_t
 
   !> The increments that lie ahead.
@@ -156,7 +156,7 @@ contains
     type(trial_t), intent(inout) :: trial     !! of begin_trial
     type(state_t), intent(inout) :: state
     !! its beginning, then its end; of the displacement what contact sees, the rest is wrong
-    type(step_report_t), intent(out) :: report
+    type(increment_report_t), intent(out) :: report
     real(wp), intent(out) :: answer(:)        !! (n_interface) to the reactions [length]
     real(wp) :: reaction(3, points%n)
 
@@ -185,7 +185,7 @@ contains
     type(step_solver_t), intent(in) :: solver
     type(trial_t), intent(inout) :: trial
     real(wp), intent(out) :: reaction(:, :)     !! (3,n_points) x, y, z [force]
-    type(step_report_t), intent(out) :: report
+    type(increment_report_t), intent(out) :: report
 
     associate (foreseen => ahead%of(increment%row - ahead%first + 1))
       reaction = foreseen%reaction
@@ -201,7 +201,7 @@ contains
 
   !> What the contact of an increment took [operations].
   pure real(wp) function work_of(report, n_rows)
-    type(step_report_t), intent(in) :: report
+    type(increment_report_t), intent(in) :: report
     integer, intent(in) :: n_rows
     integer, parameter :: most_dense = 1000 !! rows of a dense system, of global_newton
     real(wp), parameter :: of_local = 500.0_wp, gain = 10.0_wp !! of work on blocks over vectors

@@ -8,11 +8,11 @@ module meet_accuracy_mod
   use mesh_mod, only: mesh_t
   use increments_mod, only: count_increments
   use brick8_mod, only: volume
-  use step_report_mod, only: error_parts_t, total_error
+  use increment_report_mod, only: error_parts_t, total_error
   implicit none
   private
 
-  public :: choose_arithmetic, sharpen, shortfall
+  public :: choose_arithmetic, set_contact_tolerance, accuracy_shortfall
 
   ! The contact tolerance, beside the accuracy: the certificate allows ten times as much.
   real(wp), parameter :: smallest_share = 0.02_wp
@@ -42,7 +42,7 @@ contains
   end subroutine choose_arithmetic
 
   !> Choose the contact tolerance, a tenth of the error that mesh and load steps make anyway.
-  subroutine sharpen(scene, errors)
+  subroutine set_contact_tolerance(scene, errors)
     type(scene_t), intent(inout) :: scene
     type(error_parts_t), intent(in), optional :: errors !! of the last *STEP, where there was one
     real(wp) :: tolerance
@@ -54,11 +54,11 @@ contains
         of_discretisation*(max(0.0_wp, errors%mesh) + max(0.0_wp, errors%load_steps))))
     end associate
     scene%contact%tolerance = tolerance
-  end subroutine sharpen
+  end subroutine set_contact_tolerance
 
   !> Why the accuracy was missed at the end of a *STEP, and what would reach it; empty where it was
   !> not.
-  function shortfall(scene, step, errors, of_bricks) result(words)
+  function accuracy_shortfall(scene, step, errors, of_bricks) result(words)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
     type(error_parts_t), intent(in) :: errors
@@ -87,7 +87,7 @@ contains
       words = words//'; contact makes '//percent(errors%contact)//', arithmetic '// &
         percent(errors%arithmetic)
     end if
-  end function shortfall
+  end function accuracy_shortfall
 
   pure function what(scene) result(words)
     type(scene_t), intent(in) :: scene

@@ -7,14 +7,14 @@ module trial_mod
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
   use state_mod, only: state_t
-  use step_report_mod, only: step_report_t, ended_unbalanced
-  use certificate_mod, only: step_forces_t
+  use increment_report_mod, only: increment_report_t, ended_unbalanced
+  use certificate_mod, only: increment_forces_t
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_gaps, &
     relative_gaps, add_driven_friction
   use rigid_modes_mod, only: generalised_loads, add_motions
   use solve_mod, only: solve_contact
   use floating_mod, only: drift_t, solve_floating, resisting_rows
-  use motion_words_mod, only: free_in_words, motion_in_words, unresisted_part
+  use describe_motions_mod, only: free_in_words, motion_in_words, unresisted_part
   use follow_points_mod, only: locate_at, relative, nodal
   use placement_mod, only: placement_t, gap_at
   use condensed_contact_mod, only: contact_group_t, count_points
@@ -32,7 +32,7 @@ module trial_mod
   type :: trial_t
     type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
     logical :: is_foreseen = .false. !! its first reactions and what they cause are there
-    type(step_forces_t) :: forces
+    type(increment_forces_t) :: forces
     real(wp), allocatable :: u_free(:, :)
     !! (3,n_nodes) displacement without contact and free motions [length]
     real(wp), allocatable :: u_contact(:, :)
@@ -169,7 +169,7 @@ contains
     type(state_t), intent(in) :: old
     type(trial_t), intent(inout) :: trial        !! gets how far the motions go
     real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z; warm start in [force]
-    type(step_report_t), intent(inout) :: report
+    type(increment_report_t), intent(inout) :: report
     real(wp), allocatable :: start(:, :), load(:), rounding(:)
     real(wp) :: unbalanced(solver%body%motions%n) !! direction that nothing balances
     real(wp) :: resisting(3*count_points(solver%contact), solver%body%motions%n)

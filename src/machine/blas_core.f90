@@ -11,7 +11,7 @@ module blas_core_mod
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: string_t, upper, to_text
   use system_mod, only: set_environment, processor_flags
-  use machine_room_mod, only: address_space_left, data_left
+  use resource_limits_mod, only: address_space_left, data_left
   implicit none
   private
 

@@ -10,8 +10,8 @@ module parallel_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_ok, exit_wrong_input
   use text_mod, only: to_text
-  use system_mod, only: wall_seconds, cpu_seconds, peak_memory_bytes, nap, set_environment
-  use machine_room_mod, only: resident_bytes
+  use system_mod, only: wall_seconds, cpu_seconds, peak_memory_bytes, sleep_for, set_environment
+  use resource_limits_mod, only: resident_bytes
   implicit none
   private
 
@@ -319,7 +319,7 @@ contains
       call mpi_iprobe(host, tag_task, mpi_comm_world, flag, envelope, status)
       if (flag /= 0) exit
       ! A task is late by at most a tenth of the time it was waited for.
-      call nap(min(longest, 0.1_wp*(wall_seconds() - started)))
+      call sleep_for(min(longest, 0.1_wp*(wall_seconds() - started)))
     end do
     call mpi_recv(c_loc(task), task_length, mpi_integer8, host, tag_task, mpi_comm_world, &
       envelope, status)

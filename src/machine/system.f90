@@ -8,7 +8,7 @@ module system_mod
   private
 
   public :: wall_seconds, cpu_seconds, peak_memory_bytes, output_is_terminal, utc_now, &
-    build_description, nap, set_environment, processor_flags, catch_signals, caught_signal, &
+    build_description, sleep_for, set_environment, processor_flags, catch_signals, caught_signal, &
     signal_name
 
   interface
@@ -117,13 +117,13 @@ contains
   end subroutine set_environment
 
   !> Leave the processor to others for a moment.
-  subroutine nap(seconds)
+  subroutine sleep_for(seconds)
     real(wp), intent(in) :: seconds !! 0 to 0.9 [s]
     integer(c_int) :: status
 
     status = c_usleep(int(1.0e6_wp*max(0.0_wp, min(0.9_wp, seconds)), c_int))
     if (status /= 0) return ! a signal cuts it short
-  end subroutine nap
+  end subroutine sleep_for
 
   !> The largest resident memory of the process so far; 0 where the system does not tell.
   function peak_memory_bytes() result(bytes)

@@ -7,7 +7,7 @@ module history_fields_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: is_extra
-  use step_report_mod, only: step_report_t, total_error
+  use increment_report_mod, only: increment_report_t, total_error
   use output_field_mod, only: field_t, field_list_t, add_field, get_fields
   implicit none
   private
@@ -20,13 +20,13 @@ contains
   subroutine plan_history_fields(fields)
     type(field_t), allocatable, intent(out) :: fields(:)
 
-    call list_history_fields(state_t(), step_report_t(), contact_points_t(), fields)
+    call list_history_fields(state_t(), increment_report_t(), contact_points_t(), fields)
   end subroutine plan_history_fields
 
   !> The histories, with the numbers of an increment.
   subroutine list_history_fields(state, report, points, fields)
     type(state_t), intent(in) :: state !! at the end of the increment
-    type(step_report_t), intent(in) :: report
+    type(increment_report_t), intent(in) :: report
     type(contact_points_t), intent(in) :: points
     type(field_t), allocatable, intent(out) :: fields(:)
     type(field_list_t) :: list

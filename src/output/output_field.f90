@@ -11,7 +11,7 @@ module output_field_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use step_report_mod, only: step_report_t
+  use increment_report_mod, only: increment_report_t
   use step_fields_mod, only: tensor_field_t
   implicit none
   private
@@ -50,7 +50,7 @@ module output_field_mod
     type(scene_t), pointer :: scene => null()
     type(contact_points_t), pointer :: points => null()
     type(state_t), pointer :: state => null()        !! at the end of the increment
-    type(step_report_t), pointer :: report => null()
+    type(increment_report_t), pointer :: report => null()
     integer :: first = 1, last = 0      !! points of the pair whose fields are computed
     type(tensor_field_t) :: stress, strain !! where the deck asks for them; made with the first one
     type(error_t), allocatable :: error !! a field could not be computed

@@ -9,7 +9,7 @@ module estimate_costs_mod
   use errors_mod, only: error_t
   use text_mod, only: to_text
   use system_mod, only: cpu_seconds
-  use machine_room_mod, only: resident_bytes, memory_left, disk_left
+  use resource_limits_mod, only: resident_bytes, memory_left, disk_left
   use parallel_mod, only: n_ranks, usage_t, usage_of_others
   use mesh_mod, only: node_neighbours
   use obstacles_mod, only: ref_nodes
@@ -37,7 +37,7 @@ module estimate_costs_mod
   ! Memory that no array of the run explains [bytes]: pages of the libraries' code that are first
   ! touched by a solution and by writing, HDF5's own tables, the heap's unused parts.
   real(wp), parameter :: libraries = 15.0e6_wp
-  ! What must be left whenever a library is called (machine_room's check) [bytes].
+  ! What must be left whenever a library is called (resource_limits_mod) [bytes].
   real(wp), parameter :: granted = 32.0e6_wp
 
   ! Of the memory that is left, what a plan with an alternative may take: estimates are that good.
@@ -175,10 +175,10 @@ contains
       call analyse(first%k, first%place, first%n_interface, factor, error)
       if (allocated(error)) return
       call take_precision(precision, sizes)
-      sizes%factor = real(factor%foretold%entries, wp)
-      sizes%front = factor%foretold%largest_front
-      sizes%workspace = sizes%share*real(factor%foretold%bytes, wp)
-      sizes%flops = factor%foretold%flops
+      sizes%factor = real(factor%predicted%entries, wp)
+      sizes%front = factor%predicted%largest_front
+      sizes%workspace = sizes%share*real(factor%predicted%bytes, wp)
+      sizes%flops = factor%predicted%flops
       sizes%scratch = 0.0_wp
       if (precision%out_of_core) sizes%scratch = sizes%share*sizes%word*sizes%factor
     end subroutine analyse_in
@@ -224,11 +224,11 @@ contains
       entries = size(pattern%k%row, kind=i8)
       if (pattern%k%is_shared) entries = sizes%ranks*entries
       sizes%entries = max(sizes%entries, entries)
-      associate (foretold => factor%foretold)
-        sizes%factor = max(sizes%factor, real(foretold%entries, wp))
-        sizes%front = max(sizes%front, real(foretold%largest_front, wp))
-        sizes%workspace = max(sizes%workspace, sizes%share*real(foretold%bytes, wp))
-        sizes%flops = max(sizes%flops, foretold%flops)
+      associate (predicted => factor%predicted)
+        sizes%factor = max(sizes%factor, real(predicted%entries, wp))
+        sizes%front = max(sizes%front, real(predicted%largest_front, wp))
+        sizes%workspace = max(sizes%workspace, sizes%share*real(predicted%bytes, wp))
+        sizes%flops = max(sizes%flops, predicted%flops)
       end associate
     end do
     if (scene%precision%out_of_core) sizes%scratch = sizes%share*sizes%word*sizes%factor

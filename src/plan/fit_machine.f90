@@ -9,12 +9,12 @@ module fit_machine_mod
   implicit none
   private
 
-  public :: misfit
+  public :: exceeds_machine
 
 contains
 
   !> Why the run does not fit, a sentence a line; empty where it does.
-  function misfit(scene, plan) result(text)
+  function exceeds_machine(scene, plan) result(text)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan !! with its costs
     character(:), allocatable :: text
@@ -25,7 +25,7 @@ contains
       if (text /= '') text = text//new_line('a')
       text = text//disk_misfit(scene, plan)
     end if
-  end function misfit
+  end function exceeds_machine
 
   !> Memory. Of a mesh refined s times in every direction the factor grows as s^4, as the square of
   !> the contact nodes does; the equations as s^3.

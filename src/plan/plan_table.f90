@@ -13,7 +13,7 @@ module plan_table_mod
   use problem_mod, only: rows_worth_rounding
   use plan_mod, only: plan_t, bound_fixed, bound_at_most, bound_about, bound_in_words
   use rigid_modes_mod, only: free_motions_t
-  use motion_words_mod, only: body_in_words, motions_together
+  use describe_motions_mod, only: body_in_words, motions_together
   use alternatives_mod, only: where_in_words
   implicit none
   private

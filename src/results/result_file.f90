@@ -26,12 +26,12 @@ module result_file_mod
   use errors_mod, only: error_t, raise, exit_ok, exit_wrong_input, exit_machine
   use child_process_mod, only: child_t, is_child, end_child, wait_for
   use text_mod, only: string_t, to_text
-  use machine_room_mod, only: file_limit, no_limit
+  use resource_limits_mod, only: file_limit, no_limit
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
   use state_mod, only: state_t
   use increments_mod, only: ends_step, asked_number
-  use step_report_mod, only: step_report_t
+  use increment_report_mod, only: increment_report_t
   use step_fields_mod, only: fields_due
   use output_field_mod, only: field_t, field_source_t, block_bytes, at_start
   use pair_fields_mod, only: list_pair_fields
@@ -253,7 +253,7 @@ contains
     type(scene_t), intent(in), target :: scene
     type(plan_t), intent(in), target :: plan
     type(state_t), intent(in), target :: state
-    type(step_report_t), intent(in), target :: report
+    type(increment_report_t), intent(in), target :: report
     type(error_t), allocatable, intent(out) :: error
     type(field_source_t) :: source
     integer(i8) :: checksum

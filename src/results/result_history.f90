@@ -4,7 +4,7 @@ module result_history_mod
   use errors_mod, only: error_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use step_report_mod, only: step_report_t
+  use increment_report_mod, only: increment_report_t
   use output_field_mod, only: field_t
   use history_fields_mod, only: list_history_fields, plan_history_fields
   use hdf5_files_mod, only: hdf5_file_t
@@ -53,7 +53,7 @@ contains
   subroutine append_history(history, state, report, points, checksum, error)
     type(history_t), intent(inout) :: history
     type(state_t), intent(in) :: state
-    type(step_report_t), intent(in) :: report
+    type(increment_report_t), intent(in) :: report
     type(contact_points_t), intent(in) :: points
     integer(i8), intent(inout) :: checksum !! of the increment, to which that of every row is added
     type(error_t), allocatable, intent(inout) :: error

@@ -4,7 +4,7 @@ module measure_increment_mod
   use scene_mod, only: scene_t
   use state_mod, only: state_t
   use increments_mod, only: ends_step, asked_number
-  use step_report_mod, only: step_report_t
+  use increment_report_mod, only: increment_report_t
   use step_fields_mod, only: fields_due
   use mesh_fields_mod, only: find_largest_deformation
   use recovered_error_mod, only: estimate_mesh_error
@@ -19,7 +19,7 @@ contains
   subroutine estimate_mesh(scene, state, report)
     type(scene_t), intent(in) :: scene
     type(state_t), intent(in) :: state
-    type(step_report_t), intent(inout) :: report !! gets the error of the mesh, where it is due
+    type(increment_report_t), intent(inout) :: report !! gets the error of the mesh, where it is due
     logical :: is_last, due
 
     is_last = ends_step(scene%steps, state)
@@ -34,7 +34,7 @@ contains
   subroutine measure_deformation(scene, state, report)
     type(scene_t), intent(in) :: scene
     type(state_t), intent(in) :: state
-    type(step_report_t), intent(inout) :: report !! gets the largest strain and rotation
+    type(increment_report_t), intent(inout) :: report !! gets the largest strain and rotation
     logical :: is_last
 
     is_last = ends_step(scene%steps, state)

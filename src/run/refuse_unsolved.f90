@@ -7,7 +7,7 @@ module refuse_unsolved_mod
   use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_in_words, is_exact
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t
-  use step_report_mod, only: step_report_t, worst_entry, ended_at_limit, ended_stalled, &
+  use increment_report_mod, only: increment_report_t, worst_entry, ended_at_limit, ended_stalled, &
     ended_unbalanced, ended_moving
   use faces_between_nodes_mod, only: entries_t, entered_on_way, entered_and_left
   use console_mod, only: solver_name
@@ -36,7 +36,7 @@ contains
   !> Whether an increment may stand.
   pure logical function is_solved(scene, report)
     type(scene_t), intent(in) :: scene
-    type(step_report_t), intent(in) :: report
+    type(increment_report_t), intent(in) :: report
 
     is_solved = report%converged .and. (report%certificate%certified .or. &
       scene%contact%stop_rule == stop_at_change)
@@ -48,7 +48,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(increment_t), intent(in) :: increment
-    type(step_report_t), intent(in) :: report
+    type(increment_report_t), intent(in) :: report
     real(wp), intent(in) :: condition !! of the stiffness, at least [-]
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: where_and_what
@@ -157,7 +157,7 @@ contains
   end function ending_in_words
 
   pure function certificate_in_words(report) result(words)
-    type(step_report_t), intent(in) :: report
+    type(increment_report_t), intent(in) :: report
     character(:), allocatable :: words
 
     associate (c => report%certificate)

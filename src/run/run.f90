@@ -4,18 +4,18 @@ module run_mod
   use errors_mod, only: error_t, raise, exit_not_solved, exit_machine, exit_signal
   use text_mod, only: string_t, to_text, percent
   use system_mod, only: wall_seconds, catch_signals
-  use machine_room_mod, only: check_library_room
+  use resource_limits_mod, only: check_library_room
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t, find_breaches
   use read_deck_mod, only: read_deck
   use make_plan_mod, only: make_plan
   use estimate_costs_mod, only: estimate_costs
-  use fit_machine_mod, only: misfit
+  use fit_machine_mod, only: exceeds_machine
   use initial_overlaps_mod, only: overlaps
   use held_normals_mod, only: held_normals
   use sparse_factor_mod, only: sparse_factor_t
   use step_solver_mod, only: step_solver_t
-  use meet_accuracy_mod, only: choose_arithmetic, sharpen
+  use meet_accuracy_mod, only: choose_arithmetic, set_contact_tolerance
   use fresh_file_mod, only: beginning_of
   use output_names_mod, only: keep_inputs, output_name
   use xdmf_mod, only: xdmf_path
@@ -27,8 +27,9 @@ module run_mod
   use export_problems_mod, only: exports_t, choose_rows
   use console_mod, only: console_t, open_console, say, print_lines, print_warning, clear_bar
   use provenance_mod, only: make_provenance
-  use continue_run_mod, only: progress_t, start_run, take_up_run, keep_progress, how_to_continue
-  use go_through_mod, only: go_through, room_to_write
+  use checkpoint_mod, only: progress_t, start_run, restore_checkpoint, save_checkpoint, &
+    how_to_continue
+  use run_increments_mod, only: run_increments, room_to_write
   use close_run_mod, only: close_run
   use version_mod, only: version
   implicit none
@@ -85,7 +86,7 @@ contains
       scene%overrides = scene%overrides//'--accuracy '//to_text(options%accuracy)
     end if
     call choose_arithmetic(scene)
-    call sharpen(scene)
+    call set_contact_tolerance(scene)
   end subroutine take_accuracy
 
   !> Whether there is a result to go on with.
@@ -128,7 +129,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: reasons
 
-    reasons = misfit(scene, plan)
+    reasons = exceeds_machine(scene, plan)
     if (reasons == '') return
     if (forced) then
       call print_warning(console, reasons)
@@ -169,7 +170,7 @@ contains
       ' was damaged in the file: it is done again')
     if (file%n_damaged > 1) call say('note: increments '//to_text(file%n_rows + 1)//' to '// &
       to_text(file%n_rows + file%n_damaged)//' were damaged in the file: they are done again')
-    call go_through(scene, plan, exports, solver, file, console, progress, error)
+    call run_increments(scene, plan, exports, solver, file, console, progress, error)
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
     call note_sizes(solver, progress%tally)
     inquire (file=path, size=written)
@@ -221,12 +222,12 @@ contains
     if (goes_on(options, scene)) then
       call reopen_result(path, scene, plan, make_provenance(factor), file, kept, error)
       if (allocated(error)) return
-      call take_up_run(kept, scene, plan, file, progress, error)
+      call restore_checkpoint(kept, scene, plan, file, progress, error)
     else
       call open_result(path, scene, plan, make_provenance(factor), options%overwrite, file, &
         error)
       if (allocated(error)) return
-      call keep_progress(progress, file, error)
+      call save_checkpoint(progress, file, error)
       if (allocated(error)) call finish_result(file, run_failed, [string_t ::], [real(wp) ::], &
         ignored)
     end if

@@ -5,7 +5,7 @@ module solve_problem_mod
   use text_mod, only: as_list, string_t, to_text
   use system_mod, only: wall_seconds
   use controls_mod, only: contact_controls_t, solver_sweeps, solver_global_newton
-  use step_report_mod, only: certificate_t, worst_entry, ended_at_limit, ended_diverging
+  use increment_report_mod, only: certificate_t, worst_entry, ended_at_limit, ended_diverging
   use certify_problem_mod, only: certify_problem
   use problem_mod, only: contact_report_t, pack_rows, measure, relative_gaps, unpack_rows
   use solve_mod, only: solve_contact

@@ -6,7 +6,7 @@ module tally_mod
   use system_mod, only: cpu_seconds, peak_memory_bytes
   use parallel_mod, only: usage_t, usage_of_others
   use increments_mod, only: increment_t
-  use step_report_mod, only: step_report_t, worst_entry
+  use increment_report_mod, only: increment_report_t, worst_entry
   use body_solver_mod, only: solver_work_t
   use condensed_contact_mod, only: count_points, count_rows, count_matrix_entries
   use step_solver_mod, only: step_solver_t
@@ -71,7 +71,7 @@ contains
   !> Count an increment that is in the file.
   subroutine add_increment(increment, report, has_fields, tally)
     type(increment_t), intent(in) :: increment
-    type(step_report_t), intent(in) :: report
+    type(increment_report_t), intent(in) :: report
     logical, intent(in) :: has_fields
     type(tally_t), intent(inout) :: tally
 

@@ -51,7 +51,7 @@ MAY_USE = {
 MAIN = "app/main.f90"
 # What a room, or a file, sees of another room: these files and no more.
 SEES_ONLY = {
-    ("contact/solvers", "model"): {"model/controls.f90", "model/step_report.f90"},
+    ("contact/solvers", "model"): {"model/controls.f90", "model/increment_report.f90"},
     ("run", "hdf5"): {"hdf5/hdf5_files.f90"},  # the version of the library
 }
 CERTIFICATE = "contact/certificate.f90"

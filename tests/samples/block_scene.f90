@@ -10,7 +10,7 @@ module block_scene
   use plan_mod, only: plan_t
   use state_mod, only: state_t, initial_state
   use increments_mod, only: increment_t, next_increment
-  use step_report_mod, only: step_report_t
+  use increment_report_mod, only: increment_report_t
   use make_plan_mod, only: make_plan
   use step_loads_mod, only: prescribed_dofs
   use body_solver_mod, only: solver_work_t
@@ -31,7 +31,7 @@ module block_scene
     type(step_solver_t) :: solver
     type(solver_work_t) :: work
     type(state_t) :: state
-    type(step_report_t) :: report
+    type(increment_report_t) :: report
     type(error_t), allocatable :: error
   end type run_t
 

@@ -22,7 +22,7 @@ contains
     type(contact_points_t), intent(out) :: points
     real(wp) :: area(scene%mesh%n_nodes)
     logical, allocatable :: is_new(:)
-    integer :: pair, i, k, seat
+    integer :: pair, i, k, slot
 
     allocate (points%first(size(scene%pairs) + 1))
     call find_new(scene, is_new)
@@ -31,14 +31,14 @@ contains
     allocate (points%mu(points%n), points%area(points%n), points%is_curved(points%n))
     area = 0.0_wp
     k = 0
-    seat = 0
+    slot = 0
     do pair = 1, size(scene%pairs)
       points%first(pair) = k + 1
       associate (surface => scene%surfaces(scene%pairs(pair)%surface))
         call add_nodal_areas(scene%mesh, surface, area)
         do i = 1, size(surface%nodes)
-          seat = seat + 1
-          if (.not. is_new(seat)) cycle
+          slot = slot + 1
+          if (.not. is_new(slot)) cycle
           k = k + 1
           points%pair(k) = pair
           points%node(k) = surface%nodes(i)
@@ -54,12 +54,12 @@ contains
     call find_extra_gaps(scene, points)
   end subroutine find_points
 
-  !> Which seats (the nodes of the first pair's surface, then those of the second, ...) are points.
+  !> Which slots (the nodes of the first pair's surface, then those of the second, ...) are points.
   !>
   !> Obstacle by obstacle, so that one mark a node is enough.
   pure subroutine find_new(scene, is_new)
     type(scene_t), intent(in) :: scene
-    logical, allocatable, intent(out) :: is_new(:) !! (seats of all pairs)
+    logical, allocatable, intent(out) :: is_new(:) !! (slots of all pairs)
     integer, dimension(size(scene%pairs)) :: first, next
     integer :: head(size(scene%obstacles)), marked(scene%mesh%n_nodes)
     integer :: pair, obstacle, i, n

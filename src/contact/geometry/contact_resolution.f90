@@ -9,7 +9,7 @@ module contact_resolution_mod
   use obstacles_mod, only: is_flat
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use step_report_mod, only: contact_fields_t, status_open
+  use increment_report_mod, only: contact_fields_t, status_open
   implicit none
   private
 

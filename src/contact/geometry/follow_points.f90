@@ -4,7 +4,7 @@ module follow_points_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use search_mod, only: locate, carry
+  use search_mod, only: locate, transport_tangent
   implicit none
   private
 
@@ -114,7 +114,7 @@ contains
     do i = 1, points%n
       if (.not. points%is_curved(i)) cycle
       call locate_at(scene, points, i, old%displacement, gap, before)
-      slip(:, i) = matmul(carry(matmul(before(:, 2:), old%slip(:, i)), before(:, 1), &
+      slip(:, i) = matmul(transport_tangent(matmul(before(:, 2:), old%slip(:, i)), before(:, 1), &
         frame(:, 1, i)), frame(:, 2:, i))
     end do
   end function carried_slip

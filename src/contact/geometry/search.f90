@@ -6,7 +6,7 @@ module search_mod
   implicit none
   private
 
-  public :: locate, local_frame, carry
+  public :: locate, local_frame, transport_tangent
 
 contains
 
@@ -40,7 +40,7 @@ contains
   end function local_frame
 
   !> A tangent vector carried from one tangent plane to another by the smallest rotation.
-  pure function carry(v, from, to) result(carried)
+  pure function transport_tangent(v, from, to) result(carried)
     real(wp), intent(in) :: v(3)        !! tangential to the plane of `from`
     real(wp), intent(in) :: from(3)     !! unit normal
     real(wp), intent(in) :: to(3)       !! unit normal, not opposite
@@ -50,6 +50,6 @@ contains
     carried = v
     if (cosine <= -1.0_wp) return
     carried = v - dot_product(v, to)/(1.0_wp + cosine)*(from + to)
-  end function carry
+  end function transport_tangent
 
 end module search_mod

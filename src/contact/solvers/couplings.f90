@@ -86,18 +86,18 @@ contains
       ! The rim: the last level seen from the last level seen from anywhere.
       do i = 1, 2
         seen = placed
-        call go_through(couplings, degree, first, filled, queue, seen, last_level)
+        call run_increments(couplings, degree, first, filled, queue, seen, last_level)
         first = queue(last_level)
       end do
       i = filled
-      call go_through(couplings, degree, first, i, queue, placed, last_level)
+      call run_increments(couplings, degree, first, i, queue, placed, last_level)
       filled = count(placed)
     end do
     couplings%order = queue(n:1:-1)
   end subroutine order_points
 
   !> The points reached from one, level by level, put behind those in the queue.
-  pure subroutine go_through(couplings, degree, first, filled, queue, seen, last_level)
+  pure subroutine run_increments(couplings, degree, first, filled, queue, seen, last_level)
     type(couplings_t), intent(in) :: couplings
     integer, intent(in) :: degree(:)       !! (n_points)
     integer, intent(in) :: first, filled   !! point; entries of the queue that stay
@@ -133,6 +133,6 @@ contains
         end do
       end do
     end do
-  end subroutine go_through
+  end subroutine run_increments
 
 end module couplings_mod

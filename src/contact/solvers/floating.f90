@@ -30,7 +30,7 @@ module floating_mod
   use blas_mod, only: dgemm
   use dense_mod, only: singular_values, null_space, solve_least_squares
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton
-  use step_report_mod, only: ended_unbalanced, ended_stalled, status_stick, status_slide
+  use increment_report_mod, only: ended_unbalanced, ended_stalled, status_stick, status_slide
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, &
     relative_gaps, natural_map
   use global_newton_mod, only: response_to_shifts

@@ -12,7 +12,7 @@ module global_newton_mod
   use banded_mod, only: solve_band
   use controls_mod, only: contact_controls_t, solver_global_newton, linear_auto, linear_gmres, &
     linear_direct
-  use step_report_mod, only: ended_at_limit, ended_stalled
+  use increment_report_mod, only: ended_at_limit, ended_stalled
   use near_stiffness_mod, only: times_near
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
                          rough_product_with_w, &

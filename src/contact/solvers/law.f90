@@ -5,7 +5,7 @@
 !> (10), with the corrections listed there.
 module law_mod
   use kinds_mod, only: wp
-  use step_report_mod, only: status_open, status_stick, status_slide
+  use increment_report_mod, only: status_open, status_stick, status_slide
   implicit none
   private
 

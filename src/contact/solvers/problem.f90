@@ -7,7 +7,7 @@ module problem_mod
   use kinds_mod, only: wp, sp
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
-  use step_report_mod, only: ended_well
+  use increment_report_mod, only: ended_well
   use dense_mod, only: invert_spd, times_symmetric
   use single_panels_mod, only: single_panels_t, make_panels, times_panels
   use near_stiffness_mod, only: near_stiffness_t, find_near
@@ -383,7 +383,7 @@ contains
     call add_driven_friction(problem, x_points, r_points)
     call natural_map(problem, x_points, r_points, z, status)
     scale = force_scale(problem, unpack_rows(problem, x_free), r_points, r_start)
-    call forgive_rounding(problem, unpack_rows(problem, x_free), r_points, z)
+    call subtract_rounding(problem, unpack_rows(problem, x_free), r_points, z)
     report%residual = norm2(z)
     if (scale > 0.0_wp) then
       report%residual = report%residual/scale
@@ -396,7 +396,7 @@ contains
 
   !> Take off what rounding makes of Z where friction is large: a point that sticks has x_t = 0 to
   !> the rounding of W r + x_free, which Z multiplies by mu. docs/theory.md (5.3).
-  pure subroutine forgive_rounding(problem, x_free, r, z)
+  pure subroutine subtract_rounding(problem, x_free, r, z)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:, :)     !! (3,n_points) [length]
     real(wp), intent(in) :: r(:, :)          !! (3,n_points) [force]
@@ -414,6 +414,6 @@ contains
       if (size_z > rounding) z(:, i) = (1.0_wp - rounding/size_z)*z(:, i)
       if (size_z <= rounding) z(:, i) = 0.0_wp
     end do
-  end subroutine forgive_rounding
+  end subroutine subtract_rounding
 
 end module problem_mod

@@ -7,7 +7,7 @@
 module proximal_newton_mod
   use kinds_mod, only: wp
   use controls_mod, only: contact_controls_t, solver_global_newton, linear_auto, linear_direct
-  use step_report_mod, only: ended_well, ended_stalled
+  use increment_report_mod, only: ended_well, ended_stalled
   use dense_mod, only: invert_spd
   use banded_mod, only: invert_band
   use single_panels_mod, only: make_panels

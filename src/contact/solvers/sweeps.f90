@@ -6,7 +6,7 @@ module sweeps_mod
   use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton6, &
                           local_exact, stop_at_change, solver_sweeps
   use law_mod, only: project_prediction, driven_friction
-  use step_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
+  use increment_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
                          unpack_rows, pack_rows, force_scale, project_reactions, is_single, &
                          sparse_product

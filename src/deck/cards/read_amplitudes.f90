@@ -4,7 +4,7 @@
 !>     0., 0.,  0.5, 1.,  1., 0.      time, value, any number of pairs a line
 module read_amplitudes_mod
   use cards_mod, only: keep_reading, reader_t, report
-  use directory_mod, only: add_name, close_directory, directory_t, find_named, open_directory
+  use name_table_mod, only: add_name, close_directory, name_table_t, find_named, open_directory
   use fields_mod, only: any_number, field_position, fields_t, next_data_line, real_field
   use kinds_mod, only: wp
   use loads_mod, only: amplitude_t
@@ -18,7 +18,7 @@ module read_amplitudes_mod
   !> The amplitudes of a deck, found by name.
   type :: amplitude_list_t
     type(amplitude_t), allocatable :: list(:)
-    type(directory_t) :: names
+    type(name_table_t) :: names
   end type amplitude_list_t
 
 contains

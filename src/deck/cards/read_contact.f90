@@ -9,7 +9,7 @@ module read_contact_mod
   use adjust_mod, only: adjust_t, read_adjust
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
-  use directory_mod, only: add_name, close_directory, directory_t, find_named, find_owner, &
+  use name_table_mod, only: add_name, close_directory, name_table_t, find_named, find_owner, &
     open_directory
   use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
     name_field, next_data_line, real_field
@@ -28,7 +28,7 @@ module read_contact_mod
 
   !> The *SURFACE INTERACTIONs.
   type :: interactions_t
-    type(directory_t) :: names
+    type(name_table_t) :: names
     real(wp), allocatable :: mu(:) !! friction coefficient of each [-]
   end type interactions_t
 
@@ -39,7 +39,7 @@ contains
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(surface_list_t), intent(inout) :: surfaces !! sets of nodes named as slaves are added
-    type(directory_t), intent(in) :: obstacles
+    type(name_table_t), intent(in) :: obstacles
     type(contact_pair_t), allocatable, intent(out) :: pairs(:)
     type(adjust_t), allocatable, intent(out) :: adjusts(:) !! ADJUST= of each pair
     type(interactions_t) :: interactions
@@ -52,7 +52,7 @@ contains
   subroutine read_interactions(reader, friction, directory)
     type(reader_t), intent(inout) :: reader
     real(wp), allocatable, intent(out) :: friction(:) !! mu of each interaction [-]
-    type(directory_t), intent(out) :: directory
+    type(name_table_t), intent(out) :: directory
     type(card_t) :: card
     logical, allocatable :: has_friction(:)
     character(:), allocatable :: name
@@ -131,7 +131,7 @@ contains
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(surface_list_t), intent(inout) :: surfaces
-    type(directory_t), intent(in) :: obstacles
+    type(name_table_t), intent(in) :: obstacles
     type(interactions_t), intent(in) :: interactions
     type(contact_pair_t), allocatable, intent(out) :: pairs(:)
     type(adjust_t), allocatable, intent(out) :: adjusts(:)
@@ -214,7 +214,7 @@ contains
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
     type(surface_list_t), intent(in) :: surfaces
-    type(directory_t), intent(in) :: obstacles
+    type(name_table_t), intent(in) :: obstacles
     type(contact_pair_t), intent(inout) :: pair
     character(:), allocatable :: name
     logical :: ok

@@ -9,7 +9,7 @@
 module read_obstacles_mod
   use cards_mod, only: reader_t, report
   use diagnostics_mod, only: quoted
-  use directory_mod, only: add_name, close_directory, directory_t, open_directory
+  use name_table_mod, only: add_name, close_directory, name_table_t, open_directory
   use fields_mod, only: field_position, fields_t, next_data_line, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id
@@ -33,7 +33,7 @@ contains
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model     !! its reference nodes are marked
     type(obstacle_t), allocatable, intent(out) :: obstacles(:)
-    type(directory_t), intent(out) :: names
+    type(name_table_t), intent(out) :: names
     type(card_t) :: card
     character(:), allocatable :: name
     integer :: k, n, kind

@@ -9,7 +9,7 @@
 module read_properties_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
-  use directory_mod, only: add_name, close_directory, directory_t, find_named, find_owner, &
+  use name_table_mod, only: add_name, close_directory, name_table_t, find_named, find_owner, &
     open_directory
   use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
     next_data_line, real_field
@@ -30,7 +30,7 @@ contains
   subroutine read_materials(reader, materials, names)
     type(reader_t), intent(inout) :: reader
     type(material_t), allocatable, intent(out) :: materials(:)
-    type(directory_t), intent(out) :: names
+    type(name_table_t), intent(out) :: names
     type(card_t) :: card
     character(:), allocatable :: name
     logical, allocatable :: elastic(:), dense(:)
@@ -125,7 +125,7 @@ contains
   subroutine read_sections(reader, model, materials, material)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
-    type(directory_t), intent(in) :: materials
+    type(name_table_t), intent(in) :: materials
     integer, allocatable, intent(out) :: material(:) !! (n_elements) index, 0 where there is none
     type(card_t) :: card
     integer :: k, e, first, without
@@ -161,7 +161,7 @@ contains
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(card_t), intent(in) :: card
-    type(directory_t), intent(in) :: materials
+    type(name_table_t), intent(in) :: materials
     integer, intent(inout) :: material(:)
     logical, intent(inout) :: any_unknown !! set where the section's elements are not known
     character(:), allocatable :: name, name_of_set

@@ -1,11 +1,12 @@
 !> What is told about an increment: how it was solved, how true it is, what its contact looks like.
-module step_report_mod
+module increment_report_mod
   use kinds_mod, only: wp
   use controls_mod, only: solver_none
   implicit none
   private
 
-  public :: step_report_t, certificate_t, error_parts_t, total_error, energy_t, contact_fields_t
+  public :: increment_report_t, certificate_t, error_parts_t, total_error, energy_t, &
+    contact_fields_t
   public :: status_open, status_stick, status_slide
   public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
     ended_moving, ended_out_of_reach
@@ -63,7 +64,7 @@ module step_report_mod
   end type contact_fields_t
 
   !> One increment's report.
-  type :: step_report_t
+  type :: increment_report_t
     logical  :: converged = .false.
     integer  :: solver = solver_none
     integer  :: newton_raphson_iterations = 0
@@ -96,7 +97,7 @@ module step_report_mod
     type(energy_t)         :: energy
     type(error_parts_t)    :: errors
     type(contact_fields_t) :: contact
-  end type step_report_t
+  end type increment_report_t
 
 contains
 
@@ -123,4 +124,4 @@ contains
     if (all(entries <= worst)) worst = maxval(entries)
   end function worst_entry
 
-end module step_report_mod
+end module increment_report_mod

@@ -2,7 +2,7 @@
 !>
 !> What a Linux system says in /proc and /sys, or when asked; where it says nothing there is no
 !> limit.
-module machine_room_mod
+module resource_limits_mod
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int64_t, c_long, &
     c_null_char, c_ptr, c_size_t
   use errors_mod, only: error_t, raise, exit_machine
@@ -256,4 +256,4 @@ contains
     close (unit)
   end function number_after
 
-end module machine_room_mod
+end module resource_limits_mod

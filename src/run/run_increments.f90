@@ -1,15 +1,15 @@
 !> The increments of a run, one after the other: choose its size, advance, judge, append, report.
-module go_through_mod
+module run_increments_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
   use text_mod, only: string_t, to_text
   use system_mod, only: wall_seconds
-  use machine_room_mod, only: check_library_room
+  use resource_limits_mod, only: check_library_room
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t, next_increment, whole_increment, asked_number, is_extra
   use state_mod, only: state_t
-  use step_report_mod, only: step_report_t, ended_out_of_reach
+  use increment_report_mod, only: increment_report_t, ended_out_of_reach
   use step_fields_mod, only: fields_due
   use output_field_mod, only: field_t, block_bytes
   use view_fields_mod, only: list_view_fields
@@ -24,24 +24,24 @@ module go_through_mod
   use choose_increment_mod, only: choose_increment, cut_increment
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
-  use meet_accuracy_mod, only: sharpen, shortfall
+  use meet_accuracy_mod, only: set_contact_tolerance, accuracy_shortfall
   use contact_resolution_mod, only: small_contact_t, find_small_contacts
   use result_file_mod, only: result_file_t, append_increment
   use tally_mod, only: add_increment, note_sizes
   use export_problems_mod, only: exports_t, export_increment
   use console_mod, only: console_t, say, print_lines, print_increment, print_warning, clear_bar
-  use continue_run_mod, only: progress_t, keep_progress, enter_step, heed_signal
+  use checkpoint_mod, only: progress_t, save_checkpoint, enter_step, stop_if_signalled
   use measure_increment_mod, only: estimate_mesh, measure_deformation
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, nodes_in_words, is_solved
   implicit none
   private
 
-  public :: go_through, room_to_write
+  public :: run_increments, room_to_write
 
 contains
 
   !> From where the run stands to its end.
-  subroutine go_through(scene, plan, exports, solver, file, console, progress, error)
+  subroutine run_increments(scene, plan, exports, solver, file, console, progress, error)
     type(scene_t), intent(inout) :: scene        !! its contact tolerance follows the accuracy
     type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
@@ -52,7 +52,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(state_t) :: new
     type(increment_t) :: increment
-    type(step_report_t) :: report
+    type(increment_report_t) :: report
     logical :: is_cut
     logical :: is_plain !! so are the increments after it: one may look ahead
     character(:), allocatable :: missed !! accuracy, and by what
@@ -71,7 +71,7 @@ contains
         call enter_step(scene, plan, increment, progress, solver, error)
         if (allocated(error)) return
       end if
-      call heed_signal(error)
+      call stop_if_signalled(error)
       if (allocated(error)) return
       call choose_increment(scene, plan%points, solver, progress%state, progress%size, increment, &
         is_plain)
@@ -159,8 +159,8 @@ contains
       progress%tally%allowed = max(progress%tally%allowed, 10.0_wp*scene%contact%tolerance)
       missed = ''
       if (increment%last_of_step) then
-        missed = shortfall(scene, increment%step, report%errors, report%mesh_error)
-        call sharpen(scene, report%errors)
+        missed = accuracy_shortfall(scene, increment%step, report%errors, report%mesh_error)
+        call set_contact_tolerance(scene, report%errors)
       end if
       if (missed /= '') progress%tally%missed = progress%tally%missed + 1
       call note_events(console, scene, plan, solver, increment, progress)
@@ -169,7 +169,7 @@ contains
       progress%state = new
       progress%tolerance = scene%contact%tolerance
       progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
-      call keep_progress(progress, file, error)
+      call save_checkpoint(progress, file, error)
       progress%tally%write_time = progress%tally%write_time + wall_seconds() - clock
     end subroutine write_increment
 
@@ -179,7 +179,7 @@ contains
         real(increment%position, wp)/real(whole_increment, wp))/real(plan%n_increments, wp)
     end function share_done
 
-  end subroutine go_through
+  end subroutine run_increments
 
   !> Count the events of the load path that the increment ends at or goes across; say what a *STEP
   !> goes across, the first time.
@@ -231,7 +231,7 @@ contains
     type(state_t), intent(in) :: new
     type(progress_t), intent(inout) :: progress
     type(entries_t), intent(in) :: entries !! of obstacles between the nodes
-    type(step_report_t), intent(inout) :: report
+    type(increment_report_t), intent(inout) :: report
     real(wp) :: clock
 
     clock = wall_seconds()
@@ -252,7 +252,7 @@ contains
   subroutine take_whole_surfaces(scene, increment, report, console, plan, solver, work, error)
     type(scene_t), intent(in) :: scene
     type(increment_t), intent(in) :: increment
-    type(step_report_t), intent(in) :: report
+    type(increment_report_t), intent(in) :: report
     type(console_t), intent(inout) :: console
     type(plan_t), intent(inout) :: plan
     type(step_solver_t), intent(inout) :: solver
@@ -277,7 +277,7 @@ contains
   subroutine tell_unheld(console, increment, report, before)
     type(console_t), intent(inout) :: console
     type(increment_t), intent(in) :: increment
-    type(step_report_t), intent(in) :: report
+    type(increment_report_t), intent(in) :: report
     character(:), allocatable, intent(inout) :: before
     character(:), allocatable :: now
 
@@ -318,7 +318,7 @@ contains
     type(plan_t), intent(in) :: plan
     type(increment_t), intent(in) :: increment
     logical, intent(in) :: prescribed(:, :) !! (3,n_nodes)
-    type(step_report_t), intent(in) :: report
+    type(increment_report_t), intent(in) :: report
     type(small_contact_t) :: small(size(scene%pairs))
     character(:), allocatable :: words
     integer :: i
@@ -356,4 +356,4 @@ contains
     bytes = tables + copies*bytes
   end function room_to_write
 
-end module go_through_mod
+end module run_increments_mod

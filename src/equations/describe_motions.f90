@@ -1,5 +1,5 @@
 !> Rigid motions in words: which nothing holds, which nothing balances.
-module motion_words_mod
+module describe_motions_mod
   use kinds_mod, only: wp
   use text_mod, only: to_text
   use dense_mod, only: singular_values, null_space
@@ -71,7 +71,7 @@ contains
       do k = 1, size(shares, 2)
         if (norm2(shares(first:last, k)) <= least*all_of_it(k)) cycle
         n = n + 1
-        six(:, n) = six_of(motions, first, last, shares(first:last, k))
+        six(:, n) = twist_of(motions, first, last, shares(first:last, k))
         where (abs(six(:, n)) <= least*maxval(abs(six(:, n)))) six(:, n) = 0.0_wp
       end do
       if (n > 0) call append(words, body_in_words(mesh, motions, first)//': '// &
@@ -95,7 +95,7 @@ contains
   end function motions_together
 
   !> Translation of the centre and rotation times the body's size, of a combination of motions.
-  pure function six_of(motions, first, last, share) result(six)
+  pure function twist_of(motions, first, last, share) result(six)
     type(free_motions_t), intent(in) :: motions
     integer, intent(in) :: first, last
     real(wp), intent(in) :: share(:)
@@ -107,7 +107,7 @@ contains
       six(:3) = six(:3) + share(j - first + 1)*motions%translation(:, j)
       six(4:) = six(4:) + share(j - first + 1)*motions%extent(j)*motions%rotation(:, j)
     end do
-  end function six_of
+  end function twist_of
 
   !> A space of motions: the axes that lie in it, else its vectors.
   function span_in_words(six) result(words)
@@ -202,4 +202,4 @@ contains
     words = words//more
   end subroutine append
 
-end module motion_words_mod
+end module describe_motions_mod

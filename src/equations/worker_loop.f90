@@ -1,6 +1,6 @@
 !> What the ranks do that do not run the program: their part of assembly and factor, as the host
 !> announces it.
-module serve_host_mod
+module worker_loop_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
   use dense_mod, only: times_symmetric
@@ -8,17 +8,17 @@ module serve_host_mod
     task_stiffness, task_double, task_single, tell_usage
   use assembly_mod, only: triplets_t
   use shares_mod, only: list_own_share, assemble_own_share
-  use double_factor_mod, only: double_factor_t => mumps_factor_t, join_double => join
-  use single_factor_mod, only: single_factor_t => mumps_factor_t, join_single => join
+  use double_factor_mod, only: double_factor_t => mumps_factor_t, participate_double => participate
+  use single_factor_mod, only: single_factor_t => mumps_factor_t, participate_single => participate
   implicit none
   private
 
-  public :: serve_host
+  public :: worker_loop
 
 contains
 
   !> Do one task after the other until the host has no more.
-  subroutine serve_host(error)
+  subroutine worker_loop(error)
     type(error_t), allocatable, intent(out) :: error !! no memory on this rank
     type(triplets_t) :: k !! share of the matrix that the host is about to analyse or factorise
     type(double_factor_t), allocatable :: double(:)
@@ -39,14 +39,14 @@ contains
       case (task_stiffness)
         call assemble_own_share(k)
       case (task_double)
-        call join_double(double, task, k, error)
+        call participate_double(double, task, k, error)
       case (task_single)
-        call join_single(single, task, k, error)
+        call participate_single(single, task, k, error)
       case default ! task_end
         exit
       end select
       if (allocated(error)) return
     end do
-  end subroutine serve_host
+  end subroutine worker_loop
 
-end module serve_host_mod
+end module worker_loop_mod

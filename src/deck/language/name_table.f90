@@ -1,5 +1,5 @@
 !> Lists of named things - obstacles, materials, amplitudes - found by name.
-module directory_mod
+module name_table_mod
   use cards_mod, only: reader_t, report
   use diagnostics_mod, only: guess, quoted
   use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
@@ -8,16 +8,16 @@ module directory_mod
   implicit none
   private
 
-  public :: directory_t, open_directory, add_name, close_directory, find_named, find_owner
+  public :: name_table_t, open_directory, add_name, close_directory, find_named, find_owner
 
   !> The names of things of one kind, in the order of the deck.
-  type :: directory_t
+  type :: name_table_t
     character(:), allocatable :: what !! what a name names, for the messages
     type(string_t), allocatable :: names(:)
     integer, allocatable :: position(:) !! of the card
     type(name_lookup_t) :: lookup
     integer :: n = 0
-  end type directory_t
+  end type name_table_t
 
 contains
 
@@ -25,7 +25,7 @@ contains
   subroutine open_directory(what, most, directory)
     character(*), intent(in) :: what
     integer, intent(in) :: most
-    type(directory_t), intent(out) :: directory
+    type(name_table_t), intent(out) :: directory
 
     directory%what = what
     allocate (directory%names(most), directory%position(most))
@@ -33,7 +33,7 @@ contains
 
   !> Add a name; one of no letters was reported and is not looked at.
   subroutine add_name(directory, name, position)
-    type(directory_t), intent(inout) :: directory
+    type(name_table_t), intent(inout) :: directory
     character(*), intent(in) :: name !! upper case
     integer, intent(in) :: position
 
@@ -45,7 +45,7 @@ contains
   !> Whose property `card` gives: that of the last thing named above it, which may have it once.
   subroutine find_owner(reader, directory, keyword, card, given, owner)
     type(reader_t), intent(inout) :: reader
-    type(directory_t), intent(in) :: directory
+    type(name_table_t), intent(in) :: directory
     character(*), intent(in) :: keyword    !! that names such things, without star
     type(card_t), intent(in) :: card
     logical, intent(inout) :: given(:)     !! which things have the property
@@ -66,7 +66,7 @@ contains
   !> Make the look-up, and report repeated names.
   subroutine close_directory(reader, directory)
     type(reader_t), intent(inout) :: reader
-    type(directory_t), intent(inout) :: directory
+    type(name_table_t), intent(inout) :: directory
     integer :: k
 
     call make_name_lookup(directory%names, directory%n, directory%lookup)
@@ -81,7 +81,7 @@ contains
   !> Find `name`; a mistake is reported where there is none.
   subroutine find_named(reader, directory, position, name, found)
     type(reader_t), intent(inout) :: reader
-    type(directory_t), intent(in) :: directory
+    type(name_table_t), intent(in) :: directory
     integer, intent(in) :: position     !! where the deck uses the name
     character(*), intent(in) :: name    !! upper case
     integer, intent(out) :: found       !! its index; 0: there is none
@@ -91,4 +91,4 @@ contains
       ' is not defined', guess(name, directory%names(:directory%n)))
   end subroutine find_named
 
-end module directory_mod
+end module name_table_mod

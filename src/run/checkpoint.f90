@@ -3,7 +3,7 @@
 !>
 !> A continued run makes its solver as the first session did, step by step from the last one that
 !> factorised, so that every number comes out the same to the last bit.
-module continue_run_mod
+module checkpoint_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_signal
   use text_mod, only: to_text
@@ -24,8 +24,8 @@ module continue_run_mod
   implicit none
   private
 
-  public :: progress_t, start_run, take_up_run, keep_progress, enter_step, heed_signal, &
-    how_to_continue
+  public :: progress_t, start_run, restore_checkpoint, save_checkpoint, enter_step, &
+    stop_if_signalled,     how_to_continue
 
   !> Where a run stands between two increments.
   type :: progress_t
@@ -58,7 +58,7 @@ contains
   end subroutine start_run
 
   !> Go on from what a result file kept.
-  subroutine take_up_run(numbers, scene, plan, file, progress, error)
+  subroutine restore_checkpoint(numbers, scene, plan, file, progress, error)
     real(wp), intent(in) :: numbers(:)           !! as reopen_result found them
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan          !! revised where it had been
@@ -84,10 +84,10 @@ contains
     if (progress%widened_in == 0) return
     plan%points%in_reach = .true.
     call revise_plan(scene, plan, error)
-  end subroutine take_up_run
+  end subroutine restore_checkpoint
 
   !> Count the increment that was appended to the file, and keep there where the run stands.
-  subroutine keep_progress(progress, file, error)
+  subroutine save_checkpoint(progress, file, error)
     type(progress_t), intent(inout) :: progress
     type(result_file_t), intent(inout) :: file
     type(error_t), allocatable, intent(out) :: error
@@ -99,7 +99,7 @@ contains
     else
       call count_increment(file, numbers_in(list), error)
     end if
-  end subroutine keep_progress
+  end subroutine save_checkpoint
 
   !> All that a continued run must know.
   subroutine carry_progress(list, progress)
@@ -170,12 +170,12 @@ contains
   end function last_factorised
 
   !> Where a signal asks for it, end the run.
-  subroutine heed_signal(error)
+  subroutine stop_if_signalled(error)
     type(error_t), allocatable, intent(out) :: error
 
     if (caught_signal() == 0) return
     call raise(error, exit_signal + caught_signal(), 'stopped by '//signal_name(caught_signal()))
-  end subroutine heed_signal
+  end subroutine stop_if_signalled
 
   !> What a stopped run has left, and the command that goes on with it.
   function how_to_continue(path, n_done, n_increments, command) result(words)
@@ -192,4 +192,4 @@ contains
       '; to go on:'//new_line('a')//'  '//command
   end function how_to_continue
 
-end module continue_run_mod
+end module checkpoint_mod
