@@ -25,7 +25,7 @@ module checkpoint_mod
   private
 
   public :: progress_t, start_run, restore_checkpoint, save_checkpoint, enter_step, &
-    stop_if_signalled,     how_to_continue
+    stop_if_signalled, how_to_continue
 
   !> Where a run stands between two increments.
   type :: progress_t

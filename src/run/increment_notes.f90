@@ -1,0 +1,155 @@
+!> What a run has to say of an increment beside its line: notes, made here and printed elsewhere.
+module increment_notes_mod
+  use kinds_mod, only: wp, i8
+  use text_mod, only: to_text
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use increments_mod, only: increment_t
+  use increment_report_mod, only: increment_report_t
+  use kinks_mod, only: has_too_many
+  use faces_between_nodes_mod, only: face_entry_t
+  use contact_resolution_mod, only: small_contact_t, find_small_contacts
+  use refuse_unsolved_mod, only: nodes_in_words
+  implicit none
+  private
+
+  public :: note_t, note_cut, note_widened, note_unheld, note_entries, &
+    note_small_contacts, note_kinks, note_touch
+
+  !> A line for the console.
+  type :: note_t
+    character(:), allocatable :: text
+    logical :: even_if_quiet = .true.
+  end type note_t
+
+contains
+
+  !> Add a note on a *STEP, or on one of its increments.
+  pure subroutine add_note(notes, increment, of_increment, text, even_if_quiet)
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    type(increment_t), intent(in) :: increment
+    logical, intent(in) :: of_increment !! else of its *STEP
+    character(*), intent(in) :: text
+    logical, intent(in), optional :: even_if_quiet
+    type(note_t) :: note
+
+    note%text = 'note: step '//to_text(increment%step)
+    if (of_increment) note%text = note%text//', increment '//to_text(increment%number)
+    note%text = note%text//text
+    if (present(even_if_quiet)) note%even_if_quiet = even_if_quiet
+    notes = [notes, note]
+  end subroutine add_note
+
+  !> An increment that was not solved is cut.
+  pure subroutine note_cut(increment, notes)
+    type(increment_t), intent(in) :: increment
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    call add_note(notes, increment, .true., ' was not solved up to time '// &
+      to_text(increment%time)//': half of it is tried')
+  end subroutine note_cut
+
+  !> A node went further than the plan had it go.
+  pure subroutine note_widened(scene, points, increment, point, notes)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    integer, intent(in) :: point
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    call add_note(notes, increment, .true., ': node '// &
+      to_text(scene%mesh%node_id(points%node(point)))//' reaches '// &
+      scene%obstacles(scene%pairs(points%pair(point))%master)%name// &
+      ', which the plan held to be '// &
+      'out of its reach; the increment is repeated with the whole of the slave surfaces')
+  end subroutine note_widened
+
+  !> Which rigid motions nothing holds, where that has changed.
+  pure subroutine note_unheld(increment, report, before, notes)
+    type(increment_t), intent(in) :: increment
+    type(increment_report_t), intent(in) :: report
+    character(:), allocatable, intent(inout) :: before
+    !! the motions that nothing held in the increment before; of this one, out
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    character(:), allocatable :: now
+
+    now = ''
+    if (allocated(report%unheld)) now = report%unheld
+    if (now == before) return
+    before = now
+    if (now == '') now = 'none any more'
+    call add_note(notes, increment, .true., &
+      ': motions that nothing holds and nothing drives stay where they are: '//now)
+  end subroutine note_unheld
+
+  !> How deep obstacles were in faces between their nodes in a *STEP.
+  pure subroutine note_entries(scene, increment, deepest, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(face_entry_t), intent(in) :: deepest !! of the *STEP
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    if (deepest%depth > 0.0_wp) call add_note(notes, increment, .false., ': faces of '// &
+      scene%surfaces(scene%pairs(deepest%pair)%surface)%name//' enter '// &
+      scene%obstacles(scene%pairs(deepest%pair)%master)%name// &
+      ' between their nodes by up to '//to_text(deepest%depth, 3)//', at '// &
+      nodes_in_words(scene, deepest%nodes), even_if_quiet=.false.)
+  end subroutine note_entries
+
+  !> Where a pressure is that of one node or two.
+  pure subroutine note_small_contacts(scene, points, increment, prescribed, report, notes)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    logical, intent(in) :: prescribed(:, :) !! (3,n_nodes)
+    type(increment_report_t), intent(in) :: report
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    type(small_contact_t) :: small(size(scene%pairs))
+    character(:), allocatable :: words
+    integer :: i
+
+    small = find_small_contacts(scene, points, prescribed, report%contact)
+    do i = 1, size(small)
+      if (small(i)%count == 0) cycle
+      words = 'one point'
+      if (small(i)%n_points == 2) words = 'two points'
+      words = words//' at node '//to_text(scene%mesh%node_id(small(i)%node))
+      if (small(i)%count > 1) words = words//', as '//to_text(small(i)%count - 1)// &
+        ' more of its contacts on one or two'
+      call add_note(notes, increment, .false., ': '//scene%pairs(i)%name//' rests on '// &
+        words//': contact pressure is not resolved; bricks of about '// &
+        to_text(small(i)%brick, 2)//' needed')
+    end do
+  end subroutine note_small_contacts
+
+  !> Kinks that increments of the *STEP go across.
+  pure subroutine note_kinks(scene, increment, kinks, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    integer(i8), intent(in) :: kinks(:) !! of the *STEP, in parts of the deck's increments
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    associate (step => scene%steps(increment%step))
+      if (step%direct) then
+        call add_note(notes, increment, .false., &
+          ': kinks of amplitudes inside increments, which go straight across: '// &
+          to_text(size(kinks))//'; without DIRECT increments end there')
+      else if (has_too_many(kinks, step)) then
+        call add_note(notes, increment, .false., ': kinks of amplitudes: '//to_text(size(kinks))// &
+          ' in '//to_text(step%n_increments)//' of the deck''s increments, too many for one to '// &
+          'end at each; they go straight across')
+      end if
+    end associate
+  end subroutine note_kinks
+
+  !> Contact that begins inside an increment.
+  pure subroutine note_touch(increment, notes)
+    type(increment_t), intent(in) :: increment
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    call add_note(notes, increment, .false., ': contact begins inside increment '// &
+      to_text(increment%number)//', whose loads go straight across; without DIRECT an '// &
+      'increment ends there')
+  end subroutine note_touch
+
+end module increment_notes_mod

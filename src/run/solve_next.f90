@@ -1,0 +1,228 @@
+!> The next increment of a run: how large it is, its solution, and how wrong that may be. Nothing is
+!> printed or written here; what there is to say goes into notes.
+module solve_next_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t
+  use system_mod, only: wall_seconds
+  use scene_mod, only: scene_t
+  use plan_mod, only: plan_t
+  use increments_mod, only: increment_t, next_increment, is_extra
+  use state_mod, only: state_t
+  use increment_report_mod, only: increment_report_t, ended_out_of_reach
+  use make_plan_mod, only: revise_plan
+  use step_solver_mod, only: step_solver_t, widen_interface
+  use advance_mod, only: advance, advance_along
+  use kinks_mod, only: count_between
+  use load_events_mod, only: first_touch, no_event
+  use look_ahead_mod, only: forget => cut
+  use load_step_error_mod, only: follow_coarsely
+  use choose_increment_mod, only: choose_increment, cut_increment
+  use smooth_faces_mod, only: smooth_faces_t
+  use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
+  use tally_mod, only: note_sizes
+  use checkpoint_mod, only: progress_t, enter_step, stop_if_signalled
+  use measure_increment_mod, only: estimate_mesh, measure_deformation
+  use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, is_solved
+  use increment_notes_mod, only: note_t, note_cut, note_widened, note_unheld, note_entries, &
+    note_small_contacts, note_kinks, note_touch
+  implicit none
+  private
+
+  public :: solved_t, watch_t, begin_watch, solve_next, judge_increment
+
+  !> An increment and its solution.
+  type :: solved_t
+    type(increment_t) :: increment
+    type(state_t) :: state
+    type(increment_report_t) :: report
+  end type solved_t
+
+  !> What is watched from increment to increment, for notes alone.
+  type :: watch_t
+    type(smooth_faces_t), allocatable :: faces(:) !! (n_pairs) slave faces
+    type(face_entry_t) :: deepest !! entry of the *STEP, as far as this session has run it
+    character(:), allocatable :: unheld !! motions that nothing held in the increment before
+  end type watch_t
+
+contains
+
+  subroutine begin_watch(scene, watch)
+    type(scene_t), intent(in) :: scene
+    type(watch_t), intent(out) :: watch
+
+    watch%unheld = ''
+    call list_faces(scene, watch%faces)
+  end subroutine begin_watch
+
+  !> Solve the next increment, cut as often as it takes; `found` is false where the run is complete.
+  !> Whether it is solved, the report says.
+  subroutine solve_next(scene, plan, solver, progress, solved, found, notes, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(inout) :: plan            !! revised where a point gets further than it says
+    type(step_solver_t), intent(inout) :: solver
+    type(progress_t), intent(inout) :: progress    !! its sizes, *STEP and tally
+    type(solved_t), intent(out) :: solved
+    logical, intent(out) :: found
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    type(error_t), allocatable, intent(out) :: error
+    !! stopped by a signal; as of set_supports, prepare_step and advance
+    logical :: is_plain !! so are the increments after it: one may look ahead
+    logical :: is_cut
+
+    associate (increment => solved%increment)
+      increment = next_increment(scene%steps, progress%state)
+      found = increment%row > 0
+      if (.not. found) return
+      if (increment%step /= progress%entered) then
+        call enter_step(scene, plan, increment, progress, solver, error)
+        if (allocated(error)) return
+      end if
+      sizes: do
+        call stop_if_signalled(error)
+        if (allocated(error)) return
+        call choose_increment(scene, plan%points, solver, progress%state, progress%size, &
+          increment, is_plain)
+        call advance_or_widen(scene, plan, solver, progress, is_plain, solved, notes, error)
+        if (allocated(error)) return
+        call note_sizes(solver, progress%tally)
+        if (is_solved(scene, solved%report)) return
+        call cut_increment(scene, increment, progress%size, is_cut)
+        if (.not. is_cut) return
+        progress%tally%cuts = progress%tally%cuts + 1
+        call note_cut(increment, notes)
+      end do sizes
+    end associate
+  end subroutine solve_next
+
+  !> Advance by one increment; once more, with every slave node a candidate, where a node went further
+  !> than the plan had it go.
+  subroutine advance_or_widen(scene, plan, solver, progress, is_plain, solved, notes, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(inout) :: plan
+    type(step_solver_t), intent(inout) :: solver
+    type(progress_t), intent(inout) :: progress
+    logical, intent(in) :: is_plain
+    type(solved_t), intent(inout) :: solved
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    type(error_t), allocatable, intent(out) :: error
+
+    call advance_once()
+    if (allocated(error) .or. solved%report%ending /= ended_out_of_reach) return
+    call note_widened(scene, plan%points, solved%increment, solved%report%worst_point, notes)
+    plan%points%in_reach = .true.
+    call revise_plan(scene, plan, error)
+    if (allocated(error)) return
+    call widen_interface(scene, plan%points, solver, progress%tally%work, error)
+    if (allocated(error)) return
+    progress%tally%plan_revisions = progress%tally%plan_revisions + 1
+    progress%widened_in = solved%increment%step
+    call advance_once()
+
+  contains
+
+    !> Ahead of increments that may yet be cut nobody looks.
+    subroutine advance_once()
+      if (is_plain) then
+        call advance_along(scene, plan%points, solver, progress%state, progress%ahead, &
+          solved%state, solved%report, error)
+      else
+        call forget(progress%ahead)
+        call advance(scene, plan%points, solver, progress%state, solved%increment, solved%state, &
+          solved%report, error)
+      end if
+    end subroutine advance_once
+
+  end subroutine advance_or_widen
+
+  !> Whether the increment may stand, how wrong it may be, and what there is to say of it.
+  subroutine judge_increment(scene, plan, solver, progress, watch, solved, notes, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(step_solver_t), intent(inout) :: solver
+    type(progress_t), intent(inout) :: progress
+    type(watch_t), intent(inout) :: watch
+    type(solved_t), intent(inout) :: solved     !! its report gets the errors
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    type(error_t), allocatable, intent(out) :: error
+    !! not solved, not certified, contact that the nodes do not see
+    type(entries_t) :: entries
+    real(wp) :: clock
+
+    associate (increment => solved%increment, report => solved%report)
+      call refuse_unsolved(scene, plan, increment, report, solver%body%inverse%condition, error)
+      if (allocated(error)) return
+      clock = wall_seconds()
+      call find_entries(scene, plan%points, watch%faces, progress%state, solved%state, &
+        increment%last_of_step, entries)
+      progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
+      report%face_penetration = entries%at_end%depth
+      report%face_penetration_on_way = entries%on_way%depth
+      if (entries%at_end%depth > watch%deepest%depth) watch%deepest = entries%at_end
+      call refuse_missed_contact(scene, increment, entries, error)
+      if (allocated(error)) return
+      call estimate_errors(scene, plan, solver, solved%state, progress, entries, report)
+      call note_unheld(increment, report, watch%unheld, notes)
+      if (increment%last_of_step) then
+        call note_small_contacts(scene, plan%points, increment, solver%body%prescribed, report, &
+          notes)
+        call note_entries(scene, increment, watch%deepest, notes)
+        watch%deepest = face_entry_t()
+      end if
+      call count_events(scene, plan, solver, increment, progress, notes)
+    end associate
+  end subroutine judge_increment
+
+  !> Count the events of the load path that the increment ends at or goes across; note what a *STEP
+  !> goes across, the first time.
+  subroutine count_events(scene, plan, solver, increment, progress, notes)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(step_solver_t), intent(in) :: solver
+    type(increment_t), intent(in) :: increment
+    type(progress_t), intent(inout) :: progress !! before the increment; its tally counts
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    integer :: n_inside
+
+    associate (kinks => solver%response%loads%kinks, tally => progress%tally)
+      if (is_extra(increment%position) .and. increment%position == progress%size%event) then
+        tally%at_events = tally%at_events + 1
+      end if
+      n_inside = count_between(kinks, increment%start, increment%position)
+      if (n_inside > 0 .and. .not. any(kinks <= increment%start)) call note_kinks(scene, &
+        increment, kinks, notes)
+      tally%kinks_inside = tally%kinks_inside + n_inside
+      if (first_touch(scene, plan%points, solver, progress%state, increment%step, &
+        increment%start, increment%position) == no_event) return
+      tally%touches_inside = tally%touches_inside + 1
+      if (progress%touched_in == increment%step) return
+      progress%touched_in = increment%step
+      call note_touch(increment, notes)
+    end associate
+  end subroutine count_events
+
+  !> How wrong the increment is.
+  subroutine estimate_errors(scene, plan, solver, new, progress, entries, report)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(in) :: new
+    type(progress_t), intent(inout) :: progress
+    type(entries_t), intent(in) :: entries !! of obstacles between the nodes
+    type(increment_report_t), intent(inout) :: report
+    real(wp) :: clock
+
+    clock = wall_seconds()
+    associate (c => report%certificate)
+      report%errors%contact = max(c%penetration, c%adhesion, c%complementarity, c%cone, c%law)
+    end associate
+    report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
+    call follow_coarsely(scene, plan%points, solver, progress%state, new, progress%coarse, report)
+    call estimate_mesh(scene, new, report)
+    ! docs/theory.md (10.8)
+    if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
+      max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))
+    call measure_deformation(scene, new, report)
+    progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
+  end subroutine estimate_errors
+
+end module solve_next_mod
