@@ -19,14 +19,14 @@ NOT_RUN = re.compile(
     r"(?:use|implicit|public|private|contains|module|program|interface|abstract|import|type\b\s*[^(]*$|"
     r"end\b|else$|case\s+default|include|procedure|save|sequence|class\s+default|generic)\b"
 )
-DECLARATION = re.compile(
-    r"(?:integer|real|complex|logical|character|type|class|procedure)\b.*::"
-)
+DECLARATION = re.compile(r"(?:integer|real|complex|logical|character|type|class|procedure)\b.*::")
 DROPPED = re.compile(
     r"call\s+\w|if\s*\(.*\)\s*(?!then\b)\w|where\s*\(.*\)\s*\w|(?:exit|cycle|return)\b|allocate\s*\("
 )
 ASSIGNMENT = re.compile(r"[a-z]\w*(?:%\w+|\([^=]*\))*\s*=(?![=>])")
-BLOCK = re.compile(r"(?:\w+\s*:\s*)?(?:do|select|associate|block|if\s*\(.*\)\s*then|where\s*\(.*\)$)\b")
+BLOCK = re.compile(
+    r"(?:\w+\s*:\s*)?(?:do|select|associate|block|if\s*\(.*\)\s*then|where\s*\(.*\)$)\b"
+)
 # Not in epsilon(1.0_wp), tiny and huge: they ask for the kind alone.
 REAL = re.compile(r"(?<!epsilon\()(?<!tiny\()(?<!huge\()(?<![\w.])(\d+\.\d*)(e[+-]?\d+)?(_\w+)")
 INTEGER = re.compile(r"(?<![\w.])(\d+)(_i8)?(?![\w.])")
@@ -122,10 +122,16 @@ def statements(lines: list[str]) -> list[Statement]:
 
 def integers(code: str) -> set[str]:
     """Return the names of scalars that a declaration makes integers."""
-    match = re.match(r"integer(?:\(\w+\))?(?:\s*,\s*(?:intent\(\w+\)|value|optional))*\s*::\s*(.*)", code)
+    match = re.match(
+        r"integer(?:\(\w+\))?(?:\s*,\s*(?:intent\(\w+\)|value|optional))*\s*::\s*(.*)", code
+    )
     if not match:
         return set()
-    return {n.split("=")[0].strip() for n in re.sub(r"\([^()]*\)", "(", match[1]).split(",") if "(" not in n}
+    return {
+        n.split("=")[0].strip()
+        for n in re.sub(r"\([^()]*\)", "(", match[1]).split(",")
+        if "(" not in n
+    }
 
 
 def changes(masked: str, only_constants: bool, whole: set[str]) -> list[tuple[int, int, str, str]]:
@@ -219,7 +225,15 @@ def mutants_of(file: str, text: str) -> list[Mutant]:
             only = declared and offset == 0
             for start, end, new, kind in changes(masked, only or declared, whole):
                 changed = line[:start] + new + line[end:]
-                add(number, number, line.strip(), changed.strip(), kind, changed, str(start - len(line) + len(line.lstrip())))
+                add(
+                    number,
+                    number,
+                    line.strip(),
+                    changed.strip(),
+                    kind,
+                    changed,
+                    str(start - len(line) + len(line.lstrip())),
+                )
         if declared:
             continue
         if (DROPPED.match(code) or ASSIGNMENT.match(code)) and not BLOCK.match(code):
