@@ -1,8 +1,8 @@
-"""Mutants of one statement of Fortran source: what each changes, and a name that outlives edits elsewhere.
+"""Mutants of Fortran source, each of one statement.
 
-A mutant changes one token of one line, or drops one statement. Its identity is made of the file, the
-procedure, the text of the line and the change, not of the line's number, so that a sample stays the
-same while other lines are edited.
+A mutant changes one token of one line, or drops one statement. Its name is made of the file, the
+procedure, the text of the line and the change, not of the line's number, so that a sample stays
+the same while other lines are edited.
 """
 
 from __future__ import annotations
@@ -140,10 +140,7 @@ def changes(masked: str, only_constants: bool, whole: set[str]) -> list[tuple[in
     start = masked.index("=") if only_constants and "=" in masked else 0
     low = masked.lower()
     for m in REAL.finditer(low, start):
-        if m[2]:
-            value = f"{m[1]}e{int(m[2][1:]) + 1}"
-        else:
-            value = str(float(m[1]) + 1.0)
+        value = f"{m[1]}e{int(m[2][1:]) + 1}" if m[2] else str(float(m[1]) + 1.0)
         out.append((m.start(), m.end(), value + m[3], "constant"))
     for m in INTEGER.finditer(low, start):
         n = int(m[1])

@@ -187,7 +187,7 @@ class Tree:
 def run(
     command: list[str], folder: Path, limit: float, env: dict[str, str] | None = None
 ) -> tuple[int | None, str]:
-    """Run a command and all it starts; return its status, None where it took too long, and output."""
+    """Run a command and all it starts; return its status, None if it took too long, and output."""
     bounded = ["bash", "-c", f'ulimit -v {MEMORY_KB} -c 0 -f 2000000; exec "$@"', "bash", *command]
     with tempfile.TemporaryFile() as out:
         process = subprocess.Popen(
