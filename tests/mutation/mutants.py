@@ -134,8 +134,13 @@ def integers(code: str) -> set[str]:
     }
 
 
-def changes(masked: str, only_constants: bool, whole: set[str]) -> list[tuple[int, int, str, str]]:
-    """Return (start, end, replacement, kind) of every token of a line that can be changed."""
+def changes(
+    masked: str, only_constants: bool, whole: set[str], above: str
+) -> list[tuple[int, int, str, str]]:
+    """Return (start, end, replacement, kind) of every token of a line that can be changed.
+
+    `above` is what the line continues.
+    """
     out: list[tuple[int, int, str, str]] = []
     start = masked.index("=") if only_constants and "=" in masked else 0
     low = masked.lower()
@@ -162,7 +167,7 @@ def changes(masked: str, only_constants: bool, whole: set[str]) -> list[tuple[in
         if m[0] in BOUNDARY and INTEGER.match(low[m.end() :].lstrip()):
             out.append((m.start(), m.end(), BOUNDARY[m[0]], "comparison"))
     for m in re.finditer(r"[+-]", low):
-        before = low[: m.start()].rstrip()
+        before = low[: m.start()].rstrip().lstrip("& ") or above
         if re.search(r"\d\.?\d*e$", before) or not low[m.end() :].strip():
             continue
         if not before or before[-1] in "(=,*/<>[:&":
@@ -220,7 +225,8 @@ def mutants_of(file: str, text: str) -> list[Mutant]:
             number = statement.first + offset
             line = lines[number - 1]
             only = declared and offset == 0
-            for start, end, new, kind in changes(masked, only or declared, whole):
+            above = "".join(statement.masked[:offset]).rstrip(" &").lower()
+            for start, end, new, kind in changes(masked, only or declared, whole, above):
                 changed = line[:start] + new + line[end:]
                 add(
                     number,
