@@ -1,0 +1,605 @@
+#!/usr/bin/env python3
+"""Make mutants of one line of the source and see whether the tests notice.
+
+    mutate.py [--room ROOM]... [--file FILE]... [--count N] [--seed N] [--units-only] [--list]
+
+Each mutant is compiled alone and linked before the library, so a build costs seconds; the tree
+itself is never touched. The unit programs that reach the mutated module run first, then the
+whole-program cases of its room. What was found is kept in BUILD/mutation/results.jsonl: a second
+call goes on where the first one ended, and repeats of the survivors only the tests that have
+changed. README.md beside this file says what the words of the report mean.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter, defaultdict
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Lock
+
+from mutants import Mutant, mutants_of
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+SOURCE = ROOT / "src"
+# As in the Debug tree, whose run-time checks scripts/test runs as well; and quick to compile.
+MUTATED = ["-O1", "-fcheck=all,no-array-temps", "-w"]
+MEMORY_KB = 6_000_000  # address space of a test: an index or a size may ask for anything
+MANY_TIMES, AND_SECONDS = 5.0, 20.0  # a test that takes longer than that of its usual time hangs
+# Whole-program cases of a few seconds that end the search, by room; behind a blank the classes of
+# a file that are run.
+CASES = {
+    "equations": ["cases/test_slab.py", "cases/test_savings.py", "cases/test_whole_bodies.py"],
+    "contact": ["cases/test_slab.py", "cases/test_whole_bodies.py", "cases/test_held_tangents.py"],
+    "contact/geometry": [
+        "cases/test_slab.py",
+        "cases/test_own_limits.py SmallContact",
+        "cases/test_between_nodes.py",
+    ],
+    "increment": [
+        "cases/test_slab.py",
+        "cases/test_load_paths.py",
+        "cases/test_whole_bodies.py",
+        "cases/test_held_tangents.py",
+    ],
+    "elements": ["cases/test_slab.py", "cases/test_whole_bodies.py"],
+    "model": ["cases/test_slab.py", "cases/test_load_paths.py"],
+    "plan": ["cases/test_slab.py", "cases/test_plan.py Refused Chosen"],
+    "results": ["cases/test_slab.py"],
+    "run": ["cases/test_slab.py", "cases/test_savings.py"],
+}
+OUTCOMES = ("killed", "survived", "equivalent", "does not compile")
+
+
+def digest(*parts: bytes) -> str:
+    """Return sixteen digits that stand for the contents."""
+    return hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
+
+
+def room_of(file: str) -> str:
+    """Return the folder of a source file, below src/."""
+    return str(Path(file).parent)
+
+
+@dataclass
+class Test:
+    """A unit program, or a whole-program case."""
+
+    name: str
+    link: list[str]  # the linker's command, relative to `folder`
+    folder: Path  # of the link
+    output: str  # what the command calls its product
+    script: Path | None = None  # of a case
+    classes: tuple[str, ...] = ()  # of the script, that are run; none: all
+    seconds: float = 0.0  # that it takes unmutated
+    digest: str = ""
+
+
+@dataclass
+class Tree:
+    """A built tree: how it compiles and links."""
+
+    build: Path
+    flags: list[str] = field(default_factory=list)
+    includes: list[str] = field(default_factory=list)
+    special: dict[str, list[str]] = field(default_factory=dict)  # flags of single files
+    python: str = sys.executable
+    order: list[str] = field(default_factory=list)  # of the sources, lowest first
+    uses: dict[str, set[str]] = field(default_factory=dict)  # file: modules it uses
+    makes: dict[str, str] = field(default_factory=dict)  # module: its file
+    included: dict[str, list[str]] = field(default_factory=dict)  # file: that include it
+
+    def read(self) -> Tree:
+        """Read what CMake wrote."""
+        make = self.build / "src/CMakeFiles/bipot_core.dir"
+        for line in (make / "flags.make").read_text().splitlines():
+            if line.startswith("Fortran_FLAGS = "):
+                self.flags = [f for f in shlex.split(line[16:]) if not f.startswith("-J")]
+            elif line.startswith("Fortran_INCLUDES = "):
+                self.includes = shlex.split(line[19:])
+            elif match := re.match(
+                r"# Custom options: .*bipot_core\.dir/(\S+)\.o_OPTIONS = (.*)", line
+            ):
+                self.special[match[1]] = match[2].split(";")
+        self.flags += ["-I" + str(self.build / "src/modules")]
+        cache = (self.build / "CMakeCache.txt").read_text()
+        if match := re.search(r"^BIPOT_PYTHON:\w+=(.+)$", cache, re.M):
+            self.python = match[1]
+        self.order = re.findall(r"^  (\S+\.f90)$", (SOURCE / "CMakeLists.txt").read_text(), re.M)
+        for file in self.order:
+            text = (SOURCE / file).read_text()
+            self.uses[file] = set(re.findall(r"^\s*use\s+(\w+)", text, re.M))
+            for module in re.findall(r"^\s*module\s+(?!procedure\b)(\w+)\s*$", text, re.M):
+                self.makes[module] = file
+            for name in re.findall(r"^\s*include '([^']+\.inc)'", text, re.M):
+                self.included.setdefault(str(Path(file).parent / name), []).append(file)
+        return self
+
+    def files(self) -> list[str]:
+        """Return what can be mutated: sources and what they include."""
+        return [*self.order, *sorted(self.included)]
+
+    def reached(self, modules: set[str]) -> set[str]:
+        """Return the source files that users of these modules use, directly or not."""
+        found: set[str] = set()
+        waiting = [self.makes[m] for m in modules if m in self.makes]
+        while waiting:
+            file = waiting.pop()
+            if file not in found:
+                found.add(file)
+                waiting += [self.makes[m] for m in self.uses[file] if m in self.makes]
+        return found | {i for i, users in self.included.items() if found & set(users)}
+
+    def tests_of(self, file: str) -> list[Test]:
+        """Return the tests that can notice a change of a file: units of its room first."""
+        units = []
+        samples = {}
+        for path in sorted((ROOT / "tests/samples").glob("*.f90")):
+            samples[path.stem] = set(re.findall(r"^\s*use\s+(\w+)", path.read_text(), re.M))
+        top = file.split("/")[0]
+        for link in sorted(self.build.glob("tests/CMakeFiles/unit_*.dir/link.txt")):
+            name = link.parent.name.removesuffix(".dir")
+            folder = name.removeprefix("unit_")
+            used: set[str] = set()
+            for path in (ROOT / "tests" / folder).glob("*"):
+                if path.suffix in (".pf", ".f90"):
+                    used |= set(re.findall(r"^\s*use\s+(\w+)", path.read_text(), re.M))
+            for sample in used & set(samples):
+                used |= samples[sample]
+            if file in self.reached(used):
+                command = shlex.split(link.read_text())
+                units.append((folder != top, name, Test(name, command, self.build / "tests", name)))
+        tests = [test for _, _, test in sorted(units, key=lambda u: u[:2])]
+        command = shlex.split((self.build / "src/CMakeFiles/bipot.dir/link.txt").read_text())
+        for case in CASES.get(room_of(file), CASES.get(top, [])):
+            path, *classes = case.split()
+            script = ROOT / "tests" / path
+            if script.exists():
+                name = "-".join([script.stem.replace("test_", "case_"), *classes])
+                folder = self.build / "src"
+                tests.append(Test(name, command, folder, "../bipot", script, tuple(classes)))
+        for test in tests:
+            test.digest = self.digest_of(test)
+        return tests
+
+    def digest_of(self, test: Test) -> str:
+        """Return what changes when the test does."""
+        if test.script:
+            return digest(test.script.read_bytes())
+        objects = sorted(p for p in test.link if p.endswith(".o"))
+        return digest(*((test.folder / p).read_bytes() for p in objects))
+
+
+def run(
+    command: list[str], folder: Path, limit: float, env: dict[str, str] | None = None
+) -> tuple[int | None, str]:
+    """Run a command and all it starts; return its status, None if it took too long, and output."""
+    bounded = ["bash", "-c", f'ulimit -v {MEMORY_KB} -c 0 -f 2000000; exec "$@"', "bash", *command]
+    with tempfile.TemporaryFile() as out:
+        process = subprocess.Popen(
+            bounded,
+            cwd=folder,
+            env=env,
+            stdin=subprocess.DEVNULL,
+            stdout=out,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        try:
+            status: int | None = process.wait(limit)
+        except subprocess.TimeoutExpired:
+            status = None
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+        size = out.tell()
+        out.seek(max(0, size - 100_000))
+        return status, out.read().decode(errors="replace")
+
+
+class Bench:
+    """A folder for one mutant after the other: its source, its objects, its programs."""
+
+    def __init__(self, tree: Tree, folder: Path) -> None:
+        """Make the folder."""
+        self.tree = tree
+        self.folder = folder
+        shutil.rmtree(folder, ignore_errors=True)
+        (folder / "modules").mkdir(parents=True)
+        (folder / "run").mkdir()
+        self.objects: list[str] = []
+
+    def compile(self, file: str, text: str, mutated: bool = True) -> str:
+        """Compile one source file; return the compiler's complaint, empty if there is none."""
+        tree = self.tree
+        source = self.folder / "source" / file
+        source.parent.mkdir(parents=True, exist_ok=True)
+        source.write_text(text)
+        target = self.folder / (file.replace("/", "_") + ".o")
+        near = ["-I" + str(source.parent), "-I" + str((SOURCE / file).parent)]
+        command = [
+            "gfortran",
+            *tree.flags,
+            *tree.special.get(file, []),
+            *(MUTATED if mutated else ["-w"]),
+        ]
+        command = [
+            os.environ.get("FC", command[0]),
+            "-I" + str(self.folder / "modules"),
+            *near,
+            *command[1:],
+        ]
+        command += [
+            *tree.includes,
+            "-J" + str(self.folder / "modules"),
+            "-c",
+            str(source),
+            "-o",
+            str(target),
+        ]
+        status, output = run(command, self.folder, 600.0)
+        if status != 0:
+            return output.strip() or "the compiler did not end"
+        self.objects.append(str(target))
+        return ""
+
+    def build(self, file: str, text: str) -> str:
+        """Compile a changed file and, where its modules change, those that use them."""
+        self.clear()
+        if file in self.tree.included:
+            path = self.folder / "source" / file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+            first = self.tree.included[file]
+        else:
+            first = [file]
+        changed: set[str] = set()
+        for user in self.tree.order:
+            if user in first or self.tree.uses[user] & changed:
+                whole = text if user == file else (SOURCE / user).read_text()
+                if complaint := self.compile(user, whole, user in first):
+                    return complaint
+                changed |= self.changed_modules(user)
+        return ""
+
+    def changed_modules(self, file: str) -> set[str]:
+        """Return the modules of a file that are not those of the tree; remove the others."""
+        found = set()
+        for module, home in self.tree.makes.items():
+            if home == file:
+                made = self.folder / "modules" / f"{module.lower()}.mod"
+                there = self.tree.build / "src/modules" / made.name
+                if made.read_bytes() == there.read_bytes():
+                    made.unlink()
+                else:
+                    found.add(module)
+        return found
+
+    def clear(self) -> None:
+        """Forget the objects of the last mutant."""
+        self.objects = []
+        for path in (self.folder / "modules").iterdir():
+            path.unlink()
+        shutil.rmtree(self.folder / "source", ignore_errors=True)
+
+    def judge(self, test: Test, limit: float) -> tuple[bool, str]:
+        """Link a test with the objects and run it; return whether it passes, else what it says."""
+        program = self.folder / Path(test.output).name
+        at = test.link.index("-o")
+        command = [*test.link[:at], *self.objects, "-o", str(program), *test.link[at + 2 :]]
+        status, output = run(command, test.folder, 600.0)
+        if status != 0:
+            raise RuntimeError(f"{test.name} does not link: {output}")
+        env = {
+            **os.environ,
+            "OPENBLAS_NUM_THREADS": "1",
+            "BIPOT_TEST_DATA": str(ROOT / "tests"),
+            "BIPOT": str(program),
+            "BIPOT_SOURCE": str(ROOT),
+            "BIPOT_BUILD_TYPE": "Release",
+            "TMPDIR": str(self.folder / "run"),
+        }
+        called = [str(program)]
+        if test.script:
+            called = [self.tree.python, "-B", str(test.script), "--failfast", *test.classes]
+        status, output = run(called, self.folder / "run", limit, env)
+        program.unlink(missing_ok=True)
+        shutil.rmtree(self.folder / "run", ignore_errors=True)
+        (self.folder / "run").mkdir()
+        if status == 0:
+            return True, ""
+        if status is None:
+            return False, "hangs"
+        for pattern in (
+            r"^\S+\.(\w+) \.\.\. FAILED$",
+            r"^(?:FAIL|ERROR): (\w+)",
+            r"^\S+\.(\w+) \.\.\.(?! ok)",
+        ):
+            if match := re.search(pattern, output, re.M):
+                return False, match[1]
+        return False, f"status {status}"
+
+
+def sample(tree: Tree, files: list[str], count: int, seed: int) -> list[Mutant]:
+    """Choose mutants of a room, the kinds of change in turn."""
+    by_kind: dict[str, list[tuple[str, Mutant]]] = defaultdict(list)
+    for file in files:
+        for mutant in mutants_of(file, (SOURCE / file).read_text()):
+            place = hashlib.sha256(f"{seed}|{mutant.name}".encode()).hexdigest()
+            by_kind[mutant.kind].append((place, mutant))
+    kinds = [sorted(by_kind[k], key=lambda p: p[0]) for k in sorted(by_kind)]
+    chosen: list[Mutant] = []
+    while len(chosen) < count and any(kinds):
+        for kind in kinds:
+            if kind and len(chosen) < count:
+                chosen.append(kind.pop(0)[1])
+    return chosen
+
+
+def read_equivalent(path: Path) -> dict[tuple[str, str, str, str], str]:
+    """Read the mutants that change nothing: (file, procedure, old, new) and the reason."""
+    found: dict[tuple[str, str, str, str], str] = {}
+    place, old, new = ["", ""], "", ""
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        if line.startswith("@ "):
+            place = [*line[2:].split(), ""][:2]
+        elif line.startswith("- "):
+            old = line[2:].strip()
+        elif line.startswith("+"):
+            new = line[1:].strip()
+        elif line.startswith("= "):
+            found[(place[0], place[1], old, new)] = line[2:].strip()
+        elif line.strip() and not line.startswith("#"):
+            sys.exit(f"{path}:{number}: expected '@', '-', '+', '=' or '#'")
+    return found
+
+
+def check_equivalent(tree: Tree, listed: dict[tuple[str, str, str, str], str]) -> list[str]:
+    """Say which entries are of no mutant: the line has changed."""
+    there: set[tuple[str, str, str, str]] = set()
+    for file in {key[0] for key in listed}:
+        path = SOURCE / file
+        for m in mutants_of(file, path.read_text()) if path.exists() else []:
+            there.add((m.file, m.procedure, m.old, m.new))
+    return [f"{k[0]} {k[1]}: {k[2]}" for k in listed if k not in there]
+
+
+class Campaign:
+    """Mutants, what became of them, and what is still to do."""
+
+    def __init__(self, tree: Tree, options: argparse.Namespace) -> None:
+        """Read what earlier calls found."""
+        self.tree = tree
+        self.options = options
+        self.folder = tree.build / "mutation"
+        self.folder.mkdir(exist_ok=True)
+        self.store = self.folder / "results.jsonl"
+        self.known: dict[str, dict] = {}
+        self.lock = Lock()
+        self.tests: dict[str, list[Test]] = {}
+        self.seconds: dict[str, float] = {}
+        if self.store.exists():
+            for line in self.store.read_text().splitlines():
+                try:
+                    entry = json.loads(line)
+                except ValueError:
+                    continue  # the line that was being written when a call was ended
+                self.known[entry["mutant"]] = entry
+
+    def keep(
+        self, mutant: Mutant, outcome: str, by: str, passed: dict[str, str], source: str
+    ) -> None:
+        """Note what became of a mutant."""
+        entry = {
+            "mutant": mutant.name,
+            "file": mutant.file,
+            "procedure": mutant.procedure,
+            "line": mutant.first,
+            "kind": mutant.kind,
+            "old": mutant.old,
+            "new": mutant.new,
+            "outcome": outcome,
+            "by": by,
+            "passed": passed,
+            "source": source,
+        }
+        with self.lock:
+            self.known[mutant.name] = entry
+            with self.store.open("a") as out:
+                out.write(json.dumps(entry) + "\n")
+            what = mutant.new or "(dropped)"
+            place = f"{mutant.file}:{mutant.first}"
+            print(f"{outcome:16} {place} {mutant.kind}: {what}  {by}", flush=True)
+
+    def to_do(self, mutant: Mutant) -> list[Test]:
+        """Return the tests that this mutant has not met yet; none if its end is known."""
+        entry = self.known.get(mutant.name)
+        tests = [t for t in self.tests[mutant.file] if not (self.options.units_only and t.script)]
+        if entry is None:
+            return tests
+        if entry["outcome"] != "survived":
+            return []
+        return [t for t in tests if entry["passed"].get(t.name) != t.digest]
+
+    def measure(self, mutants: list[Mutant]) -> None:
+        """Run the tests that will be needed once, with the files compiled as mutants are."""
+        needed: dict[str, Test] = {}
+        files = []
+        for mutant in mutants:
+            tests = self.to_do(mutant)
+            if tests and mutant.file not in files:
+                files.append(mutant.file)
+            needed.update({t.name: t for t in tests})
+        if not needed:
+            return
+        bench = Bench(self.tree, self.folder / "unmutated")
+        objects = {user for f in files for user in self.tree.included.get(f, [f])}
+        for file in sorted(objects):
+            if complaint := bench.compile(file, (SOURCE / file).read_text()):
+                sys.exit(f"{file} does not compile unmutated: {complaint}")
+        for test in needed.values():
+            start = time.monotonic()
+            passes, says = bench.judge(test, 3600.0)
+            if not passes:
+                sys.exit(f"{test.name} fails unmutated: {says}")
+            self.seconds[test.name] = time.monotonic() - start
+            print(f"{test.name}: {self.seconds[test.name]:.1f} s unmutated", flush=True)
+
+    def meet(self, mutant: Mutant, bench: Bench) -> None:
+        """Build one mutant and run its tests until one notices."""
+        tests = self.to_do(mutant)
+        text = (SOURCE / mutant.file).read_text()
+        if not tests:
+            if mutant.name not in self.known:
+                self.keep(mutant, "survived", "no test reaches it", {}, digest(text.encode()))
+            return
+        entry = self.known.get(mutant.name, {})
+        passed = dict(entry.get("passed", {}))
+        source = digest(text.encode())
+        if bench.build(mutant.file, "\n".join(mutant.apply(text.splitlines())) + "\n"):
+            self.keep(mutant, "does not compile", "", {}, source)
+            return
+        for test in tests:
+            passes, says = bench.judge(test, AND_SECONDS + MANY_TIMES * self.seconds[test.name])
+            if not passes:
+                self.keep(mutant, "killed", f"{test.name}: {says}", passed, source)
+                return
+            passed[test.name] = test.digest
+        self.keep(mutant, "survived", "", passed, source)
+
+    def go(self, mutants: list[Mutant]) -> None:
+        """Do what is still to do."""
+        for file in {m.file for m in mutants}:
+            self.tests[file] = self.tree.tests_of(file)
+        self.measure(mutants)
+        benches = [Bench(self.tree, self.folder / f"bench{i}") for i in range(self.options.jobs)]
+        free = list(benches)
+
+        def one(mutant: Mutant) -> None:
+            with self.lock:
+                bench = free.pop()
+            try:
+                self.meet(mutant, bench)
+            finally:
+                with self.lock:
+                    free.append(bench)
+
+        with ThreadPoolExecutor(self.options.jobs) as pool:
+            for done in [pool.submit(one, m) for m in mutants]:
+                done.result()
+
+
+def report(
+    campaign: Campaign, mutants: list[Mutant], equivalent: dict[tuple[str, str, str, str], str]
+) -> str:
+    """Say how many of each room were killed, and which survived."""
+    rooms: dict[str, Counter[str]] = defaultdict(Counter)
+    lines = []
+    for m in mutants:
+        entry = campaign.known.get(m.name)
+        if entry is None:
+            continue
+        outcome = entry["outcome"]
+        if outcome == "survived" and (m.file, m.procedure, m.old, m.new) in equivalent:
+            outcome = "equivalent"
+        key = m.file if campaign.options.by_file else room_of(m.file)
+        rooms[key][outcome] += 1
+        if outcome == "survived":
+            by = f": {entry['by']}" if entry["by"] else ""
+            lines.append(
+                f"survived {m.file}:{m.first} {m.procedure} ({m.kind}){by}\n- {m.old}\n+ {m.new}"
+            )
+    width = max((len(r) for r in rooms), default=0) + 2
+    lines.append(
+        f"{'':{width}}" + "".join(f"{o:>18}" for o in OUTCOMES) + f"{'of those that differ':>22}"
+    )
+    total: Counter[str] = Counter()
+    for room in sorted(rooms):
+        total += rooms[room]
+    for room, counts in [*sorted(rooms.items()), *([("all", total)] if len(rooms) > 1 else [])]:
+        differ = counts["killed"] + counts["survived"]
+        part = f"{100 * counts['killed'] / differ:.0f} %" if differ else "-"
+        lines.append(
+            f"{room:{width}}" + "".join(f"{counts[o]:18}" for o in OUTCOMES) + f"{part:>22}"
+        )
+    return "\n".join(lines)
+
+
+def main() -> int:
+    """Read the command line, meet the mutants, print the report."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
+    parser.add_argument(
+        "--room", action="append", default=[], help="a folder of src/, contact/geometry say"
+    )
+    parser.add_argument("--file", action="append", default=[], help="a file below src/")
+    parser.add_argument(
+        "--count", type=int, default=60, help="mutants a room, or a file where files are named (60)"
+    )
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--build", type=Path, default=ROOT / "build", help="a built Release tree with its tests"
+    )
+    parser.add_argument("--jobs", type=int, default=1, help="mutants at a time")
+    parser.add_argument(
+        "--no-build", action="store_true", help="the tree is up to date, or to be taken as it is"
+    )
+    parser.add_argument("--units-only", action="store_true", help="without whole-program cases")
+    parser.add_argument(
+        "--by-file", action="store_true", help="a line of the report a file, not a room"
+    )
+    parser.add_argument("--list", action="store_true", help="list the mutants and do nothing")
+    parser.add_argument("--report", action="store_true", help="report what is known and do nothing")
+    options = parser.parse_args()
+    for needed in ("src/CMakeFiles/bipot_core.dir/flags.make", "tests/CMakeFiles"):
+        if not (options.build / needed).exists():
+            parser.error(
+                f"{options.build}: expected a tree built by make with BIPOT_TESTS=ON ({needed})"
+            )
+    tree = Tree(options.build.resolve()).read()
+    files = tree.files()
+    groups = []
+    for file in options.file:
+        if file not in files:
+            parser.error(f"--file {file}: not in src/CMakeLists.txt")
+        groups.append([file])
+    rooms = sorted({room_of(f) for f in files})
+    for room in options.room or ([] if options.file else rooms):
+        if room not in rooms:
+            parser.error(f"--room {room}: expected one of {', '.join(rooms)}")
+        groups.append([f for f in files if room_of(f) == room])
+    mutants = [m for group in groups for m in sample(tree, group, options.count, options.seed)]
+    if options.list:
+        for m in mutants:
+            print(f"{m.name} {m.file}:{m.first} {m.kind}\n- {m.old}\n+ {m.new}")
+        return 0
+    equivalent = read_equivalent(HERE / "equivalent.txt")
+    for stale in check_equivalent(tree, equivalent):
+        print(f"equivalent.txt: no such mutant any more: {stale}")
+    campaign = Campaign(tree, options)
+    if not options.report:
+        if not options.no_build:
+            subprocess.run(
+                ["cmake", "--build", str(tree.build)], check=True, stdout=subprocess.DEVNULL
+            )
+        campaign.go(mutants)
+    print(report(campaign, mutants, equivalent))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
