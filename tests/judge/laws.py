@@ -375,7 +375,8 @@ class Judge:
 
             worst("penetration", np.maximum(0.0, -gap), length)
             worst("adhesion", np.maximum(0.0, -normal_force), force)
-            worst("complementarity", np.abs(gap * normal_force), force * length)
+            energy = force * length if length > 0 else 0.0
+            worst("complementarity", np.abs(gap * normal_force), energy)
             worst("cone", np.maximum(0.0, size - mu * normal_force), force)
             slip = p["slip"]
             law = np.abs(

@@ -57,6 +57,7 @@ module floating_mod
   integer,  parameter :: largest_joint = 150        !! rows up to which motions join the reactions
   real(wp), parameter :: scalings(5) = [0.0_wp, 3.0_wp, 1.0_wp, 1.0_wp/3.0_wp, 1.0_wp/9.0_wp]
   !! of the natural map's, for the laws in Newton's method then; 0: its own [-]
+  real(wp), parameter :: most_wedged = 1.0e4_wp     !! of the loads: reactions to believe [-]
   real(wp), parameter :: promising = 1.0e-4_wp      !! of what that leaves over: worth a trial [-]
   real(wp), parameter :: halved = 0.5_wp            !! of e along the line: found
   real(wp), parameter :: gaps_away = 10.0_wp        !! of the largest gap: as far as places allow
@@ -257,7 +258,7 @@ contains
           search%now%centre, left)
         if (k > 1) call solve_jointly(problem, floating%q, search%load, search%x_start, &
           search%now%r, search%now%centre, left)
-        if (left > promising) cycle starts
+        if (left > promising .or. is_out_of_scale(search)) cycle starts
         x_free = search%x_start + matmul(floating%q, search%now%centre)
         call try_centre(problem, floating, x_free, controls, drift, search, report)
         if (report%converged) return
@@ -289,7 +290,7 @@ contains
     size_e = norm2(search%best%e)
     if (.not. size_e > 0.0_wp) return
     direction = search%best%e/size_e
-    far = max(search%furthest, gaps_away*maxval(abs(search%x_start)))
+    far = farthest(search)
     low = 0.0_wp
     high = huge(high)
     way = floating%theta*size_e
@@ -323,6 +324,23 @@ contains
       end if
     end do line
   end subroutine follow_line
+
+  !> Whether Newton's method has gone off: a centre beyond what places allow, or reactions beside
+  !> which the loads would not be seen.
+  pure logical function is_out_of_scale(search)
+    type(search_t), intent(in) :: search
+
+    is_out_of_scale = norm2(search%now%centre - search%first) > farthest(search) .or. &
+      norm2(search%now%r) > most_wedged*max(norm2(search%load), norm2(search%best%r), &
+      norm2(search%r_first))
+  end function is_out_of_scale
+
+  !> As far as places allow.
+  pure real(wp) function farthest(search)
+    type(search_t), intent(in) :: search
+
+    farthest = max(search%furthest, gaps_away*maxval(abs(search%x_start)))
+  end function farthest
 
   !> Solve the proximal problem at a centre, and see whether it leaves less out of balance than any
   !> before.

@@ -36,7 +36,8 @@ contains
     real(wp), intent(in) :: x_start(:)      !! (n_rows) gaps and slips at centre 0 [length]
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) [force]
     real(wp), intent(inout) :: centre(:)    !! (m) [length]
-    real(wp), intent(out) :: left           !! of Z and e, beside the reactions [-]
+    real(wp), intent(out) :: left
+    !! of Z and e, beside the reactions; huge where it is as much or more [-]
     real(wp), dimension(problem%n_rows) :: now, z, dr, best
     real(wp), dimension(size(centre)) :: c, dc, best_centre
     real(wp), allocatable :: matrix(:, :), by_r(:, :), by_q(:, :)
@@ -79,7 +80,9 @@ contains
       c = c + best_share*dc
     end do newton
     if (least >= huge(least)) return
-    left = least/max(norm2(best), tiny(1.0_wp))
+    left = huge(left)
+    if (least <= 0.0_wp) left = 0.0_wp
+    if (least > 0.0_wp .and. least < norm2(best)) left = least/norm2(best)
     r = unpack_rows(problem, best)
     centre = best_centre
 
