@@ -58,7 +58,7 @@ contains
   !> Whether it is solved, the report says.
   subroutine solve_next(scene, plan, solver, progress, solved, found, notes, error)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(inout) :: plan            !! revised where a point gets further than it says
+    type(plan_t), intent(inout) :: plan         !! revised where a point gets further than it says
     type(step_solver_t), intent(inout) :: solver
     type(progress_t), intent(inout) :: progress    !! its sizes, *STEP and tally
     type(solved_t), intent(out) :: solved
@@ -94,8 +94,8 @@ contains
     end associate
   end subroutine solve_next
 
-  !> Advance by one increment; once more, with every slave node a candidate, where a node went further
-  !> than the plan had it go.
+  !> Advance by one increment; once more, with every slave node a candidate, where a node went
+  !> further than the plan had it go.
   subroutine advance_or_widen(scene, plan, solver, progress, is_plain, solved, notes, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan

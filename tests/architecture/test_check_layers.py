@@ -249,7 +249,8 @@ class CheckLayers(unittest.TestCase):
         )
 
     def test_what_a_room_sees_of_another(self) -> None:
-        only = "contact/solvers may use of model only model/controls.f90, model/increment_report.f90"
+        seen = "model/controls.f90, model/increment_report.f90"
+        only = f"contact/solvers may use of model only {seen}"
         use = "  use mesh_mod, only: mesh_t"
         self.plant("contact/solvers/solve", use, f"use of mesh_mod: {only}")
         self.plant("contact/solvers/solve", "  use controls_mod, only: n_controls")
