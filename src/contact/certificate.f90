@@ -324,6 +324,8 @@ contains
       certificate%adhesion = max(certificate%adhesion, -r(1, i))
       certificate%complementarity = max(certificate%complementarity, abs(x(1, i)*r(1, i)))
       certificate%cone = max(certificate%cone, norm2(r(2:, i)) - mu(i)*r(1, i))
+      ! What is rounding of other forces has no law.
+      if (norm2(r(:, i)) <= rounded*f) cycle
       defect = defect + abs(mu(i)*r(1, i)*norm2(x(2:, i)) + dot_product(x(:, i), r(:, i)))
       ! A point that sticks under much friction slips by rounding: beside the force that could hold
       ! it.
