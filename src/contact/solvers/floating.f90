@@ -42,6 +42,7 @@ module floating_mod
   public :: floating_t, drift_t, free_the_motions, solve_floating, resisting_rows
 
   real(wp), parameter :: unseen = 1.0e-10_wp   !! of the largest singular value of G: not seen
+  real(wp), parameter :: excusable = 1.0e-3_wp !! of a load along a motion, beside large reactions
   real(wp), parameter :: nearly = 10.0_wp      !! of what counts as balance: no drift yet
   integer,  parameter :: max_recentrings = 200
   real(wp), parameter :: stiffer = 1.0e-3_wp   !! of the pinned compliance: the least of theta
@@ -402,7 +403,11 @@ contains
       now%left_seen = matmul(matmul(floating%q, now%e), floating%g)
       largest = 0.0_wp
       if (problem%n_points > 0) largest = maxval(norm2(now%r, dim=1))
-      now%small = max(controls%tolerance*largest, 1.0e-14_wp*sum(abs(packed)), drift%rounding)
+      now%small = spread(controls%tolerance*largest, 1, floating%n)
+      ! Reactions without bound must not make their own balance small: what a load does along a
+      ! motion is to be balanced, whatever else presses.
+      where (abs(drift%load) > drift%rounding) now%small = min(now%small, excusable*abs(drift%load))
+      now%small = max(now%small, 1.0e-14_wp*sum(abs(packed)), drift%rounding)
       report%converged = now%is_solved .and. all(abs(now%left) <= now%small)
       report%ending = here%ending
     end associate
