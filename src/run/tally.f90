@@ -103,15 +103,17 @@ contains
     associate (inverse => solver%body%inverse)
       tally%equations = max(tally%equations, inverse%map%n_free)
       tally%interface_equations = max(tally%interface_equations, inverse%map%n_interface)
-      tally%contact_points = max(tally%contact_points, count_points(solver%contact))
-      tally%contact_rows = max(tally%contact_rows, count_rows(solver%contact))
       tally%factor_entries = max(tally%factor_entries, real(inverse%factor%entries, wp))
       tally%solutions = inverse%factor%solutions
       if (allocated(inverse%compliance)) tally%compliance_bytes = max(tally%compliance_bytes, &
         8.0_wp*real(size(inverse%compliance, 1), wp)**2)
-      tally%contact_matrix_bytes = max(tally%contact_matrix_bytes, &
-        8.0_wp*count_matrix_entries(solver%contact))
     end associate
+    ! A stiffness that could not be factorised has left no contact problem.
+    if (.not. allocated(solver%contact%group)) return
+    tally%contact_points = max(tally%contact_points, count_points(solver%contact))
+    tally%contact_rows = max(tally%contact_rows, count_rows(solver%contact))
+    tally%contact_matrix_bytes = max(tally%contact_matrix_bytes, &
+      8.0_wp*count_matrix_entries(solver%contact))
   end subroutine note_sizes
 
   !> Put what the sessions of a run add up to into the list, or take it out. The memory, the time of

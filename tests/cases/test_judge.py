@@ -504,8 +504,10 @@ class Decks(unittest.TestCase):
         # beside soft ones. 20001: a block that wedges as it is pushed on. 20040, 20166: loads on
         # the nodes that contact holds. 30101: a tool between nodes. 30179: a load path that begins
         # out of balance. 60066: loads that contact has no part in. 10335, 20079: bodies far apart in
-        # stiffness. 20148: a wedge whose reactions made their own balance small.
-        seeds = (10252, 10335, 10404, 20001, 20040, 20079, 20148, 20166, 30008, 30101, 30179, 60066)
+        # stiffness. 20148: a wedge whose reactions made their own balance small. 60316: a stiffness
+        # that has no factor.
+        seeds = (10252, 10335, 10404, 20001, 20040, 20079, 20148, 20166, 30008, 30101, 30179,
+                 60066, 60316)  # fmt: skip
         done = subprocess.run(
             [sys.executable, "-B", str(SOURCE / "tests" / "judge" / "judge.py"),
              "--bipot", PROGRAM, "--only", *map(str, seeds)],
