@@ -501,11 +501,11 @@ class Decks(unittest.TestCase):
     @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
     def test_decks_that_once_failed(self):
         # 10252: forces of rounding alone. 10335, 20079: bodies far apart in stiffness. 10404,
-        # 30008: long thin bricks that turn, and stiff ones beside soft ones. 20001: a block that wedges as
-        # it is pushed on. 20040, 20166: loads on the nodes that contact holds. 20148: a wedge whose
-        # reactions made their own balance small. 30101: a tool between nodes. 30179: a load path
-        # that begins out of balance. 60066: loads that contact has no part in. 60316: a stiffness
-        # that has no factor.
+        # 30008: long thin bricks that turn, and stiff ones beside soft ones. 20001: a block that
+        # wedges as it is pushed on. 20040, 20166: loads on the nodes that contact holds. 20148: a
+        # wedge whose reactions made their own balance small. 30101: a tool between nodes. 30179:
+        # a load path that begins out of balance. 60066: loads that contact has no part in. 60316:
+        # a stiffness that has no factor.
         seeds = (10252, 10335, 10404, 20001, 20040, 20079, 20148, 20166, 30008, 30101, 30179,
                  60066, 60316)  # fmt: skip
         done = subprocess.run(
