@@ -80,7 +80,7 @@ def write_page(outcomes, solvers, confirmed, answers, seconds, path):
         "paper's four solvers (sweeps with rho at its natural scale unless the scene says "
         "otherwise). Written by a script, numbers too:",
         "",
-        "    scripts/extremes.py",
+        "    studies/run extremes",
         "",
         "Every run is judged from its result file and the scene's own numbers alone: internal "
         "forces from the displacements in extended precision, gaps and slips from the obstacles, "
