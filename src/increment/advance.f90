@@ -121,7 +121,11 @@ contains
       ! 2. to 5. Equilibrium
       call equilibrate(scene, points, solver, old, trial, new, report, error)
       if (allocated(error)) return
-      if (report%ending == ended_unbalanced) exit attempts
+      if (report%ending == ended_unbalanced) then
+        ! No result, but others may want to try the contact problem: with these frames.
+        call describe_contact(points, solver%contact, trial%placement, old, new, report%contact)
+        exit attempts
+      end if
       if (i > 1 .and. .not. report%converged) then
         ! More than double precision gives: what converged before, and was not certified, stands.
         new = before
