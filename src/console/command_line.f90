@@ -7,14 +7,16 @@
 module command_line_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_wrong_input
-  use text_mod, only: as_list, string_t, nearest_word
-  use controls_mod, only: contact_controls_t
-  use solver_options_mod, only: is_solver_option, set_solver_option, settle_solver, &
-    take_real
+  use text_mod, only: as_list, nearest_word, string_t, upper
+  use controls_mod, only: contact_controls_t, solver_global_newton, solver_sweeps
+  use diagnostics_mod, only: guess, quoted
+  use solver_options_mod, only: set_solver_option, solver_options, take_real
   implicit none
   private
 
   public :: options_t, read_command_line, check_kind, help_text, command_text, resume_command
+
+  integer, parameter :: n_solver_options = 7 !! the first of the list, which problems have, too
 
   !> What the user asked for.
   type :: options_t
@@ -41,7 +43,7 @@ contains
     type(options_t), intent(out) :: options
     type(error_t), allocatable, intent(out) :: error
     !! an unknown option, a missing value, no deck or two
-    character(:), allocatable :: word, value, sweeps_option
+    character(:), allocatable :: word, value, wanted, sweeps_option
     integer :: i
 
     options%deck = ''
@@ -77,7 +79,9 @@ contains
         call take_value(word, i, options%exported, error)
       case ('--accuracy')
         call take_value(word, i, value, error)
-        if (.not. allocated(error)) call take_real(word, value, 1.0_wp, options%accuracy, error)
+        if (allocated(error)) return
+        call take_real(value, 1.0_wp, options%accuracy, wanted)
+        if (allocated(wanted)) call refuse(word, wanted, value, error)
       case ('--acceleration')
         options%solver_option = word
         sweeps_option = word
@@ -85,9 +89,9 @@ contains
       case default
         if (is_solver_option(word)) then
           options%solver_option = word
-          if (word == '--local' .or. word == '--relaxation') sweeps_option = word
           call take_value(word, i, value, error)
-          if (.not. allocated(error)) call set_solver_option(word, value, options%controls, error)
+          if (.not. allocated(error)) call take_solver_option(word, value, options%controls, &
+            sweeps_option, error)
         else
           call take_deck(word, options, error)
         end if
@@ -99,8 +103,13 @@ contains
         '--overwrite replaces')
       return
     end if
-    call settle_solver(sweeps_option, options%controls, error)
-    if (allocated(error)) return
+    if (sweeps_option /= '') then
+      ! What only sweeps know means sweeps.
+      if (options%controls%solver == solver_global_newton) call raise(error, exit_wrong_input, &
+        'bipot: error: '//sweeps_option//' belongs to the sweeps, not to --solver global-newton')
+      if (allocated(error)) return
+      options%controls%solver = solver_sweeps
+    end if
     if (options%deck == '' .and. .not. (options%help .or. options%version)) call raise(error, &
       exit_wrong_input, &
       'bipot: error: no deck given (bipot --help tells what there is)')
@@ -129,6 +138,62 @@ contains
         ' belongs to contact problems (PROBLEM.hdf5); a deck says it in *CONTACT SOLVER')
     end if
   end subroutine check_kind
+
+  !> Whether a word is an option of *CONTACT SOLVER that problems have, too: --max-sweeps.
+  pure logical function is_solver_option(word)
+    character(*), intent(in) :: word
+
+    is_solver_option = any(as_option(solver_options(:n_solver_options)) == word)
+  end function is_solver_option
+
+  !> An option of *CONTACT SOLVER as the command line writes it.
+  elemental function as_option(name) result(option)
+    character(*), intent(in) :: name
+    character(len(name) + 2) :: option
+    integer :: i
+
+    option = '--'//name
+    do i = 3, len_trim(option)
+      if (option(i:i) == ' ') option(i:i) = '-'
+      if (option(i:i) >= 'A' .and. option(i:i) <= 'Z') option(i:i) = achar(iachar(option(i:i)) + 32)
+    end do
+  end function as_option
+
+  !> Take the value of such an option.
+  subroutine take_solver_option(option, value, controls, sweeps_option, error)
+    character(*), intent(in) :: option, value
+    type(contact_controls_t), intent(inout) :: controls
+    character(:), allocatable, intent(inout) :: sweeps_option !! the last that only sweeps know
+    type(error_t), allocatable, intent(out) :: error !! no such value
+    character(:), allocatable :: wanted
+    type(string_t), allocatable :: words(:)
+    integer :: i
+    logical :: of_sweeps
+
+    of_sweeps = .false.
+    do i = 1, n_solver_options
+      if (as_option(solver_options(i)) /= option) cycle
+      call set_solver_option(trim(solver_options(i)), value, controls, of_sweeps, wanted, words)
+      if (allocated(wanted)) call refuse(option, wanted, value, error, guess(upper(value), words))
+    end do
+    if (of_sweeps) sweeps_option = option
+  end subroutine take_solver_option
+
+  !> Refuse the value of an option.
+  subroutine refuse(option, wanted, value, error, hint)
+    character(*), intent(in) :: option
+    character(*), intent(in) :: wanted !! "a number above 0"
+    character(*), intent(in) :: value
+    type(error_t), allocatable, intent(out) :: error
+    character(*), intent(in), optional :: hint
+    character(:), allocatable :: ending
+
+    ending = ''
+    if (present(hint)) ending = hint
+    if (ending /= '') ending = '; '//ending
+    call raise(error, exit_wrong_input, 'bipot: error: '//option//' must be '//wanted//', not '// &
+      quoted(value)//ending)
+  end subroutine refuse
 
   subroutine take_value(option, i, value, error)
     character(*), intent(in) :: option
@@ -167,8 +232,7 @@ contains
     if (word(:min(1, len(word))) == '-') then
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
         '--force', '--overwrite', '--continue', '--accuracy', '--quiet', '--output', '--set', &
-        '--export-fclib', '--solver', '--formulation', '--local', '--rho', '--relaxation', &
-        '--tolerance', '--max-sweeps', '--acceleration']))
+        '--export-fclib', '--acceleration', as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
     else if (options%deck /= '') then
       call raise(error, exit_wrong_input, "bipot: error: one deck a run, found '"//options%deck// &

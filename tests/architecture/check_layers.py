@@ -42,7 +42,7 @@ MAY_USE = {
     "hdf5": {"base", "machine"},
     "results": _LOW | {"output", "hdf5"},
     "fclib": _BODY | _CONTACT | {"increment", "hdf5", "results"},
-    "console": {"base", "machine", "model", "deck/language"},
+    "console": {"base", "machine", "model", "deck", "deck/language"},
     "run": _BODY
     | _CONTACT
     | {"output", "deck", "increment", "plan", "hdf5", "results", "fclib", "console"},
@@ -52,6 +52,7 @@ MAIN = "app/main.f90"
 # What a room, or a file, sees of another room: these files and no more.
 SEES_ONLY = {
     ("contact/solvers", "model"): {"model/controls.f90", "model/increment_report.f90"},
+    ("console", "deck"): {"deck/solver_options.f90"},  # one list for deck and command line
     ("run", "hdf5"): {"hdf5/hdf5_files.f90"},  # the version of the library
 }
 CERTIFICATE = "contact/certificate.f90"

@@ -52,13 +52,8 @@ contains
 
       call read_product(value)
       do
-        if (allocated(problem)) return
-        call skip_blanks()
-        if (at > len(text)) return
-        sign = text(at:at)
-        if (sign /= '+' .and. sign /= '-') return
-        place = at
-        at = at + 1
+        call take_operator('+-', sign, place)
+        if (place == 0) return
         call read_product(term)
         if (allocated(problem)) return
         if (sign == '-') term = -term
@@ -75,13 +70,8 @@ contains
 
       call read_factor(value)
       do
-        if (allocated(problem)) return
-        call skip_blanks()
-        if (at > len(text)) return
-        sign = text(at:at)
-        if (sign /= '*' .and. sign /= '/') return
-        place = at
-        at = at + 1
+        call take_operator('*/', sign, place)
+        if (place == 0) return
         call read_factor(factor)
         if (allocated(problem)) return
         if (sign == '*') then
@@ -98,6 +88,22 @@ contains
         call check_size(value, place)
       end do
     end subroutine read_product
+
+    !> The operator that goes on with a sum or a product.
+    subroutine take_operator(operators, found, place)
+      character(*), intent(in) :: operators
+      character, intent(out) :: found
+      integer, intent(out) :: place !! 0: none follows, or there is a problem
+
+      found = ' '
+      place = 0
+      if (allocated(problem)) return
+      call skip_blanks()
+      if (scan(text(at:), operators) /= 1) return
+      found = text(at:at)
+      place = at
+      at = at + 1
+    end subroutine take_operator
 
     recursive subroutine read_factor(value)
       real(wp), intent(out) :: value

@@ -110,8 +110,8 @@ contains
     logical, intent(out) :: negative
     integer, intent(out) :: status
     integer, parameter :: enough = 100000000
-    integer :: i, given, shift
-    logical :: after_point, any_digit, after_exponent_digit
+    integer :: i, shift
+    logical :: after_point, any_digit
 
     digits = ''
     n_digits = 0
@@ -150,30 +150,18 @@ contains
       i = i + 1
     end do mantissa
     if (.not. any_digit) return
-    given = 0
     if (i <= len(text)) then
       if (scan(text(i:i), 'eEdDqQ') == 1) then
         i = i + 1
-        if (i > len(text)) return
-      else if (text(i:i) /= '+' .and. text(i:i) /= '-') then
+      else if (scan(text(i:i), '+-') == 0) then
         return
       end if
-      after_exponent_digit = .false.
-      exponent = 1
-      if (text(i:i) == '+' .or. text(i:i) == '-') then
-        if (text(i:i) == '-') exponent = -1
-        i = i + 1
-      end if
-      do while (i <= len(text))
-        if (text(i:i) < '0' .or. text(i:i) > '9') return
-        after_exponent_digit = .true.
-        if (given < enough) given = 10*given + iachar(text(i:i)) - iachar('0')
-        i = i + 1
-      end do
-      if (.not. after_exponent_digit) return
-      given = exponent*given
+      call read_integer(text(i:), exponent, status)
+      if (status == number_malformed) return
+      if (status == number_too_large) exponent = enough
+      if (status == number_too_large .and. text(i:i) == '-') exponent = -enough
     end if
-    exponent = given + shift
+    exponent = max(-enough, min(enough, exponent)) + shift
     status = number_ok
   end subroutine take_apart
 
@@ -236,34 +224,16 @@ contains
   !> The length of the number without sign at the beginning of `text`; 0: there is none.
   pure function number_token(text) result(length)
     character(*), intent(in) :: text
-    integer :: length, i, digits
+    character(*), parameter :: digits = '0123456789'
+    integer :: length, first, n
 
-    length = 0
-    digits = 0
-    i = 1
-    do while (i <= len(text))
-      if (text(i:i) >= '0' .and. text(i:i) <= '9') then
-        digits = digits + 1
-      else if (text(i:i) /= '.') then
-        exit
-      end if
-      i = i + 1
-    end do
-    if (digits == 0) return
-    length = i - 1
-    if (i > len(text)) return
-    if (scan(text(i:i), 'eEdD') == 0) return
-    i = i + 1
-    if (i <= len(text)) then
-      if (text(i:i) == '+' .or. text(i:i) == '-') i = i + 1
-    end if
-    digits = 0
-    do while (i <= len(text))
-      if (text(i:i) < '0' .or. text(i:i) > '9') exit
-      digits = digits + 1
-      i = i + 1
-    end do
-    if (digits > 0) length = i - 1
+    length = verify(text//' ', digits//'.') - 1
+    if (scan(text(:length), digits) == 0) length = 0
+    if (length == 0 .or. scan(text(length + 1:), 'eEdD') /= 1) return
+    first = length + 2 ! of the exponent
+    if (scan(text(first:), '+-') == 1) first = first + 1
+    n = verify(text(first:)//' ', digits) - 1
+    if (n > 0) length = first + n - 1
   end function number_token
 
 end module numbers_mod

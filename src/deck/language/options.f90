@@ -12,7 +12,7 @@ module options_mod
   private
 
   public :: card_t, open_card, open_only_card, allow_options, has_option, option_position
-  public :: flag_option, name_option, integer_option, real_option, choice_option
+  public :: flag_option, name_option, text_option, integer_option, real_option, choice_option
   public :: allow_no_data, unquote, checked_name, max_name
 
   integer, parameter :: max_name = 80 !! longest name of a set, a surface, a material [byte]
@@ -239,6 +239,21 @@ contains
     if (.not. ok) return
     call checked_name(reader, card%options(i)%value_position, card%options(i)%value, value, ok)
   end subroutine name_option
+
+  !> The value of option `name` as it stands.
+  subroutine text_option(reader, card, name, value, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    character(:), allocatable, intent(out) :: value
+    logical, intent(out) :: ok !! false: absent, or a mistake was reported
+    integer :: i
+
+    value = ''
+    call value_option(reader, card, name, .false., i)
+    ok = i > 0
+    if (ok) value = card%options(i)%value
+  end subroutine text_option
 
   !> Find an option that has a value; `found` is 0 when there is none.
   subroutine value_option(reader, card, name, required, found)
