@@ -116,7 +116,9 @@ TYPE_SPEC = re.compile(
     r"|(type|class|procedure)\s*\("
 )
 USE = re.compile(r"use(?:\s*,\s*(?:non_)?intrinsic\s*::\s*|\s*::\s*|\s+)(\w+)\s*(,.*)?$")
-STOP = re.compile(r"(error\s*)?stop\b(?!\s*[=%(])|(error\s*)?stop\s*\(.*\)$|call\s+(c_)?(exit|abort)\b")
+STOP = re.compile(
+    r"(error\s*)?stop\b(?!\s*[=%(])|(error\s*)?stop\s*\(.*\)$|call\s+(c_)?(exit|abort)\b"
+)
 
 
 @dataclass

@@ -17,7 +17,9 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
-NAME = re.compile(r"(?<![\w./<>*-])([\w.*-]+/)*[\w*-]+\.(f90|pf|py|c|md|sh|cmake)\b(?![\w./-]*[/(])")
+NAME = re.compile(
+    r"(?<![\w./<>*-])([\w.*-]+/)*[\w*-]+\.(f90|pf|py|c|md|sh|cmake)\b(?![\w./-]*[/(])"
+)
 ANY_FILE = re.compile(r"(.*/)?([A-Za-z]|[A-Z]+)\.\w+")
 SKIPPED = {".git", "build"}
 
@@ -73,7 +75,9 @@ class Paths(unittest.TestCase):
             if path.endswith((".md", ".f90", ".pf", ".py", ".sh", ".txt", ".cmake")):
                 prose = prose_of(path, (ROOT / path).read_text(encoding="utf-8"))
             gone += [
-                f"{path}: {name[0]}" for name in NAME.finditer(prose) if not is_there(name[0], files)
+                f"{path}: {name[0]}"
+                for name in NAME.finditer(prose)
+                if not is_there(name[0], files)
             ]
         self.assertEqual(gone, [])
 
