@@ -99,20 +99,20 @@ contains
       if (allocated(error)) return
     end do
     if (options%continues .and. options%overwrite) then
-      call raise(error, exit_wrong_input, 'bipot: error: --continue keeps the result that '// &
-        '--overwrite replaces')
+      call raise(error, exit_wrong_input, 'bipot: error: --continue and '// &
+        '--overwrite exclude each other')
       return
     end if
     if (sweeps_option /= '') then
       ! What only sweeps know means sweeps.
       if (options%controls%solver == solver_global_newton) call raise(error, exit_wrong_input, &
-        'bipot: error: '//sweeps_option//' belongs to the sweeps, not to --solver global-newton')
+        'bipot: error: '//sweeps_option//' applies to sweeps, not to --solver global-newton')
       if (allocated(error)) return
       options%controls%solver = solver_sweeps
     end if
     if (options%deck == '' .and. .not. (options%help .or. options%version)) call raise(error, &
       exit_wrong_input, &
-      'bipot: error: no deck given (bipot --help tells what there is)')
+      'bipot: error: no deck given (see bipot --help)')
   end subroutine read_command_line
 
   !> Refuse options that belong to a deck beside a problem, and the reverse.
@@ -132,10 +132,10 @@ contains
       if (options%exported /= '') misplaced = '--export-fclib'
       if (size(options%overrides) > 0) misplaced = '--set'
       if (misplaced /= '') call raise(error, exit_wrong_input, 'bipot: error: '//misplaced// &
-        " belongs to decks, and '"//options%deck//"' is a contact problem")
+        " applies to decks, and '"//options%deck//"' is a contact problem")
     else if (misplaced /= '') then
       call raise(error, exit_wrong_input, 'bipot: error: '//misplaced// &
-        ' belongs to contact problems (PROBLEM.hdf5); a deck says it in *CONTACT SOLVER')
+        ' applies to contact problems (PROBLEM.hdf5); in a deck use *CONTACT SOLVER')
     end if
   end subroutine check_kind
 
@@ -235,7 +235,7 @@ contains
         '--export-fclib', '--acceleration', as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
     else if (options%deck /= '') then
-      call raise(error, exit_wrong_input, "bipot: error: one deck a run, found '"//options%deck// &
+      call raise(error, exit_wrong_input, "bipot: error: one deck per run, found '"//options%deck// &
         "' and '"//word//"'")
     else
       options%deck = word
@@ -331,33 +331,33 @@ contains
     character(:), allocatable :: text
     character(*), parameter :: nl = new_line('a')
 
-    text = 'bipot: contact with friction of three-dimensional bodies, every step certified'//nl// &
+    text = 'bipot: three-dimensional contact with friction, every increment certified'//nl// &
       nl// &
       'usage: bipot DECK [options]'//nl// &
       '       bipot PROBLEM.hdf5 [options]   a contact problem in FCLIB''s layout'//nl//nl// &
       '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory);'//nl// &
       '                      a name without an ending gets .vtkhdf'//nl// &
-      '  --set name=value    give a parameter of the deck another value; may be repeated'//nl// &
-      '  --accuracy X        how wrong the contact resultants may be, 0.01 for 1 %; the program'// &
+      '  --set name=value    change the value of a parameter of the deck; may be repeated'//nl// &
+      '  --accuracy X        error allowed in the contact resultants, 0.01 for 1 %; the program'// &
       nl// &
-      '                      spends no more than that takes, and says where it is not reached'// &
+      '                      does no more than that takes, and says where it is not reached'// &
       nl// &
       '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
-    '  --force             run even what does not fit into memory or on the disk'//nl// &
+      '  --force             run even what does not fit in memory or on the disk'//nl// &
       '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32'//nl// &
       '                      or all, to NAME-<increment>.fclib.hdf5'//nl// &
-      '  --continue          go on with the run that left an unfinished result'//nl// &
+      '  --continue          resume the run that left an unfinished result'//nl// &
       '  --overwrite         replace a result file that is unfinished, of another deck, or'//nl// &
       '                      of other parameters'//nl// &
-      '  -q, --quiet         print only the closing sentence'//nl// &
+      '  -q, --quiet         print only the closing line'//nl// &
       '  -h, --help          print this'//nl// &
       '  --version           print the version'//nl//nl// &
-      'of a contact problem (a deck says these in *CONTACT SOLVER):'//nl// &
+      'for a contact problem (a deck has *CONTACT SOLVER):'//nl// &
       '  --solver auto|sweeps|global-newton   --formulation bipotential|pseudopotential'//nl// &
       '  --local uzawa|newton|newton6|exact   --rho X   --relaxation X   --acceleration'//nl// &
       '  --tolerance X   --max-sweeps N   -o FILE (default: PROBLEM.solution.hdf5)'//nl//nl// &
-      'exit status: 0 every step certified; 1 wrong command line or deck; 2 a step did not '// &
-      'converge or certify;'//nl// &
+      'exit status: 0 every increment certified; 1 wrong command line or deck;'//nl// &
+      '2 an increment did not converge or was not certified;'//nl// &
       '3 the machine failed (memory, disk, a library); 130, 143 stopped by '// &
       'SIGINT, SIGTERM.'//nl//'docs/deck.md, docs/results.md and docs/fclib.md describe the files.'
   end function help_text

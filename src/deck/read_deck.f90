@@ -216,7 +216,7 @@ contains
     do i = 1, reader%parameters%n_overrides
       if (find_parameter(reader%parameters, reader%parameters%overrides(i)%name) > 0) cycle
       call report(reader, 0, 'the deck has no parameter '// &
-        quoted(reader%parameters%overrides(i)%name)//', which the command line sets', &
+        quoted(reader%parameters%overrides(i)%name)//' that --set could change', &
         guess(reader%parameters%overrides(i)%name, names))
     end do
   end subroutine check_overrides

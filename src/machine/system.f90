@@ -194,8 +194,8 @@ contains
   !> signals allow.
   recursive subroutine note_signal(number) bind(c)
     integer(c_int), value :: number
-    character(*), parameter :: words = new_line('a')//'bipot: stops when the present increment '// &
-      'is in the file; another signal stops at once'//new_line('a')
+    character(*), parameter :: words = new_line('a')//'bipot: stopping when this increment '// &
+      'is in the file; a second signal stops at once'//new_line('a')
     integer(c_int), parameter :: by_a_signal = 128, standard_error = 2
     integer(c_intptr_t) :: written
 

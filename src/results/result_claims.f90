@@ -31,7 +31,7 @@ module result_claims_mod
 
   character(*), parameter :: in_use = 'is in use by another program, perhaps a run that writes it'
   character(*), parameter :: not_a_result = 'is not a result of '//program_name
-  character(*), parameter :: begins_anew = '; --overwrite begins the run anew'
+  character(*), parameter :: begins_anew = '; --overwrite starts the run again'
   character(*), parameter :: reader_ended = 'it ends whoever reads all of it'
 
 contains

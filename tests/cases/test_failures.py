@@ -180,7 +180,7 @@ class Disk(Failures):
     def test_a_small_disk_is_refused_before_the_run(self):
         with self.small_disk(100000) as (folder, limits):
             status, errors, left = run(folder, limits=limits)
-        self.assert_told(status, errors, "are left where it goes", "nothing was run")
+        self.assert_told(status, errors, "are free on that disk", "nothing was run")
         self.assertEqual(left, [])
 
     def test_a_disk_that_fills_keeps_what_was_written(self):

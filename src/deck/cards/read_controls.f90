@@ -60,9 +60,9 @@ contains
 
     if (solver == solver_global_newton) then
       call report(reader, option_position(card, 'SOLVER'), &
-        'LOCAL and RELAXATION belong to SWEEPS, not to GLOBAL NEWTON')
+        'LOCAL and RELAXATION apply to SWEEPS, not to GLOBAL NEWTON')
     else if (solver == solver_auto .and. has_option(card, 'SOLVER')) then
-      call note(reader, 'SOLVER=AUTO beside LOCAL or RELAXATION: sweeps run')
+      call note(reader, 'SOLVER=AUTO with LOCAL or RELAXATION: sweeps are used')
     end if
     solver = solver_sweeps
   end subroutine choose_sweeps
@@ -74,12 +74,12 @@ contains
 
     if (controls%solver == solver_sweeps) then
       if (controls%linear /= linear_auto) call note(reader, &
-        'LINEAR of *CONTACT SOLVER is ignored: it belongs to the global Newton')
+        'LINEAR of *CONTACT SOLVER is ignored: it applies to global Newton only')
     else
       if (controls%acceleration) call note(reader, &
-        'ANDERSON of *CONTACT SOLVER is ignored: it belongs to SOLVER=SWEEPS')
+        'ANDERSON of *CONTACT SOLVER is ignored: it applies to SOLVER=SWEEPS only')
       if (controls%stop_rule == stop_at_change) call note(reader, &
-        'STOP=CHANGE of *CONTACT SOLVER is ignored: it belongs to SOLVER=SWEEPS')
+        'STOP=CHANGE of *CONTACT SOLVER is ignored: it applies to SOLVER=SWEEPS only')
     end if
   end subroutine note_unused
 
@@ -107,7 +107,7 @@ contains
         before = named%frequency
         call integer_option(reader, card, 'FREQUENCY', 1, huge(1), named%frequency, ok)
         if (ok .and. frequency_given .and. named%frequency /= before) call note(reader, &
-          'FREQUENCY='//to_text(named%frequency)//', the last of the deck, counts for all results')
+          'FREQUENCY='//to_text(named%frequency)//', the last in the deck, applies to all results')
         frequency_given = frequency_given .or. ok
         if (card%keyword == 'CONTACT FILE') named%contact = .true.
         if (card%keyword == 'EL FILE') call read_position(reader, card, named)

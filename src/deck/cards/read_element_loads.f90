@@ -174,7 +174,7 @@ contains
     else if (reader%diagnostics%n_mistakes > before .or. flawed) then
       return
     else if (model%mesh%taken_out) then
-      call note(reader, 'what loads elements that are not in the deck is ignored')
+      call note(reader, 'loads on elements that are not in the deck are ignored')
     else if (reference%id > 0) then
       call report(reader, reference%position, 'element '//to_text(reference%id)// &
         ' is skipped: only bricks are loaded')

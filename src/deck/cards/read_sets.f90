@@ -339,8 +339,8 @@ contains
       call report(reader, fields%start, 'the last id is below the first')
       return
     else if (mod(int(last, i8) - first, int(step, i8)) /= 0) then
-      call report(reader, field_position(reader, fields, 2), 'from '//to_text(first)// &
-        ' in steps of '//to_text(step)//' the id '//to_text(last)//' is not met')
+      call report(reader, field_position(reader, fields, 2), 'steps of '//to_text(step)// &
+        ' from '//to_text(first)//' do not lead to '//to_text(last))
       return
     end if
     if (sets%kind == set_of_elements .and. draft%taken_out .and. &

@@ -173,7 +173,7 @@ contains
     n = count_without_face(model%mesh, surfaces%list(index))
     if (n > 0 .and. n < size(surfaces%list(index)%nodes)) call note(reader, 'surface '// &
       quoted(surfaces%list(index)%name)//': '//to_text(n)//' of its nodes are on no outer face '// &
-      'whose four nodes it has: they count for no area')
+      'that lies in it with all four nodes: they carry no area')
   end subroutine find_faces_of_nodes
 
   !> How many nodes of a surface none of its faces has.

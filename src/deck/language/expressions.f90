@@ -119,7 +119,7 @@ contains
         call skip_blanks()
       end do
       if (at > len(text)) then
-        problem = 'an expression ends too soon'
+        problem = 'the expression is incomplete'
         at = max(1, len(text))
       else if (text(at:at) == '(') then
         call read_parentheses(value)
@@ -138,7 +138,7 @@ contains
       value = 0.0_wp
       place = at
       if (depth == max_nesting) then
-        problem = 'too many parentheses within each other'
+        problem = 'parentheses are nested too deeply'
         return
       end if
       depth = depth + 1
@@ -153,7 +153,7 @@ contains
           return
         end if
       end if
-      problem = 'this ( has no )'
+      problem = 'unmatched ('
       at = place
     end subroutine read_parentheses
 

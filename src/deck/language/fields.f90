@@ -293,7 +293,7 @@ contains
     end do
     if (i > fields%n) return
     hint = ''
-    if (looks_like_id(reader, fields, i)) hint = 'in numbers stands a point, not a comma: 0.3'
+    if (looks_like_id(reader, fields, i)) hint = 'use a decimal point, not a comma: 0.3'
     call report(reader, field_position(reader, fields, i), 'unexpected '// &
       quoted(field_text(reader, fields, i))//': the line has '//what, hint)
   end subroutine limit_fields

@@ -118,7 +118,7 @@ contains
       option%value_position = min(start, last)
       option%has_value = .true.
       if (start > last) then
-        call report(reader, first, quoted(option%name)//' has no value behind its equal sign')
+        call report(reader, first, quoted(option%name)//' has no value after its equal sign')
       else if (index(reader%source%text(start:last), '<') > 0) then
         call substitute(reader%source%text(start:last), start, reader%parameters, option%value, &
           problem, at)
