@@ -13,6 +13,7 @@ module read_surfaces_mod
   use find_faces_mod, only: find_outer_faces
   use fields_mod, only: field_position, field_text, fields_t, is_empty_field, &
     next_data_line, real_field, reference_field, reference_t
+  use growing_lists_mod, only: append
   use kinds_mod, only: i8, wp
   use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
   use mesh_draft_mod, only: block_t, mesh_draft_t
@@ -271,12 +272,8 @@ contains
       if (face == 0) cycle
       work = work + size(elements)
       if (work > max_work) return
-      call make_room(keys, n, size(elements))
       ! One number a face, to sort by element and drop repetitions.
-      do i = 1, size(elements)
-        keys(n + i) = 6*(elements(i) - 1) + face
-      end do
-      n = n + size(elements)
+      call append(keys, n, 6*(elements - 1) + face)
     end do
     keys = keys(:n)
     call sort_unique(keys)
@@ -287,17 +284,6 @@ contains
     end do
     call find_nodes(model%mesh, surface)
   end subroutine read_face_surface
-
-  subroutine make_room(list, n, more)
-    integer, allocatable, intent(inout) :: list(:)
-    integer, intent(in) :: n, more
-    integer, allocatable :: larger(:)
-
-    if (n + more <= size(list)) return
-    allocate (larger(max(n + more, 2*size(list))))
-    larger(:n) = list(:n)
-    call move_alloc(larger, list)
-  end subroutine make_room
 
   !> S1..S6 in the second field; 0 where it is something else.
   subroutine read_face(reader, fields, face)
@@ -350,9 +336,7 @@ contains
       call referenced_nodes(reader, model, reference, nodes, flawed)
       work = work + size(nodes)
       if (work > max_work) return
-      call make_room(surface%nodes, n, size(nodes))
-      surface%nodes(n + 1:n + size(nodes)) = nodes
-      n = n + size(nodes)
+      call append(surface%nodes, n, nodes)
     end do
     surface%nodes = surface%nodes(:n)
     call sort_unique(surface%nodes)
