@@ -235,8 +235,8 @@ contains
         '--export-fclib', '--acceleration', as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
     else if (options%deck /= '') then
-      call raise(error, exit_wrong_input, "bipot: error: one deck per run, found '"//options%deck// &
-        "' and '"//word//"'")
+      call raise(error, exit_wrong_input, "bipot: error: one deck per run, found '"// &
+        options%deck//"' and '"//word//"'")
     else
       options%deck = word
     end if

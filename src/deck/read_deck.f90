@@ -26,7 +26,8 @@ module read_deck_mod
   use read_sets_mod, only: read_sets
   use read_source_mod, only: read_source, source_from_text
   use read_steps_mod, only: read_steps
-  use read_surfaces_mod, only: read_surfaces, surface_list_t
+  use read_surfaces_mod, only: read_surfaces
+  use surface_list_mod, only: surface_list_t
   use scene_mod, only: scene_t
   use sets_mod, only: model_t
   use text_mod, only: string_t

@@ -4,9 +4,10 @@
 !>     *CONTACT SOLVER, SOLVER=SWEEPS, MAX SWEEPS=100
 !>     bipot PROBLEM.hdf5 --solver sweeps --max-sweeps 100
 module solver_options_mod
-  use controls_mod, only: contact_controls_t, formulation_bipotential, formulation_pseudopotential, &
-    linear_auto, linear_direct, linear_gmres, local_exact, local_newton, local_newton6, &
-    local_uzawa, solver_auto, solver_global_newton, solver_sweeps, stop_at_change, stop_at_residual
+  use controls_mod, only: contact_controls_t, formulation_bipotential, &
+    formulation_pseudopotential, linear_auto, linear_direct, linear_gmres, local_exact, &
+    local_newton, local_newton6, local_uzawa, solver_auto, solver_global_newton, solver_sweeps, &
+    stop_at_change, stop_at_residual
   use keywords_mod, only: same_word
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, read_integer, read_real
@@ -25,7 +26,8 @@ contains
   !> Give an option a value.
   subroutine set_solver_option(name, value, controls, of_sweeps, wanted, words)
     character(*), intent(in) :: name    !! one of solver_options
-    character(*), intent(in) :: value   !! in any case; blanks, hyphens and underlines do not count in words
+    character(*), intent(in) :: value
+    !! in any case; in words blanks, hyphens and underlines do not count
     type(contact_controls_t), intent(inout) :: controls
     logical, intent(inout) :: of_sweeps !! set where only sweeps know the option
     character(:), allocatable, intent(out) :: wanted

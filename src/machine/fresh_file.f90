@@ -4,8 +4,8 @@
 module fresh_file_mod
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_char, c_null_ptr, c_ptr
   use errors_mod, only: error_t, raise, exit_machine
-  use libc_mod, only: c_closedir, c_dirfd, c_fclose, c_fileno, c_flock, c_fopen, c_fsync, c_opendir, &
-    c_rename
+  use libc_mod, only: c_closedir, c_dirfd, c_fclose, c_fileno, c_flock, c_fopen, c_fsync, &
+    c_opendir, c_rename
   implicit none
   private
 

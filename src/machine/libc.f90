@@ -1,8 +1,8 @@
 !> The C library and the system's own procedures, declared once: only files of this folder may call
 !> them, and the main program its `exit`.
 !>
-!> Where C returns a status, 0 says that it worked, unless a line here says otherwise; a text ends in
-!> a null character. Numbers of signals are those of Linux.
+!> Where C returns a status, 0 says that it worked, unless a line here says otherwise; a text ends
+!> in a null character. Numbers of signals are those of Linux.
 module libc_mod
   use, intrinsic :: iso_c_binding, only: c_char, c_funptr, c_int, c_int64_t, c_intptr_t, c_long, &
     c_ptr, c_size_t

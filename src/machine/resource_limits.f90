@@ -3,8 +3,8 @@
 !> What a Linux system says in /proc and /sys, or when asked; where it says nothing there is no
 !> limit.
 module resource_limits_mod
-  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int64_t, c_long, c_null_char, c_ptr, &
-    c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int64_t, c_long, &
+    c_null_char, c_ptr, c_size_t
   use errors_mod, only: error_t, raise, exit_machine
   use kinds_mod, only: i8
   use libc_mod, only: c_free, c_getrlimit, c_statvfs, real_malloc

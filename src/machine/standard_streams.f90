@@ -1,8 +1,8 @@
 !> Text to the standard streams, past the run-time library: its FLUSH says nothing where a disk is
 !> full, and what a full disk did not take is lost without a word.
 module standard_streams_mod
-  use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_intptr_t, c_null_char, &
-    c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_intptr_t, &
+    c_null_char, c_ptr, c_size_t
   use libc_mod, only: c_errno_location, c_fclose, c_fileno, c_fopen, c_write
   implicit none
   private

@@ -66,8 +66,8 @@ contains
     ! The last increment of every step has its fields whatever the frequency.
     share = left/plan%fields_size - real(size(scene%steps), wp)/real(plan%n_outputs, wp)
     if (share <= 0.0_wp) return
-    text = text//'; with *NODE FILE, FREQUENCY='//to_text(ceiling(real(scene%output%frequency, wp)/ &
-      share))//' it would fit'
+    text = text//'; with *NODE FILE, FREQUENCY='//to_text(ceiling( &
+      real(scene%output%frequency, wp)/share))//' it would fit'
   end function disk_misfit
 
 end module fit_machine_mod

@@ -116,7 +116,7 @@ class Failures(unittest.TestCase):
         """
         folder = Path(folder)
         self.assertFalse((folder / "block.vtkhdf.new").exists(), "left behind")
-        told = re.search(r"(\d+) increments before it are in", errors)
+        told = re.search(r"(\d+) increments before it are kept in", errors)
         if not (folder / "block.vtkhdf").exists():
             self.assertIsNone(told, errors)
             return 0

@@ -16,7 +16,7 @@ module read_contact_mod
   use kinds_mod, only: wp
   use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
   use options_mod, only: allow_options, card_t, name_option, open_card, option_position
-  use read_surfaces_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, &
+  use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, &
     surface_list_t
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t

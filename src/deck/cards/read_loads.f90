@@ -17,7 +17,7 @@ module read_loads_mod
   use loads_mod, only: load_step_t, nodal_value_t, pressure_t
   use options_mod, only: allow_options, card_t, choice_option
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
-  use read_surfaces_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
+  use surface_list_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
   use sets_mod, only: model_t, referenced_nodes
   use text_mod, only: to_text
   implicit none

@@ -22,7 +22,7 @@ module read_steps_mod
     start_element_loads
   use read_loads_mod, only: close_step, load_draft_t, read_boundary, read_cload, read_dsload, &
     start_step
-  use read_surfaces_mod, only: surface_list_t
+  use surface_list_mod, only: surface_list_t
   use scene_mod, only: region_t
   use sets_mod, only: model_t
   use text_mod, only: to_text
