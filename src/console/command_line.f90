@@ -10,7 +10,8 @@ module command_line_mod
   use text_mod, only: as_list, nearest_word, string_t, upper
   use controls_mod, only: contact_controls_t, solver_global_newton, solver_sweeps
   use diagnostics_mod, only: guess, quoted
-  use solver_options_mod, only: set_solver_option, solver_options, take_real
+  use numbers_mod, only: take_positive
+  use solver_options_mod, only: set_solver_option, solver_options
   implicit none
   private
 
@@ -80,7 +81,7 @@ contains
       case ('--accuracy')
         call take_value(word, i, value, error)
         if (allocated(error)) return
-        call take_real(value, 1.0_wp, options%accuracy, wanted)
+        call take_positive(value, 1.0_wp, options%accuracy, wanted)
         if (allocated(wanted)) call refuse(word, wanted, value, error)
       case ('--acceleration')
         options%solver_option = word

@@ -10,12 +10,12 @@ module solver_options_mod
     stop_at_change, stop_at_residual
   use keywords_mod, only: same_word
   use kinds_mod, only: wp
-  use numbers_mod, only: number_ok, read_integer, read_real
-  use text_mod, only: as_list, string_t, to_text
+  use numbers_mod, only: number_ok, read_integer, take_positive
+  use text_mod, only: as_list, string_t
   implicit none
   private
 
-  public :: solver_options, set_solver_option, take_real
+  public :: solver_options, set_solver_option
 
   !> Those that have a value, as a deck writes them. The last two are of decks alone.
   character(*), parameter :: solver_options(9) = [character(11) :: 'SOLVER', 'FORMULATION', &
@@ -56,12 +56,12 @@ contains
       call choose([character(8) :: 'RESIDUAL', 'CHANGE'], [stop_at_residual, stop_at_change], &
         controls%stop_rule)
     case ('RHO')
-      call take_real(value, 1.0e15_wp, controls%rho, wanted)
+      call take_positive(value, 1.0e15_wp, controls%rho, wanted)
     case ('RELAXATION')
-      call take_real(value, 2.0_wp, controls%relaxation, wanted)
+      call take_positive(value, 2.0_wp, controls%relaxation, wanted)
       of_sweeps = .true.
     case ('TOLERANCE')
-      call take_real(value, 1.0_wp, controls%tolerance, wanted)
+      call take_positive(value, 1.0_wp, controls%tolerance, wanted)
     case default
       call take_count(controls%max_sweeps)
     end select
@@ -105,22 +105,5 @@ contains
     end subroutine take_count
 
   end subroutine set_solver_option
-
-  !> A number between 0 and `below`, neither included.
-  pure subroutine take_real(text, below, value, wanted)
-    character(*), intent(in) :: text
-    real(wp), intent(in) :: below
-    real(wp), intent(inout) :: value
-    character(:), allocatable, intent(out) :: wanted !! allocated where it is not one
-    real(wp) :: number
-    integer :: status
-
-    call read_real(text, number, status)
-    if (status == number_ok .and. number > 0.0_wp .and. number < below) then
-      value = number
-    else
-      wanted = 'a number above 0 and below '//to_text(below)
-    end if
-  end subroutine take_real
 
 end module solver_options_mod

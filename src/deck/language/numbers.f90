@@ -2,11 +2,11 @@
 module numbers_mod
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_null_char, c_null_ptr, c_ptr
   use kinds_mod, only: i8, wp
-  use text_mod, only: upper
+  use text_mod, only: to_text, upper
   implicit none
   private
 
-  public :: read_integer, read_real, number_text, number_token, largest_number
+  public :: read_integer, read_real, take_positive, number_text, number_token, largest_number
   public :: number_ok, number_malformed, number_too_large, number_not_finite
 
   integer, parameter :: number_ok = 0
@@ -100,6 +100,24 @@ contains
     end if
     if (negative) value = -value
   end subroutine read_real
+
+  !> Take a number between 0 and `below`, neither included.
+  pure subroutine take_positive(text, below, value, wanted)
+    character(*), intent(in) :: text
+    real(wp), intent(in) :: below
+    real(wp), intent(inout) :: value !! unchanged where there is no such number
+    character(:), allocatable, intent(out) :: wanted
+    !! allocated where there is none: what there should be, in words
+    real(wp) :: number
+    integer :: status
+
+    call read_real(text, number, status)
+    if (status == number_ok .and. number > 0.0_wp .and. number < below) then
+      value = number
+    else
+      wanted = 'a number above 0 and below '//to_text(below)
+    end if
+  end subroutine take_positive
 
   !> Split a number into its significant digits and the power of ten of the last of them.
   pure subroutine take_apart(text, digits, n_digits, exponent, negative, status)
