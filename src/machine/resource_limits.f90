@@ -3,10 +3,11 @@
 !> What a Linux system says in /proc and /sys, or when asked; where it says nothing there is no
 !> limit.
 module resource_limits_mod
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int64_t, c_long, &
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int64_t, c_long, &
     c_null_char, c_ptr, c_size_t
   use errors_mod, only: error_t, raise, exit_machine
   use kinds_mod, only: i8
+  use libc_mod, only: c_free, c_getrlimit, c_statvfs, real_malloc
   use text_mod, only: to_text
   implicit none
   private
@@ -15,40 +16,6 @@ module resource_limits_mod
     data_left, disk_left, file_limit, resident_bytes, no_limit
 
   integer(i8), parameter :: no_limit = huge(1_i8)
-
-  interface
-    !> POSIX: what a file system holds; 0 when it worked.
-    function c_statvfs(path, buffer) result(status) bind(c, name='statvfs')
-      import :: c_int, c_long, c_char
-      implicit none
-      character(c_char), intent(in) :: path(*)
-      integer(c_long), intent(inout) :: buffer(*)
-      integer(c_int) :: status
-    end function c_statvfs
-
-    !> POSIX: a limit of the process, now and at most; 0 when it worked.
-    function c_getrlimit(resource, limits) result(status) bind(c, name='getrlimit')
-      import :: c_int, c_int64_t
-      implicit none
-      integer(c_int), value :: resource
-      integer(c_int64_t), intent(out) :: limits(2)
-      integer(c_int) :: status
-    end function c_getrlimit
-
-    !> C's malloc, which returns null where there is no memory (src/machine/runtime_failures.f90).
-    function real_malloc(bytes) result(address) bind(c, name='__real_malloc')
-      import :: c_ptr, c_size_t
-      implicit none
-      integer(c_size_t), value :: bytes
-      type(c_ptr) :: address
-    end function real_malloc
-
-    subroutine c_free(address) bind(c, name='free')
-      import :: c_ptr
-      implicit none
-      type(c_ptr), value :: address
-    end subroutine c_free
-  end interface
 
 contains
 

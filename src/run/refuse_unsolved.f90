@@ -84,11 +84,11 @@ contains
       if (.not. is_exact(scene%precision)) then
         where_and_what = where_and_what//'; the factor ('// &
           precision_in_words(scene%precision)//') left '//to_text(report%unrefined, 2)// &
-          ' out of balance, Newton-Raphson '//to_text(report%imbalance, 2)// &
-          ': full rank and FACTOR=DOUBLE of *PRECISION hold more'
+          ' of the forces out of balance, Newton-Raphson '//to_text(report%imbalance, 2)// &
+          '; full rank and FACTOR=DOUBLE of *PRECISION are more accurate'
       else if (report%certificate%equilibrium >= worst_entry(report%certificate)) then
         where_and_what = where_and_what// &
-          ': displacements in double precision do not hold these forces any closer'
+          ': displacements in double precision cannot balance these forces any closer'
       end if
       where_and_what = where_and_what//tolerance_in_reach(0.1_wp*worst_entry(report%certificate), &
         scene%contact%tolerance)
@@ -145,17 +145,15 @@ contains
     end associate
     select case (entries%how)
     case (entered_on_way)
-      face = obstacle//' gets '//face//' within the increment, and neither that face nor any '// &
-        'that shares a node with it has a node that touches: contact is missed; smaller '// &
-        'increments are needed, or smaller bricks'
+      face = obstacle//' gets '//face//' within the increment, but no node of that face or of '// &
+        'its neighbours touches it: contact is missed; use smaller increments, or smaller bricks'
     case (entered_and_left)
-      face = obstacle//' was '//face//' when the increment began, and has left it without a '// &
-        'node ever having touched: contact is missed; smaller bricks are needed, or smaller '// &
-        'increments'
+      face = obstacle//' was '//face//' when the increment began, and has left it without '// &
+        'touching a node: contact is missed; use smaller bricks, or smaller increments'
     case default
-      face = obstacle//' is '//face//', and neither that face nor any that shares a node with '// &
-        'it has a node that touches: contact is missed; smaller bricks are needed, of edges '// &
-        'below about '//to_text(needed, 2)//', or smaller increments'
+      face = obstacle//' is '//face//', but no node of that face or of its neighbours touches '// &
+        'it: contact is missed; use smaller bricks, with edges below about '// &
+        to_text(needed, 2)//', or smaller increments'
     end select
     call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
       to_text(increment%number)//': '//face)
@@ -182,9 +180,9 @@ contains
     case (ended_at_limit)
       words = 'their limit'
     case (ended_stalled)
-      words = 'without progress any more'
+      words = 'no longer making progress'
     case default
-      words = 'the reactions growing without bound'
+      words = 'with reactions growing without bound'
     end select
   end function ending_in_words
 

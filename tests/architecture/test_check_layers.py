@@ -17,6 +17,7 @@ import check_layers
 FILES = [
     "base/kinds",
     "base/errors",
+    "machine/libc",
     "machine/system",
     "machine/parallel",
     "model/mesh",
@@ -196,7 +197,7 @@ class CheckLayers(unittest.TestCase):
         )
         tree = clean_tree()
         tree["CMakeLists.txt"] += "add_executable(again app/main.f90)\n"
-        self.expect(tree, "CMakeLists.txt:26: app/main.f90 is listed twice")
+        self.expect(tree, "CMakeLists.txt:27: app/main.f90 is listed twice")
         self.expect({"CMakeLists.txt": "project(x)\n"}, "CMakeLists.txt:1: lists no source")
         self.expect({"base/kinds.f90": module("base/kinds")}, "CMakeLists.txt:1: there is no such")
         other = {"CMakeLists.txt": "add_library(x other/a.f90)", "other/a.f90": module("other/a")}
@@ -303,6 +304,28 @@ class CheckLayers(unittest.TestCase):
         ]:
             with self.subTest(line):
                 self.plant("contact/solvers/solve", "", message, procedures=line)
+
+    def test_the_c_library(self) -> None:
+        declared = """  interface
+    subroutine c_sync() bind(c, name='sync')
+    end subroutine c_sync
+  end interface"""
+        for path in ("run/run", "machine/system"):
+            for form in (declared, declared.replace("bind(c, ", "bind ( C , ")):
+                with self.subTest(path=path, form=form):
+                    tree = clean_tree()
+                    tree[f"{path}.f90"] = module(path, form)
+                    message = "only machine/libc.f90 may declare 'sync'"
+                    self.expect(tree, f"{path}.f90:4: {message}")
+        uses = "  use libc_mod, only: n_libc"
+        alone = "use of libc_mod: only machine and app/main.f90 may see the C library"
+        self.plant("run/run", uses, alone)
+        # What the program itself gives C is no declaration; the room may use what is declared.
+        given = "  subroutine s() bind(c, name='sync')\n  end subroutine s"
+        tree = clean_tree()
+        tree["machine/system.f90"] = module("machine/system", uses, given)
+        tree["machine/libc.f90"] = module("machine/libc", declared)
+        self.expect(tree)
 
     def test_unknown_modules(self) -> None:
         unknown = "use of an unknown module "

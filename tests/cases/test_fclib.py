@@ -401,6 +401,9 @@ class Solve(Folder):
                 self.assertEqual(solved.status, 1)
                 self.assertEqual(len(solved.errors.splitlines()), 1)
                 self.assertFalse(solved.file.exists())
+        solved = Solved(self.path, "--local", "newtn6")
+        wanted = "--local must be UZAWA, NEWTON, NEWTON6, EXACT or AUTO, not 'newtn6'"
+        self.assertIn(f"bipot: error: {wanted}; did you mean NEWTON6?", solved.errors)
         run = Run(BLOCK, "--solver", "auto", n=1)
         self.assertEqual(run.status, 1)
         self.assertIn("*CONTACT SOLVER", run.errors)
