@@ -3,12 +3,12 @@
 module contact_interface_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
-  use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, locate_point, is_flat, &
-    ref_nodes
+  use obstacles_mod, only: ref_nodes
+  use obstacle_shapes_mod, only: least_gap, normal_along
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, master_nodes, contact_nodes
   use rigid_modes_mod, only: free_motions_t, find_free_motions
-  use search_mod, only: straight
+  use local_frame_mod, only: straight
   use step_loads_mod, only: prescribed_dofs
   implicit none
   private
@@ -192,33 +192,6 @@ contains
     farthest = norm2(max(abs(lowest), abs(highest)))
   end function farthest
 
-  !> A lower bound of the gap while the obstacle moves within a box; exact for planes and spheres.
-  pure function least_gap(obstacle, box, x) result(gap)
-    type(obstacle_t), intent(in) :: obstacle
-    real(wp), intent(in) :: box(3, 2) !! corners of the box of displacements [length]
-    real(wp), intent(in) :: x(3)      !! a point at rest [length]
-    real(wp) :: gap                   !! [length]
-    real(wp) :: normal(3), arm(3), half(3)
-
-    select case (obstacle%kind)
-    case (obstacle_plane)
-      call locate_point(obstacle, [0.0_wp, 0.0_wp, 0.0_wp], x, gap, normal)
-      gap = gap - sum(max(normal*box(:, 1), normal*box(:, 2)))
-    case (obstacle_sphere)
-      arm = x - obstacle%point
-      if (obstacle%inner) then
-        gap = obstacle%radius - norm2(max(abs(arm - box(:, 1)), abs(arm - box(:, 2))))
-      else
-        gap = norm2(arm - max(box(:, 1), min(box(:, 2), arm))) - obstacle%radius
-      end if
-    case default
-      ! A gap changes by no more than the obstacle moves across its axis.
-      half = 0.5_wp*(box(:, 2) - box(:, 1))
-      call locate_point(obstacle, box(:, 1) + half, x, gap, normal)
-      gap = gap - norm2(half)
-    end select
-  end function least_gap
-
   !> The degrees of freedom that are condensed to: of the slave nodes in reach, and of the nodes of
   !> bodies that are masters of such, all where there is friction or the normal may turn, else those
   !> along which the normal has a part.
@@ -235,8 +208,7 @@ contains
       associate (first => points%first(pair), last => points%first(pair + 1) - 1, &
                  obstacle => scene%obstacles(scene%pairs(pair)%master))
         if (.not. any(points%in_reach(first:last))) cycle
-        wanted = scene%pairs(pair)%mu > 0.0_wp .or. .not. is_flat(obstacle) .or. &
-          abs(obstacle%normal) > straight
+        wanted = scene%pairs(pair)%mu > 0.0_wp .or. normal_along(obstacle, straight)
         nodes = master_nodes(points, pair)
         nodes = [pack(points%node(first:last), points%in_reach(first:last)), &
           pack(nodes, scene%mesh%body(nodes) > 0)]

@@ -17,7 +17,7 @@ module transfer_mod
   use contact_points_mod, only: contact_points_t, weights_t
   use dof_map_mod, only: dof_map_t, interface_equations_of
   use rigid_modes_mod, only: free_motions_t, motion_at
-  use search_mod, only: straight
+  use local_frame_mod, only: straight
   use placement_mod, only: placement_t
   implicit none
   private

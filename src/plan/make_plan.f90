@@ -4,7 +4,8 @@
 module make_plan_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
-  use obstacles_mod, only: is_flat, ref_nodes
+  use obstacles_mod, only: ref_nodes
+  use obstacle_shapes_mod, only: check_shapes, is_flat
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_nodes, master_nodes
   use increments_mod, only: count_increments
@@ -30,9 +31,12 @@ contains
   subroutine make_plan(scene, plan, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(out) :: plan
-    type(error_t), allocatable, intent(out) :: error !! LAPACK failed
+    type(error_t), allocatable, intent(out) :: error
+    !! an obstacle of no known kind; LAPACK failed
     type(free_motions_t) :: motions
 
+    call check_shapes(scene%obstacles, error)
+    if (allocated(error)) return
     call find_points(scene, plan%points)
     call find_reach(scene, plan%points, error)
     if (allocated(error)) return

@@ -28,10 +28,19 @@ MAY_USE = {
     "algebra": {"base", "machine"},
     "model": {"base"},
     "elements": {"base", "algebra", "model"},
-    "output": {"base", "algebra", "model", "elements"},
+    # contact/geometry: what is flat or curved
+    "output": {"base", "algebra", "model", "elements", "contact/geometry"},
     "deck/language": {"base"},
-    # elements: the check of the Jacobians
-    "deck": {"base", "machine", "model", "elements", "deck/language", "deck/cards"},
+    # elements: the check of the Jacobians; contact/geometry: where obstacles are, for ADJUST
+    "deck": {
+        "base",
+        "machine",
+        "model",
+        "elements",
+        "contact/geometry",
+        "deck/language",
+        "deck/cards",
+    },
     "deck/cards": {"base", "model", "deck/language", "deck"},
     "equations": _LOW | {"elements"},
     "contact": _BODY | _CONTACT,
@@ -52,12 +61,29 @@ MAIN = "app/main.f90"
 # What a room, or a file, sees of another room: these files and no more.
 SEES_ONLY = {
     ("contact/solvers", "model"): {"model/controls.f90", "model/increment_report.f90"},
+    ("deck", "contact/geometry"): {"contact/geometry/obstacle_shapes.f90"},
+    ("output", "contact/geometry"): {"contact/geometry/obstacle_shapes.f90"},
     ("run", "hdf5"): {"hdf5/hdf5_files.f90"},  # the version of the library
 }
 CERTIFICATE = "contact/certificate.f90"
 CERTIFICATE_MAY_USE = {"base", "algebra", "model", "elements"}
 PLAN = "model/plan.f90"
 PLAN_ROOMS = {"model", "increment", "plan", "results", "run"}
+# Words that stand in these files alone: what they mean is decided there.
+WORDS = {
+    r"obstacle_(plane|sphere|cylinder)|obstacles?(\(\w+\))?%kind": {
+        "model/obstacles.f90",
+        "contact/geometry/obstacle_shapes.f90",
+        "deck/cards/read_obstacles.f90",
+    },
+    # contact points are placed pair by pair: all else asks a placement
+    "locate_point": {
+        "contact/geometry/obstacle_shapes.f90",
+        "contact/geometry/placement.f90",
+        "contact/geometry/candidate_points.f90",
+        "deck/adjust.f90",
+    },
+}
 # The one file that may hold one module variable, the flag that a signal sets.
 SIGNAL_FILE = "machine/system.f90"
 
@@ -406,11 +432,15 @@ class Checker:
             refuse(f"{source.room} may not see the plan")
 
     def check_statements(self, source: Source) -> None:
-        """Check who stops, and who calls an outside library."""
+        """Check who stops, who calls an outside library, and who decides on kinds."""
         for s in source.statements:
             if source.path != MAIN and STOP.match(after_if(s.code)):
                 self.report(source.path, s.line, f"only {MAIN} may stop the program")
             is_use = USE.match(s.code) is not None
+            for word, homes in WORDS.items():
+                if source.path not in homes and (found := re.search(rf"\b({word})\b", s.code)):
+                    at = ", ".join(sorted(homes))
+                    self.report(source.path, s.line, f"'{found[0]}' may stand only in {at}")
             binds = re.match(r"include\b", s.code) or re.search(r"\bbind ?\(", s.code)
             for library in LIBRARIES:
                 if library.lives_in(source.path):

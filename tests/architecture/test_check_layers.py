@@ -327,6 +327,18 @@ class CheckLayers(unittest.TestCase):
                 message = "only app/main.f90 may stop"
                 self.plant("contact/solvers/solve", "", message, procedures=f"  {line}")
 
+    def test_who_decides_on_kinds(self) -> None:
+        for line, word in [
+            ("if (kind == obstacle_sphere) return", "obstacle_sphere"),
+            ("select case (scene%obstacles(i)%kind)", "obstacles(i)%kind"),
+            ("flat = obstacle%kind == 1", "obstacle%kind"),
+            ("call locate_point(one, shift, x, gap, normal)", "locate_point"),
+        ]:
+            with self.subTest(line):
+                message = f"'{word}' may stand only in "
+                self.plant("contact/solvers/solve", "", message, procedures=f"  {line}")
+        self.plant("contact/solvers/solve", "", procedures="  n = mesh%kind + is_obstacle_plane")
+
     def test_only(self) -> None:
         without = "use of kinds_mod without 'only'"
         self.plant("contact/solvers/solve", "  use kinds_mod", without)

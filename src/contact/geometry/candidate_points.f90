@@ -3,7 +3,7 @@
 !> Work and memory grow with the points and the nodes, not with their product with pairs or cards.
 module candidate_points_mod
   use kinds_mod, only: wp
-  use obstacles_mod, only: is_flat, locate_point
+  use obstacle_shapes_mod, only: is_flat, locate_point
   use scene_mod, only: scene_t, contact_gap_t
   use contact_points_mod, only: contact_points_t
   use mesh_forces_mod, only: add_nodal_areas

@@ -1,12 +1,10 @@
 !> Obstacles between the nodes: contact is a matter of nodes, so an obstacle may enter a slave face
 !> where there is none. docs/theory.md section 10, (10.6) to (10.8).
-!>
-!> Only round obstacles can that a body touches from outside: where all nodes of a face are before a
-!> plane or in a hollow, all of the face is.
 module faces_between_nodes_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
-  use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_cylinder
+  use obstacles_mod, only: obstacle_t
+  use obstacle_shapes_mod, only: enters_faces, get_core, shift_of
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -73,19 +71,13 @@ contains
 
     allocate (faces(size(scene%pairs)))
     do pair = 1, size(scene%pairs)
-      if (may_enter(scene%obstacles(scene%pairs(pair)%master))) then
+      if (enters_faces(scene%obstacles(scene%pairs(pair)%master))) then
         faces(pair) = make_smooth_faces(scene%mesh, scene%surfaces(scene%pairs(pair)%surface))
       else
         faces(pair) = no_faces()
       end if
     end do
   end subroutine list_faces
-
-  pure logical function may_enter(obstacle)
-    type(obstacle_t), intent(in) :: obstacle
-
-    may_enter = obstacle%kind /= obstacle_plane .and. .not. obstacle%inner
-  end function may_enter
 
   !> Look at all slave faces at the end of an increment and along the way to it.
   subroutine find_entries(scene, points, faces, old, new, last_of_step, entries)
@@ -110,13 +102,13 @@ contains
     call place_undeformed(scene, points, before)
     after = before
     do pair = 1, size(scene%pairs)
-      if (.not. may_enter(scene%obstacles(scene%pairs(pair)%master))) cycle
+      if (.not. enters_faces(scene%obstacles(scene%pairs(pair)%master))) cycle
       call place(scene, points, pair, old%displacement, before)
       call place(scene, points, pair, new%displacement, after)
     end do
     begins = old%row == 0 ! and where the deck has its obstacles nothing needs to touch yet
     do obstacle = 1, size(scene%obstacles)
-      if (.not. may_enter(scene%obstacles(obstacle))) cycle
+      if (.not. enters_faces(scene%obstacles(obstacle))) cycle
       found = of_obstacle_t()
       call mark_touching(scene, points, faces, obstacle, before, old%reaction, allowed, &
         near_before, found%touches_before)
@@ -302,18 +294,16 @@ contains
     type(state_t), intent(in) :: old, new
     integer, intent(in) :: nodes(4)
     type(face_t), intent(out) :: face
+    real(wp) :: core(3), shift(3)
     integer :: k
 
     face%extra = extra
-    face%radius = obstacle%radius
-    if (obstacle%kind == obstacle_cylinder) face%axis = obstacle%normal
-    face%x = coordinates + old%displacement(:, nodes) - spread(obstacle%point, 2, 4)
+    call get_core(obstacle, core, face%axis, face%radius)
+    face%x = coordinates + old%displacement(:, nodes) - spread(core, 2, 4)
     face%way = new%displacement(:, nodes) - old%displacement(:, nodes)
-    if (obstacle%ref_node > 0) then
-      face%x = face%x - spread(old%displacement(:, obstacle%ref_node), 2, 4)
-      face%way = face%way - spread(new%displacement(:, obstacle%ref_node) - &
-        old%displacement(:, obstacle%ref_node), 2, 4)
-    end if
+    shift = shift_of(obstacle, old%displacement)
+    face%x = face%x - spread(shift, 2, 4)
+    face%way = face%way - spread(shift_of(obstacle, new%displacement) - shift, 2, 4)
     do k = 1, 4
       face%x(:, k) = across(face, face%x(:, k))
       face%way(:, k) = across(face, face%way(:, k))

@@ -4,7 +4,8 @@ module follow_points_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use search_mod, only: transport_tangent
+  use obstacle_shapes_mod, only: extent_of
+  use local_frame_mod, only: transport_tangent
   use placement_mod, only: placement_t
   implicit none
   private
@@ -22,7 +23,7 @@ contains
 
     rounding = maxval(abs(scene%mesh%coordinates)) + maxval(abs(u))
     do i = 1, size(scene%obstacles)
-      rounding = max(rounding, maxval(abs(scene%obstacles(i)%point)) + scene%obstacles(i)%radius)
+      rounding = max(rounding, extent_of(scene%obstacles(i)))
     end do
     rounding = 8.0_wp*epsilon(1.0_wp)*rounding
   end function rounding_of_places

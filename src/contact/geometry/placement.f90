@@ -2,10 +2,10 @@
 !> contact is linear until it is placed anew.
 module placement_mod
   use kinds_mod, only: wp
-  use obstacles_mod, only: locate_point
+  use obstacle_shapes_mod, only: shift_of, locate_point
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, weights_t
-  use search_mod, only: local_frame
+  use local_frame_mod, only: local_frame
   implicit none
   private
 
@@ -78,12 +78,8 @@ contains
 
     associate (obstacle => scene%obstacles(scene%pairs(pair)%master), &
                first => points%first(pair), last => points%first(pair + 1) - 1)
-      shift = 0.0_wp
-      n = 0
-      if (obstacle%ref_node > 0) then
-        shift = u(:, obstacle%ref_node)
-        n = 1
-      end if
+      shift = shift_of(obstacle, u)
+      n = merge(1, 0, obstacle%ref_node > 0)
       do i = first, last
         associate (node => points%node(i), gap => placement%gap(i))
           call locate_point(obstacle, shift, scene%mesh%coordinates(:, node) + u(:, node), gap, &

@@ -1,5 +1,5 @@
-!> Local frames at the contact points, and what turns from one to another.
-module search_mod
+!> Local frames of the contact points, and what turns from one to another.
+module local_frame_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
   implicit none
@@ -40,4 +40,4 @@ contains
     carried = v - dot_product(v, to)/(1.0_wp + cosine)*(from + to)
   end function transport_tangent
 
-end module search_mod
+end module local_frame_mod
