@@ -41,7 +41,6 @@ contains
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
     real(wp) :: correction(3, size(trial%u_free, 2))                   !! [length]
-    type(placement_t) :: now !! of the displacement that was found
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
     integer :: i
@@ -88,12 +87,7 @@ contains
         trial%controls%tolerance < scene%contact%tolerance, residual, imbalance)
       if (i == 1) report%unrefined = max(report%unrefined, imbalance)
       report%imbalance = imbalance
-      moved = 0.0_wp
-      if (any(points%is_curved)) then
-        now = trial%placement
-        call place_curved(scene, points, new%displacement, now)
-        call measure_points(points, trial%placement, now, old, new, moved)
-      end if
+      moved = moved_from(scene, points, trial%placement, old, new)
       is_turned = .false.
       if (solver%body%motions%n > 0) is_turned = any(abs(trial%neutral_residual) > &
         trial%controls%tolerance*maxval(abs(new%reaction)))
@@ -119,6 +113,22 @@ contains
     if (allocated(begun)) call abandon_inverse(solver%body%inverse)
     report%moved = moved
   end subroutine equilibrate
+
+  !> How far the points before curved masters are from where they were placed, as of
+  !> `measure_points`.
+  pure real(wp) function moved_from(scene, points, placement, old, new) result(moved)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement
+    type(state_t), intent(in) :: old, new
+    type(placement_t) :: now
+
+    moved = 0.0_wp
+    if (.not. any(points%is_curved)) return
+    now = placement
+    call place_curved(scene, points, new%displacement, now)
+    call measure_points(points, placement, now, old, new, moved)
+  end function moved_from
 
   !> f_ext + B^T r - f_int on the free degrees of freedom, and the largest of a node beside the
   !> largest force of its body, less what rounding makes of it.

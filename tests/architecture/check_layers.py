@@ -84,6 +84,10 @@ WORDS = {
         "deck/adjust.f90",
     },
 }
+# Types whose components no other file sees; the compiler holds others to it.
+OPAQUE = {
+    "contact/solvers/compliance.f90": "compliance_t",  # the entries of W
+}
 # The one file that may hold one module variable, the flag that a signal sets.
 SIGNAL_FILE = "machine/system.f90"
 
@@ -433,6 +437,14 @@ class Checker:
 
     def check_statements(self, source: Source) -> None:
         """Check who stops, who calls an outside library, and who decides on kinds."""
+        opaque = OPAQUE.get(source.path)
+        if opaque is not None:
+            pairs = zip(source.statements, source.statements[1:], strict=False)
+            if not any(
+                re.match(rf"type\b.*\b{opaque}$", s.code) and after.code == "private"
+                for s, after in pairs
+            ):
+                self.report(source.path, 1, f"the components of {opaque} must be private")
         for s in source.statements:
             if source.path != MAIN and STOP.match(after_if(s.code)):
                 self.report(source.path, s.line, f"only {MAIN} may stop the program")
