@@ -39,8 +39,8 @@ contains
     type(state_t), intent(inout) :: new              !! gets reaction and displacement
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
-    real(wp) :: correction(3, size(trial%u_free, 2))                   !! [length]
+    real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed, change !! [force]
+    real(wp) :: correction(3, size(trial%u_free, 2)) !! [length]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
     integer :: i
@@ -68,13 +68,18 @@ contains
       end if
 
       ! 4. Displacement
-      pressed = nodal_forces(points, trial%placement%weights, new%reaction, size(pressed, 2))
-      if (allocated(begun) .or. any(abs(pressed - trial%applied_force) > 0.0_wp)) then
-        ! By what the forces have changed: what an inexact factor makes of it gets less and less.
-        call finish_inverse(solver%body%inverse, pressed - trial%applied_force, begun, correction, &
-          error)
+      associate (weights => trial%placement%weights, n => size(pressed, 2))
+        pressed = nodal_forces(points, weights, new%reaction, n)
+        ! What the reactions have changed, and what the weights have.
+        change = nodal_forces(points, weights, new%reaction - trial%applied_reaction, n) + &
+          (nodal_forces(points, weights, trial%applied_reaction, n) - trial%applied_force)
+      end associate
+      if (allocated(begun) .or. any(abs(change) > 0.0_wp)) then
+        ! Of the change alone: what an inexact factor makes of it gets less and less.
+        call finish_inverse(solver%body%inverse, change, begun, correction, error)
         if (allocated(error)) return
         trial%u_contact = trial%u_contact + correction
+        trial%applied_reaction = new%reaction
         trial%applied_force = pressed
       end if
       new%displacement = displacement_of(scene, solver, trial, trial%u_contact)
