@@ -7,7 +7,7 @@ module near_stiffness_mod
   implicit none
   private
 
-  public :: near_stiffness_t, find_near, turn_near, times_near
+  public :: near_stiffness_t, find_near, turn_near, scale_near, times_near
 
   real(wp), parameter :: negligible = 0.01_wp !! of a block beside those of its two points alone [-]
   integer,  parameter :: most_blocks = 40     !! a point, on average
@@ -135,6 +135,19 @@ contains
       end do
     end do
   end function turn_near
+
+  !> Points that are held less than their blocks say: a block takes the root of both its factors.
+  pure subroutine scale_near(near, factor)
+    type(near_stiffness_t), intent(inout) :: near
+    real(wp), intent(in) :: factor(:)        !! (n_points) > 0 [-]
+    integer :: i, k
+
+    do i = 1, size(factor)
+      do k = near%start(i), near%start(i + 1) - 1
+        near%block(:, :, k) = sqrt(factor(i)*factor(near%other(k)))*near%block(:, :, k)
+      end do
+    end do
+  end subroutine scale_near
 
   !> The product with displacements of the points.
   pure function times_near(near, x) result(r)

@@ -58,7 +58,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact
-    !! frames, local reactions, gaps and slip increments
+    !! frames, weights, local reactions, gaps and slip increments
     type(state_t), intent(in) :: old, new          !! before and after the step
     type(increment_forces_t), intent(in) :: forces
     real(wp), intent(in) :: tolerance              !! contact tolerance [-]
@@ -66,7 +66,7 @@ contains
     real(wp) :: f, u, x(3, points%n), reaction(3, points%n), scale(0:mesh%n_bodies)
     real(wp), dimension(3, mesh%n_nodes) :: pressed, residual, support
     logical :: is_mesh(mesh%n_nodes), at_rest(0:mesh%n_bodies)
-    integer :: i
+    integer :: i, k
 
     certificate = nothing_true
     if (.not. (are_finite(new%displacement) .and. are_finite(new%reaction) .and. &
@@ -75,8 +75,11 @@ contains
     pressed = 0.0_wp
     do i = 1, points%n
       pressed(:, points%node(i)) = pressed(:, points%node(i)) + new%reaction(:, i)
-      if (points%ref_node(i) == 0) cycle
-      pressed(:, points%ref_node(i)) = pressed(:, points%ref_node(i)) - new%reaction(:, i)
+      do k = contact%weights%first(i), contact%weights%first(i + 1) - 1
+        associate (node => contact%weights%node(k), weight => contact%weights%weight(k))
+          pressed(:, node) = pressed(:, node) - weight*new%reaction(:, i)
+        end associate
+      end do
     end do
     residual = forces%internal - forces%external - pressed
     support = merge(residual, 0.0_wp, forces%prescribed)

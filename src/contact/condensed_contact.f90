@@ -1,21 +1,22 @@
 !> The condensed contact problem x = W r + x_free of a placement, in groups that nothing couples.
 !>
 !> Bodies act on each other through contact alone, and through the obstacles that they may push. So
-!> points of bodies that no such obstacle joins have a contact problem of their own: W has no blocks
-!> between groups, and each is solved to a tolerance measured by its own forces, however stiff or
-!> heavily loaded the others are. docs/theory.md section 2.
+!> points of bodies that nothing of this kind joins have a contact problem of their own: W has no
+!> blocks between groups, and each is solved to a tolerance measured by its own forces, however
+!> stiff or heavily loaded the others are. docs/theory.md section 2.
 module condensed_contact_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
-  use near_stiffness_mod, only: turn_near
-  use contact_points_mod, only: contact_points_t
+  use near_stiffness_mod, only: near_stiffness_t, turn_near, scale_near
+  use contact_points_mod, only: contact_points_t, master_nodes
   use body_solver_mod, only: body_solver_t
   use rigid_modes_mod, only: free_motions_t
-  use compliance_mod, only: rows_of_points, compliance_of_rows
-  use problem_mod, only: contact_problem_t, make_problem, add_single_copy
-  use floating_mod, only: floating_t, free_the_motions
   use placement_mod, only: placement_t
-  use point_motions_mod, only: motions_at_rows, undeformed_frames
+  use transfer_mod, only: transfer_t, make_transfer, compliance_of_rows, movable, rows_of_points, &
+    motions_at_rows, stiffness_left
+  use compliance_mod, only: compliance_t, take_matrix, get_matrix, add_single_copy
+  use problem_mod, only: contact_problem_t, make_problem
+  use floating_mod, only: floating_t, free_the_motions
   implicit none
   private
 
@@ -37,17 +38,25 @@ module condensed_contact_mod
     type(contact_group_t), allocatable :: group(:)
   end type condensed_contact_t
 
+  !> The rows of all points of a placement.
+  type :: placed_rows_t
+    integer, allocatable :: row(:, :)   !! (3,n_points) over all groups, 0 where there is none
+    type(transfer_t) :: transfer
+    real(wp), allocatable :: left(:)    !! (n_pairs) of the stiffness of slave nodes [-]
+  end type placed_rows_t
+
 contains
 
   !> Find the groups: bodies with points in reach, and bodies and obstacles that move freely, joined
-  !> where a body faces an obstacle that moves freely.
+  !> where a body faces another, or an obstacle that moves freely.
   subroutine find_groups(scene, points, motions, contact)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(free_motions_t), intent(in) :: motions
     type(condensed_contact_t), intent(out) :: contact
     integer :: root(scene%mesh%n_bodies + scene%mesh%n_nodes) !! of bodies, then of reference nodes
-    integer :: mover(motions%n), group_of(size(root)), i, k, n
+    integer :: mover(motions%n), group_of(size(root)), i, k, n, pair
+    integer, allocatable :: masters(:) !! of a pair, as of `root`
     logical :: is_free(scene%mesh%n_nodes)
 
     is_free = .false.
@@ -60,16 +69,19 @@ contains
 
     ! What is joined has one root, the lowest number among it.
     root = [(i, i=1, size(root))]
-    do i = 1, points%n
-      if (.not. points%in_reach(i) .or. points%ref_node(i) == 0) cycle
-      if (.not. is_free(points%ref_node(i))) cycle
-      associate (of_body => root(scene%mesh%body(points%node(i))), &
-                 of_obstacle => root(scene%mesh%n_bodies + points%ref_node(i)))
-        if (of_body == of_obstacle) cycle
-        k = min(of_body, of_obstacle)
-        n = max(of_body, of_obstacle)
-      end associate
-      where (root == n) root = k
+    do pair = 1, size(scene%pairs)
+      if (.not. any(points%in_reach(points%first(pair):points%first(pair + 1) - 1))) cycle
+      masters = master_nodes(points, pair)
+      masters = pack(masters, is_free(masters) .or. scene%mesh%body(masters) > 0)
+      masters = merge(scene%mesh%body(masters), scene%mesh%n_bodies + masters, &
+        scene%mesh%body(masters) > 0)
+      if (size(masters) == 0) cycle
+      do k = 2, size(masters)
+        call join(masters(1), masters(k))
+      end do
+      do i = points%first(pair), points%first(pair + 1) - 1
+        if (points%in_reach(i)) call join(masters(1), scene%mesh%body(points%node(i)))
+      end do
     end do
 
     n = 0
@@ -91,57 +103,80 @@ contains
         group_of(root(scene%mesh%body(points%node))) == k)
       contact%group(k)%motion = pack([(i, i=1, motions%n)], group_of(root(mover)) == k)
     end do
+
+  contains
+
+    subroutine join(one, other)
+      integer, intent(in) :: one, other
+      integer :: lower, upper
+
+      lower = min(root(one), root(other))
+      upper = max(root(one), root(other))
+      if (lower == upper) return
+      where (root == upper) root = lower
+    end subroutine join
+
   end subroutine find_groups
 
   !> The contact problems of a placement: all groups, or those before curved obstacles alone.
-  subroutine condense_contact(scene, points, body, placement, only_curved, contact)
+  subroutine condense_contact(scene, points, body, undeformed, placement, only_curved, contact)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(body_solver_t), intent(in) :: body
-    type(placement_t), intent(in) :: placement
+    type(placement_t), intent(in) :: undeformed, placement
     logical, intent(in) :: only_curved
     type(condensed_contact_t), intent(inout) :: contact !! of find_groups
-    integer :: row(3, points%n), i
+    type(placed_rows_t) :: rows
+    integer :: i
 
-    call rows_of_points(body%prescribed, points, placement%frame, row)
+    allocate (rows%row(3, points%n))
+    call rows_of_points(movable(scene, body%prescribed), points, placement%weights, &
+      placement%frame, rows%row)
+    call make_transfer(body%inverse%map, points, placement%weights, rows%transfer)
+    rows%left = stiffness_left(body%inverse%map, points, rows%transfer, body%inverse%compliance)
     do i = 1, size(contact%group)
       if (only_curved .and. .not. any(points%is_curved(contact%group(i)%point))) cycle
-      call condense_group(scene, points, body, placement, row, contact%group(i))
+      call condense_group(scene, points, body, undeformed, placement, rows, &
+        contact%group(i))
     end do
   end subroutine condense_contact
 
   !> The contact problem of a group.
-  subroutine condense_group(scene, points, body, placement, row_of_all, group)
+  subroutine condense_group(scene, points, body, undeformed, placement, rows, group)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(body_solver_t), intent(in) :: body
-    type(placement_t), intent(in) :: placement
-    integer, intent(in) :: row_of_all(:, :)  !! (3,n_points) rows over all groups
+    type(placement_t), intent(in) :: undeformed, placement
+    type(placed_rows_t), intent(in) :: rows  !! of the placement
     type(contact_group_t), intent(inout) :: group
     real(wp), allocatable :: w(:, :), g(:, :), undeformed_g(:, :)
+    type(compliance_t) :: compliance
+    type(near_stiffness_t) :: near
     integer :: row(3, points%n), i, a, n
 
     row = 0
     n = 0
     do i = 1, size(group%point)
       do a = 1, 3
-        if (row_of_all(a, group%point(i)) == 0) cycle
+        if (rows%row(a, group%point(i)) == 0) cycle
         n = n + 1
         row(a, group%point(i)) = n
       end do
     end do
-    call compliance_of_rows(body%inverse%map, points, placement%frame, row, &
-      body%inverse%compliance, w)
+    call compliance_of_rows(rows%transfer, placement%frame, row, body%inverse%compliance, w)
+    call take_matrix(w, compliance)
     group%active = pack(group%point, row(1, group%point) > 0)
     if (size(group%motion) > 0) then
-      g = motions_at_rows(scene, points, body%motions, placement%frame, row)
-      undeformed_g = motions_at_rows(scene, points, body%motions, &
-        undeformed_frames(scene, points), row)
-      call free_the_motions(g(:, group%motion), undeformed_g(:, group%motion), w, group%floating)
+      g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
+      undeformed_g = motions_at_rows(scene%mesh, points, undeformed, body%motions, row)
+      call free_the_motions(g(:, group%motion), undeformed_g(:, group%motion), compliance, &
+        group%floating)
     end if
-    call make_problem(row(:, group%active), points%mu(group%active), w, group%problem, &
-      turn_near(body%stiffness, placement%frame, group%active))
-    if (scene%precision%single_compliance) call add_single_copy(group%problem)
+    near = turn_near(body%stiffness, placement%frame, group%active)
+    call scale_near(near, rows%left(points%pair(group%active)))
+    call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
+      near)
+    if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
   end subroutine condense_group
 
@@ -198,16 +233,17 @@ contains
   end function neutral_motions
 
   !> All groups as one problem with one W, as far as it is written to a file: no solver's scales.
-  pure function whole_problem(contact) result(whole)
+  function whole_problem(contact) result(whole)
     type(condensed_contact_t), intent(in) :: contact
     type(contact_problem_t) :: whole
+    real(wp), allocatable :: w(:, :)
     integer :: i, a, k, n
 
     whole%n_points = count_points(contact)
     whole%n_rows = count_rows(contact)
     allocate (whole%row(3, whole%n_points), whole%mu(whole%n_points))
     allocate (whole%driven(2, whole%n_points), whole%block(3, 3, whole%n_points))
-    allocate (whole%w(whole%n_rows, whole%n_rows), source=0.0_wp)
+    allocate (w(whole%n_rows, whole%n_rows), source=0.0_wp)
     k = 0
     n = 0
     do i = 1, size(contact%group)
@@ -219,11 +255,12 @@ contains
         whole%mu(k + 1:k + problem%n_points) = problem%mu
         whole%driven(:, k + 1:k + problem%n_points) = problem%driven
         whole%block(:, :, k + 1:k + problem%n_points) = problem%block
-        whole%w(n + 1:n + problem%n_rows, n + 1:n + problem%n_rows) = problem%w
+        call get_matrix(problem%compliance, w(n + 1:n + problem%n_rows, n + 1:n + problem%n_rows))
         k = k + problem%n_points
         n = n + problem%n_rows
       end associate
     end do
+    call take_matrix(w, whole%compliance)
   end function whole_problem
 
 end module condensed_contact_mod

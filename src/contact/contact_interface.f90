@@ -1,14 +1,14 @@
 !> What of the mesh takes part in contact, decided before anything is computed: which slave nodes
-!> can reach their obstacle, and along which degrees of freedom they are coupled to it.
+!> can reach their master, and along which degrees of freedom they are coupled to it.
 module contact_interface_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
-  use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, locate_point, is_flat, &
-    ref_nodes
+  use obstacles_mod, only: ref_nodes
+  use obstacle_shapes_mod, only: least_gap, normal_along
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, master_nodes, contact_nodes
   use rigid_modes_mod, only: free_motions_t, find_free_motions
-  use compliance_mod, only: straight
+  use local_frame_mod, only: straight
   use step_loads_mod, only: prescribed_dofs
   implicit none
   private
@@ -17,7 +17,7 @@ module contact_interface_mod
 
 contains
 
-  !> Find which points can reach their obstacle.
+  !> Find which points can reach their master.
   subroutine find_reach(scene, points, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points  !! gets in_reach
@@ -36,13 +36,13 @@ contains
         if (all(prescribed .eqv. before)) cycle
       end if
       before = prescribed
-      call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), points%node, &
-        motions, error)
+      call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
+        contact_nodes(points), motions, error)
       if (allocated(error)) return
       loose_body(pack(motions%body, motions%body > 0)) = .true.
       loose_ref_node(pack(motions%node, motions%body == 0)) = .true.
     end do
-    call mark_pushed(scene, loose_ref_node, loose_body)
+    call mark_pushed(scene, points, loose_ref_node, loose_body)
     points%in_reach = points_in_reach(scene, points, loose_body, loose_ref_node)
   end subroutine find_reach
 
@@ -72,25 +72,35 @@ contains
     end do
   end subroutine mark_loaded
 
-  !> The bodies that an obstacle under force may push.
-  pure subroutine mark_pushed(scene, loose_ref_node, loose_body)
+  !> The bodies that may be pushed: by an obstacle under force, or by another body whose way is not
+  !> known.
+  pure subroutine mark_pushed(scene, points, loose_ref_node, loose_body)
     type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
     logical, intent(in) :: loose_ref_node(:)     !! (n_nodes)
     logical, intent(inout) :: loose_body(:)      !! (n_bodies)
-    integer :: i, ref_node
+    integer, allocatable :: masters(:), bodies(:) !! bodies: of the masters
+    integer :: i, n_before
 
-    do i = 1, size(scene%pairs)
-      ref_node = scene%obstacles(scene%pairs(i)%master)%ref_node
-      if (ref_node == 0) cycle
-      if (loose_ref_node(ref_node)) loose_body(scene%mesh%body(scene%surfaces( &
-        scene%pairs(i)%surface)%nodes)) = .true.
+    n_before = -1
+    do while (count(loose_body) /= n_before)
+      n_before = count(loose_body)
+      do i = 1, size(scene%pairs)
+        masters = master_nodes(points, i)
+        bodies = pack(scene%mesh%body(masters), scene%mesh%body(masters) > 0)
+        associate (slaves => scene%surfaces(scene%pairs(i)%surface)%nodes, body => scene%mesh%body)
+          if (any(loose_ref_node(masters)) .or. any(loose_body(bodies))) &
+            loose_body(body(slaves)) = .true.
+          if (any(loose_body(body(slaves)))) loose_body(bodies) = .true.
+        end associate
+      end do
     end do
   end subroutine mark_pushed
 
-  !> Whether each point can reach its obstacle.
+  !> Whether each point can reach its master.
   !>
   !> Where prescribed motions alone drive a body, its nodes are taken to move no further, in any
-  !> direction, than the largest prescribed motion of the body and of the obstacles that face it
+  !> direction, than the largest prescribed motion of the body and of the masters that face it
   !> together. That is a guess that a run must check: bodies may bulge by more.
   pure function points_in_reach(scene, points, loose_body, loose_ref_node) result(in_reach)
     type(scene_t), intent(in) :: scene
@@ -99,8 +109,10 @@ contains
     logical, intent(in) :: loose_ref_node(:)  !! (n_nodes)
     logical :: in_reach(points%n)
     real(wp) :: lowest(3, scene%mesh%n_nodes), highest(3, scene%mesh%n_nodes)
-    real(wp) :: travel(size(loose_body)), gap, shift(3, 2)
-    integer :: i, node, ref_node, body
+    real(wp) :: travel(size(loose_body)), gap, box(3, 2)
+    integer, allocatable :: masters(:)
+    logical :: is_loose
+    integer :: i, node, pair, body
 
     call extremes_of_supports(scene, lowest, highest)
     travel = 0.0_wp
@@ -108,19 +120,21 @@ contains
       body = scene%mesh%body(node)
       if (body > 0) travel(body) = max(travel(body), farthest(lowest(:, node), highest(:, node)))
     end do
-    travel = travel + travel_of_obstacles(scene, points, lowest, highest, size(travel))
+    travel = travel + travel_of_masters(scene, points, lowest, highest, size(travel))
 
-    do i = 1, points%n
-      ref_node = points%ref_node(i)
-      body = scene%mesh%body(points%node(i))
-      in_reach(i) = loose_body(body)
-      if (ref_node > 0) in_reach(i) = in_reach(i) .or. loose_ref_node(ref_node)
-      if (in_reach(i)) cycle
-      shift = 0.0_wp
-      if (ref_node > 0) shift = reshape([lowest(:, ref_node), highest(:, ref_node)], [3, 2])
-      gap = least_gap(scene%obstacles(scene%pairs(points%pair(i))%master), shift, &
-        scene%mesh%coordinates(:, points%node(i))) + points%extra_gap(i)
-      in_reach(i) = gap <= travel(body)
+    do pair = 1, size(scene%pairs)
+      masters = master_nodes(points, pair)
+      is_loose = any(loose_ref_node(masters))
+      box(:, 1) = min(0.0_wp, minval(lowest(:, masters), dim=2))
+      box(:, 2) = max(0.0_wp, maxval(highest(:, masters), dim=2))
+      do i = points%first(pair), points%first(pair + 1) - 1
+        body = scene%mesh%body(points%node(i))
+        in_reach(i) = loose_body(body) .or. is_loose
+        if (in_reach(i)) cycle
+        gap = least_gap(scene%obstacles(scene%pairs(pair)%master), box, &
+          scene%mesh%coordinates(:, points%node(i))) + points%extra_gap(i)
+        in_reach(i) = gap <= travel(body)
+      end do
     end do
   end function points_in_reach
 
@@ -146,24 +160,31 @@ contains
     end do
   end subroutine extremes_of_supports
 
-  !> How far the obstacles that face each body go.
-  pure function travel_of_obstacles(scene, points, lowest, highest, n_bodies) result(travel)
+  !> How far the masters that face each body go.
+  pure function travel_of_masters(scene, points, lowest, highest, n_bodies) result(travel)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: lowest(:, :), highest(:, :) !! (3,n_nodes) [length]
     integer, intent(in) :: n_bodies
     real(wp) :: travel(n_bodies) !! [length]
-    integer :: i
+    integer, allocatable :: masters(:)
+    real(wp) :: way
+    integer :: pair, i, k
 
     travel = 0.0_wp
-    do i = 1, points%n
-      if (points%ref_node(i) == 0) cycle
-      associate (of_body => travel(scene%mesh%body(points%node(i))))
-        of_body = max(of_body, farthest(lowest(:, points%ref_node(i)), &
-          highest(:, points%ref_node(i))))
-      end associate
+    do pair = 1, size(scene%pairs)
+      masters = master_nodes(points, pair)
+      way = 0.0_wp
+      do k = 1, size(masters)
+        way = max(way, farthest(lowest(:, masters(k)), highest(:, masters(k))))
+      end do
+      do i = points%first(pair), points%first(pair + 1) - 1
+        associate (of_body => travel(scene%mesh%body(points%node(i))))
+          of_body = max(of_body, way)
+        end associate
+      end do
     end do
-  end function travel_of_obstacles
+  end function travel_of_masters
 
   !> The longest way within a box that holds 0.
   pure real(wp) function farthest(lowest, highest)
@@ -172,52 +193,30 @@ contains
     farthest = norm2(max(abs(lowest), abs(highest)))
   end function farthest
 
-  !> A lower bound of the gap while the obstacle moves within a box; exact for planes and spheres.
-  pure function least_gap(obstacle, box, x) result(gap)
-    type(obstacle_t), intent(in) :: obstacle
-    real(wp), intent(in) :: box(3, 2) !! corners of the box of displacements [length]
-    real(wp), intent(in) :: x(3)      !! a point at rest [length]
-    real(wp) :: gap                   !! [length]
-    real(wp) :: normal(3), arm(3), half(3)
-
-    select case (obstacle%kind)
-    case (obstacle_plane)
-      call locate_point(obstacle, [0.0_wp, 0.0_wp, 0.0_wp], x, gap, normal)
-      gap = gap - sum(max(normal*box(:, 1), normal*box(:, 2)))
-    case (obstacle_sphere)
-      arm = x - obstacle%point
-      if (obstacle%inner) then
-        gap = obstacle%radius - norm2(max(abs(arm - box(:, 1)), abs(arm - box(:, 2))))
-      else
-        gap = norm2(arm - max(box(:, 1), min(box(:, 2), arm))) - obstacle%radius
-      end if
-    case default
-      ! A gap changes by no more than the obstacle moves across its axis.
-      half = 0.5_wp*(box(:, 2) - box(:, 1))
-      call locate_point(obstacle, box(:, 1) + half, x, gap, normal)
-      gap = gap - norm2(half)
-    end select
-  end function least_gap
-
-  !> The degrees of freedom that are condensed to: of the nodes in reach, all where there is
-  !> friction or the normal may turn, else those along which the normal has a part.
+  !> The degrees of freedom that are condensed to: of the slave nodes in reach, and of the nodes of
+  !> bodies that are masters of such, all where there is friction or the normal may turn, else those
+  !> along which the normal has a part.
   pure function interface_dofs(scene, points) result(dofs)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     logical :: dofs(3, scene%mesh%n_nodes)
-    integer :: i
+    logical :: wanted(3)
+    integer, allocatable :: nodes(:)
+    integer :: pair, k
 
     dofs = .false.
-    do i = 1, points%n
-      if (.not. points%in_reach(i)) cycle
-      associate (obstacle => scene%obstacles(scene%pairs(points%pair(i))%master), &
-                 of_node => dofs(:, points%node(i)))
-        if (points%mu(i) > 0.0_wp .or. .not. is_flat(obstacle)) then
-          of_node = .true.
-        else
-          of_node = of_node .or. abs(obstacle%normal) > straight
-        end if
+    do pair = 1, size(scene%pairs)
+      associate (first => points%first(pair), last => points%first(pair + 1) - 1, &
+                 obstacle => scene%obstacles(scene%pairs(pair)%master))
+        if (.not. any(points%in_reach(first:last))) cycle
+        wanted = scene%pairs(pair)%mu > 0.0_wp .or. normal_along(obstacle, straight)
+        nodes = master_nodes(points, pair)
+        nodes = [pack(points%node(first:last), points%in_reach(first:last)), &
+          pack(nodes, scene%mesh%body(nodes) > 0)]
       end associate
+      do k = 1, size(nodes)
+        dofs(:, nodes(k)) = dofs(:, nodes(k)) .or. wanted
+      end do
     end do
   end function interface_dofs
 

@@ -7,8 +7,8 @@ module describe_contact_mod
   use increment_report_mod, only: contact_fields_t, status_open, status_stick, &
     status_slide
   use problem_mod, only: natural_map
-  use follow_points_mod, only: relative
-  use placement_mod, only: placement_t, gap_at
+  use placement_mod, only: placement_t
+  use transfer_mod, only: relative_motion, gap_at
   use condensed_contact_mod, only: condensed_contact_t, contact_group_t
   implicit none
   private
@@ -27,12 +27,14 @@ contains
     integer :: i
 
     contact%frame = placement%frame
+    contact%weights = placement%weights
     allocate (contact%reaction(3, points%n), contact%gap(points%n), contact%slip_increment(2, &
       points%n))
     allocate (contact%status(points%n), source=status_open)
     do i = 1, points%n
-      contact%slip_increment(:, i) = matmul(relative(points, i, new%displacement) &
-        - relative(points, i, old%displacement), contact%frame(:, 2:, i))
+      contact%slip_increment(:, i) = matmul( &
+        relative_motion(points, placement%weights, i, new%displacement) - &
+        relative_motion(points, placement%weights, i, old%displacement), contact%frame(:, 2:, i))
       contact%gap(i) = gap_at(placement, points, i, new%displacement)
       contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
     end do

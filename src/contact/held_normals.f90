@@ -3,8 +3,8 @@ module held_normals_mod
   use text_mod, only: string_t, to_text
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use compliance_mod, only: rows_of_points
-  use point_motions_mod, only: undeformed_frames
+  use placement_mod, only: placement_t, place_undeformed
+  use transfer_mod, only: movable, rows_of_points
   use step_loads_mod, only: prescribed_dofs
   implicit none
   private
@@ -19,15 +19,17 @@ contains
     type(contact_points_t), intent(in) :: points
     type(string_t), allocatable :: lines(:)
     type(string_t) :: line
-    logical :: held(points%n), prescribed(3, scene%mesh%n_nodes)
+    type(placement_t) :: placement
+    logical :: held(points%n)
     logical :: is_told(size(scene%pairs))
     integer :: row(3, points%n), step, pair, n
 
     allocate (lines(0))
+    call place_undeformed(scene, points, placement)
     is_told = .false.
     do step = 1, size(scene%steps)
-      prescribed = prescribed_dofs(scene, step)
-      call rows_of_points(prescribed, points, undeformed_frames(scene, points), row)
+      call rows_of_points(movable(scene, prescribed_dofs(scene, step)), points, &
+        placement%weights, placement%frame, row)
       held = points%in_reach .and. row(1, :) == 0
       do pair = 1, size(scene%pairs)
         n = count(held(points%first(pair):points%first(pair + 1) - 1))

@@ -9,7 +9,8 @@ module adjust_mod
   use brick8_mod, only: jacobian_determinants
   use kinds_mod, only: i8, wp
   use numbers_mod, only: number_not_finite, number_ok, number_too_large, read_real
-  use obstacles_mod, only: locate_point, obstacle_t
+  use obstacles_mod, only: obstacle_t
+  use obstacle_shapes_mod, only: locate_point
   use options_mod, only: card_t, name_option, option_position
   use scene_mod, only: contact_pair_t, region_t
   use sets_mod, only: find_set, model_t, report_unknown

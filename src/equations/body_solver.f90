@@ -8,6 +8,7 @@ module body_solver_mod
   use near_stiffness_mod, only: near_stiffness_t, find_near
   use mesh_mod, only: node_neighbours
   use obstacles_mod, only: ref_nodes
+  use contact_points_mod, only: contact_points_t, contact_nodes
   use controls_mod, only: is_exact, precision_in_words
   use scene_mod, only: scene_t
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of
@@ -45,11 +46,11 @@ module body_solver_mod
 contains
 
   !> Find the free motions, factorise the stiffness and condense it to the interface.
-  subroutine make_body_solver(scene, prescribed, interface, contact_node, body, work, error)
+  subroutine make_body_solver(scene, points, prescribed, interface, body, work, error)
     type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
     logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
     logical, intent(in) :: interface(:, :)     !! (3,n_nodes) what is condensed to
-    integer, intent(in) :: contact_node(:)     !! (n_points) slave nodes
     type(body_solver_t), intent(inout) :: body !! its factor may hold the analysis of the plan
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error !! a singular matrix; no memory
@@ -58,8 +59,8 @@ contains
     real(wp) :: clock, condensed
     integer :: n_stiffnesses
 
-    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), contact_node, &
-      body%motions, error)
+    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
+      contact_nodes(points), body%motions, error)
     if (allocated(error)) return
     body%prescribed = prescribed
     clock = wall_seconds()
@@ -82,7 +83,7 @@ contains
       if (allocated(error)) return
       work%n_factorisations = work%n_factorisations + 1
       call lap(clock, work%factorise)
-      body%stiffness = point_stiffness(inverse%map, contact_node, inverse%compliance)
+      body%stiffness = point_stiffness(inverse%map, points%node, inverse%compliance)
       condensed = norm_1(inverse%compliance)
       call invert_schur(inverse%compliance, error)
       if (allocated(error)) then
@@ -97,16 +98,16 @@ contains
   end subroutine make_body_solver
 
   !> Other supports of obstacles alone: the factor stays, the free motions do not.
-  subroutine change_obstacle_supports(scene, prescribed, contact_node, body, error)
+  subroutine change_obstacle_supports(scene, points, prescribed, body, error)
     type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
     logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
-    integer, intent(in) :: contact_node(:)     !! (n_points) slave nodes
     type(body_solver_t), intent(inout) :: body
     type(error_t), allocatable, intent(out) :: error !! LAPACK failed
 
     body%prescribed = prescribed
-    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), contact_node, &
-      body%motions, error)
+    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
+      contact_nodes(points), body%motions, error)
   end subroutine change_obstacle_supports
 
   !> Replace the Schur complement by its inverse, both triangles.

@@ -23,8 +23,9 @@ module advance_mod
     ended_out_of_reach, ended_stalled
   use mesh_forces_mod, only: nodal_stiffness
   use certificate_mod, only: certify, energy_balance
-  use follow_points_mod, only: rounding_of_places, nodal, carried_slip
-  use placement_mod, only: place_curved
+  use follow_points_mod, only: rounding_of_places, carried_slip
+  use placement_mod, only: placement_t, place_curved
+  use transfer_mod, only: nodal_forces
   use condensed_contact_mod, only: condensed_contact_t
   use describe_contact_mod, only: describe_contact
   use step_solver_mod, only: step_solver_t
@@ -95,7 +96,7 @@ contains
     call begin_trial(scene, points, solver, old, increment, trial)
     new = old
     call mark_end(increment, new)
-    call take_foreseen(ahead, increment, solver, trial, new%reaction, report)
+    call take_foreseen(points, ahead, increment, solver, trial, new%reaction, report)
     call complete(scene, points, solver, old, trial, new, report, error)
     new%trend = trend_of(increment, old%reaction, new%reaction)
     report%wall_time = report%wall_time + wall_seconds() - clock
@@ -168,24 +169,28 @@ contains
       report%ending = ended_moving
       report%residual = report%moved
     end if
-    if (report%ending /= ended_unbalanced) call finish(scene, points, old, trial, new, &
-      report)
+    if (report%ending /= ended_unbalanced) call finish(scene, points, solver, old, trial, &
+      new, report)
   end subroutine complete
 
   !> 7. Energies, and what the state keeps beside displacements and reactions.
-  subroutine finish(scene, points, old, trial, new, report)
+  subroutine finish(scene, points, solver, old, trial, new, report)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
     type(trial_t), intent(in) :: trial
     type(state_t), intent(inout) :: new
     type(increment_report_t), intent(inout) :: report
+    type(placement_t) :: began
 
-    new%slip = carried_slip(scene, points, trial%placement%frame, old) + &
+    began = solver%undeformed
+    call place_curved(scene, points, old%displacement, began)
+    new%slip = carried_slip(points, began, trial%placement, old%slip) + &
       report%contact%slip_increment
     new%external_force = trial%forces%external
     new%support_force = trial%forces%internal - trial%forces%external &
-      - nodal(points, new%reaction, size(new%displacement, 2))
+      - nodal_forces(points, trial%placement%weights, new%reaction, size(new%displacement, 2))
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
     call energy_balance(report%contact, old, new, trial%forces%internal, report%energy)
   end subroutine finish

@@ -12,8 +12,9 @@ module equilibrate_mod
   use rigid_modes_mod, only: add_motions
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse
   use certificate_mod, only: increment_forces_t
-  use follow_points_mod, only: nodal, measure_points
-  use placement_mod, only: place_curved
+  use follow_points_mod, only: measure_points
+  use placement_mod, only: placement_t, place_curved
+  use transfer_mod, only: nodal_forces
   use condensed_contact_mod, only: condense_contact, neutral_motions
   use step_solver_mod, only: step_solver_t
   use neutral_motions_mod, only: neutral_step
@@ -38,7 +39,8 @@ contains
     type(state_t), intent(inout) :: new              !! gets reaction and displacement
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp), dimension(3, size(trial%u_free, 2)) :: residual, correction !! [force], [length]
+    real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed, change !! [force]
+    real(wp) :: correction(3, size(trial%u_free, 2)) !! [length]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
     integer :: i
@@ -54,7 +56,8 @@ contains
       if (any(points%is_curved)) then
         if (i > 1) trial%placed_at = new%displacement
         call place_curved(scene, points, trial%placed_at, trial%placement)
-        call condense_contact(scene, points, solver%body, trial%placement, .true., solver%contact)
+        call condense_contact(scene, points, solver%body, solver%undeformed, trial%placement, &
+          .true., solver%contact)
       end if
       if (.not. trial%is_foreseen) call solve_reactions(scene, points, solver, old, trial, &
         new%reaction, report)
@@ -65,13 +68,19 @@ contains
       end if
 
       ! 4. Displacement
-      if (allocated(begun) .or. any(abs(new%reaction - trial%applied_reaction) > 0.0_wp)) then
-        ! By what the reactions have changed: what an inexact factor makes of it gets less and less.
-        call finish_inverse(solver%body%inverse, nodal(points, new%reaction - &
-          trial%applied_reaction, size(trial%u_free, 2)), begun, correction, error)
+      associate (weights => trial%placement%weights, n => size(pressed, 2))
+        pressed = nodal_forces(points, weights, new%reaction, n)
+        ! What the reactions have changed, and what the weights have.
+        change = nodal_forces(points, weights, new%reaction - trial%applied_reaction, n) + &
+          (nodal_forces(points, weights, trial%applied_reaction, n) - trial%applied_force)
+      end associate
+      if (allocated(begun) .or. any(abs(change) > 0.0_wp)) then
+        ! Of the change alone: what an inexact factor makes of it gets less and less.
+        call finish_inverse(solver%body%inverse, change, begun, correction, error)
         if (allocated(error)) return
         trial%u_contact = trial%u_contact + correction
         trial%applied_reaction = new%reaction
+        trial%applied_force = pressed
       end if
       new%displacement = displacement_of(scene, solver, trial, trial%u_contact)
 
@@ -79,11 +88,11 @@ contains
       call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal)
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
-      call out_of_balance(scene%mesh, points, new%reaction, trial%forces, &
+      call out_of_balance(scene%mesh, pressed, trial%forces, &
         trial%controls%tolerance < scene%contact%tolerance, residual, imbalance)
       if (i == 1) report%unrefined = max(report%unrefined, imbalance)
       report%imbalance = imbalance
-      call measure_points(scene, points, trial%placement%frame, old, new, moved)
+      moved = moved_from(scene, points, trial%placement, old, new)
       is_turned = .false.
       if (solver%body%motions%n > 0) is_turned = any(abs(trial%neutral_residual) > &
         trial%controls%tolerance*maxval(abs(new%reaction)))
@@ -95,7 +104,7 @@ contains
       last_moved = moved
       if (is_turned) then
         step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
-          solver%body%motions%n), trial%placement%frame, new%reaction, new%displacement, &
+          solver%body%motions%n), trial%placement, new%reaction, new%displacement, &
           trial%neutral_residual)
         trial%motion = trial%motion + step
         call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
@@ -110,15 +119,30 @@ contains
     report%moved = moved
   end subroutine equilibrate
 
+  !> How far the points before curved masters are from where they were placed, as of
+  !> `measure_points`.
+  pure real(wp) function moved_from(scene, points, placement, old, new) result(moved)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement
+    type(state_t), intent(in) :: old, new
+    type(placement_t) :: now
+
+    moved = 0.0_wp
+    if (.not. any(points%is_curved)) return
+    now = placement
+    call place_curved(scene, points, new%displacement, now)
+    call measure_points(points, placement, now, old, new, moved)
+  end function moved_from
+
   !> f_ext + B^T r - f_int on the free degrees of freedom, and the largest of a node beside the
   !> largest force of its body, less what rounding makes of it.
   !>
   !> Rounding of many nodes may add up in the balance of a body: where the certificate has not
   !> passed it is no excuse, and what is left is taken out as far as it goes.
-  pure subroutine out_of_balance(mesh, points, reaction, forces, closely, residual, relative)
+  pure subroutine out_of_balance(mesh, pressed, forces, closely, residual, relative)
     type(mesh_t), intent(in) :: mesh
-    type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: reaction(:, :)
+    real(wp), intent(in) :: pressed(:, :)                   !! (3,n_nodes) by contact [force]
     type(increment_forces_t), intent(in) :: forces
     logical, intent(in) :: closely                          !! rounding is no excuse
     real(wp), intent(out) :: residual(:, :)                 !! (3,n_nodes) [force]
@@ -126,8 +150,7 @@ contains
     real(wp) :: scale(0:mesh%n_bodies)
     integer :: node
 
-    residual = forces%external + nodal(points, reaction, size(forces%internal, 2)) - &
-      forces%internal
+    residual = forces%external + pressed - forces%internal
     where (forces%prescribed) residual = 0.0_wp
     scale = 0.0_wp
     do node = 1, mesh%n_nodes

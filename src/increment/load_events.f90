@@ -11,11 +11,10 @@ module load_events_mod
   use state_mod, only: state_t
   use increments_mod, only: increment_t, whole_increment, smallest_increment
   use kinks_mod, only: has_too_many, most_kinks, most_touches
-  use follow_points_mod, only: locate_at
   use load_response_mod, only: sum_patterns
   use step_solver_mod, only: step_solver_t
-  use placement_mod, only: placement_t, place_curved
-  use compliance_mod, only: rows_of_points
+  use placement_mod, only: placement_t, place_all, place_curved
+  use transfer_mod, only: movable, rows_of_points
   implicit none
   private
 
@@ -159,29 +158,35 @@ contains
 
     placement = solver%undeformed
     call place_curved(scene, points, u, placement)
-    call rows_of_points(solver%body%prescribed, points, placement%frame, row)
+    call rows_of_points(movable(scene, solver%body%prescribed), points, placement%weights, &
+      placement%frame, row)
     list = pack([(i, i=1, points%n)], row(1, :) > 0)
   end function points_that_can_press
 
   !> The share of the straight way between two displacements at which the first point that can press
   !> enters its obstacle; 2 where none does.
-  pure real(wp) function share_to_touch(scene, points, can_press, u_here, u_there) result(share)
+  real(wp) function share_to_touch(scene, points, can_press, u_here, u_there) result(share)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: can_press(:)                 !! points
     real(wp), intent(in) :: u_here(:, :), u_there(:, :) !! (3,n_nodes) [length]
-    real(wp) :: before, after, middle, here, there
+    type(placement_t) :: at_here, at_there, between
+    real(wp) :: before, after, middle
     integer :: k
 
     share = 2.0_wp
+    call place_all(scene, points, u_here, at_here)
+    call place_all(scene, points, u_there, at_there)
     do k = 1, size(can_press)
       if (points%is_curved(can_press(k))) cycle
-      here = gap_of(can_press(k), u_here)
-      there = gap_of(can_press(k), u_there)
-      if (there >= 0.0_wp) cycle
-      share = min(share, max(0.0_wp, here)/(max(0.0_wp, here) - there))
+      associate (here => max(0.0_wp, at_here%gap(can_press(k))), &
+                 there => at_there%gap(can_press(k)))
+        if (there >= 0.0_wp) cycle
+        share = min(share, here/(here - there))
+      end associate
     end do
     if (.not. any(points%is_curved(can_press))) return
+    between = at_here
     before = 0.0_wp
     do k = 0, n_samples
       after = real(k, wp)/real(n_samples, wp)
@@ -202,26 +207,19 @@ contains
 
   contains
 
-    pure real(wp) function least_gap(s)
+    real(wp) function least_gap(s)
       real(wp), intent(in) :: s
       real(wp) :: u(3, size(u_here, 2))
       integer :: j
 
       u = (1.0_wp - s)*u_here + s*u_there
+      call place_curved(scene, points, u, between)
       least_gap = huge(1.0_wp)
       do j = 1, size(can_press)
         if (.not. points%is_curved(can_press(j))) cycle
-        least_gap = min(least_gap, gap_of(can_press(j), u))
+        least_gap = min(least_gap, between%gap(can_press(j)))
       end do
     end function least_gap
-
-    pure real(wp) function gap_of(i, u)
-      integer, intent(in) :: i
-      real(wp), intent(in) :: u(:, :)
-      real(wp) :: frame(3, 3)
-
-      call locate_at(scene, points, i, u, gap_of, frame)
-    end function gap_of
 
   end function share_to_touch
 

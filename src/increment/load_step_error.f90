@@ -16,7 +16,8 @@ module load_step_error_mod
   use increment_report_mod, only: increment_report_t
   use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
     smallest_increment
-  use follow_points_mod, only: relative
+  use placement_mod, only: placement_t, place_curved
+  use transfer_mod, only: relative_motion
   use step_solver_mod, only: step_solver_t
   use load_events_mod, only: next_event
   use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
@@ -108,8 +109,12 @@ contains
     end subroutine follow_events
 
     real(wp) function change()
+      type(placement_t) :: placement
+
       if (scene%accuracy%of_energy) then
-        change = energy_change(points, other, new, report%energy%strain)
+        placement = solver%undeformed
+        call place_curved(scene, points, new%displacement, placement)
+        change = energy_change(points, placement, other, new, report%energy%strain)
       else
         change = resultant_change(points, other%reaction, new%reaction)
       end if
@@ -179,8 +184,9 @@ contains
 
   !> The energy of the difference of two states under the same loads, beside that of the bodies:
   !> what their reactions' difference does on their motions' difference.
-  pure function energy_change(points, one, other, strain) result(change)
+  pure function energy_change(points, placement, one, other, strain) result(change)
     type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement !! of either
     type(state_t), intent(in) :: one, other
     real(wp), intent(in) :: strain !! energy of the bodies [energy]
     real(wp) :: change             !! 0 where there is no energy [-]
@@ -189,7 +195,8 @@ contains
     change = 0.0_wp
     do i = 1, points%n
       change = change + 0.5_wp*dot_product(one%reaction(:, i) - other%reaction(:, i), &
-        relative(points, i, one%displacement) - relative(points, i, other%displacement))
+        relative_motion(points, placement%weights, i, one%displacement) - &
+        relative_motion(points, placement%weights, i, other%displacement))
     end do
     change = abs(change)
     if (strain > 0.0_wp) change = change/strain

@@ -23,7 +23,7 @@ module look_ahead_mod
   use number_list_mod, only: number_list_t, carry
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t
-  use follow_points_mod, only: nodal
+  use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: answer_of_interface, at_interface, recover_columns, at_nodes
   use condensed_contact_mod, only: count_rows
   use step_solver_mod, only: step_solver_t
@@ -162,7 +162,8 @@ contains
 
     reaction = expected_reactions(scene, points, solver, state, increment)
     call solve_reactions(scene, points, solver, state, trial, reaction, report)
-    answer = answer_of_interface(solver%body%inverse, nodal(points, reaction, scene%mesh%n_nodes))
+    answer = answer_of_interface(solver%body%inverse, nodal_forces(points, &
+      trial%placement%weights, reaction, scene%mesh%n_nodes))
     state%displacement = displacement_of(scene, solver, trial, at_interface(solver%body%inverse, &
       answer, scene%mesh%n_nodes))
     state%trend = trend_of(increment, state%reaction, reaction)
@@ -179,7 +180,8 @@ contains
   end function column_of
 
   !> Begin an increment with what was foreseen of it.
-  subroutine take_foreseen(ahead, increment, solver, trial, reaction, report)
+  subroutine take_foreseen(points, ahead, increment, solver, trial, reaction, report)
+    type(contact_points_t), intent(in) :: points
     type(ahead_t), intent(in) :: ahead
     type(increment_t), intent(in) :: increment  !! one that is ahead
     type(step_solver_t), intent(in) :: solver
@@ -191,6 +193,8 @@ contains
       reaction = foreseen%reaction
       report = foreseen%report
       trial%applied_reaction = foreseen%reaction
+      trial%applied_force = nodal_forces(points, trial%placement%weights, foreseen%reaction, &
+        size(trial%u_free, 2))
       trial%motion = foreseen%motion
       if (allocated(foreseen%neutral_residual)) trial%neutral_residual = foreseen%neutral_residual
       trial%u_contact = at_nodes(solver%body%inverse, &

@@ -5,8 +5,8 @@ module neutral_motions_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use rigid_modes_mod, only: free_motions_t, add_motions
-  use follow_points_mod, only: locate_at
-  use point_motions_mod, only: motion_of_point
+  use placement_mod, only: placement_t, place_curved
+  use transfer_mod, only: motion_of_point
   implicit none
   private
 
@@ -18,34 +18,40 @@ contains
 
   !> How far the neutral motions go until what turned normals leave on them is 0: a Newton step, the
   !> derivative by a difference. Nothing where normals do not turn.
-  function neutral_step(scene, points, motions, neutral, frame, reaction, u, residual) result(a)
+  function neutral_step(scene, points, motions, neutral, placement, reaction, u, residual) &
+    result(a)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(free_motions_t), intent(in) :: motions
     real(wp), intent(in) :: neutral(:, :)   !! (n,k) orthonormal [-]
-    real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) in which the reactions were found
+    type(placement_t), intent(in) :: placement !! in which the reactions were found
     real(wp), intent(in) :: reaction(:, :)  !! (3,n_points) x, y, z [force]
     real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
     real(wp), intent(in) :: residual(:)     !! (k) what turned normals leave on them [force]
     real(wp) :: a(motions%n)      !! [length]
     real(wp) :: stiffness(size(residual), size(residual)), moved(3, scene%mesh%n_nodes)
-    real(wp) :: local(3), force(3), turned(3, 3), gap, step
+    type(placement_t) :: turned
+    real(wp) :: local(3), force(3), motion(3), step
     integer :: i, j, k
 
     step = difference*maxval(maxval(scene%mesh%coordinates, dim=2) - minval( &
       scene%mesh%coordinates, dim=2))
     stiffness = 0.0_wp
+    turned = placement
     do k = 1, size(residual)
       moved = u
       call add_motions(motions, scene%mesh, step*neutral(:, k), moved)
+      call place_curved(scene, points, moved, turned)
       do i = 1, points%n
         if (.not. points%is_curved(i) .or. .not. any(abs(reaction(:, i)) > 0.0_wp)) cycle
-        call locate_at(scene, points, i, moved, gap, turned)
-        local = matmul(reaction(:, i), frame(:, :, i))
-        force = (matmul(turned, local) - reaction(:, i))/step
+        local = matmul(reaction(:, i), placement%frame(:, :, i))
+        force = (matmul(turned%frame(:, :, i), local) - reaction(:, i))/step
         do j = 1, motions%n
-          stiffness(:, k) = stiffness(:, k) - dot_product(force, motion_of_point(scene, points, &
-            motions, i, j))*neutral(j, :)
+          motion = motion_of_point(scene%mesh, points, turned%weights, motions, i, j)
+          ! As normals turn, so may the weights change.
+          stiffness(:, k) = stiffness(:, k) - (dot_product(force, motion) + &
+            dot_product(reaction(:, i), motion - motion_of_point(scene%mesh, points, &
+            placement%weights, motions, i, j))/step)*neutral(j, :)
         end do
       end do
     end do

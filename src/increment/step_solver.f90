@@ -51,7 +51,7 @@ contains
       changed = prescribed .neqv. solver%body%prescribed
       if (.not. any(changed)) return
       if (.not. any(changed .and. spread(scene%mesh%body > 0, 1, 3))) then
-        call change_obstacle_supports(scene, prescribed, points%node, solver%body, error)
+        call change_obstacle_supports(scene, points, prescribed, solver%body, error)
         if (allocated(error)) return
         call make_contact(scene, points, solver, work)
         return
@@ -97,8 +97,8 @@ contains
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
 
-    call make_body_solver(scene, prescribed, interface_dofs(scene, points), points%node, &
-      solver%body, work, error)
+    call make_body_solver(scene, points, prescribed, interface_dofs(scene, points), solver%body, &
+      work, error)
     if (allocated(error)) return
     call make_contact(scene, points, solver, work)
   end subroutine make_all
@@ -114,7 +114,8 @@ contains
     clock = wall_seconds()
     call place_undeformed(scene, points, solver%undeformed)
     call find_groups(scene, points, solver%body%motions, solver%contact)
-    call condense_contact(scene, points, solver%body, solver%undeformed, .false., solver%contact)
+    call condense_contact(scene, points, solver%body, solver%undeformed, solver%undeformed, &
+      .false., solver%contact)
     call lap(clock, work%condense)
   end subroutine make_contact
 

@@ -15,8 +15,8 @@ module trial_mod
   use solve_mod, only: solve_contact
   use floating_mod, only: drift_t, solve_floating, resisting_rows
   use describe_motions_mod, only: free_in_words, motion_in_words, unresisted_part
-  use follow_points_mod, only: locate_at, relative, nodal
-  use placement_mod, only: placement_t, gap_at
+  use placement_mod, only: placement_t, place_curved
+  use transfer_mod, only: relative_motion, nodal_forces, gap_at
   use condensed_contact_mod, only: contact_group_t, count_points
   use stiffness_inverse_mod, only: answer_of_interface, at_interface
   use load_response_mod, only: sum_patterns, prescribed_displacement
@@ -39,6 +39,8 @@ module trial_mod
     !! (3,n_nodes) displacement by the reactions, K^-1 B^T r [length]
     real(wp), allocatable :: applied_reaction(:, :)
     !! (3,n_points) the reactions that u_contact answers, x, y, z [force]
+    real(wp), allocatable :: applied_force(:, :)
+    !! (3,n_nodes) of these, by the weights of their time [force]
     real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
     real(wp), allocatable :: neutral_residual(:)
     !! (k) what turned normals leave on neutral motions [force]
@@ -87,10 +89,11 @@ contains
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     type(trial_t), intent(inout) :: trial      !! its displacements and applied reactions
+    type(placement_t) :: began
     real(wp), allocatable :: loaded(:, :), external(:, :)
 
-    allocate (trial%u_contact(3, scene%mesh%n_nodes), &
-      trial%applied_reaction(3, points%n), source=0.0_wp)
+    allocate (trial%u_contact(3, scene%mesh%n_nodes), trial%applied_reaction(3, points%n), &
+      trial%applied_force(3, scene%mesh%n_nodes), source=0.0_wp)
     if (is_exact(scene%precision)) return
     call sum_patterns(scene, solver%response, increment%begin, &
       increment%begin*scene%steps(increment%step)%period, loaded, external)
@@ -99,10 +102,13 @@ contains
         merge(old%displacement, 0.0_wp, prescribed))) return
     end associate
     call add_motions(solver%body%motions, scene%mesh, trial%motion, loaded)
+    began = solver%undeformed
+    call place_curved(scene, points, old%displacement, began)
     trial%applied_reaction = old%reaction
+    trial%applied_force = nodal_forces(points, began%weights, old%reaction, scene%mesh%n_nodes)
     ! On the interface u_free must be what the contact problem adds W r to.
     trial%u_contact = at_interface(solver%body%inverse, answer_of_interface(solver%body%inverse, &
-      nodal(points, trial%applied_reaction, scene%mesh%n_nodes)), scene%mesh%n_nodes)
+      trial%applied_force), scene%mesh%n_nodes)
     trial%u_free = trial%u_free + (old%displacement - loaded) - trial%u_contact
   end subroutine carry_over
 
@@ -137,17 +143,17 @@ contains
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     real(wp) :: reaction(3, points%n) !! x, y, z [force]
-    real(wp) :: frame(3, 3), gap
+    type(placement_t) :: began
     integer :: i
 
     reaction = old%reaction
     if (scene%contact%solver == solver_sweeps .or. solver%body%motions%n > 0) return
     if (increment%begin <= 0.0_wp) return ! another *STEP leads elsewhere
+    began = solver%undeformed
+    call place_curved(scene, points, old%displacement, began)
     do i = 1, points%n
       reaction(:, i) = reaction(:, i) + (increment%share - increment%begin)*old%trend(:, i)
-      frame = solver%undeformed%frame(:, :, i)
-      if (points%is_curved(i)) call locate_at(scene, points, i, old%displacement, gap, frame)
-      if (dot_product(reaction(:, i), frame(:, 1)) <= 0.0_wp) reaction(:, i) = 0.0_wp
+      if (dot_product(reaction(:, i), began%frame(:, 1, i)) <= 0.0_wp) reaction(:, i) = 0.0_wp
     end do
   end function expected_reactions
 
@@ -261,9 +267,9 @@ contains
 
     do k = 1, size(group%active)
       i = group%active(k)
-      associate (frame => trial%placement%frame(:, :, i))
-        x(:, k) = matmul(relative(points, i, trial%u_free) - relative(points, i, &
-          old%displacement), frame)
+      associate (frame => trial%placement%frame(:, :, i), weights => trial%placement%weights)
+        x(:, k) = matmul(relative_motion(points, weights, i, trial%u_free) - &
+          relative_motion(points, weights, i, old%displacement), frame)
         x(1, k) = gap_at(trial%placement, points, i, trial%u_free)
         r(:, k) = matmul(start(:, i), frame)
       end associate

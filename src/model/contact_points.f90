@@ -1,18 +1,19 @@
-!> The contact points of a run: which node faces which obstacle, and which can reach it.
+!> The contact points of a run: which node faces which master, which can reach it, and the weights
+!> by which the nodes of the master make up what a point faces.
 module contact_points_mod
   use kinds_mod, only: wp
   implicit none
   private
 
-  public :: contact_points_t
+  public :: contact_points_t, weights_t, master_nodes, contact_nodes
 
-  !> All points of all pairs, one pair after the other, the nodes of a pair ascending.
+  !> All points of all pairs, one pair after the other, the nodes of a pair ascending: what holds
+  !> before anything is placed.
   type :: contact_points_t
     integer :: n = 0
     integer,  allocatable :: pair(:)  !! (n) index into the scene's pairs
     integer,  allocatable :: node(:)  !! (n) slave node
-    integer,  allocatable :: ref_node(:) !! (n) reference node of the obstacle; 0: it is at rest
-    logical,  allocatable :: is_curved(:) !! (n) the obstacle is, so that normals turn
+    logical,  allocatable :: is_curved(:) !! (n) the master is, so that normals turn
     real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
     real(wp), allocatable :: area(:)
     !! (n) the node's share of the slave surface, 0 where no face of it is [length^2]
@@ -20,6 +21,41 @@ module contact_points_mod
     logical,  allocatable :: in_reach(:)
     !! (n) candidates; the others stay out of the interface, their gaps are watched
     integer,  allocatable :: first(:) !! (n_pairs+1) first point of each pair
+    integer,  allocatable :: first_master(:) !! (n_pairs+1) first in `master_node` of each pair
+    integer,  allocatable :: master_node(:)
+    !! nodes of each pair's master that a placement may give weights to: of an obstacle its
+    !! reference node, none where it is at rest
   end type contact_points_t
+
+  !> What the contact points face, a sparse row a point: a displacement of the master there is the
+  !> sum of weight times displacement of the nodes of the row.
+  !>
+  !> An obstacle that moves with a reference node is a row with that node and weight 1, an obstacle
+  !> at rest an empty row. Weights may be negative; those of a row add up to 1.
+  type :: weights_t
+    integer,  allocatable :: first(:)  !! (n_points+1) where the row of each point begins
+    integer,  allocatable :: node(:)   !! (n_entries) master node
+    real(wp), allocatable :: weight(:) !! (n_entries) [-]
+  end type weights_t
+
+contains
+
+  !> The nodes of a pair's master that may get weights.
+  pure function master_nodes(points, pair) result(nodes)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    integer, allocatable :: nodes(:)
+
+    nodes = points%master_node(points%first_master(pair):points%first_master(pair + 1) - 1)
+  end function master_nodes
+
+  !> All nodes that contact may press, slave nodes before master nodes; repeated where they have
+  !> several points.
+  pure function contact_nodes(points) result(nodes)
+    type(contact_points_t), intent(in) :: points
+    integer, allocatable :: nodes(:)
+
+    nodes = [points%node, points%master_node]
+  end function contact_nodes
 
 end module contact_points_mod

@@ -2,6 +2,7 @@
 module increment_report_mod
   use kinds_mod, only: wp
   use controls_mod, only: solver_none
+  use contact_points_mod, only: weights_t
   implicit none
   private
 
@@ -57,6 +58,7 @@ module increment_report_mod
   !> The contact as it stands at the end of the increment, point by point, in the local frames.
   type :: contact_fields_t
     real(wp), allocatable :: frame(:, :, :)       !! (3,3,n_points) columns n, t1, t2 in x, y, z [-]
+    type(weights_t) :: weights                    !! of the masters' nodes
     real(wp), allocatable :: reaction(:, :) !! (3,n_points) n, t1, t2, on the slave body [force]
     real(wp), allocatable :: gap(:)               !! (n_points) [length]
     real(wp), allocatable :: slip_increment(:, :) !! (2,n_points) along t1, t2 [length]

@@ -2,7 +2,7 @@
 !> is done with them.
 module count_sizes_mod
   use kinds_mod, only: wp
-  use obstacles_mod, only: is_flat
+  use obstacle_shapes_mod, only: is_flat
   use scene_mod, only: scene_t
   use controls_mod, only: solver_sweeps, is_exact
   use plan_mod, only: plan_t

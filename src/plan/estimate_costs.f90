@@ -13,6 +13,7 @@ module estimate_costs_mod
   use parallel_mod, only: n_ranks, usage_t, usage_of_others
   use mesh_mod, only: node_neighbours
   use obstacles_mod, only: ref_nodes
+  use contact_points_mod, only: contact_nodes
   use scene_mod, only: scene_t
   use controls_mod, only: is_exact, precision_controls_t
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most, bound_about
@@ -245,8 +246,8 @@ contains
     type(free_motions_t) :: motions
     type(dof_map_t) :: map
 
-    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), plan%points%node, &
-      motions, error)
+    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
+      contact_nodes(plan%points), motions, error)
     if (allocated(error)) return
     pattern%motions = motions%n
     map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), &

@@ -4,18 +4,20 @@
 module make_plan_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
-  use obstacles_mod, only: is_flat, ref_nodes
+  use obstacles_mod, only: ref_nodes
+  use obstacle_shapes_mod, only: check_shapes, is_flat
   use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_nodes, master_nodes
   use increments_mod, only: count_increments
   use step_fields_mod, only: fields_due
   use kinks_mod, only: most_events
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most
   use dof_map_mod, only: dof_map_t, make_dof_map
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
-  use compliance_mod, only: rows_of_points
+  use placement_mod, only: placement_t, place_undeformed
+  use transfer_mod, only: movable, rows_of_points
   use candidate_points_mod, only: find_points
   use contact_interface_mod, only: find_reach, interface_dofs
-  use point_motions_mod, only: undeformed_frames
   use step_loads_mod, only: prescribed_dofs
   use plan_table_mod, only: describe, bound_of_increments
   implicit none
@@ -29,9 +31,12 @@ contains
   subroutine make_plan(scene, plan, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(out) :: plan
-    type(error_t), allocatable, intent(out) :: error !! LAPACK failed
+    type(error_t), allocatable, intent(out) :: error
+    !! an obstacle of no known kind; LAPACK failed
     type(free_motions_t) :: motions
 
+    call check_shapes(scene%obstacles, error)
+    if (allocated(error)) return
     call find_points(scene, plan%points)
     call find_reach(scene, plan%points, error)
     if (allocated(error)) return
@@ -87,7 +92,7 @@ contains
       end if
       plan%n_factorisations = plan%n_factorisations + 1
       call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-        plan%points%node, motions, error)
+        contact_nodes(plan%points), motions, error)
       if (allocated(error)) return
       if (step == 1) first_motions = motions
       map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), &
@@ -132,17 +137,20 @@ contains
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: prescribed(:, :) !! (3,n_nodes)
     type(plan_t), intent(inout) :: plan
+    type(placement_t) :: placement
     integer :: row(3, plan%points%n), i, n
-    logical :: free(3)
+    logical :: can_move(3, scene%mesh%n_nodes), free_masters(size(scene%pairs))
 
+    can_move = movable(scene, prescribed)
     associate (points => plan%points)
-      call rows_of_points(prescribed, points, undeformed_frames(scene, points), row)
+      free_masters = [(any(can_move(:, master_nodes(points, i))), i=1, size(scene%pairs))]
+      call place_undeformed(scene, points, placement)
+      call rows_of_points(can_move, points, placement%weights, placement%frame, row)
       do i = 1, points%n
         n = count(row(:, i) > 0)
         if (.not. is_flat(scene%obstacles(scene%pairs(points%pair(i))%master))) then
-          free = .not. prescribed(:, points%node(i))
-          if (points%ref_node(i) > 0) free = free .or. .not. prescribed(:, points%ref_node(i))
-          if (any(free) .and. points%in_reach(i)) n = merge(3, 1, points%mu(i) > 0.0_wp)
+          if (points%in_reach(i) .and. (any(can_move(:, points%node(i))) .or. &
+            free_masters(points%pair(i)))) n = merge(3, 1, points%mu(i) > 0.0_wp)
         end if
         plan%rows(i) = max(plan%rows(i), n)
       end do

@@ -10,7 +10,7 @@ module plan_table_mod
                           stop_at_change, precision_controls_t, is_exact
   use output_field_mod, only: field_t, at_start
   use view_fields_mod, only: list_view_fields
-  use problem_mod, only: rows_worth_rounding
+  use compliance_mod, only: rows_worth_rounding
   use plan_mod, only: plan_t, bound_fixed, bound_at_most, bound_about, bound_in_words
   use rigid_modes_mod, only: free_motions_t
   use describe_motions_mod, only: body_in_words, motions_together

@@ -28,10 +28,19 @@ MAY_USE = {
     "algebra": {"base", "machine"},
     "model": {"base"},
     "elements": {"base", "algebra", "model"},
-    "output": {"base", "algebra", "model", "elements"},
+    # contact/geometry: what is flat or curved
+    "output": {"base", "algebra", "model", "elements", "contact/geometry"},
     "deck/language": {"base"},
-    # elements: the check of the Jacobians
-    "deck": {"base", "machine", "model", "elements", "deck/language", "deck/cards"},
+    # elements: the check of the Jacobians; contact/geometry: where obstacles are, for ADJUST
+    "deck": {
+        "base",
+        "machine",
+        "model",
+        "elements",
+        "contact/geometry",
+        "deck/language",
+        "deck/cards",
+    },
     "deck/cards": {"base", "model", "deck/language", "deck"},
     "equations": _LOW | {"elements"},
     "contact": _BODY | _CONTACT,
@@ -53,12 +62,33 @@ MAIN = "app/main.f90"
 SEES_ONLY = {
     ("contact/solvers", "model"): {"model/controls.f90", "model/increment_report.f90"},
     ("console", "deck"): {"deck/solver_options.f90"},  # one list for deck and command line
+    ("deck", "contact/geometry"): {"contact/geometry/obstacle_shapes.f90"},
+    ("output", "contact/geometry"): {"contact/geometry/obstacle_shapes.f90"},
     ("run", "hdf5"): {"hdf5/hdf5_files.f90"},  # the version of the library
 }
 CERTIFICATE = "contact/certificate.f90"
 CERTIFICATE_MAY_USE = {"base", "algebra", "model", "elements"}
 PLAN = "model/plan.f90"
 PLAN_ROOMS = {"model", "increment", "plan", "results", "run"}
+# Words that stand in these files alone: what they mean is decided there.
+WORDS = {
+    r"obstacle_(plane|sphere|cylinder)|obstacles?(\(\w+\))?%kind": {
+        "model/obstacles.f90",
+        "contact/geometry/obstacle_shapes.f90",
+        "deck/cards/read_obstacles.f90",
+    },
+    # contact points are placed pair by pair: all else asks a placement
+    "locate_point": {
+        "contact/geometry/obstacle_shapes.f90",
+        "contact/geometry/placement.f90",
+        "contact/geometry/candidate_points.f90",
+        "deck/adjust.f90",
+    },
+}
+# Types whose components no other file sees; the compiler holds others to it.
+OPAQUE = {
+    "contact/solvers/compliance.f90": "compliance_t",  # the entries of W
+}
 # The one file that may hold one module variable, the flag that a signal sets.
 SIGNAL_FILE = "machine/system.f90"
 
@@ -433,11 +463,23 @@ class Checker:
                     self.report(source.path, s.line, f"only {LIBC} may declare '{name}'")
 
     def check_statements(self, source: Source) -> None:
-        """Check who stops, and who calls an outside library."""
+        """Check who stops, who calls an outside library, and who decides on kinds."""
+        opaque = OPAQUE.get(source.path)
+        if opaque is not None:
+            pairs = zip(source.statements, source.statements[1:], strict=False)
+            if not any(
+                re.match(rf"type\b.*\b{opaque}$", s.code) and after.code == "private"
+                for s, after in pairs
+            ):
+                self.report(source.path, 1, f"the components of {opaque} must be private")
         for s in source.statements:
             if source.path != MAIN and STOP.match(after_if(s.code)):
                 self.report(source.path, s.line, f"only {MAIN} may stop the program")
             is_use = USE.match(s.code) is not None
+            for word, homes in WORDS.items():
+                if source.path not in homes and (found := re.search(rf"\b({word})\b", s.code)):
+                    at = ", ".join(sorted(homes))
+                    self.report(source.path, s.line, f"'{found[0]}' may stand only in {at}")
             binds = re.match(r"include\b", s.code) or re.search(r"\bbind ?\(", s.code)
             for library in LIBRARIES:
                 if library.lives_in(source.path):

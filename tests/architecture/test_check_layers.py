@@ -350,6 +350,33 @@ class CheckLayers(unittest.TestCase):
                 message = "only app/main.f90 may stop"
                 self.plant("contact/solvers/solve", "", message, procedures=f"  {line}")
 
+    def test_words_of_one_file(self) -> None:
+        for line, word in [
+            ("if (kind == obstacle_sphere) return", "obstacle_sphere"),
+            ("select case (scene%obstacles(i)%kind)", "obstacles(i)%kind"),
+            ("flat = obstacle%kind == 1", "obstacle%kind"),
+            ("call locate_point(one, shift, x, gap, normal)", "locate_point"),
+        ]:
+            with self.subTest(line):
+                message = f"'{word}' may stand only in "
+                self.plant("contact/solvers/solve", "", message, procedures=f"  {line}")
+        self.plant("contact/solvers/solve", "", procedures="  n = mesh%kind + is_obstacle_plane")
+
+    def test_types_that_keep_their_entries(self) -> None:
+        def tree_with(components: str) -> dict[str, str]:
+            tree = clean_tree()
+            path = "contact/solvers/compliance"
+            lines = f"  type :: compliance_t\n{components}    real :: w(3, 3)\n  end type"
+            tree[f"{path}.f90"] = module(path, lines, "")
+            tree["CMakeLists.txt"] = tree["CMakeLists.txt"].replace(
+                "  contact/solvers/solve.f90", f"  {path}.f90\n  contact/solvers/solve.f90"
+            )
+            return tree
+
+        self.expect(tree_with("    private\n"))
+        message = "the components of compliance_t must be private"
+        self.expect(tree_with(""), f"contact/solvers/compliance.f90:1: {message}")
+
     def test_only(self) -> None:
         without = "use of kinds_mod without 'only'"
         self.plant("contact/solvers/solve", "  use kinds_mod", without)

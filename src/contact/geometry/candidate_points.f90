@@ -3,7 +3,7 @@
 !> Work and memory grow with the points and the nodes, not with their product with pairs or cards.
 module candidate_points_mod
   use kinds_mod, only: wp
-  use obstacles_mod, only: is_flat, locate_point
+  use obstacle_shapes_mod, only: is_flat, locate_point
   use scene_mod, only: scene_t, contact_gap_t
   use contact_points_mod, only: contact_points_t
   use mesh_forces_mod, only: add_nodal_areas
@@ -25,9 +25,10 @@ contains
     integer :: pair, i, k, slot
 
     allocate (points%first(size(scene%pairs) + 1))
+    call list_master_nodes(scene, points)
     call find_new(scene, is_new)
     points%n = count(is_new)
-    allocate (points%pair(points%n), points%node(points%n), points%ref_node(points%n))
+    allocate (points%pair(points%n), points%node(points%n))
     allocate (points%mu(points%n), points%area(points%n), points%is_curved(points%n))
     area = 0.0_wp
     k = 0
@@ -44,7 +45,6 @@ contains
           points%node(k) = surface%nodes(i)
           points%area(k) = area(surface%nodes(i))
           points%mu(k) = scene%pairs(pair)%mu
-          points%ref_node(k) = scene%obstacles(scene%pairs(pair)%master)%ref_node
           points%is_curved(k) = .not. is_flat(scene%obstacles(scene%pairs(pair)%master))
         end do
         area(surface%nodes) = 0.0_wp
@@ -53,6 +53,27 @@ contains
     points%first(size(scene%pairs) + 1) = k + 1
     call find_extra_gaps(scene, points)
   end subroutine find_points
+
+  !> The nodes of every pair's master that may get weights.
+  pure subroutine list_master_nodes(scene, points)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(inout) :: points
+    integer :: pair, n
+
+    allocate (points%first_master(size(scene%pairs) + 1))
+    allocate (points%master_node(size(scene%pairs)))
+    n = 0
+    do pair = 1, size(scene%pairs)
+      points%first_master(pair) = n + 1
+      associate (ref_node => scene%obstacles(scene%pairs(pair)%master)%ref_node)
+        if (ref_node == 0) cycle
+        n = n + 1
+        points%master_node(n) = ref_node
+      end associate
+    end do
+    points%first_master(size(scene%pairs) + 1) = n + 1
+    points%master_node = points%master_node(:n)
+  end subroutine list_master_nodes
 
   !> Which slots (the nodes of the first pair's surface, then those of the second, ...) are points.
   !>

@@ -6,7 +6,7 @@ module contact_resolution_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
   use surfaces_mod, only: face_nodes
-  use obstacles_mod, only: is_flat
+  use obstacle_shapes_mod, only: is_flat
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use increment_report_mod, only: contact_fields_t, status_open

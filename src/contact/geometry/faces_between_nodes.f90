@@ -1,16 +1,15 @@
 !> Obstacles between the nodes: contact is a matter of nodes, so an obstacle may enter a slave face
 !> where there is none. docs/theory.md section 10, (10.6) to (10.8).
-!>
-!> Only round obstacles can that a body touches from outside: where all nodes of a face are before a
-!> plane or in a hollow, all of the face is.
 module faces_between_nodes_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
-  use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_cylinder
+  use obstacles_mod, only: obstacle_t
+  use obstacle_shapes_mod, only: enters_faces, get_core, shift_of
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use follow_points_mod, only: locate_at, rounding_of_places
+  use placement_mod, only: placement_t, place_undeformed, place
+  use follow_points_mod, only: rounding_of_places
   use smooth_faces_mod, only: smooth_faces_t, make_smooth_faces, no_faces, bulge_at, shape_at, &
     find_closest
   implicit none
@@ -72,19 +71,13 @@ contains
 
     allocate (faces(size(scene%pairs)))
     do pair = 1, size(scene%pairs)
-      if (may_enter(scene%obstacles(scene%pairs(pair)%master))) then
+      if (enters_faces(scene%obstacles(scene%pairs(pair)%master))) then
         faces(pair) = make_smooth_faces(scene%mesh, scene%surfaces(scene%pairs(pair)%surface))
       else
         faces(pair) = no_faces()
       end if
     end do
   end subroutine list_faces
-
-  pure logical function may_enter(obstacle)
-    type(obstacle_t), intent(in) :: obstacle
-
-    may_enter = obstacle%kind /= obstacle_plane .and. .not. obstacle%inner
-  end function may_enter
 
   !> Look at all slave faces at the end of an increment and along the way to it.
   subroutine find_entries(scene, points, faces, old, new, last_of_step, entries)
@@ -95,6 +88,7 @@ contains
     logical, intent(in) :: last_of_step
     type(entries_t), intent(out) :: entries
     type(of_obstacle_t) :: found
+    type(placement_t) :: before, after    !! of what obstacles can enter, at `old` and `new`
     real(wp), allocatable :: extra(:), pressure(:)    !! (n_nodes) [length], [force/length^2]
     logical, allocatable :: near_before(:), near(:)   !! (n_nodes) of faces with a touching node
     type(face_entry_t), allocatable :: dents(:)       !! all faces that the obstacle is in
@@ -105,14 +99,22 @@ contains
     if (.not. any([(size(faces(pair)%nodes) > 0, pair=1, size(faces))])) return
     allowed = 10.0_wp*scene%contact%tolerance*max(maxval(abs(new%displacement)), &
       maxval(abs(old%displacement))) + rounding_of_places(scene, new%displacement)
+    call place_undeformed(scene, points, before)
+    after = before
+    do pair = 1, size(scene%pairs)
+      if (.not. enters_faces(scene%obstacles(scene%pairs(pair)%master))) cycle
+      call place(scene, points, pair, old%displacement, before)
+      call place(scene, points, pair, new%displacement, after)
+    end do
     begins = old%row == 0 ! and where the deck has its obstacles nothing needs to touch yet
     do obstacle = 1, size(scene%obstacles)
-      if (.not. may_enter(scene%obstacles(obstacle))) cycle
+      if (.not. enters_faces(scene%obstacles(obstacle))) cycle
       found = of_obstacle_t()
-      call mark_touching(scene, points, faces, obstacle, old, allowed, near_before, &
-        found%touches_before)
-      call mark_touching(scene, points, faces, obstacle, new, allowed, near, found%touches)
-      call spread_points(scene, points, obstacle, new, extra, pressure)
+      call mark_touching(scene, points, faces, obstacle, before, old%reaction, allowed, near_before)
+      call mark_touching(scene, points, faces, obstacle, after, new%reaction, allowed, near)
+      found%touches_before = any(near_before)
+      found%touches = any(near)
+      call spread_points(scene, points, obstacle, after, new%reaction, extra, pressure)
       allocate (dents(0))
       do pair = 1, size(scene%pairs)
         if (scene%pairs(pair)%master /= obstacle) cycle
@@ -232,33 +234,29 @@ contains
   end subroutine keep_deeper
 
   !> The nodes of all faces that have a node on the obstacle.
-  pure subroutine mark_touching(scene, points, faces, obstacle, state, allowed, near, touches)
+  pure subroutine mark_touching(scene, points, faces, obstacle, placement, reaction, allowed, &
+    near)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(smooth_faces_t), intent(in) :: faces(:)
     integer, intent(in) :: obstacle
-    type(state_t), intent(in) :: state
+    type(placement_t), intent(in) :: placement
+    real(wp), intent(in) :: reaction(:, :)           !! (3,n_points) [force]
     real(wp), intent(in) :: allowed                  !! gap of a node that touches [length]
-    logical, allocatable, intent(out) :: near(:)     !! (n_nodes)
-    logical, intent(out) :: touches                  !! some node does
+    logical, allocatable, intent(out) :: near(:)     !! (n_nodes) none where no node is on it
     logical :: on_it(scene%mesh%n_nodes)
-    real(wp) :: gap, frame(3, 3)
     integer :: i, f, pair
 
     on_it = .false.
     do i = 1, points%n
       if (scene%pairs(points%pair(i))%master /= obstacle) cycle
-      if (any(abs(state%reaction(:, i)) > 0.0_wp)) then
+      ! On it without a force: about to touch, or held there.
+      if (any(abs(reaction(:, i)) > 0.0_wp) .or. placement%gap(i) <= allowed) then
         on_it(points%node(i)) = .true.
-      else
-        ! On it without a force: about to touch, or held there.
-        call locate_at(scene, points, i, state%displacement, gap, frame)
-        if (gap <= allowed) on_it(points%node(i)) = .true.
       end if
     end do
     near = on_it
-    touches = any(on_it)
-    if (.not. touches) return
+    if (.not. any(on_it)) return
     do pair = 1, size(faces)
       if (scene%pairs(pair)%master /= obstacle) cycle
       do f = 1, size(faces(pair)%nodes, 2)
@@ -268,24 +266,23 @@ contains
   end subroutine mark_touching
 
   !> What the points of an obstacle know, as fields over the nodes.
-  pure subroutine spread_points(scene, points, obstacle, state, extra, pressure)
+  pure subroutine spread_points(scene, points, obstacle, placement, reaction, extra, pressure)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: obstacle
-    type(state_t), intent(in) :: state
+    type(placement_t), intent(in) :: placement
+    real(wp), intent(in) :: reaction(:, :)            !! (3,n_points) x, y, z [force]
     real(wp), allocatable, intent(out) :: extra(:)    !! (n_nodes) *CONTACT GAP [length]
     real(wp), allocatable, intent(out) :: pressure(:) !! (n_nodes) [force/length^2]
-    real(wp) :: gap, frame(3, 3)
     integer :: i
 
     allocate (extra(scene%mesh%n_nodes), pressure(scene%mesh%n_nodes), source=0.0_wp)
     do i = 1, points%n
       if (scene%pairs(points%pair(i))%master /= obstacle) cycle
       extra(points%node(i)) = points%extra_gap(i)
-      if (.not. (points%area(i) > 0.0_wp .and. any(abs(state%reaction(:, i)) > 0.0_wp))) cycle
-      call locate_at(scene, points, i, state%displacement, gap, frame)
-      pressure(points%node(i)) = max(0.0_wp, dot_product(state%reaction(:, i), frame(:, 1)))/ &
-        points%area(i)
+      if (.not. (points%area(i) > 0.0_wp .and. any(abs(reaction(:, i)) > 0.0_wp))) cycle
+      pressure(points%node(i)) = max(0.0_wp, dot_product(reaction(:, i), &
+        placement%frame(:, 1, i)))/points%area(i)
     end do
   end subroutine spread_points
 
@@ -296,18 +293,16 @@ contains
     type(state_t), intent(in) :: old, new
     integer, intent(in) :: nodes(4)
     type(face_t), intent(out) :: face
+    real(wp) :: core(3), shift(3)
     integer :: k
 
     face%extra = extra
-    face%radius = obstacle%radius
-    if (obstacle%kind == obstacle_cylinder) face%axis = obstacle%normal
-    face%x = coordinates + old%displacement(:, nodes) - spread(obstacle%point, 2, 4)
+    call get_core(obstacle, core, face%axis, face%radius)
+    face%x = coordinates + old%displacement(:, nodes) - spread(core, 2, 4)
     face%way = new%displacement(:, nodes) - old%displacement(:, nodes)
-    if (obstacle%ref_node > 0) then
-      face%x = face%x - spread(old%displacement(:, obstacle%ref_node), 2, 4)
-      face%way = face%way - spread(new%displacement(:, obstacle%ref_node) - &
-        old%displacement(:, obstacle%ref_node), 2, 4)
-    end if
+    shift = shift_of(obstacle, old%displacement)
+    face%x = face%x - spread(shift, 2, 4)
+    face%way = face%way - spread(shift_of(obstacle, new%displacement) - shift, 2, 4)
     do k = 1, 4
       face%x(:, k) = across(face, face%x(:, k))
       face%way(:, k) = across(face, face%way(:, k))

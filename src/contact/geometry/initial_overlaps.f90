@@ -4,7 +4,7 @@ module initial_overlaps_mod
   use text_mod, only: string_t, to_text
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use obstacles_mod, only: locate_point
+  use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
 
@@ -20,24 +20,25 @@ contains
     type(contact_points_t), intent(in) :: points
     type(string_t), allocatable :: lines(:)
     type(string_t) :: line
-    real(wp) :: gap, normal(3), deepest, size_of_scene
+    type(placement_t) :: placement
+    real(wp) :: deepest, size_of_scene
     integer :: pair, i, n, node
 
     allocate (lines(0))
+    call place_undeformed(scene, points, placement)
     size_of_scene = maxval(abs(scene%mesh%coordinates))
     do pair = 1, size(scene%pairs)
       n = 0
       node = 0
       deepest = rounding*size_of_scene
       do i = points%first(pair), points%first(pair + 1) - 1
-        call locate_point(scene%obstacles(scene%pairs(pair)%master), [0.0_wp, 0.0_wp, 0.0_wp], &
-          scene%mesh%coordinates(:, points%node(i)), gap, normal)
-        gap = gap + points%extra_gap(i)
-        if (-gap <= rounding*size_of_scene) cycle
-        n = n + 1
-        if (-gap <= deepest) cycle
-        deepest = -gap
-        node = points%node(i)
+        associate (gap => placement%gap(i))
+          if (-gap <= rounding*size_of_scene) cycle
+          n = n + 1
+          if (-gap <= deepest) cycle
+          deepest = -gap
+          node = points%node(i)
+        end associate
       end do
       if (n == 0) cycle
       line%text = 'note: '//to_text(n)//' nodes of '//scene%pairs(pair)%name// &

@@ -1,27 +1,15 @@
-!> Where the slave nodes stand before their obstacles: local frames and gaps.
-module search_mod
+!> Local frames of the contact points, and what turns from one to another.
+module local_frame_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
-  use obstacles_mod, only: obstacle_t, locate_point
   implicit none
   private
 
-  public :: locate, local_frame, transport_tangent
+  public :: local_frame, transport_tangent, straight
+
+  real(wp), parameter :: straight = 1.0e-12_wp !! a direction cosine below this is 0
 
 contains
-
-  !> Gap and local frame of a point in space before an obstacle.
-  pure subroutine locate(obstacle, shift, x, gap, frame)
-    type(obstacle_t), intent(in) :: obstacle
-    real(wp), intent(in)  :: shift(3)     !! how far the obstacle has moved [length]
-    real(wp), intent(in)  :: x(3)         !! the point [length]
-    real(wp), intent(out) :: gap          !! signed distance, negative inside the obstacle [length]
-    real(wp), intent(out) :: frame(3, 3)  !! columns n, t1, t2
-    real(wp) :: normal(3)
-
-    call locate_point(obstacle, shift, x, gap, normal)
-    frame = local_frame(normal)
-  end subroutine locate
 
   !> The local frame of a normal: t1 is the global x axis projected on the tangent plane (the y axis
   !> where the normal is within 45 degrees of x), t2 = n x t1.
@@ -52,4 +40,4 @@ contains
     carried = v - dot_product(v, to)/(1.0_wp + cosine)*(from + to)
   end function transport_tangent
 
-end module search_mod
+end module local_frame_mod

@@ -1,0 +1,175 @@
+!> What each kind of obstacle is like: distance and normal, how near it may come, what of it is flat
+!> or round. Nothing else branches on kinds.
+!>
+!> A kind that is not known here has gaps that are no numbers, and `check_shapes` refuses it.
+module obstacle_shapes_mod
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, raise, exit_machine
+  use text_mod, only: to_text
+  use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder
+  implicit none
+  private
+
+  public :: known_kinds, check_shapes, shift_of, locate_point, least_gap, is_flat, normal_along, &
+    enters_faces, get_core, extent_of
+
+  integer, parameter :: known_kinds(3) = [obstacle_plane, obstacle_sphere, obstacle_cylinder]
+
+contains
+
+  !> Refuse obstacles of which nothing is known here.
+  pure subroutine check_shapes(obstacles, error)
+    type(obstacle_t), intent(in) :: obstacles(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, size(obstacles)
+      if (any(known_kinds == obstacles(i)%kind)) cycle
+      call raise(error, exit_machine, 'bipot: error: obstacle '//obstacles(i)%name// &
+        ' is of kind '//to_text(obstacles(i)%kind)//', which has no shape')
+      return
+    end do
+  end subroutine check_shapes
+
+  !> How far an obstacle has moved: with its reference node.
+  pure function shift_of(obstacle, u) result(shift)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) [length]
+    real(wp) :: shift(3)               !! [length]
+
+    shift = 0.0_wp
+    if (obstacle%ref_node > 0) shift = u(:, obstacle%ref_node)
+  end function shift_of
+
+  !> Distance of a point in space from the obstacle, and the normal at the closest point of it.
+  !>
+  !> At the centre of a sphere, or on the axis of a cylinder, every normal is as good as any other.
+  pure subroutine locate_point(obstacle, shift, x, gap, normal)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in)  :: shift(3)  !! how far the obstacle has moved [length]
+    real(wp), intent(in)  :: x(3)      !! the point [length]
+    real(wp), intent(out) :: gap       !! signed distance, negative inside the obstacle [length]
+    real(wp), intent(out) :: normal(3) !! unit vector from the obstacle to the body [-]
+    real(wp) :: arm(3), distance
+
+    arm = x - obstacle%point - shift
+    select case (obstacle%kind)
+    case (obstacle_plane)
+      gap = dot_product(obstacle%normal, arm)
+      normal = obstacle%normal
+      return
+    case (obstacle_sphere)
+      continue
+    case (obstacle_cylinder)
+      arm = arm - dot_product(arm, obstacle%normal)*obstacle%normal
+    case default
+      gap = ieee_value(gap, ieee_quiet_nan)
+      normal = gap
+      return
+    end select
+    distance = norm2(arm)
+    if (distance > 0.0_wp) then
+      normal = arm/distance
+    else
+      normal = any_perpendicular(obstacle%normal)
+    end if
+    gap = distance - obstacle%radius
+    if (.not. obstacle%inner) return
+    gap = -gap
+    normal = -normal
+  end subroutine locate_point
+
+  !> A unit vector perpendicular to `axis`, whatever that is.
+  pure function any_perpendicular(axis) result(normal)
+    real(wp), intent(in) :: axis(3)
+    real(wp) :: normal(3)
+    integer :: i
+
+    i = minloc(abs(axis), dim=1)
+    normal = -axis(i)*axis
+    normal(i) = normal(i) + 1.0_wp
+    normal = normal/norm2(normal)
+  end function any_perpendicular
+
+  !> A lower bound of the gap while the obstacle moves within a box; exact for planes and spheres.
+  pure function least_gap(obstacle, box, x) result(gap)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in) :: box(3, 2) !! corners of the box of displacements [length]
+    real(wp), intent(in) :: x(3)      !! a point at rest [length]
+    real(wp) :: gap                   !! [length]
+    real(wp) :: normal(3), arm(3), half(3)
+
+    select case (obstacle%kind)
+    case (obstacle_plane)
+      call locate_point(obstacle, [0.0_wp, 0.0_wp, 0.0_wp], x, gap, normal)
+      gap = gap - sum(max(normal*box(:, 1), normal*box(:, 2)))
+    case (obstacle_sphere)
+      arm = x - obstacle%point
+      if (obstacle%inner) then
+        gap = obstacle%radius - norm2(max(abs(arm - box(:, 1)), abs(arm - box(:, 2))))
+      else
+        gap = norm2(arm - max(box(:, 1), min(box(:, 2), arm))) - obstacle%radius
+      end if
+    case default
+      ! A gap is a distance, and changes by no more than the obstacle moves, whatever its kind.
+      half = 0.5_wp*(box(:, 2) - box(:, 1))
+      call locate_point(obstacle, box(:, 1) + half, x, gap, normal)
+      gap = gap - norm2(half)
+    end select
+  end function least_gap
+
+  !> Whether the normal is the same everywhere.
+  pure logical function is_flat(obstacle)
+    type(obstacle_t), intent(in) :: obstacle
+
+    is_flat = obstacle%kind == obstacle_plane
+  end function is_flat
+
+  !> The axes along which the normal may have a part.
+  pure function normal_along(obstacle, straight) result(along)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in) :: straight   !! a direction cosine up to this is 0 [-]
+    logical :: along(3)
+
+    along = .true.
+    if (is_flat(obstacle)) along = abs(obstacle%normal) > straight
+  end function normal_along
+
+  !> Whether it may be in a slave face and at none of its nodes.
+  !>
+  !> Only what is round and touched from outside may: where all nodes of a face are before a plane
+  !> or in a hollow, all of the face is.
+  pure logical function enters_faces(obstacle)
+    type(obstacle_t), intent(in) :: obstacle
+
+    select case (obstacle%kind)
+    case (obstacle_sphere, obstacle_cylinder)
+      enters_faces = .not. obstacle%inner
+    case default
+      enters_faces = .false.
+    end select
+  end function enters_faces
+
+  !> The core of an obstacle that enters faces: its surface is at `radius` from a point, or from a
+  !> line.
+  pure subroutine get_core(obstacle, point, axis, radius)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(out) :: point(3)  !! of the core [length]
+    real(wp), intent(out) :: axis(3)   !! unit vector along the line, 0 where it is a point [-]
+    real(wp), intent(out) :: radius    !! [length]
+
+    point = obstacle%point
+    radius = obstacle%radius
+    axis = 0.0_wp
+    if (obstacle%kind == obstacle_cylinder) axis = obstacle%normal
+  end subroutine get_core
+
+  !> The largest coordinate by which places on it are rounded.
+  pure real(wp) function extent_of(obstacle) result(extent)
+    type(obstacle_t), intent(in) :: obstacle
+
+    extent = maxval(abs(obstacle%point)) + obstacle%radius
+  end function extent_of
+
+end module obstacle_shapes_mod

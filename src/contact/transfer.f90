@@ -1,0 +1,337 @@
+!> Between the nodes and the contact points: the weights of a placement, applied for the solvers.
+!>
+!> B takes displacements of nodes to relative motions of the points,
+!>
+!>     (B u)_i = u_slave - sum_k weight_ik u_k,
+!>
+!> x, y, z a point; its transpose takes reactions to forces of nodes. The compliance at the rows of
+!> the points is W = R^T B C B^T R, with C over the equations of the interface and the frames R, and
+!> G = R^T B (motions). docs/theory.md sections 2 and 9. A row may name any nodes: reference nodes,
+!> nodes of any body (the slave's own too), nodes that supports hold.
+module transfer_mod
+  use kinds_mod, only: wp
+  use huge_pages_mod, only: prefer_huge_pages
+  use mesh_mod, only: mesh_t
+  use obstacles_mod, only: ref_nodes
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t, weights_t
+  use dof_map_mod, only: dof_map_t, interface_equations_of
+  use rigid_modes_mod, only: free_motions_t, motion_at
+  use local_frame_mod, only: straight
+  use placement_mod, only: placement_t
+  implicit none
+  private
+
+  public :: relative_motion, nodal_forces, gap_at, movable, rows_of_points, motion_of_point, &
+    motions_at_rows, transfer_t, make_transfer, compliance_of_rows, stiffness_left
+
+  real(wp), parameter :: rounding = 1.0e-12_wp !! of a motion, whose pin moves by 1: none
+
+  !> B over the equations of the interface, in x, y, z: a sparse line for each direction of a point.
+  type :: transfer_t
+    integer,  allocatable :: first(:)       !! (3 n_points+1) where each line begins
+    integer,  allocatable :: equation(:)    !! (n_entries) counted from the first of the interface
+    real(wp), allocatable :: coefficient(:) !! (n_entries) [-]
+  end type transfer_t
+
+contains
+
+  !> Displacement of a point's node less that of the master there.
+  pure function relative_motion(points, weights, i, u) result(d)
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: i
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) [length]
+    real(wp) :: d(3)
+    integer :: k
+
+    d = u(:, points%node(i))
+    do k = weights%first(i), weights%first(i + 1) - 1
+      d = d - weights%weight(k)*u(:, weights%node(k))
+    end do
+  end function relative_motion
+
+  !> Reactions of the points as forces of the nodes.
+  pure function nodal_forces(points, weights, reaction, n_nodes) result(force)
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    real(wp), intent(in) :: reaction(:, :) !! (3,n_points) x, y, z, on the slave node [force]
+    integer, intent(in) :: n_nodes
+    real(wp) :: force(3, n_nodes)          !! [force]
+    integer :: i, k
+
+    force = 0.0_wp
+    do i = 1, points%n
+      force(:, points%node(i)) = force(:, points%node(i)) + reaction(:, i)
+      do k = weights%first(i), weights%first(i + 1) - 1
+        associate (node => weights%node(k))
+          force(:, node) = force(:, node) - weights%weight(k)*reaction(:, i)
+        end associate
+      end do
+    end do
+  end function nodal_forces
+
+  !> The gap of a point at displacement `u`, linear about the placement.
+  pure real(wp) function gap_at(placement, points, i, u) result(gap)
+    type(placement_t), intent(in) :: placement
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: i
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
+
+    gap = placement%gap(i) + dot_product(placement%frame(:, 1, i), &
+      relative_motion(points, placement%weights, i, u) - placement%reference(:, i))
+  end function gap_at
+
+  !> The degrees of freedom that can move: of the bodies' nodes and of obstacles, where no support
+  !> holds them. Other nodes have none.
+  pure function movable(scene, prescribed)
+    type(scene_t), intent(in) :: scene
+    logical, intent(in) :: prescribed(:, :)      !! (3,n_nodes)
+    logical :: movable(3, size(prescribed, 2))
+
+    movable = spread(scene%mesh%body > 0, 1, 3)
+    movable(:, ref_nodes(scene%obstacles)) = .true.
+    movable = movable .and. .not. prescribed
+  end function movable
+
+  !> Number the rows of every point: a row wherever the point can move along its frame and the law
+  !> has a reaction.
+  !>
+  !> A direction along which neither the slave node nor a node of its row can move has no compliance
+  !> and no row; without friction there are no tangential rows; a point whose normal cannot move, or
+  !> that is out of reach of its master, has none at all (docs/theory.md section 2).
+  pure subroutine rows_of_points(can_move, points, weights, frame, row)
+    logical, intent(in) :: can_move(:, :)         !! (3,n_nodes) of `movable`
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    real(wp), intent(in) :: frame(:, :, :)        !! (3,3,n_points) columns n, t1, t2
+    integer, intent(out) :: row(:, :)             !! (3,n_points) 0 where there is none
+    integer :: i, a, k, n
+    logical :: free(3)
+
+    row = 0
+    n = 0
+    do i = 1, points%n
+      if (.not. points%in_reach(i)) cycle
+      free = can_move(:, points%node(i))
+      do k = weights%first(i), weights%first(i + 1) - 1
+        if (abs(weights%weight(k)) > 0.0_wp) free = free .or. can_move(:, weights%node(k))
+      end do
+      do a = 1, 3
+        if (a > 1 .and. (row(1, i) == 0 .or. points%mu(i) <= 0.0_wp)) exit
+        if (.not. any(free .and. abs(frame(:, a, i)) > straight)) cycle
+        n = n + 1
+        row(a, i) = n
+      end do
+    end do
+  end subroutine rows_of_points
+
+  !> What the free motions do at the rows of the contact points, G of docs/theory.md (9.2).
+  !>
+  !> A row across a motion is exactly 0: were it rounding, contact would seem to hold a body that
+  !> slides along it. So is what a motion does to both sides alike.
+  pure function motions_at_rows(mesh, points, placement, motions, row) result(g)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement
+    type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: row(:, :)        !! (3,n_points) 0 where there is none
+    real(wp), allocatable :: g(:, :)        !! (n_rows,n_motions) [-]
+    real(wp) :: motion(3), magnitude
+    integer :: i, j, a
+
+    allocate (g(count(row > 0), motions%n))
+    do i = 1, points%n
+      if (row(1, i) == 0) cycle
+      do j = 1, motions%n
+        call move_point(mesh, points, placement%weights, motions, i, j, motion, magnitude)
+        do a = 1, 3
+          if (row(a, i) == 0) cycle
+          g(row(a, i), j) = dot_product(placement%frame(:, a, i), motion)
+          if (abs(g(row(a, i), j)) <= rounding*max(1.0_wp, magnitude)) g(row(a, i), j) = 0.0_wp
+        end do
+      end do
+    end do
+  end function motions_at_rows
+
+  !> What free motion `j` does to a point's node, less what it does to its master there.
+  pure function motion_of_point(mesh, points, weights, motions, i, j) result(motion)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: i, j
+    real(wp) :: motion(3) !! [-]
+    real(wp) :: magnitude
+
+    call move_point(mesh, points, weights, motions, i, j, motion, magnitude)
+  end function motion_of_point
+
+  !> The same, with how much is added up to it.
+  pure subroutine move_point(mesh, points, weights, motions, i, j, motion, magnitude)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: i, j
+    real(wp), intent(out) :: motion(3), magnitude !! [-]
+    real(wp) :: part(3)
+    integer :: k
+
+    motion = motion_at(motions, mesh, j, points%node(i))
+    magnitude = norm2(motion)
+    do k = weights%first(i), weights%first(i + 1) - 1
+      part = weights%weight(k)*motion_at(motions, mesh, j, weights%node(k))
+      motion = motion - part
+      magnitude = magnitude + norm2(part)
+    end do
+  end subroutine move_point
+
+  !> B over the equations of the interface.
+  subroutine make_transfer(map, points, weights, transfer)
+    type(dof_map_t), intent(in) :: map
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    type(transfer_t), intent(out) :: transfer
+    integer :: slave(3), master(3, size(weights%node)), i, a, k, n, pass
+
+    do k = 1, size(weights%node)
+      master(:, k) = interface_equations_of(map, weights%node(k))
+    end do
+    allocate (transfer%first(3*points%n + 1))
+    do pass = 1, 2
+      n = 0
+      do i = 1, points%n
+        slave = interface_equations_of(map, points%node(i))
+        do a = 1, 3
+          transfer%first(3*(i - 1) + a) = n + 1
+          if (slave(a) > 0) call add(slave(a), 1.0_wp)
+          do k = weights%first(i), weights%first(i + 1) - 1
+            if (master(a, k) > 0) call add(master(a, k), -weights%weight(k))
+          end do
+        end do
+      end do
+      transfer%first(3*points%n + 1) = n + 1
+      if (pass == 1) allocate (transfer%equation(n), transfer%coefficient(n))
+    end do
+
+  contains
+
+    subroutine add(equation, coefficient)
+      integer, intent(in) :: equation
+      real(wp), intent(in) :: coefficient
+
+      n = n + 1
+      if (pass == 1) return
+      transfer%equation(n) = equation
+      transfer%coefficient(n) = coefficient
+    end subroutine add
+
+  end subroutine make_transfer
+
+  !> W = R^T B C B^T R over the rows of the points.
+  subroutine compliance_of_rows(transfer, frame, row, c, w)
+    type(transfer_t), intent(in) :: transfer
+    real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
+    integer, intent(in)  :: row(:, :)       !! (3,n_points)
+    real(wp), intent(in) :: c(:, :)
+    !! (n_interface,n_interface) compliance of the interface [length/force]
+    real(wp), allocatable, intent(out) :: w(:, :) !! (n_rows,n_rows) [length/force]
+    real(wp) :: of_point(size(c, 1), 3) !! C B^T of one point [length/force]
+    real(wp) :: block(3, 3)
+    integer :: i, j, a, b
+
+    allocate (w(count(row > 0), count(row > 0)))
+    call prefer_huge_pages(w)
+    do j = 1, size(row, 2)
+      if (row(1, j) == 0) cycle
+      call press_point(transfer, c, j, of_point)
+      do i = j, size(row, 2)
+        if (row(1, i) == 0) cycle
+        block = matmul(transpose(frame(:, :, i)), matmul(at_point(transfer, of_point, i), &
+          frame(:, :, j)))
+        do b = 1, 3
+          do a = 1, 3
+            if (row(a, i) == 0 .or. row(b, j) == 0) cycle
+            w(row(a, i), row(b, j)) = block(a, b)
+            w(row(b, j), row(a, i)) = block(a, b)
+          end do
+        end do
+      end do
+    end do
+  end subroutine compliance_of_rows
+
+  !> C B^T of one point: what unit reactions along x, y, z do to the interface.
+  pure subroutine press_point(transfer, c, j, moved)
+    type(transfer_t), intent(in) :: transfer
+    real(wp), intent(in) :: c(:, :)         !! (n_interface,n_interface) [length/force]
+    integer, intent(in) :: j
+    real(wp), intent(out) :: moved(:, :)    !! (n_interface,3) [length/force]
+    integer :: b, k
+
+    moved = 0.0_wp
+    do b = 1, 3
+      do k = transfer%first(3*(j - 1) + b), transfer%first(3*(j - 1) + b + 1) - 1
+        moved(:, b) = moved(:, b) + transfer%coefficient(k)*c(:, transfer%equation(k))
+      end do
+    end do
+  end subroutine press_point
+
+  !> B of one point, applied to three displacements of the interface.
+  pure function at_point(transfer, moved, i) result(block)
+    type(transfer_t), intent(in) :: transfer
+    real(wp), intent(in) :: moved(:, :)     !! (n_interface,3)
+    integer, intent(in) :: i
+    real(wp) :: block(3, 3)                 !! rows along x, y, z, a column each
+    integer :: a, k
+
+    block = 0.0_wp
+    do a = 1, 3
+      do k = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
+        block(a, :) = block(a, :) + transfer%coefficient(k)*moved(transfer%equation(k), :)
+      end do
+    end do
+  end function at_point
+
+  !> What is left of the stiffness of a pair's slave nodes where the master gives way beneath them:
+  !> the mean over its points of tr C_ii/tr W_ii, C_ii of the slave node alone. 1 where no node of
+  !> the master is on the interface.
+  pure function stiffness_left(map, points, transfer, c) result(left)
+    type(dof_map_t), intent(in) :: map
+    type(contact_points_t), intent(in) :: points
+    type(transfer_t), intent(in) :: transfer
+    real(wp), intent(in) :: c(:, :)            !! (n_interface,n_interface) [length/force]
+    real(wp) :: left(size(points%first) - 1)   !! (n_pairs) [-]
+    real(wp) :: of_slave, of_both
+    integer :: pair, i, a, k, l, n, equation(3)
+
+    left = 1.0_wp
+    do pair = 1, size(left)
+      n = 0
+      do i = points%first(pair), points%first(pair + 1) - 1
+        equation = interface_equations_of(map, points%node(i))
+        associate (first => transfer%first(3*i - 2), last => transfer%first(3*i + 1) - 1)
+          if (last - first + 1 == count(equation > 0)) cycle
+        end associate
+        of_slave = 0.0_wp
+        of_both = 0.0_wp
+        do a = 1, 3
+          if (equation(a) == 0) cycle
+          of_slave = of_slave + c(equation(a), equation(a))
+          do k = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
+            do l = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
+              of_both = of_both + transfer%coefficient(k)*transfer%coefficient(l)* &
+                c(transfer%equation(k), transfer%equation(l))
+            end do
+          end do
+        end do
+        if (.not. min(of_slave, of_both) > 0.0_wp) cycle
+        if (n == 0) left(pair) = 0.0_wp
+        n = n + 1
+        left(pair) = left(pair) + of_slave/of_both
+      end do
+      if (n > 0) left(pair) = left(pair)/real(n, wp)
+    end do
+  end function stiffness_left
+
+end module transfer_mod
