@@ -89,8 +89,9 @@ contains
         masters = master_nodes(points, i)
         bodies = pack(scene%mesh%body(masters), scene%mesh%body(masters) > 0)
         associate (slaves => scene%surfaces(scene%pairs(i)%surface)%nodes, body => scene%mesh%body)
-          if (any(loose_ref_node(masters)) .or. any(loose_body(bodies))) &
+          if (any(loose_ref_node(masters)) .or. any(loose_body(bodies))) then
             loose_body(body(slaves)) = .true.
+          end if
           if (any(loose_body(body(slaves)))) loose_body(bodies) = .true.
         end associate
       end do
