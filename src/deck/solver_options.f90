@@ -11,7 +11,7 @@ module solver_options_mod
   use keywords_mod, only: same_word
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, read_integer, take_positive
-  use text_mod, only: as_list, string_t
+  use text_mod, only: as_list, one_of, string_t
   implicit none
   private
 
@@ -85,11 +85,7 @@ contains
         code = codes(j)
         return
       end do
-      wanted = trim(names(1))
-      do j = 2, size(names) - 1
-        wanted = wanted//', '//trim(names(j))
-      end do
-      wanted = wanted//' or '//trim(names(size(names)))
+      wanted = one_of(names)
     end subroutine choose
 
     subroutine take_count(count)

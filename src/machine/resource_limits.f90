@@ -94,9 +94,7 @@ contains
     character(*), intent(in) :: root !! above /proc
     integer(i8) :: bytes
 
-    bytes = no_limit
-    call lower(bytes, 1_i8, number_after(root//'/proc/self/limits', 'Max address space'), &
-      1024_i8*number_after(root//'/proc/self/status', 'VmSize:'))
+    bytes = left_of(root, 'Max address space', 'VmSize:')
   end function address_space_left
 
   !> Bytes of its own that this process can still reserve, touched or not (ulimit -d).
@@ -104,10 +102,18 @@ contains
     character(*), intent(in) :: root !! above /proc
     integer(i8) :: bytes
 
-    bytes = no_limit
-    call lower(bytes, 1_i8, number_after(root//'/proc/self/limits', 'Max data size'), &
-      1024_i8*number_after(root//'/proc/self/status', 'VmData:'))
+    bytes = left_of(root, 'Max data size', 'VmData:')
   end function data_left
+
+  !> What a limit of the process leaves [bytes].
+  function left_of(root, limit, used) result(bytes)
+    character(*), intent(in) :: root, limit, used !! as the system calls limit and use
+    integer(i8) :: bytes
+
+    bytes = no_limit
+    call lower(bytes, 1_i8, number_after(root//'/proc/self/limits', limit), &
+      1024_i8*number_after(root//'/proc/self/status', used))
+  end function left_of
 
   !> Bytes that can still be written to the folder of `path`.
   function disk_left(path) result(bytes)

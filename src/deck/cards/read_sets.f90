@@ -11,6 +11,7 @@
 !> A second card with the same name adds to the set. A set may name only sets defined above it, so
 !> no set can hold itself.
 module read_sets_mod
+  use block_mesh_mod, only: block_side_nodes
   use cards_mod, only: keep_reading, note, reader_t, report
   use diagnostics_mod, only: quoted
   use fields_mod, only: any_number, field_position, fields_t, integer_field, limit_fields, &
@@ -18,7 +19,7 @@ module read_sets_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: i8
   use lookup_mod, only: find_id, find_name, make_name_lookup
-  use mesh_draft_mod, only: block_t, early_set_t, mesh_draft_t, set_of_elements, set_of_nodes
+  use mesh_draft_mod, only: early_set_t, mesh_draft_t, set_of_elements, set_of_nodes
   use options_mod, only: allow_no_data, allow_options, card_t, flag_option, has_option, &
     name_option, open_card, option_position
   use sets_mod, only: find_set, finish, model_t, &
@@ -160,40 +161,11 @@ contains
           'duplicate block '//quoted(draft%blocks(set%block)%name))
       end if
     end if
-    call append(sets%list(home)%members, sets%list(home)%n, &
-      block_side_nodes(draft%blocks(set%block), set%side))
+    associate (block => draft%blocks(set%block))
+      call append(sets%list(home)%members, sets%list(home)%n, block%first_node - 1 + &
+        block_side_nodes(block%n, set%side))
+    end associate
   end subroutine fill_early
-
-  !> The nodes on one side of a block, ascending.
-  pure function block_side_nodes(block, side) result(nodes)
-    type(block_t), intent(in) :: block
-    integer, intent(in) :: side
-    integer, allocatable :: nodes(:)
-    integer :: axis, low(3), high(3), i, j, k, n
-
-    if (any(block%n == 0)) then
-      allocate (nodes(0))
-      return
-    end if
-    axis = (side + 1)/2
-    low = 0
-    high = block%n
-    if (mod(side, 2) == 1) then
-      high(axis) = 0
-    else
-      low(axis) = block%n(axis)
-    end if
-    allocate (nodes(product(high - low + 1)))
-    n = 0
-    do k = low(3), high(3)
-      do j = low(2), high(2)
-        do i = low(1), high(1)
-          n = n + 1
-          nodes(n) = block%first_node + i + (block%n(1) + 1)*(j + (block%n(2) + 1)*k)
-        end do
-      end do
-    end do
-  end function block_side_nodes
 
   !> The members that a *NSET or *ELSET card names.
   subroutine fill_from_card(reader, draft, sets, entry, work, elements)

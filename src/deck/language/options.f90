@@ -7,7 +7,7 @@ module options_mod
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, read_integer, take_positive
   use substitution_mod, only: substitute
-  use text_mod, only: as_list, to_text, upper
+  use text_mod, only: as_list, one_of, to_text, upper
   implicit none
   private
 
@@ -336,25 +336,9 @@ contains
       ok = .true.
       return
     end do
-    call report(reader, card%options(i)%value_position, name//' must be '//choice_list(words)// &
+    call report(reader, card%options(i)%value_position, name//' must be '//one_of(words)// &
       ', not '//quoted(card%options(i)%value), guess(upper(card%options(i)%value), as_list(words)))
   end subroutine choice_option
-
-  !> "A, B or C".
-  pure function choice_list(words) result(text)
-    character(*), intent(in) :: words(:)
-    character(:), allocatable :: text
-    integer :: j
-
-    text = trim(words(1))
-    do j = 2, size(words)
-      if (j < size(words)) then
-        text = text//', '//trim(words(j))
-      else
-        text = text//' or '//trim(words(j))
-      end if
-    end do
-  end function choice_list
 
   !> Report data lines below a keyword that takes none.
   subroutine allow_no_data(reader, card)
