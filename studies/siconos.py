@@ -12,7 +12,8 @@ computed here from the reactions each program wrote. Where Siconos stops before 
 reached, its tolerance is lowered; what it says of itself tells to what.
 
 All runs go into studies/data/siconos.csv, in place of older ones of the same problem. The page
-shows of them what a reader wants; it is written from that file, with --page alone. Status 0; 1 for
+shows of them what a reader wants; it is written from that file, with --page alone. Runs into
+another file (--runs) make no page unless --page asks for it. Status 0; 1 for
 a wrong command line; 77 where Siconos (the driver studies/programs/solve_fclib.c, cmake
 -DBIPOT_BENCHMARKS=ON) is not there: then bipot's runs are printed, and nothing is kept.
 """
@@ -306,7 +307,7 @@ def main() -> int:
     arguments = parser.parse_args()
     if not arguments.page:
         status = make_runs(arguments)
-        if status != 0:
+        if status != 0 or arguments.runs != KEPT:
             return status
     found = list(read_kept(arguments.runs).values())
     if not found:

@@ -64,7 +64,8 @@ contains
       end if
     case (solver_auto)
       call solve_automatically(problem, x_free, controls, r, report)
-      if (.not. report%converged .and. is_warm) call start_anew(problem, x_free, controls, r, report)
+      if (report%converged .or. .not. is_warm) return
+      call start_anew(problem, x_free, controls, r, report)
     case default
       call solve_by_sweeps(problem, x_free, controls, r, report)
     end select
