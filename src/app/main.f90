@@ -3,6 +3,7 @@
 program bipot
   use, intrinsic :: iso_c_binding, only: c_int
   use errors_mod, only: error_t, exit_ok
+  use libc_mod, only: c_exit
   use standard_streams_mod, only: open_standard_streams, write_to, standard_error
   use runtime_failures_mod, only: meet_runtime_failures
   use blas_core_mod, only: choose_blas_core, check_blas_room
@@ -17,15 +18,6 @@ program bipot
   use solve_problem_mod, only: run_problem
   use version_mod, only: version
   implicit none
-
-  interface
-    !> C's exit: Fortran 2008 takes no variable behind STOP.
-    subroutine c_exit(status) bind(c, name='exit')
-      import :: c_int
-      implicit none
-      integer(c_int), value :: status
-    end subroutine c_exit
-  end interface
 
   type(options_t) :: options
   type(error_t), allocatable :: error
@@ -51,6 +43,7 @@ program bipot
     exit_status = error%exit_status
   end if
   call end_ranks(exit_status)
+  ! Fortran 2008 takes no variable behind STOP.
   call c_exit(int(exit_status, c_int))
 
 contains

@@ -4,7 +4,7 @@ module text_mod
   implicit none
   private
 
-  public :: printable, upper, to_text, percent, nearest_word, string_t, as_list
+  public :: printable, upper, to_text, percent, nearest_word, string_t, as_list, one_of
 
   !> A text of its own length, for lists of texts.
   type :: string_t
@@ -42,6 +42,22 @@ contains
       list(i)%text = trim(words(i))
     end do
   end function as_list
+
+  !> "A, B or C".
+  pure function one_of(words) result(text)
+    character(*), intent(in) :: words(:)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = trim(words(1))
+    do i = 2, size(words)
+      if (i < size(words)) then
+        text = text//', '//trim(words(i))
+      else
+        text = text//' or '//trim(words(i))
+      end if
+    end do
+  end function one_of
 
   !> `text` in upper case (ASCII letters only; other bytes stay).
   pure function upper(text) result(converted)

@@ -7,14 +7,17 @@
 module command_line_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_wrong_input
-  use text_mod, only: as_list, string_t, nearest_word
-  use controls_mod, only: contact_controls_t
-  use solver_options_mod, only: is_solver_option, set_solver_option, settle_solver, &
-    take_real
+  use text_mod, only: as_list, nearest_word, string_t, upper
+  use controls_mod, only: contact_controls_t, solver_global_newton, solver_sweeps
+  use diagnostics_mod, only: guess, quoted
+  use numbers_mod, only: take_positive
+  use solver_options_mod, only: set_solver_option, solver_options
   implicit none
   private
 
   public :: options_t, read_command_line, check_kind, help_text, command_text, resume_command
+
+  integer, parameter :: n_solver_options = 7 !! the first of the list, which problems have, too
 
   !> What the user asked for.
   type :: options_t
@@ -41,7 +44,7 @@ contains
     type(options_t), intent(out) :: options
     type(error_t), allocatable, intent(out) :: error
     !! an unknown option, a missing value, no deck or two
-    character(:), allocatable :: word, value, sweeps_option
+    character(:), allocatable :: word, value, wanted, sweeps_option
     integer :: i
 
     options%deck = ''
@@ -77,7 +80,9 @@ contains
         call take_value(word, i, options%exported, error)
       case ('--accuracy')
         call take_value(word, i, value, error)
-        if (.not. allocated(error)) call take_real(word, value, 1.0_wp, options%accuracy, error)
+        if (allocated(error)) return
+        call take_positive(value, 1.0_wp, options%accuracy, wanted)
+        if (allocated(wanted)) call refuse(word, wanted, value, error)
       case ('--acceleration')
         options%solver_option = word
         sweeps_option = word
@@ -85,9 +90,9 @@ contains
       case default
         if (is_solver_option(word)) then
           options%solver_option = word
-          if (word == '--local' .or. word == '--relaxation') sweeps_option = word
           call take_value(word, i, value, error)
-          if (.not. allocated(error)) call set_solver_option(word, value, options%controls, error)
+          if (.not. allocated(error)) call take_solver_option(word, value, options%controls, &
+            sweeps_option, error)
         else
           call take_deck(word, options, error)
         end if
@@ -95,15 +100,20 @@ contains
       if (allocated(error)) return
     end do
     if (options%continues .and. options%overwrite) then
-      call raise(error, exit_wrong_input, 'bipot: error: --continue keeps the result that '// &
-        '--overwrite replaces')
+      call raise(error, exit_wrong_input, 'bipot: error: --continue and '// &
+        '--overwrite exclude each other')
       return
     end if
-    call settle_solver(sweeps_option, options%controls, error)
-    if (allocated(error)) return
+    if (sweeps_option /= '') then
+      ! What only sweeps know means sweeps.
+      if (options%controls%solver == solver_global_newton) call raise(error, exit_wrong_input, &
+        'bipot: error: '//sweeps_option//' applies to sweeps, not to --solver global-newton')
+      if (allocated(error)) return
+      options%controls%solver = solver_sweeps
+    end if
     if (options%deck == '' .and. .not. (options%help .or. options%version)) call raise(error, &
       exit_wrong_input, &
-      'bipot: error: no deck given (bipot --help tells what there is)')
+      'bipot: error: no deck given (see bipot --help)')
   end subroutine read_command_line
 
   !> Refuse options that belong to a deck beside a problem, and the reverse.
@@ -123,12 +133,68 @@ contains
       if (options%exported /= '') misplaced = '--export-fclib'
       if (size(options%overrides) > 0) misplaced = '--set'
       if (misplaced /= '') call raise(error, exit_wrong_input, 'bipot: error: '//misplaced// &
-        " belongs to decks, and '"//options%deck//"' is a contact problem")
+        " applies to decks, and '"//options%deck//"' is a contact problem")
     else if (misplaced /= '') then
       call raise(error, exit_wrong_input, 'bipot: error: '//misplaced// &
-        ' belongs to contact problems (PROBLEM.hdf5); a deck says it in *CONTACT SOLVER')
+        ' applies to contact problems (PROBLEM.hdf5); in a deck use *CONTACT SOLVER')
     end if
   end subroutine check_kind
+
+  !> Whether a word is an option of *CONTACT SOLVER that problems have, too: --max-sweeps.
+  pure logical function is_solver_option(word)
+    character(*), intent(in) :: word
+
+    is_solver_option = any(as_option(solver_options(:n_solver_options)) == word)
+  end function is_solver_option
+
+  !> An option of *CONTACT SOLVER as the command line writes it.
+  elemental function as_option(name) result(option)
+    character(*), intent(in) :: name
+    character(len(name) + 2) :: option
+    integer :: i
+
+    option = '--'//name
+    do i = 3, len_trim(option)
+      if (option(i:i) == ' ') option(i:i) = '-'
+      if (option(i:i) >= 'A' .and. option(i:i) <= 'Z') option(i:i) = achar(iachar(option(i:i)) + 32)
+    end do
+  end function as_option
+
+  !> Take the value of such an option.
+  subroutine take_solver_option(option, value, controls, sweeps_option, error)
+    character(*), intent(in) :: option, value
+    type(contact_controls_t), intent(inout) :: controls
+    character(:), allocatable, intent(inout) :: sweeps_option !! the last that only sweeps know
+    type(error_t), allocatable, intent(out) :: error !! no such value
+    character(:), allocatable :: wanted
+    type(string_t), allocatable :: words(:)
+    integer :: i
+    logical :: of_sweeps
+
+    of_sweeps = .false.
+    do i = 1, n_solver_options
+      if (as_option(solver_options(i)) /= option) cycle
+      call set_solver_option(trim(solver_options(i)), value, controls, of_sweeps, wanted, words)
+      if (allocated(wanted)) call refuse(option, wanted, value, error, guess(upper(value), words))
+    end do
+    if (of_sweeps) sweeps_option = option
+  end subroutine take_solver_option
+
+  !> Refuse the value of an option.
+  subroutine refuse(option, wanted, value, error, hint)
+    character(*), intent(in) :: option
+    character(*), intent(in) :: wanted !! "a number above 0"
+    character(*), intent(in) :: value
+    type(error_t), allocatable, intent(out) :: error
+    character(*), intent(in), optional :: hint
+    character(:), allocatable :: ending
+
+    ending = ''
+    if (present(hint)) ending = hint
+    if (ending /= '') ending = '; '//ending
+    call raise(error, exit_wrong_input, 'bipot: error: '//option//' must be '//wanted//', not '// &
+      quoted(value)//ending)
+  end subroutine refuse
 
   subroutine take_value(option, i, value, error)
     character(*), intent(in) :: option
@@ -167,12 +233,11 @@ contains
     if (word(:min(1, len(word))) == '-') then
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
         '--force', '--overwrite', '--continue', '--accuracy', '--quiet', '--output', '--set', &
-        '--export-fclib', '--solver', '--formulation', '--local', '--rho', '--relaxation', &
-        '--tolerance', '--max-sweeps', '--acceleration']))
+        '--export-fclib', '--acceleration', as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
     else if (options%deck /= '') then
-      call raise(error, exit_wrong_input, "bipot: error: one deck a run, found '"//options%deck// &
-        "' and '"//word//"'")
+      call raise(error, exit_wrong_input, "bipot: error: one deck per run, found '"// &
+        options%deck//"' and '"//word//"'")
     else
       options%deck = word
     end if
@@ -267,33 +332,33 @@ contains
     character(:), allocatable :: text
     character(*), parameter :: nl = new_line('a')
 
-    text = 'bipot: contact with friction of three-dimensional bodies, every step certified'//nl// &
+    text = 'bipot: three-dimensional contact with friction, every increment certified'//nl// &
       nl// &
       'usage: bipot DECK [options]'//nl// &
       '       bipot PROBLEM.hdf5 [options]   a contact problem in FCLIB''s layout'//nl//nl// &
       '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory);'//nl// &
       '                      a name without an ending gets .vtkhdf'//nl// &
-      '  --set name=value    give a parameter of the deck another value; may be repeated'//nl// &
-      '  --accuracy X        how wrong the contact resultants may be, 0.01 for 1 %; the program'// &
+      '  --set name=value    change the value of a parameter of the deck; may be repeated'//nl// &
+      '  --accuracy X        error allowed in the contact resultants, 0.01 for 1 %; the program'// &
       nl// &
-      '                      spends no more than that takes, and says where it is not reached'// &
+      '                      does no more than that takes, and says where it is not reached'// &
       nl// &
       '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
-    '  --force             run even what does not fit into memory or on the disk'//nl// &
+      '  --force             run even what does not fit in memory or on the disk'//nl// &
       '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32'//nl// &
       '                      or all, to NAME-<increment>.fclib.hdf5'//nl// &
-      '  --continue          go on with the run that left an unfinished result'//nl// &
+      '  --continue          resume the run that left an unfinished result'//nl// &
       '  --overwrite         replace a result file that is unfinished, of another deck, or'//nl// &
       '                      of other parameters'//nl// &
-      '  -q, --quiet         print only the closing sentence'//nl// &
+      '  -q, --quiet         print only the closing line'//nl// &
       '  -h, --help          print this'//nl// &
       '  --version           print the version'//nl//nl// &
-      'of a contact problem (a deck says these in *CONTACT SOLVER):'//nl// &
+      'for a contact problem (a deck has *CONTACT SOLVER):'//nl// &
       '  --solver auto|sweeps|global-newton   --formulation bipotential|pseudopotential'//nl// &
       '  --local uzawa|newton|newton6|exact   --rho X   --relaxation X   --acceleration'//nl// &
       '  --tolerance X   --max-sweeps N   -o FILE (default: PROBLEM.solution.hdf5)'//nl//nl// &
-      'exit status: 0 every step certified; 1 wrong command line or deck; 2 a step did not '// &
-      'converge or certify;'//nl// &
+      'exit status: 0 every increment certified; 1 wrong command line or deck;'//nl// &
+      '2 an increment did not converge or was not certified;'//nl// &
       '3 the machine failed (memory, disk, a library); 130, 143 stopped by '// &
       'SIGINT, SIGTERM.'//nl//'docs/deck.md, docs/results.md and docs/fclib.md describe the files.'
   end function help_text

@@ -91,11 +91,13 @@ contains
         worst_entry(report%certificate), report%wall_time
     end associate
     line = trim(line)//'  '//solver_name(report%solver)
-    if (report%solver_stages > 1) line = trim(line)//', after '// &
-      to_text(report%solver_stages - 1)//' that did not reach the tolerance'
+    if (report%solver_stages == 2) line = trim(line)//', after one that missed the tolerance'
+    if (report%solver_stages > 2) line = trim(line)//', after '// &
+      to_text(report%solver_stages - 1)//' that missed the tolerance'
     if (.not. report%certificate%certified) line = trim(line)//'  not certified'
     call say(trim(line))
-    if (report%errors%mesh >= 0.0_wp) call say('      error about '//errors_in_words(report%errors))
+    if (report%errors%mesh >= 0.0_wp) call say('      estimated error: '// &
+      errors_in_words(report%errors))
     if (.not. console%terminal .or. done >= 1.0_wp) return
     elapsed = wall_seconds() - console%started
     call draw_bar(done, elapsed*(1.0_wp - done)/done)

@@ -101,10 +101,12 @@ contains
     end if
     x(2:, :) = contact%slip_increment
     at_rest = is_at_rest(mesh, forces, pressed)
-    ! Of bodies whose forces are all rounding the reactions say nothing.
+    ! Of bodies whose forces are all rounding the reactions say nothing, but where they are said to
+    ! hold what slips.
     reaction = contact%reaction
     do i = 1, points%n
-      if (at_rest(mesh%body(points%node(i)))) reaction(:, i) = 0.0_wp
+      if (at_rest(mesh%body(points%node(i))) .and. norm2(x(2:, i)) <= tolerance*u) &
+        reaction(:, i) = 0.0_wp
     end do
     certificate = judge_contact(points%mu, reaction, x, f, u)
     certificate%support = departure(mesh, new%displacement, forces)

@@ -1,9 +1,9 @@
 !> The condensed contact problem x = W r + x_free of a placement, in groups that nothing couples.
 !>
 !> Bodies act on each other through contact alone, and through the obstacles that they may push. So
-!> points of bodies that nothing of this kind joins have a contact problem of their own: W has no blocks
-!> between groups, and each is solved to a tolerance measured by its own forces, however stiff or
-!> heavily loaded the others are. docs/theory.md section 2.
+!> points of bodies that nothing of this kind joins have a contact problem of their own: W has no
+!> blocks between groups, and each is solved to a tolerance measured by its own forces, however
+!> stiff or heavily loaded the others are. docs/theory.md section 2.
 module condensed_contact_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
@@ -14,7 +14,8 @@ module condensed_contact_mod
   use placement_mod, only: placement_t
   use transfer_mod, only: transfer_t, make_transfer, compliance_of_rows, movable, rows_of_points, &
     motions_at_rows, stiffness_left
-  use problem_mod, only: contact_problem_t, make_problem, add_single_copy
+  use compliance_mod, only: compliance_t, take_matrix, get_matrix, add_single_copy
+  use problem_mod, only: contact_problem_t, make_problem
   use floating_mod, only: floating_t, free_the_motions
   implicit none
   private
@@ -149,6 +150,7 @@ contains
     type(placed_rows_t), intent(in) :: rows  !! of the placement
     type(contact_group_t), intent(inout) :: group
     real(wp), allocatable :: w(:, :), g(:, :), undeformed_g(:, :)
+    type(compliance_t) :: compliance
     type(near_stiffness_t) :: near
     integer :: row(3, points%n), i, a, n
 
@@ -162,16 +164,19 @@ contains
       end do
     end do
     call compliance_of_rows(rows%transfer, placement%frame, row, body%inverse%compliance, w)
+    call take_matrix(w, compliance)
     group%active = pack(group%point, row(1, group%point) > 0)
     if (size(group%motion) > 0) then
       g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
       undeformed_g = motions_at_rows(scene%mesh, points, undeformed, body%motions, row)
-      call free_the_motions(g(:, group%motion), undeformed_g(:, group%motion), w, group%floating)
+      call free_the_motions(g(:, group%motion), undeformed_g(:, group%motion), compliance, &
+        group%floating)
     end if
     near = turn_near(body%stiffness, placement%frame, group%active)
     call scale_near(near, rows%left(points%pair(group%active)))
-    call make_problem(row(:, group%active), points%mu(group%active), w, group%problem, near)
-    if (scene%precision%single_compliance) call add_single_copy(group%problem)
+    call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
+      near)
+    if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
   end subroutine condense_group
 
@@ -228,16 +233,17 @@ contains
   end function neutral_motions
 
   !> All groups as one problem with one W, as far as it is written to a file: no solver's scales.
-  pure function whole_problem(contact) result(whole)
+  function whole_problem(contact) result(whole)
     type(condensed_contact_t), intent(in) :: contact
     type(contact_problem_t) :: whole
+    real(wp), allocatable :: w(:, :)
     integer :: i, a, k, n
 
     whole%n_points = count_points(contact)
     whole%n_rows = count_rows(contact)
     allocate (whole%row(3, whole%n_points), whole%mu(whole%n_points))
     allocate (whole%driven(2, whole%n_points), whole%block(3, 3, whole%n_points))
-    allocate (whole%w(whole%n_rows, whole%n_rows), source=0.0_wp)
+    allocate (w(whole%n_rows, whole%n_rows), source=0.0_wp)
     k = 0
     n = 0
     do i = 1, size(contact%group)
@@ -249,11 +255,12 @@ contains
         whole%mu(k + 1:k + problem%n_points) = problem%mu
         whole%driven(:, k + 1:k + problem%n_points) = problem%driven
         whole%block(:, :, k + 1:k + problem%n_points) = problem%block
-        whole%w(n + 1:n + problem%n_rows, n + 1:n + problem%n_rows) = problem%w
+        call get_matrix(problem%compliance, w(n + 1:n + problem%n_rows, n + 1:n + problem%n_rows))
         k = k + problem%n_points
         n = n + problem%n_rows
       end associate
     end do
+    call take_matrix(w, whole%compliance)
   end function whole_problem
 
 end module condensed_contact_mod

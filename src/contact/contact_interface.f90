@@ -79,7 +79,7 @@ contains
     type(contact_points_t), intent(in) :: points
     logical, intent(in) :: loose_ref_node(:)     !! (n_nodes)
     logical, intent(inout) :: loose_body(:)      !! (n_bodies)
-    integer, allocatable :: masters(:), slaves(:), bodies(:)
+    integer, allocatable :: masters(:), bodies(:) !! bodies: of the masters
     integer :: i, n_before
 
     n_before = -1
@@ -87,11 +87,13 @@ contains
       n_before = count(loose_body)
       do i = 1, size(scene%pairs)
         masters = master_nodes(points, i)
-        slaves = scene%mesh%body(scene%surfaces(scene%pairs(i)%surface)%nodes)
-        bodies = scene%mesh%body(masters)
-        bodies = pack(bodies, bodies > 0)
-        if (any(loose_ref_node(masters)) .or. any(loose_body(bodies))) loose_body(slaves) = .true.
-        if (any(loose_body(slaves))) loose_body(bodies) = .true.
+        bodies = pack(scene%mesh%body(masters), scene%mesh%body(masters) > 0)
+        associate (slaves => scene%surfaces(scene%pairs(i)%surface)%nodes, body => scene%mesh%body)
+          if (any(loose_ref_node(masters)) .or. any(loose_body(bodies))) then
+            loose_body(body(slaves)) = .true.
+          end if
+          if (any(loose_body(body(slaves)))) loose_body(bodies) = .true.
+        end associate
       end do
     end do
   end subroutine mark_pushed

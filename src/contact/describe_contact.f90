@@ -4,7 +4,8 @@ module describe_contact_mod
   use kinds_mod, only: wp
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increment_report_mod, only: contact_fields_t, status_open, status_slide
+  use increment_report_mod, only: contact_fields_t, status_open, status_stick, &
+    status_slide
   use problem_mod, only: natural_map
   use placement_mod, only: placement_t
   use transfer_mod, only: relative_motion, gap_at
@@ -42,7 +43,8 @@ contains
     end do
   end subroutine describe_contact
 
-  !> The status of the points of a group: the branch of Coulomb's law that each is on.
+  !> The status of the points of a group: the branch of Coulomb's law that each is on. A point with
+  !> a reaction is not open, even where rounding of the gap puts it there.
   pure subroutine find_status(group, contact)
     type(contact_group_t), intent(in) :: group
     type(contact_fields_t), intent(inout) :: contact
@@ -51,7 +53,11 @@ contains
 
     x(1, :) = contact%gap(group%active)
     x(2:, :) = contact%slip_increment(:, group%active)
-    call natural_map(group%problem, x, contact%reaction(:, group%active), z, status)
+    associate (r => contact%reaction(:, group%active))
+      call natural_map(group%problem, x, r, z, status)
+      where (status == status_open .and. r(1, :) > 0.0_wp) status = merge(status_stick, &
+        status_slide, norm2(r(2:, :), 1) < group%problem%mu*r(1, :))
+    end associate
     where (status /= status_open .and. group%problem%mu <= 0.0_wp) status = status_slide
     contact%status(group%active) = status
   end subroutine find_status

@@ -1,5 +1,6 @@
 !> The faces that a set of nodes means.
 module find_faces_mod
+  use growing_lists_mod, only: append
   use mesh_draft_mod, only: mesh_draft_t
   use sorting_mod, only: order_of, sort_ascending
   use surfaces_mod, only: face_nodes
@@ -48,7 +49,6 @@ contains
     integer, intent(in) :: nodes(:)
     integer, allocatable, intent(out) :: faces(:, :) !! (2, n) element, face 1..6
     logical, allocatable :: named(:)
-    integer, allocatable :: larger(:, :)
     integer :: e, face, n
 
     allocate (named(mesh%n_nodes), faces(2, 64))
@@ -59,13 +59,7 @@ contains
       if (count(named(mesh%connectivity(:, e))) < 4) cycle
       do face = 1, 6
         if (.not. all(named(mesh%connectivity(face_nodes(:, face), e)))) cycle
-        if (n == size(faces, 2)) then
-          allocate (larger(2, 2*n))
-          larger(:, :n) = faces
-          call move_alloc(larger, faces)
-        end if
-        n = n + 1
-        faces(:, n) = [e, face]
+        call append(faces, n, [e, face])
       end do
     end do
     faces = faces(:, :n)

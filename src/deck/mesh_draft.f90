@@ -1,5 +1,6 @@
 !> Nodes and elements while they are read, by the deck's ids, growing as needed.
 module mesh_draft_mod
+  use growing_lists_mod, only: append, enlarge
   use kinds_mod, only: i8, wp
   use lookup_mod, only: id_lookup_t
   use resource_limits_mod, only: has_memory
@@ -73,11 +74,6 @@ module mesh_draft_mod
     type(id_lookup_t) :: nodes, elements, skipped !! made when all are read
   end type mesh_draft_t
 
-  !> Make a list longer, keeping its first entries.
-  interface enlarge
-    module procedure enlarge_integers, enlarge_columns, enlarge_real_columns
-  end interface enlarge
-
 contains
 
   !> Make room for `more` further nodes; `ok` is false when there is no memory for them.
@@ -87,8 +83,9 @@ contains
     logical, intent(out) :: ok
     integer :: have, want
 
-    have = 0
-    if (allocated(draft%node_id)) have = size(draft%node_id)
+    if (.not. allocated(draft%node_id)) allocate (draft%node_id(0), draft%node_position(0), &
+      draft%coordinates(3, 0))
+    have = size(draft%node_id)
     ok = draft%n_nodes + int(more, i8) <= have
     if (ok) return
     want = new_size(have, draft%n_nodes, more)
@@ -107,8 +104,9 @@ contains
     logical, intent(out) :: ok
     integer :: have, want
 
-    have = 0
-    if (allocated(draft%element_id)) have = size(draft%element_id)
+    if (.not. allocated(draft%element_id)) allocate (draft%element_id(0), &
+      draft%element_position(0), draft%element_kind(0), draft%connectivity(8, 0))
+    have = size(draft%element_id)
     ok = draft%n_elements + int(more, i8) <= have
     if (ok) return
     want = new_size(have, draft%n_elements, more)
@@ -136,19 +134,13 @@ contains
   subroutine add_skipped(draft, id, position)
     type(mesh_draft_t), intent(inout) :: draft
     integer, intent(in) :: id, position
+    integer :: n(3)
 
-    if (.not. allocated(draft%skipped_id)) then
-      allocate (draft%skipped_id(1024), draft%skipped_position(1024), draft%skipped_first(1024))
-    end if
-    if (draft%n_skipped == size(draft%skipped_id)) then
-      call enlarge(draft%skipped_id, draft%n_skipped, 2*draft%n_skipped)
-      call enlarge(draft%skipped_position, draft%n_skipped, 2*draft%n_skipped)
-      call enlarge(draft%skipped_first, draft%n_skipped, 2*draft%n_skipped)
-    end if
-    draft%n_skipped = draft%n_skipped + 1
-    draft%skipped_id(draft%n_skipped) = id
-    draft%skipped_position(draft%n_skipped) = position
-    draft%skipped_first(draft%n_skipped) = draft%n_skipped_nodes + 1
+    n = draft%n_skipped
+    call append(draft%skipped_id, n(1), id)
+    call append(draft%skipped_position, n(2), position)
+    call append(draft%skipped_first, n(3), draft%n_skipped_nodes + 1)
+    draft%n_skipped = n(1)
     draft%highest_element = max(draft%highest_element, id)
   end subroutine add_skipped
 
@@ -156,15 +148,8 @@ contains
   subroutine add_skipped_node(draft, id)
     type(mesh_draft_t), intent(inout) :: draft
     integer, intent(in) :: id
-    integer :: n
 
-    n = draft%n_skipped_nodes
-    if (.not. allocated(draft%skipped_nodes)) allocate (draft%skipped_nodes(4096))
-    if (n == size(draft%skipped_nodes)) then
-      call enlarge(draft%skipped_nodes, n, 2*n)
-    end if
-    draft%skipped_nodes(n + 1) = id
-    draft%n_skipped_nodes = n + 1
+    call append(draft%skipped_nodes, draft%n_skipped_nodes, id)
   end subroutine add_skipped_node
 
   subroutine add_block(draft, block)
@@ -202,36 +187,5 @@ contains
     draft%n_sets = draft%n_sets + 1
     draft%sets(draft%n_sets) = set
   end subroutine add_early_set
-
-  subroutine enlarge_integers(list, used, want)
-    integer, allocatable, intent(inout) :: list(:)
-    integer, intent(in) :: used  !! entries to keep
-    integer, intent(in) :: want  !! entries to have
-    integer, allocatable :: larger(:)
-
-    allocate (larger(want))
-    if (used > 0) larger(:used) = list(:used)
-    call move_alloc(larger, list)
-  end subroutine enlarge_integers
-
-  subroutine enlarge_columns(list, used, want)
-    integer, allocatable, intent(inout) :: list(:, :)
-    integer, intent(in) :: used, want
-    integer, allocatable :: larger(:, :)
-
-    allocate (larger(8, want))
-    if (used > 0) larger(:, :used) = list(:, :used)
-    call move_alloc(larger, list)
-  end subroutine enlarge_columns
-
-  subroutine enlarge_real_columns(list, used, want)
-    real(wp), allocatable, intent(inout) :: list(:, :)
-    integer, intent(in) :: used, want
-    real(wp), allocatable :: larger(:, :)
-
-    allocate (larger(3, want))
-    if (used > 0) larger(:, :used) = list(:, :used)
-    call move_alloc(larger, list)
-  end subroutine enlarge_real_columns
 
 end module mesh_draft_mod

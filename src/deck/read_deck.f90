@@ -26,7 +26,8 @@ module read_deck_mod
   use read_sets_mod, only: read_sets
   use read_source_mod, only: read_source, source_from_text
   use read_steps_mod, only: read_steps
-  use read_surfaces_mod, only: read_surfaces, surface_list_t
+  use read_surfaces_mod, only: read_surfaces
+  use surface_list_mod, only: surface_list_t
   use scene_mod, only: scene_t
   use sets_mod, only: model_t
   use text_mod, only: string_t
@@ -216,7 +217,7 @@ contains
     do i = 1, reader%parameters%n_overrides
       if (find_parameter(reader%parameters, reader%parameters%overrides(i)%name) > 0) cycle
       call report(reader, 0, 'the deck has no parameter '// &
-        quoted(reader%parameters%overrides(i)%name)//', which the command line sets', &
+        quoted(reader%parameters%overrides(i)%name)//' that --set could change', &
         guess(reader%parameters%overrides(i)%name, names))
     end do
   end subroutine check_overrides

@@ -11,7 +11,7 @@ module sets_mod
   private
 
   public :: set_t, set_list_t, model_t, find_set, report_unknown, referenced_nodes
-  public :: referenced_elements, append, append_skipped, append_one, finish
+  public :: referenced_elements, finish
 
   !> A set. Only the first card of a name holds it; later ones add to that.
   type :: set_t
@@ -137,53 +137,6 @@ contains
         guess(name, sets%names(:sets%n)))
     end if
   end subroutine report_unknown
-
-  subroutine append_one(set, member)
-    type(set_t), intent(inout) :: set
-    integer, intent(in) :: member
-
-    call make_room(set, 1)
-    set%n = set%n + 1
-    set%members(set%n) = member
-  end subroutine append_one
-
-  subroutine append(set, members)
-    type(set_t), intent(inout) :: set
-    integer, intent(in) :: members(:)
-
-    call make_room(set, size(members))
-    set%members(set%n + 1:set%n + size(members)) = members
-    set%n = set%n + size(members)
-  end subroutine append
-
-  subroutine append_skipped(set, members)
-    type(set_t), intent(inout) :: set
-    integer, intent(in) :: members(:) !! indices into the list of skipped elements
-    integer, allocatable :: larger(:)
-    integer :: n
-
-    n = set%n_skipped + size(members)
-    if (.not. allocated(set%skipped)) allocate (set%skipped(n))
-    if (n > size(set%skipped)) then
-      allocate (larger(max(n, 2*size(set%skipped))))
-      larger(:set%n_skipped) = set%skipped(:set%n_skipped)
-      call move_alloc(larger, set%skipped)
-    end if
-    set%skipped(set%n_skipped + 1:n) = members
-    set%n_skipped = n
-  end subroutine append_skipped
-
-  subroutine make_room(set, more)
-    type(set_t), intent(inout) :: set
-    integer, intent(in) :: more
-    integer, allocatable :: larger(:)
-
-    if (.not. allocated(set%members)) allocate (set%members(more))
-    if (set%n + more <= size(set%members)) return
-    allocate (larger(max(set%n + more, 2*size(set%members))))
-    larger(:set%n) = set%members(:set%n)
-    call move_alloc(larger, set%members)
-  end subroutine make_room
 
   !> Bring the members into ascending order, each once.
   subroutine finish(set)

@@ -7,6 +7,7 @@ module ordering_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_null_ptr
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: to_text
+  use system_mod, only: pass_on_sigterm
   use dof_map_mod, only: dof_map_t, equations_of
   implicit none
   private
@@ -24,18 +25,9 @@ module ordering_mod
       integer(c_int), intent(out) :: perm(*), iperm(*)
       integer(c_int) :: status
     end function metis_nodend
-
-    !> C: send the process a signal.
-    function c_raise(signal) result(status) bind(c, name='raise')
-      import :: c_int
-      implicit none
-      integer(c_int), value :: signal
-      integer(c_int) :: status
-    end function c_raise
   end interface
 
   integer(c_int), parameter :: metis_ok = 1, metis_error = -4
-  integer(c_int), parameter :: sigterm = 15
 
 contains
 
@@ -92,7 +84,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer(c_int), allocatable :: xadj(:), adjncy(:), perm(:), iperm(:)
     integer :: n, i, k, m, other
-    integer(c_int) :: status, ignored
+    integer(c_int) :: status
 
     n = size(node_of)
     allocate (xadj(n + 1), perm(n), iperm(n))
@@ -115,7 +107,7 @@ contains
     status = metis_nodend(n, xadj, adjncy, c_null_ptr, c_null_ptr, perm, iperm)
     ! METIS catches SIGTERM while it works and takes it for an error of its own: given on to whom it
     ! was meant for, it ends the program, or is remembered.
-    if (status == metis_error) ignored = c_raise(sigterm)
+    if (status == metis_error) call pass_on_sigterm()
     if (status /= metis_ok) then
       call raise(error, exit_machine, 'METIS could not order the equations (status '// &
         to_text(int(status))//')')

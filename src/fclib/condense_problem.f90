@@ -12,6 +12,7 @@ module condense_problem_mod
   use dof_map_mod, only: map_of_matrix
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: sparse_factor_t, factorise
+  use compliance_mod, only: get_matrix
   use problem_mod, only: contact_problem_t, make_problem
   use fclib_mod, only: fclib_problem_t
   use fclib_matrix_mod, only: sparse_matrix_t, times, transposed_times, is_usable
@@ -137,7 +138,7 @@ contains
     real(wp) :: largest
 
     allocate (a(problem%n_rows, problem%n_rows), work(2*problem%n_rows))
-    a(:, :) = problem%w
+    call get_matrix(problem%compliance, a)
     largest = maxval([(a(i, i), i=1, problem%n_rows)])
     call dpstrf('L', problem%n_rows, a, problem%n_rows, pivot, rank, 1.0e-10_wp*largest, work, info)
   end function rank_of

@@ -17,6 +17,7 @@ module fclib_mod
   use fclib_matrix_mod, only: sparse_matrix_t, read_matrix, write_matrix, sparse_of, &
                               read_numbers, read_count, times, blame, most_rows
   use fresh_file_mod, only: beginning_of, take_place, delete_file
+  use compliance_mod, only: get_column
   use problem_mod, only: contact_problem_t
   implicit none
   private
@@ -279,6 +280,7 @@ contains
     real(wp), intent(in) :: x_free(:)
     type(fclib_problem_t), intent(out) :: whole
     real(wp), allocatable :: w(:, :)
+    real(wp) :: column(problem%n_rows)
     integer :: place(problem%n_rows), i, a, k, l, n
 
     n = 3*problem%n_points
@@ -298,10 +300,10 @@ contains
       end do
     end do
     do l = 1, problem%n_rows
-      do k = 1, problem%n_rows
-        ! The lower triangle is the one that the solvers read.
-        w(place(k), place(l)) = problem%w(max(k, l), min(k, l))
-      end do
+      ! The lower triangle is the one that the solvers read.
+      call get_column(problem%compliance, l, column)
+      w(place(l:), place(l)) = column(l:)
+      w(place(l), place(l:)) = column(l:)
     end do
     whole%n_points = problem%n_points
     whole%mu = problem%mu

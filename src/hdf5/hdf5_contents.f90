@@ -85,7 +85,8 @@ contains
         status)
       if (status < 0) object = no_id
       if (status >= 0) call add_attributes(path, object, status)
-      if (status >= 0 .and. kind == H5G_DATASET_F) call add_dataset(path, object, status)
+      if (status >= 0 .and. kind == H5G_DATASET_F) call add_values(path, object, &
+        .false., status)
       if (status < 0 .and. .not. allocated(error)) call refuse(path)
       if (object /= no_id) call h5oclose_f(object, ignored)
       if (.not. allocated(error) .and. kind == H5G_GROUP_F) call add_group(path, depth + 1)
@@ -108,46 +109,17 @@ contains
         if (status < 0) return
         name = ''
         call h5aget_name_f(attribute, int(longest_name, size_t), name, status)
-        if (status >= 0) call add_attribute(path//'@'//trim(name), attribute, status)
+        if (status >= 0) call add_values(path//'@'//trim(name), attribute, &
+          .true., status)
         call h5aclose_f(attribute, ignored)
       end do
     end subroutine add_attributes
 
-    subroutine add_attribute(path, attribute, status)
+    !> Add the values of a dataset, unless it grows, or of an attribute, unless it is changing.
+    subroutine add_values(path, owner, is_attribute, status)
       character(*), intent(in) :: path
-      integer(hid_t), intent(in) :: attribute
-      integer, intent(out) :: status
-      integer(hid_t) :: type_id, space
-      integer(i8) :: checksum
-      integer(i1), allocatable, target :: bytes(:)
-      integer :: ignored
-      type(c_ptr) :: address
-
-      checksum = checksum_of(path)
-      call h5aget_type_f(attribute, type_id, status)
-      if (status < 0) return
-      call h5aget_space_f(attribute, space, status)
-      if (status >= 0) then
-        call extend_by_type(type_id, checksum, status)
-        if (status >= 0) call extend_by_extents(space, checksum, status)
-        if (status >= 0) call make_room(path, type_id, space, bytes, status)
-        if (status >= 0) then
-          if (size(bytes) > 0) then
-            address = c_loc(bytes)
-            call h5aread_f(attribute, type_id, address, status)
-            if (.not. is_changing(path)) checksum = extended(checksum, c_loc(bytes), &
-              size(bytes, kind=i8))
-          end if
-        end if
-        call h5sclose_f(space, ignored)
-      end if
-      call h5tclose_f(type_id, ignored)
-      call add(checksum)
-    end subroutine add_attribute
-
-    subroutine add_dataset(path, dataset, status)
-      character(*), intent(in) :: path
-      integer(hid_t), intent(in) :: dataset
+      integer(hid_t), intent(in) :: owner !! the dataset or attribute
+      logical, intent(in) :: is_attribute
       integer, intent(out) :: status
       integer(hid_t) :: type_id, space
       integer(i8) :: checksum
@@ -157,32 +129,44 @@ contains
       type(c_ptr) :: address
 
       checksum = checksum_of(path)
-      call h5dget_type_f(dataset, type_id, status)
-      if (status < 0) return
-      call h5dget_space_f(dataset, space, status)
+      if (is_attribute) then
+        call h5aget_type_f(owner, type_id, status)
+        if (status < 0) return
+        call h5aget_space_f(owner, space, status)
+      else
+        call h5dget_type_f(owner, type_id, status)
+        if (status < 0) return
+        call h5dget_space_f(owner, space, status)
+      end if
       if (status >= 0) then
         call extend_by_type(type_id, checksum, status)
-        if (status >= 0) call extend_by_layout(dataset, space, checksum, status)
+        if (status >= 0 .and. .not. is_attribute) call extend_by_layout(owner, space, checksum, &
+          status)
+        grows = .false.
         if (status >= 0) call extend_by_extents(space, checksum, status, grows)
-        if (status >= 0 .and. .not. grows) then
-          call make_room(path, type_id, space, bytes, status)
-          if (status >= 0 .and. size(bytes) > 0) then
-            address = c_loc(bytes)
-            call h5dread_f(dataset, type_id, address, status)
-            checksum = extended(checksum, c_loc(bytes), size(bytes, kind=i8))
+        allocate (bytes(0))
+        if (status >= 0 .and. .not. grows) call make_room(path, type_id, space, bytes, status)
+        if (status >= 0 .and. size(bytes) > 0) then
+          address = c_loc(bytes)
+          if (is_attribute) then
+            call h5aread_f(owner, type_id, address, status)
+          else
+            call h5dread_f(owner, type_id, address, status)
           end if
+          if (.not. (is_attribute .and. is_changing(path))) checksum = extended(checksum, address, &
+            size(bytes, kind=i8))
         end if
         call h5sclose_f(space, ignored)
       end if
       call h5tclose_f(type_id, ignored)
       call add(checksum)
-    end subroutine add_dataset
+    end subroutine add_values
 
     !> Bytes for all values of a dataset or an attribute.
     subroutine make_room(path, type_id, space, bytes, status)
       character(*), intent(in) :: path
       integer(hid_t), intent(in) :: type_id, space
-      integer(i1), allocatable, intent(out) :: bytes(:)
+      integer(i1), allocatable, target, intent(inout) :: bytes(:)
       integer, intent(out) :: status
       integer(hsize_t) :: n
       integer(size_t) :: one
@@ -198,6 +182,7 @@ contains
         call fail_to_hold(error, file, path)
         return
       end if
+      deallocate (bytes)
       allocate (bytes(n*one))
       status = 0
     end subroutine make_room
@@ -259,18 +244,18 @@ contains
     integer(hid_t), intent(in) :: space
     integer(i8), intent(inout) :: checksum
     integer, intent(out) :: status
-    logical, intent(out), optional :: grows !! along one of them
+    logical, intent(out) :: grows !! along one of them
     integer(hsize_t), allocatable :: extents(:), limits(:)
     integer :: rank
 
-    if (present(grows)) grows = .false.
+    grows = .false.
     call h5sget_simple_extent_ndims_f(space, rank, status)
     if (status < 0) return
     allocate (extents(rank), limits(rank))
     if (rank > 0) call h5sget_simple_extent_dims_f(space, extents, limits, status)
     if (status < 0) return
     where (limits == H5S_UNLIMITED_F) extents = -1
-    if (present(grows)) grows = any(limits == H5S_UNLIMITED_F)
+    grows = any(limits == H5S_UNLIMITED_F)
     checksum = extended(checksum, [int(extents, i8), int(limits, i8)])
   end subroutine extend_by_extents
 

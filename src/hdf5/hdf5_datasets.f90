@@ -211,14 +211,10 @@ contains
     real(wp), allocatable, intent(out), target :: values(:)
     type(error_t), allocatable, intent(inout) :: error
     integer(hid_t) :: dataset
-    integer(i8), allocatable :: extents(:)
+    integer(i8) :: n
 
-    call open_dataset(file, path, dataset, extents, error)
-    if (.not. has_memory(bytes_for(extents, of_real))) then
-      call fail_to_hold(error, file, path)
-      extents = [0_i8]
-    end if
-    allocate (values(product(extents)))
+    call open_to_read(file, path, of_real, dataset, n, error)
+    allocate (values(n))
     call get_values(file, path, dataset, of_real, c_loc(values), error)
   end subroutine read_reals
 
@@ -228,14 +224,10 @@ contains
     integer(i4), allocatable, intent(out), target :: values(:)
     type(error_t), allocatable, intent(inout) :: error
     integer(hid_t) :: dataset
-    integer(i8), allocatable :: extents(:)
+    integer(i8) :: n
 
-    call open_dataset(file, path, dataset, extents, error)
-    if (.not. has_memory(bytes_for(extents, of_integer))) then
-      call fail_to_hold(error, file, path)
-      extents = [0_i8]
-    end if
-    allocate (values(product(extents)))
+    call open_to_read(file, path, of_integer, dataset, n, error)
+    allocate (values(n))
     call get_values(file, path, dataset, of_integer, c_loc(values), error)
   end subroutine read_integers
 
@@ -245,16 +237,31 @@ contains
     integer(i8), allocatable, intent(out), target :: values(:)
     type(error_t), allocatable, intent(inout) :: error
     integer(hid_t) :: dataset
+    integer(i8) :: n
+
+    call open_to_read(file, path, of_long, dataset, n, error)
+    allocate (values(n))
+    call get_values(file, path, dataset, of_long, c_loc(values), error)
+  end subroutine read_longs
+
+  !> Open a dataset whose numbers memory can hold.
+  subroutine open_to_read(file, path, kind, dataset, n, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    integer, intent(in) :: kind
+    integer(hid_t), intent(out) :: dataset
+    integer(i8), intent(out) :: n !! of numbers; 0 after an error
+    type(error_t), allocatable, intent(inout) :: error
     integer(i8), allocatable :: extents(:)
 
     call open_dataset(file, path, dataset, extents, error)
-    if (.not. has_memory(bytes_for(extents, of_long))) then
+    n = 0
+    if (has_memory(bytes_for(extents, kind))) then
+      n = product(extents)
+    else
       call fail_to_hold(error, file, path)
-      extents = [0_i8]
     end if
-    allocate (values(product(extents)))
-    call get_values(file, path, dataset, of_long, c_loc(values), error)
-  end subroutine read_longs
+  end subroutine open_to_read
 
   !> What so many numbers take; more than there can be where they cannot be counted.
   pure function bytes_for(extents, kind) result(bytes)

@@ -1,7 +1,8 @@
 !> What HDF5 and the operating system say about a call that failed.
 module hdf5_failures_mod
-  use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_char, c_int, c_size_t, c_int64_t, &
-    c_funptr, c_funloc, c_f_pointer, c_associated
+  use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_char, c_int, c_int64_t, c_funptr, &
+    c_funloc, c_f_pointer, c_associated
+  use c_text_mod, only: text_at
   use errors_mod, only: error_t, raise, exit_machine
   implicit none
   private
@@ -32,13 +33,6 @@ module hdf5_failures_mod
       type(c_ptr), value :: client
       integer(c_int) :: walk_error_stack
     end function walk_error_stack
-
-    pure function c_length(text) bind(c, name='strlen')
-      import :: c_ptr, c_size_t
-      implicit none
-      type(c_ptr), value, intent(in) :: text
-      integer(c_size_t) :: c_length
-    end function c_length
   end interface
 
 contains
@@ -82,7 +76,6 @@ contains
     character(*), parameter :: mark = "error message = '"
     type(stack_entry_t), pointer :: entry
     type(reason_t), pointer :: reason
-    character(c_char), pointer :: bytes(:)
     character(:), allocatable :: description
     integer :: first, n
 
@@ -90,8 +83,7 @@ contains
     call c_f_pointer(client, reason)
     call c_f_pointer(entry_address, entry)
     if (depth < 0 .or. .not. c_associated(entry%description)) return
-    call c_f_pointer(entry%description, bytes, [c_length(entry%description)])
-    description = text_of(bytes)
+    description = text_at(entry%description)
     if (index(description, 'unable to lock file') > 0) reason%locked = 1
     first = index(description, mark)
     if (first == 0 .or. reason%length > 0) return

@@ -1,4 +1,4 @@
-!> HDF5 files and their groups. Only files/hdf5_*.f90 see the library, each in typed procedures.
+!> HDF5 files and their groups. Only hdf5_*.f90 see the library, each in typed procedures.
 !>
 !> All procedures that work inside an open file share one rule, so that a layout reads as a list:
 !> their `error` is `intent(inout)`, and they do nothing once it is set. One check after the list

@@ -122,11 +122,9 @@ contains
       ! 2. to 5. Equilibrium
       call equilibrate(scene, points, solver, old, trial, new, report, error)
       if (allocated(error)) return
-      if (report%ending == ended_unbalanced) exit attempts
-      if (i > 1 .and. .not. report%converged) then
-        ! More than double precision gives: what converged before, and was not certified, stands.
-        new = before
-        report = of_before
+      if (report%ending == ended_unbalanced) then
+        ! No result, but others may want to try the contact problem: with these frames.
+        call describe_contact(points, solver%contact, trial%placement, old, new, report%contact)
         exit attempts
       end if
 
@@ -144,6 +142,16 @@ contains
       ! Where no solver gets any further the certificate judges what the best of them found.
       if (report%certificate%certified .and. report%ending == ended_stalled .and. &
         trial%controls%solver == solver_auto) report%converged = .true.
+      if (i > 1 .and. .not. report%converged) then
+        ! More than double precision gives. Where it comes close enough that is a result; where not,
+        ! what converged before, and was not certified, stands.
+        report%converged = report%certificate%certified
+        if (.not. report%converged) then
+          new = before
+          report = of_before
+        end if
+        exit attempts
+      end if
       if (report%certificate%certified .or. .not. report%converged) exit attempts
       if (trial%controls%stop_rule == stop_at_change) exit attempts
       ! The residual is measured by forces. Where these are large beside what they move (nearly

@@ -39,9 +39,8 @@ contains
     type(state_t), intent(inout) :: new              !! gets reaction and displacement
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
-    real(wp) :: correction(3, size(trial%u_free, 2))                   !! [length]
-    type(placement_t) :: now !! of the displacement that was found
+    real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed, change !! [force]
+    real(wp) :: correction(3, size(trial%u_free, 2)) !! [length]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
     integer :: i
@@ -69,13 +68,18 @@ contains
       end if
 
       ! 4. Displacement
-      pressed = nodal_forces(points, trial%placement%weights, new%reaction, size(pressed, 2))
-      if (allocated(begun) .or. any(abs(pressed - trial%applied_force) > 0.0_wp)) then
-        ! By what the forces have changed: what an inexact factor makes of it gets less and less.
-        call finish_inverse(solver%body%inverse, pressed - trial%applied_force, begun, correction, &
-          error)
+      associate (weights => trial%placement%weights, n => size(pressed, 2))
+        pressed = nodal_forces(points, weights, new%reaction, n)
+        ! What the reactions have changed, and what the weights have.
+        change = nodal_forces(points, weights, new%reaction - trial%applied_reaction, n) + &
+          (nodal_forces(points, weights, trial%applied_reaction, n) - trial%applied_force)
+      end associate
+      if (allocated(begun) .or. any(abs(change) > 0.0_wp)) then
+        ! Of the change alone: what an inexact factor makes of it gets less and less.
+        call finish_inverse(solver%body%inverse, change, begun, correction, error)
         if (allocated(error)) return
         trial%u_contact = trial%u_contact + correction
+        trial%applied_reaction = new%reaction
         trial%applied_force = pressed
       end if
       new%displacement = displacement_of(scene, solver, trial, trial%u_contact)
@@ -88,12 +92,7 @@ contains
         trial%controls%tolerance < scene%contact%tolerance, residual, imbalance)
       if (i == 1) report%unrefined = max(report%unrefined, imbalance)
       report%imbalance = imbalance
-      moved = 0.0_wp
-      if (any(points%is_curved)) then
-        now = trial%placement
-        call place_curved(scene, points, new%displacement, now)
-        call measure_points(points, trial%placement, now, old, new, moved)
-      end if
+      moved = moved_from(scene, points, trial%placement, old, new)
       is_turned = .false.
       if (solver%body%motions%n > 0) is_turned = any(abs(trial%neutral_residual) > &
         trial%controls%tolerance*maxval(abs(new%reaction)))
@@ -119,6 +118,22 @@ contains
     if (allocated(begun)) call abandon_inverse(solver%body%inverse)
     report%moved = moved
   end subroutine equilibrate
+
+  !> How far the points before curved masters are from where they were placed, as of
+  !> `measure_points`.
+  pure real(wp) function moved_from(scene, points, placement, old, new) result(moved)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement
+    type(state_t), intent(in) :: old, new
+    type(placement_t) :: now
+
+    moved = 0.0_wp
+    if (.not. any(points%is_curved)) return
+    now = placement
+    call place_curved(scene, points, new%displacement, now)
+    call measure_points(points, placement, now, old, new, moved)
+  end function moved_from
 
   !> f_ext + B^T r - f_int on the free degrees of freedom, and the largest of a node beside the
   !> largest force of its body, less what rounding makes of it.

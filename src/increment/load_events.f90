@@ -179,7 +179,8 @@ contains
     call place_all(scene, points, u_there, at_there)
     do k = 1, size(can_press)
       if (points%is_curved(can_press(k))) cycle
-      associate (here => max(0.0_wp, at_here%gap(can_press(k))), there => at_there%gap(can_press(k)))
+      associate (here => max(0.0_wp, at_here%gap(can_press(k))), &
+                 there => at_there%gap(can_press(k)))
         if (there >= 0.0_wp) cycle
         share = min(share, here/(here - there))
       end associate

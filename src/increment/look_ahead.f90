@@ -192,6 +192,7 @@ contains
     associate (foreseen => ahead%of(increment%row - ahead%first + 1))
       reaction = foreseen%reaction
       report = foreseen%report
+      trial%applied_reaction = foreseen%reaction
       trial%applied_force = nodal_forces(points, trial%placement%weights, foreseen%reaction, &
         size(trial%u_free, 2))
       trial%motion = foreseen%motion

@@ -37,8 +37,10 @@ module trial_mod
     !! (3,n_nodes) displacement without contact and free motions [length]
     real(wp), allocatable :: u_contact(:, :)
     !! (3,n_nodes) displacement by the reactions, K^-1 B^T r [length]
+    real(wp), allocatable :: applied_reaction(:, :)
+    !! (3,n_points) the reactions that u_contact answers, x, y, z [force]
     real(wp), allocatable :: applied_force(:, :)
-    !! (3,n_nodes) of the reactions that u_contact answers, x, y, z [force]
+    !! (3,n_nodes) of these, by the weights of their time [force]
     real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
     real(wp), allocatable :: neutral_residual(:)
     !! (k) what turned normals leave on neutral motions [force]
@@ -90,7 +92,7 @@ contains
     type(placement_t) :: began
     real(wp), allocatable :: loaded(:, :), external(:, :)
 
-    allocate (trial%u_contact(3, scene%mesh%n_nodes), &
+    allocate (trial%u_contact(3, scene%mesh%n_nodes), trial%applied_reaction(3, points%n), &
       trial%applied_force(3, scene%mesh%n_nodes), source=0.0_wp)
     if (is_exact(scene%precision)) return
     call sum_patterns(scene, solver%response, increment%begin, &
@@ -102,6 +104,7 @@ contains
     call add_motions(solver%body%motions, scene%mesh, trial%motion, loaded)
     began = solver%undeformed
     call place_curved(scene, points, old%displacement, began)
+    trial%applied_reaction = old%reaction
     trial%applied_force = nodal_forces(points, began%weights, old%reaction, scene%mesh%n_nodes)
     ! On the interface u_free must be what the contact problem adds W r to.
     trial%u_contact = at_interface(solver%body%inverse, answer_of_interface(solver%body%inverse, &

@@ -5,9 +5,11 @@
 !> decides at that moment, so the program looks at what was picked, and if the processor can do
 !> better it starts itself again with the variable set.
 module blas_core_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t, c_ptr, c_funptr, &
-    c_null_ptr, c_null_char, c_associated, c_f_pointer, c_f_procpointer, c_loc
+  use, intrinsic :: iso_c_binding, only: c_int, c_size_t, c_ptr, c_funptr, &
+    c_null_ptr, c_null_char, c_associated, c_f_procpointer, c_loc
   use kinds_mod, only: i8
+  use c_text_mod, only: text_at
+  use libc_mod, only: c_dlsym, c_execv, c_readlink
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: string_t, upper, to_text
   use system_mod, only: set_environment, processor_flags
@@ -20,40 +22,6 @@ module blas_core_mod
   character(*), parameter :: core_variable = 'OPENBLAS_CORETYPE'
   ! Set before the second start: there is never a third.
   character(*), parameter :: guard_variable = 'BIPOT_BLAS_CORE'
-
-  interface
-    function c_dlsym(handle, symbol) result(address) bind(c, name='dlsym')
-      import :: c_ptr, c_funptr, c_char
-      implicit none
-      type(c_ptr), value :: handle
-      character(c_char), intent(in) :: symbol(*)
-      type(c_funptr) :: address
-    end function c_dlsym
-
-    function c_execv(path, arguments) result(status) bind(c, name='execv')
-      import :: c_char, c_int, c_ptr
-      implicit none
-      character(c_char), intent(in) :: path(*)
-      type(c_ptr), intent(in) :: arguments(*)
-      integer(c_int) :: status
-    end function c_execv
-
-    function c_readlink(path, target, room) result(length) bind(c, name='readlink')
-      import :: c_char, c_size_t, c_ptr
-      implicit none
-      character(c_char), intent(in) :: path(*)
-      type(c_ptr), value :: target
-      integer(c_size_t), value :: room
-      integer(c_size_t) :: length
-    end function c_readlink
-
-    function c_strlen(text) result(length) bind(c, name='strlen')
-      import :: c_ptr, c_int
-      implicit none
-      type(c_ptr), value :: text
-      integer(c_int) :: length
-    end function c_strlen
-  end interface
 
   abstract interface
     function text_function() result(text) bind(c)
@@ -146,8 +114,6 @@ contains
     type(c_funptr) :: address
     type(c_ptr) :: text
     procedure(text_function), pointer :: get_text
-    character(c_char), pointer :: letters(:)
-    integer :: i
 
     told = ''
     address = c_dlsym(c_null_ptr, c_text(function_name))
@@ -155,10 +121,7 @@ contains
     call c_f_procpointer(address, get_text)
     text = get_text()
     if (.not. c_associated(text)) return
-    call c_f_pointer(text, letters, [c_strlen(text)])
-    do i = 1, size(letters)
-      told = told//letters(i)
-    end do
+    told = text_at(text)
   end function told_by
 
   !> The core to ask for: empty when `current` already uses what the processor offers, or is not

@@ -8,9 +8,10 @@
 !>     end if
 !>     call wait_for(child, answer, fate)
 module child_process_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_intptr_t, c_loc, &
-    c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_intptr_t, c_loc, c_size_t
   use kinds_mod, only: i8
+  use libc_mod, only: c_close, c_exit_at_once, c_fork, c_getrlimit, c_pipe, c_read, c_setrlimit, &
+    c_signal, c_waitpid, c_write, sig_ign, sigint, sigterm, sigxcpu
   implicit none
   private
 
@@ -26,86 +27,6 @@ module child_process_mod
     integer :: seconds = 0
   end type child_t
 
-  interface
-    function c_fork() result(process) bind(c, name='fork')
-      import :: c_int
-      implicit none
-      integer(c_int) :: process
-    end function c_fork
-
-    function c_waitpid(process, status, options) result(found) bind(c, name='waitpid')
-      import :: c_int
-      implicit none
-      integer(c_int), value :: process, options
-      integer(c_int), intent(out) :: status
-      integer(c_int) :: found
-    end function c_waitpid
-
-    function c_pipe(ends) result(status) bind(c, name='pipe')
-      import :: c_int
-      implicit none
-      integer(c_int), intent(out) :: ends(2)
-      integer(c_int) :: status
-    end function c_pipe
-
-    function c_read(descriptor, bytes, length) result(got) bind(c, name='read')
-      import :: c_int, c_intptr_t, c_ptr, c_size_t
-      implicit none
-      integer(c_int), value :: descriptor
-      type(c_ptr), value :: bytes
-      integer(c_size_t), value :: length
-      integer(c_intptr_t) :: got
-    end function c_read
-
-    function c_write(descriptor, bytes, length) result(written) bind(c, name='write')
-      import :: c_char, c_int, c_intptr_t, c_size_t
-      implicit none
-      integer(c_int), value :: descriptor
-      character(c_char), intent(in) :: bytes(*)
-      integer(c_size_t), value :: length
-      integer(c_intptr_t) :: written
-    end function c_write
-
-    function c_close(descriptor) result(status) bind(c, name='close')
-      import :: c_int
-      implicit none
-      integer(c_int), value :: descriptor
-      integer(c_int) :: status
-    end function c_close
-
-    subroutine c_exit_now(status) bind(c, name='_exit')
-      import :: c_int
-      implicit none
-      integer(c_int), value :: status
-    end subroutine c_exit_now
-
-    !> A limit of the process, now and at most; 0 when it worked.
-    function c_getrlimit(resource, limits) result(status) bind(c, name='getrlimit')
-      import :: c_int, c_int64_t
-      implicit none
-      integer(c_int), value :: resource
-      integer(c_int64_t), intent(out) :: limits(2)
-      integer(c_int) :: status
-    end function c_getrlimit
-
-    function c_setrlimit(resource, limits) result(status) bind(c, name='setrlimit')
-      import :: c_int, c_int64_t
-      implicit none
-      integer(c_int), value :: resource
-      integer(c_int64_t), intent(in) :: limits(2)
-      integer(c_int) :: status
-    end function c_setrlimit
-
-    !> What a signal does; the handler as an address.
-    function c_signal(number, handler) result(before) bind(c, name='signal')
-      import :: c_int, c_intptr_t
-      implicit none
-      integer(c_int), value :: number
-      integer(c_intptr_t), value :: handler
-      integer(c_intptr_t) :: before
-    end function c_signal
-  end interface
-
 contains
 
   !> Start a child that goes on here, too, with limits of its own. SIGINT and SIGTERM are the
@@ -115,8 +36,6 @@ contains
     integer(i8), intent(in) :: bytes !! of addresses that it may reserve beside what there is
     type(child_t), intent(out) :: child
     integer(c_int), parameter :: cpu_time = 0, core_size = 4, address_space = 9 ! of Linux
-    integer(c_int), parameter :: sigint = 2, sigterm = 15
-    integer(c_intptr_t), parameter :: ignore = 1
     integer(c_intptr_t) :: before
 
     child%seconds = seconds
@@ -128,8 +47,8 @@ contains
       call close_end(child%ends(1))
       call close_end(child%ends(2))
     else
-      before = c_signal(sigint, ignore)
-      before = c_signal(sigterm, ignore)
+      before = c_signal(sigint, sig_ign)
+      before = c_signal(sigterm, sig_ign)
       call lower_limit(cpu_time, int(seconds, i8))
       call lower_limit(core_size, 0_i8)
       if (reserved_bytes() > 0) call lower_limit(address_space, reserved_bytes() + bytes)
@@ -152,7 +71,7 @@ contains
 
     text = answer(:min(len(answer), longest_answer - 1))//achar(0)
     written = c_write(child%ends(2), text, len(text, c_size_t))
-    call c_exit_now(merge(0_c_int, 1_c_int, written == len(text)))
+    call c_exit_at_once(merge(0_c_int, 1_c_int, written == len(text)))
   end subroutine end_child
 
   !> Wait for the end of the child.
@@ -167,7 +86,6 @@ contains
     integer(c_int) :: status
     integer :: tries
     integer, parameter :: interruptions = 100
-    integer(c_int), parameter :: sigxcpu = 24
 
     answer = ''
     fate = 'it could not be started'

@@ -9,6 +9,7 @@
 module huge_pages_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_loc, c_ptr, c_size_t
   use kinds_mod, only: wp, sp
+  use libc_mod, only: c_madvise
   implicit none
   private
 
@@ -19,18 +20,6 @@ module huge_pages_mod
   interface prefer_huge_pages
     module procedure prefer_for_double, prefer_for_single
   end interface prefer_huge_pages
-
-  interface
-    !> Linux: what a stretch of memory will be used for; 0 when it worked.
-    function c_madvise(address, bytes, advice) result(status) bind(c, name='madvise')
-      import :: c_int, c_intptr_t, c_size_t
-      implicit none
-      integer(c_intptr_t), value :: address
-      integer(c_size_t), value :: bytes
-      integer(c_int), value :: advice
-      integer(c_int) :: status
-    end function c_madvise
-  end interface
 
   integer(c_int), parameter :: madv_hugepage = 14
   integer(c_intptr_t), parameter :: page = 4096_c_intptr_t, huge_page = 512*page

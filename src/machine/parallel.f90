@@ -8,6 +8,7 @@
 module parallel_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_loc, c_size_t, c_null_char
   use kinds_mod, only: wp, i8
+  use libc_mod, only: c_gethostname
   use errors_mod, only: error_t, raise, exit_ok, exit_wrong_input
   use text_mod, only: to_text
   use system_mod, only: wall_seconds, cpu_seconds, peak_memory_bytes, sleep_for, set_environment
@@ -126,15 +127,6 @@ module parallel_mod
       integer(c_int), intent(in) :: n, type, operation, root, comm
       integer(c_int), intent(out) :: status
     end subroutine mpi_reduce
-
-    !> POSIX: the name of the machine.
-    function c_gethostname(name, room) result(status) bind(c, name='gethostname')
-      import :: c_int, c_ptr, c_size_t
-      implicit none
-      type(c_ptr), value :: name
-      integer(c_size_t), value :: room
-      integer(c_int) :: status
-    end function c_gethostname
   end interface
 
 contains

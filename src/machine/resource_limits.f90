@@ -3,10 +3,11 @@
 !> What a Linux system says in /proc and /sys, or when asked; where it says nothing there is no
 !> limit.
 module resource_limits_mod
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int64_t, c_long, &
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int64_t, c_long, &
     c_null_char, c_ptr, c_size_t
   use errors_mod, only: error_t, raise, exit_machine
   use kinds_mod, only: i8
+  use libc_mod, only: c_free, c_getrlimit, c_statvfs, real_malloc
   use text_mod, only: to_text
   implicit none
   private
@@ -15,40 +16,6 @@ module resource_limits_mod
     data_left, disk_left, file_limit, resident_bytes, no_limit
 
   integer(i8), parameter :: no_limit = huge(1_i8)
-
-  interface
-    !> POSIX: what a file system holds; 0 when it worked.
-    function c_statvfs(path, buffer) result(status) bind(c, name='statvfs')
-      import :: c_int, c_long, c_char
-      implicit none
-      character(c_char), intent(in) :: path(*)
-      integer(c_long), intent(inout) :: buffer(*)
-      integer(c_int) :: status
-    end function c_statvfs
-
-    !> POSIX: a limit of the process, now and at most; 0 when it worked.
-    function c_getrlimit(resource, limits) result(status) bind(c, name='getrlimit')
-      import :: c_int, c_int64_t
-      implicit none
-      integer(c_int), value :: resource
-      integer(c_int64_t), intent(out) :: limits(2)
-      integer(c_int) :: status
-    end function c_getrlimit
-
-    !> C's malloc, which returns null where there is no memory (src/machine/runtime_failures.f90).
-    function real_malloc(bytes) result(address) bind(c, name='__real_malloc')
-      import :: c_ptr, c_size_t
-      implicit none
-      integer(c_size_t), value :: bytes
-      type(c_ptr) :: address
-    end function real_malloc
-
-    subroutine c_free(address) bind(c, name='free')
-      import :: c_ptr
-      implicit none
-      type(c_ptr), value :: address
-    end subroutine c_free
-  end interface
 
 contains
 
@@ -127,9 +94,7 @@ contains
     character(*), intent(in) :: root !! above /proc
     integer(i8) :: bytes
 
-    bytes = no_limit
-    call lower(bytes, 1_i8, number_after(root//'/proc/self/limits', 'Max address space'), &
-      1024_i8*number_after(root//'/proc/self/status', 'VmSize:'))
+    bytes = left_of(root, 'Max address space', 'VmSize:')
   end function address_space_left
 
   !> Bytes of its own that this process can still reserve, touched or not (ulimit -d).
@@ -137,10 +102,18 @@ contains
     character(*), intent(in) :: root !! above /proc
     integer(i8) :: bytes
 
-    bytes = no_limit
-    call lower(bytes, 1_i8, number_after(root//'/proc/self/limits', 'Max data size'), &
-      1024_i8*number_after(root//'/proc/self/status', 'VmData:'))
+    bytes = left_of(root, 'Max data size', 'VmData:')
   end function data_left
+
+  !> What a limit of the process leaves [bytes].
+  function left_of(root, limit, used) result(bytes)
+    character(*), intent(in) :: root, limit, used !! as the system calls limit and use
+    integer(i8) :: bytes
+
+    bytes = no_limit
+    call lower(bytes, 1_i8, number_after(root//'/proc/self/limits', limit), &
+      1024_i8*number_after(root//'/proc/self/status', used))
+  end function left_of
 
   !> Bytes that can still be written to the folder of `path`.
   function disk_left(path) result(bytes)

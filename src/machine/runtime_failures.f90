@@ -15,65 +15,16 @@
 !>   the program between two increments. Ignored, the write fails, and the run goes on without a
 !>   console.
 module runtime_failures_mod
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_loc, c_ptr, &
+    c_size_t
   use errors_mod, only: exit_machine
+  use libc_mod, only: c_exit_at_once, c_signal, c_strlen, real_calloc, real_malloc, real_realloc, &
+    sig_ign, sigpipe, sigxfsz
   use standard_streams_mod, only: write_to, standard_error
   implicit none
   private
 
   public :: meet_runtime_failures
-
-  integer(c_int), parameter :: sigpipe = 13, sigxfsz = 25 !! on Linux
-  integer(c_intptr_t), parameter :: sig_ign = 1
-
-  interface
-    !> C: what is done at a signal; the handler as an address.
-    function c_signal(number, handler) result(before) bind(c, name='signal')
-      import :: c_int, c_intptr_t
-      implicit none
-      integer(c_int), value :: number
-      integer(c_intptr_t), value :: handler
-      integer(c_intptr_t) :: before
-    end function c_signal
-
-    !> POSIX: end the process now, without cleaning up, which would need memory.
-    subroutine c_exit_now(status) bind(c, name='_exit')
-      import :: c_int
-      implicit none
-      integer(c_int), value :: status
-    end subroutine c_exit_now
-
-    pure function c_length(text) result(length) bind(c, name='strlen')
-      import :: c_char, c_size_t
-      implicit none
-      character(c_char), intent(in) :: text(*)
-      integer(c_size_t) :: length
-    end function c_length
-
-    ! The C library's own, past the procedures below.
-
-    function real_malloc(bytes) result(address) bind(c, name='__real_malloc')
-      import :: c_ptr, c_size_t
-      implicit none
-      integer(c_size_t), value :: bytes
-      type(c_ptr) :: address
-    end function real_malloc
-
-    function real_realloc(old, bytes) result(address) bind(c, name='__real_realloc')
-      import :: c_ptr, c_size_t
-      implicit none
-      type(c_ptr), value :: old
-      integer(c_size_t), value :: bytes
-      type(c_ptr) :: address
-    end function real_realloc
-
-    function real_calloc(n, bytes) result(address) bind(c, name='__real_calloc')
-      import :: c_ptr, c_size_t
-      implicit none
-      integer(c_size_t), value :: n, bytes
-      type(c_ptr) :: address
-    end function real_calloc
-  end interface
 
 contains
 
@@ -139,11 +90,11 @@ contains
   !> In the place of the run-time library's procedure: an ALLOCATE of more bytes than can be
   !> counted. Does not return.
   subroutine runtime_error(message) bind(c, name='_gfortran_runtime_error')
-    character(c_char), intent(in) :: message(*)
+    character(c_char), target, intent(in) :: message(*)
     integer :: i
 
     call begin_message()
-    do i = 1, int(c_length(message))
+    do i = 1, int(c_strlen(c_loc(message)))
       call write_to(standard_error, message(i))
     end do
     call end_program()
@@ -158,7 +109,7 @@ contains
 
   subroutine end_program()
     call write_to(standard_error, new_line('a'))
-    call c_exit_now(int(exit_machine, c_int))
+    call c_exit_at_once(int(exit_machine, c_int))
   end subroutine end_program
 
 end module runtime_failures_mod

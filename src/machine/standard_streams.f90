@@ -1,8 +1,9 @@
 !> Text to the standard streams, past the run-time library: its FLUSH says nothing where a disk is
 !> full, and what a full disk did not take is lost without a word.
 module standard_streams_mod
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_intptr_t, &
+  use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_intptr_t, &
     c_null_char, c_ptr, c_size_t
+  use libc_mod, only: c_errno_location, c_fclose, c_fileno, c_fopen, c_write
   implicit none
   private
 
@@ -10,46 +11,6 @@ module standard_streams_mod
 
   integer, parameter :: standard_output = 1, standard_error = 2
   integer(c_int), parameter :: epipe = 32 !! on Linux: nobody reads the pipe any more
-
-  interface
-    !> POSIX.
-    function c_write(descriptor, bytes, length) result(written) bind(c, name='write')
-      import :: c_int, c_char, c_size_t, c_intptr_t
-      implicit none
-      integer(c_int), value :: descriptor
-      character(c_char), intent(in) :: bytes(*)
-      integer(c_size_t), value :: length
-      integer(c_intptr_t) :: written
-    end function c_write
-
-    function c_fopen(path, mode) result(file) bind(c, name='fopen')
-      import :: c_char, c_ptr
-      implicit none
-      character(c_char), intent(in) :: path(*), mode(*)
-      type(c_ptr) :: file
-    end function c_fopen
-
-    function c_fileno(file) result(descriptor) bind(c, name='fileno')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: file
-      integer(c_int) :: descriptor
-    end function c_fileno
-
-    function c_fclose(file) result(status) bind(c, name='fclose')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: file
-      integer(c_int) :: status
-    end function c_fclose
-
-    !> Where the C library on Linux keeps the number of the last error.
-    function c_errno_location() result(address) bind(c, name='__errno_location')
-      import :: c_ptr
-      implicit none
-      type(c_ptr) :: address
-    end function c_errno_location
-  end interface
 
 contains
 

@@ -1,70 +1,16 @@
 !> What the program asks of the machine it runs on: clocks, memory, the terminal, signals.
 module system_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_intptr_t, &
-    c_null_char, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_funloc, c_int, c_intptr_t, c_null_char, c_size_t
   use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
   use kinds_mod, only: wp, i8
+  use libc_mod, only: c_exit_at_once, c_isatty, c_raise, c_setenv, c_signal, c_usleep, c_write, &
+    sig_ign, sigint, sigterm
   implicit none
   private
 
   public :: wall_seconds, cpu_seconds, peak_memory_bytes, output_is_terminal, utc_now, &
     build_description, sleep_for, set_environment, processor_flags, catch_signals, caught_signal, &
-    signal_name
-
-  interface
-    !> POSIX: 1 when the file descriptor is a terminal.
-    function c_isatty(descriptor) result(answer) bind(c, name='isatty')
-      import :: c_int
-      implicit none
-      integer(c_int), value :: descriptor
-      integer(c_int) :: answer
-    end function c_isatty
-
-    !> POSIX: 0 when it worked.
-    function c_setenv(name, value, overwrite) result(status) bind(c, name='setenv')
-      import :: c_char, c_int
-      implicit none
-      character(c_char), intent(in) :: name(*), value(*)
-      integer(c_int), value :: overwrite
-      integer(c_int) :: status
-    end function c_setenv
-
-    !> POSIX: sleep; at most a second.
-    function c_usleep(microseconds) result(status) bind(c, name='usleep')
-      import :: c_int
-      implicit none
-      integer(c_int), value :: microseconds
-      integer(c_int) :: status
-    end function c_usleep
-
-    !> Set what a signal does; gives what it did before. The handler stays set, and what the signal
-    !> interrupts goes on (BSD's semantics; SIGACTION's argument is laid out otherwise everywhere).
-    function c_signal(number, handler) result(previous) bind(c, name='signal')
-      import :: c_int, c_funptr
-      implicit none
-      integer(c_int), value :: number
-      type(c_funptr), value :: handler
-      type(c_funptr) :: previous
-    end function c_signal
-
-    !> Of what may be called in a handler: output, and the end of the process.
-    function c_write(descriptor, text, length) result(written) bind(c, name='write')
-      import :: c_int, c_char, c_size_t, c_intptr_t
-      implicit none
-      integer(c_int), value :: descriptor
-      character(c_char), intent(in) :: text(*)
-      integer(c_size_t), value :: length
-      integer(c_intptr_t) :: written
-    end function c_write
-
-    subroutine c_exit_at_once(status) bind(c, name='_exit')
-      import :: c_int
-      implicit none
-      integer(c_int), value :: status
-    end subroutine c_exit_at_once
-  end interface
-
-  integer(c_int), parameter :: sigint = 2, sigterm = 15
+    pass_on_sigterm, signal_name
 
   !> The first signal that came; 0: none.
   integer(c_int), volatile :: caught = 0
@@ -214,13 +160,12 @@ contains
   !> in the background) stays ignored.
   subroutine catch_signals()
     integer(c_int), parameter :: numbers(2) = [sigint, sigterm]
-    integer(c_intptr_t), parameter :: ignores = 1
-    type(c_funptr) :: previous
+    integer(c_intptr_t) :: before
     integer :: i
 
     do i = 1, size(numbers)
-      previous = c_signal(numbers(i), c_funloc(note_signal))
-      if (transfer(previous, 0_c_intptr_t) == ignores) previous = c_signal(numbers(i), previous)
+      before = c_signal(numbers(i), transfer(c_funloc(note_signal), before))
+      if (before == sig_ign) before = c_signal(numbers(i), sig_ign)
     end do
   end subroutine catch_signals
 
@@ -228,6 +173,14 @@ contains
   integer function caught_signal()
     caught_signal = int(caught)
   end function caught_signal
+
+  !> Send this process a SIGTERM that a library took for its own.
+  subroutine pass_on_sigterm()
+    integer(c_int) :: status
+
+    status = c_raise(sigterm)
+    if (status /= 0) return
+  end subroutine pass_on_sigterm
 
   pure function signal_name(number) result(name)
     integer, intent(in) :: number !! of caught_signal
@@ -241,8 +194,8 @@ contains
   !> signals allow.
   recursive subroutine note_signal(number) bind(c)
     integer(c_int), value :: number
-    character(*), parameter :: words = new_line('a')//'bipot: stops when the present increment '// &
-      'is in the file; another signal stops at once'//new_line('a')
+    character(*), parameter :: words = new_line('a')//'bipot: stopping when this increment '// &
+      'is in the file; a second signal stops at once'//new_line('a')
     integer(c_int), parameter :: by_a_signal = 128, standard_error = 2
     integer(c_intptr_t) :: written
 

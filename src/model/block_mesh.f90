@@ -4,7 +4,7 @@ module block_mesh_mod
   implicit none
   private
 
-  public :: block_coordinates, block_connectivity, block_face
+  public :: block_coordinates, block_connectivity, block_face, block_side_nodes
   public :: graded_positions, graded_from_middle
   public :: face_xmin, face_xmax, face_ymin, face_ymax, face_zmin, face_zmax
 
@@ -103,16 +103,9 @@ contains
     integer, intent(in) :: side       !! face_xmin .. face_zmax
     integer, allocatable :: faces(:, :) !! (2, n_faces)
     integer, parameter :: brick_face(6) = [6, 4, 3, 5, 1, 2] ! of each side, numbered as in surfaces
-    integer :: first(3), last(3), axis, i, j, k, m
+    integer :: first(3), last(3), i, j, k, m
 
-    axis = (side + 1)/2
-    first = 0
-    last = n - 1
-    if (mod(side, 2) == 1) then
-      last(axis) = 0
-    else
-      first(axis) = n(axis) - 1
-    end if
+    call find_layer(n, side, first, last)
     allocate (faces(2, product(last - first + 1)))
     m = 0
     do k = first(3), last(3)
@@ -124,5 +117,46 @@ contains
       end do
     end do
   end function block_face
+
+  !> The nodes on one side of a block, ascending.
+  pure function block_side_nodes(n, side) result(nodes)
+    integer, intent(in) :: n(3)  !! bricks along x, y, z; none at all where one is 0
+    integer, intent(in) :: side  !! face_xmin .. face_zmax
+    integer, allocatable :: nodes(:)
+    integer :: first(3), last(3), i, j, k, m
+
+    if (any(n == 0)) then
+      allocate (nodes(0))
+      return
+    end if
+    call find_layer(n + 1, side, first, last)
+    allocate (nodes(product(last - first + 1)))
+    m = 0
+    do k = first(3), last(3)
+      do j = first(2), last(2)
+        do i = first(1), last(1)
+          m = m + 1
+          nodes(m) = 1 + i + (n(1) + 1)*(j + (n(2) + 1)*k)
+        end do
+      end do
+    end do
+  end function block_side_nodes
+
+  !> The outermost layer on one side of a grid of bricks or nodes, which count from 0.
+  pure subroutine find_layer(n, side, first, last)
+    integer, intent(in) :: n(3)  !! along x, y, z
+    integer, intent(in) :: side  !! face_xmin .. face_zmax
+    integer, intent(out) :: first(3), last(3)
+    integer :: axis
+
+    axis = (side + 1)/2
+    first = 0
+    last = n - 1
+    if (mod(side, 2) == 1) then
+      last(axis) = 0
+    else
+      first(axis) = last(axis)
+    end if
+  end subroutine find_layer
 
 end module block_mesh_mod

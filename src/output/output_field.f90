@@ -16,7 +16,7 @@ module output_field_mod
   implicit none
   private
 
-  public :: field_t, field_source_t, field_list_t, add_field, get_fields
+  public :: field_t, field_source_t, field_list_t, add_field, get_fields, compute_field
   public :: block_shape, block_bytes
   public :: every_time, first_time, at_start, everywhere, at_supports, at_contact
 

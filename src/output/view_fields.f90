@@ -7,7 +7,7 @@ module view_fields_mod
   use step_fields_mod, only: tensor_field_t
   use mesh_fields_mod, only: fill_tensor_fields
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
-    every_time, at_start, at_supports, at_contact
+    compute_field, every_time, at_start, at_supports, at_contact
   implicit none
   private
 
@@ -47,27 +47,17 @@ contains
           '0: open, 1: stick, 2: slide, -1: can touch nothing', every_time, at_contact, &
           compute=contact_status))
       end if
-      if (asked%stress .and. asked%at_nodes) call add_field(list, field_t('PointData/stress', &
-        of_real, [6, n], 'pressure', tensor_order//from_gauss_points, compute=nodal_stress))
-      if (asked%strain .and. asked%at_nodes) call add_field(list, field_t('PointData/strain', &
-        of_real, [6, n], 'strain', tensor_order//as_components//from_gauss_points, &
-        compute=nodal_strain))
+      if (asked%at_nodes) call add_tensors('PointData/', '', [6, n], from_gauss_points, &
+        nodal_stress, nodal_strain)
       call add_field(list, field_t('PointData/node_id', of_long, [n], 'number', &
         'ids of the nodes in the deck', at_start, compute=node_id))
     end associate
 
     associate (n => scene%mesh%n_elements, asked => scene%output)
-      if (asked%stress .and. asked%at_centroids) call add_field(list, field_t('CellData/stress', &
-        of_real, [6, n], 'pressure', tensor_order//'; mean of the brick', compute=mean_stress))
-      if (asked%strain .and. asked%at_centroids) call add_field(list, field_t('CellData/strain', &
-        of_real, [6, n], 'strain', tensor_order//as_components//'; mean of the brick', &
-        compute=mean_strain))
-      if (asked%stress .and. asked%at_gauss_points) call add_field(list, &
-        field_t('CellData/stress_gauss_points', of_real, [48, n], 'pressure', &
-        tensor_order//at_gauss_points, compute=gauss_stress))
-      if (asked%strain .and. asked%at_gauss_points) call add_field(list, &
-        field_t('CellData/strain_gauss_points', of_real, [48, n], 'strain', &
-        tensor_order//as_components//at_gauss_points, compute=gauss_strain))
+      if (asked%at_centroids) call add_tensors('CellData/', '', [6, n], '; mean of the brick', &
+        mean_stress, mean_strain)
+      if (asked%at_gauss_points) call add_tensors('CellData/', '_gauss_points', [48, n], &
+        at_gauss_points, gauss_stress, gauss_strain)
       if (asked%mesh_error) call add_field(list, field_t('CellData/mesh_error', of_real, [n], &
         'energy', 'error of the stresses in the energy norm, squared, by recovery', &
         compute=mesh_error))
@@ -75,6 +65,22 @@ contains
         'ids of the elements in the deck', at_start, compute=element_id))
     end associate
     call get_fields(list, fields)
+
+  contains
+
+    !> Stress and strain at one kind of place, as the deck asks for them.
+    subroutine add_tensors(group, ending, extents, place, compute_stress, compute_strain)
+      character(*), intent(in) :: group, ending !! of the names
+      integer, intent(in) :: extents(2)
+      character(*), intent(in) :: place !! in words
+      procedure(compute_field) :: compute_stress, compute_strain
+
+      if (scene%output%stress) call add_field(list, field_t(group//'stress'//ending, of_real, &
+        extents, 'pressure', tensor_order//place, compute=compute_stress))
+      if (scene%output%strain) call add_field(list, field_t(group//'strain'//ending, of_real, &
+        extents, 'strain', tensor_order//as_components//place, compute=compute_strain))
+    end subroutine add_tensors
+
   end subroutine list_view_fields
 
   subroutine displacement(source, values)

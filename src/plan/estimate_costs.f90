@@ -321,10 +321,10 @@ contains
     if (plan%is_analysed) least = ''
     if (plan%is_analysed .and. sizes%factor > 0.0_wp) call add_line(plan, 'factor', &
       bound_at_most, to_text(sizes%factor/1.0e6_wp, 3)//' million entries, '// &
-      to_text(sizes%flops/1.0e9_wp, 3)//' Gflop each time')
+      to_text(sizes%flops/1.0e9_wp, 3)//' Gflop per factorisation')
     if (sizes%ranks > 1.0_wp .or. sizes%share < 1.0_wp) call add_line(plan, 'ranks', bound_fixed, &
-      to_text(nint(sizes%ranks/sizes%share))//', of them '//to_text(nint(sizes%ranks))// &
-      ' on this machine, whose memory follows')
+      to_text(nint(sizes%ranks/sizes%share))//', '//to_text(nint(sizes%ranks))// &
+      ' of them on this machine, whose memory follows')
     call add_line(plan, 'memory', bound_about, least//bytes_in_words(memory)// &
       left_in_words(plan%memory_left))
     if (plan%is_analysed) call add_line(plan, 'time', bound_about, &

@@ -38,8 +38,8 @@ contains
 
     text = 'the run needs about '
     if (.not. plan%is_analysed) text = 'the run needs more than '
-    text = text//bytes_in_words(plan%more_memory)//' of memory and '// &
-      bytes_in_words(real(plan%memory_left, wp))//' are left for it'
+    text = text//bytes_in_words(plan%more_memory)//' of memory, and '// &
+      bytes_in_words(real(plan%memory_left, wp))//' are free'
     if (scene%precision%single_factor .or. scene%precision%out_of_core) text = text// &
       ' (with the factor in '//where_in_words(scene%precision)//')'
     left = real(plan%memory_left, wp) - fixed
@@ -60,14 +60,14 @@ contains
     text = 'the result file takes about '//bytes_in_words(plan%file_size)
     if (plan%scratch_size > 0.0_wp) text = text//', the factor out of core '// &
       bytes_in_words(plan%scratch_size)//','
-    text = text//' and '//bytes_in_words(real(plan%disk_left, wp))//' are left where it goes'
+    text = text//' and '//bytes_in_words(real(plan%disk_left, wp))//' are free on that disk'
     left = real(plan%disk_left, wp) - (plan%file_size - plan%fields_size) - plan%scratch_size
     if (plan%fields_size <= 0.0_wp .or. plan%n_outputs <= size(scene%steps)) return
     ! The last increment of every step has its fields whatever the frequency.
     share = left/plan%fields_size - real(size(scene%steps), wp)/real(plan%n_outputs, wp)
     if (share <= 0.0_wp) return
-    text = text//'; *NODE FILE, FREQUENCY='//to_text(ceiling(real(scene%output%frequency, wp)/ &
-      share))//' would fit'
+    text = text//'; with *NODE FILE, FREQUENCY='//to_text(ceiling( &
+      real(scene%output%frequency, wp)/share))//' it would fit'
   end function disk_misfit
 
 end module fit_machine_mod

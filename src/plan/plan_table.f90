@@ -10,7 +10,7 @@ module plan_table_mod
                           stop_at_change, precision_controls_t, is_exact
   use output_field_mod, only: field_t, at_start
   use view_fields_mod, only: list_view_fields
-  use problem_mod, only: rows_worth_rounding
+  use compliance_mod, only: rows_worth_rounding
   use plan_mod, only: plan_t, bound_fixed, bound_at_most, bound_about, bound_in_words
   use rigid_modes_mod, only: free_motions_t
   use describe_motions_mod, only: body_in_words, motions_together
@@ -40,15 +40,15 @@ contains
     call add_line(plan, 'mesh', bound_fixed, to_text(scene%mesh%n_nodes)//' nodes, '// &
       to_text(scene%mesh%n_elements)//' bricks')
     call describe_bodies(scene, motions, plan)
-    call add_line(plan, 'equations', bound, to_text(plan%n_equations)//', of them '// &
-      to_text(plan%n_interface)//' on contact nodes')
+    call add_line(plan, 'equations', bound, to_text(plan%n_equations)//', '// &
+      to_text(plan%n_interface)//' of them on contact nodes')
     if (plan%points%n > 0) call describe_pairs(scene, plan)
     if (sum(plan%rows) > 0) then
       copy = merge(4.0_wp, 0.0_wp, scene%precision%single_compliance) + &
         merge(2.0_wp, 0.0_wp, sum(plan%rows) >= rows_worth_rounding)
       call add_line(plan, 'compliance', bound, to_text(plan%n_interface)//' x '// &
-        to_text(plan%n_interface)//' and, of the contact rows, '//to_text(sum(plan%rows))//' x '// &
-        to_text(sum(plan%rows))//': dense, double precision'// &
+        to_text(plan%n_interface)//' on contact nodes, '//to_text(sum(plan%rows))//' x '// &
+        to_text(sum(plan%rows))//' in contact rows: dense, double precision'// &
         trim(merge(' and a copy of the rows in single precision', repeat(' ', 43), &
         copy > 0.0_wp))// &
         ', '//bytes_in_words(8.0_wp*real(plan%n_interface, wp)**2 + &
@@ -149,17 +149,17 @@ contains
     listed = 0
     do while (j <= motions%n)
       n = motions_together(motions, j)
-      held_by = 'left to contact'
+      held_by = 'held by contact alone'
       i = motions%body(j)
-      if (.not. touches(i)) held_by = 'that nothing holds'
-      if (n == 6 .and. touches(i)) held_by = 'left to contact, which alone holds it'
+      if (.not. touches(i)) held_by = 'held by nothing'
+      if (n == 6 .and. touches(i)) held_by = 'held by contact alone: it has no supports'
       listed = listed + 1
       if (listed <= most_listed) call add_line(plan, 'free motions', bound_at_most, &
         to_text(n)//' of '//body_in_words(scene%mesh, motions, j)//', '//held_by)
       j = j + n
     end do
     if (listed > most_listed) call add_line(plan, 'free motions', bound_at_most, 'those of '// &
-      to_text(listed - most_listed)//' more: '//to_text(motions%n)//' in all')
+      to_text(listed - most_listed)//' more bodies or obstacles: '//to_text(motions%n)//' in all')
   end subroutine describe_bodies
 
   !> A line a pair: its points by the rows they have.
@@ -223,9 +223,9 @@ contains
     type(precision_controls_t), intent(in) :: precision
     character(:), allocatable :: words
 
-    words = '1 for the whole run (small strain, the same supports)'
+    words = '1 for the whole run (small strain, same supports throughout)'
     if (plan%n_factorisations > 1) words = to_text(plan%n_factorisations)// &
-      ' (steps prescribe other degrees of freedom)'
+      ' (steps prescribe different degrees of freedom)'
     words = words//'; LDL^T, '//where_in_words(precision)
     if (.not. is_exact(precision)) words = words//', refined in double precision'
   end function factorisations_in_words
@@ -301,14 +301,14 @@ contains
 
     select case (controls%solver)
     case (solver_auto)
-      words = 'automatic: global Newton, else accelerated sweeps; '
+      words = 'automatic: global Newton, then accelerated sweeps if that fails; '
     case (solver_global_newton)
       words = 'global Newton, '
     case default
       words = sweeps_in_words(controls)
     end select
     words = words//'tolerance '//to_text(controls%tolerance)
-    if (controls%stop_rule == stop_at_change) words = words//' on the change of a sweep'
+    if (controls%stop_rule == stop_at_change) words = words//' on the change per sweep'
     if (controls%solver /= solver_global_newton) words = words//', at most '// &
       to_text(controls%max_sweeps)//' sweeps'
   end function solver_in_words

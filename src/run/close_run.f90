@@ -37,15 +37,15 @@ contains
         seconds(tally%estimate_time)//', write '//seconds(tally%write_time)
       lines(3)%text = 'accuracy        '//accuracy_in_words(scene%precision, tally%unrefined, &
         tally%imbalance)
-      lines(4)%text = 'memory          '//to_text(real(peak_memory_bytes() + others%peak, &
-        wp)/1.0e6_wp, 3)//' MB at most'
+      lines(4)%text = 'memory          at most '//to_text(real(peak_memory_bytes() + others%peak, &
+        wp)/1.0e6_wp, 3)//' MB'
       call print_lines(console, lines)
     end associate
     call tell_theory(console, tally)
     if (tally%certified < tally%increments) then
       call print_warning(console, to_text(tally%increments - tally%certified)//' of '// &
         to_text(tally%increments)// &
-        ' increments are not certified (STOP=CHANGE goes on past them)')
+        ' increments are not certified (STOP=CHANGE continues past them)')
     end if
     call say(to_text(tally%certified)//' of '//to_text(tally%increments)// &
       ' increments certified to '// &
@@ -67,7 +67,7 @@ contains
       if (words /= '') words = words//', '
       words = words//'rotations up to '//to_text(tally%largest_rotation, 2)//' rad'
     end if
-    line(1)%text = 'note: '//words//': outside linear theory'
+    line(1)%text = 'note: '//words//': beyond linear theory'
     if (words /= '') call print_lines(console, line)
   end subroutine tell_theory
 
@@ -77,8 +77,8 @@ contains
     real(wp), intent(in) :: before, after !! largest out-of-balance force, of the largest force [-]
     character(:), allocatable :: words
 
-    words = 'factor in '//precision_in_words(precision)//': out of balance by at most '// &
-      or_rounding(before)//' as solved, '//or_rounding(after)//' as refined'
+    words = 'factor in '//precision_in_words(precision)//': forces balance to '// &
+      or_rounding(before)//' as solved, to '//or_rounding(after)//' as refined'
   end function accuracy_in_words
 
   pure function or_rounding(imbalance) result(text)

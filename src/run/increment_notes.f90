@@ -45,8 +45,8 @@ contains
     type(increment_t), intent(in) :: increment
     type(note_t), allocatable, intent(inout) :: notes(:)
 
-    call add_note(notes, increment, .true., ' was not solved up to time '// &
-      to_text(increment%time)//': half of it is tried')
+    call add_note(notes, increment, .true., ' (to time '// &
+      to_text(increment%time)//') was not solved: half of it is tried')
   end subroutine note_cut
 
   !> A node went further than the plan had it go.
@@ -60,8 +60,8 @@ contains
     call add_note(notes, increment, .true., ': node '// &
       to_text(scene%mesh%node_id(points%node(point)))//' reaches '// &
       scene%obstacles(scene%pairs(points%pair(point))%master)%name// &
-      ', which the plan held to be '// &
-      'out of its reach; the increment is repeated with the whole of the slave surfaces')
+      ', which the plan had '// &
+      'thought out of reach; the increment is repeated with whole slave surfaces')
   end subroutine note_widened
 
   !> Which rigid motions nothing holds, where that has changed.
@@ -79,7 +79,7 @@ contains
     before = now
     if (now == '') now = 'none any more'
     call add_note(notes, increment, .true., &
-      ': motions that nothing holds and nothing drives stay where they are: '//now)
+      ': rigid motions that nothing holds and nothing drives are left as they are: '//now)
   end subroutine note_unheld
 
   !> How deep obstacles were in faces between their nodes in a *STEP.
@@ -90,7 +90,7 @@ contains
     type(note_t), allocatable, intent(inout) :: notes(:)
 
     if (deepest%depth > 0.0_wp) call add_note(notes, increment, .false., ': faces of '// &
-      scene%surfaces(scene%pairs(deepest%pair)%surface)%name//' enter '// &
+      scene%surfaces(scene%pairs(deepest%pair)%surface)%name//' penetrate '// &
       scene%obstacles(scene%pairs(deepest%pair)%master)%name// &
       ' between their nodes by up to '//to_text(deepest%depth, 3)//', at '// &
       nodes_in_words(scene, deepest%nodes), even_if_quiet=.false.)
@@ -114,11 +114,11 @@ contains
       words = 'one point'
       if (small(i)%n_points == 2) words = 'two points'
       words = words//' at node '//to_text(scene%mesh%node_id(small(i)%node))
-      if (small(i)%count > 1) words = words//', as '//to_text(small(i)%count - 1)// &
-        ' more of its contacts on one or two'
-      call add_note(notes, increment, .false., ': '//scene%pairs(i)%name//' rests on '// &
-        words//': contact pressure is not resolved; bricks of about '// &
-        to_text(small(i)%brick, 2)//' needed')
+      if (small(i)%count > 1) words = words//' (and in '// &
+        to_text(small(i)%count - 1)//' more places)'
+      call add_note(notes, increment, .false., ': '//scene%pairs(i)%name//' touches at '// &
+        words//': contact pressure is not resolved; that takes bricks of about '// &
+        to_text(small(i)%brick, 2))
     end do
   end subroutine note_small_contacts
 
@@ -132,12 +132,12 @@ contains
     associate (step => scene%steps(increment%step))
       if (step%direct) then
         call add_note(notes, increment, .false., &
-          ': kinks of amplitudes inside increments, which go straight across: '// &
-          to_text(size(kinks))//'; without DIRECT increments end there')
+          ': kinks of amplitudes inside increments: '//to_text(size(kinks))// &
+          '; without DIRECT increments would end there')
       else if (has_too_many(kinks, step)) then
         call add_note(notes, increment, .false., ': kinks of amplitudes: '//to_text(size(kinks))// &
-          ' in '//to_text(step%n_increments)//' of the deck''s increments, too many for one to '// &
-          'end at each; they go straight across')
+          ' in '//to_text(step%n_increments)//' increments of the deck, too many for an '// &
+          'increment to end at each')
       end if
     end associate
   end subroutine note_kinks
@@ -148,8 +148,7 @@ contains
     type(note_t), allocatable, intent(inout) :: notes(:)
 
     call add_note(notes, increment, .false., ': contact begins inside increment '// &
-      to_text(increment%number)//', whose loads go straight across; without DIRECT an '// &
-      'increment ends there')
+      to_text(increment%number)//'; without DIRECT an increment would end there')
   end subroutine note_touch
 
 end module increment_notes_mod

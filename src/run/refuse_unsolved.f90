@@ -5,10 +5,11 @@ module refuse_unsolved_mod
   use text_mod, only: to_text
   use scene_mod, only: scene_t
   use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_in_words, is_exact
+  use contact_points_mod, only: contact_points_t
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t
-  use increment_report_mod, only: increment_report_t, worst_entry, ended_at_limit, ended_stalled, &
-    ended_unbalanced, ended_moving
+  use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, &
+    ended_at_limit, ended_stalled, ended_unbalanced, ended_moving
   use faces_between_nodes_mod, only: entries_t, entered_on_way, entered_and_left
   use console_mod, only: solver_name
   implicit none
@@ -83,17 +84,48 @@ contains
       if (.not. is_exact(scene%precision)) then
         where_and_what = where_and_what//'; the factor ('// &
           precision_in_words(scene%precision)//') left '//to_text(report%unrefined, 2)// &
-          ' out of balance, Newton-Raphson '//to_text(report%imbalance, 2)// &
-          ': full rank and FACTOR=DOUBLE of *PRECISION hold more'
+          ' of the forces out of balance, Newton-Raphson '//to_text(report%imbalance, 2)// &
+          '; full rank and FACTOR=DOUBLE of *PRECISION are more accurate'
       else if (report%certificate%equilibrium >= worst_entry(report%certificate)) then
         where_and_what = where_and_what// &
-          ': displacements in double precision do not hold these forces any closer'
+          ': displacements in double precision cannot balance these forces any closer'
       end if
       where_and_what = where_and_what//tolerance_in_reach(0.1_wp*worst_entry(report%certificate), &
         scene%contact%tolerance)
     end if
+    if (report%ending /= ended_unbalanced) where_and_what = where_and_what// &
+      wedge_in_words(scene, plan%points, report%contact)
     call raise(error, exit_not_solved, where_and_what)
   end subroutine refuse_unsolved
+
+  !> Where the largest reactions belong to one node and balance one another, in words; else ''.
+  !>
+  !> Cones of friction of two obstacles may hold opposite forces. Reactions can then be added to a
+  !> node without bound, and where it would have to slide along both there need be no solution.
+  pure function wedge_in_words(scene, points, contact) result(words)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact
+    character(:), allocatable :: words
+    real(wp), parameter :: small = 1.0e-2_wp !! sum of such reactions, of the largest [-]
+    real(wp) :: force(3, points%n)
+    integer :: i, worst
+
+    words = ''
+    if (points%n == 0) return
+    do i = 1, points%n
+      force(:, i) = matmul(contact%frame(:, :, i), contact%reaction(:, i))
+    end do
+    worst = maxloc(norm2(contact%reaction, 1), 1)
+    associate (node => points%node(worst))
+      if (count(points%node == node) < 2) return
+      if (norm2([(sum(force(i, :), points%node == node), i = 1, 3)]) > &
+        small*norm2(force(:, worst))) return
+      words = '; obstacles wedge node '//to_text(scene%mesh%node_id(node))//': its reactions, '// &
+        'up to '//to_text(norm2(force(:, worst)), 2)//', balance one another, and with so much '// &
+        'friction there may be no solution'
+    end associate
+  end function wedge_in_words
 
   !> A contact that lies between the nodes ends the run: no force would answer it.
   subroutine refuse_missed_contact(scene, increment, entries, error)
@@ -113,17 +145,15 @@ contains
     end associate
     select case (entries%how)
     case (entered_on_way)
-      face = obstacle//' gets '//face//' within the increment, and neither that face nor any '// &
-        'that shares a node with it has a node that touches: contact is missed; smaller '// &
-        'increments are needed, or smaller bricks'
+      face = obstacle//' gets '//face//' within the increment, but no node of that face or of '// &
+        'its neighbours touches it: contact is missed; use smaller increments, or smaller bricks'
     case (entered_and_left)
-      face = obstacle//' was '//face//' when the increment began, and has left it without a '// &
-        'node ever having touched: contact is missed; smaller bricks are needed, or smaller '// &
-        'increments'
+      face = obstacle//' was '//face//' when the increment began, and has left it without '// &
+        'touching a node: contact is missed; use smaller bricks, or smaller increments'
     case default
-      face = obstacle//' is '//face//', and neither that face nor any that shares a node with '// &
-        'it has a node that touches: contact is missed; smaller bricks are needed, of edges '// &
-        'below about '//to_text(needed, 2)//', or smaller increments'
+      face = obstacle//' is '//face//', but no node of that face or of its neighbours touches '// &
+        'it: contact is missed; use smaller bricks, with edges below about '// &
+        to_text(needed, 2)//', or smaller increments'
     end select
     call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
       to_text(increment%number)//': '//face)
@@ -150,9 +180,9 @@ contains
     case (ended_at_limit)
       words = 'their limit'
     case (ended_stalled)
-      words = 'without progress any more'
+      words = 'no longer making progress'
     case default
-      words = 'the reactions growing without bound'
+      words = 'with reactions growing without bound'
     end select
   end function ending_in_words
 

@@ -135,7 +135,7 @@ contains
       call print_warning(console, reasons)
     else
       call raise(error, exit_machine, 'bipot: error: '//reasons//new_line('a')// &
-        '  nothing was run (--force runs it all the same)')
+        '  nothing was run (--force runs it anyway)')
     end if
   end subroutine refuse_misfit
 
@@ -167,9 +167,9 @@ contains
     if (progress%state%row > 0 .and. .not. console%quiet) call say('continued       behind '// &
       'increment '//to_text(progress%state%row))
     if (file%n_damaged == 1) call say('note: increment '//to_text(file%n_rows + 1)// &
-      ' was damaged in the file: it is done again')
+      ' was damaged in the file and is computed again')
     if (file%n_damaged > 1) call say('note: increments '//to_text(file%n_rows + 1)//' to '// &
-      to_text(file%n_rows + file%n_damaged)//' were damaged in the file: they are done again')
+      to_text(file%n_rows + file%n_damaged)//' were damaged in the file and are computed again')
     call run_increments(scene, plan, exports, solver, file, console, progress, error)
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
     call note_sizes(solver, progress%tally)
@@ -190,7 +190,7 @@ contains
           plan%n_increments, resume_command())
       else if (file%n_rows > 0 .and. in_place) then
         error%message = error%message//new_line('a')//to_text(file%n_rows)// &
-          ' increments before it are in '//path
+          ' increments before it are kept in '//path
       end if
       return
     end if
@@ -202,7 +202,7 @@ contains
     if (progress%tally%missed > 0) call raise(error, exit_not_solved, 'accuracy '// &
       percent(scene%accuracy%wanted)//' was not reached at the end of '// &
       to_text(progress%tally%missed)//' of '//to_text(size(scene%steps))// &
-      ' steps; the result is complete all the same')
+      ' steps; the result is otherwise complete')
   end subroutine run_scene
 
   !> Open the result file, that of a run to be continued where there is one.

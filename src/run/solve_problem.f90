@@ -258,7 +258,7 @@ contains
       ' iterations, residual '//to_text(report%residual, 3)//', largest at point '// &
       to_text(report%worst_point)// &
       tolerance_in_reach(report%residual, options%controls%tolerance)// &
-      '; the best found is in '//path)
+      '; the best iterate is in '//path)
   end subroutine close_run
 
   pure function solver_in_words(report) result(words)
@@ -279,8 +279,8 @@ contains
     type(contact_report_t), intent(in) :: report
     character(:), allocatable :: words
 
-    words = 'made no more progress'
-    if (report%ending == ended_at_limit) words = 'came to its limit'
+    words = 'stopped making progress'
+    if (report%ending == ended_at_limit) words = 'reached its limit'
     if (report%ending == ended_diverging) words = 'diverged'
   end function ending_in_words
 

@@ -22,7 +22,7 @@ program bare_factorisation
   use scene_mod, only: scene_t
   use read_deck_mod, only: read_deck
   use mesh_forces_mod, only: internal_force
-  use dof_map_mod, only: dof_map_t, make_dof_map
+  use dof_map_mod, only: dof_map_t, make_dof_map, to_equations, to_nodes
   use assembly_mod, only: triplets_t, assemble_stiffness
   use ordering_mod, only: order_equations
   use rigid_modes_mod, only: free_motions_t, find_free_motions
@@ -53,6 +53,7 @@ program bare_factorisation
   type(seconds_t) :: seconds
   type(error_t), allocatable :: error
   real(wp), allocatable :: u(:, :) !! (3,n_nodes) displacement [length]
+  real(wp), allocatable :: free(:, :) !! (3,n_nodes) the part of it that is solved for [length]
   real(wp), allocatable :: x(:)    !! (n_free) right-hand side, then solution
   integer, allocatable :: start(:), neighbours(:) !! lists of neighbours of the nodes
   integer, allocatable :: place(:) !! (n_free) of every equation in the order of elimination
@@ -76,7 +77,9 @@ program bare_factorisation
   seconds%order = cpu_seconds() - seconds%order
   call solve_system(k, place, x, seconds, factor_entries, error)
   call stop_at(error)
-  call put_free(map, x, u)
+  allocate (free, mold=u)
+  call to_nodes(map, x, free)
+  u = u + free
   call write_displacements(argument(2), u, error)
   call stop_at(error)
 
@@ -116,7 +119,7 @@ contains
     real(wp), allocatable, intent(out) :: b(:)    !! (n_free) [force]
     type(step_loads_t) :: loads
     real(wp), allocatable :: force(:, :), internal(:, :), factor(:)
-    integer :: g, i, node
+    integer :: g
 
     map = make_dof_map(scene%mesh%body, prescribed_dofs(scene, 1), [integer ::])
     call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, k)
@@ -132,12 +135,8 @@ contains
     allocate (internal, mold=force)
     call internal_force(scene%mesh, scene%materials, u, internal)
     force = force - internal
-    allocate (b(map%n_free))
-    do node = 1, scene%mesh%n_nodes
-      do i = 1, 3
-        if (map%equation(i, node) > 0) b(map%equation(i, node)) = force(i, node)
-      end do
-    end do
+    allocate (b(map%n_free), source=0.0_wp)
+    call to_equations(map, force, b)
   end subroutine make_system
 
   !> Analyse, factorise, solve. Nothing is set but the kind of matrix, the order and silence.
@@ -200,20 +199,6 @@ contains
         to_text(id%infog(12))//' negative pivots): a body is not held')
     end if
   end subroutine run_job
-
-  !> Put the unknowns where the nodes have them.
-  pure subroutine put_free(map, x, u)
-    type(dof_map_t), intent(in) :: map
-    real(wp), intent(in) :: x(:)       !! (n_free)
-    real(wp), intent(inout) :: u(:, :) !! (3,n_nodes)
-    integer :: node, i
-
-    do node = 1, size(u, 2)
-      do i = 1, 3
-        if (map%equation(i, node) > 0) u(i, node) = x(map%equation(i, node))
-      end do
-    end do
-  end subroutine put_free
 
   subroutine write_displacements(path, u, error)
     character(*), intent(in) :: path

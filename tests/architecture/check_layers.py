@@ -51,7 +51,7 @@ MAY_USE = {
     "hdf5": {"base", "machine"},
     "results": _LOW | {"output", "hdf5"},
     "fclib": _BODY | _CONTACT | {"increment", "hdf5", "results"},
-    "console": {"base", "machine", "model", "deck/language"},
+    "console": {"base", "machine", "model", "deck", "deck/language"},
     "run": _BODY
     | _CONTACT
     | {"output", "deck", "increment", "plan", "hdf5", "results", "fclib", "console"},
@@ -61,6 +61,7 @@ MAIN = "app/main.f90"
 # What a room, or a file, sees of another room: these files and no more.
 SEES_ONLY = {
     ("contact/solvers", "model"): {"model/controls.f90", "model/increment_report.f90"},
+    ("console", "deck"): {"deck/solver_options.f90"},  # one list for deck and command line
     ("deck", "contact/geometry"): {"contact/geometry/obstacle_shapes.f90"},
     ("output", "contact/geometry"): {"contact/geometry/obstacle_shapes.f90"},
     ("run", "hdf5"): {"hdf5/hdf5_files.f90"},  # the version of the library
@@ -83,6 +84,10 @@ WORDS = {
         "contact/geometry/candidate_points.f90",
         "deck/adjust.f90",
     },
+}
+# Types whose components no other file sees; the compiler holds others to it.
+OPAQUE = {
+    "contact/solvers/compliance.f90": "compliance_t",  # the entries of W
 }
 # The one file that may hold one module variable, the flag that a signal sets.
 SIGNAL_FILE = "machine/system.f90"
@@ -129,14 +134,21 @@ LIBRARIES = [
     ),
     Library("zlib", "machine/checksum.f90", r"zlib\w*", r"\bzlib_\w+", r"^(crc32|adler32)"),
     Library("METIS", "equations/ordering.f90", r"metis\w*", r"\bmetis_\w+", r"^metis_"),
+    Library("SCOTCH", "equations/scotch_graph.f90", r"scotch\w*", r"\bscotchf\w+", r"^scotch"),
 ]
+# The C library is declared in one file, which only its own room sees, and the main program.
+LIBC = "machine/libc.f90"
+# Reads numbers as C does, below every room that has the machine.
+DECLARES_STRTOD = "deck/language/numbers.f90"
 
 TYPE_SPEC = re.compile(
     r"(integer|real|complex|logical|character|double\s*precision)\b"
     r"|(type|class|procedure)\s*\("
 )
 USE = re.compile(r"use(?:\s*,\s*(?:non_)?intrinsic\s*::\s*|\s*::\s*|\s+)(\w+)\s*(,.*)?$")
-STOP = re.compile(r"(error\s*)?stop\b(?!\s*[=%(])|(error\s*)?stop\s*\(.*\)$|call\s+(exit|abort)\b")
+STOP = re.compile(
+    r"(error\s*)?stop\b(?!\s*[=%(])|(error\s*)?stop\s*\(.*\)$|call\s+(c_)?(exit|abort)\b"
+)
 
 
 @dataclass
@@ -289,6 +301,7 @@ class Checker:
             self.check_module(source)
             self.check_uses(source)
             self.check_statements(source)
+            self.check_c_library(source)
         return self.violations
 
     def read_list(self) -> None:
@@ -428,11 +441,37 @@ class Checker:
             refuse(f"{source.room} may use of {used.room} only {', '.join(sorted(seen))}")
         if source.path == CERTIFICATE and used.room not in CERTIFICATE_MAY_USE:
             refuse(f"the certificate may use only {', '.join(sorted(CERTIFICATE_MAY_USE))}")
+        if used.path == LIBC and source.room != "machine" and source.path != MAIN:
+            refuse(f"only machine and {MAIN} may see the C library")
         if used.path == PLAN and source.room not in PLAN_ROOMS:
             refuse(f"{source.room} may not see the plan")
 
+    def check_c_library(self, source: Source) -> None:
+        """Check that no other file declares procedures of the C library."""
+        if source.path == LIBC:
+            return
+        inside = False
+        for s in source.statements:
+            if re.match(r"(abstract )?interface\b", s.code):
+                inside = True
+            elif re.match(r"end ?interface\b", s.code):
+                inside = False
+            elif inside and re.search(r"\bbind ?\( ?c ?,", s.code):
+                name = s.strings[0]
+                known = any(re.search(library.strings, name) for library in LIBRARIES)
+                if not known and (source.path, name) != (DECLARES_STRTOD, "strtod"):
+                    self.report(source.path, s.line, f"only {LIBC} may declare '{name}'")
+
     def check_statements(self, source: Source) -> None:
         """Check who stops, who calls an outside library, and who decides on kinds."""
+        opaque = OPAQUE.get(source.path)
+        if opaque is not None:
+            pairs = zip(source.statements, source.statements[1:], strict=False)
+            if not any(
+                re.match(rf"type\b.*\b{opaque}$", s.code) and after.code == "private"
+                for s, after in pairs
+            ):
+                self.report(source.path, 1, f"the components of {opaque} must be private")
         for s in source.statements:
             if source.path != MAIN and STOP.match(after_if(s.code)):
                 self.report(source.path, s.line, f"only {MAIN} may stop the program")

@@ -17,6 +17,7 @@ import check_layers
 FILES = [
     "base/kinds",
     "base/errors",
+    "machine/libc",
     "machine/system",
     "machine/parallel",
     "model/mesh",
@@ -196,7 +197,7 @@ class CheckLayers(unittest.TestCase):
         )
         tree = clean_tree()
         tree["CMakeLists.txt"] += "add_executable(again app/main.f90)\n"
-        self.expect(tree, "CMakeLists.txt:26: app/main.f90 is listed twice")
+        self.expect(tree, "CMakeLists.txt:27: app/main.f90 is listed twice")
         self.expect({"CMakeLists.txt": "project(x)\n"}, "CMakeLists.txt:1: lists no source")
         self.expect({"base/kinds.f90": module("base/kinds")}, "CMakeLists.txt:1: there is no such")
         other = {"CMakeLists.txt": "add_library(x other/a.f90)", "other/a.f90": module("other/a")}
@@ -304,6 +305,28 @@ class CheckLayers(unittest.TestCase):
             with self.subTest(line):
                 self.plant("contact/solvers/solve", "", message, procedures=line)
 
+    def test_the_c_library(self) -> None:
+        declared = """  interface
+    subroutine c_sync() bind(c, name='sync')
+    end subroutine c_sync
+  end interface"""
+        for path in ("run/run", "machine/system"):
+            for form in (declared, declared.replace("bind(c, ", "bind ( C , ")):
+                with self.subTest(path=path, form=form):
+                    tree = clean_tree()
+                    tree[f"{path}.f90"] = module(path, form)
+                    message = "only machine/libc.f90 may declare 'sync'"
+                    self.expect(tree, f"{path}.f90:4: {message}")
+        uses = "  use libc_mod, only: n_libc"
+        alone = "use of libc_mod: only machine and app/main.f90 may see the C library"
+        self.plant("run/run", uses, alone)
+        # What the program itself gives C is no declaration; the room may use what is declared.
+        given = "  subroutine s() bind(c, name='sync')\n  end subroutine s"
+        tree = clean_tree()
+        tree["machine/system.f90"] = module("machine/system", uses, given)
+        tree["machine/libc.f90"] = module("machine/libc", declared)
+        self.expect(tree)
+
     def test_unknown_modules(self) -> None:
         unknown = "use of an unknown module "
         self.plant("contact/solvers/solve", "  use omp_lib, only: x", unknown + "omp_lib")
@@ -327,7 +350,7 @@ class CheckLayers(unittest.TestCase):
                 message = "only app/main.f90 may stop"
                 self.plant("contact/solvers/solve", "", message, procedures=f"  {line}")
 
-    def test_who_decides_on_kinds(self) -> None:
+    def test_words_of_one_file(self) -> None:
         for line, word in [
             ("if (kind == obstacle_sphere) return", "obstacle_sphere"),
             ("select case (scene%obstacles(i)%kind)", "obstacles(i)%kind"),
@@ -338,6 +361,21 @@ class CheckLayers(unittest.TestCase):
                 message = f"'{word}' may stand only in "
                 self.plant("contact/solvers/solve", "", message, procedures=f"  {line}")
         self.plant("contact/solvers/solve", "", procedures="  n = mesh%kind + is_obstacle_plane")
+
+    def test_types_that_keep_their_entries(self) -> None:
+        def tree_with(components: str) -> dict[str, str]:
+            tree = clean_tree()
+            path = "contact/solvers/compliance"
+            lines = f"  type :: compliance_t\n{components}    real :: w(3, 3)\n  end type"
+            tree[f"{path}.f90"] = module(path, lines, "")
+            tree["CMakeLists.txt"] = tree["CMakeLists.txt"].replace(
+                "  contact/solvers/solve.f90", f"  {path}.f90\n  contact/solvers/solve.f90"
+            )
+            return tree
+
+        self.expect(tree_with("    private\n"))
+        message = "the components of compliance_t must be private"
+        self.expect(tree_with(""), f"contact/solvers/compliance.f90:1: {message}")
 
     def test_only(self) -> None:
         without = "use of kinds_mod without 'only'"

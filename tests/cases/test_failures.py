@@ -116,7 +116,7 @@ class Failures(unittest.TestCase):
         """
         folder = Path(folder)
         self.assertFalse((folder / "block.vtkhdf.new").exists(), "left behind")
-        told = re.search(r"(\d+) increments before it are in", errors)
+        told = re.search(r"(\d+) increments before it are kept in", errors)
         if not (folder / "block.vtkhdf").exists():
             self.assertIsNone(told, errors)
             return 0
@@ -180,7 +180,7 @@ class Disk(Failures):
     def test_a_small_disk_is_refused_before_the_run(self):
         with self.small_disk(100000) as (folder, limits):
             status, errors, left = run(folder, limits=limits)
-        self.assert_told(status, errors, "are left where it goes", "nothing was run")
+        self.assert_told(status, errors, "are free on that disk", "nothing was run")
         self.assertEqual(left, [])
 
     def test_a_disk_that_fills_keeps_what_was_written(self):

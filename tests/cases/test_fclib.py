@@ -129,6 +129,55 @@ class Export(unittest.TestCase):
         self.assertEqual(run.status, 0, run.errors)
         self.check_reactions(run, 20)
 
+    def test_an_increment_that_nothing_balances_is_exported_too(self):
+        # The first step presses the cube on a plane without friction, the second pushes it along.
+        deck = """\
+*NODE
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+5, 0., 0., 1.
+6, 1., 0., 1.
+7, 1., 1., 1.
+8, 0., 1., 1.
+*ELEMENT, TYPE=C3D8, ELSET=CUBE
+1, 1, 2, 3, 4, 5, 6, 7, 8
+*SURFACE, NAME=BOTTOM
+1, S1
+*MATERIAL, NAME=SOFT
+*ELASTIC
+1000., 0.3
+*DENSITY
+1.
+*SOLID SECTION, ELSET=CUBE, MATERIAL=SOFT
+*OBSTACLE, NAME=FLOOR, TYPE=PLANE
+0., 0., 0., 0., 0., 1.
+*SURFACE INTERACTION, NAME=SMOOTH
+*CONTACT PAIR, INTERACTION=SMOOTH
+BOTTOM, FLOOR
+*STEP
+*STATIC, DIRECT
+1., 1.
+*DLOAD
+CUBE, GRAV, 10., 0., 0., -1.
+*END STEP
+*STEP
+*STATIC, DIRECT
+1., 1.
+*DLOAD
+CUBE, GRAV, 1., 1., 0., 0.
+*END STEP
+"""
+        run = Run(deck, "--export-fclib", "2", name="pushed")
+        self.assertEqual(run.status, 2)
+        self.assertIn("nothing balances the loads", run.errors)
+        self.assertEqual(len(run.errors.splitlines()), 2, run.errors)
+        with h5py.File(run.folder / "pushed-2.fclib.hdf5") as file:
+            guess = file["guesses/1/r"][()].reshape(-1, 3)
+        # The increment before it carries the weight.
+        np.testing.assert_allclose(guess.sum(axis=0), (10, 0, 0), rtol=0, atol=1e-8)
+
     def test_lists_that_make_no_sense_are_refused(self):
         for text in ("0", "51", "3-1", "1,,2", "x", "1-", "-3", "1 2", "99999999999", "all,1"):
             with self.subTest(text=text):
@@ -352,6 +401,9 @@ class Solve(Folder):
                 self.assertEqual(solved.status, 1)
                 self.assertEqual(len(solved.errors.splitlines()), 1)
                 self.assertFalse(solved.file.exists())
+        solved = Solved(self.path, "--local", "newtn6")
+        wanted = "--local must be UZAWA, NEWTON, NEWTON6, EXACT or AUTO, not 'newtn6'"
+        self.assertIn(f"bipot: error: {wanted}; did you mean NEWTON6?", solved.errors)
         run = Run(BLOCK, "--solver", "auto", n=1)
         self.assertEqual(run.status, 1)
         self.assertIn("*CONTACT SOLVER", run.errors)

@@ -32,9 +32,9 @@ CENTRE, 1, 2
 CENTRE, 3, 3, {depth}
 *END STEP
 """
-THEORY = "outside linear theory"
-MESH = r"rests on (one point|two points) at node (\d+)(.*): contact pressure is not resolved; " \
-    r"bricks of about (\S+) needed"
+THEORY = "beyond linear theory"
+MESH = r"touches at (one point|two points) at node (\d+)(.*): contact pressure is not resolved; " \
+    r"that takes bricks of about (\S+)"
 
 
 def largest_deformation(result):

@@ -187,7 +187,7 @@ class Refused(Limited):
         answer = self.call(32, 560, "--plan")
         self.assertEqual(answer.returncode, 3)
         found = re.search(
-            r"needs about (\d+) MB of memory and (\d+) MB are left.* bricks ([\d.]+) times",
+            r"needs about (\d+) MB of memory, and (\d+) MB are free.* bricks ([\d.]+) times",
             answer.stderr,
         )
         self.assertIsNotNone(found, answer.stderr)
@@ -220,7 +220,7 @@ class Refused(Limited):
             resource.RLIMIT_FSIZE, 5, INPUT / "block.inp", "--set", "n=16", "--plan"
         )
         self.assertEqual(answer.returncode, 3)
-        found = re.search(r"FREQUENCY=(\d+) would fit", answer.stderr)
+        found = re.search(r"FREQUENCY=(\d+) it would fit", answer.stderr)
         self.assertIsNotNone(found, answer.stderr)
         deck = (INPUT / "block.inp").read_text().replace(
             "*END STEP", f"*NODE FILE, FREQUENCY={found[1]}\nU, RF\n*CONTACT FILE\n*END STEP", 1

@@ -115,8 +115,8 @@ class Precision(unittest.TestCase):
         )
         self.assertRegex(
             run.output,
-            r"accuracy +factor in single precision, block low rank 0.001: out of balance by at "
-            r"most \S+ as solved, \S+ as refined",
+            r"accuracy +factor in single precision, block low rank 0.001: forces balance to "
+            r"\S+ as solved, to \S+ as refined",
         )
         self.assertRegex(run.output, r"compliance .*single precision")
         plain = solve("block", "")

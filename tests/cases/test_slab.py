@@ -35,8 +35,8 @@ class CubeOnSlab(unittest.TestCase):
             "32 of 59 nodes belong to no element",
             "*ELEMENT without data",
             "set 'ESLABTOP' names elements that are not in the deck",
-            "what is prescribed on nodes that belong to no element is ignored",
-            "what loads elements that are not in the deck is ignored",
+            "values prescribed on nodes that belong to no element are ignored",
+            "loads on elements that are not in the deck are ignored",
         ):
             self.assertIn(note, plan)
 

@@ -10,6 +10,54 @@ GLOBAL = {"solver": "GLOBAL NEWTON", "local": "AUTO"}
 AUTO = {"solver": "AUTO", "local": "AUTO"}
 
 
+# Node 2 and 3 overlap the floor and the wall: they have to slide up along the wall, and along the
+# floor away from it. A force of the floor then pushes to the wall with mu times its own, one of the
+# wall to the floor likewise: together they lift and push off only where mu is below 1.
+WEDGE = """\
+*HEADING
+A corner that has to slide along a floor and a wall at once
+*NODE
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+5, 0., 0., 1.
+6, 1., 0., 1.
+7, 1., 1., 1.
+8, 0., 1., 1.
+*ELEMENT, TYPE=C3D8, ELSET=BLOCK
+1, 1, 2, 3, 4, 5, 6, 7, 8
+*NSET, NSET=TOP
+5, 6, 7, 8
+*SURFACE, NAME=BOTTOM
+1, S1
+*SURFACE, NAME=SIDE
+1, S4
+*MATERIAL, NAME=SOFT
+*ELASTIC
+1000., 0.
+*SOLID SECTION, ELSET=BLOCK, MATERIAL=SOFT
+*OBSTACLE, NAME=FLOOR, TYPE=PLANE
+0., 0., 0.01, 0., 0., 1.
+*OBSTACLE, NAME=WALL, TYPE=PLANE
+0.999, 0., 0., -1., 0., 0.
+*SURFACE INTERACTION, NAME=ROUGH
+*FRICTION
+{mu}
+*CONTACT PAIR, INTERACTION=ROUGH
+BOTTOM, FLOOR
+*CONTACT PAIR, INTERACTION=ROUGH
+SIDE, WALL
+*STEP
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY
+TOP, 1, 1, -0.001
+TOP, 2, 3, 0.
+*END STEP
+"""
+
+
 def with_linear(kind):
     """The block's deck with a choice of linear solver for the global Newton."""
     return BLOCK.read_text().replace("STOP=<stop>", f"STOP=<stop>, LINEAR={kind}")
@@ -64,6 +112,17 @@ class Automatic(unittest.TestCase):
             with self.subTest(mu=mu):
                 run = Run(BLOCK, n=4, mu=mu, tolerance=1e-8, **AUTO)
                 self.assertEqual(run.status, 0, run.errors)
+
+    def test_a_wedge_holds_itself_from_a_friction_of_one_on(self):
+        for mu in (0, 0.9, 0.99):
+            with self.subTest(mu=mu):
+                run = Run(WEDGE.format(mu=mu), name="wedge")
+                self.assertEqual(run.status, 0, run.errors)
+        for mu in (1.01, 1.5):
+            with self.subTest(mu=mu):
+                run = Run(WEDGE.format(mu=mu), name="wedge")
+                self.assertEqual(run.status, 2, run.errors)
+                self.assertRegex(run.errors, "obstacles wedge node [23]: ")
 
     def test_the_file_says_what_was_used(self):
         run = Run(BLOCK, n=4, **AUTO)

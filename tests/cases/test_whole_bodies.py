@@ -254,7 +254,7 @@ class Stiff(unittest.TestCase):
         # The last bits of a motion of 1 are worth 1e12 eps in the head; the foot presses with 1e-4.
         run = self.solve(1e12, -1e-4)
         self.assertEqual(run.status, 2, run.output)
-        self.assertIn("displacements in double precision do not hold these forces", run.errors)
+        self.assertIn("displacements in double precision cannot balance these forces", run.errors)
 
     def test_what_it_holds_is_in_balance(self):
         run = self.solve(1e4, -1e-2)

@@ -150,7 +150,7 @@ class Sizes(Hostile):
                              (18446744073709551617, 1)):
             with self.subTest(node=node):
                 self.read(HEAD + f"*NODE, NSET=FAR\n{node}, 5., 0., 0.\n" + TAIL, status)
-        self.read("*NODE\n2147483647, 5., 0., 0.\n" + DECK, 1, "would pass 2147483647")
+        self.read("*NODE\n2147483647, 5., 0., 0.\n" + DECK, 1, "would exceed 2147483647")
 
     def test_generate(self):
         for line in ("1, 2147483647, 1", "1, 2147483647, 2147483647", "1, 2147483647, 2147483646",

@@ -64,7 +64,7 @@ class Notes(unittest.TestCase):
         return self.plan(("*STEP\n*STATIC", f"*CONTACT SOLVER, {options}\n*STEP\n*STATIC"))
 
     def test_auto_beside_what_belongs_to_sweeps(self):
-        note = "SOLVER=AUTO beside LOCAL or RELAXATION: sweeps run"
+        note = "SOLVER=AUTO with LOCAL or RELAXATION: sweeps are used"
         self.assertIn(note, self.with_solver("SOLVER=AUTO, LOCAL=UZAWA"))
         self.assertIn(note, self.with_solver("SOLVER=AUTO, RELAXATION=0.5"))
         self.assertNotIn("sweeps run", self.with_solver("SOLVER=AUTO, LOCAL=AUTO"))
@@ -89,7 +89,7 @@ class Notes(unittest.TestCase):
         self.assertNotIn(note, self.with_output("*EL FILE, POSITION=AVERAGED AT NODES\nS\n"))
 
     def test_a_frequency_that_another_one_replaces(self):
-        note = "FREQUENCY=2, the last of the deck, counts for all results"
+        note = "FREQUENCY=2, the last in the deck, applies to all results"
         cards = "*NODE FILE, FREQUENCY={}\nU\n*EL FILE, FREQUENCY=2\nS\n"
         self.assertIn(note, self.with_output(cards.format(3)))
         self.assertNotIn("FREQUENCY", self.with_output(cards.format(2)))
@@ -106,11 +106,11 @@ class Notes(unittest.TestCase):
         )
 
     def test_what_is_held_at_0_on_a_node_of_nothing(self):
-        note = "what is prescribed on nodes that belong to no element is ignored"
+        note = "values prescribed on nodes that belong to no element are ignored"
         self.assertIn(note, self.plan(("B-ZMAX, 1, 3, 0.\n", "B-ZMAX, 1, 3, 0.\n99, 1, 6\n")))
 
     def test_forces_on_what_was_taken_out(self):
-        note = "what is prescribed on nodes that belong to no element is ignored"
+        note = "values prescribed on nodes that belong to no element are ignored"
         printed = self.plan(
             ("*MATERIAL", "*ELEMENT, TYPE=C3D8, ELSET=SLAB\n*MATERIAL"),
             ("*END STEP\n", "*CLOAD\n99, 3, -1.\n*END STEP\n"),

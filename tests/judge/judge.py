@@ -119,7 +119,7 @@ def judge_seed(seed, options):
 def without_choices(scene, words):
     """The scene without the solver or precision that a message blames; None if it blames none."""
     solver = {k: v for k, v in scene.controls.items() if k != "TOLERANCE"}
-    if solver and "did not reach" in words:
+    if solver and ("did not reach" in words or "a tolerance of" in words):
         kept = {k: v for k, v in scene.controls.items() if k == "TOLERANCE"}
         return replace(scene, controls=kept, precision={})
     if scene.precision and re.search(r"the factor (of|\()", words):

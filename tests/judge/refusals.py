@@ -206,13 +206,18 @@ def confirm(scene, stored, message):
         depth = missed_depth(scene, increment, found)
         if depth > 10 * scene.tolerance * np.abs(found.u).max():
             return CONFIRMED, f"an obstacle is {depth:.2g} deep in a face, and no node near touches"
+    if re.search(r"not positive definite.*\bsingle precision", message):
+        least = least_in_single_precision(increment)
+        if least <= 0:
+            return CONFIRMED, f"in single precision the stiffness has an eigenvalue {least:.1g}"
     if not findings:
         return REFUTED, f"a solution exists (residual {found.residual:.1e})"
     kinds = {f.kind for f in findings}
     if found.converged and kinds <= ROUNDED:
         return CONFIRMED, f"stored displacements do not hold it: {findings[0]}"
     size = np.ptp(scene.points, axis=0).max()
-    if found.drift > 1e3 * size:
+    # Further than any obstacle is away.
+    if found.drift > 10 * max(size, np.abs(increment.place(before)[2]).max(initial=0.0)):
         return CONFIRMED, f"loads push a body on and on: {found.drift / size:.1e} times its size"
     lost = lost.max() / 32
     if lost > 10 * scene.tolerance * force:
@@ -221,7 +226,39 @@ def confirm(scene, stored, message):
         return CONFIRMED, f"rounding times the condition of the stiffness is {spoilt:.1e}"
     if left > 1e-9:
         return CONFIRMED, f"no reactions with the normals of now balance the loads: {left:.1e} left"
+    wedged = largest_wedge(increment, found)
+    if not found.converged and wedged is not None:
+        node, share = wedged
+        return CONFIRMED, (
+            f"obstacles wedge node {node}: its reactions grow, and their sum is {share:.1e} of them"
+        )
     return OPEN, f"the slow solver came to {found.residual:.1e}: {findings[0]}"
+
+
+def least_in_single_precision(increment):
+    """The least eigenvalue of the stiffness rounded to single precision, over the largest."""
+    free = increment.body.free
+    stiffness = increment.body.stiffness[np.ix_(free, free)].astype(np.float32)
+    values = np.linalg.eigvalsh(stiffness.astype(float))
+    return values.min() / values.max()
+
+
+def largest_wedge(increment, solution):
+    """(node, sum of its reactions over the largest) where obstacles hold a node against each other.
+
+    Friction may admit reactions of two obstacles on one node that cancel, of any size. Where the
+    node has to move and both slide, there need not be a solution: a solver's reactions then grow
+    for ever along such a pair. None where the largest reactions of the increment do not cancel.
+    """
+    forces = np.vstack(solution.forces)
+    rows = np.array([row for _, row, _, _ in increment.points])
+    row = rows[np.linalg.norm(forces, axis=1).argmax()]
+    there = forces[rows == row]
+    largest = np.linalg.norm(there, axis=1).max()
+    share = float(np.linalg.norm(there.sum(axis=0)) / largest)
+    if len(there) < 2 or share > 1e-2:
+        return None
+    return int(increment.scene.ids[row]), share
 
 
 # What the program says where it is rounding that keeps it from a solution.

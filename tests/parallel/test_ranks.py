@@ -153,7 +153,7 @@ class Plan(unittest.TestCase):
             self.assertEqual(run.status, 0, run.errors)
             self.assertFalse(run.file.exists())
         self.assertNotIn("ranks", runs[0].output)
-        self.assertRegex(runs[1].output, r"ranks +fixed +2, of them 2 on this machine")
+        self.assertRegex(runs[1].output, r"ranks +fixed +2, 2 of them on this machine")
 
     def test_estimates_hold_within_a_factor(self):
         run = Run(INPUT / "block.inp", command=launch(2), n=16, steps=5, **AUTO)

@@ -191,7 +191,7 @@ contains
     call record('assertfail', 'reached', message, location)
   end subroutine funit_fail
 
-  !> Note a failure of the running test: `file.pf:line: test: message`, then the values.
+  !> Note a failure of the running test: `FILE.pf:line: test: message`, then the values.
   subroutine record(assertion, reason, message, location)
     character(len=*), intent(in)           :: assertion
     character(len=*), intent(in)           :: reason    !! its further lines are indented

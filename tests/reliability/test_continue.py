@@ -363,7 +363,7 @@ class Refusals(Folder):
         self.assertEqual(Whole(self.whole / NAME).differences(self.killed / NAME), [])
 
     def test_to_replace_and_to_keep_at_once(self):
-        self.refused("--continue keeps the result that --overwrite replaces", None, None,
+        self.refused("--continue and --overwrite exclude each other", None, None,
                      "--overwrite")
 
     def test_an_unfinished_result_is_not_replaced(self):

@@ -130,8 +130,8 @@ class Damage(Folder):
                 folder = self.change(name, row)
                 status, words = self.case.run(folder, "--continue")
                 self.assertEqual(status, 0, words)
-                self.assertIn(f"note: increment {self.rows} was damaged in the file: it is done "
-                              "again", words)
+                self.assertIn(f"note: increment {self.rows} was damaged in the file and is "
+                              "computed again", words)
                 self.assertEqual(self.whole.differences(folder / NAME), [])
 
     def test_an_earlier_increment_is_named(self):
@@ -148,7 +148,7 @@ class Damage(Folder):
                 self.assertEqual(status, 1, words)
                 self.assertIn(f"'{NAME}' is damaged: increment 3 of {self.rows} is not what was "
                               "written", words)
-                self.assertIn("--overwrite begins the run anew", words)
+                self.assertIn("--overwrite starts the run again", words)
                 self.assertEqual((folder / NAME).read_bytes(), before)
                 self.assertEqual(os.listdir(folder), [NAME])
 

@@ -42,7 +42,7 @@ class Signals(Folder):
             process.send_signal(number)
             _, words = process.communicate(timeout=600)
             self.assertEqual(process.returncode, status, words)
-            self.assertIn("another signal stops at once", words)
+            self.assertIn("a second signal stops at once", words)
             name = signal.Signals(number).name
             self.assertRegex(words, rf"stopped by {name}: \d+ of 400 increments are in run.vtkhdf")
             self.assertRegex(words, r"to go on:\n  \S.* -o run.vtkhdf .*--continue\n")
@@ -98,7 +98,7 @@ class Signals(Folder):
             time.sleep(1.0)
             process.send_signal(first)
             line = process.stderr.readline() + process.stderr.readline()
-            self.assertIn("stops when the present increment is in the file", line)
+            self.assertIn("stopping when this increment is in the file", line)
             self.assertIsNone(process.poll())
             process.send_signal(signal.SIGTERM)
             process.communicate(timeout=600)

@@ -110,10 +110,10 @@ contains
     do obstacle = 1, size(scene%obstacles)
       if (.not. enters_faces(scene%obstacles(obstacle))) cycle
       found = of_obstacle_t()
-      call mark_touching(scene, points, faces, obstacle, before, old%reaction, allowed, &
-        near_before, found%touches_before)
-      call mark_touching(scene, points, faces, obstacle, after, new%reaction, allowed, near, &
-        found%touches)
+      call mark_touching(scene, points, faces, obstacle, before, old%reaction, allowed, near_before)
+      call mark_touching(scene, points, faces, obstacle, after, new%reaction, allowed, near)
+      found%touches_before = any(near_before)
+      found%touches = any(near)
       call spread_points(scene, points, obstacle, after, new%reaction, extra, pressure)
       allocate (dents(0))
       do pair = 1, size(scene%pairs)
@@ -235,7 +235,7 @@ contains
 
   !> The nodes of all faces that have a node on the obstacle.
   pure subroutine mark_touching(scene, points, faces, obstacle, placement, reaction, allowed, &
-    near, touches)
+    near)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(smooth_faces_t), intent(in) :: faces(:)
@@ -243,8 +243,7 @@ contains
     type(placement_t), intent(in) :: placement
     real(wp), intent(in) :: reaction(:, :)           !! (3,n_points) [force]
     real(wp), intent(in) :: allowed                  !! gap of a node that touches [length]
-    logical, allocatable, intent(out) :: near(:)     !! (n_nodes)
-    logical, intent(out) :: touches                  !! some node does
+    logical, allocatable, intent(out) :: near(:)     !! (n_nodes) none where no node is on it
     logical :: on_it(scene%mesh%n_nodes)
     integer :: i, f, pair
 
@@ -252,12 +251,12 @@ contains
     do i = 1, points%n
       if (scene%pairs(points%pair(i))%master /= obstacle) cycle
       ! On it without a force: about to touch, or held there.
-      if (any(abs(reaction(:, i)) > 0.0_wp) .or. placement%gap(i) <= allowed) &
+      if (any(abs(reaction(:, i)) > 0.0_wp) .or. placement%gap(i) <= allowed) then
         on_it(points%node(i)) = .true.
+      end if
     end do
     near = on_it
-    touches = any(on_it)
-    if (.not. touches) return
+    if (.not. any(on_it)) return
     do pair = 1, size(faces)
       if (scene%pairs(pair)%master /= obstacle) cycle
       do f = 1, size(faces(pair)%nodes, 2)

@@ -31,6 +31,8 @@ module floating_mod
   use dense_mod, only: singular_values, null_space, solve_least_squares
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton
   use increment_report_mod, only: ended_unbalanced, ended_stalled, status_stick, status_slide
+  use compliance_mod, only: compliance_t, product_of_columns, largest_row_sum, add_symmetric, &
+    add_square
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, &
     relative_gaps, natural_map
   use global_newton_mod, only: response_to_shifts
@@ -117,11 +119,11 @@ module floating_mod
 contains
 
   !> From the pinned compliance to that of the proximal problem.
-  subroutine free_the_motions(g, undeformed_g, w, floating)
+  subroutine free_the_motions(g, undeformed_g, compliance, floating)
     real(wp), intent(in) :: g(:, :)     !! (n_rows,n) what each motion does at the rows [-]
     real(wp), intent(in) :: undeformed_g(:, :) !! (n_rows,n) the same before anything moved [-]
-    real(wp), intent(inout) :: w(:, :)
-    !! (n_rows,n_rows) W_p in, W_c + theta Q Q^T out, both triangles [length/force]
+    type(compliance_t), intent(inout) :: compliance
+    !! over the rows, W_p in, W_c + theta Q Q^T out [length/force]
     type(floating_t), intent(out) :: floating
     real(wp) :: s(size(g, 2)), v(size(g, 2), size(g, 2))
     real(wp), allocatable :: q_w(:, :), both(:, :), seen_g(:, :)
@@ -130,8 +132,7 @@ contains
     logical :: ok
 
     n = size(g, 1)
-    flexibility = 0.0_wp
-    if (n > 0) flexibility = maxval(sum(abs(w), dim=1))
+    flexibility = largest_row_sum(compliance)
     floating%n = size(g, 2)
     floating%g = g
     floating%neutral = null_space(undeformed_g, unseen)
@@ -147,21 +148,19 @@ contains
       if (m == 0) return
       call dgemm('N', 'N', n, m, floating%n, 1.0_wp, seen_g, n, floating%back, floating%n, 0.0_wp, &
         floating%q, n)
-      call dgemm('N', 'N', n, m, n, 1.0_wp, w, n, floating%q, n, 0.0_wp, floating%w_q, n)
+      call product_of_columns(compliance, floating%q, floating%w_q)
       ! P W P = W - Q (W Q)^T - (W Q) Q^T + Q (Q^T W Q) Q^T
       allocate (q_w(m, m), both(n, m))
       call dgemm('T', 'N', m, m, n, 1.0_wp, floating%q, n, floating%w_q, n, 0.0_wp, q_w, m)
       both = floating%w_q
       call dgemm('N', 'N', n, m, m, -0.5_wp, floating%q, n, q_w, m, 1.0_wp, both, n)
-      call dgemm('N', 'T', n, n, m, -1.0_wp, floating%q, n, both, n, 1.0_wp, w, n)
-      call dgemm('N', 'T', n, n, m, -1.0_wp, both, n, floating%q, n, 1.0_wp, w, n)
+      call add_symmetric(compliance, -1.0_wp, floating%q, both)
     end associate
     ! As compliant as the bodies themselves at their softest. Where statics alone determines the
     ! reactions W_c is 0 and the pinned bodies give the scale; of bodies that do not give, any.
-    floating%theta = max(maxval(sum(abs(w), dim=1)), stiffer*flexibility)
+    floating%theta = max(largest_row_sum(compliance), stiffer*flexibility)
     if (floating%theta <= 0.0_wp) floating%theta = 1.0_wp
-    call dgemm('N', 'T', n, n, floating%n_seen, floating%theta, floating%q, n, floating%q, n, &
-      1.0_wp, w, n)
+    call add_square(compliance, floating%theta, floating%q)
   end subroutine free_the_motions
 
   !> Reactions and motions together.

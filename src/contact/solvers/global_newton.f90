@@ -17,6 +17,7 @@ module global_newton_mod
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
                          rough_product_with_w, &
                          pack_rows, unpack_rows, measure
+  use compliance_mod, only: block_of, get_column
   use local_point_mod, only: local_point_t
   use pseudopotential_mod, only: pseudopotential_residual, residual_beside_driven
   use gmres_mod, only: linear_map_t, solve_by_gmres
@@ -347,12 +348,9 @@ contains
         of_point = 0.0_wp
         do k = problem%couplings%start(points(i)), problem%couplings%start(points(i) + 1) - 1
           associate (other => problem%row(:, problem%couplings%other(k)))
-            block = 0.0_wp
+            block = block_of(problem%compliance, row, other)
             do c = 1, 3
               if (other(c) == 0) cycle
-              do a = 1, 3
-                if (row(a) > 0) block(a, c) = problem%w(row(a), other(c))
-              end do
               if (place(other(c)) == 0) of_point = of_point + block(:, c)*dr(other(c))
             end do
             if (place(other(1)) == 0) cycle
@@ -449,6 +447,7 @@ contains
     type(iterate_t), intent(in) :: now
     integer, intent(in) :: moving(:)
     real(wp), allocatable, intent(out) :: j(:, :)
+    real(wp) :: w(problem%n_rows) !! a column [length/force]
     integer :: place(problem%n_rows), i, a, b, column
 
     place = 0
@@ -457,20 +456,19 @@ contains
     end do
     allocate (j(size(moving), size(moving)), source=0.0_wp)
     do column = 1, size(moving)
-      associate (w => problem%w(:, moving(column)))
-        do i = 1, problem%n_points
-          associate (row => problem%row(:, i), d => now%dz_dx(:, :, i))
-            if (place(row(1)) == 0) cycle
-            do b = 1, 3
-              if (row(b) == 0) cycle
-              do a = 1, 3
-                if (row(a) > 0) j(place(row(a)), column) = j(place(row(a)), column) + &
-                  d(a, b)*w(row(b))
-              end do
+      call get_column(problem%compliance, moving(column), w)
+      do i = 1, problem%n_points
+        associate (row => problem%row(:, i), d => now%dz_dx(:, :, i))
+          if (place(row(1)) == 0) cycle
+          do b = 1, 3
+            if (row(b) == 0) cycle
+            do a = 1, 3
+              if (row(a) > 0) j(place(row(a)), column) = j(place(row(a)), column) + &
+                d(a, b)*w(row(b))
             end do
-          end associate
-        end do
-      end associate
+          end do
+        end associate
+      end do
     end do
     do i = 1, problem%n_points
       associate (row => problem%row(:, i))

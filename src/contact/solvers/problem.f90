@@ -4,24 +4,21 @@
 !> a tangent that cannot move there is friction all the same where it is driven: where supports
 !> slide the point by a known slip. docs/theory.md sections 2 and 3.
 module problem_mod
-  use kinds_mod, only: wp, sp
+  use kinds_mod, only: wp
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
   use increment_report_mod, only: ended_well
-  use dense_mod, only: invert_spd, times_symmetric
-  use single_panels_mod, only: single_panels_t, make_panels, times_panels
   use near_stiffness_mod, only: near_stiffness_t, find_near
-  use couplings_mod, only: couplings_t, find_couplings
+  use couplings_mod, only: couplings_t
+  use compliance_mod, only: compliance_t, take_matrix, take_compliance, product_with, &
+    rough_product, coupled_product, rough_rows, block_of, get_inverse, couplings_of, add_rough_copy
   use law_mod, only: project_on_cone, project_prediction, driven_friction
   implicit none
   private
 
   public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
-    unpack_gaps, add_driven_friction, relative_gaps, product_with_w, sparse_product, &
-    rough_product_with_w, add_single_copy, is_single, rows_worth_rounding, natural_map, &
-    force_scale, measure, project_reactions
-
-  integer, parameter :: rows_worth_rounding = 300 !! from here on a product waits for memory
+    unpack_gaps, add_driven_friction, relative_gaps, product_with_w, &
+    rough_product_with_w, natural_map, force_scale, measure, project_reactions
 
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
   type :: contact_problem_t
@@ -32,11 +29,7 @@ module problem_mod
     real(wp), allocatable :: mu(:)          !! (n_points) [-]
     real(wp), allocatable :: driven(:, :)
     !! (2,n_points) slip along t1, t2 where a tangent without a row is driven, else 0 [length]
-    real(wp), allocatable :: w(:, :) !! (n_rows,n_rows) compliance, both triangles [length/force]
-    type(single_panels_t) :: rough !! W again, where it is large, for products of few digits
-    real(sp), allocatable :: single_w(:, :)
-    !! (n_rows,n_rows) W/unit in single precision, for sweeps, where chosen [-]
-    real(wp) :: unit = 1.0_wp !! power of two near the largest of W [length/force]
+    type(compliance_t) :: compliance        !! W, over the rows [length/force]
     real(wp), allocatable :: block(:, :, :)
     !! (3,3,n_points) W_ii; a missing row has its diagonal alone
     real(wp), allocatable :: rho(:)
@@ -68,14 +61,32 @@ module problem_mod
     real(wp) :: lowest_residual = huge(1.0_wp) !! then [-]
   end type contact_report_t
 
+  !> From W as an array, or as a compliance.
+  interface make_problem
+    module procedure problem_of_matrix, problem_of_compliance
+  end interface make_problem
+
 contains
 
   !> Complete a problem from its rows and its compliance.
-  subroutine make_problem(row, mu, w, problem, near)
+  subroutine problem_of_matrix(row, mu, w, problem, near)
     integer,  intent(in) :: row(:, :)   !! (3,n_points) as in the type; the first is never 0
     real(wp), intent(in) :: mu(:)       !! (n_points) [-]
     real(wp), allocatable, intent(inout) :: w(:, :)
     !! (n_rows,n_rows), moved into the problem [length/force]
+    type(contact_problem_t), intent(out) :: problem
+    type(near_stiffness_t), intent(in), optional :: near !! blocks of W^-1, where known
+    type(compliance_t) :: compliance
+
+    call take_matrix(w, compliance)
+    call problem_of_compliance(row, mu, compliance, problem, near)
+  end subroutine problem_of_matrix
+
+  !> The same, the compliance moved into the problem.
+  subroutine problem_of_compliance(row, mu, compliance, problem, near)
+    integer,  intent(in) :: row(:, :)   !! (3,n_points) as in the type; the first is never 0
+    real(wp), intent(in) :: mu(:)       !! (n_points) [-]
+    type(compliance_t), intent(inout) :: compliance
     type(contact_problem_t), intent(out) :: problem
     type(near_stiffness_t), intent(in), optional :: near !! blocks of W^-1, where known
     integer :: i
@@ -85,8 +96,8 @@ contains
     problem%row = row
     problem%mu = mu
     allocate (problem%driven(2, size(mu)), source=0.0_wp)
-    call move_alloc(w, problem%w)
-    if (problem%n_rows >= rows_worth_rounding) call make_panels(problem%w, problem%rough)
+    call take_compliance(compliance, problem%compliance)
+    call add_rough_copy(problem%compliance)
     call set_blocks(problem)
     allocate (problem%rho_map(size(mu)))
     do i = 1, size(mu)
@@ -98,55 +109,25 @@ contains
     if (present(near)) then
       problem%near = near
     else
-      call find_couplings(row, problem%w, problem%couplings)
+      call couplings_of(problem%compliance, row, problem%couplings)
       call invert_near(problem)
     end if
     call scale_global_newton(problem)
-  end subroutine make_problem
-
-  !> Keep W in single precision beside W: half the memory to read in sweeps.
-  subroutine add_single_copy(problem)
-    type(contact_problem_t), intent(inout) :: problem
-    real(wp) :: largest
-    integer :: i
-
-    largest = 0.0_wp
-    do i = 1, problem%n_rows
-      largest = max(largest, problem%w(i, i))
-    end do
-    problem%unit = 1.0_wp
-    if (largest > 0.0_wp) problem%unit = scale(1.0_wp, exponent(largest))
-    allocate (problem%single_w(problem%n_rows, problem%n_rows))
-    do i = 1, problem%n_rows
-      problem%single_w(:, i) = real(problem%w(:, i)/problem%unit, sp)
-    end do
-  end subroutine add_single_copy
-
-  !> Whether W is there in single precision too.
-  pure logical function is_single(problem)
-    type(contact_problem_t), intent(in) :: problem
-
-    is_single = allocated(problem%single_w)
-  end function is_single
+  end subroutine problem_of_compliance
 
   !> Blocks of W on its diagonal, and the rho of the local solvers.
   pure subroutine set_blocks(problem)
     type(contact_problem_t), intent(inout) :: problem
     real(wp) :: tangential(3, 3), smallest
-    integer :: i, a, b, n
+    integer :: i, a, n
 
     n = problem%n_points
     if (.not. allocated(problem%block)) then
       allocate (problem%block(3, 3, n), problem%rho(n), problem%rho_n(n), problem%rho_t(n))
     end if
-    problem%block = 0.0_wp
     do i = 1, n
       associate (block => problem%block(:, :, i), row => problem%row(:, i))
-        do b = 1, 3
-          do a = 1, 3
-            if (row(a) > 0 .and. row(b) > 0) block(a, b) = problem%w(row(a), row(b))
-          end do
-        end do
+        block = block_of(problem%compliance, row, row)
         ! A positive diagonal keeps the 3x3 systems regular and the missing reaction at 0; the
         ! smallest of the others does not enter the largest eigenvalues.
         smallest = minval([(block(a, a), a=1, 3)], mask=row > 0)
@@ -169,8 +150,7 @@ contains
     real(wp), allocatable :: s(:, :)
     logical :: regular
 
-    allocate (s, source=problem%w)
-    call invert_spd(s, regular)
+    call get_inverse(problem%compliance, s, regular)
     if (regular) call find_near(problem%row, s, problem%near)
   end subroutine invert_near
 
@@ -265,7 +245,7 @@ contains
     x = x_free + product_with_w(problem, r)
   end function relative_gaps
 
-  !> W v, reading one triangle of W where it is full.
+  !> W v, from its blocks alone where it is sparse.
   function product_with_w(problem, v) result(w_v)
     type(contact_problem_t), intent(in) :: problem
     real(wp), contiguous, intent(in) :: v(:) !! (n_rows) [force]
@@ -273,35 +253,18 @@ contains
     integer :: i, a
 
     if (.not. allocated(problem%couplings%other)) then
-      w_v = times_symmetric(problem%w, v)
+      w_v = product_with(problem%compliance, v)
       return
     end if
     do i = 1, problem%n_points
       do a = 1, 3
         associate (row => problem%row(a, i))
-          if (row > 0) w_v(row) = sparse_product(problem, i, row, v)
+          if (row > 0) w_v(row) = coupled_product(problem%compliance, problem%couplings, &
+            problem%row, i, row, v)
         end associate
       end do
     end do
   end function product_with_w
-
-  !> A row of a sparse W times a vector.
-  pure function sparse_product(problem, i, row, v) result(product)
-    type(contact_problem_t), intent(in) :: problem
-    integer, intent(in) :: i, row            !! point, and one of its rows
-    real(wp), intent(in) :: v(:)             !! (n_rows) [force]
-    real(wp) :: product                      !! [length]
-    integer :: k, b
-
-    product = 0.0_wp
-    do k = problem%couplings%start(i), problem%couplings%start(i + 1) - 1
-      associate (other => problem%row(:, problem%couplings%other(k)))
-        do b = 1, 3
-          if (other(b) > 0) product = product + problem%w(other(b), row)*v(other(b))
-        end do
-      end associate
-    end do
-  end function sparse_product
 
   !> W v to the digits of single precision where W is large: for directions, not for residuals.
   function rough_product_with_w(problem, v) result(w_v)
@@ -309,8 +272,8 @@ contains
     real(wp), contiguous, intent(in) :: v(:) !! (n_rows) [force]
     real(wp) :: w_v(problem%n_rows)     !! [length]
 
-    if (problem%rough%n > 0) then
-      w_v = times_panels(problem%rough, v)
+    if (rough_rows(problem%compliance) > 0) then
+      w_v = rough_product(problem%compliance, v)
     else
       w_v = product_with_w(problem, v)
     end if

@@ -8,12 +8,11 @@ module proximal_newton_mod
   use kinds_mod, only: wp
   use controls_mod, only: contact_controls_t, solver_global_newton, linear_auto, linear_direct
   use increment_report_mod, only: ended_well, ended_stalled
-  use dense_mod, only: invert_spd
   use banded_mod, only: invert_band
-  use single_panels_mod, only: make_panels
   use near_stiffness_mod, only: near_stiffness_t
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
                          pack_rows, unpack_rows
+  use compliance_mod, only: block_of, diagonal_of, get_inverse, shift_diagonal
   use global_newton_mod, only: solve_by_global_newton
   implicit none
   private
@@ -148,16 +147,12 @@ contains
     real(wp), intent(inout) :: last           !! alpha before, 0 at first [-]
     real(wp), intent(inout) :: inverted_at    !! alpha of the last inverse, 0 before the first [-]
     type(contact_problem_t), intent(inout) :: softer
-    integer :: i
 
     if (.not. last > 0.0_wp) then
       softer = problem
       softer%near = near_stiffness_t()
     end if
-    do i = 1, problem%n_rows
-      softer%w(i, i) = problem%w(i, i) + alpha*d(i)
-    end do
-    if (softer%rough%n > 0) call make_panels(softer%w, softer%rough)
+    call shift_diagonal(softer%compliance, problem%compliance, alpha*d)
     if (alpha > far*inverted_at .or. alpha < inverted_at/far) then
       call scale_by_inverse(softer, alpha)
       inverted_at = alpha
@@ -183,15 +178,14 @@ contains
       call invert_band(s, regular)
       s_ii = unpack_rows(problem, s(1, place))
     else
-      allocate (s, source=problem%w)
-      call invert_spd(s, regular)
+      call get_inverse(problem%compliance, s, regular)
       s_ii = unpack_rows(problem, [(s(i, i), i=1, problem%n_rows)])
     end if
     if (.not. regular) then
       problem%rho_global = spread(problem%rho_map, 1, 2)/sqrt(alpha)
       return
     end if
-    w_ii = unpack_rows(problem, [(problem%w(i, i), i=1, problem%n_rows)])
+    w_ii = unpack_rows(problem, diagonal_of(problem%compliance))
     problem%rho_global(1, :) = sqrt(s_ii(1, :)/w_ii(1, :))
     problem%rho_global(2, :) = problem%rho_global(1, :)
     where (s_ii(2, :) + s_ii(3, :) > 0.0_wp) problem%rho_global(2, :) = sqrt((s_ii(2, :) + &
@@ -231,18 +225,21 @@ contains
     type(contact_problem_t), intent(in) :: problem
     integer, intent(in) :: place(:)           !! (n_rows)
     real(wp), intent(out) :: s(:, :)          !! (width+1,n_rows)
+    real(wp) :: block(3, 3)
     integer :: i, k, a, b
 
     s = 0.0_wp
     do i = 1, problem%n_points
       do k = problem%couplings%start(i), problem%couplings%start(i + 1) - 1
+        block = block_of(problem%compliance, problem%row(:, problem%couplings%other(k)), &
+          problem%row(:, i))
         do b = 1, 3
           do a = 1, 3
             associate (row => problem%row(a, problem%couplings%other(k)), &
                        column => problem%row(b, i))
               if (min(row, column) == 0) cycle
               if (place(row) >= place(column)) s(1 + place(row) - place(column), &
-                place(column)) = problem%w(row, column)
+                place(column)) = block(a, b)
             end associate
           end do
         end do

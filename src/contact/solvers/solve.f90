@@ -9,6 +9,8 @@
 !>      again whenever they have gained much
 !>   4. plain sweeps, neither relaxed nor accelerated, as many as MAX SWEEPS allows
 !>
+!> and all of it once more from no reactions, where those of the last step led nowhere.
+!>
 !> Global Newton alone takes proximal steps where W is singular.
 !>
 !> docs/theory.md section 4.
@@ -46,7 +48,9 @@ contains
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
+    logical :: is_warm
 
+    is_warm = any(abs(r) > 0.0_wp)
     if (problem%n_points == 0) then
       report%converged = .true.
       return
@@ -60,10 +64,27 @@ contains
       end if
     case (solver_auto)
       call solve_automatically(problem, x_free, controls, r, report)
+      if (.not. report%converged .and. is_warm) call start_anew(problem, x_free, controls, r, report)
     case default
       call solve_by_sweeps(problem, x_free, controls, r, report)
     end select
   end subroutine solve_contact
+
+  !> The stages of AUTO once more, from no reactions; its result stays only if it is better.
+  subroutine start_anew(problem, x_free, controls, r, report)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)                 !! (n_rows) [length]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: r(:, :)                !! (3,n_points) [force]
+    type(contact_report_t), intent(inout) :: report
+    type(contact_report_t) :: here
+    real(wp) :: trial(3, problem%n_points)
+
+    trial = 0.0_wp
+    call solve_automatically(problem, x_free, controls, trial, here)
+    if (here%residual < report%residual) r = trial
+    call take_over(here, report)
+  end subroutine start_anew
 
   !> The stages of AUTO.
   subroutine solve_automatically(problem, x_free, controls, r, report)
@@ -148,9 +169,7 @@ contains
     type(contact_report_t), intent(inout) :: report
     type(contact_report_t) :: here
     real(wp) :: trial(3, problem%n_points)
-    logical :: first
 
-    first = report%stages == 0
     trial = r
     select case (kind)
     case (by_newton)
@@ -160,18 +179,27 @@ contains
     case default
       call solve_by_sweeps(problem, x_free, controls, trial, here)
     end select
-    if (first .or. here%residual < report%residual) then
-      r = trial
+    here%stages = 1
+    if (report%stages == 0 .or. here%residual < report%residual) r = trial
+    call take_over(here, report)
+  end subroutine stage
+
+  !> Add what one more try took; what it says of its result counts only if that is better.
+  pure subroutine take_over(here, report)
+    type(contact_report_t), intent(in) :: here
+    type(contact_report_t), intent(inout) :: report
+
+    if (report%stages == 0 .or. here%residual < report%residual) then
       report%residual = here%residual
       report%worst_point = here%worst_point
       report%solver = here%solver
     end if
-    report%stages = report%stages + 1
     report%converged = here%converged
     report%ending = here%ending
+    report%stages = report%stages + here%stages
     report%iterations = report%iterations + here%iterations
     report%local_iterations = report%local_iterations + here%local_iterations
     report%products = report%products + here%products
-  end subroutine stage
+  end subroutine take_over
 
 end module solve_mod

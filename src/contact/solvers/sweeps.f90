@@ -2,14 +2,13 @@
 !> their newest.
 module sweeps_mod
   use kinds_mod, only: wp, sp
-  use blas_mod, only: ddot, sdot
   use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton6, &
                           local_exact, stop_at_change, solver_sweeps
   use law_mod, only: project_prediction, driven_friction
   use increment_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
-                         unpack_rows, pack_rows, force_scale, project_reactions, is_single, &
-                         sparse_product
+                         unpack_rows, pack_rows, force_scale, project_reactions
+  use compliance_mod, only: row_product, single_row_product, coupled_product, has_single
   use anderson_mod, only: anderson_t, new_anderson, accelerate, forget
   use local_point_mod, only: local_point_t, local_solver
   use bipotential_mod, only: bipotential_residual
@@ -84,7 +83,7 @@ contains
         exit iterate
       end if
       new = old
-      if (is_single(problem)) then
+      if (has_single(problem%compliance)) then
         if (base%age >= oldest_base) report%products = report%products + 1
         call keep_base(problem, x_free, new, base)
       end if
@@ -253,7 +252,8 @@ contains
         row = problem%row(a, i)
         if (row == 0) cycle
         packed(row) = r(a)
-        if (is_single(problem)) base%change(row) = real((r(a) - base%r(row))/base%size, sp)
+        if (has_single(problem%compliance)) base%change(row) = real((r(a) - base%r(row))/ &
+          base%size, sp)
       end do
       sweep%change = sweep%change + sum((r - r_old)**2)
     end do
@@ -298,14 +298,13 @@ contains
         cycle
       end if
       r(a) = packed(row)
-      ! W is symmetric: its columns are its rows
       if (allocated(problem%couplings%other)) then
-        x(a) = x_free(row) + sparse_product(problem, i, row, packed)
-      else if (is_single(problem)) then
-        x(a) = base%x(row) + problem%unit*base%size*real(sdot(problem%n_rows, &
-          problem%single_w(:, row), 1, base%change, 1), wp)
+        x(a) = x_free(row) + coupled_product(problem%compliance, problem%couplings, &
+          problem%row, i, row, packed)
+      else if (has_single(problem%compliance)) then
+        x(a) = base%x(row) + base%size*single_row_product(problem%compliance, row, base%change)
       else
-        x(a) = x_free(row) + ddot(problem%n_rows, problem%w(:, row), 1, packed, 1)
+        x(a) = x_free(row) + row_product(problem%compliance, row, packed)
       end if
     end do
     do a = 1, 2

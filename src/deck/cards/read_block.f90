@@ -202,7 +202,7 @@ contains
       int(draft%highest_element, i8) + n_bricks <= huge(n_nodes)
     if (.not. ok) then
       call report(reader, card%position, 'the ids of this block, which follow the highest '// &
-        'before it, would pass '//to_text(huge(n_nodes)))
+        'before it, would exceed '//to_text(huge(n_nodes)))
       return
     end if
     call reserve_nodes(draft, n_nodes, ok)

@@ -16,7 +16,7 @@ module read_contact_mod
   use kinds_mod, only: wp
   use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
   use options_mod, only: allow_options, card_t, name_option, open_card, option_position
-  use read_surfaces_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, &
+  use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, &
     surface_list_t
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
@@ -119,7 +119,7 @@ contains
     if (.not. is_empty_field(fields, 2)) then
       if (ok .and. abs(mu) <= 0.0_wp) call report(reader, field_position(reader, fields, 2), &
         'a stick slope without friction: '//quoted(field_text(reader, fields, 2)), &
-        'in numbers stands a point, not a comma: 0.3')
+        'use a decimal point, not a comma: 0.3')
       call real_field(reader, fields, 2, 'the stick slope', slope, ok)
       call note(reader, 'the stick slope of *FRICTION is ignored: sticking is exact')
     end if
@@ -225,7 +225,7 @@ contains
     if (find_name(obstacles%lookup, obstacles%names, name) == 0 .and. &
         find_surface(surfaces, name) > 0) then
       call report(reader, field_position(reader, fields, 2), quoted(name)// &
-        ' is a surface: contact between two bodies is not available yet, an *OBSTACLE is')
+        ' is a surface: contact between two bodies is not available yet; use an *OBSTACLE')
     else
       call find_named(reader, obstacles, field_position(reader, fields, 2), name, pair%master)
     end if

@@ -9,17 +9,14 @@
 !>     *CONTACT FILE
 module read_controls_mod
   use cards_mod, only: note, reader_t, report
-  use controls_mod, only: contact_controls_t, formulation_bipotential, &
-    formulation_pseudopotential, linear_auto, linear_direct, linear_gmres, local_exact, &
-    local_newton, local_newton6, local_uzawa, &
-    output_controls_t, solver_auto, solver_global_newton, solver_sweeps, stop_at_change, &
-    stop_at_residual
-  use diagnostics_mod, only: quoted
+  use controls_mod, only: contact_controls_t, linear_auto, output_controls_t, solver_auto, &
+    solver_global_newton, solver_sweeps, stop_at_change
+  use diagnostics_mod, only: guess, quoted
   use fields_mod, only: any_number, fields_t, is_empty_field, name_field, next_data_line
-  use kinds_mod, only: wp
-  use text_mod, only: to_text
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
-    has_option, integer_option, open_card, open_only_card, option_position, real_option
+    has_option, integer_option, open_card, open_only_card, option_position, text_option
+  use solver_options_mod, only: set_solver_option, solver_options
+  use text_mod, only: string_t, to_text, upper
   implicit none
   private
 
@@ -31,43 +28,26 @@ contains
   subroutine read_contact_controls(reader, controls)
     type(reader_t), intent(inout) :: reader
     type(contact_controls_t), intent(out) :: controls
-    integer, parameter :: solvers(3) = [solver_auto, solver_sweeps, solver_global_newton]
-    integer, parameter :: formulations(2) = [formulation_bipotential, formulation_pseudopotential]
-    integer, parameter :: locals(4) = [local_uzawa, local_newton, local_newton6, local_exact]
-    integer, parameter :: linears(3) = [linear_auto, linear_direct, linear_gmres]
-    integer, parameter :: stop_rules(2) = [stop_at_residual, stop_at_change]
     type(card_t) :: card
-    integer :: choice
-    logical :: found, ok, of_sweeps
+    character(:), allocatable :: name, value, wanted
+    type(string_t), allocatable :: words(:)
+    integer :: i
+    logical :: found, of_sweeps
 
     call open_only_card(reader, 'CONTACT SOLVER', card, found)
     if (.not. found) return
-    call allow_options(reader, card, ['SOLVER     ', 'FORMULATION', 'LOCAL      ', 'RHO        ', &
-      'RELAXATION ', 'TOLERANCE  ', 'STOP       ', 'MAX SWEEPS ', 'LINEAR     ', 'ANDERSON   '])
+    call allow_options(reader, card, [solver_options, 'ANDERSON   '])
     call allow_no_data(reader, card)
-    choice = 1
-    call choice_option(reader, card, 'SOLVER', ['AUTO         ', 'SWEEPS       ', &
-      'GLOBAL NEWTON'], choice, ok)
-    controls%solver = solvers(choice)
-    call choice_option(reader, card, 'FORMULATION', ['BIPOTENTIAL    ', 'PSEUDOPOTENTIAL'], &
-      choice, ok)
-    if (ok) controls%formulation = formulations(choice)
-    choice = size(locals) + 1
-    call choice_option(reader, card, 'LOCAL', ['UZAWA  ', 'NEWTON ', 'NEWTON6', 'EXACT  ', &
-      'AUTO   '], choice, ok)
-    of_sweeps = ok .and. choice <= size(locals)
-    if (of_sweeps) controls%local = locals(choice)
-    call choice_option(reader, card, 'LINEAR', ['AUTO  ', 'DIRECT', 'GMRES '], choice, ok)
-    if (ok) controls%linear = linears(choice)
     call flag_option(reader, card, 'ANDERSON', controls%acceleration)
-    call choice_option(reader, card, 'STOP', ['RESIDUAL', 'CHANGE  '], choice, ok)
-    if (ok) controls%stop_rule = stop_rules(choice)
-    call real_option(reader, card, 'RHO', 0.0_wp, 1.0e15_wp, controls%rho, ok)
-    call real_option(reader, card, 'RELAXATION', 0.0_wp, 2.0_wp, controls%relaxation, ok)
-    call real_option(reader, card, 'TOLERANCE', 0.0_wp, 1.0_wp, controls%tolerance, ok)
-    call integer_option(reader, card, 'MAX SWEEPS', 1, huge(1), controls%max_sweeps, ok)
-    ! Only sweeps know these two; LOCAL=AUTO is as good as not given.
-    if (has_option(card, 'RELAXATION')) of_sweeps = .true.
+    of_sweeps = .false.
+    do i = 1, size(solver_options)
+      name = trim(solver_options(i))
+      call text_option(reader, card, name, value, found)
+      if (.not. found) cycle
+      call set_solver_option(name, value, controls, of_sweeps, wanted, words)
+      if (allocated(wanted)) call report(reader, option_position(card, name), name// &
+        ' must be '//wanted//', not '//quoted(value), guess(upper(value), words))
+    end do
     if (of_sweeps) call choose_sweeps(reader, card, controls%solver)
     call note_unused(reader, controls)
   end subroutine read_contact_controls
@@ -80,9 +60,9 @@ contains
 
     if (solver == solver_global_newton) then
       call report(reader, option_position(card, 'SOLVER'), &
-        'LOCAL and RELAXATION belong to SWEEPS, not to GLOBAL NEWTON')
+        'LOCAL and RELAXATION apply to SWEEPS, not to GLOBAL NEWTON')
     else if (solver == solver_auto .and. has_option(card, 'SOLVER')) then
-      call note(reader, 'SOLVER=AUTO beside LOCAL or RELAXATION: sweeps run')
+      call note(reader, 'SOLVER=AUTO with LOCAL or RELAXATION: sweeps are used')
     end if
     solver = solver_sweeps
   end subroutine choose_sweeps
@@ -94,12 +74,12 @@ contains
 
     if (controls%solver == solver_sweeps) then
       if (controls%linear /= linear_auto) call note(reader, &
-        'LINEAR of *CONTACT SOLVER is ignored: it belongs to the global Newton')
+        'LINEAR of *CONTACT SOLVER is ignored: it applies to global Newton only')
     else
       if (controls%acceleration) call note(reader, &
-        'ANDERSON of *CONTACT SOLVER is ignored: it belongs to SOLVER=SWEEPS')
+        'ANDERSON of *CONTACT SOLVER is ignored: it applies to SOLVER=SWEEPS only')
       if (controls%stop_rule == stop_at_change) call note(reader, &
-        'STOP=CHANGE of *CONTACT SOLVER is ignored: it belongs to SOLVER=SWEEPS')
+        'STOP=CHANGE of *CONTACT SOLVER is ignored: it applies to SOLVER=SWEEPS only')
     end if
   end subroutine note_unused
 
@@ -127,7 +107,7 @@ contains
         before = named%frequency
         call integer_option(reader, card, 'FREQUENCY', 1, huge(1), named%frequency, ok)
         if (ok .and. frequency_given .and. named%frequency /= before) call note(reader, &
-          'FREQUENCY='//to_text(named%frequency)//', the last of the deck, counts for all results')
+          'FREQUENCY='//to_text(named%frequency)//', the last in the deck, applies to all results')
         frequency_given = frequency_given .or. ok
         if (card%keyword == 'CONTACT FILE') named%contact = .true.
         if (card%keyword == 'EL FILE') call read_position(reader, card, named)

@@ -17,7 +17,7 @@ module read_element_loads_mod
   use options_mod, only: allow_options, card_t
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
   use read_loads_mod, only: add_pressure, read_op
-  use read_surfaces_mod, only: add_surface_of_sides, surface_list_t
+  use surface_list_mod, only: add_surface_of_sides, surface_list_t
   use scene_mod, only: region_t
   use sets_mod, only: find_set, model_t, referenced_elements
   use text_mod, only: to_text
@@ -174,7 +174,7 @@ contains
     else if (reader%diagnostics%n_mistakes > before .or. flawed) then
       return
     else if (model%mesh%taken_out) then
-      call note(reader, 'what loads elements that are not in the deck is ignored')
+      call note(reader, 'loads on elements that are not in the deck are ignored')
     else if (reference%id > 0) then
       call report(reader, reference%position, 'element '//to_text(reference%id)// &
         ' is skipped: only bricks are loaded')

@@ -13,7 +13,7 @@ module read_gaps_mod
   use keywords_mod, only: same_word
   use kinds_mod, only: i8, wp
   use options_mod, only: allow_options, card_t, flag_option, open_card
-  use read_surfaces_mod, only: surface_list_t
+  use surface_list_mod, only: surface_list_t
   use scene_mod, only: contact_gap_t, contact_pair_t
   use sets_mod, only: model_t, referenced_nodes
   use text_mod, only: to_text

@@ -17,7 +17,7 @@ module read_loads_mod
   use loads_mod, only: load_step_t, nodal_value_t, pressure_t
   use options_mod, only: allow_options, card_t, choice_option
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
-  use read_surfaces_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
+  use surface_list_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
   use sets_mod, only: model_t, referenced_nodes
   use text_mod, only: to_text
   implicit none
@@ -191,7 +191,7 @@ contains
     character(*), intent(in) :: what
 
     call report(reader, field_position(reader, fields, i), what// &
-      ' must be 1, 2 or 3 (nodes and obstacles do not turn), not '// &
+      ' must be 1, 2 or 3 (nodes and obstacles do not rotate), not '// &
       quoted(field_text(reader, fields, i)))
   end subroutine report_rotation
 
@@ -217,15 +217,15 @@ contains
       end if
     else if (of_bricks .and. abs(value) > 0.0_wp) then
       call report(reader, field_position(reader, fields, 4), &
-        'the nodes of bricks do not turn: with dofs 4 to 6 the value can only be 0')
+        'the nodes of bricks do not rotate: dofs 4 to 6 can only be held at 0')
     else if (of_obstacle .and. abs(value) > 0.0_wp) then
       call report(reader, field_position(reader, fields, 4), &
-        'an obstacle does not turn: dofs 4 to 6 of its reference node can only be held at 0')
+        'an obstacle does not rotate: dofs 4 to 6 of its reference node can only be held at 0')
     else
       if (of_bricks) call note(reader, &
         'dofs 4 to 6 of *BOUNDARY are ignored on nodes of bricks, which have none')
       if (of_obstacle) call note(reader, &
-        'dofs 4 to 6 of reference nodes are held at 0 anyway: obstacles do not turn')
+        'dofs 4 to 6 of reference nodes are held at 0 anyway: obstacles do not rotate')
     end if
   end subroutine check_rotations
 
@@ -338,8 +338,8 @@ contains
     else
       what = 'the nodes of set '//quoted(reference%name)//' belong to no element and are'
     end if
-    call report(reader, reference%position, what//' the reference node of no obstacle: this '// &
-      'moves nothing', 'an obstacle is moved through the node that its REF NODE= names')
+    call report(reader, reference%position, what//' not the reference node of an obstacle: '// &
+      'this moves nothing', 'an obstacle is moved through the node named by its REF NODE=')
   end subroutine check_moves
 
   !> Prescribe a value on one dof of several nodes.
@@ -362,7 +362,7 @@ contains
     do i = 1, size(nodes)
       node = nodes(i)
       if (.not. (model%used(node) .or. model%reference(node))) then
-        call note(reader, 'what is prescribed on nodes that belong to no element is ignored')
+        call note(reader, 'values prescribed on nodes that belong to no element are ignored')
         cycle
       end if
       at = list%slot(dof, node)

@@ -53,7 +53,7 @@ contains
       call reserve_nodes(draft, 1, room)
       if (.not. room) then
         call report(reader, fields%start, 'too many nodes (at most '//to_text(max_nodes)// &
-          ', and as the memory allows)')
+          ', memory permitting)')
         exit
       end if
       n = draft%n_nodes + 1
@@ -84,7 +84,7 @@ contains
       if (draft%n_elements < first .and. reader%diagnostics%n_mistakes == before) then
         draft%taken_out = .true.
         draft%empty_card = .true.
-        call note(reader, '*ELEMENT without data: its elements count as taken out')
+        call note(reader, '*ELEMENT without data: its elements are taken to have been removed')
       end if
     else
       call skip_elements(reader, card, draft)
@@ -122,7 +122,7 @@ contains
     case default
       if (is_skipped(name)) then
         kind = skipped_type
-        call note(reader, name//' elements are skipped: only bricks are computed')
+        call note(reader, name//' elements are skipped: only bricks are supported')
       else
         words(1)%text = 'C3D8'
         words(2)%text = 'C3D8I'
@@ -194,7 +194,7 @@ contains
       call reserve_elements(draft, 1, room)
       if (.not. room) then
         call report(reader, fields%start, 'too many elements (at most '//to_text(max_nodes)// &
-          ', and as the memory allows)')
+          ', memory permitting)')
         return
       end if
       i = draft%n_elements + 1
@@ -210,7 +210,7 @@ contains
   contains
 
     subroutine too_few()
-      if (all_ok) call report(reader, position, 'a brick has an id and 8 nodes; here are only '// &
+      if (all_ok) call report(reader, position, 'a brick has an id and 8 nodes, found only '// &
         to_text(have)//' numbers')
     end subroutine too_few
 

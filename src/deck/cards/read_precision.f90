@@ -36,7 +36,7 @@ contains
     if (ok) precision%factor_is_given = choice < 3
     call choice_option(reader, card, 'COMPLIANCE', formats(:2), choice, ok)
     if (ok) precision%single_compliance = choice == 2
-    call real_option(reader, card, 'BLOCK LOW RANK', 0.0_wp, 1.0_wp, precision%block_low_rank, &
+    call real_option(reader, card, 'BLOCK LOW RANK', 1.0_wp, precision%block_low_rank, &
       precision%low_rank_is_given)
     call choice_option(reader, card, 'OUT OF CORE', places, choice, ok)
     if (ok) precision%out_of_core = choice == 2

@@ -204,7 +204,7 @@ contains
       e = model%element_sets%list(set)%members(i)
       if (material(e) > 0 .and. this > 0 .and. material(e) /= this) then
         call report(reader, card%position, 'element '//to_text(model%mesh%element_id(e))// &
-          ' has a section with another material already')
+          ' already has a section with another material')
         return
       end if
       material(e) = this

@@ -11,16 +11,18 @@
 !> A second card with the same name adds to the set. A set may name only sets defined above it, so
 !> no set can hold itself.
 module read_sets_mod
+  use block_mesh_mod, only: block_side_nodes
   use cards_mod, only: keep_reading, note, reader_t, report
   use diagnostics_mod, only: quoted
   use fields_mod, only: any_number, field_position, fields_t, integer_field, limit_fields, &
     next_data_line, reference_field, reference_t
+  use growing_lists_mod, only: append
   use kinds_mod, only: i8
   use lookup_mod, only: find_id, find_name, make_name_lookup
-  use mesh_draft_mod, only: block_t, early_set_t, mesh_draft_t, set_of_elements, set_of_nodes
+  use mesh_draft_mod, only: early_set_t, mesh_draft_t, set_of_elements, set_of_nodes
   use options_mod, only: allow_no_data, allow_options, card_t, flag_option, has_option, &
     name_option, open_card, option_position
-  use sets_mod, only: append, append_one, append_skipped, find_set, finish, model_t, &
+  use sets_mod, only: find_set, finish, model_t, &
     report_unknown, set_list_t, set_t
   use text_mod, only: to_text
   implicit none
@@ -148,8 +150,9 @@ contains
     set = draft%sets(sets%early(entry))
     if (set%flawed) sets%list(home)%flawed = .true.
     if (set%block == 0) then
-      call append(sets%list(home), [(i, i = set%first, set%last)])
-      call append_skipped(sets%list(home), [(i, i = set%skipped(1), set%skipped(2))])
+      call append(sets%list(home)%members, sets%list(home)%n, [(i, i = set%first, set%last)])
+      call append(sets%list(home)%skipped, sets%list(home)%n_skipped, &
+        [(i, i = set%skipped(1), set%skipped(2))])
       return
     end if
     if (home < entry .and. set%side == 1) then
@@ -158,39 +161,11 @@ contains
           'duplicate block '//quoted(draft%blocks(set%block)%name))
       end if
     end if
-    call append(sets%list(home), block_side_nodes(draft%blocks(set%block), set%side))
+    associate (block => draft%blocks(set%block))
+      call append(sets%list(home)%members, sets%list(home)%n, block%first_node - 1 + &
+        block_side_nodes(block%n, set%side))
+    end associate
   end subroutine fill_early
-
-  !> The nodes on one side of a block, ascending.
-  pure function block_side_nodes(block, side) result(nodes)
-    type(block_t), intent(in) :: block
-    integer, intent(in) :: side
-    integer, allocatable :: nodes(:)
-    integer :: axis, low(3), high(3), i, j, k, n
-
-    if (any(block%n == 0)) then
-      allocate (nodes(0))
-      return
-    end if
-    axis = (side + 1)/2
-    low = 0
-    high = block%n
-    if (mod(side, 2) == 1) then
-      high(axis) = 0
-    else
-      low(axis) = block%n(axis)
-    end if
-    allocate (nodes(product(high - low + 1)))
-    n = 0
-    do k = low(3), high(3)
-      do j = low(2), high(2)
-        do i = low(1), high(1)
-          n = n + 1
-          nodes(n) = block%first_node + i + (block%n(1) + 1)*(j + (block%n(2) + 1)*k)
-        end do
-      end do
-    end do
-  end function block_side_nodes
 
   !> The members that a *NSET or *ELSET card names.
   subroutine fill_from_card(reader, draft, sets, entry, work, elements)
@@ -258,7 +233,7 @@ contains
         ok = .true.
         number = find_id(draft%skipped, draft%skipped_id, id)
         if (number > 0) then
-          call append_skipped(set, [number])
+          call append(set%skipped, set%n_skipped, number)
           return
         else if (draft%taken_out) then
           call mark_gone(set, id)
@@ -268,7 +243,7 @@ contains
     end if
     ok = number > 0
     if (ok) then
-      call append_one(set, number)
+      call append(set%members, set%n, number)
     else if (kind == set_of_nodes) then
       call report(reader, position, 'node '//to_text(id)//' is not defined')
     else
@@ -305,11 +280,11 @@ contains
       work = work + sets%list(other)%n
       if (work > max_work) return
       members = sets%list(other)%members(:sets%list(other)%n)
-      call append(sets%list(home), members)
+      call append(sets%list(home)%members, sets%list(home)%n, members)
       work = work + sets%list(other)%n_skipped
       if (sets%list(other)%n_skipped > 0 .and. work <= max_work) then
         members = sets%list(other)%skipped(:sets%list(other)%n_skipped)
-        call append_skipped(sets%list(home), members)
+        call append(sets%list(home)%skipped, sets%list(home)%n_skipped, members)
       end if
       if (sets%list(home)%gone == 0) sets%list(home)%gone = sets%list(other)%gone
       if (sets%list(other)%flawed) sets%list(home)%flawed = .true.
@@ -339,8 +314,8 @@ contains
       call report(reader, fields%start, 'the last id is below the first')
       return
     else if (mod(int(last, i8) - first, int(step, i8)) /= 0) then
-      call report(reader, field_position(reader, fields, 2), 'from '//to_text(first)// &
-        ' in steps of '//to_text(step)//' the id '//to_text(last)//' is not met')
+      call report(reader, field_position(reader, fields, 2), 'steps of '//to_text(step)// &
+        ' from '//to_text(first)//' do not lead to '//to_text(last))
       return
     end if
     if (sets%kind == set_of_elements .and. draft%taken_out .and. &
@@ -371,7 +346,7 @@ contains
     call mark_gone(set, id)
     do e = 1, draft%n_elements
       if (draft%element_id(e) < first .or. draft%element_id(e) > last) cycle
-      if (mod(draft%element_id(e) - first, step) == 0) call append_one(set, e)
+      if (mod(draft%element_id(e) - first, step) == 0) call append(set%members, set%n, e)
     end do
   end subroutine pick_elements
 
@@ -399,7 +374,8 @@ contains
     work = work + set%n + 8_i8*elements%list(other)%n + 8_i8*elements%list(other)%n_skipped
     if (work > max_work) return
     do i = 1, elements%list(other)%n
-      call append(set, draft%connectivity(:, elements%list(other)%members(i)))
+      call append(set%members, set%n, &
+        draft%connectivity(:, elements%list(other)%members(i)))
     end do
     do i = 1, elements%list(other)%n_skipped
       call add_nodes_of_skipped(draft, elements%list(other)%skipped(i), set)
@@ -418,7 +394,7 @@ contains
     if (element < draft%n_skipped) last = draft%skipped_first(element + 1) - 1
     do i = draft%skipped_first(element), last
       node = find_id(draft%nodes, draft%node_id, draft%skipped_nodes(i))
-      if (node > 0) call append_one(set, node)
+      if (node > 0) call append(set%members, set%n, node)
     end do
   end subroutine add_nodes_of_skipped
 

@@ -22,7 +22,7 @@ module read_steps_mod
     start_element_loads
   use read_loads_mod, only: close_step, load_draft_t, read_boundary, read_cload, read_dsload, &
     start_step
-  use read_surfaces_mod, only: surface_list_t
+  use surface_list_mod, only: surface_list_t
   use scene_mod, only: region_t
   use sets_mod, only: model_t
   use text_mod, only: to_text
@@ -152,7 +152,7 @@ contains
     nonlinear = .false.
     call flag_option(reader, card, 'NLGEOM', nonlinear)
     if (nonlinear) call report(reader, option_position(card, 'NLGEOM'), &
-      'NLGEOM (finite strain) is not available: strains are small here')
+      'NLGEOM (finite strain) is not available: the theory is that of small strain')
     perturbation = .false.
     call flag_option(reader, card, 'PERTURBATION', perturbation)
     if (perturbation) call report(reader, option_position(card, 'PERTURBATION'), &
@@ -160,7 +160,7 @@ contains
     choice = 1
     call choice_option(reader, card, 'AMPLITUDE', ['RAMP', 'STEP'], choice, ok)
     if (choice == 2) call report(reader, option_position(card, 'AMPLITUDE'), &
-      'loads ramp over a step; for others use *AMPLITUDE')
+      'loads ramp over a step; for anything else use *AMPLITUDE')
   end subroutine read_step_options
 
   !> *STATIC[, DIRECT]: increment, period

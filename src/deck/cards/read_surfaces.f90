@@ -1,4 +1,4 @@
-!> Named surfaces.
+!> The cards of named surfaces.
 !>
 !>     *SURFACE, NAME=BOTTOM, TYPE=ELEMENT
 !>     SKIN, S1                      a set of elements (or one element) and one of its faces
@@ -9,44 +9,29 @@
 module read_surfaces_mod
   use block_mesh_mod, only: block_face, face_zmax
   use cards_mod, only: note, reader_t, report
-  use diagnostics_mod, only: guess, quoted
-  use find_faces_mod, only: find_outer_faces
+  use diagnostics_mod, only: quoted
   use fields_mod, only: field_position, field_text, fields_t, is_empty_field, &
     next_data_line, real_field, reference_field, reference_t
+  use growing_lists_mod, only: append
   use kinds_mod, only: i8, wp
-  use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
+  use lookup_mod, only: make_name_lookup
   use mesh_draft_mod, only: block_t, mesh_draft_t
   use options_mod, only: allow_options, card_t, choice_option, name_option, open_card
   use read_block_mod, only: side_name
-  use sets_mod, only: find_set, model_t, referenced_elements, referenced_nodes
+  use sets_mod, only: model_t, referenced_elements, referenced_nodes
   use sorting_mod, only: sort_unique
-  use surfaces_mod, only: face_nodes, surface_t
-  use text_mod, only: string_t, to_text, upper
+  use surface_list_mod, only: add_surface, drop_unused, find_nodes, find_surface, surface_list_t
+  use surfaces_mod, only: surface_t
+  use text_mod, only: upper
   implicit none
   private
 
-  public :: surface_list_t, read_surfaces, find_surface, add_surface_of_sides
-  public :: find_faces_of_nodes, find_surface_or_set
+  public :: read_surfaces
 
   integer, parameter :: of_elements = 1, of_nodes = 2
 
   !> Faces and nodes named by all surfaces of a deck together: more than any real deck needs.
   integer(i8), parameter :: max_work = 200000000
-  !> Elements looked at to find the faces of nodes, for all surfaces together: likewise.
-  integer(i8), parameter :: max_search = 1000000000
-
-  !> All surfaces. There may be more room in the arrays than surfaces.
-  type :: surface_list_t
-    type(surface_t), allocatable :: list(:)
-    type(string_t), allocatable :: names(:)
-    integer :: n = 0
-    integer :: n_named = 0 !! the first ones: from *BLOCK and *SURFACE, found by name
-    type(name_lookup_t) :: lookup
-    logical, allocatable :: flawed(:) !! nodes are missing because of mistakes
-    integer, allocatable :: of_set(:) !! for each set of nodes its surface; 0: none
-    logical, allocatable :: of_nodes(:) !! made of nodes, and its faces are not found yet
-    integer(i8) :: work = 0 !! elements looked at to find faces
-  end type surface_list_t
 
 contains
 
@@ -97,100 +82,6 @@ contains
     end do
   end subroutine read_surfaces
 
-  subroutine add_surface(surfaces, name)
-    type(surface_list_t), intent(inout) :: surfaces
-    character(*), intent(in) :: name
-
-    call add_unnamed(surfaces)
-    surfaces%names(surfaces%n)%text = name
-    surfaces%list(surfaces%n)%name = name
-    allocate (surfaces%list(surfaces%n)%nodes(0))
-  end subroutine add_surface
-
-  !> Make room for one more surface, without name and faces.
-  subroutine add_unnamed(surfaces)
-    type(surface_list_t), intent(inout) :: surfaces
-    type(surface_t), allocatable :: larger(:)
-    logical, allocatable :: flags(:)
-    integer :: i
-
-    if (surfaces%n == size(surfaces%list)) then
-      allocate (larger(2*surfaces%n + 4), flags(2*surfaces%n + 4))
-      do i = 1, surfaces%n
-        larger(i)%name = surfaces%list(i)%name
-        call move_alloc(surfaces%list(i)%faces, larger(i)%faces)
-        call move_alloc(surfaces%list(i)%nodes, larger(i)%nodes)
-      end do
-      call move_alloc(larger, surfaces%list)
-      flags = .false.
-      flags(:surfaces%n) = surfaces%flawed
-      surfaces%flawed = flags
-      flags(:surfaces%n) = surfaces%of_nodes
-      call move_alloc(flags, surfaces%of_nodes)
-    end if
-    surfaces%n = surfaces%n + 1
-    surfaces%list(surfaces%n)%name = ''
-    allocate (surfaces%list(surfaces%n)%faces(2, 0))
-    surfaces%flawed(surfaces%n) = .false.
-    surfaces%of_nodes(surfaces%n) = .false.
-  end subroutine add_unnamed
-
-  !> Add the surface of one and the same face of several elements; `index` is its index.
-  subroutine add_surface_of_sides(mesh, elements, face, surfaces, index)
-    type(mesh_draft_t), intent(in) :: mesh
-    integer, intent(in) :: elements(:)
-    integer, intent(in) :: face          !! 1..6
-    type(surface_list_t), intent(inout) :: surfaces
-    integer, intent(out) :: index
-
-    call add_unnamed(surfaces)
-    index = surfaces%n
-    deallocate (surfaces%list(index)%faces)
-    allocate (surfaces%list(index)%faces(2, size(elements)))
-    surfaces%list(index)%faces(1, :) = elements
-    surfaces%list(index)%faces(2, :) = face
-    call find_nodes(mesh, surfaces%list(index))
-  end subroutine add_surface_of_sides
-
-  !> Find the faces of a surface of nodes, when something needs them.
-  subroutine find_faces_of_nodes(reader, model, surfaces, index)
-    type(reader_t), intent(inout) :: reader
-    type(model_t), intent(in) :: model
-    type(surface_list_t), intent(inout) :: surfaces
-    integer, intent(in) :: index
-    integer, allocatable :: faces(:, :)
-    integer :: n
-
-    if (.not. surfaces%of_nodes(index)) return
-    surfaces%of_nodes(index) = .false.
-    surfaces%work = surfaces%work + model%mesh%n_elements
-    if (surfaces%work > max_search) then
-      call report(reader, 0, 'the deck uses too many surfaces of nodes')
-      return
-    end if
-    call find_outer_faces(model%mesh, surfaces%list(index)%nodes, faces)
-    call move_alloc(faces, surfaces%list(index)%faces)
-    n = count_without_face(model%mesh, surfaces%list(index))
-    if (n > 0 .and. n < size(surfaces%list(index)%nodes)) call note(reader, 'surface '// &
-      quoted(surfaces%list(index)%name)//': '//to_text(n)//' of its nodes are on no outer face '// &
-      'whose four nodes it has: they count for no area')
-  end subroutine find_faces_of_nodes
-
-  !> How many nodes of a surface none of its faces has.
-  pure function count_without_face(mesh, surface) result(n)
-    type(mesh_draft_t), intent(in) :: mesh
-    type(surface_t), intent(in) :: surface
-    integer :: n, i
-    logical, allocatable :: on_face(:)
-
-    allocate (on_face(mesh%n_nodes))
-    on_face = .false.
-    do i = 1, size(surface%faces, 2)
-      on_face(mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))) = .true.
-    end do
-    n = count(.not. on_face(surface%nodes))
-  end function count_without_face
-
   !> The faces of the bricks on one side of a block, and their nodes.
   subroutine fill_block_side(mesh, block, side, surface)
     type(mesh_draft_t), intent(in) :: mesh
@@ -203,22 +94,6 @@ contains
     surface%faces(1, :) = surface%faces(1, :) + block%first_element - 1
     call find_nodes(mesh, surface)
   end subroutine fill_block_side
-
-  !> The nodes of the faces of a surface, ascending, each once.
-  subroutine find_nodes(mesh, surface)
-    type(mesh_draft_t), intent(in) :: mesh
-    type(surface_t), intent(inout) :: surface
-    integer :: i, n
-
-    n = size(surface%faces, 2)
-    if (allocated(surface%nodes)) deallocate (surface%nodes)
-    allocate (surface%nodes(4*n))
-    do i = 1, n
-      surface%nodes(4*i - 3:4*i) = &
-        mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))
-    end do
-    call sort_unique(surface%nodes)
-  end subroutine find_nodes
 
   !> *SURFACE, NAME=name[, TYPE=ELEMENT|NODE]
   subroutine read_surface(reader, model, card, surface, work, flawed, nodes)
@@ -271,12 +146,8 @@ contains
       if (face == 0) cycle
       work = work + size(elements)
       if (work > max_work) return
-      call make_room(keys, n, size(elements))
       ! One number a face, to sort by element and drop repetitions.
-      do i = 1, size(elements)
-        keys(n + i) = 6*(elements(i) - 1) + face
-      end do
-      n = n + size(elements)
+      call append(keys, n, 6*(elements - 1) + face)
     end do
     keys = keys(:n)
     call sort_unique(keys)
@@ -287,17 +158,6 @@ contains
     end do
     call find_nodes(model%mesh, surface)
   end subroutine read_face_surface
-
-  subroutine make_room(list, n, more)
-    integer, allocatable, intent(inout) :: list(:)
-    integer, intent(in) :: n, more
-    integer, allocatable :: larger(:)
-
-    if (n + more <= size(list)) return
-    allocate (larger(max(n + more, 2*size(list))))
-    larger(:n) = list(:n)
-    call move_alloc(larger, list)
-  end subroutine make_room
 
   !> S1..S6 in the second field; 0 where it is something else.
   subroutine read_face(reader, fields, face)
@@ -350,86 +210,11 @@ contains
       call referenced_nodes(reader, model, reference, nodes, flawed)
       work = work + size(nodes)
       if (work > max_work) return
-      call make_room(surface%nodes, n, size(nodes))
-      surface%nodes(n + 1:n + size(nodes)) = nodes
-      n = n + size(nodes)
+      call append(surface%nodes, n, nodes)
     end do
     surface%nodes = surface%nodes(:n)
     call sort_unique(surface%nodes)
     call drop_unused(reader, model, surface)
   end subroutine read_node_surface
-
-  !> Keep only the nodes that an element has: the others cannot touch anything.
-  subroutine drop_unused(reader, model, surface)
-    type(reader_t), intent(inout) :: reader
-    type(model_t), intent(in) :: model
-    type(surface_t), intent(inout) :: surface
-    integer, allocatable :: kept(:)
-
-    allocate (kept(count(model%used(surface%nodes))))
-    kept(:) = pack(surface%nodes, model%used(surface%nodes))
-    if (size(kept) < size(surface%nodes)) call note(reader, 'surface '//quoted(surface%name)// &
-      ': '//to_text(size(surface%nodes) - size(kept))//' of its nodes belong to no element')
-    call move_alloc(kept, surface%nodes)
-  end subroutine drop_unused
-
-  !> The surface `name`: its index, 0 when there is none.
-  pure function find_surface(surfaces, name) result(found)
-    type(surface_list_t), intent(in) :: surfaces
-    character(*), intent(in) :: name !! upper case
-    integer :: found
-
-    found = find_name(surfaces%lookup, surfaces%names, name)
-  end function find_surface
-
-  !> Make a surface of the nodes of a set, once; `index` is its index.
-  subroutine add_node_surface(reader, model, set, surfaces, index)
-    type(reader_t), intent(inout) :: reader
-    type(model_t), intent(in) :: model
-    integer, intent(in) :: set  !! index into the sets of nodes
-    type(surface_list_t), intent(inout) :: surfaces
-    integer, intent(out) :: index
-
-    index = surfaces%of_set(set)
-    if (index > 0) return
-    call add_unnamed(surfaces)
-    index = surfaces%n
-    surfaces%of_set(set) = index
-    surfaces%of_nodes(index) = .true.
-    surfaces%flawed(index) = model%node_sets%list(set)%flawed
-    surfaces%list(index)%name = model%node_sets%names(set)%text
-    surfaces%list(index)%nodes = model%node_sets%list(set)%members
-    call drop_unused(reader, model, surfaces%list(index))
-  end subroutine add_node_surface
-
-  !> The surface `name`, or else the one of the nodes of the set `name`.
-  subroutine find_surface_or_set(reader, model, position, name, surfaces, index)
-    type(reader_t), intent(inout) :: reader
-    type(model_t), intent(in) :: model
-    integer, intent(in) :: position
-    character(*), intent(in) :: name
-    type(surface_list_t), intent(inout) :: surfaces
-    integer, intent(out) :: index !! 0: there is none
-    integer :: set
-
-    index = find_surface(surfaces, name)
-    if (index > 0) return
-    set = find_set(model%node_sets, name)
-    if (set == 0) then
-      call report_unknown_surface(reader, surfaces, position, name)
-    else if (allocated(model%node_sets%list(set)%members)) then
-      call add_node_surface(reader, model, set, surfaces, index)
-    end if
-  end subroutine find_surface_or_set
-
-  subroutine report_unknown_surface(reader, surfaces, position, name)
-    type(reader_t), intent(inout) :: reader
-    type(surface_list_t), intent(in) :: surfaces
-    integer, intent(in) :: position
-    character(*), intent(in) :: name
-
-    call report(reader, position, 'surface '//quoted(name)//' is not defined', &
-      guess(name, surfaces%names(:surfaces%n_named)))
-  end subroutine report_unknown_surface
 
 end module read_surfaces_mod

@@ -157,7 +157,7 @@ contains
         call report(reader, star, '*'//trim(keyword%name)//' belongs before the first *STEP')
         card%keyword = ''
       else if (keyword%name == 'BOUNDARY' .and. step > 0 .and. open_step == 0) then
-        call report(reader, star, '*BOUNDARY belongs before the first *STEP or into a step')
+        call report(reader, star, '*BOUNDARY belongs before the first *STEP or in a step')
         card%keyword = ''
       else if (keyword%name == 'END STEP') then
         open_step = 0

@@ -141,7 +141,7 @@ contains
       text = text//diagnostics%mistakes(order(k))%text
     end do
     if (size(order) >= max_collected) then
-      text = text//new_line('a')//'and more: reading ended after '//to_text(size(order))// &
+      text = text//new_line('a')//'and more: stopped after '//to_text(size(order))// &
         ' mistakes'
     else if (size(order) > max_printed) then
       text = text//new_line('a')//'and '//to_text(size(order) - max_printed)//' more mistakes'

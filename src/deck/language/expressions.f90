@@ -52,13 +52,8 @@ contains
 
       call read_product(value)
       do
-        if (allocated(problem)) return
-        call skip_blanks()
-        if (at > len(text)) return
-        sign = text(at:at)
-        if (sign /= '+' .and. sign /= '-') return
-        place = at
-        at = at + 1
+        call take_operator('+-', sign, place)
+        if (place == 0) return
         call read_product(term)
         if (allocated(problem)) return
         if (sign == '-') term = -term
@@ -75,13 +70,8 @@ contains
 
       call read_factor(value)
       do
-        if (allocated(problem)) return
-        call skip_blanks()
-        if (at > len(text)) return
-        sign = text(at:at)
-        if (sign /= '*' .and. sign /= '/') return
-        place = at
-        at = at + 1
+        call take_operator('*/', sign, place)
+        if (place == 0) return
         call read_factor(factor)
         if (allocated(problem)) return
         if (sign == '*') then
@@ -99,6 +89,22 @@ contains
       end do
     end subroutine read_product
 
+    !> The operator that goes on with a sum or a product.
+    subroutine take_operator(operators, found, place)
+      character(*), intent(in) :: operators
+      character, intent(out) :: found
+      integer, intent(out) :: place !! 0: none follows, or there is a problem
+
+      found = ' '
+      place = 0
+      if (allocated(problem)) return
+      call skip_blanks()
+      if (scan(text(at:), operators) /= 1) return
+      found = text(at:at)
+      place = at
+      at = at + 1
+    end subroutine take_operator
+
     recursive subroutine read_factor(value)
       real(wp), intent(out) :: value
       logical :: negative
@@ -113,7 +119,7 @@ contains
         call skip_blanks()
       end do
       if (at > len(text)) then
-        problem = 'an expression ends too soon'
+        problem = 'the expression is incomplete'
         at = max(1, len(text))
       else if (text(at:at) == '(') then
         call read_parentheses(value)
@@ -132,7 +138,7 @@ contains
       value = 0.0_wp
       place = at
       if (depth == max_nesting) then
-        problem = 'too many parentheses within each other'
+        problem = 'parentheses are nested too deeply'
         return
       end if
       depth = depth + 1
@@ -147,7 +153,7 @@ contains
           return
         end if
       end if
-      problem = 'this ( has no )'
+      problem = 'unmatched ('
       at = place
     end subroutine read_parentheses
 

@@ -175,16 +175,8 @@ contains
     end if
     ok = status == number_ok .and. value >= lowest
     if (ok) return
-    if (is_empty_field(fields, i)) then
-      call report(reader, field_position(reader, fields, i), 'expected '//what)
-    else if (status == number_too_large) then
-      call report(reader, field_position(reader, fields, i), what//' is too large: '// &
-        quoted(field_text(reader, fields, i))//' (at most '//to_text(huge(value))//')')
-    else
-      call report(reader, field_position(reader, fields, i), 'expected '//what// &
-        ' (a whole number from '//to_text(lowest)//'), found '// &
-        quoted(field_text(reader, fields, i)))
-    end if
+    call report_number(reader, fields, i, what, status, to_text(huge(value)), &
+      'a whole number from '//to_text(lowest))
     value = 0
   end subroutine integer_field
 
@@ -210,19 +202,30 @@ contains
     end if
     ok = status == number_ok
     if (ok) return
-    if (is_empty_field(fields, i)) then
-      call report(reader, field_position(reader, fields, i), 'expected '//what)
-    else if (status == number_too_large) then
-      call report(reader, field_position(reader, fields, i), what//' is too large: '// &
-        quoted(field_text(reader, fields, i))//' (at most '//to_text(largest_number)//')')
-    else if (status == number_not_finite) then
-      call report(reader, field_position(reader, fields, i), what//' must be finite, not '// &
-        quoted(field_text(reader, fields, i)))
-    else
-      call report(reader, field_position(reader, fields, i), 'expected '//what// &
-        ' (a number), found '//quoted(field_text(reader, fields, i)))
-    end if
+    call report_number(reader, fields, i, what, status, to_text(largest_number), 'a number')
   end subroutine real_field
+
+  !> Report a field that is not the number it should be.
+  subroutine report_number(reader, fields, i, what, status, largest, form)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: i, status
+    character(*), intent(in) :: what, largest
+    character(*), intent(in) :: form !! as "a whole number from 1"
+    character(:), allocatable :: words, found
+
+    found = quoted(field_text(reader, fields, i))
+    if (is_empty_field(fields, i)) then
+      words = 'expected '//what
+    else if (status == number_too_large) then
+      words = what//' is too large: '//found//' (at most '//largest//')'
+    else if (status == number_not_finite) then
+      words = what//' must be finite, not '//found
+    else
+      words = 'expected '//what//' ('//form//'), found '//found
+    end if
+    call report(reader, field_position(reader, fields, i), words)
+  end subroutine report_number
 
   !> Read field `i` as a name, in upper case.
   subroutine name_field(reader, fields, i, what, name, ok)
@@ -293,7 +296,7 @@ contains
     end do
     if (i > fields%n) return
     hint = ''
-    if (looks_like_id(reader, fields, i)) hint = 'in numbers stands a point, not a comma: 0.3'
+    if (looks_like_id(reader, fields, i)) hint = 'use a decimal point, not a comma: 0.3'
     call report(reader, field_position(reader, fields, i), 'unexpected '// &
       quoted(field_text(reader, fields, i))//': the line has '//what, hint)
   end subroutine limit_fields

@@ -56,7 +56,7 @@ contains
       call report(reader, card%position, '*'//card%keyword//' belongs below a *'//keyword)
     else if (given(owner)) then
       call report(reader, card%position, directory%what//' '// &
-        quoted(directory%names(owner)%text)//' has its *'//card%keyword//' already')
+        quoted(directory%names(owner)%text)//' already has its *'//card%keyword)
       owner = 0
     else
       given(owner) = .true.

@@ -2,11 +2,11 @@
 module numbers_mod
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_null_char, c_null_ptr, c_ptr
   use kinds_mod, only: i8, wp
-  use text_mod, only: upper
+  use text_mod, only: to_text, upper
   implicit none
   private
 
-  public :: read_integer, read_real, number_text, number_token, largest_number
+  public :: read_integer, read_real, take_positive, number_text, number_token, largest_number
   public :: number_ok, number_malformed, number_too_large, number_not_finite
 
   integer, parameter :: number_ok = 0
@@ -101,6 +101,24 @@ contains
     if (negative) value = -value
   end subroutine read_real
 
+  !> Take a number between 0 and `below`, neither included.
+  pure subroutine take_positive(text, below, value, wanted)
+    character(*), intent(in) :: text
+    real(wp), intent(in) :: below
+    real(wp), intent(inout) :: value !! unchanged where there is no such number
+    character(:), allocatable, intent(out) :: wanted
+    !! allocated where there is none: what there should be, in words
+    real(wp) :: number
+    integer :: status
+
+    call read_real(text, number, status)
+    if (status == number_ok .and. number > 0.0_wp .and. number < below) then
+      value = number
+    else
+      wanted = 'a number above 0 and below '//to_text(below)
+    end if
+  end subroutine take_positive
+
   !> Split a number into its significant digits and the power of ten of the last of them.
   pure subroutine take_apart(text, digits, n_digits, exponent, negative, status)
     character(*), intent(in) :: text
@@ -110,8 +128,8 @@ contains
     logical, intent(out) :: negative
     integer, intent(out) :: status
     integer, parameter :: enough = 100000000
-    integer :: i, given, shift
-    logical :: after_point, any_digit, after_exponent_digit
+    integer :: i, shift
+    logical :: after_point, any_digit
 
     digits = ''
     n_digits = 0
@@ -150,30 +168,18 @@ contains
       i = i + 1
     end do mantissa
     if (.not. any_digit) return
-    given = 0
     if (i <= len(text)) then
       if (scan(text(i:i), 'eEdDqQ') == 1) then
         i = i + 1
-        if (i > len(text)) return
-      else if (text(i:i) /= '+' .and. text(i:i) /= '-') then
+      else if (scan(text(i:i), '+-') == 0) then
         return
       end if
-      after_exponent_digit = .false.
-      exponent = 1
-      if (text(i:i) == '+' .or. text(i:i) == '-') then
-        if (text(i:i) == '-') exponent = -1
-        i = i + 1
-      end if
-      do while (i <= len(text))
-        if (text(i:i) < '0' .or. text(i:i) > '9') return
-        after_exponent_digit = .true.
-        if (given < enough) given = 10*given + iachar(text(i:i)) - iachar('0')
-        i = i + 1
-      end do
-      if (.not. after_exponent_digit) return
-      given = exponent*given
+      call read_integer(text(i:), exponent, status)
+      if (status == number_malformed) return
+      if (status == number_too_large) exponent = enough
+      if (status == number_too_large .and. text(i:i) == '-') exponent = -enough
     end if
-    exponent = given + shift
+    exponent = max(-enough, min(enough, exponent)) + shift
     status = number_ok
   end subroutine take_apart
 
@@ -236,34 +242,16 @@ contains
   !> The length of the number without sign at the beginning of `text`; 0: there is none.
   pure function number_token(text) result(length)
     character(*), intent(in) :: text
-    integer :: length, i, digits
+    character(*), parameter :: digits = '0123456789'
+    integer :: length, first, n
 
-    length = 0
-    digits = 0
-    i = 1
-    do while (i <= len(text))
-      if (text(i:i) >= '0' .and. text(i:i) <= '9') then
-        digits = digits + 1
-      else if (text(i:i) /= '.') then
-        exit
-      end if
-      i = i + 1
-    end do
-    if (digits == 0) return
-    length = i - 1
-    if (i > len(text)) return
-    if (scan(text(i:i), 'eEdD') == 0) return
-    i = i + 1
-    if (i <= len(text)) then
-      if (text(i:i) == '+' .or. text(i:i) == '-') i = i + 1
-    end if
-    digits = 0
-    do while (i <= len(text))
-      if (text(i:i) < '0' .or. text(i:i) > '9') exit
-      digits = digits + 1
-      i = i + 1
-    end do
-    if (digits > 0) length = i - 1
+    length = verify(text//' ', digits//'.') - 1
+    if (scan(text(:length), digits) == 0) length = 0
+    if (length == 0 .or. scan(text(length + 1:), 'eEdD') /= 1) return
+    first = length + 2 ! of the exponent
+    if (scan(text(first:), '+-') == 1) first = first + 1
+    n = verify(text(first:)//' ', digits) - 1
+    if (n > 0) length = first + n - 1
   end function number_token
 
 end module numbers_mod

@@ -5,14 +5,14 @@ module options_mod
   use diagnostics_mod, only: guess, quoted
   use keywords_mod, only: same_word, squeeze
   use kinds_mod, only: wp
-  use numbers_mod, only: number_ok, number_too_large, read_integer, read_real
+  use numbers_mod, only: number_ok, read_integer, take_positive
   use substitution_mod, only: substitute
-  use text_mod, only: as_list, to_text, upper
+  use text_mod, only: as_list, one_of, to_text, upper
   implicit none
   private
 
   public :: card_t, open_card, open_only_card, allow_options, has_option, option_position
-  public :: flag_option, name_option, integer_option, real_option, choice_option
+  public :: flag_option, name_option, text_option, integer_option, real_option, choice_option
   public :: allow_no_data, unquote, checked_name, max_name
 
   integer, parameter :: max_name = 80 !! longest name of a set, a surface, a material [byte]
@@ -118,7 +118,7 @@ contains
       option%value_position = min(start, last)
       option%has_value = .true.
       if (start > last) then
-        call report(reader, first, quoted(option%name)//' has no value behind its equal sign')
+        call report(reader, first, quoted(option%name)//' has no value after its equal sign')
       else if (index(reader%source%text(start:last), '<') > 0) then
         call substitute(reader%source%text(start:last), start, reader%parameters, option%value, &
           problem, at)
@@ -240,6 +240,21 @@ contains
     call checked_name(reader, card%options(i)%value_position, card%options(i)%value, value, ok)
   end subroutine name_option
 
+  !> The value of option `name` as it stands.
+  subroutine text_option(reader, card, name, value, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    character(:), allocatable, intent(out) :: value
+    logical, intent(out) :: ok !! false: absent, or a mistake was reported
+    integer :: i
+
+    value = ''
+    call value_option(reader, card, name, .false., i)
+    ok = i > 0
+    if (ok) value = card%options(i)%value
+  end subroutine text_option
+
   !> Find an option that has a value; `found` is 0 when there is none.
   subroutine value_option(reader, card, name, required, found)
     type(reader_t), intent(inout) :: reader
@@ -282,31 +297,24 @@ contains
     end if
   end subroutine integer_option
 
-  !> A number above `above` and at most `highest`, or below it with `open_end`.
-  subroutine real_option(reader, card, name, above, below, value, ok)
+  !> A number between 0 and `below`, neither included.
+  subroutine real_option(reader, card, name, below, value, ok)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     character(*), intent(in) :: name
-    real(wp), intent(in) :: above, below !! the value lies between, neither included
+    real(wp), intent(in) :: below
     real(wp), intent(inout) :: value     !! unchanged when the option is absent
     logical, intent(out) :: ok           !! false: absent, or a mistake was reported
-    real(wp) :: number
-    integer :: i, status
+    character(:), allocatable :: wanted
+    integer :: i
 
     call value_option(reader, card, name, .false., i)
-    ok = .false.
-    if (i == 0) return
-    call read_real(card%options(i)%value, number, status)
-    ok = status == number_ok .and. number > above .and. number < below
-    if (ok) then
-      value = number
-    else if (status == number_ok .or. status == number_too_large) then
-      call report(reader, card%options(i)%value_position, name//' is out of its range: '// &
-        quoted(card%options(i)%value))
-    else
-      call report(reader, card%options(i)%value_position, name//' must be a number, not '// &
-        quoted(card%options(i)%value))
-    end if
+    ok = i > 0
+    if (.not. ok) return
+    call take_positive(card%options(i)%value, below, value, wanted)
+    ok = .not. allocated(wanted)
+    if (.not. ok) call report(reader, card%options(i)%value_position, name//' must be '//wanted// &
+      ', not '//quoted(card%options(i)%value))
   end subroutine real_option
 
   !> One of several words; `choice` is its index.
@@ -328,25 +336,9 @@ contains
       ok = .true.
       return
     end do
-    call report(reader, card%options(i)%value_position, name//' must be '//choice_list(words)// &
+    call report(reader, card%options(i)%value_position, name//' must be '//one_of(words)// &
       ', not '//quoted(card%options(i)%value), guess(upper(card%options(i)%value), as_list(words)))
   end subroutine choice_option
-
-  !> "A, B or C".
-  pure function choice_list(words) result(text)
-    character(*), intent(in) :: words(:)
-    character(:), allocatable :: text
-    integer :: j
-
-    text = trim(words(1))
-    do j = 2, size(words)
-      if (j < size(words)) then
-        text = text//', '//trim(words(j))
-      else
-        text = text//' or '//trim(words(j))
-      end if
-    end do
-  end function choice_list
 
   !> Report data lines below a keyword that takes none.
   subroutine allow_no_data(reader, card)

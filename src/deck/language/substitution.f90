@@ -46,7 +46,7 @@ contains
       closing = index(text(opening:), '>') + opening - 1
       at = opening
       if (closing < opening) then
-        problem = "this '<' has no '>'"
+        problem = "unmatched '<'"
         return
       end if
       call value_of(text(opening + 1:closing - 1), position, table, value, problem, at)
@@ -55,7 +55,7 @@ contains
         return
       end if
       if (len(replaced) + len(value) > 2*max_value + len(text)) then
-        problem = 'with its parameters put in this becomes too long'
+        problem = 'this is too long once its parameters are substituted'
         return
       end if
       replaced = replaced//text(done + 1:opening - 1)//value
@@ -125,7 +125,7 @@ contains
     if (find_parameter(table, name) > 0) then
       problem = 'duplicate parameter '//quoted(name)
     else if (name == 'PI' .or. is_function(name)) then
-      problem = quoted(name)//' has a meaning of its own'
+      problem = quoted(name)//' is a reserved name'
     else if (table%n == max_parameters) then
       problem = 'too many parameters'
     end if

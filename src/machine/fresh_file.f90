@@ -2,9 +2,10 @@
 !>
 !> So a program that fails or is killed leaves what stood there alone.
 module fresh_file_mod
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_null_ptr, &
-    c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_char, c_null_ptr, c_ptr
   use errors_mod, only: error_t, raise, exit_machine
+  use libc_mod, only: c_closedir, c_dirfd, c_fclose, c_fileno, c_flock, c_fopen, c_fsync, &
+    c_opendir, c_rename
   implicit none
   private
 
@@ -16,71 +17,6 @@ module fresh_file_mod
     private
     type(c_ptr) :: folder = c_null_ptr
   end type folder_lock_t
-
-  interface
-    function c_rename(old, new) result(status) bind(c, name='rename')
-      import :: c_char, c_int
-      implicit none
-      character(c_char), intent(in) :: old(*), new(*)
-      integer(c_int) :: status
-    end function c_rename
-
-    function c_opendir(path) result(folder) bind(c, name='opendir')
-      import :: c_char, c_ptr
-      implicit none
-      character(c_char), intent(in) :: path(*)
-      type(c_ptr) :: folder
-    end function c_opendir
-
-    function c_dirfd(folder) result(descriptor) bind(c, name='dirfd')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: folder
-      integer(c_int) :: descriptor
-    end function c_dirfd
-
-    function c_flock(descriptor, operation) result(status) bind(c, name='flock')
-      import :: c_int
-      implicit none
-      integer(c_int), value :: descriptor, operation
-      integer(c_int) :: status
-    end function c_flock
-
-    function c_fopen(path, mode) result(file) bind(c, name='fopen')
-      import :: c_char, c_ptr
-      implicit none
-      character(c_char), intent(in) :: path(*), mode(*)
-      type(c_ptr) :: file
-    end function c_fopen
-
-    function c_fileno(file) result(descriptor) bind(c, name='fileno')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: file
-      integer(c_int) :: descriptor
-    end function c_fileno
-
-    function c_fsync(descriptor) result(status) bind(c, name='fsync')
-      import :: c_int
-      implicit none
-      integer(c_int), value :: descriptor
-      integer(c_int) :: status
-    end function c_fsync
-
-    function c_fclose(file) result(status) bind(c, name='fclose')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: file
-      integer(c_int) :: status
-    end function c_fclose
-
-    function c_closedir(folder) result(status) bind(c, name='closedir')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: folder
-      integer(c_int) :: status
-    end function c_closedir
-  end interface
 
 contains
 

@@ -1,0 +1,279 @@
+!> The compliance W of a contact problem. Its entries are private: whoever solves asks for products,
+!> columns and blocks, so that W may one day be something else than an array.
+module compliance_mod
+  use kinds_mod, only: wp, sp
+  use blas_mod, only: ddot, sdot, dgemm
+  use dense_mod, only: invert_spd, times_symmetric
+  use single_panels_mod, only: single_panels_t, make_panels, times_panels
+  use couplings_mod, only: couplings_t, find_couplings
+  implicit none
+  private
+
+  public :: compliance_t, take_matrix, take_compliance, rows_worth_rounding
+  public :: product_with, product_of_columns, rough_product, coupled_product, row_product, &
+    single_row_product
+  public :: get_matrix, get_column, block_of, diagonal_of, get_inverse, couplings_of, &
+    largest_row_sum
+  public :: add_square, add_symmetric, shift_diagonal, add_rough_copy, add_single_copy, &
+    has_single, rough_rows
+
+  integer, parameter :: rows_worth_rounding = 300 !! from here on a product waits for memory
+
+  !> Symmetric positive semi-definite, both triangles.
+  type :: compliance_t
+    private
+    integer :: n = 0
+    real(wp), allocatable :: w(:, :)          !! (n,n) [length/force]
+    type(single_panels_t) :: rough
+    !! the same in single precision, where it is large, for products of few digits
+    real(sp), allocatable :: single_w(:, :)   !! (n,n) W/unit, for sweeps, where chosen [-]
+    real(wp) :: unit = 1.0_wp                 !! power of two near the largest of W [length/force]
+  end type compliance_t
+
+contains
+
+  !> Make it of an array.
+  subroutine take_matrix(w, compliance)
+    real(wp), allocatable, intent(inout) :: w(:, :)
+    !! (n,n) both triangles, moved into the compliance [length/force]
+    type(compliance_t), intent(out) :: compliance
+
+    compliance%n = size(w, 1)
+    call move_alloc(w, compliance%w)
+  end subroutine take_matrix
+
+  !> Move it, without its copies in single precision.
+  subroutine take_compliance(from, to)
+    type(compliance_t), intent(inout) :: from
+    type(compliance_t), intent(out) :: to
+
+    call take_matrix(from%w, to)
+  end subroutine take_compliance
+
+  ! ------------------------------------------------------------------ products
+
+  !> W v.
+  function product_with(compliance, v) result(w_v)
+    type(compliance_t), intent(in) :: compliance
+    real(wp), contiguous, intent(in) :: v(:) !! (n) [force]
+    real(wp) :: w_v(size(v))                 !! [length]
+
+    w_v = times_symmetric(compliance%w, v)
+  end function product_with
+
+  !> W V, several columns at once.
+  subroutine product_of_columns(compliance, v, w_v)
+    type(compliance_t), intent(in) :: compliance
+    real(wp), contiguous, intent(in) :: v(:, :)    !! (n,m) [force]
+    real(wp), contiguous, intent(inout) :: w_v(:, :) !! (n,m) out [length]
+
+    associate (n => compliance%n)
+      call dgemm('N', 'N', n, size(v, 2), n, 1.0_wp, compliance%w, n, v, n, 0.0_wp, w_v, n)
+    end associate
+  end subroutine product_of_columns
+
+  !> W v to the digits of single precision where W is large: for directions, not for residuals.
+  function rough_product(compliance, v) result(w_v)
+    type(compliance_t), intent(in) :: compliance
+    real(wp), contiguous, intent(in) :: v(:) !! (n) [force]
+    real(wp) :: w_v(size(v))                 !! [length]
+
+    if (compliance%rough%n > 0) then
+      w_v = times_panels(compliance%rough, v)
+    else
+      w_v = product_with(compliance, v)
+    end if
+  end function rough_product
+
+  !> A row times a vector.
+  real(wp) function row_product(compliance, row, v)
+    type(compliance_t), intent(in) :: compliance
+    integer, intent(in) :: row
+    real(wp), contiguous, intent(in) :: v(:) !! (n) [force]
+
+    ! W is symmetric: its columns are its rows.
+    row_product = ddot(compliance%n, compliance%w(:, row), 1, v, 1)
+  end function row_product
+
+  !> The same in single precision, where there is a copy of W in it.
+  real(wp) function single_row_product(compliance, row, v)
+    type(compliance_t), intent(in) :: compliance
+    integer, intent(in) :: row
+    real(sp), contiguous, intent(in) :: v(:) !! (n) [force]
+
+    single_row_product = compliance%unit*real(sdot(compliance%n, compliance%single_w(:, row), 1, &
+      v, 1), wp)
+  end function single_row_product
+
+  !> A row of a sparse W times a vector.
+  pure function coupled_product(compliance, couplings, rows, i, row, v) result(w_v)
+    type(compliance_t), intent(in) :: compliance
+    type(couplings_t), intent(in) :: couplings
+    integer, intent(in) :: rows(:, :)        !! (3,n_points) as of the problem
+    integer, intent(in) :: i, row            !! point, and one of its rows
+    real(wp), intent(in) :: v(:)             !! (n) [force]
+    real(wp) :: w_v                          !! [length]
+    integer :: k, b
+
+    w_v = 0.0_wp
+    do k = couplings%start(i), couplings%start(i + 1) - 1
+      associate (other => rows(:, couplings%other(k)))
+        do b = 1, 3
+          if (other(b) > 0) w_v = w_v + compliance%w(other(b), row)*v(other(b))
+        end do
+      end associate
+    end do
+  end function coupled_product
+
+  ! ------------------------------------------------------------------ parts
+
+  !> All entries, as they are written to files.
+  pure subroutine get_matrix(compliance, w)
+    type(compliance_t), intent(in) :: compliance
+    real(wp), intent(out) :: w(:, :)          !! (n,n) [length/force]
+
+    w = compliance%w
+  end subroutine get_matrix
+
+  pure subroutine get_column(compliance, j, column)
+    type(compliance_t), intent(in) :: compliance
+    integer, intent(in) :: j
+    real(wp), intent(out) :: column(:)        !! (n) [length/force]
+
+    column = compliance%w(:, j)
+  end subroutine get_column
+
+  !> The block of two points, 0 where a row or a column is missing.
+  pure function block_of(compliance, row, column) result(block)
+    type(compliance_t), intent(in) :: compliance
+    integer, intent(in) :: row(3), column(3)  !! 0 where there is none
+    real(wp) :: block(3, 3)                   !! [length/force]
+    integer :: a, b
+
+    block = 0.0_wp
+    do b = 1, 3
+      do a = 1, 3
+        if (row(a) > 0 .and. column(b) > 0) block(a, b) = compliance%w(row(a), column(b))
+      end do
+    end do
+  end function block_of
+
+  pure function diagonal_of(compliance) result(diagonal)
+    type(compliance_t), intent(in) :: compliance
+    real(wp) :: diagonal(compliance%n)        !! [length/force]
+    integer :: i
+
+    diagonal = [(compliance%w(i, i), i=1, compliance%n)]
+  end function diagonal_of
+
+  !> W^-1, where W has a Cholesky factor.
+  subroutine get_inverse(compliance, s, regular)
+    type(compliance_t), intent(in) :: compliance
+    real(wp), allocatable, intent(out) :: s(:, :) !! (n,n) nothing of use where not [force/length]
+    logical, intent(out) :: regular
+
+    allocate (s, source=compliance%w)
+    call invert_spd(s, regular)
+  end subroutine get_inverse
+
+  !> Which points W couples, where it is sparse.
+  pure subroutine couplings_of(compliance, rows, couplings)
+    type(compliance_t), intent(in) :: compliance
+    integer, intent(in) :: rows(:, :)         !! (3,n_points) 0 where there is none
+    type(couplings_t), intent(out) :: couplings
+
+    call find_couplings(rows, compliance%w, couplings)
+  end subroutine couplings_of
+
+  !> The largest sum of magnitudes in a row: how far unit forces can move one.
+  pure real(wp) function largest_row_sum(compliance) result(largest)
+    type(compliance_t), intent(in) :: compliance
+
+    largest = 0.0_wp
+    if (compliance%n > 0) largest = maxval(sum(abs(compliance%w), dim=1))
+  end function largest_row_sum
+
+  ! ------------------------------------------------------------------ changes
+
+  !> W + factor A A^T.
+  subroutine add_square(compliance, factor, a)
+    type(compliance_t), intent(inout) :: compliance
+    real(wp), intent(in) :: factor
+    real(wp), contiguous, intent(in) :: a(:, :)       !! (n,m)
+
+    call add_outer(compliance, factor, a, a)
+  end subroutine add_square
+
+  !> W + factor (A B^T + B A^T).
+  subroutine add_symmetric(compliance, factor, a, b)
+    type(compliance_t), intent(inout) :: compliance
+    real(wp), intent(in) :: factor
+    real(wp), contiguous, intent(in) :: a(:, :), b(:, :) !! (n,m)
+
+    call add_outer(compliance, factor, a, b)
+    call add_outer(compliance, factor, b, a)
+  end subroutine add_symmetric
+
+  subroutine add_outer(compliance, factor, a, b)
+    type(compliance_t), intent(inout) :: compliance
+    real(wp), intent(in) :: factor
+    real(wp), contiguous, intent(in) :: a(:, :), b(:, :) !! (n,m)
+
+    associate (n => compliance%n)
+      call dgemm('N', 'T', n, n, size(a, 2), factor, a, n, b, n, 1.0_wp, compliance%w, n)
+    end associate
+  end subroutine add_outer
+
+  !> Make the diagonal that of another compliance and something more; its rough copy too.
+  subroutine shift_diagonal(compliance, of, shift)
+    type(compliance_t), intent(inout) :: compliance
+    type(compliance_t), intent(in) :: of
+    real(wp), intent(in) :: shift(:)          !! (n) [length/force]
+    integer :: i
+
+    do i = 1, compliance%n
+      compliance%w(i, i) = of%w(i, i) + shift(i)
+    end do
+    if (compliance%rough%n > 0) call make_panels(compliance%w, compliance%rough)
+  end subroutine shift_diagonal
+
+  !> Round W for products of few digits, where it is large.
+  subroutine add_rough_copy(compliance)
+    type(compliance_t), intent(inout) :: compliance
+
+    if (compliance%n >= rows_worth_rounding) call make_panels(compliance%w, compliance%rough)
+  end subroutine add_rough_copy
+
+  !> The rows of that copy, 0 where there is none.
+  pure integer function rough_rows(compliance)
+    type(compliance_t), intent(in) :: compliance
+
+    rough_rows = compliance%rough%n
+  end function rough_rows
+
+  !> Keep W in single precision beside W: half the memory to read in sweeps.
+  subroutine add_single_copy(compliance)
+    type(compliance_t), intent(inout) :: compliance
+    real(wp) :: largest
+    integer :: i
+
+    largest = 0.0_wp
+    do i = 1, compliance%n
+      largest = max(largest, compliance%w(i, i))
+    end do
+    compliance%unit = 1.0_wp
+    if (largest > 0.0_wp) compliance%unit = scale(1.0_wp, exponent(largest))
+    allocate (compliance%single_w(compliance%n, compliance%n))
+    do i = 1, compliance%n
+      compliance%single_w(:, i) = real(compliance%w(:, i)/compliance%unit, sp)
+    end do
+  end subroutine add_single_copy
+
+  !> Whether W is there in single precision too.
+  pure logical function has_single(compliance)
+    type(compliance_t), intent(in) :: compliance
+
+    has_single = allocated(compliance%single_w)
+  end function has_single
+
+end module compliance_mod

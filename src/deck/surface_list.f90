@@ -1,0 +1,221 @@
+!> The surfaces of a deck: found by name or made of a set of nodes where a card names one, their
+!> faces and nodes found when something needs them.
+module surface_list_mod
+  use cards_mod, only: note, reader_t, report
+  use diagnostics_mod, only: guess, quoted
+  use find_faces_mod, only: find_outer_faces
+  use kinds_mod, only: i8
+  use lookup_mod, only: find_name, name_lookup_t
+  use mesh_draft_mod, only: mesh_draft_t
+  use sets_mod, only: find_set, model_t
+  use sorting_mod, only: sort_unique
+  use surfaces_mod, only: face_nodes, surface_t
+  use text_mod, only: string_t, to_text
+  implicit none
+  private
+
+  public :: surface_list_t, add_surface, add_surface_of_sides, find_nodes, drop_unused
+  public :: find_surface, find_surface_or_set, find_faces_of_nodes
+
+  !> Elements looked at to find the faces of nodes, for all surfaces together: likewise.
+  integer(i8), parameter :: max_search = 1000000000
+
+  !> All surfaces. There may be more room in the arrays than surfaces.
+  type :: surface_list_t
+    type(surface_t), allocatable :: list(:)
+    type(string_t), allocatable :: names(:)
+    integer :: n = 0
+    integer :: n_named = 0 !! the first ones: from *BLOCK and *SURFACE, found by name
+    type(name_lookup_t) :: lookup
+    logical, allocatable :: flawed(:) !! nodes are missing because of mistakes
+    integer, allocatable :: of_set(:) !! for each set of nodes its surface; 0: none
+    logical, allocatable :: of_nodes(:) !! made of nodes, and its faces are not found yet
+    integer(i8) :: work = 0 !! elements looked at to find faces
+  end type surface_list_t
+
+contains
+
+  subroutine add_surface(surfaces, name)
+    type(surface_list_t), intent(inout) :: surfaces
+    character(*), intent(in) :: name
+
+    call add_unnamed(surfaces)
+    surfaces%names(surfaces%n)%text = name
+    surfaces%list(surfaces%n)%name = name
+    allocate (surfaces%list(surfaces%n)%nodes(0))
+  end subroutine add_surface
+
+  !> Make room for one more surface, without name and faces.
+  subroutine add_unnamed(surfaces)
+    type(surface_list_t), intent(inout) :: surfaces
+    type(surface_t), allocatable :: larger(:)
+    logical, allocatable :: flags(:)
+    integer :: i
+
+    if (surfaces%n == size(surfaces%list)) then
+      allocate (larger(2*surfaces%n + 4), flags(2*surfaces%n + 4))
+      do i = 1, surfaces%n
+        larger(i)%name = surfaces%list(i)%name
+        call move_alloc(surfaces%list(i)%faces, larger(i)%faces)
+        call move_alloc(surfaces%list(i)%nodes, larger(i)%nodes)
+      end do
+      call move_alloc(larger, surfaces%list)
+      flags = .false.
+      flags(:surfaces%n) = surfaces%flawed
+      surfaces%flawed = flags
+      flags(:surfaces%n) = surfaces%of_nodes
+      call move_alloc(flags, surfaces%of_nodes)
+    end if
+    surfaces%n = surfaces%n + 1
+    surfaces%list(surfaces%n)%name = ''
+    allocate (surfaces%list(surfaces%n)%faces(2, 0))
+    surfaces%flawed(surfaces%n) = .false.
+    surfaces%of_nodes(surfaces%n) = .false.
+  end subroutine add_unnamed
+
+  !> Add the surface of one and the same face of several elements; `index` is its index.
+  subroutine add_surface_of_sides(mesh, elements, face, surfaces, index)
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, intent(in) :: elements(:)
+    integer, intent(in) :: face          !! 1..6
+    type(surface_list_t), intent(inout) :: surfaces
+    integer, intent(out) :: index
+
+    call add_unnamed(surfaces)
+    index = surfaces%n
+    deallocate (surfaces%list(index)%faces)
+    allocate (surfaces%list(index)%faces(2, size(elements)))
+    surfaces%list(index)%faces(1, :) = elements
+    surfaces%list(index)%faces(2, :) = face
+    call find_nodes(mesh, surfaces%list(index))
+  end subroutine add_surface_of_sides
+
+  !> Find the faces of a surface of nodes, when something needs them.
+  subroutine find_faces_of_nodes(reader, model, surfaces, index)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(inout) :: surfaces
+    integer, intent(in) :: index
+    integer, allocatable :: faces(:, :)
+    integer :: n
+
+    if (.not. surfaces%of_nodes(index)) return
+    surfaces%of_nodes(index) = .false.
+    surfaces%work = surfaces%work + model%mesh%n_elements
+    if (surfaces%work > max_search) then
+      call report(reader, 0, 'the deck uses too many surfaces of nodes')
+      return
+    end if
+    call find_outer_faces(model%mesh, surfaces%list(index)%nodes, faces)
+    call move_alloc(faces, surfaces%list(index)%faces)
+    n = count_without_face(model%mesh, surfaces%list(index))
+    if (n > 0 .and. n < size(surfaces%list(index)%nodes)) call note(reader, 'surface '// &
+      quoted(surfaces%list(index)%name)//': '//to_text(n)//' of its nodes are on no outer face '// &
+      'that lies in it with all four nodes: they carry no area')
+  end subroutine find_faces_of_nodes
+
+  !> How many nodes of a surface none of its faces has.
+  pure function count_without_face(mesh, surface) result(n)
+    type(mesh_draft_t), intent(in) :: mesh
+    type(surface_t), intent(in) :: surface
+    integer :: n, i
+    logical, allocatable :: on_face(:)
+
+    allocate (on_face(mesh%n_nodes))
+    on_face = .false.
+    do i = 1, size(surface%faces, 2)
+      on_face(mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))) = .true.
+    end do
+    n = count(.not. on_face(surface%nodes))
+  end function count_without_face
+
+  !> The nodes of the faces of a surface, ascending, each once.
+  subroutine find_nodes(mesh, surface)
+    type(mesh_draft_t), intent(in) :: mesh
+    type(surface_t), intent(inout) :: surface
+    integer :: i, n
+
+    n = size(surface%faces, 2)
+    if (allocated(surface%nodes)) deallocate (surface%nodes)
+    allocate (surface%nodes(4*n))
+    do i = 1, n
+      surface%nodes(4*i - 3:4*i) = &
+        mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))
+    end do
+    call sort_unique(surface%nodes)
+  end subroutine find_nodes
+
+  !> Keep only the nodes that an element has: the others cannot touch anything.
+  subroutine drop_unused(reader, model, surface)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(inout) :: surface
+    integer, allocatable :: kept(:)
+
+    allocate (kept(count(model%used(surface%nodes))))
+    kept(:) = pack(surface%nodes, model%used(surface%nodes))
+    if (size(kept) < size(surface%nodes)) call note(reader, 'surface '//quoted(surface%name)// &
+      ': '//to_text(size(surface%nodes) - size(kept))//' of its nodes belong to no element')
+    call move_alloc(kept, surface%nodes)
+  end subroutine drop_unused
+
+  !> The surface `name`: its index, 0 when there is none.
+  pure function find_surface(surfaces, name) result(found)
+    type(surface_list_t), intent(in) :: surfaces
+    character(*), intent(in) :: name !! upper case
+    integer :: found
+
+    found = find_name(surfaces%lookup, surfaces%names, name)
+  end function find_surface
+
+  !> Make a surface of the nodes of a set, once; `index` is its index.
+  subroutine add_node_surface(reader, model, set, surfaces, index)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: set  !! index into the sets of nodes
+    type(surface_list_t), intent(inout) :: surfaces
+    integer, intent(out) :: index
+
+    index = surfaces%of_set(set)
+    if (index > 0) return
+    call add_unnamed(surfaces)
+    index = surfaces%n
+    surfaces%of_set(set) = index
+    surfaces%of_nodes(index) = .true.
+    surfaces%flawed(index) = model%node_sets%list(set)%flawed
+    surfaces%list(index)%name = model%node_sets%names(set)%text
+    surfaces%list(index)%nodes = model%node_sets%list(set)%members
+    call drop_unused(reader, model, surfaces%list(index))
+  end subroutine add_node_surface
+
+  !> The surface `name`, or else the one of the nodes of the set `name`.
+  subroutine find_surface_or_set(reader, model, position, name, surfaces, index)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: position
+    character(*), intent(in) :: name
+    type(surface_list_t), intent(inout) :: surfaces
+    integer, intent(out) :: index !! 0: there is none
+    integer :: set
+
+    index = find_surface(surfaces, name)
+    if (index > 0) return
+    set = find_set(model%node_sets, name)
+    if (set == 0) then
+      call report_unknown_surface(reader, surfaces, position, name)
+    else if (allocated(model%node_sets%list(set)%members)) then
+      call add_node_surface(reader, model, set, surfaces, index)
+    end if
+  end subroutine find_surface_or_set
+
+  subroutine report_unknown_surface(reader, surfaces, position, name)
+    type(reader_t), intent(inout) :: reader
+    type(surface_list_t), intent(in) :: surfaces
+    integer, intent(in) :: position
+    character(*), intent(in) :: name
+
+    call report(reader, position, 'surface '//quoted(name)//' is not defined', &
+      guess(name, surfaces%names(:surfaces%n_named)))
+  end subroutine report_unknown_surface
+
+end module surface_list_mod
