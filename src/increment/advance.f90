@@ -14,7 +14,7 @@ module advance_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
   use system_mod, only: wall_seconds
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, master_name
   use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t, next_increment, mark_end
@@ -129,7 +129,7 @@ contains
       end if
 
       ! 6. Certificate
-      call place_curved(scene, points, new%displacement, trial%placement)
+      call place_curved(scene, points, new%displacement, trial%placement, stay=.true.)
       call describe_contact(points, solver%contact, trial%placement, old, new, report%contact)
       call watch_inactive(scene, points, solver%contact, new, report, error)
       if (allocated(error)) return
@@ -225,7 +225,7 @@ contains
       to_text(new%increment)// &
       ': node '//to_text(scene%mesh%node_id(points%node(i)))//' is prescribed to move '// &
       to_text(-report%contact%gap(i))//' into '// &
-      scene%obstacles(scene%pairs(points%pair(i))%master)%name)
+      master_name(scene, points%pair(i)))
   end subroutine watch_inactive
 
 end module advance_mod

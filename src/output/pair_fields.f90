@@ -3,7 +3,7 @@ module pair_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_byte, of_long
   use small_matrix_mod, only: cross
-  use obstacle_shapes_mod, only: is_flat
+  use obstacle_shapes_mod, only: has_flat_master
   use scene_mod, only: scene_t
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, first_time, at_start
@@ -23,7 +23,7 @@ contains
     integer :: of_frame
 
     of_frame = every_time
-    if (is_flat(scene%obstacles(scene%pairs(i)%master))) of_frame = first_time
+    if (has_flat_master(scene, i)) of_frame = first_time
     call add_field(list, field_t('node', of_long, [n], 'number', &
       'slave node of each point: index into Points, from 0', at_start, compute=node))
     call add_field(list, field_t('coordinates', of_real, [3, n], 'length', &

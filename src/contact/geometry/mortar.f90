@@ -11,7 +11,7 @@ module mortar_mod
   implicit none
   private
 
-  public :: mortar_t, make_mortar
+  public :: mortar_t, make_mortar, reach_of_faces, face_each_other
 
   !> What the nodes of a slave surface face.
   type :: mortar_t
@@ -19,6 +19,7 @@ module mortar_mod
     real(wp), allocatable :: area(:)        !! (n) of the node, as far as it is covered [length^2]
     real(wp), allocatable :: whole_area(:)  !! (n) of the node [length^2]
     real(wp), allocatable :: normal(:, :)   !! (3,n) from the master to the slave, 0: not covered [-]
+    real(wp), allocatable :: outward(:, :) !! (3,n) of the slave surface, the mean of its faces [-]
     real(wp), allocatable :: least_gap(:)
     !! (n) at the points of the quadrature on the node's faces, huge where there are none [length]
   end type mortar_t
@@ -53,7 +54,8 @@ contains
     real(wp) :: length
     integer :: f, i, n_entries
 
-    allocate (mortar%area(n), mortar%whole_area(n), mortar%normal(3, n), source=0.0_wp)
+    allocate (mortar%area(n), mortar%whole_area(n), source=0.0_wp)
+    allocate (mortar%normal(3, n), mortar%outward(3, n), source=0.0_wp)
     allocate (mortar%least_gap(n), source=huge(1.0_wp))
     allocate (row(64), node(64), weight(64))
     n_entries = 0
@@ -63,16 +65,67 @@ contains
       associate (of_node => mortar%whole_area(number(slave(:, f))))
         mortar%whole_area(number(slave(:, f))) = of_node + 0.25_wp*plane%area
       end associate
+      do i = 1, 4
+        associate (outward => mortar%outward(:, number(slave(i, f))))
+          outward = outward + plane%area*plane%axis(:, 3)
+        end associate
+      end do
       call find_parts(grid, master, x, x(:, slave(:, f)), plane, reach, parts)
       call add_face(slave(:, f), master, number, x, plane, parts, mortar, row, node, weight, n_entries)
     end do
     do i = 1, n
       length = norm2(mortar%normal(:, i))
       if (length > 0.0_wp) mortar%normal(:, i) = mortar%normal(:, i)/length
+      length = norm2(mortar%outward(:, i))
+      if (length > 0.0_wp) mortar%outward(:, i) = mortar%outward(:, i)/length
     end do
     call make_rows(mortar%area, row(:n_entries), node(:n_entries), weight(:n_entries), &
       mortar%weights)
   end subroutine make_mortar
+
+  !> Half the largest face: how far apart the faces of two surfaces at rest are looked for.
+  pure real(wp) function reach_of_faces(slave, master, x) result(reach)
+    integer, intent(in) :: slave(:, :)   !! (4,n_slave)
+    integer, intent(in) :: master(:, :)  !! (4,n_master) the fourth is 0 in a triangle
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+
+    reach = 0.5_wp*max(largest_face(slave, x), largest_face(master, x))
+  end function reach_of_faces
+
+  !> The longest diagonal of the boxes of faces.
+  pure real(wp) function largest_face(faces, x) result(length)
+    integer, intent(in) :: faces(:, :)   !! (4,n_faces)
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    integer :: f, k
+
+    length = 0.0_wp
+    do f = 1, size(faces, 2)
+      k = count(faces(:, f) > 0)
+      length = max(length, norm2(maxval(x(:, faces(:k, f)), 2) - minval(x(:, faces(:k, f)), 2)))
+    end do
+  end function largest_face
+
+  !> Whether any face of one surface is turned towards any of the other: if not they never touch.
+  pure logical function face_each_other(slave, master, x) result(they_do)
+    integer, intent(in) :: slave(:, :)   !! (4,n_slave)
+    integer, intent(in) :: master(:, :)  !! (4,n_master) the fourth is 0 in a triangle
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    real(wp) :: normal(3, size(master, 2)), n(3)
+    integer :: f, k
+
+    do f = 1, size(master, 2)
+      k = count(master(:, f) > 0)
+      normal(:, f) = outward_normal(x(:, master(:k, f)))
+    end do
+    they_do = .true.
+    do f = 1, size(slave, 2)
+      n = outward_normal(x(:, slave(:, f)))
+      do k = 1, size(master, 2)
+        if (dot_product(n, normal(:, k)) <= against) return
+      end do
+    end do
+    they_do = .false.
+  end function face_each_other
 
   !> The master faces that cover a slave face, and what they cover of it.
   pure subroutine find_parts(grid, master, x, slave, plane, reach, parts)
