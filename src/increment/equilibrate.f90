@@ -1,8 +1,8 @@
 !> Steps 2 to 5 of an increment (advance_mod): the Newton-Raphson loop in which reactions,
 !> displacement and the placement of the contact points come to agree.
 !>
-!> Before a surface the displacement that answers a placement is no better a place than the one
-!> before it by more than a factor: Anderson's acceleration takes both (docs/theory.md section 11).
+!> Before a surface each placement is made where Anderson's acceleration says (docs/theory.md section
+!> 11).
 module equilibrate_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t

@@ -12,7 +12,7 @@ module candidate_points_mod
   implicit none
   private
 
-  public :: find_points
+  public :: find_points, list_master_nodes
 
 contains
 
@@ -59,18 +59,25 @@ contains
   end subroutine find_points
 
   !> The nodes of every pair's master that may get weights.
-  pure subroutine list_master_nodes(scene, points)
+  pure subroutine list_master_nodes(scene, points, faced)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points
+    logical, intent(in), optional :: faced(:, :)
+    !! (n_nodes,n_pairs) of surfaces those that a slave may get to; without it all
+    logical :: wanted(scene%mesh%n_nodes)
     integer :: pair
 
-    allocate (points%first_master(size(scene%pairs) + 1))
-    allocate (points%master_node(0))
+    if (.not. allocated(points%first_master)) allocate (points%first_master(size(scene%pairs) + 1))
+    points%master_node = [integer ::]
+    wanted = .true.
     do pair = 1, size(scene%pairs)
       points%first_master(pair) = size(points%master_node) + 1
       associate (of => scene%pairs(pair))
         if (of%master == 0) then
-          points%master_node = [points%master_node, scene%surfaces(of%master_surface)%nodes]
+          if (present(faced)) wanted = faced(:, pair)
+          associate (nodes => scene%surfaces(of%master_surface)%nodes)
+            points%master_node = [points%master_node, pack(nodes, wanted(nodes))]
+          end associate
         else if (scene%obstacles(of%master)%ref_node > 0) then
           points%master_node = [points%master_node, scene%obstacles(of%master)%ref_node]
         end if

@@ -27,6 +27,7 @@ module mortar_mod
   !> A covered part of a slave face.
   type :: part_t
     integer :: master = 0
+    real(wp) :: distance = 0.0_wp !! of its middle from the slave's plane [length]
     type(overlap_t) :: overlap
   end type part_t
 
@@ -152,11 +153,29 @@ contains
         height(:k) = matmul(plane%axis(:, 3), corner) - dot_product(plane%axis(:, 3), plane%origin)
         if (minval(abs(height(:k))) > reach) cycle
         part%master = near(i)
+        part%distance = abs(sum(height(:k)))/real(k, wp)
         part%overlap = find_overlap(plane, slave, corner)
       end associate
       if (part%overlap%area > 0.0_wp) parts = [parts, part]
     end do
+    call keep_nearest(plane%area, parts)
   end subroutine find_parts
+
+  !> Leave out the farthest parts where more is covered than there is: of a master that lies behind
+  !> another.
+  pure subroutine keep_nearest(area, parts)
+    real(wp), intent(in) :: area !! of the slave face [length^2]
+    type(part_t), allocatable, intent(inout) :: parts(:)
+    logical :: kept(size(parts))
+    integer :: i
+
+    kept = .true.
+    do i = 1, size(parts)
+      if (sum(parts%overlap%area, mask=kept) <= (1.0_wp + 1.0e-6_wp)*area) exit
+      kept(maxloc(parts%distance, dim=1, mask=kept)) = .false.
+    end do
+    if (.not. all(kept)) parts = pack(parts, kept)
+  end subroutine keep_nearest
 
   !> Add what covers a slave face to the rows of its nodes, not yet divided by their areas.
   pure subroutine add_face(slave, master, number, x, plane, parts, mortar, row, node, weight, &
