@@ -254,18 +254,20 @@ contains
     real(wp), allocatable, intent(out) :: gap(:)  !! (n_slaves) huge where nothing is [length]
     integer, allocatable :: slave(:, :), master(:, :)
     integer :: number(model%mesh%n_nodes), i, k
-    real(wp) :: reach, between(3)
+    real(wp) :: reach, behind, between(3)
 
     associate (x => model%mesh%coordinates, s => surfaces(pair%surface)%nodes, &
                m => surfaces(pair%master_surface)%nodes)
       allocate (slave, source=nodes_of(surfaces(pair%surface)%faces, model%mesh%connectivity))
       allocate (master, source=nodes_of(surfaces(pair%master_surface)%faces, &
         model%mesh%connectivity))
-      reach = reach_of_faces(slave, master, x) + distance
+      behind = reach_of_faces(slave, master, x) + pair%overlap
+      reach = behind + distance
       if (however_far) reach = reach + norm2(max(maxval(x(:, s), 2), maxval(x(:, m), 2)) - &
         min(minval(x(:, s), 2), minval(x(:, m), 2)))
       number(s) = [(i, i=1, size(s))]
-      call make_mortar(slave, master, number, size(s), x(:, :model%mesh%n_nodes), reach, mortar)
+      call make_mortar(slave, master, number, size(s), x(:, :model%mesh%n_nodes), reach, mortar, &
+        behind)
       allocate (gap(size(s)), source=huge(1.0_wp))
       do i = 1, size(s)
         if (.not. mortar%area(i) > 0.0_wp) cycle

@@ -47,6 +47,8 @@ module scene_mod
     integer  :: master_surface = 0    !! index into the scene's surfaces; 0: an obstacle
     logical  :: small_sliding = .false.
     !! before a surface: weights and normals stay those of the undeformed mesh
+    real(wp) :: overlap = 0.0_wp
+    !! before a surface: how deep in it slave faces are in the deck, at most [length]
   end type contact_pair_t
 
   !> A validated scene: nothing below this type needs to doubt it.

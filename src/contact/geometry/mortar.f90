@@ -39,7 +39,7 @@ contains
   !> The weights of the master's nodes where nodes are at `x`.
   !>
   !> Rows add up to 1, and give places on a flat master exactly, to rounding.
-  pure subroutine make_mortar(slave, master, number, n, x, reach, mortar)
+  pure subroutine make_mortar(slave, master, number, n, x, reach, mortar, behind)
     integer, intent(in) :: slave(:, :)   !! (4,n_slave) nodes, anticlockwise from outside
     integer, intent(in) :: master(:, :)  !! (4,n_master) the same; the fourth is 0 in a triangle
     integer, intent(in) :: number(:)     !! (n_nodes) of a slave node in the result, 1 to n
@@ -47,12 +47,14 @@ contains
     real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
     real(wp), intent(in) :: reach        !! how far apart faces may be, along the slave's normal [length]
     type(mortar_t), intent(out) :: mortar
+    real(wp), intent(in), optional :: behind
+    !! how far a master may be behind the slave, where that is another distance [length]
     type(face_grid_t) :: grid
     type(part_t), allocatable :: parts(:)
     integer, allocatable :: row(:), node(:)  !! of each contribution
     real(wp), allocatable :: weight(:)
     type(plane_t) :: plane
-    real(wp) :: length
+    real(wp) :: length, size_of_master, reaches(2)
     integer :: f, i, n_entries
 
     allocate (mortar%area(n), mortar%whole_area(n), source=0.0_wp)
@@ -61,6 +63,9 @@ contains
     allocate (row(64), node(64), weight(64))
     n_entries = 0
     grid = make_face_grid(master, x)
+    size_of_master = largest_face(master, x)
+    reaches = reach
+    if (present(behind)) reaches(2) = behind
     do f = 1, size(slave, 2)
       plane = plane_of_face(x(:, slave(:, f)))
       associate (of_node => mortar%whole_area(number(slave(:, f))))
@@ -71,7 +76,7 @@ contains
           outward = outward + plane%area*plane%axis(:, 3)
         end associate
       end do
-      call find_parts(grid, master, x, x(:, slave(:, f)), plane, reach, parts)
+      call find_parts(grid, master, x, x(:, slave(:, f)), plane, reaches, size_of_master, parts)
       call add_face(slave(:, f), master, number, x, plane, parts, mortar, row, node, weight, n_entries)
     end do
     do i = 1, n
@@ -129,21 +134,25 @@ contains
   end function face_each_other
 
   !> The master faces that cover a slave face, and what they cover of it.
-  pure subroutine find_parts(grid, master, x, slave, plane, reach, parts)
+  pure subroutine find_parts(grid, master, x, slave, plane, reach, size_of_master, parts)
     type(face_grid_t), intent(in) :: grid
     integer, intent(in) :: master(:, :)   !! (4,n_master)
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     real(wp), intent(in) :: slave(3, 4)   !! nodes of the slave face [length]
     type(plane_t), intent(in) :: plane
-    real(wp), intent(in) :: reach         !! [length]
+    real(wp), intent(in) :: reach(2)      !! before the slave's plane, and behind it [length]
+    real(wp), intent(in) :: size_of_master !! the largest face's [length]
     type(part_t), allocatable, intent(out) :: parts(:)
     integer, allocatable :: near(:)
     type(part_t) :: part
-    real(wp) :: low(3), high(3), height(4)
+    real(wp) :: low(3), high(3), height(4), sideways, along
     integer :: i, k
 
-    low = minval(slave, 2) - reach
-    high = maxval(slave, 2) + reach
+    ! What covers the face lies in the prism over it.
+    sideways = 1.0e-6_wp*sqrt(plane%area)
+    along = maxval(reach) + size_of_master
+    low = minval(slave, 2) - along*abs(plane%axis(:, 3)) - sideways
+    high = maxval(slave, 2) + along*abs(plane%axis(:, 3)) + sideways
     call faces_near(grid, low, high, near)
     allocate (parts(0))
     do i = 1, size(near)
@@ -151,7 +160,7 @@ contains
       associate (corner => x(:, master(:k, near(i))))
         if (dot_product(outward_normal(corner), plane%axis(:, 3)) > against) cycle
         height(:k) = matmul(plane%axis(:, 3), corner) - dot_product(plane%axis(:, 3), plane%origin)
-        if (minval(abs(height(:k))) > reach) cycle
+        if (minval(height(:k)) > reach(1) .or. maxval(height(:k)) < -reach(2)) cycle
         part%master = near(i)
         part%distance = abs(sum(height(:k)))/real(k, wp)
         part%overlap = find_overlap(plane, slave, corner)

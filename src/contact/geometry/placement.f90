@@ -144,10 +144,10 @@ contains
     type(mortar_t) :: mortar
     type(weights_t) :: rows
     real(wp), dimension(3, scene%mesh%n_nodes) :: x
-    real(wp) :: reach, between(3)
+    real(wp) :: reach, however_far, between(3)
     integer, allocatable :: slave(:, :), master(:, :)
     integer :: number(scene%mesh%n_nodes), i, k, j, n
-    logical :: counts
+    logical :: counts, apart
 
     associate (of => scene%pairs(pair), mesh => scene%mesh, first => points%first(pair), &
                last => points%first(pair + 1) - 1)
@@ -159,20 +159,24 @@ contains
       associate (s => scene%surfaces(of%surface)%nodes, m => scene%surfaces(of%master_surface)%nodes)
         x(:, s) = mesh%coordinates(:, s)
         x(:, m) = mesh%coordinates(:, m)
-        reach = reach_of_faces(slave, master, x)
-        if (of%small_sliding) then
-          ! Once for all: whatever lies opposite, however far.
-          reach = reach + norm2(max(maxval(x(:, s), 2), maxval(x(:, m), 2)) - &
-            min(minval(x(:, s), 2), minval(x(:, m), 2)))
-        else
+        reach = reach_of_faces(slave, master, x) + of%overlap
+        if (.not. of%small_sliding) then
           ! What came to overlap has moved as far.
           reach = reach + norm2(max(maxval(u(:, s), 2) - minval(u(:, m), 2), &
             maxval(u(:, m), 2) - minval(u(:, s), 2)))
           x(:, s) = x(:, s) + u(:, s)
           x(:, m) = x(:, m) + u(:, m)
         end if
+        however_far = reach + norm2(max(maxval(x(:, s), 2), maxval(x(:, m), 2)) - &
+          min(minval(x(:, s), 2), minval(x(:, m), 2)))
       end associate
-      call make_mortar(slave, master, number, n, x, reach, mortar)
+      ! What is placed once for all faces whatever lies opposite. So do bodies that are apart: what
+      ! moves freely may fall any way.
+      if (.not. of%small_sliding) call make_mortar(slave, master, number, n, x, reach, mortar)
+      apart = of%small_sliding
+      if (.not. apart) apart = .not. any(mortar%area > 0.0_wp)
+      if (apart) call make_mortar(slave, master, number, n, x, max(reach, however_far), mortar, &
+        behind=reach)
       allocate (rows%first(n + 1), rows%node(size(mortar%weights%node)), &
         rows%weight(size(mortar%weights%node)))
       k = 0

@@ -10,7 +10,7 @@
 module read_contact_mod
   use adjust_mod, only: adjust_t, read_adjust
   use cards_mod, only: note, reader_t, report
-  use diagnostics_mod, only: quoted
+  use diagnostics_mod, only: any_mistakes, quoted
   use name_table_mod, only: add_name, close_directory, name_table_t, find_named, find_owner, &
     open_directory
   use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
@@ -147,8 +147,9 @@ contains
     type(contact_pair_t) :: pair
     character(:), allocatable :: name
     integer :: k, n, most, interaction
-    logical :: ok, found
+    logical :: ok, found, is_sound
 
+    is_sound = .not. any_mistakes(reader%diagnostics)
     most = count(reader%cards(:reader%n_cards)%keyword == 'CONTACT PAIR')
     allocate (found_pairs(most), found_adjusts(most + 1), position(most))
     n = 0
@@ -175,7 +176,9 @@ contains
         cycle
       end if
       call find_slave(reader, model, fields, surfaces, pair)
-      call find_master(reader, model, fields, surfaces, obstacles, pair)
+      call find_master(reader, fields, surfaces, obstacles, pair)
+      if (is_sound .and. pair%surface > 0 .and. pair%master_surface > 0) call check_surface_pair( &
+        reader, model, surfaces, fields%start, field_position(reader, fields, 2), pair)
       if (pair%surface > 0 .and. pair%master + pair%master_surface > 0) then
         if (pair%master > 0) then
           pair%name = surfaces%list(pair%surface)%name//':'//obstacles%names(pair%master)%text
@@ -221,11 +224,10 @@ contains
   end subroutine find_slave
 
   !> The master: an obstacle, or a surface of faces. Where both have the name it is the obstacle.
-  subroutine find_master(reader, model, fields, surfaces, obstacles, pair)
+  subroutine find_master(reader, fields, surfaces, obstacles, pair)
     type(reader_t), intent(inout) :: reader
-    type(model_t), intent(in) :: model
     type(fields_t), intent(in) :: fields
-    type(surface_list_t), intent(inout) :: surfaces
+    type(surface_list_t), intent(in) :: surfaces
     type(name_table_t), intent(in) :: obstacles
     type(contact_pair_t), intent(inout) :: pair
     character(:), allocatable :: name
@@ -233,6 +235,7 @@ contains
 
     pair%master = 0
     pair%master_surface = 0
+    pair%overlap = 0.0_wp
     call name_field(reader, fields, 2, 'an obstacle or a surface', name, ok)
     if (.not. ok) return
     if (find_name(obstacles%lookup, obstacles%names, name) == 0) &
@@ -242,9 +245,6 @@ contains
       if (pair%small_sliding) call note(reader, 'SMALL SLIDING of *CONTACT PAIR is ignored before '// &
         'an obstacle')
       pair%small_sliding = .false.
-    else if (pair%surface > 0) then
-      call check_surface_pair(reader, model, surfaces, fields%start, &
-        field_position(reader, fields, 2), pair)
     end if
   end subroutine find_master
 
