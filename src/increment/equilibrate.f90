@@ -53,7 +53,7 @@ contains
     real(wp), allocatable :: begun(:) !! a correction by the factor, its interior to come [length]
     type(follow_t) :: follow          !! of surfaces
 
-    follow = begin_following(scene, points)
+    follow = begin_following(scene, points, trial%controls%tolerance)
     last_imbalance = huge(1.0_wp)
     last_moved = huge(1.0_wp)
     newton_raphson: do i = 1, max_newton_raphson

@@ -27,9 +27,10 @@ module follow_bodies_mod
 contains
 
   !> Nothing is followed where no pair of surfaces is.
-  pure function begin_following(scene, points) result(follow)
+  pure function begin_following(scene, points, tolerance) result(follow)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: tolerance !! that the placement is to meet [-]
     type(follow_t) :: follow
     logical :: is_on(scene%mesh%n_nodes)
     integer :: pair, i
@@ -46,7 +47,7 @@ contains
     allocate (follow%node(count(is_on)))
     follow%node(:) = pack([(i, i=1, size(is_on))], is_on)
     if (size(follow%node) == 0) return
-    follow%allowed = 100.0_wp*scene%contact%tolerance
+    follow%allowed = 100.0_wp*max(tolerance, scene%contact%tolerance)
     follow%memory = new_anderson(3*size(follow%node), depth)
   end function begin_following
 
