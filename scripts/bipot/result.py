@@ -238,7 +238,7 @@ class Result:
         return [Pair(self, name) for name in self.file.get("contact", ())]
 
     def pair(self, name):
-        """Return the contact pair "<slave surface>:<obstacle>"."""
+        """Return the contact pair "<slave surface>:<master>"."""
         for pair in self.pairs:
             if pair.name == name:
                 return pair

@@ -168,7 +168,10 @@ contains
     group%active = pack(group%point, row(1, group%point) > 0)
     if (size(group%motion) > 0) then
       g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
-      undeformed_g = motions_at_rows(scene%mesh, points, undeformed, body%motions, row)
+      undeformed_g = g
+      ! What a surface covers of the undeformed mesh says nothing of what it covers now.
+      if (.not. any(points%on_surface(group%point))) undeformed_g = motions_at_rows(scene%mesh, &
+        points, undeformed, body%motions, row)
       call free_the_motions(g(:, group%motion), undeformed_g(:, group%motion), compliance, &
         group%floating)
     end if

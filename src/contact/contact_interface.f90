@@ -4,23 +4,27 @@ module contact_interface_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
   use obstacles_mod, only: ref_nodes
+  use surfaces_mod, only: nodes_of
   use obstacle_shapes_mod, only: least_gap, normal_along
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, master_nodes, contact_nodes
   use rigid_modes_mod, only: free_motions_t, find_free_motions
+  use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
+  use candidate_points_mod, only: list_master_nodes
+  use symmetry_planes_mod, only: find_symmetry_planes
   use local_frame_mod, only: straight
   use step_loads_mod, only: prescribed_dofs
   implicit none
   private
 
-  public :: find_reach, interface_dofs
+  public :: find_reach, reach_everything, interface_dofs
 
 contains
 
-  !> Find which points can reach their master.
+  !> Find which points can reach their master, and which of them planes of symmetry hold.
   subroutine find_reach(scene, points, error)
     type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(inout) :: points  !! gets in_reach
+    type(contact_points_t), intent(inout) :: points  !! gets in_reach, across
     type(error_t), allocatable, intent(out) :: error !! LAPACK failed
     logical :: prescribed(3, scene%mesh%n_nodes), before(3, scene%mesh%n_nodes)
     logical :: loose_body(scene%mesh%n_bodies), loose_ref_node(scene%mesh%n_nodes)
@@ -43,8 +47,18 @@ contains
       loose_ref_node(pack(motions%node, motions%body == 0)) = .true.
     end do
     call mark_pushed(scene, points, loose_ref_node, loose_body)
-    points%in_reach = points_in_reach(scene, points, loose_body, loose_ref_node)
+    call points_in_reach(scene, points, loose_body, loose_ref_node)
+    call find_symmetry_planes(scene, points)
   end subroutine find_reach
+
+  !> Take every point to reach its master, and every face of a master to be reached.
+  pure subroutine reach_everything(scene, points)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(inout) :: points
+
+    points%in_reach = .true.
+    call list_master_nodes(scene, points)
+  end subroutine reach_everything
 
   !> The bodies on which loads act: how far they go is not known before.
   pure subroutine mark_loaded(scene, loose_body)
@@ -103,16 +117,15 @@ contains
   !> Where prescribed motions alone drive a body, its nodes are taken to move no further, in any
   !> direction, than the largest prescribed motion of the body and of the masters that face it
   !> together. That is a guess that a run must check: bodies may bulge by more.
-  pure function points_in_reach(scene, points, loose_body, loose_ref_node) result(in_reach)
+  pure subroutine points_in_reach(scene, points, loose_body, loose_ref_node)
     type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
+    type(contact_points_t), intent(inout) :: points !! gets in_reach; masters lose what is far away
     logical, intent(in) :: loose_body(:)      !! (n_bodies)
     logical, intent(in) :: loose_ref_node(:)  !! (n_nodes)
-    logical :: in_reach(points%n)
     real(wp) :: lowest(3, scene%mesh%n_nodes), highest(3, scene%mesh%n_nodes)
     real(wp) :: travel(size(loose_body)), gap, box(3, 2)
     integer, allocatable :: masters(:)
-    logical :: is_loose
+    logical :: is_loose, faced(scene%mesh%n_nodes, size(scene%pairs))
     integer :: i, node, pair, body
 
     call extremes_of_supports(scene, lowest, highest)
@@ -121,23 +134,70 @@ contains
       body = scene%mesh%body(node)
       if (body > 0) travel(body) = max(travel(body), farthest(lowest(:, node), highest(:, node)))
     end do
-    travel = travel + travel_of_masters(scene, points, lowest, highest, size(travel))
+    travel = travel + travel_of_masters(scene, points, lowest, highest, travel)
 
+    if (.not. allocated(points%in_reach)) allocate (points%in_reach(points%n))
+    faced = .true.
     do pair = 1, size(scene%pairs)
       masters = master_nodes(points, pair)
+      if (scene%pairs(pair)%master == 0) then
+        associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+          points%in_reach(first:last) = .true.
+          if (any(loose_body(scene%mesh%body([points%node(first:last), masters])))) cycle
+        end associate
+        call find_near(scene, points, pair, travel, points%in_reach, faced(:, pair))
+        cycle
+      end if
       is_loose = any(loose_ref_node(masters))
       box(:, 1) = min(0.0_wp, minval(lowest(:, masters), dim=2))
       box(:, 2) = max(0.0_wp, maxval(highest(:, masters), dim=2))
       do i = points%first(pair), points%first(pair + 1) - 1
         body = scene%mesh%body(points%node(i))
-        in_reach(i) = loose_body(body) .or. is_loose
-        if (in_reach(i)) cycle
+        points%in_reach(i) = loose_body(body) .or. is_loose
+        if (points%in_reach(i)) cycle
         gap = least_gap(scene%obstacles(scene%pairs(pair)%master), box, &
           scene%mesh%coordinates(:, points%node(i))) + points%extra_gap(i)
-        in_reach(i) = gap <= travel(body)
+        points%in_reach(i) = gap <= travel(body)
       end do
     end do
-  end function points_in_reach
+    call list_master_nodes(scene, points, faced)
+  end subroutine points_in_reach
+
+  !> Which points before a surface have a face that, made larger by the travel, meets one of it, and
+  !> which nodes these have.
+  pure subroutine find_near(scene, points, pair, travel, near, faced)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    real(wp), intent(in) :: travel(:)      !! (n_bodies) of the slave and its masters [length]
+    logical, intent(inout) :: near(:)      !! (n_points) those of the pair are set
+    logical, intent(out) :: faced(:)       !! (n_nodes) of faces that are met
+    type(face_grid_t) :: grid
+    integer, allocatable :: slave(:, :), master(:, :), found(:)
+    integer :: point(scene%mesh%n_nodes), f, i, k
+    real(wp) :: way
+
+    associate (mesh => scene%mesh, of => scene%pairs(pair), first => points%first(pair), &
+               last => points%first(pair + 1) - 1)
+      allocate (slave, source=nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
+      allocate (master, source=nodes_of(scene%surfaces(of%master_surface)%faces, &
+        mesh%connectivity))
+      grid = make_face_grid(master, mesh%coordinates)
+      point(points%node(first:last)) = [(i, i=first, last)]
+      near(first:last) = .false.
+      faced = .false.
+      do f = 1, size(slave, 2)
+        associate (x => mesh%coordinates(:, slave(:, f)), i => point(slave(:, f)))
+          way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
+          call faces_near(grid, minval(x, 2) - way, maxval(x, 2) + way, found)
+          if (size(found) > 0) near(i) = .true.
+          do k = 1, size(found)
+            faced(master(:, found(k))) = .true.
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine find_near
 
   !> The least and the largest displacement that any step prescribes, 0 included.
   pure subroutine extremes_of_supports(scene, lowest, highest)
@@ -161,13 +221,13 @@ contains
     end do
   end subroutine extremes_of_supports
 
-  !> How far the masters that face each body go.
-  pure function travel_of_masters(scene, points, lowest, highest, n_bodies) result(travel)
+  !> How far the masters that face each body go, of bodies as far as anything of them.
+  pure function travel_of_masters(scene, points, lowest, highest, of_bodies) result(travel)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: lowest(:, :), highest(:, :) !! (3,n_nodes) [length]
-    integer, intent(in) :: n_bodies
-    real(wp) :: travel(n_bodies) !! [length]
+    real(wp), intent(in) :: of_bodies(:)   !! (n_bodies) how far each goes [length]
+    real(wp) :: travel(size(of_bodies))    !! [length]
     integer, allocatable :: masters(:)
     real(wp) :: way
     integer :: pair, i, k
@@ -177,7 +237,11 @@ contains
       masters = master_nodes(points, pair)
       way = 0.0_wp
       do k = 1, size(masters)
-        way = max(way, farthest(lowest(:, masters(k)), highest(:, masters(k))))
+        if (scene%mesh%body(masters(k)) > 0) then
+          way = max(way, of_bodies(scene%mesh%body(masters(k))))
+        else
+          way = max(way, farthest(lowest(:, masters(k)), highest(:, masters(k))))
+        end if
       end do
       do i = points%first(pair), points%first(pair + 1) - 1
         associate (of_body => travel(scene%mesh%body(points%node(i))))
@@ -208,9 +272,11 @@ contains
     dofs = .false.
     do pair = 1, size(scene%pairs)
       associate (first => points%first(pair), last => points%first(pair + 1) - 1, &
-                 obstacle => scene%obstacles(scene%pairs(pair)%master))
+                 of => scene%pairs(pair))
         if (.not. any(points%in_reach(first:last))) cycle
-        wanted = scene%pairs(pair)%mu > 0.0_wp .or. normal_along(obstacle, straight)
+        wanted = .true.
+        if (of%master > 0) wanted = of%mu > 0.0_wp .or. normal_along(scene%obstacles(of%master), &
+          straight)
         nodes = master_nodes(points, pair)
         nodes = [pack(points%node(first:last), points%in_reach(first:last)), &
           pack(nodes, scene%mesh%body(nodes) > 0)]

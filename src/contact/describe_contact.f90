@@ -2,12 +2,12 @@
 !> point, from the displacements and reactions as they came out.
 module describe_contact_mod
   use kinds_mod, only: wp
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, is_covered
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t, status_open, status_stick, &
     status_slide
   use problem_mod, only: natural_map
-  use placement_mod, only: placement_t
+  use placement_mod, only: placement_t, no_gap
   use transfer_mod, only: relative_motion, gap_at
   use condensed_contact_mod, only: condensed_contact_t, contact_group_t
   implicit none
@@ -28,6 +28,8 @@ contains
 
     contact%frame = placement%frame
     contact%weights = placement%weights
+    contact%covered_area = placement%covered_area
+    contact%least_gap = placement%least_gap
     allocate (contact%reaction(3, points%n), contact%gap(points%n), contact%slip_increment(2, &
       points%n))
     allocate (contact%status(points%n), source=status_open)
@@ -36,6 +38,11 @@ contains
         relative_motion(points, placement%weights, i, new%displacement) - &
         relative_motion(points, placement%weights, i, old%displacement), contact%frame(:, 2:, i))
       contact%gap(i) = gap_at(placement, points, i, new%displacement)
+      if (.not. is_covered(points, placement%weights, i)) then
+        contact%gap(i) = no_gap
+        contact%slip_increment(:, i) = 0.0_wp
+      end if
+      if (.not. points%on_surface(i)) contact%least_gap(i) = contact%gap(i)
       contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
     end do
     do i = 1, size(condensed%group)

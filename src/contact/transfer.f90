@@ -14,7 +14,7 @@ module transfer_mod
   use mesh_mod, only: mesh_t
   use obstacles_mod, only: ref_nodes
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t, weights_t
+  use contact_points_mod, only: contact_points_t, weights_t, is_covered, is_across
   use dof_map_mod, only: dof_map_t, interface_equations_of
   use rigid_modes_mod, only: free_motions_t, motion_at
   use local_frame_mod, only: straight
@@ -36,7 +36,8 @@ module transfer_mod
 
 contains
 
-  !> Displacement of a point's node less that of the master there.
+  !> Displacement of a point's node less that of the master there; none across a plane of symmetry,
+  !> where what weights make of nodes beside the plane is not motion of the plane.
   pure function relative_motion(points, weights, i, u) result(d)
     type(contact_points_t), intent(in) :: points
     type(weights_t), intent(in) :: weights
@@ -49,6 +50,7 @@ contains
     do k = weights%first(i), weights%first(i + 1) - 1
       d = d - weights%weight(k)*u(:, weights%node(k))
     end do
+    where (is_across(points, i)) d = 0.0_wp
   end function relative_motion
 
   !> Reactions of the points as forces of the nodes.
@@ -99,7 +101,8 @@ contains
   !>
   !> A direction along which neither the slave node nor a node of its row can move has no compliance
   !> and no row; without friction there are no tangential rows; a point whose normal cannot move, or
-  !> that is out of reach of its master, has none at all (docs/theory.md section 2).
+  !> that is out of reach of its master, or not covered by it, has none at all (docs/theory.md
+  !> sections 2 and 11).
   pure subroutine rows_of_points(can_move, points, weights, frame, row)
     logical, intent(in) :: can_move(:, :)         !! (3,n_nodes) of `movable`
     type(contact_points_t), intent(in) :: points
@@ -113,10 +116,12 @@ contains
     n = 0
     do i = 1, points%n
       if (.not. points%in_reach(i)) cycle
+      if (.not. is_covered(points, weights, i)) cycle
       free = can_move(:, points%node(i))
       do k = weights%first(i), weights%first(i + 1) - 1
         if (abs(weights%weight(k)) > 0.0_wp) free = free .or. can_move(:, weights%node(k))
       end do
+      free = free .and. .not. is_across(points, i)
       do a = 1, 3
         if (a > 1 .and. (row(1, i) == 0 .or. points%mu(i) <= 0.0_wp)) exit
         if (.not. any(free .and. abs(frame(:, a, i)) > straight)) cycle

@@ -1,4 +1,4 @@
-!> ADJUST= of *CONTACT PAIR: slave nodes moved onto the obstacle, without strain.
+!> ADJUST= of *CONTACT PAIR: slave nodes moved onto the master, without strain.
 !>
 !>     *CONTACT PAIR, INTERACTION=DRY, ADJUST=0.01    those whose gap is at most 0.01
 !>     *CONTACT PAIR, INTERACTION=DRY, ADJUST=FOOT    those in the set FOOT
@@ -11,10 +11,11 @@ module adjust_mod
   use numbers_mod, only: number_not_finite, number_ok, number_too_large, read_real
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: locate_point
+  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces
   use options_mod, only: card_t, name_option, option_position
   use scene_mod, only: contact_pair_t, region_t
   use sets_mod, only: find_set, model_t, report_unknown
-  use surfaces_mod, only: surface_t
+  use surfaces_mod, only: surface_t, nodes_of
   use text_mod, only: to_text
   implicit none
   private
@@ -25,6 +26,7 @@ module adjust_mod
   integer(i8), parameter :: max_work = 200000000
   real(wp), parameter :: at_rest(3) = 0.0_wp
   real(wp), parameter :: rounding = 1.0e-12_wp !! moves below it, relative to the place, are none
+  real(wp), parameter :: enough = 1.0e-3_wp    !! of a node's area: less does not count
   real(wp), parameter :: off = 1.0e-9_wp       !! gaps above it, likewise, are gaps
 
   !> What one pair asks for.
@@ -89,6 +91,11 @@ contains
         call report(reader, adjusts(p)%position, 'the pairs with ADJUST have too many nodes')
         return
       end if
+      if (pairs(p)%master == 0) then
+        call place_on_surface(reader, model, surfaces, pairs, adjusts(p), p, placed(p)%elements, &
+          mover)
+        cycle
+      end if
       call choose_nodes(model, surfaces(pairs(p)%surface)%nodes, obstacles(pairs(p)%master), &
         adjusts(p), placed(p)%elements)
       call place_nodes(reader, model, obstacles(pairs(p)%master), pairs(p)%name, p, &
@@ -96,8 +103,14 @@ contains
     end do
     call check_bricks(reader, model, pairs, adjusts, mover)
     do p = 1, size(pairs)
-      if (adjusts(p)%wanted) call note_left(reader, model, obstacles(pairs(p)%master), &
-        pairs(p)%name, placed(p)%elements)
+      if (.not. adjusts(p)%wanted) cycle
+      if (pairs(p)%master == 0) then
+        call note_left(reader, model, gaps_to_surface(model, surfaces, pairs(p), &
+          placed(p)%elements), pairs(p)%name, placed(p)%elements)
+      else
+        call note_left(reader, model, gaps_to_obstacle(model, obstacles(pairs(p)%master), &
+          placed(p)%elements), pairs(p)%name, placed(p)%elements)
+      end if
     end do
   end subroutine adjust_nodes
 
@@ -155,12 +168,7 @@ contains
       n = n + 1
       farthest = max(farthest, move)
     end do
-    if (n == 0) then
-      call note(reader, 'ADJUST of '//pair//' moved no node')
-    else
-      call note(reader, 'ADJUST of '//pair//' moved '//to_text(n)//' nodes, by '// &
-        to_text(farthest, 3)//' at most')
-    end if
+    call note_moves(reader, pair, n, farthest)
   end subroutine place_nodes
 
   !> Report a brick that the moved nodes turned inside out, one of each pair.
@@ -183,32 +191,164 @@ contains
       if (.not. keep_reading(reader)) return
       reported(p) = .true.
       call report(reader, adjusts(p)%position, 'ADJUST of '//pairs(p)%name//' turns element '// &
-        to_text(model%mesh%element_id(e))//' inside out: move the body nearer to the obstacle')
+        to_text(model%mesh%element_id(e))//' inside out: move the body nearer to the master')
     end do
   end subroutine check_bricks
 
-  !> Note the nodes that a later pair moved off this pair's obstacle.
-  subroutine note_left(reader, model, obstacle, pair, nodes)
+  !> Move nodes onto a surface: along their normals by their gaps, three times over, since what
+  !> they face changes as they move.
+  subroutine place_on_surface(reader, model, surfaces, pairs, adjust, p, nodes, mover)
     type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model
+    type(surface_t), intent(in) :: surfaces(:)
+    type(contact_pair_t), intent(in) :: pairs(:)
+    type(adjust_t), intent(in) :: adjust
+    integer, intent(in) :: p                          !! the number of the pair
+    integer, allocatable, intent(out) :: nodes(:)     !! that it chose
+    integer, intent(inout) :: mover(:)                !! (n_nodes) the last pair that moved the node
+    type(mortar_t) :: mortar
+    logical :: in_set(model%mesh%n_nodes)
+    logical, allocatable :: chosen(:)
+    real(wp), allocatable :: gap(:), before(:, :)
+    real(wp) :: farthest, move
+    integer :: i, round, n
+
+    associate (slaves => surfaces(pairs(p)%surface)%nodes)
+      in_set = .false.
+      if (adjust%set > 0) in_set(model%node_sets%list(adjust%set)%members) = .true.
+      allocate (before(3, size(slaves)), source=model%mesh%coordinates(:, slaves))
+      do round = 1, 3
+        call find_gaps(model, surfaces, pairs(p), adjust%distance, adjust%set > 0, mortar, gap)
+        if (round == 1) chosen = merge(in_set(slaves), gap <= adjust%distance, adjust%set > 0) &
+          .and. mortar%area > enough*mortar%whole_area
+        do i = 1, size(slaves)
+          if (chosen(i) .and. mortar%area(i) > 0.0_wp) model%mesh%coordinates(:, slaves(i)) = &
+            model%mesh%coordinates(:, slaves(i)) - gap(i)*mortar%normal(:, i)
+        end do
+      end do
+      nodes = pack(slaves, chosen)
+      n = 0
+      farthest = 0.0_wp
+      do i = 1, size(slaves)
+        move = norm2(model%mesh%coordinates(:, slaves(i)) - before(:, i))
+        if (move <= rounding*maxval(abs(before))) then
+          model%mesh%coordinates(:, slaves(i)) = before(:, i)
+          cycle
+        end if
+        mover(slaves(i)) = p
+        n = n + 1
+        farthest = max(farthest, move)
+      end do
+    end associate
+    call note_moves(reader, pairs(p)%name, n, farthest)
+  end subroutine place_on_surface
+
+  !> The gaps of slave nodes before a surface, as far as it covers them.
+  subroutine find_gaps(model, surfaces, pair, distance, however_far, mortar, gap)
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: surfaces(:)
+    type(contact_pair_t), intent(in) :: pair
+    real(wp), intent(in) :: distance              !! up to which gaps matter [length]
+    logical, intent(in) :: however_far
+    type(mortar_t), intent(out) :: mortar
+    real(wp), allocatable, intent(out) :: gap(:)  !! (n_slaves) huge where nothing is [length]
+    integer, allocatable :: slave(:, :), master(:, :)
+    integer :: number(model%mesh%n_nodes), i, k
+    real(wp) :: reach, behind, between(3)
+
+    associate (x => model%mesh%coordinates, s => surfaces(pair%surface)%nodes, &
+               m => surfaces(pair%master_surface)%nodes)
+      allocate (slave, source=nodes_of(surfaces(pair%surface)%faces, model%mesh%connectivity))
+      allocate (master, source=nodes_of(surfaces(pair%master_surface)%faces, &
+        model%mesh%connectivity))
+      behind = reach_of_faces(slave, master, x) + pair%overlap
+      reach = behind + distance
+      if (however_far) reach = reach + norm2(max(maxval(x(:, s), 2), maxval(x(:, m), 2)) - &
+        min(minval(x(:, s), 2), minval(x(:, m), 2)))
+      number(s) = [(i, i=1, size(s))]
+      call make_mortar(slave, master, number, size(s), x(:, :model%mesh%n_nodes), reach, mortar, &
+        behind)
+      allocate (gap(size(s)), source=huge(1.0_wp))
+      do i = 1, size(s)
+        if (.not. mortar%area(i) > 0.0_wp) cycle
+        between = x(:, s(i))
+        do k = mortar%weights%first(i), mortar%weights%first(i + 1) - 1
+          between = between - mortar%weights%weight(k)*x(:, mortar%weights%node(k))
+        end do
+        gap(i) = dot_product(mortar%normal(:, i), between)
+      end do
+    end associate
+  end subroutine find_gaps
+
+  !> The gaps of nodes that were moved onto a surface.
+  function gaps_to_surface(model, surfaces, pair, nodes) result(of_nodes)
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: surfaces(:)
+    type(contact_pair_t), intent(in) :: pair
+    integer, intent(in) :: nodes(:)    !! some of the slave nodes
+    real(wp) :: of_nodes(size(nodes))  !! [length]
+    real(wp), allocatable :: gap(:)
+    type(mortar_t) :: mortar
+    logical :: moved(model%mesh%n_nodes)
+
+    call find_gaps(model, surfaces, pair, 0.0_wp, .true., mortar, gap)
+    moved = .false.
+    moved(nodes) = .true.
+    of_nodes = pack(gap, moved(surfaces(pair%surface)%nodes))
+    where (of_nodes >= huge(1.0_wp)) of_nodes = 0.0_wp
+  end function gaps_to_surface
+
+  !> The same of nodes that were moved onto an obstacle.
+  function gaps_to_obstacle(model, obstacle, nodes) result(gap)
     type(model_t), intent(in) :: model
     type(obstacle_t), intent(in) :: obstacle
+    integer, intent(in) :: nodes(:)
+    real(wp) :: gap(size(nodes))  !! 0 where it is rounding [length]
+    real(wp) :: normal(3)
+    integer :: i
+
+    do i = 1, size(nodes)
+      associate (x => model%mesh%coordinates(:, nodes(i)))
+        call locate_point(obstacle, at_rest, x, gap(i), normal)
+        if (abs(gap(i)) <= off*size_of(obstacle, x)) gap(i) = 0.0_wp
+      end associate
+    end do
+  end function gaps_to_obstacle
+
+  !> Note how many nodes a pair moved, and how far.
+  subroutine note_moves(reader, pair, n, farthest)
+    type(reader_t), intent(inout) :: reader
+    character(*), intent(in) :: pair       !! its name
+    integer, intent(in) :: n
+    real(wp), intent(in) :: farthest       !! [length]
+
+    if (n == 0) then
+      call note(reader, 'ADJUST of '//pair//' moved no node')
+    else
+      call note(reader, 'ADJUST of '//pair//' moved '//to_text(n)//' nodes, by '// &
+        to_text(farthest, 3)//' at most')
+    end if
+  end subroutine note_moves
+
+  !> Note the nodes that a later pair moved off this pair's master.
+  subroutine note_left(reader, model, gap, pair, nodes)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    real(wp), intent(in) :: gap(:)    !! (n) of the nodes [length]
     character(*), intent(in) :: pair
     integer, intent(in) :: nodes(:)
-    real(wp) :: gap, normal(3), largest
+    real(wp) :: largest
     integer :: i, n
 
     n = 0
     largest = 0.0_wp
     do i = 1, size(nodes)
-      associate (x => model%mesh%coordinates(:, nodes(i)))
-        call locate_point(obstacle, at_rest, x, gap, normal)
-        if (abs(gap) <= off*size_of(obstacle, x)) cycle
-      end associate
+      if (abs(gap(i)) <= off*maxval(abs(model%mesh%coordinates(:, nodes)))) cycle
       n = n + 1
-      largest = max(largest, abs(gap))
+      largest = max(largest, abs(gap(i)))
     end do
     if (n > 0) call note(reader, 'ADJUST of '//pair//': later pairs moved '//to_text(n)// &
-      ' of its nodes off the obstacle again, by '//to_text(largest, 3)//' at most')
+      ' of its nodes off the master again, by '//to_text(largest, 3)//' at most')
   end subroutine note_left
 
   !> The size of the numbers that a place on the obstacle is computed from.

@@ -14,9 +14,9 @@ module advance_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
   use system_mod, only: wall_seconds
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, master_name
   use controls_mod, only: stop_at_change, solver_auto
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, master_nodes
   use increments_mod, only: increment_t, next_increment, mark_end
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
@@ -129,7 +129,7 @@ contains
       end if
 
       ! 6. Certificate
-      call place_curved(scene, points, new%displacement, trial%placement)
+      call place_curved(scene, points, new%displacement, trial%placement, stay=.true.)
       call describe_contact(points, solver%contact, trial%placement, old, new, report%contact)
       call watch_inactive(scene, points, solver%contact, new, report, error)
       if (allocated(error)) return
@@ -195,8 +195,9 @@ contains
     call energy_balance(report%contact, old, new, trial%forces%internal, report%energy)
   end subroutine finish
 
-  !> A node without a reaction must not end inside its obstacle: where its motion is prescribed that
-  !> is an error; where it was taken to be out of reach the report says so.
+  !> A node without a reaction must not end inside its master: where its motion is prescribed that
+  !> is an error; where it was taken to be out of reach the report says so. So it does where a point
+  !> got to faces that were taken to be.
   subroutine watch_inactive(scene, points, condensed, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -204,7 +205,7 @@ contains
     type(state_t), intent(in) :: new
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error
-    logical :: is_inside(points%n)
+    logical :: is_inside(points%n), is_stray(points%n)
     integer :: i
 
     if (points%n == 0) return
@@ -213,6 +214,13 @@ contains
     do i = 1, size(condensed%group)
       is_inside(condensed%group(i)%active) = .false.
     end do
+    call find_strays(scene, points, report, is_stray)
+    if (any(is_stray)) then
+      report%converged = .false.
+      report%ending = ended_out_of_reach
+      report%worst_point = findloc(is_stray, .true., dim=1)
+      return
+    end if
     if (.not. any(is_inside)) return
     i = findloc(is_inside, .true., dim=1)
     if (any(is_inside .and. .not. points%in_reach)) then
@@ -225,7 +233,31 @@ contains
       to_text(new%increment)// &
       ': node '//to_text(scene%mesh%node_id(points%node(i)))//' is prescribed to move '// &
       to_text(-report%contact%gap(i))//' into '// &
-      scene%obstacles(scene%pairs(points%pair(i))%master)%name)
+      master_name(scene, points%pair(i)))
   end subroutine watch_inactive
+
+  !> Points whose master has nodes with weights that are not among its nodes in reach.
+  pure subroutine find_strays(scene, points, report, is_stray)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_report_t), intent(in) :: report
+    logical, intent(out) :: is_stray(:) !! (n_points)
+    logical :: in_reach(scene%mesh%n_nodes)
+    integer :: pair, i
+
+    is_stray = .false.
+    if (.not. any(points%on_surface)) return
+    associate (weights => report%contact%weights)
+      do pair = 1, size(scene%pairs)
+        if (scene%pairs(pair)%master > 0) cycle
+        in_reach = .false.
+        in_reach(master_nodes(points, pair)) = .true.
+        do i = points%first(pair), points%first(pair + 1) - 1
+          is_stray(i) = points%in_reach(i) .and. .not. &
+            all(in_reach(weights%node(weights%first(i):weights%first(i + 1) - 1)))
+        end do
+      end do
+    end associate
+  end subroutine find_strays
 
 end module advance_mod

@@ -1,5 +1,8 @@
 !> Steps 2 to 5 of an increment (advance_mod): the Newton-Raphson loop in which reactions,
 !> displacement and the placement of the contact points come to agree.
+!>
+!> Before a surface each placement is made where Anderson's acceleration says (docs/theory.md section
+!> 11).
 module equilibrate_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
@@ -7,13 +10,15 @@ module equilibrate_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, ended_unbalanced
+  use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving
   use mesh_forces_mod, only: internal_force, force_rounding
   use rigid_modes_mod, only: add_motions
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse
   use certificate_mod, only: increment_forces_t
   use follow_points_mod, only: measure_points
   use placement_mod, only: placement_t, place_curved
+  use follow_bodies_mod, only: follow_t, begin_following, has_moved, next_place, &
+    farthest_point
   use transfer_mod, only: nodal_forces
   use condensed_contact_mod, only: condense_contact, neutral_motions
   use step_solver_mod, only: step_solver_t
@@ -46,7 +51,9 @@ contains
     integer :: i
     logical :: balanced, settled, is_turned
     real(wp), allocatable :: begun(:) !! a correction by the factor, its interior to come [length]
+    type(follow_t) :: follow          !! of surfaces
 
+    follow = begin_following(scene, points, trial%controls%tolerance)
     last_imbalance = huge(1.0_wp)
     last_moved = huge(1.0_wp)
     newton_raphson: do i = 1, max_newton_raphson
@@ -54,8 +61,8 @@ contains
 
       ! 2. and 3. Reactions, and the free motions with them
       if (any(points%is_curved)) then
-        if (i > 1) trial%placed_at = new%displacement
-        call place_curved(scene, points, trial%placed_at, trial%placement)
+        if (i > 1) call next_place(follow, last_moved, new%displacement, trial%placed_at)
+        call place_curved(scene, points, trial%placed_at, trial%placement, stay=i > 1)
         call condense_contact(scene, points, solver%body, solver%undeformed, trial%placement, &
           .true., solver%contact)
       end if
@@ -92,13 +99,15 @@ contains
         trial%controls%tolerance < scene%contact%tolerance, residual, imbalance)
       if (i == 1) report%unrefined = max(report%unrefined, imbalance)
       report%imbalance = imbalance
-      moved = moved_from(scene, points, trial%placement, old, new)
+      moved = max(moved_from(scene, points, trial%placement, old, new), &
+        has_moved(scene%mesh, follow, old%displacement, trial%placed_at, new%displacement))
       is_turned = .false.
       if (solver%body%motions%n > 0) is_turned = any(abs(trial%neutral_residual) > &
         trial%controls%tolerance*maxval(abs(new%reaction)))
       balanced = imbalance <= trial%controls%tolerance .or. &
         (imbalance > 0.5_wp*last_imbalance .and. .not. is_turned)
-      settled = moved <= trial%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. i > 10)
+      settled = moved <= trial%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. i > 10 .and. &
+        moved <= follow%allowed)
       if (balanced .and. settled) exit newton_raphson
       last_imbalance = imbalance
       last_moved = moved
@@ -117,9 +126,16 @@ contains
     end do newton_raphson
     if (allocated(begun)) call abandon_inverse(solver%body%inverse)
     report%moved = moved
+    report%moved_point = 0
+    if (moved <= follow%allowed) return
+    ! Nothing says that reactions found elsewhere hold here.
+    report%converged = .false.
+    report%ending = ended_moving
+    report%residual = moved
+    report%moved_point = farthest_point(points, follow, trial%placed_at, new%displacement)
   end subroutine equilibrate
 
-  !> How far the points before curved masters are from where they were placed, as of
+  !> How far the points before curved obstacles are from where they were placed, as of
   !> `measure_points`.
   pure real(wp) function moved_from(scene, points, placement, old, new) result(moved)
     type(scene_t), intent(in) :: scene
@@ -129,9 +145,9 @@ contains
     type(placement_t) :: now
 
     moved = 0.0_wp
-    if (.not. any(points%is_curved)) return
+    if (.not. any(points%is_curved .and. .not. points%on_surface)) return
     now = placement
-    call place_curved(scene, points, new%displacement, now)
+    call place_curved(scene, points, new%displacement, now, stay=.true.)
     call measure_points(points, placement, now, old, new, moved)
   end function moved_from
 

@@ -5,7 +5,7 @@ module contact_points_mod
   implicit none
   private
 
-  public :: contact_points_t, weights_t, master_nodes, contact_nodes
+  public :: contact_points_t, weights_t, master_nodes, contact_nodes, is_covered, is_across
 
   !> All points of all pairs, one pair after the other, the nodes of a pair ascending: what holds
   !> before anything is placed.
@@ -13,7 +13,11 @@ module contact_points_mod
     integer :: n = 0
     integer,  allocatable :: pair(:)  !! (n) index into the scene's pairs
     integer,  allocatable :: node(:)  !! (n) slave node
-    logical,  allocatable :: is_curved(:) !! (n) the master is, so that normals turn
+    logical,  allocatable :: is_curved(:)
+    !! (n) the master is, so that normals turn: points are placed anew in every iteration
+    logical,  allocatable :: on_surface(:) !! (n) the master is a surface of faces
+    logical,  allocatable :: across(:, :)
+    !! (3,n) before such a surface: a plane of symmetry across this axis holds the node
     real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
     real(wp), allocatable :: area(:)
     !! (n) the node's share of the slave surface, 0 where no face of it is [length^2]
@@ -24,14 +28,15 @@ module contact_points_mod
     integer,  allocatable :: first_master(:) !! (n_pairs+1) first in `master_node` of each pair
     integer,  allocatable :: master_node(:)
     !! nodes of each pair's master that a placement may give weights to: of an obstacle its
-    !! reference node, none where it is at rest
+    !! reference node, none where it is at rest; of a surface those of its faces
   end type contact_points_t
 
   !> What the contact points face, a sparse row a point: a displacement of the master there is the
   !> sum of weight times displacement of the nodes of the row.
   !>
   !> An obstacle that moves with a reference node is a row with that node and weight 1, an obstacle
-  !> at rest an empty row. Weights may be negative; those of a row add up to 1.
+  !> at rest an empty row; so is a surface that does not cover the point. Weights may be negative;
+  !> those of a row add up to 1.
   type :: weights_t
     integer,  allocatable :: first(:)  !! (n_points+1) where the row of each point begins
     integer,  allocatable :: node(:)   !! (n_entries) master node
@@ -57,5 +62,27 @@ contains
 
     nodes = [points%node, points%master_node]
   end function contact_nodes
+
+  !> Whether a point faces its master at all: an obstacle always, a surface where it covers the
+  !> point.
+  pure logical function is_covered(points, weights, i)
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: i
+
+    is_covered = .true.
+    if (.not. allocated(points%on_surface)) return
+    if (points%on_surface(i)) is_covered = weights%first(i + 1) > weights%first(i)
+  end function is_covered
+
+  !> The axes across which planes of symmetry hold a point before a surface.
+  pure function is_across(points, i) result(across)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: i
+    logical :: across(3)
+
+    across = .false.
+    if (allocated(points%across)) across = points%across(:, i)
+  end function is_across
 
 end module contact_points_mod

@@ -60,7 +60,13 @@ module increment_report_mod
     real(wp), allocatable :: frame(:, :, :)       !! (3,3,n_points) columns n, t1, t2 in x, y, z [-]
     type(weights_t) :: weights                    !! of the masters' nodes
     real(wp), allocatable :: reaction(:, :) !! (3,n_points) n, t1, t2, on the slave body [force]
-    real(wp), allocatable :: gap(:)               !! (n_points) [length]
+    real(wp), allocatable :: gap(:)
+    !! (n_points) `no_gap` where no master covers the point [length]
+    real(wp), allocatable :: covered_area(:)
+    !! (n_points) of the node's area what its master covers [length^2]
+    real(wp), allocatable :: least_gap(:)
+    !! (n_points) before a surface: in the faces about the node, at points of the quadrature;
+    !! elsewhere the gap [length]
     real(wp), allocatable :: slip_increment(:, :) !! (2,n_points) along t1, t2 [length]
     integer,  allocatable :: status(:) !! (n_points) status_open, status_stick, status_slide
   end type contact_fields_t
@@ -78,7 +84,8 @@ module increment_report_mod
     real(wp) :: residual = 0.0_wp       !! scaled natural map [-]
     real(wp) :: unrefined = 0.0_wp !! out of balance before Newton-Raphson corrected it [-]
     real(wp) :: imbalance = 0.0_wp !! and at the end, of the largest nodal force [-]
-    real(wp) :: moved = 0.0_wp !! points on curved obstacles, in the last iteration [-]
+    real(wp) :: moved = 0.0_wp !! points on curved masters, in the last iteration [-]
+    integer  :: moved_point = 0 !! before a surface, that moved the most and did not settle; 0: none
     real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]
     real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none

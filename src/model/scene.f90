@@ -11,7 +11,7 @@ module scene_mod
   implicit none
   private
 
-  public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t
+  public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t, master_name
 
   !> Isotropic linear elasticity.
   type :: material_t
@@ -38,12 +38,17 @@ module scene_mod
     real(wp) :: radius = 1.0_wp        !! of its curvature, not 0 [length]
   end type contact_gap_t
 
-  !> A slave surface that may touch an obstacle.
+  !> A slave surface that may touch a master: an obstacle, or another surface of faces.
   type :: contact_pair_t
-    character(:), allocatable :: name !! "<slave surface>:<obstacle>", as in the result file
+    character(:), allocatable :: name !! "<slave surface>:<master>", as in the result file
     integer  :: surface = 0           !! index into the scene's surfaces
-    integer  :: master = 0            !! index into the scene's obstacles
+    integer  :: master = 0            !! index into the scene's obstacles; 0: a surface
     real(wp) :: mu = 0.0_wp           !! friction coefficient, mu >= 0 [-]
+    integer  :: master_surface = 0    !! index into the scene's surfaces; 0: an obstacle
+    logical  :: small_sliding = .false.
+    !! before a surface: weights and normals stay those of the undeformed mesh
+    real(wp) :: overlap = 0.0_wp
+    !! before a surface: how deep in it slave faces are in the deck, at most [length]
   end type contact_pair_t
 
   !> A validated scene: nothing below this type needs to doubt it.
@@ -69,5 +74,22 @@ module scene_mod
     type(accuracy_controls_t) :: accuracy
     type(string_t), allocatable :: notes(:) !! what was ignored or noticed, one sentence each
   end type scene_t
+
+contains
+
+  !> The name of a pair's master.
+  pure function master_name(scene, pair) result(name)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: pair
+    character(:), allocatable :: name
+
+    associate (of => scene%pairs(pair))
+      if (of%master > 0) then
+        name = scene%obstacles(of%master)%name
+      else
+        name = scene%surfaces(of%master_surface)%name
+      end if
+    end associate
+  end function master_name
 
 end module scene_mod

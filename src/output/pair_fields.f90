@@ -3,7 +3,7 @@ module pair_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_byte, of_long
   use small_matrix_mod, only: cross
-  use obstacle_shapes_mod, only: is_flat
+  use obstacle_shapes_mod, only: has_flat_master
   use scene_mod, only: scene_t
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, first_time, at_start
@@ -23,7 +23,7 @@ contains
     integer :: of_frame
 
     of_frame = every_time
-    if (is_flat(scene%obstacles(scene%pairs(i)%master))) of_frame = first_time
+    if (has_flat_master(scene, i)) of_frame = first_time
     call add_field(list, field_t('node', of_long, [n], 'number', &
       'slave node of each point: index into Points, from 0', at_start, compute=node))
     call add_field(list, field_t('coordinates', of_real, [3, n], 'length', &
@@ -31,11 +31,11 @@ contains
     call add_field(list, field_t('area', of_real, [n], 'area', &
       'share of the slave surface; 0 where no face of it is', at_start, compute=area))
     call add_field(list, field_t('frame', of_real, [3, 3, n], 'ratio', &
-      'local frame: rows n (from the obstacle to the body), t1, t2; one for the whole run '// &
+      'local frame: rows n (from the master to the slave body), t1, t2; one for the whole run '// &
       'where it is fixed', of_frame, compute=frame))
     call add_field(list, field_t('reaction', of_real, [3, n], 'force', &
       'on the slave body, local', compute=reaction))
-    call add_field(list, field_t('gap', of_real, [n], 'length', 'distance along n', compute=gap))
+    call add_field(list, field_t('gap', of_real, [n], 'length', 'distance along n; 1e30 where no master is', compute=gap))
     call add_field(list, field_t('slip_increment', of_real, [2, n], 'length', &
       'slip in the increment, along t1, t2', compute=slip_increment))
     call add_field(list, field_t('slip', of_real, [2, n], 'length', &
@@ -47,6 +47,17 @@ contains
     call add_field(list, field_t('moment', of_real, [3], 'moment', &
       'moment of the reactions on the slave body about the origin, undeformed arms', &
       compute=moment))
+    if (scene%pairs(i)%master == 0) then
+      call add_field(list, field_t('covered_area', of_real, [n], 'area', &
+        'of the node''s share what the master covers; 0: no gap, no reaction', &
+        compute=covered_area))
+      call add_field(list, field_t('least_gap', of_real, [n], 'length', &
+        'least distance along the master''s normals in the faces about the node, at points of '// &
+        'the quadrature', compute=least_gap))
+      call add_field(list, field_t('moment_left', of_real, [3], 'moment', &
+        'moment about the origin of all forces of the pair, on both bodies, deformed arms', &
+        compute=moment_left))
+    end if
     call get_fields(list, fields)
   end subroutine list_pair_fields
 
@@ -130,5 +141,42 @@ contains
         source%points%node(i)), source%state%reaction(:, i))
     end do
   end subroutine moment
+
+  subroutine covered_area(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+
+    values(1, :) = source%report%contact%covered_area(source%first:source%last)
+  end subroutine covered_area
+
+  subroutine least_gap(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+
+    values(1, :) = source%report%contact%least_gap(source%first:source%last)
+  end subroutine least_gap
+
+  !> What the arms of slave nodes and of what they face differ by: (11.9) of docs/theory.md.
+  subroutine moment_left(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 3)
+    real(wp) :: between(3)
+    integer :: i, k
+
+    associate (x => source%scene%mesh%coordinates, u => source%state%displacement, &
+               weights => source%report%contact%weights)
+      do i = source%first, source%last
+        associate (node => source%points%node(i))
+          between = x(:, node) + u(:, node)
+        end associate
+        do k = weights%first(i), weights%first(i + 1) - 1
+          associate (node => weights%node(k))
+            between = between - weights%weight(k)*(x(:, node) + u(:, node))
+          end associate
+        end do
+        values(1, :) = values(1, :) + cross(between, source%state%reaction(:, i))
+      end do
+    end associate
+  end subroutine moment_left
 
 end module pair_fields_mod

@@ -19,7 +19,7 @@ module view_fields_mod
     ' at each of the eight Gauss points, placed like the nodes'
   character(*), parameter :: from_gauss_points = &
     '; extrapolated from the Gauss points, averaged over the bricks at the node'
-  integer, parameter :: no_contact = -1 !! status of a node that can touch nothing
+  integer, parameter :: no_contact = -1 !! status of a node without a contact point
 
 contains
 
@@ -38,13 +38,13 @@ contains
         compute=reaction_force))
       if (asked%contact .and. has_contact) then
         call add_field(list, field_t('PointData/contact_force', of_real, [3, n], 'force', &
-          'of the obstacles on the slave body, x, y, z', every_time, at_contact, &
+          'of contact on the bodies, x, y, z', every_time, at_contact, &
           compute=contact_force))
         call add_field(list, field_t('PointData/contact_pressure', of_real, [n], 'pressure', &
           'normal reaction over the area of the node', every_time, at_contact, &
           compute=contact_pressure))
         call add_field(list, field_t('PointData/contact_status', of_byte, [n], 'code', &
-          '0: open, 1: stick, 2: slide, -1: can touch nothing', every_time, at_contact, &
+          '0: open, 1: stick, 2: slide, -1: no slave node', every_time, at_contact, &
           compute=contact_status))
       end if
       if (asked%at_nodes) call add_tensors('PointData/', '', [6, n], from_gauss_points, &
@@ -97,15 +97,23 @@ contains
     values = source%state%support_force
   end subroutine reaction_force
 
-  !> Points that share a node add up.
+  !> Points that share a node add up; nodes of a master that is a body have the opposite forces.
   subroutine contact_force(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
-    integer :: i
+    integer :: i, k
 
     do i = 1, source%points%n
       associate (node => source%points%node(i))
         values(:, node) = values(:, node) + source%state%reaction(:, i)
+      end associate
+      if (.not. source%points%on_surface(i)) cycle
+      associate (weights => source%report%contact%weights)
+        do k = weights%first(i), weights%first(i + 1) - 1
+          associate (node => weights%node(k))
+            values(:, node) = values(:, node) - weights%weight(k)*source%state%reaction(:, i)
+          end associate
+        end do
       end associate
     end do
   end subroutine contact_force
@@ -117,7 +125,7 @@ contains
     integer :: i
 
     do i = 1, source%points%n
-      associate (node => source%points%node(i), area => source%points%area(i))
+      associate (node => source%points%node(i), area => source%report%contact%covered_area(i))
         if (area > 0.0_wp) values(1, node) = values(1, node) + &
           source%report%contact%reaction(1, i)/area
       end associate

@@ -41,7 +41,7 @@ contains
     if (allocated(scene%pairs)) n_pairs = size(scene%pairs)
     allocate (pairs(n_pairs))
     call describe_group(file, '/contact', 'a group a contact pair, named '// &
-                        '<slave surface>:<obstacle>', error)
+                        '<slave surface>:<master>', error)
     source%scene => scene
     source%points => points
     do i = 1, n_pairs

@@ -13,6 +13,7 @@ module checkpoint_mod
   use plan_mod, only: plan_t
   use state_mod, only: state_t, initial_state, carry_state
   use increments_mod, only: increment_t
+  use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
   use step_loads_mod, only: prescribed_dofs
   use step_solver_mod, only: step_solver_t, set_supports, prepare_step
@@ -82,7 +83,7 @@ contains
     file%n_outputs = progress%tally%outputs
     progress%entered = 0 ! by this session
     if (progress%widened_in == 0) return
-    plan%points%in_reach = .true.
+    call reach_everything(scene, plan%points)
     call revise_plan(scene, plan, error)
   end subroutine restore_checkpoint
 

@@ -2,7 +2,7 @@
 module increment_notes_mod
   use kinds_mod, only: wp, i8
   use text_mod, only: to_text
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, master_name
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t
@@ -59,7 +59,7 @@ contains
 
     call add_note(notes, increment, .true., ': node '// &
       to_text(scene%mesh%node_id(points%node(point)))//' reaches '// &
-      scene%obstacles(scene%pairs(points%pair(point))%master)%name// &
+      master_name(scene, points%pair(point))// &
       ', which the plan had '// &
       'thought out of reach; the increment is repeated with whole slave surfaces')
   end subroutine note_widened
@@ -91,7 +91,7 @@ contains
 
     if (deepest%depth > 0.0_wp) call add_note(notes, increment, .false., ': faces of '// &
       scene%surfaces(scene%pairs(deepest%pair)%surface)%name//' penetrate '// &
-      scene%obstacles(scene%pairs(deepest%pair)%master)%name// &
+      master_name(scene, deepest%pair)// &
       ' between their nodes by up to '//to_text(deepest%depth, 3)//', at '// &
       nodes_in_words(scene, deepest%nodes), even_if_quiet=.false.)
   end subroutine note_entries

@@ -59,7 +59,8 @@ contains
     if (report%ending == ended_unbalanced) then
       where_and_what = where_and_what//': nothing balances the loads along '//report%unbalanced
     else if (report%ending == ended_moving) then
-      where_and_what = where_and_what//': the contact points on curved obstacles do not settle '// &
+      where_and_what = where_and_what//': the contact points on '//moving_in_words(scene, &
+        plan%points, report%moved_point)//' do not settle '// &
         '(they still move by '//to_text(report%residual, 3)//'); smaller increments may help'
     else if (.not. report%converged) then
       where_and_what = where_and_what//': '//solver_name(report%solver)// &
@@ -126,6 +127,18 @@ contains
         'friction there may be no solution'
     end associate
   end function wedge_in_words
+
+  !> On what contact points have not settled.
+  pure function moving_in_words(scene, points, point) result(words)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: point !! that moves the most before a surface; 0: none
+    character(:), allocatable :: words
+
+    words = 'curved obstacles'
+    if (point > 0) words = 'the master of '//scene%pairs(points%pair(point))%name// &
+      ', most of all node '//to_text(scene%mesh%node_id(points%node(point)))//','
+  end function moving_in_words
 
   !> A contact that lies between the nodes ends the run: no force would answer it.
   subroutine refuse_missed_contact(scene, increment, entries, error)

@@ -9,6 +9,7 @@ module solve_next_mod
   use increments_mod, only: increment_t, next_increment, is_extra
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_out_of_reach
+  use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
   use step_solver_mod, only: step_solver_t, widen_interface
   use advance_mod, only: advance, advance_along
@@ -109,7 +110,7 @@ contains
     call advance_once()
     if (allocated(error) .or. solved%report%ending /= ended_out_of_reach) return
     call note_widened(scene, plan%points, solved%increment, solved%report%worst_point, notes)
-    plan%points%in_reach = .true.
+    call reach_everything(scene, plan%points)
     call revise_plan(scene, plan, error)
     if (allocated(error)) return
     call widen_interface(scene, plan%points, solver, progress%tally%work, error)

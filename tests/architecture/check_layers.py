@@ -62,7 +62,10 @@ MAIN = "app/main.f90"
 SEES_ONLY = {
     ("contact/solvers", "model"): {"model/controls.f90", "model/increment_report.f90"},
     ("console", "deck"): {"deck/solver_options.f90"},  # one list for deck and command line
-    ("deck", "contact/geometry"): {"contact/geometry/obstacle_shapes.f90"},
+    ("deck", "contact/geometry"): {
+        "contact/geometry/obstacle_shapes.f90",
+        "contact/geometry/mortar.f90",
+    },
     ("output", "contact/geometry"): {"contact/geometry/obstacle_shapes.f90"},
     ("run", "hdf5"): {"hdf5/hdf5_files.f90"},  # the version of the library
 }

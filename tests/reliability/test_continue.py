@@ -14,6 +14,7 @@ SMALL = {
     "block": {"n": 3, "steps": 10},
     "cantilever": {},
     "corner": {"n": 3},
+    "foundation": {"n": 2, "base": 3, "steps": 6},
     "hertz": {"n": 6, "steps": 4},
     "incompressible": {},
     "mindlin": {"n": 12, "steps": 3},

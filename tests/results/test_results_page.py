@@ -17,7 +17,8 @@ SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("BIPOT", str(SOURCE / "build" / "bipot"))
 PAGE = SOURCE / "docs" / "results.md"
 
-# A flat and a round obstacle, the round one moving; increments that may be cut; all outputs.
+# A flat and a round obstacle, the round one moving, and another body; increments that may be cut;
+# all outputs.
 DECK = """\
 *HEADING
 All that a result may hold
@@ -25,10 +26,13 @@ All that a result may hold
 1, 0.4, 0.5, 3.
 *BLOCK, NAME=BODY, NX=2, NY=3, NZ=3
 0., 0., 0.,  1., 1., 1.
+*BLOCK, NAME=WALL, NX=4, NY=1, NZ=5
+0., 1., 0.,  1., 1., 1.
 *MATERIAL, NAME=SOFT
 *ELASTIC
 1000., 0.3
 *SOLID SECTION, ELSET=BODY, MATERIAL=SOFT
+*SOLID SECTION, ELSET=WALL, MATERIAL=SOFT
 *OBSTACLE, NAME=GROUND, TYPE=PLANE
 0., 0., 0.,  0., 0., 1.
 *OBSTACLE, NAME=TOOL, TYPE=SPHERE, REF NODE=1
@@ -40,7 +44,10 @@ All that a result may hold
 BODY-ZMIN, GROUND
 *CONTACT PAIR, INTERACTION=DRY
 BODY-ZMAX, TOOL
+*CONTACT PAIR, INTERACTION=DRY
+WALL-YMIN, BODY-YMAX
 *BOUNDARY
+WALL-YMAX, 1, 3, 0.
 BODY-XMIN, 1, 1, 0.
 BODY-YMIN, 2, 2, 0.
 CENTRE, 1, 2, 0.
@@ -174,12 +181,15 @@ class Page(unittest.TestCase):
         self.check("history", {name: ["T"] for name in listed}, self.sizes)
 
     def test_pairs(self):
-        listed = listed_shapes(section("/contact"))
+        of_all, of_surfaces = section("/contact").split("Where the master is a surface")
+        listed = listed_shapes(of_all)
         frames = set()
         for name, pair in self.file["contact"].items():
             points = len(pair["node"])
-            self.check(f"contact/{name}", listed, {**self.sizes, "P": points})
+            here = {**listed, **listed_shapes(of_surfaces)} if name == "WALL-YMIN:BODY-YMAX" else listed
+            self.check(f"contact/{name}", here, {**self.sizes, "P": points})
             frames.add(len(pair["frame"]))
+        self.assertEqual(len(self.file["contact"]), 3)
         self.assertEqual(frames, {1, self.sizes["T"]})
 
     def test_counters_and_estimates(self):

@@ -1,16 +1,18 @@
-!> The candidate contact points of a scene: every node of every slave surface, once an obstacle.
+!> The candidate contact points of a scene: every node of every slave surface, once an obstacle, and
+!> once a pair of surfaces.
 !>
 !> Work and memory grow with the points and the nodes, not with their product with pairs or cards.
 module candidate_points_mod
   use kinds_mod, only: wp
-  use obstacle_shapes_mod, only: is_flat, locate_point
+  use obstacle_shapes_mod, only: has_flat_master
   use scene_mod, only: scene_t, contact_gap_t
   use contact_points_mod, only: contact_points_t
   use mesh_forces_mod, only: add_nodal_areas
+  use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
 
-  public :: find_points
+  public :: find_points, list_master_nodes
 
 contains
 
@@ -30,6 +32,7 @@ contains
     points%n = count(is_new)
     allocate (points%pair(points%n), points%node(points%n))
     allocate (points%mu(points%n), points%area(points%n), points%is_curved(points%n))
+    allocate (points%on_surface(points%n), points%across(3, points%n), source=.false.)
     area = 0.0_wp
     k = 0
     slot = 0
@@ -45,7 +48,8 @@ contains
           points%node(k) = surface%nodes(i)
           points%area(k) = area(surface%nodes(i))
           points%mu(k) = scene%pairs(pair)%mu
-          points%is_curved(k) = .not. is_flat(scene%obstacles(scene%pairs(pair)%master))
+          points%is_curved(k) = .not. has_flat_master(scene, pair)
+          points%on_surface(k) = scene%pairs(pair)%master == 0
         end do
         area(surface%nodes) = 0.0_wp
       end associate
@@ -55,29 +59,37 @@ contains
   end subroutine find_points
 
   !> The nodes of every pair's master that may get weights.
-  pure subroutine list_master_nodes(scene, points)
+  pure subroutine list_master_nodes(scene, points, faced)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points
-    integer :: pair, n
+    logical, intent(in), optional :: faced(:, :)
+    !! (n_nodes,n_pairs) of surfaces those that a slave may get to; without it all
+    logical :: wanted(scene%mesh%n_nodes)
+    integer :: pair
 
-    allocate (points%first_master(size(scene%pairs) + 1))
-    allocate (points%master_node(size(scene%pairs)))
-    n = 0
+    if (.not. allocated(points%first_master)) allocate (points%first_master(size(scene%pairs) + 1))
+    points%master_node = [integer ::]
+    wanted = .true.
     do pair = 1, size(scene%pairs)
-      points%first_master(pair) = n + 1
-      associate (ref_node => scene%obstacles(scene%pairs(pair)%master)%ref_node)
-        if (ref_node == 0) cycle
-        n = n + 1
-        points%master_node(n) = ref_node
+      points%first_master(pair) = size(points%master_node) + 1
+      associate (of => scene%pairs(pair))
+        if (of%master == 0) then
+          if (present(faced)) wanted = faced(:, pair)
+          associate (nodes => scene%surfaces(of%master_surface)%nodes)
+            points%master_node = [points%master_node, pack(nodes, wanted(nodes))]
+          end associate
+        else if (scene%obstacles(of%master)%ref_node > 0) then
+          points%master_node = [points%master_node, scene%obstacles(of%master)%ref_node]
+        end if
       end associate
     end do
-    points%first_master(size(scene%pairs) + 1) = n + 1
-    points%master_node = points%master_node(:n)
+    points%first_master(size(scene%pairs) + 1) = size(points%master_node) + 1
   end subroutine list_master_nodes
 
   !> Which slots (the nodes of the first pair's surface, then those of the second, ...) are points.
   !>
-  !> Obstacle by obstacle, so that one mark a node is enough.
+  !> Obstacle by obstacle, so that one mark a node is enough. Before a surface every node is one:
+  !> the weights of a pair are integrals over all of its faces.
   pure subroutine find_new(scene, is_new)
     type(scene_t), intent(in) :: scene
     logical, allocatable, intent(out) :: is_new(:) !! (slots of all pairs)
@@ -91,9 +103,10 @@ contains
       first(pair) = n
       n = n + size(scene%surfaces(scene%pairs(pair)%surface)%nodes)
     end do
-    allocate (is_new(n), source=.false.)
+    allocate (is_new(n), source=.true.)
     head = 0
     do pair = size(scene%pairs), 1, -1
+      if (scene%pairs(pair)%master == 0) cycle
       next(pair) = head(scene%pairs(pair)%master)
       head(scene%pairs(pair)%master) = pair
     end do
@@ -120,7 +133,8 @@ contains
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points
     integer :: head(scene%mesh%n_nodes), next(points%n), marked(scene%mesh%n_nodes)
-    real(wp) :: constant(scene%mesh%n_nodes)
+    real(wp) :: constant(scene%mesh%n_nodes), extra(points%n)
+    type(placement_t) :: placement !! of the undeformed mesh
     integer :: card, i, j
 
     ! Lists of each node's points.
@@ -130,6 +144,8 @@ contains
       head(points%node(i)) = i
     end do
     allocate (points%extra_gap(points%n), source=0.0_wp)
+    if (any(scene%gaps%parabola)) call place_undeformed(scene, points, placement)
+    extra = 0.0_wp
     constant = 0.0_wp
     marked = 0
     do card = 1, size(scene%gaps)
@@ -143,28 +159,24 @@ contains
             if (given%parabola) i = head(node)
           end associate
           do while (i > 0)
-            points%extra_gap(i) = points%extra_gap(i) + paraboloid(scene, points, i, given)
+            extra(i) = extra(i) + paraboloid(scene%mesh%coordinates(:, points%node(i)), &
+              placement%frame(:, 1, i), given)
             i = next(i)
           end do
         end do
       end associate
     end do
-    points%extra_gap = points%extra_gap + constant(points%node)
+    points%extra_gap = extra + constant(points%node)
   end subroutine find_extra_gaps
 
-  !> Distance of a point from a paraboloid's apex plane, measured along its obstacle's normal.
-  function paraboloid(scene, points, i, card) result(height)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: i
+  !> Distance of a point from a paraboloid's apex plane, measured along its master's normal.
+  pure real(wp) function paraboloid(node, normal, card) result(height)
+    real(wp), intent(in) :: node(3)    !! where it is [length]
+    real(wp), intent(in) :: normal(3)  !! unit vector
     type(contact_gap_t), intent(in) :: card
-    real(wp) :: height !! [length]
-    real(wp) :: x(3), normal(3), gap
+    real(wp) :: x(3)
 
-    x = scene%mesh%coordinates(:, points%node(i))
-    call locate_point(scene%obstacles(scene%pairs(points%pair(i))%master), &
-      [0.0_wp, 0.0_wp, 0.0_wp], x, gap, normal)
-    x = x - card%centre
+    x = node - card%centre
     x = x - dot_product(x, normal)*normal
     height = sum(x**2)/(2.0_wp*card%radius)
   end function paraboloid

@@ -6,7 +6,7 @@ module contact_resolution_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
   use surfaces_mod, only: face_nodes
-  use obstacle_shapes_mod, only: is_flat
+  use obstacle_shapes_mod, only: has_flat_master
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use increment_report_mod, only: contact_fields_t, status_open
@@ -54,6 +54,8 @@ contains
 
     do pair = 1, size(scene%pairs)
       associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+        ! Two bodies have two curvatures.
+        if (scene%pairs(pair)%master == 0) cycle
         if (.not. any(contact%status(first:last) /= status_open)) cycle
         faces = faces_of(scene, points, pair)
         call find_active_neighbours(faces, contact%status, other, n_others)
@@ -100,7 +102,7 @@ contains
     node = points%node(i)
     n = contact%frame(:, 1, i)
     planes = count(prescribed(:, node) .and. abs(n) < 0.5_wp)
-    is_flat_pair = is_flat(scene%obstacles(scene%pairs(faces%pair)%master))
+    is_flat_pair = has_flat_master(scene, faces%pair)
     associate (first => points%first(faces%pair), last => points%first(faces%pair + 1) - 1)
       is_flat_pair = is_flat_pair .and. .not. maxval(points%extra_gap(first:last)) > &
         minval(points%extra_gap(first:last))

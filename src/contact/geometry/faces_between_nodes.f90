@@ -4,7 +4,7 @@ module faces_between_nodes_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
   use obstacles_mod, only: obstacle_t
-  use obstacle_shapes_mod, only: enters_faces, get_core, shift_of
+  use obstacle_shapes_mod, only: enters_faces, has_round_master, get_core, shift_of
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -71,7 +71,7 @@ contains
 
     allocate (faces(size(scene%pairs)))
     do pair = 1, size(scene%pairs)
-      if (enters_faces(scene%obstacles(scene%pairs(pair)%master))) then
+      if (has_round_master(scene, pair)) then
         faces(pair) = make_smooth_faces(scene%mesh, scene%surfaces(scene%pairs(pair)%surface))
       else
         faces(pair) = no_faces()
@@ -102,7 +102,7 @@ contains
     call place_undeformed(scene, points, before)
     after = before
     do pair = 1, size(scene%pairs)
-      if (.not. enters_faces(scene%obstacles(scene%pairs(pair)%master))) cycle
+      if (.not. has_round_master(scene, pair)) cycle
       call place(scene, points, pair, old%displacement, before)
       call place(scene, points, pair, new%displacement, after)
     end do

@@ -28,7 +28,7 @@ contains
     rounding = 8.0_wp*epsilon(1.0_wp)*rounding
   end function rounding_of_places
 
-  !> How far the contact on curved masters is from where it was linearised: gaps of points that
+  !> How far the contact on curved obstacles is from where it was linearised: gaps of points that
   !> press and penetrations beside the displacements, and turns of their normals.
   pure subroutine measure_points(points, placement, now, old, new, moved)
     type(contact_points_t), intent(in) :: points
@@ -43,7 +43,7 @@ contains
     if (.not. any(points%is_curved)) return
     turn = 0.0_wp
     do i = 1, points%n
-      if (.not. points%is_curved(i)) cycle
+      if (.not. points%is_curved(i) .or. points%on_surface(i)) cycle
       if (any(abs(new%reaction(:, i)) > 0.0_wp)) then
         moved = max(moved, abs(now%gap(i)))
         turn = max(turn, norm2(now%frame(:, 1, i) - placement%frame(:, 1, i)))

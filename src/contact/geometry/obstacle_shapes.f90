@@ -8,11 +8,12 @@ module obstacle_shapes_mod
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: to_text
   use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder
+  use scene_mod, only: scene_t
   implicit none
   private
 
-  public :: known_kinds, check_shapes, shift_of, locate_point, least_gap, is_flat, normal_along, &
-    enters_faces, get_core, extent_of
+  public :: known_kinds, check_shapes, shift_of, locate_point, least_gap, is_flat, &
+    has_flat_master, has_round_master, normal_along, enters_faces, get_core, extent_of
 
   integer, parameter :: known_kinds(3) = [obstacle_plane, obstacle_sphere, obstacle_cylinder]
 
@@ -125,6 +126,28 @@ contains
 
     is_flat = obstacle%kind == obstacle_plane
   end function is_flat
+
+  !> Whether normals and weights of a pair are those of the undeformed mesh wherever points go.
+  pure logical function has_flat_master(scene, pair)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: pair
+
+    associate (of => scene%pairs(pair))
+      has_flat_master = of%small_sliding
+      if (of%master > 0) has_flat_master = is_flat(scene%obstacles(of%master))
+    end associate
+  end function has_flat_master
+
+  !> Whether the master of a pair is an obstacle that may enter slave faces between their nodes.
+  pure logical function has_round_master(scene, pair)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: pair
+
+    associate (of => scene%pairs(pair))
+      has_round_master = .false.
+      if (of%master > 0) has_round_master = enters_faces(scene%obstacles(of%master))
+    end associate
+  end function has_round_master
 
   !> The axes along which the normal may have a part.
   pure function normal_along(obstacle, straight) result(along)

@@ -4,22 +4,36 @@ module placement_mod
   use kinds_mod, only: wp
   use obstacle_shapes_mod, only: shift_of, locate_point
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t, weights_t
+  use surfaces_mod, only: nodes_of
+  use contact_points_mod, only: contact_points_t, weights_t, is_across
   use local_frame_mod, only: local_frame
+  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces
   implicit none
   private
 
-  public :: placement_t, place, place_all, place_undeformed, place_curved
+  public :: placement_t, no_gap, place, place_all, place_undeformed, place_curved
 
-  !> Before a flat obstacle a placement holds wherever the point goes; before a curved one near the
-  !> displacement that it was made for.
+  real(wp), parameter :: no_gap = 1.0e30_wp !! of a point that its master does not cover [length]
+
+  !> Before a flat obstacle a placement holds wherever the point goes; before a curved one, or a
+  !> surface, near the displacement that it was made for.
+  !>
+  !> A point that a surface does not cover has an empty row of weights, no area and no gap.
   type :: placement_t
     real(wp), allocatable :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
     real(wp), allocatable :: gap(:)          !! (n_points) at the reference [length]
     real(wp), allocatable :: reference(:, :)
     !! (3,n_points) displacement of the node less that of the master there [length]
     type(weights_t) :: weights               !! of the masters' nodes
+    real(wp), allocatable :: covered_area(:) !! (n_points) of the node's [length^2]
+    real(wp), allocatable :: least_gap(:)
+    !! (n_points) before a surface: at points of the quadrature on the node's faces, the extra gap
+    !! added; `no_gap` elsewhere [length]
   end type placement_t
+
+  ! How much of its node's area a surface must cover for a point to count, and how much where it
+  ! counted in the same increment: else points at the edge of the master come and go.
+  real(wp), parameter :: enough = 1.0e-3_wp, enough_to_stay = 1.0e-9_wp
 
 contains
 
@@ -44,6 +58,7 @@ contains
 
     allocate (placement%frame(3, 3, points%n), placement%gap(points%n))
     allocate (placement%reference(3, points%n))
+    allocate (placement%covered_area(points%n), placement%least_gap(points%n))
     allocate (placement%weights%first(points%n + 1), source=1)
     allocate (placement%weights%node(0), placement%weights%weight(0))
     do pair = 1, size(scene%pairs)
@@ -52,26 +67,45 @@ contains
   end subroutine place_all
 
   !> The points before curved masters, where displacement `u` takes them.
-  pure subroutine place_curved(scene, points, u, placement)
+  pure subroutine place_curved(scene, points, u, placement, stay)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
     type(placement_t), intent(inout) :: placement
+    logical, intent(in), optional :: stay !! as of `place`
     integer :: pair
 
     do pair = 1, size(scene%pairs)
       associate (first => points%first(pair), last => points%first(pair + 1) - 1)
-        if (any(points%is_curved(first:last))) call place(scene, points, pair, u, placement)
+        if (any(points%is_curved(first:last))) call place(scene, points, pair, u, placement, stay)
       end associate
     end do
   end subroutine place_curved
 
   !> The points of one pair, all of them: weights may be integrals over both surfaces.
-  pure subroutine place(scene, points, pair, u, placement)
+  pure subroutine place(scene, points, pair, u, placement, stay)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) reference nodes of obstacles too [length]
+    type(placement_t), intent(inout) :: placement
+    logical, intent(in), optional :: stay
+    !! points that count in `placement` do so while next to nothing of them is covered; default: no
+
+    if (scene%pairs(pair)%master > 0) then
+      call place_before_obstacle(scene, points, pair, u, placement)
+    else if (present(stay)) then
+      call place_before_surface(scene, points, pair, u, stay, placement)
+    else
+      call place_before_surface(scene, points, pair, u, .false., placement)
+    end if
+  end subroutine place
+
+  pure subroutine place_before_obstacle(scene, points, pair, u, placement)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
     type(placement_t), intent(inout) :: placement
     real(wp) :: shift(3), normal(3)
     integer :: i, n
@@ -89,12 +123,117 @@ contains
           placement%reference(:, i) = u(:, node) - shift
         end associate
       end do
+      placement%covered_area(first:last) = points%area(first:last)
+      placement%least_gap(first:last) = no_gap
       ! A rigid master moves as its reference node does.
       call replace_rows(placement%weights, first, [(1 + n*(i - first), i=first, last + 1)], &
         spread(obstacle%ref_node, 1, n*(last - first + 1)), &
         spread(1.0_wp, 1, n*(last - first + 1)))
     end associate
-  end subroutine place
+  end subroutine place_before_obstacle
+
+  !> Weights, normals and gaps of docs/theory.md (11.2) to (11.4), of the nodes where they are now;
+  !> with small sliding of the undeformed mesh, from which gaps then grow linearly.
+  pure subroutine place_before_surface(scene, points, pair, u, stay, placement)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
+    logical, intent(in) :: stay
+    type(placement_t), intent(inout) :: placement
+    type(mortar_t) :: mortar
+    type(weights_t) :: rows
+    real(wp), dimension(3, scene%mesh%n_nodes) :: x
+    real(wp) :: reach, however_far, between(3)
+    integer, allocatable :: slave(:, :), master(:, :)
+    integer :: number(scene%mesh%n_nodes), i, k, j, n
+    logical :: counts, apart
+
+    associate (of => scene%pairs(pair), mesh => scene%mesh, first => points%first(pair), &
+               last => points%first(pair + 1) - 1)
+      allocate (slave, source=nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
+      allocate (master, source=nodes_of(scene%surfaces(of%master_surface)%faces, &
+        mesh%connectivity))
+      n = last - first + 1
+      number(points%node(first:last)) = [(i, i=1, n)]
+      associate (s => scene%surfaces(of%surface)%nodes, m => scene%surfaces(of%master_surface)%nodes)
+        x(:, s) = mesh%coordinates(:, s)
+        x(:, m) = mesh%coordinates(:, m)
+        reach = reach_of_faces(slave, master, x) + of%overlap
+        if (.not. of%small_sliding) then
+          ! What came to overlap has moved as far.
+          reach = reach + norm2(max(maxval(u(:, s), 2) - minval(u(:, m), 2), &
+            maxval(u(:, m), 2) - minval(u(:, s), 2)))
+          x(:, s) = x(:, s) + u(:, s)
+          x(:, m) = x(:, m) + u(:, m)
+        end if
+        however_far = reach + norm2(max(maxval(x(:, s), 2), maxval(x(:, m), 2)) - &
+          min(minval(x(:, s), 2), minval(x(:, m), 2)))
+      end associate
+      ! What is placed once for all faces whatever lies opposite. So do bodies that are apart: what
+      ! moves freely may fall any way.
+      if (.not. of%small_sliding) call make_mortar(slave, master, number, n, x, reach, mortar)
+      apart = of%small_sliding
+      if (.not. apart) apart = .not. any(mortar%area > 0.0_wp)
+      if (apart) call make_mortar(slave, master, number, n, x, max(reach, however_far), mortar, &
+        behind=reach)
+      allocate (rows%first(n + 1), rows%node(size(mortar%weights%node)), &
+        rows%weight(size(mortar%weights%node)))
+      k = 0
+      do i = first, last
+        associate (here => i - first + 1, old => placement%weights%first)
+          rows%first(here) = k + 1
+          counts = mortar%area(here) > enough*mortar%whole_area(here)
+          if (stay .and. old(i + 1) > old(i)) counts = mortar%area(here) > &
+            enough_to_stay*mortar%whole_area(here)
+          if (counts) call turn_into_plane(is_across(points, i), mortar%normal(:, here), counts)
+          if (.not. counts) then
+            placement%frame(:, :, i) = local_frame(-mortar%outward(:, here))
+            placement%gap(i) = no_gap
+            placement%least_gap(i) = no_gap
+            placement%covered_area(i) = 0.0_wp
+            placement%reference(:, i) = 0.0_wp
+            cycle
+          end if
+          between = x(:, points%node(i))
+          placement%reference(:, i) = u(:, points%node(i))
+          do j = mortar%weights%first(here), mortar%weights%first(here + 1) - 1
+            associate (node => mortar%weights%node(j), weight => mortar%weights%weight(j))
+              if (.not. abs(weight) > 0.0_wp) cycle
+              k = k + 1
+              rows%node(k) = node
+              rows%weight(k) = weight
+              between = between - weight*x(:, node)
+              placement%reference(:, i) = placement%reference(:, i) - weight*u(:, node)
+            end associate
+          end do
+          placement%frame(:, :, i) = local_frame(mortar%normal(:, here))
+          placement%gap(i) = dot_product(mortar%normal(:, here), between) + points%extra_gap(i)
+          if (of%small_sliding) placement%gap(i) = placement%gap(i) + &
+            dot_product(mortar%normal(:, here), placement%reference(:, i))
+          placement%least_gap(i) = mortar%least_gap(here) + points%extra_gap(i)
+          placement%covered_area(i) = mortar%area(here)
+        end associate
+      end do
+      rows%first(n + 1) = k + 1
+      call replace_rows(placement%weights, first, rows%first, rows%node(:k), rows%weight(:k))
+    end associate
+  end subroutine place_before_surface
+
+  !> A normal on planes of symmetry lies in them. One that does not has no direction there.
+  pure subroutine turn_into_plane(across, normal, is_in_plane)
+    logical, intent(in) :: across(3)
+    real(wp), intent(inout) :: normal(3)
+    logical, intent(out) :: is_in_plane
+    real(wp) :: length
+
+    is_in_plane = .true.
+    if (.not. any(across)) return
+    where (across) normal = 0.0_wp
+    length = norm2(normal)
+    is_in_plane = length > 0.0_wp
+    if (is_in_plane) normal = normal/length
+  end subroutine turn_into_plane
 
   !> Put other rows in the place of those of some points that stand together.
   pure subroutine replace_rows(weights, point, first, node, weight)

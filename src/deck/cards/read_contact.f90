@@ -5,19 +5,23 @@
 !>     0.3
 !>     *CONTACT PAIR, INTERACTION=DRY
 !>     BODY-ZMIN, GROUND              slave surface (or set of nodes), obstacle
+!>     *CONTACT PAIR, INTERACTION=DRY, SMALL SLIDING
+!>     BODY-ZMAX, LID-ZMIN            slave surface, master surface
 module read_contact_mod
   use adjust_mod, only: adjust_t, read_adjust
   use cards_mod, only: note, reader_t, report
-  use diagnostics_mod, only: quoted
+  use diagnostics_mod, only: any_mistakes, quoted
   use name_table_mod, only: add_name, close_directory, name_table_t, find_named, find_owner, &
     open_directory
   use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
     name_field, next_data_line, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
-  use options_mod, only: allow_options, card_t, name_option, open_card, option_position
+  use options_mod, only: allow_options, card_t, flag_option, name_option, open_card, &
+    option_position
   use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, &
     surface_list_t
+  use surface_pairs_mod, only: check_surface_pair
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
   use text_mod, only: string_t, to_text
@@ -126,7 +130,7 @@ contains
     call end_data(reader, card, fields, '*FRICTION takes one data line')
   end subroutine read_friction
 
-  !> *CONTACT PAIR, INTERACTION=name: slave surface, obstacle
+  !> *CONTACT PAIR, INTERACTION=name: slave surface, obstacle or master surface
   subroutine read_pairs(reader, model, surfaces, obstacles, interactions, pairs, adjusts)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
@@ -143,19 +147,22 @@ contains
     type(contact_pair_t) :: pair
     character(:), allocatable :: name
     integer :: k, n, most, interaction
-    logical :: ok, found
+    logical :: ok, found, is_sound
 
+    is_sound = .not. any_mistakes(reader%diagnostics)
     most = count(reader%cards(:reader%n_cards)%keyword == 'CONTACT PAIR')
     allocate (found_pairs(most), found_adjusts(most + 1), position(most))
     n = 0
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'CONTACT PAIR') cycle
       call open_card(reader, k, card)
-      call allow_options(reader, card, ['INTERACTION', 'ADJUST     '], &
-        ['TYPE                 ', 'SMALL SLIDING        ', 'MECHANICAL CONSTRAINT'])
+      call allow_options(reader, card, ['INTERACTION  ', 'ADJUST       ', 'SMALL SLIDING'], &
+        ['TYPE                 ', 'MECHANICAL CONSTRAINT'])
       ! One place too many, for a pair that does not come to be.
       call read_adjust(reader, card, model, found_adjusts(n + 1))
       pair%mu = 0.0_wp
+      pair%small_sliding = .false.
+      call flag_option(reader, card, 'SMALL SLIDING', pair%small_sliding)
       call name_option(reader, card, 'INTERACTION', .true., name, ok)
       if (ok) then
         call find_named(reader, interactions%names, option_position(card, 'INTERACTION'), name, &
@@ -163,15 +170,22 @@ contains
         if (interaction > 0) pair%mu = interactions%mu(interaction)
       end if
       fields%line = 0 ! other cards may lie between two pairs
-      call next_data_line(reader, card, fields, found, 2, 'a slave surface and an obstacle')
+      call next_data_line(reader, card, fields, found, 2, 'a slave and its master')
       if (.not. found) then
-        call report(reader, card%position, '*CONTACT PAIR needs a data line: slave, obstacle')
+        call report(reader, card%position, '*CONTACT PAIR needs a data line: slave, master')
         cycle
       end if
       call find_slave(reader, model, fields, surfaces, pair)
-      call find_obstacle(reader, fields, surfaces, obstacles, pair)
-      if (pair%surface > 0 .and. pair%master > 0) then
-        pair%name = surfaces%list(pair%surface)%name//':'//obstacles%names(pair%master)%text
+      call find_master(reader, fields, surfaces, obstacles, pair)
+      if (is_sound .and. pair%surface > 0 .and. pair%master_surface > 0) call check_surface_pair( &
+        reader, model, surfaces, fields%start, field_position(reader, fields, 2), pair)
+      if (pair%surface > 0 .and. pair%master + pair%master_surface > 0) then
+        if (pair%master > 0) then
+          pair%name = surfaces%list(pair%surface)%name//':'//obstacles%names(pair%master)%text
+        else
+          pair%name = surfaces%list(pair%surface)%name//':'// &
+            surfaces%list(pair%master_surface)%name
+        end if
         n = n + 1
         found_pairs(n) = pair
         position(n) = fields%start
@@ -209,8 +223,8 @@ contains
     pair%surface = 0
   end subroutine find_slave
 
-  !> The obstacle in the place of Abaqus' master surface.
-  subroutine find_obstacle(reader, fields, surfaces, obstacles, pair)
+  !> The master: an obstacle, or a surface of faces. Where both have the name it is the obstacle.
+  subroutine find_master(reader, fields, surfaces, obstacles, pair)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
     type(surface_list_t), intent(in) :: surfaces
@@ -220,35 +234,52 @@ contains
     logical :: ok
 
     pair%master = 0
-    call name_field(reader, fields, 2, 'an obstacle', name, ok)
+    pair%master_surface = 0
+    pair%overlap = 0.0_wp
+    call name_field(reader, fields, 2, 'an obstacle or a surface', name, ok)
     if (.not. ok) return
-    if (find_name(obstacles%lookup, obstacles%names, name) == 0 .and. &
-        find_surface(surfaces, name) > 0) then
-      call report(reader, field_position(reader, fields, 2), quoted(name)// &
-        ' is a surface: contact between two bodies is not available yet; use an *OBSTACLE')
-    else
+    if (find_name(obstacles%lookup, obstacles%names, name) == 0) &
+      pair%master_surface = find_surface(surfaces, name)
+    if (pair%master_surface == 0) then
       call find_named(reader, obstacles, field_position(reader, fields, 2), name, pair%master)
+      if (pair%small_sliding) call note(reader, 'SMALL SLIDING of *CONTACT PAIR is ignored before '// &
+        'an obstacle')
+      pair%small_sliding = .false.
     end if
-  end subroutine find_obstacle
+  end subroutine find_master
 
-  !> Report pairs of the same surface and obstacle.
+  !> Report pairs of the same surface and master, and of the same surfaces the other way round.
   subroutine report_repeated_pairs(reader, pairs, position)
     type(reader_t), intent(inout) :: reader
     type(contact_pair_t), intent(in) :: pairs(:)
     integer, intent(in) :: position(:)
     type(string_t), allocatable :: keys(:)
     type(name_lookup_t) :: lookup
-    integer :: k
+    integer :: k, other
 
     allocate (keys(size(pairs)))
     do k = 1, size(pairs)
-      keys(k)%text = to_text(pairs(k)%surface)//':'//to_text(pairs(k)%master)
+      keys(k)%text = key(pairs(k)%surface, pairs(k)%master, pairs(k)%master_surface)
     end do
     call make_name_lookup(keys, size(keys), lookup)
     do k = 1, size(pairs)
       if (find_name(lookup, keys, keys(k)%text) /= k) call report(reader, position(k), &
         'duplicate contact pair '//quoted(pairs(k)%name))
+      if (pairs(k)%master > 0) cycle
+      other = find_name(lookup, keys, key(pairs(k)%master_surface, 0, pairs(k)%surface))
+      if (other > 0 .and. other < k) call report(reader, position(k), 'the surfaces of contact '// &
+        'pair '//quoted(pairs(other)%name)//' the other way round: one of both is enough')
     end do
+
+  contains
+
+    pure function key(surface, obstacle, master_surface) result(text)
+      integer, intent(in) :: surface, obstacle, master_surface
+      character(:), allocatable :: text
+
+      text = to_text(surface)//':'//to_text(obstacle)//':'//to_text(master_surface)
+    end function key
+
   end subroutine report_repeated_pairs
 
 end module read_contact_mod

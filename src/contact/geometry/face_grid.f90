@@ -1,0 +1,120 @@
+!> Which faces of a surface are near a place: a grid of cells, in each the faces whose boxes meet it.
+module face_grid_mod
+  use kinds_mod, only: wp
+  implicit none
+  private
+
+  public :: face_grid_t, make_face_grid, faces_near
+
+  !> The cells of a box around all faces, x fastest.
+  type :: face_grid_t
+    integer  :: n(3) = 0                 !! cells along x, y, z
+    real(wp) :: low(3) = 0.0_wp          !! corner of the box [length]
+    real(wp) :: size(3) = 1.0_wp         !! of a cell [length]
+    integer,  allocatable :: first(:)    !! (n_cells+1) where the faces of each cell begin
+    integer,  allocatable :: face(:)     !! (n_entries)
+    real(wp), allocatable :: box(:, :, :) !! (3,2,n_faces) lowest and highest coordinates [length]
+  end type face_grid_t
+
+  integer, parameter :: max_cells = 256 !! along an axis
+
+contains
+
+  !> The grid of a surface whose nodes are at `x`. Cells are as large as faces are on average.
+  pure function make_face_grid(faces, x) result(grid)
+    integer, intent(in) :: faces(:, :)  !! (4,n_faces) nodes; the fourth is 0 in a triangle
+    real(wp), intent(in) :: x(:, :)     !! (3,n_nodes) [length]
+    type(face_grid_t) :: grid
+    real(wp) :: extent(3), mean
+    integer :: f, pass, i, j, k, low(3), high(3), cell
+    integer, allocatable :: at(:)
+
+    allocate (grid%box(3, 2, size(faces, 2)))
+    do f = 1, size(faces, 2)
+      associate (corner => pack(faces(:, f), faces(:, f) > 0))
+        grid%box(:, 1, f) = minval(x(:, corner), 2)
+        grid%box(:, 2, f) = maxval(x(:, corner), 2)
+      end associate
+    end do
+    if (size(faces, 2) == 0) then
+      allocate (grid%first(1), source=1)
+      allocate (grid%face(0))
+      return
+    end if
+    grid%low = minval(grid%box(:, 1, :), 2)
+    extent = maxval(grid%box(:, 2, :), 2) - grid%low
+    mean = sum(maxval(grid%box(:, 2, :) - grid%box(:, 1, :), 1))/real(size(faces, 2), wp)
+    grid%n = 1
+    if (mean > 0.0_wp) grid%n = max(1, min(max_cells, int(min(extent/mean, real(max_cells, wp)))))
+    ! Cells of a solid box would mostly be empty: as many as there are faces are enough.
+    do while (product(real(grid%n, wp)) > 8.0_wp*real(size(faces, 2), wp) + 8.0_wp)
+      grid%n = max(1, grid%n/2)
+    end do
+    grid%size = max(extent/real(grid%n, wp), tiny(1.0_wp))
+    allocate (grid%first(product(grid%n) + 1), source=0)
+    do pass = 1, 2
+      if (pass == 2) then
+        grid%first(1) = 1
+        do cell = 1, product(grid%n)
+          grid%first(cell + 1) = grid%first(cell) + grid%first(cell + 1)
+        end do
+        allocate (grid%face(grid%first(product(grid%n) + 1) - 1))
+        at = grid%first
+      end if
+      do f = 1, size(faces, 2)
+        low = cell_of(grid, grid%box(:, 1, f))
+        high = cell_of(grid, grid%box(:, 2, f))
+        do k = low(3), high(3)
+          do j = low(2), high(2)
+            do i = low(1), high(1)
+              cell = i + grid%n(1)*(j - 1 + grid%n(2)*(k - 1))
+              if (pass == 1) then
+                grid%first(cell + 1) = grid%first(cell + 1) + 1
+              else
+                grid%face(at(cell)) = f
+                at(cell) = at(cell) + 1
+              end if
+            end do
+          end do
+        end do
+      end do
+    end do
+  end function make_face_grid
+
+  !> The faces whose boxes meet a box, ascending, each once.
+  pure subroutine faces_near(grid, low, high, near)
+    type(face_grid_t), intent(in) :: grid
+    real(wp), intent(in) :: low(3), high(3)     !! of the box [length]
+    integer, allocatable, intent(out) :: near(:)
+    logical, allocatable :: is_near(:)
+    integer :: i, j, k, f, first(3), last(3), cell, entry
+
+    allocate (is_near(size(grid%box, 3)), source=.false.)
+    if (size(is_near) > 0) then
+      first = cell_of(grid, low)
+      last = cell_of(grid, high)
+      do k = first(3), last(3)
+        do j = first(2), last(2)
+          do i = first(1), last(1)
+            cell = i + grid%n(1)*(j - 1 + grid%n(2)*(k - 1))
+            do entry = grid%first(cell), grid%first(cell + 1) - 1
+              f = grid%face(entry)
+              is_near(f) = all(grid%box(:, 1, f) <= high) .and. all(grid%box(:, 2, f) >= low)
+            end do
+          end do
+        end do
+      end do
+    end if
+    near = pack([(f, f=1, size(is_near))], is_near)
+  end subroutine faces_near
+
+  !> The cell of a place; of one outside the box the nearest.
+  pure function cell_of(grid, x) result(cell)
+    type(face_grid_t), intent(in) :: grid
+    real(wp), intent(in) :: x(3)  !! [length]
+    integer :: cell(3)
+
+    cell = 1 + int(min(max((x - grid%low)/grid%size, 0.0_wp), real(grid%n - 1, wp)))
+  end function cell_of
+
+end module face_grid_mod

@@ -1,0 +1,279 @@
+!> What two faces share: their overlap, seen along the normal of one of them, and integrals over it.
+!>
+!> docs/theory.md (11.1), (11.2).
+module face_overlap_mod
+  use kinds_mod, only: wp
+  use small_matrix_mod, only: cross
+  implicit none
+  private
+
+  public :: overlap_t, plane_t, plane_of_face, outward_normal, find_overlap
+
+  !> The plane of a slave face, in which overlaps are found.
+  type :: plane_t
+    real(wp) :: origin(3) = 0.0_wp    !! the mean of the face's nodes [length]
+    real(wp) :: axis(3, 3) = 0.0_wp   !! columns: two unit vectors in the plane, the outward normal [-]
+    real(wp) :: corner(2, 4) = 0.0_wp !! the face in it, anticlockwise [length]
+    real(wp) :: area = 0.0_wp         !! [length^2]
+  end type plane_t
+
+  !> Integrals over an overlap, of the slave's shape functions N and the master's.
+  type :: overlap_t
+    real(wp) :: area = 0.0_wp            !! 0: nothing is shared [length^2]
+    real(wp) :: lumped(4) = 0.0_wp       !! int N_a [length^2]
+    real(wp) :: mass(4, 4) = 0.0_wp      !! int N_a N_b [length^2]
+    real(wp) :: mixed(4, 4) = 0.0_wp     !! int N_a N_k, k of the master's nodes [length^2]
+    real(wp) :: least_gap = huge(1.0_wp) !! at the points of the quadrature [length]
+  end type overlap_t
+
+  integer,  parameter :: max_corners = 8
+  real(wp), parameter :: xi_node(4) = [-1, 1, 1, -1]
+  real(wp), parameter :: eta_node(4) = [-1, -1, 1, 1]
+  real(wp), parameter :: smallest = 1.0e-12_wp !! overlap of a face that counts [-]
+
+  ! Seven points on a triangle, exact to degree 5 (Radon): what faces that are parallelograms need.
+  integer,  parameter :: n_few = 7
+  real(wp), parameter :: near = (6.0_wp - sqrt(15.0_wp))/21.0_wp
+  real(wp), parameter :: far = (6.0_wp + sqrt(15.0_wp))/21.0_wp
+  real(wp), parameter :: of_near = (155.0_wp - sqrt(15.0_wp))/1200.0_wp
+  real(wp), parameter :: of_far = (155.0_wp + sqrt(15.0_wp))/1200.0_wp
+  real(wp), parameter :: few_points(2, n_few) = reshape([ &
+    1.0_wp/3.0_wp, 1.0_wp/3.0_wp, &
+    near, near, 1.0_wp - 2.0_wp*near, near, near, 1.0_wp - 2.0_wp*near, &
+    far, far, 1.0_wp - 2.0_wp*far, far, far, 1.0_wp - 2.0_wp*far], [2, n_few])
+  real(wp), parameter :: few_weights(n_few) = [9.0_wp/40.0_wp, of_near, of_near, of_near, &
+    of_far, of_far, of_far]
+
+  ! Gauss and Jacobi, five points each, on the unit interval: their product on a triangle is exact
+  ! to degree 9.
+  integer,  parameter :: n_line = 5
+  real(wp), parameter :: jacobi(n_line) = [0.03980985705146894_wp, 0.198013417873608_wp, &
+    0.43797481024738616_wp, 0.695464273353636_wp, 0.9014649142011736_wp]
+  real(wp), parameter :: jacobi_weight(n_line) = [0.19356318045330273_wp, 0.33434927618873944_wp, &
+    0.29277397416933926_wp, 0.14781774014523327_wp, 0.03149582904338454_wp]
+  real(wp), parameter :: gauss(n_line) = [0.04691007703066802_wp, 0.23076534494715845_wp, &
+    0.5_wp, 0.7692346550528415_wp, 0.9530899229693319_wp]
+  real(wp), parameter :: gauss_weight(n_line) = [0.11846344252809471_wp, 0.2393143352496831_wp, &
+    0.2844444444444445_wp, 0.2393143352496831_wp, 0.11846344252809471_wp]
+
+contains
+
+  !> The outward unit normal of a face: of its diagonals, or of a triangle's edges.
+  pure function outward_normal(x) result(n)
+    real(wp), intent(in) :: x(:, :) !! (3,3) or (3,4) anticlockwise from outside [length]
+    real(wp) :: n(3)
+
+    if (size(x, 2) == 3) then
+      n = cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))
+    else
+      n = cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
+    end if
+    n = n/max(norm2(n), tiny(1.0_wp))
+  end function outward_normal
+
+  !> The plane through a slave face's centre, across the normal of its diagonals.
+  pure function plane_of_face(x) result(plane)
+    real(wp), intent(in) :: x(3, 4) !! anticlockwise from outside [length]
+    type(plane_t) :: plane
+    real(wp) :: n(3), along(3)
+
+    n = outward_normal(x)
+    along = x(:, 2) - x(:, 1)
+    along = along - dot_product(along, n)*n
+    along = along/max(norm2(along), tiny(1.0_wp))
+    plane%origin = sum(x, 2)/4.0_wp
+    plane%axis = reshape([along, cross(n, along), n], [3, 3])
+    plane%corner = in_plane(plane, x)
+    plane%area = area_of(plane%corner)
+  end function plane_of_face
+
+  pure function in_plane(plane, x) result(flat)
+    type(plane_t), intent(in) :: plane
+    real(wp), intent(in) :: x(:, :)     !! (3,n) [length]
+    real(wp) :: flat(2, size(x, 2))     !! [length]
+    integer :: i
+
+    do i = 1, size(x, 2)
+      flat(:, i) = matmul(x(:, i) - plane%origin, plane%axis(:, :2))
+    end do
+  end function in_plane
+
+  !> Where a master face covers a slave face, and the integrals over that.
+  pure function find_overlap(plane, slave, master) result(overlap)
+    type(plane_t), intent(in) :: plane     !! of the slave face
+    real(wp), intent(in) :: slave(3, 4)    !! its nodes [length]
+    real(wp), intent(in) :: master(:, :)   !! (3,3) or (3,4) anticlockwise from outside [length]
+    type(overlap_t) :: overlap
+    real(wp) :: flat(2, size(master, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
+    logical :: is_affine_here
+    integer :: n, i
+
+    flat = in_plane(plane, master)
+    n = size(master, 2)
+    polygon(:, :n) = flat(:, n:1:-1) ! it faces the slave: from there it is clockwise
+    call clip(plane%corner, polygon, n)
+    if (n < 3) return
+    overlap%area = area_of(polygon(:, :n))
+    if (overlap%area < smallest*plane%area) then
+      overlap%area = 0.0_wp
+      return
+    end if
+    is_affine_here = is_affine(plane%corner) .and. is_affine(flat)
+    centre = sum(polygon(:, :n), 2)/real(n, wp)
+    do i = 1, n
+      corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
+      if (.not. area_of(corner) > 0.0_wp) cycle
+      if (is_affine_here) then
+        call add_points(plane, slave, master, flat, corner, few_points, few_weights, overlap)
+      else
+        call add_points(plane, slave, master, flat, corner, many_points(), many_weights(), overlap)
+      end if
+    end do
+  end function find_overlap
+
+  !> Add the integrals over one triangle of an overlap.
+  pure subroutine add_points(plane, slave, master, flat, corner, point, weight, overlap)
+    type(plane_t), intent(in) :: plane
+    real(wp), intent(in) :: slave(3, 4)   !! nodes of the slave face [length]
+    real(wp), intent(in) :: master(:, :)  !! of the master's [length]
+    real(wp), intent(in) :: flat(:, :)    !! the same in the plane [length]
+    real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
+    real(wp), intent(in) :: point(:, :), weight(:) !! (2,n), (n) of the rule [-]
+    type(overlap_t), intent(inout) :: overlap
+    real(wp) :: x(2), n(4), m(4), w, area
+    integer :: i, k
+
+    area = area_of(corner)
+    m = 0.0_wp
+    k = size(master, 2)
+    do i = 1, size(weight)
+      x = corner(:, 1) + point(1, i)*(corner(:, 2) - corner(:, 1)) + &
+        point(2, i)*(corner(:, 3) - corner(:, 1))
+      w = area*weight(i)
+      n = shape_at(plane%corner, x)
+      m(:k) = shape_at(flat, x)
+      overlap%lumped = overlap%lumped + w*n
+      overlap%mass = overlap%mass + w*spread(n, 2, 4)*spread(n, 1, 4)
+      overlap%mixed = overlap%mixed + w*spread(n, 2, 4)*spread(m, 1, 4)
+      overlap%least_gap = min(overlap%least_gap, dot_product(outward_normal(master), &
+        matmul(slave, n) - matmul(master, m(:k))))
+    end do
+  end subroutine add_points
+
+  !> The product of the rules of Gauss and Jacobi on a triangle.
+  pure function many_points() result(point)
+    real(wp) :: point(2, n_line**2)
+    integer :: i, j
+
+    point = reshape([((jacobi(i), (1.0_wp - jacobi(i))*gauss(j), j = 1, n_line), i = 1, n_line)], &
+      [2, n_line**2])
+  end function many_points
+
+  pure function many_weights() result(weight)
+    real(wp) :: weight(n_line**2) !! they add up to 1
+    integer :: i, j
+
+    weight = [((jacobi_weight(i)*gauss_weight(j), j = 1, n_line), i = 1, n_line)]
+  end function many_weights
+
+  !> The part of a convex polygon that lies in another one, both anticlockwise: edge by edge of the
+  !> window what is outside is cut off (Sutherland and Hodgman).
+  pure subroutine clip(window, polygon, n)
+    real(wp), intent(in) :: window(:, :)                 !! (2,m) [length]
+    real(wp), intent(inout) :: polygon(2, max_corners)   !! [length]
+    integer, intent(inout) :: n                          !! corners of it; 0: nothing is left
+    real(wp) :: before(2, max_corners), side(max_corners), edge(2)
+    integer :: e, i, j, n_before
+
+    do e = 1, size(window, 2)
+      edge = window(:, merge(1, e + 1, e == size(window, 2))) - window(:, e)
+      before = polygon
+      n_before = n
+      do i = 1, n_before
+        side(i) = edge(1)*(before(2, i) - window(2, e)) - edge(2)*(before(1, i) - window(1, e))
+      end do
+      n = 0
+      do i = 1, n_before
+        j = merge(1, i + 1, i == n_before)
+        if (side(i) >= 0.0_wp) call append(before(:, i), polygon, n)
+        if (side(i) > 0.0_wp .neqv. side(j) > 0.0_wp) then
+          if (abs(side(i)) > 0.0_wp .and. abs(side(j)) > 0.0_wp) call append(before(:, i) + &
+            side(i)/(side(i) - side(j))*(before(:, j) - before(:, i)), polygon, n)
+        end if
+      end do
+      if (n < 3) then
+        n = 0
+        return
+      end if
+    end do
+  end subroutine clip
+
+  !> A convex polygon has at most as many corners as both have; rounding makes no more.
+  pure subroutine append(x, polygon, n)
+    real(wp), intent(in) :: x(2)
+    real(wp), intent(inout) :: polygon(2, max_corners)
+    integer, intent(inout) :: n
+
+    if (n == max_corners) return
+    n = n + 1
+    polygon(:, n) = x
+  end subroutine append
+
+  pure real(wp) function area_of(corner)
+    real(wp), intent(in) :: corner(:, :) !! (2,n) anticlockwise [length]
+    integer :: i, n
+
+    n = size(corner, 2)
+    area_of = 0.0_wp
+    do i = 2, n - 1
+      area_of = area_of + 0.5_wp*((corner(1, i) - corner(1, 1))*(corner(2, i + 1) - corner(2, 1)) &
+        - (corner(2, i) - corner(2, 1))*(corner(1, i + 1) - corner(1, 1)))
+    end do
+  end function area_of
+
+  !> Whether shape functions are linear in the plane: of triangles and parallelograms.
+  pure logical function is_affine(corner)
+    real(wp), intent(in) :: corner(:, :) !! (2,3) or (2,4) [length]
+    real(wp), parameter :: rounding = 1.0e-12_wp
+
+    is_affine = size(corner, 2) == 3
+    if (is_affine) return
+    is_affine = norm2(corner(:, 1) - corner(:, 2) + corner(:, 3) - corner(:, 4)) <= &
+      rounding*norm2(corner(:, 3) - corner(:, 1))
+  end function is_affine
+
+  !> The shape functions of a flat face at a point of its plane.
+  pure function shape_at(corner, x) result(n)
+    real(wp), intent(in) :: corner(:, :)   !! (2,3) or (2,4) [length]
+    real(wp), intent(in) :: x(2)           !! [length]
+    real(wp) :: n(size(corner, 2))
+    real(wp), parameter :: settled = 1.0e-14_wp
+    integer,  parameter :: max_newton = 30
+    real(wp) :: xi(2), step(2), left(2), a(2), b(2), det
+    integer :: i
+
+    if (size(corner, 2) == 3) then
+      a = corner(:, 2) - corner(:, 1)
+      b = corner(:, 3) - corner(:, 1)
+      left = x - corner(:, 1)
+      det = a(1)*b(2) - a(2)*b(1)
+      n(2:3) = [left(1)*b(2) - left(2)*b(1), a(1)*left(2) - a(2)*left(1)]/det
+      n(1) = 1.0_wp - n(2) - n(3)
+      return
+    end if
+    xi = 0.0_wp
+    do i = 1, max_newton
+      n = 0.25_wp*(1.0_wp + xi(1)*xi_node)*(1.0_wp + xi(2)*eta_node)
+      left = x - matmul(corner, n)
+      a = matmul(corner, 0.25_wp*xi_node*(1.0_wp + xi(2)*eta_node))
+      b = matmul(corner, 0.25_wp*eta_node*(1.0_wp + xi(1)*xi_node))
+      det = a(1)*b(2) - a(2)*b(1)
+      if (.not. abs(det) > 0.0_wp) exit
+      step = [left(1)*b(2) - left(2)*b(1), a(1)*left(2) - a(2)*left(1)]/det
+      xi = xi + step
+      if (maxval(abs(step)) < settled) exit
+    end do
+    n = 0.25_wp*(1.0_wp + xi(1)*xi_node)*(1.0_wp + xi(2)*eta_node)
+  end function shape_at
+
+end module face_overlap_mod

@@ -1,0 +1,309 @@
+!> Weights of a master's nodes for the nodes of a slave surface: a mortar with dual multipliers, over
+!> the part of each slave face that the master covers.
+!>
+!> docs/theory.md (11.1) to (11.4).
+module mortar_mod
+  use kinds_mod, only: wp
+  use small_matrix_mod, only: solve_small
+  use contact_points_mod, only: weights_t
+  use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
+  use face_overlap_mod, only: overlap_t, plane_t, plane_of_face, outward_normal, find_overlap
+  implicit none
+  private
+
+  public :: mortar_t, make_mortar, reach_of_faces, face_each_other
+
+  !> What the nodes of a slave surface face.
+  type :: mortar_t
+    type(weights_t) :: weights              !! a row a slave node; empty where nothing covers it
+    real(wp), allocatable :: area(:)        !! (n) of the node, as far as it is covered [length^2]
+    real(wp), allocatable :: whole_area(:)  !! (n) of the node [length^2]
+    real(wp), allocatable :: normal(:, :)   !! (3,n) from the master to the slave, 0: not covered [-]
+    real(wp), allocatable :: outward(:, :) !! (3,n) of the slave surface, the mean of its faces [-]
+    real(wp), allocatable :: least_gap(:)
+    !! (n) at the points of the quadrature on the node's faces, huge where there are none [length]
+  end type mortar_t
+
+  !> A covered part of a slave face.
+  type :: part_t
+    integer :: master = 0
+    real(wp) :: distance = 0.0_wp !! of its middle from the slave's plane [length]
+    type(overlap_t) :: overlap
+  end type part_t
+
+  real(wp), parameter :: against = -0.2_wp      !! cosine of normals that face each other, at most
+  real(wp), parameter :: least_cover = 1.0e-9_wp !! of a face; less has lost its digits [-]
+
+contains
+
+  !> The weights of the master's nodes where nodes are at `x`.
+  !>
+  !> Rows add up to 1, and give places on a flat master exactly, to rounding.
+  pure subroutine make_mortar(slave, master, number, n, x, reach, mortar, behind)
+    integer, intent(in) :: slave(:, :)   !! (4,n_slave) nodes, anticlockwise from outside
+    integer, intent(in) :: master(:, :)  !! (4,n_master) the same; the fourth is 0 in a triangle
+    integer, intent(in) :: number(:)     !! (n_nodes) of a slave node in the result, 1 to n
+    integer, intent(in) :: n             !! slave nodes
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    real(wp), intent(in) :: reach        !! how far apart faces may be, along the slave's normal [length]
+    type(mortar_t), intent(out) :: mortar
+    real(wp), intent(in), optional :: behind
+    !! how far a master may be behind the slave, where that is another distance [length]
+    type(face_grid_t) :: grid
+    type(part_t), allocatable :: parts(:)
+    integer, allocatable :: row(:), node(:)  !! of each contribution
+    real(wp), allocatable :: weight(:)
+    type(plane_t) :: plane
+    real(wp) :: length, size_of_master, reaches(2)
+    integer :: f, i, n_entries
+
+    allocate (mortar%area(n), mortar%whole_area(n), source=0.0_wp)
+    allocate (mortar%normal(3, n), mortar%outward(3, n), source=0.0_wp)
+    allocate (mortar%least_gap(n), source=huge(1.0_wp))
+    allocate (row(64), node(64), weight(64))
+    n_entries = 0
+    grid = make_face_grid(master, x)
+    size_of_master = largest_face(master, x)
+    reaches = reach
+    if (present(behind)) reaches(2) = behind
+    do f = 1, size(slave, 2)
+      plane = plane_of_face(x(:, slave(:, f)))
+      associate (of_node => mortar%whole_area(number(slave(:, f))))
+        mortar%whole_area(number(slave(:, f))) = of_node + 0.25_wp*plane%area
+      end associate
+      do i = 1, 4
+        associate (outward => mortar%outward(:, number(slave(i, f))))
+          outward = outward + plane%area*plane%axis(:, 3)
+        end associate
+      end do
+      call find_parts(grid, master, x, x(:, slave(:, f)), plane, reaches, size_of_master, parts)
+      call add_face(slave(:, f), master, number, x, plane, parts, mortar, row, node, weight, n_entries)
+    end do
+    do i = 1, n
+      length = norm2(mortar%normal(:, i))
+      if (length > 0.0_wp) mortar%normal(:, i) = mortar%normal(:, i)/length
+      length = norm2(mortar%outward(:, i))
+      if (length > 0.0_wp) mortar%outward(:, i) = mortar%outward(:, i)/length
+    end do
+    call make_rows(mortar%area, row(:n_entries), node(:n_entries), weight(:n_entries), &
+      mortar%weights)
+  end subroutine make_mortar
+
+  !> Half the largest face: how far apart the faces of two surfaces at rest are looked for.
+  pure real(wp) function reach_of_faces(slave, master, x) result(reach)
+    integer, intent(in) :: slave(:, :)   !! (4,n_slave)
+    integer, intent(in) :: master(:, :)  !! (4,n_master) the fourth is 0 in a triangle
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+
+    reach = 0.5_wp*max(largest_face(slave, x), largest_face(master, x))
+  end function reach_of_faces
+
+  !> The longest diagonal of the boxes of faces.
+  pure real(wp) function largest_face(faces, x) result(length)
+    integer, intent(in) :: faces(:, :)   !! (4,n_faces)
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    integer :: f, k
+
+    length = 0.0_wp
+    do f = 1, size(faces, 2)
+      k = count(faces(:, f) > 0)
+      length = max(length, norm2(maxval(x(:, faces(:k, f)), 2) - minval(x(:, faces(:k, f)), 2)))
+    end do
+  end function largest_face
+
+  !> Whether any face of one surface is turned towards any of the other: if not they never touch.
+  pure logical function face_each_other(slave, master, x) result(they_do)
+    integer, intent(in) :: slave(:, :)   !! (4,n_slave)
+    integer, intent(in) :: master(:, :)  !! (4,n_master) the fourth is 0 in a triangle
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    real(wp) :: normal(3, size(master, 2)), n(3)
+    integer :: f, k
+
+    do f = 1, size(master, 2)
+      k = count(master(:, f) > 0)
+      normal(:, f) = outward_normal(x(:, master(:k, f)))
+    end do
+    they_do = .true.
+    do f = 1, size(slave, 2)
+      n = outward_normal(x(:, slave(:, f)))
+      do k = 1, size(master, 2)
+        if (dot_product(n, normal(:, k)) <= against) return
+      end do
+    end do
+    they_do = .false.
+  end function face_each_other
+
+  !> The master faces that cover a slave face, and what they cover of it.
+  pure subroutine find_parts(grid, master, x, slave, plane, reach, size_of_master, parts)
+    type(face_grid_t), intent(in) :: grid
+    integer, intent(in) :: master(:, :)   !! (4,n_master)
+    real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
+    real(wp), intent(in) :: slave(3, 4)   !! nodes of the slave face [length]
+    type(plane_t), intent(in) :: plane
+    real(wp), intent(in) :: reach(2)      !! before the slave's plane, and behind it [length]
+    real(wp), intent(in) :: size_of_master !! the largest face's [length]
+    type(part_t), allocatable, intent(out) :: parts(:)
+    integer, allocatable :: near(:)
+    type(part_t) :: part
+    real(wp) :: low(3), high(3), height(4), sideways, along
+    integer :: i, k
+
+    ! What covers the face lies in the prism over it.
+    sideways = 1.0e-6_wp*sqrt(plane%area)
+    along = maxval(reach) + size_of_master
+    low = minval(slave, 2) - along*abs(plane%axis(:, 3)) - sideways
+    high = maxval(slave, 2) + along*abs(plane%axis(:, 3)) + sideways
+    call faces_near(grid, low, high, near)
+    allocate (parts(0))
+    do i = 1, size(near)
+      k = count(master(:, near(i)) > 0)
+      associate (corner => x(:, master(:k, near(i))))
+        if (dot_product(outward_normal(corner), plane%axis(:, 3)) > against) cycle
+        height(:k) = matmul(plane%axis(:, 3), corner) - dot_product(plane%axis(:, 3), plane%origin)
+        if (minval(height(:k)) > reach(1) .or. maxval(height(:k)) < -reach(2)) cycle
+        part%master = near(i)
+        part%distance = abs(sum(height(:k)))/real(k, wp)
+        part%overlap = find_overlap(plane, slave, corner)
+      end associate
+      if (part%overlap%area > 0.0_wp) parts = [parts, part]
+    end do
+    call keep_nearest(plane%area, parts)
+  end subroutine find_parts
+
+  !> Leave out the farthest parts where more is covered than there is: of a master that lies behind
+  !> another.
+  pure subroutine keep_nearest(area, parts)
+    real(wp), intent(in) :: area !! of the slave face [length^2]
+    type(part_t), allocatable, intent(inout) :: parts(:)
+    logical :: kept(size(parts))
+    integer :: i
+
+    kept = .true.
+    do i = 1, size(parts)
+      if (sum(parts%overlap%area, mask=kept) <= (1.0_wp + 1.0e-6_wp)*area) exit
+      kept(maxloc(parts%distance, dim=1, mask=kept)) = .false.
+    end do
+    if (.not. all(kept)) parts = pack(parts, kept)
+  end subroutine keep_nearest
+
+  !> Add what covers a slave face to the rows of its nodes, not yet divided by their areas.
+  pure subroutine add_face(slave, master, number, x, plane, parts, mortar, row, node, weight, &
+    n_entries)
+    integer, intent(in) :: slave(4)
+    integer, intent(in) :: master(:, :)   !! (4,n_master)
+    integer, intent(in) :: number(:)      !! (n_nodes)
+    real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
+    type(plane_t), intent(in) :: plane
+    type(part_t), intent(in) :: parts(:)
+    type(mortar_t), intent(inout) :: mortar
+    integer, allocatable, intent(inout) :: row(:), node(:)
+    real(wp), allocatable, intent(inout) :: weight(:) !! [length^2]
+    integer, intent(inout) :: n_entries
+    real(wp) :: lumped(4), mass(4, 4), dual(4, 4), part_of(4, 4), unit(4)
+    integer :: a, i, k, of_master
+    logical :: regular
+
+    if (size(parts) == 0) return
+    lumped = 0.0_wp
+    mass = 0.0_wp
+    do i = 1, size(parts)
+      lumped = lumped + parts(i)%overlap%lumped
+      mass = mass + parts(i)%overlap%mass
+    end do
+    if (sum(lumped) < least_cover*plane%area) return
+    do a = 1, 4
+      unit = 0.0_wp
+      unit(a) = 1.0_wp
+      call solve_small(mass, unit, dual(:, a), regular) ! symmetric: columns are rows
+      if (.not. regular) return
+      dual(:, a) = lumped(a)*dual(:, a)
+    end do
+    do a = 1, 4
+      associate (s => number(slave(a)))
+        mortar%area(s) = mortar%area(s) + lumped(a)
+        do i = 1, size(parts)
+          mortar%least_gap(s) = min(mortar%least_gap(s), parts(i)%overlap%least_gap)
+          of_master = count(master(:, parts(i)%master) > 0)
+          mortar%normal(:, s) = mortar%normal(:, s) + parts(i)%overlap%lumped(a)* &
+            outward_normal(x(:, master(:of_master, parts(i)%master)))
+        end do
+      end associate
+    end do
+    do i = 1, size(parts)
+      part_of = matmul(transpose(dual), parts(i)%overlap%mixed)
+      of_master = count(master(:, parts(i)%master) > 0)
+      do k = 1, of_master
+        do a = 1, 4
+          call append_entry(number(slave(a)), master(k, parts(i)%master), part_of(a, k), row, node, &
+            weight, n_entries)
+        end do
+      end do
+    end do
+  end subroutine add_face
+
+  !> One more contribution; the lists grow by halves.
+  pure subroutine append_entry(of_row, of_node, value, row, node, weight, n)
+    integer, intent(in) :: of_row, of_node
+    real(wp), intent(in) :: value
+    integer, allocatable, intent(inout) :: row(:), node(:)
+    real(wp), allocatable, intent(inout) :: weight(:)
+    integer, intent(inout) :: n
+    integer :: more
+
+    if (n == size(row)) then
+      more = n/2 + 1
+      row = [row, spread(0, 1, more)]
+      node = [node, spread(0, 1, more)]
+      weight = [weight, spread(0.0_wp, 1, more)]
+    end if
+    n = n + 1
+    row(n) = of_row
+    node(n) = of_node
+    weight(n) = value
+  end subroutine append_entry
+
+  !> Contributions as sparse rows, each node of a row once, divided by the areas.
+  pure subroutine make_rows(area, row, node, weight, weights)
+    real(wp), intent(in) :: area(:)     !! (n) [length^2]
+    integer, intent(in) :: row(:), node(:)
+    real(wp), intent(in) :: weight(:)   !! [length^2]
+    type(weights_t), intent(out) :: weights
+    integer :: start(size(area) + 1), at(size(area)), sorted(size(row)), i, k, m, n_entries
+
+    start = 0
+    do i = 1, size(row)
+      start(row(i) + 1) = start(row(i) + 1) + 1
+    end do
+    start(1) = 1
+    do i = 1, size(area)
+      start(i + 1) = start(i) + start(i + 1)
+    end do
+    at = start(:size(area))
+    do i = 1, size(row)
+      sorted(at(row(i))) = i
+      at(row(i)) = at(row(i)) + 1
+    end do
+    allocate (weights%first(size(area) + 1), weights%node(size(row)), weights%weight(size(row)))
+    n_entries = 0
+    do i = 1, size(area)
+      weights%first(i) = n_entries + 1
+      do k = start(i), start(i + 1) - 1
+        associate (entry => sorted(k))
+          do m = weights%first(i), n_entries
+            if (weights%node(m) == node(entry)) exit
+          end do
+          if (m > n_entries) then
+            n_entries = m
+            weights%node(m) = node(entry)
+            weights%weight(m) = 0.0_wp
+          end if
+          weights%weight(m) = weights%weight(m) + weight(entry)/area(i)
+        end associate
+      end do
+    end do
+    weights%first(size(area) + 1) = n_entries + 1
+    weights%node = weights%node(:n_entries)
+    weights%weight = weights%weight(:n_entries)
+  end subroutine make_rows
+
+end module mortar_mod

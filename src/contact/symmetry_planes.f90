@@ -1,0 +1,101 @@
+!> Planes of symmetry of pairs of surfaces, found by their supports. docs/theory.md section 11.
+!>
+!> The weights of a point on such a plane reach nodes beside it, whose motion across the plane is
+!> none of the plane's: there the normal has no part, and no friction acts.
+module symmetry_planes_mod
+  use kinds_mod, only: wp
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t, master_nodes
+  implicit none
+  private
+
+  public :: find_symmetry_planes
+
+  real(wp), parameter :: rounding = 1.0e-9_wp !! of the size of the mesh: nodes on one plane
+
+contains
+
+  !> Mark the points that lie on planes of symmetry.
+  pure subroutine find_symmetry_planes(scene, points)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(inout) :: points !! gets across
+    logical, allocatable :: held(:, :)
+    real(wp) :: side(2), close_by
+    integer :: pair, axis, i, k
+
+    points%across = .false.
+    if (.not. any(points%on_surface)) return
+    held = held_at_rest(scene)
+    associate (x => scene%mesh%coordinates)
+      close_by = rounding*maxval(maxval(x, dim=2) - minval(x, dim=2))
+      do pair = 1, size(scene%pairs)
+        if (scene%pairs(pair)%master > 0) cycle
+        do axis = 1, 3
+          associate (nodes => [scene%surfaces(scene%pairs(pair)%surface)%nodes, &
+                               master_nodes(points, pair)])
+            side = [minval(x(axis, nodes)), maxval(x(axis, nodes))]
+          end associate
+          do k = 1, 2
+            if (.not. is_symmetric(pair, axis, side(k))) cycle
+            do i = points%first(pair), points%first(pair + 1) - 1
+              if (abs(x(axis, points%node(i)) - side(k)) <= close_by) points%across(axis, i) = &
+                .true.
+            end do
+          end do
+        end do
+      end do
+    end associate
+
+  contains
+
+    !> Whether all of both surfaces that lies on a plane is held across it, and not all of the slave
+    !> surface is; and the same of the bodies.
+    pure logical function is_symmetric(pair, axis, place)
+      integer, intent(in) :: pair, axis
+      real(wp), intent(in) :: place !! of the plane along the axis [length]
+      logical :: on_plane(scene%mesh%n_nodes), of_pair(scene%mesh%n_nodes)
+      integer :: bodies(scene%mesh%n_bodies), j
+
+      is_symmetric = .false.
+      associate (slaves => scene%surfaces(scene%pairs(pair)%surface)%nodes, mesh => scene%mesh, &
+                 masters => master_nodes(points, pair))
+        if (all(held(axis, slaves))) return
+        bodies = 0
+        bodies(mesh%body(slaves)) = 1
+        bodies(mesh%body(masters)) = 1
+        of_pair = .false.
+        do j = 1, mesh%n_nodes
+          if (mesh%body(j) > 0) of_pair(j) = bodies(mesh%body(j)) == 1
+        end do
+        on_plane = abs(mesh%coordinates(axis, :) - place) <= close_by .and. of_pair
+        if (.not. all(held(axis, :) .or. .not. on_plane)) return
+        if (.not. any(on_plane(slaves)) .or. .not. any(on_plane(masters))) return
+        ! Bodies on one side of it.
+        if (any(of_pair .and. mesh%coordinates(axis, :) < place - close_by) .and. &
+          any(of_pair .and. mesh%coordinates(axis, :) > place + close_by)) return
+      end associate
+      is_symmetric = .true.
+    end function is_symmetric
+
+  end subroutine find_symmetry_planes
+
+  !> The degrees of freedom that every *STEP holds at 0.
+  pure function held_at_rest(scene) result(held)
+    type(scene_t), intent(in) :: scene
+    logical :: held(3, scene%mesh%n_nodes), here(3, scene%mesh%n_nodes)
+    integer :: step, i
+
+    held = .true.
+    here = .false.
+    do step = 1, size(scene%steps)
+      if (scene%steps(step)%replace_boundary) here = .false.
+      do i = 1, size(scene%steps(step)%boundary)
+        associate (b => scene%steps(step)%boundary(i))
+          here(b%dof, b%node) = .not. abs(b%value) > 0.0_wp
+        end associate
+      end do
+      held = held .and. here
+    end do
+  end function held_at_rest
+
+end module symmetry_planes_mod

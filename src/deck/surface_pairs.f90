@@ -1,0 +1,172 @@
+!> Contact pairs of two surfaces: what of the surfaces must hold before anything may be computed.
+module surface_pairs_mod
+  use cards_mod, only: note, reader_t, report
+  use diagnostics_mod, only: quoted
+  use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t, find_bodies
+  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, face_each_other
+  use scene_mod, only: contact_pair_t
+  use sets_mod, only: model_t
+  use surface_list_mod, only: find_faces_of_nodes, surface_list_t
+  use surfaces_mod, only: nodes_of, surface_t
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: check_surface_pair
+
+contains
+
+  !> Report what keeps two surfaces from being a pair: `pair` loses its master then.
+  subroutine check_surface_pair(reader, model, surfaces, slave_position, master_position, pair)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(inout) :: surfaces !! faces of a surface of nodes are found
+    integer, intent(in) :: slave_position, master_position !! of the names in the deck
+    type(contact_pair_t), intent(inout) :: pair
+    integer :: shared
+    logical :: ok
+
+    if (.not. allocated(surfaces%list(pair%surface)%faces)) return
+    call find_faces_of_nodes(reader, model, surfaces, pair%master_surface)
+    associate (slave => surfaces%list(pair%surface), &
+               master => surfaces%list(pair%master_surface), mesh => model%mesh)
+      ok = .not. (surfaces%flawed(pair%surface) .or. surfaces%flawed(pair%master_surface))
+      if (ok) then
+        call check_faces(pair%surface, slave_position, 'slave')
+        call check_faces(pair%master_surface, master_position, 'master')
+      end if
+      if (ok) then
+        shared = shared_node(slave%nodes, master%nodes, mesh%n_nodes)
+        if (shared > 0) then
+          call report(reader, master_position, quoted(slave%name)//' and '//quoted(master%name)// &
+            ' share node '//to_text(mesh%node_id(shared))//': the surfaces of a contact pair '// &
+            'must not touch by their mesh')
+          ok = .false.
+        end if
+      end if
+      if (ok) call check_sides(reader, model, slave, master, master_position, pair, ok)
+    end associate
+    if (.not. ok) pair%master_surface = 0
+
+  contains
+
+    !> A surface of a pair consists of faces, and all of its nodes are theirs.
+    subroutine check_faces(index, position, side)
+      integer, intent(in) :: index, position
+      character(*), intent(in) :: side
+      logical :: on_face(model%mesh%n_nodes)
+
+      associate (surface => surfaces%list(index))
+        on_face = .false.
+        on_face(reshape(nodes_of(surface%faces, model%mesh%connectivity), &
+          [4*size(surface%faces, 2)])) = .true.
+        if (size(surface%faces, 2) > 0 .and. all(on_face(surface%nodes))) return
+        call report(reader, position, 'the '//side//' '//quoted(surface%name)// &
+          ' of a pair of two surfaces has nodes without faces: it must consist of faces '// &
+          '(*SURFACE, TYPE=ELEMENT)')
+        ok = .false.
+      end associate
+    end subroutine check_faces
+
+  end subroutine check_surface_pair
+
+  !> Report surfaces that can never touch, as none of their faces is turned towards one of the other,
+  !> or as one lies behind the other; note those of which nothing lies opposite yet. How deep one is
+  !> in the other is kept.
+  subroutine check_sides(reader, model, slave, master, position, pair, ok)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: slave, master
+    integer, intent(in) :: position              !! of the master in the deck
+    type(contact_pair_t), intent(inout) :: pair
+    logical, intent(out) :: ok
+    integer, allocatable :: slaves(:, :), masters(:, :)
+    type(mortar_t) :: mortar
+    integer :: number(model%mesh%n_nodes), i
+    logical :: has_slave(model%mesh%n_elements)
+    real(wp) :: far
+
+    allocate (slaves, source=nodes_of(slave%faces, model%mesh%connectivity))
+    allocate (masters, source=nodes_of(master%faces, model%mesh%connectivity))
+    number(slave%nodes) = [(i, i=1, size(slave%nodes))]
+    has_slave = .false.
+    has_slave(slave%faces(1, :)) = .true.
+    associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes), s => slave%nodes, &
+               m => master%nodes)
+      far = norm2(max(maxval(x(:, s), 2), maxval(x(:, m), 2)) - min(minval(x(:, s), 2), &
+        minval(x(:, m), 2))) + reach_of_faces(slaves, masters, x)
+      ok = face_each_other(slaves, masters, x)
+      if (.not. ok) then
+        call report(reader, position, 'no face of '//quoted(master%name)// &
+          ' is turned towards one of '//quoted(slave%name)//': these sides cannot touch')
+        return
+      end if
+      ok = .not. any(has_slave(master%faces(1, :)))
+      if (.not. ok) then
+        call report(reader, position, quoted(slave%name)//' and '//quoted(master%name)// &
+          ' are two sides of the same bricks: they cannot touch')
+        return
+      end if
+      ! Bodies overlap by less than they are thick.
+      call make_mortar(slaves, masters, number, size(s), x, far, mortar, &
+        behind=0.999_wp*thickness(model, [slave%nodes(1), master%nodes(1)]))
+      if (any(mortar%area > 0.0_wp)) then
+        pair%overlap = max(0.0_wp, -minval(mortar%least_gap, mask=mortar%area > 0.0_wp))
+        return
+      end if
+      call make_mortar(slaves, masters, number, size(s), x, far, mortar)
+      ok = .not. any(mortar%area > 0.0_wp)
+    end associate
+    if (ok) then
+      call note(reader, 'contact pair '//slave%name//':'//master%name// &
+        ': no face of the master lies opposite one of the slave in the undeformed mesh')
+    else
+      call report(reader, position, quoted(master%name)//' lies behind '// &
+        quoted(slave%name)//': the surfaces of a contact pair must be turned towards each other')
+    end if
+  end subroutine check_sides
+
+  !> The smallest extent of the bodies that some nodes belong to.
+  pure real(wp) function thickness(model, nodes)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: nodes(:)
+    type(mesh_t) :: mesh
+    real(wp) :: low(3), high(3)
+    integer :: i, k
+
+    mesh%n_nodes = model%mesh%n_nodes
+    mesh%n_elements = model%mesh%n_elements
+    allocate (mesh%connectivity(8, mesh%n_elements), &
+      source=model%mesh%connectivity(:, :mesh%n_elements))
+    call find_bodies(mesh)
+    thickness = huge(thickness)
+    do k = 1, size(nodes)
+      low = huge(low)
+      high = -huge(high)
+      do i = 1, mesh%n_nodes
+        if (mesh%body(i) /= mesh%body(nodes(k))) cycle
+        low = min(low, model%mesh%coordinates(:, i))
+        high = max(high, model%mesh%coordinates(:, i))
+      end do
+      thickness = min(thickness, minval(high - low))
+    end do
+  end function thickness
+
+  !> A node that two lists have in common; 0: none.
+  pure integer function shared_node(one, other, n_nodes) result(node)
+    integer, intent(in) :: one(:), other(:), n_nodes
+    logical :: is_one(n_nodes)
+    integer :: i
+
+    is_one = .false.
+    is_one(one) = .true.
+    node = 0
+    do i = 1, size(other)
+      if (.not. is_one(other(i))) cycle
+      node = other(i)
+      return
+    end do
+  end function shared_node
+
+end module surface_pairs_mod

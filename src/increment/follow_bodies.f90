@@ -1,0 +1,107 @@
+!> The place at which contact between surfaces is linearised, from iteration to iteration of an
+!> increment.
+!>
+!> A placement at u_j leads to a displacement u; u_j -> u is a map whose fixed point is the
+!> solution. It is nearly linear, and contracts slowly where everything slides: Anderson's
+!> acceleration. docs/theory.md section 11.
+module follow_bodies_mod
+  use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use anderson_mod, only: anderson_t, new_anderson, accelerate, forget
+  implicit none
+  private
+
+  public :: follow_t, begin_following, has_moved, next_place, farthest_point
+
+  integer, parameter :: depth = 6 !! displacements that acceleration keeps
+
+  type :: follow_t
+    integer, allocatable :: node(:) !! of the pairs of surfaces that are placed anew, each once
+    real(wp) :: allowed = huge(1.0_wp) !! the most that they may still move, of their way [-]
+    real(wp) :: before = huge(1.0_wp)  !! how far they had still moved an iteration ago [-]
+    type(anderson_t) :: memory
+  end type follow_t
+
+contains
+
+  !> Nothing is followed where no pair of surfaces is.
+  pure function begin_following(scene, points, tolerance) result(follow)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: tolerance !! that the placement is to meet [-]
+    type(follow_t) :: follow
+    logical :: is_on(scene%mesh%n_nodes)
+    integer :: pair, i
+
+    is_on = .false.
+    do pair = 1, size(scene%pairs)
+      associate (of => scene%pairs(pair))
+        if (of%master > 0 .or. of%small_sliding) cycle
+        if (.not. any(points%in_reach(points%first(pair):points%first(pair + 1) - 1))) cycle
+        is_on(scene%surfaces(of%surface)%nodes) = .true.
+        is_on(scene%surfaces(of%master_surface)%nodes) = .true.
+      end associate
+    end do
+    allocate (follow%node(count(is_on)))
+    follow%node(:) = pack([(i, i=1, size(is_on))], is_on)
+    if (size(follow%node) == 0) return
+    follow%allowed = 100.0_wp*max(tolerance, scene%contact%tolerance)
+    follow%memory = new_anderson(3*size(follow%node), depth)
+  end function begin_following
+
+  !> How far the nodes are from where they were placed, beside how far they went; what places are
+  !> rounded by is no way.
+  pure real(wp) function has_moved(mesh, follow, old, placed_at, u) result(moved)
+    type(mesh_t), intent(in) :: mesh
+    type(follow_t), intent(in) :: follow
+    real(wp), intent(in) :: old(:, :)        !! (3,n_nodes) when the increment began [length]
+    real(wp), intent(in) :: placed_at(:, :)  !! (3,n_nodes) [length]
+    real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) that the placement led to [length]
+    real(wp) :: way
+
+    moved = 0.0_wp
+    if (size(follow%node) == 0) return
+    moved = maxval(abs(u(:, follow%node) - placed_at(:, follow%node))) - 16.0_wp*epsilon(1.0_wp)* &
+      maxval(abs(mesh%coordinates) + abs(u))
+    moved = max(0.0_wp, moved)
+    way = max(maxval(abs(u - old)), 1.0e-9_wp*maxval(abs(u)))
+    if (way > 0.0_wp) moved = moved/way
+  end function has_moved
+
+  !> Where to place the points next: where the displacement is, but the nodes of surfaces where
+  !> the displacements so far lead to.
+  subroutine next_place(follow, moved, u, placed_at)
+    type(follow_t), intent(inout) :: follow
+    real(wp), intent(in) :: moved              !! of `has_moved` [-]
+    real(wp), intent(in) :: u(:, :)            !! (3,n_nodes) that the last place led to [length]
+    real(wp), intent(inout) :: placed_at(:, :) !! (3,n_nodes) the last place; the next [length]
+    real(wp) :: next(3*size(follow%node))
+
+    if (size(follow%node) == 0) then
+      placed_at = u
+      return
+    end if
+    if (moved > 2.0_wp*follow%before) call forget(follow%memory)
+    follow%before = moved
+    call accelerate(follow%memory, reshape(placed_at(:, follow%node), shape(next)), &
+      reshape(u(:, follow%node), shape(next)), next)
+    placed_at = u
+    placed_at(:, follow%node) = reshape(next, [3, size(follow%node)])
+  end subroutine next_place
+
+  !> The point whose node is farthest from where it was placed; 0: none.
+  pure integer function farthest_point(points, follow, placed_at, u) result(point)
+    type(contact_points_t), intent(in) :: points
+    type(follow_t), intent(in) :: follow
+    real(wp), intent(in) :: placed_at(:, :), u(:, :) !! (3,n_nodes) [length]
+
+    point = 0
+    if (size(follow%node) == 0) return
+    associate (way => norm2(u(:, points%node) - placed_at(:, points%node), dim=1))
+      point = maxloc(way, dim=1, mask=points%on_surface)
+    end associate
+  end function farthest_point
+
+end module follow_bodies_mod

@@ -1,0 +1,139 @@
+"""Bodies on bodies against an independent program, ../shared/reference/two_bodies.
+
+It has mortar operators, contact solver and elements of its own. Where that folder is absent the
+whole file is skipped (status 77). Its name says `shared`, so that the skip is allowed; nothing else
+is skipped here.
+"""
+
+import csv
+import sys
+import unittest
+
+import numpy as np
+from program import SOURCE, Run
+from two_bodies import block, deck, pair, step
+
+SHARED = SOURCE.parent / "shared" / "reference" / "two_bodies"
+STEEL = 210000.0
+SLIDE = (0.4 * np.cos(np.pi / 3), 0.4 * np.sin(np.pi / 3))
+
+
+def rows(name):
+    """Return the rows of a table as dictionaries of numbers where they are numbers."""
+    with open(SHARED / name, newline="", encoding="utf-8") as file:
+        return [
+            {key: value if key == "master" else float(value) for key, value in row.items()}
+            for row in csv.DictReader(file)
+        ]
+
+
+def column(table, *names):
+    return np.array([[row[name] for name in names] for row in table])
+
+
+class Independent(unittest.TestCase):
+    def solve(self, text):
+        run = Run(text, name="deck")
+        self.assertEqual(run.status, 0, run.errors)
+        result = run.result()
+        self.addCleanup(result.close)
+        self.assertTrue(result.history("certified").all())
+        return result
+
+    def block_on_foundation(self, young, pressed, slid):
+        """Case ii: a cube of 4 bricks an edge on a foundation of 6, twice as large."""
+        result = self.solve(deck(
+            block("UP", 4, (0, 0, 0), (1, 1, 1), young=STEEL),
+            block("LOW", 6, (-0.5, -0.5, -2), (2, 2, 2), young=young),
+            pair("UP-ZMIN, LOW-ZMAX", 0.3),
+            step("UP-ZMAX, 3, 3, -0.1", pressed),
+            step(f"UP-ZMAX, 1, 1, {SLIDE[0]!r}\nUP-ZMAX, 2, 2, {SLIDE[1]!r}", slid),
+            held="UP-ZMAX, 1, 2\nLOW-ZMIN, 1, 3",
+        ))
+        return result.file["contact/UP-ZMIN:LOW-ZMAX"]
+
+    def test_ii_slide(self):
+        want = rows("ii_slide.csv")
+        found = self.block_on_foundation(70000.0, 10, 20)
+        normal = column(want, "TN")[:, 0]
+        error = np.abs(found["resultant"][:] - column(want, "TX", "TY", "TN")).max(axis=1)
+        self.assertLess((error / normal).max(), 1e-6)
+        status = found["status"][:]
+        counts = np.array([[(row == code).sum() for code in (0, 1, 2)] for row in status])
+        self.assertTrue((counts == column(want, "open", "stick", "slide")).all())
+        # Node by node at the end; both number x first.
+        points = rows("ii_slide_final_points.csv")
+        place = np.lexsort(found["coordinates"][:].T[[2, 0, 1]])
+        other = np.lexsort(column(points, "x", "y", "z").T[[2, 0, 1]])
+        force = np.einsum("pa,pab->pb", found["reaction"][-1], found["frame"][-1])[place]
+        self.assertLess(
+            np.abs(force - column(points, "rx", "ry", "rz")[other]).max(), 1e-6 * normal[-1])
+        area = found["covered_area"][-1][place]
+        self.assertLess(np.abs(area - column(points, "area")[other][:, 0]).max(), 1e-8)
+
+    def test_iii_stiff_foundations(self):
+        for row in rows("iii_limit.csv")[:2]:
+            found = self.block_on_foundation(float(row["master"][2:]), 10, 40)["resultant"][:]
+            self.assertLess(abs(found[9, 2] / row["TN10"] - 1), 1e-6)
+            self.assertLess(abs(found[-1, 2] / row["TN50"] - 1), 1e-6)
+            self.assertLess(abs(np.hypot(*found[-1, :2]) / row["TT50"] - 1), 1e-6)
+
+    def test_iii_rigid_tools(self):
+        want = rows("iii_rigid_tool.csv")
+        for facets in (1, 5):
+            result = self.solve(deck(
+                block("UP", 4, (0, 0, 0), (1, 1, 1), young=STEEL),
+                block("TOOL", (facets, facets, 1), (-1.1, -1.2, -1), (3.4, 3.3, 1)),
+                pair("UP-ZMIN, TOOL-ZMAX", 0.3),
+                step("UP-ZMAX, 3, 3, -0.1", 10),
+                step(f"UP-ZMAX, 1, 1, {SLIDE[0]!r}\nUP-ZMAX, 2, 2, {SLIDE[1]!r}", 40),
+                held="UP-ZMAX, 1, 2\nTOOL, 1, 3",
+            ))
+            found = result.file["contact/UP-ZMIN:TOOL-ZMAX/resultant"][:]
+            error = np.abs(found - column(want, "TX", "TY", "TN")).max(axis=1)
+            self.assertLess((error / column(want, "TN")[:, 0]).max(), 1e-8)
+
+    def test_v_symmetric(self):
+        for row in rows("v_symmetric.csv"):
+            result = self.solve(deck(
+                block("UP", 4, (0, 0, 0), (1, 1, 1), young=STEEL),
+                block("LOW", int(row["n_low"]), (0, 0, -1), (1, 1, 1), young=STEEL),
+                pair("UP-ZMIN, LOW-ZMAX"),
+                step("UP-ZMAX, 3, 3, -0.02\nLOW-ZMIN, 3, 3, 0.02"),
+                held="UP-ZMAX, 1, 2\nLOW-ZMIN, 1, 2",
+                tolerance=1e-12,
+            ))
+            found = result.file["contact/UP-ZMIN:LOW-ZMAX/resultant"][-1][2]
+            self.assertLess(abs(found / row["TN_two"] - 1), 1e-12)
+
+    def test_vi_stack(self):
+        want = rows("vi_stack_middle.csv")
+        result = self.solve(deck(
+            block("LOW", 3, (0, 0, -1), (1, 1, 1), young=STEEL),
+            block("MID", 4, (0.1, 0.1, 0), (0.8, 0.8, 0.8), young=STEEL),
+            block("UP", 3, (0, 0, 0.8), (1, 1, 1), young=STEEL),
+            pair("MID-ZMIN, LOW-ZMAX", 0.3),
+            pair("MID-ZMAX, UP-ZMIN", 0.2, number=2),
+            step("UP-ZMAX, 3, 3, -0.03", 5),
+            step("UP-ZMAX, 1, 1, 0.1\nUP-ZMAX, 2, 2, 0.05", 10),
+            held="UP-ZMAX, 1, 2\nLOW-ZMIN, 1, 3",
+        ))
+        for number, name in (("1", "MID-ZMIN:LOW-ZMAX"), ("2", "MID-ZMAX:UP-ZMIN")):
+            found = result.file[f"contact/{name}"]
+            wanted = column(want, *(f"R{number}{axis}" for axis in "xyz"))
+            error = np.abs(found["resultant"][:] - wanted).max(axis=1)
+            self.assertLess((error / np.abs(wanted).max(axis=1)).max(), 1e-6)
+            counts = np.array(
+                [[(row == code).sum() for code in (0, 1, 2)] for row in found["status"][:]])
+            self.assertTrue((counts == column(
+                want, *(word + number for word in ("open", "stick", "slide")))).all())
+        mid = slice(4**3, 4**3 + 5**3)
+        moved = np.array([result.field("displacement", i)[mid].mean(axis=0) for i in range(len(want))])
+        self.assertLess(np.abs(moved - column(want, "mid_ux", "mid_uy", "mid_uz")).max(), 1e-9)
+
+
+if __name__ == "__main__":
+    if not SHARED.is_dir():
+        print(f"skipped: there is no {SHARED}")
+        sys.exit(77)
+    unittest.main()
