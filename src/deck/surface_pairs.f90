@@ -71,9 +71,9 @@ contains
 
   end subroutine check_surface_pair
 
-  !> Report surfaces that can never touch, as none of their faces is turned towards one of the other,
-  !> or as one lies behind the other; note those of which nothing lies opposite yet. How deep one is
-  !> in the other is kept.
+  !> Report surfaces that can never touch, as none of their faces is turned towards one of the
+  !> other, or as one lies behind the other; note those of which nothing lies opposite yet. How deep
+  !> one is in the other is kept.
   subroutine check_sides(reader, model, slave, master, position, pair, ok)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model

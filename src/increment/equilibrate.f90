@@ -1,8 +1,8 @@
 !> Steps 2 to 5 of an increment (advance_mod): the Newton-Raphson loop in which reactions,
 !> displacement and the placement of the contact points come to agree.
 !>
-!> Before a surface each placement is made where Anderson's acceleration says (docs/theory.md section
-!> 11).
+!> Before a surface each placement is made where Anderson's acceleration says (docs/theory.md
+!> section 11).
 module equilibrate_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
@@ -106,8 +106,8 @@ contains
         trial%controls%tolerance*maxval(abs(new%reaction)))
       balanced = imbalance <= trial%controls%tolerance .or. &
         (imbalance > 0.5_wp*last_imbalance .and. .not. is_turned)
-      settled = moved <= trial%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. i > 10 .and. &
-        moved <= follow%allowed)
+      settled = moved <= trial%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. &
+        i > 10 .and. moved <= follow%allowed)
       if (balanced .and. settled) exit newton_raphson
       last_imbalance = imbalance
       last_moved = moved
@@ -126,13 +126,12 @@ contains
     end do newton_raphson
     if (allocated(begun)) call abandon_inverse(solver%body%inverse)
     report%moved = moved
-    report%moved_point = 0
+    report%moved_point = farthest_point(points, follow, trial%placed_at, new%displacement)
     if (moved <= follow%allowed) return
     ! Nothing says that reactions found elsewhere hold here.
     report%converged = .false.
     report%ending = ended_moving
     report%residual = moved
-    report%moved_point = farthest_point(points, follow, trial%placed_at, new%displacement)
   end subroutine equilibrate
 
   !> How far the points before curved obstacles are from where they were placed, as of

@@ -35,7 +35,8 @@ contains
       'where it is fixed', of_frame, compute=frame))
     call add_field(list, field_t('reaction', of_real, [3, n], 'force', &
       'on the slave body, local', compute=reaction))
-    call add_field(list, field_t('gap', of_real, [n], 'length', 'distance along n; 1e30 where no master is', compute=gap))
+    call add_field(list, field_t('gap', of_real, [n], 'length', &
+      'distance along n; 1e30 where no master is', compute=gap))
     call add_field(list, field_t('slip_increment', of_real, [2, n], 'length', &
       'slip in the increment, along t1, t2', compute=slip_increment))
     call add_field(list, field_t('slip', of_real, [2, n], 'length', &

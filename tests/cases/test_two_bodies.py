@@ -106,7 +106,10 @@ class AgainstPlanes(unittest.TestCase):
         error = np.abs(of_pair(found, "UP-ZMIN:LOW-ZMAX", "resultant") - wanted).max()
         self.assertLess(error, 1e-6 * np.abs(wanted).max())
         self.assertTrue(
-            (of_pair(found, "UP-ZMIN:LOW-ZMAX", "status") == of_pair(want, "UP-ZMIN:FLOOR", "status")).all()
+            (
+                of_pair(found, "UP-ZMIN:LOW-ZMAX", "status")
+                == of_pair(want, "UP-ZMIN:FLOOR", "status")
+            ).all()
         )
 
     def test_held_masters_are_planes_of_any_mesh(self):
@@ -133,7 +136,9 @@ class AgainstPlanes(unittest.TestCase):
         )
         result = solved(self, text)
         # A bar of length 1 and section 1, E = 1000, without friction.
-        self.assertAlmostEqual(of_pair(result, "STAMP-ZMIN:LOW-ZMAX", "resultant")[-1][2], 10, places=7)
+        self.assertAlmostEqual(
+            of_pair(result, "STAMP-ZMIN:LOW-ZMAX", "resultant")[-1][2], 10, places=7
+        )
 
 
 class Forces(unittest.TestCase):
@@ -161,8 +166,12 @@ class Forces(unittest.TestCase):
         size = np.linalg.norm(resultant)
         self.assertGreater(size, 10)
         for of_body, sign in ((upper, 1), (~upper, -1)):
-            self.assertLess(np.abs(force[of_body].sum(axis=0) - sign * resultant).max(), 1e-12 * size)
-            self.assertLess(np.abs(supports[of_body].sum(axis=0) + sign * resultant).max(), 1e-8 * size)
+            self.assertLess(
+                np.abs(force[of_body].sum(axis=0) - sign * resultant).max(), 1e-12 * size
+            )
+            self.assertLess(
+                np.abs(supports[of_body].sum(axis=0) + sign * resultant).max(), 1e-8 * size
+            )
         # Of the same moments, about the origin and where the nodes are now.
         left = of_pair(result, "UP-ZMIN:LOW-ZMAX", "moment_left")[-1]
         place = result.file["VTKHDF/Points"][:] + result.field("displacement", -1)
@@ -172,8 +181,12 @@ class Forces(unittest.TestCase):
     def test_work_becomes_strain_and_friction(self):
         found = []
         for cut in (1, 4):
-            result = solved(self, self.text.replace("0.5, 1.", f"{0.5 / cut}, 1.").replace(
-                "0.25, 1.", f"{0.25 / cut}, 1."))
+            result = solved(
+                self,
+                self.text.replace("0.5, 1.", f"{0.5 / cut}, 1.").replace(
+                    "0.25, 1.", f"{0.25 / cut}, 1."
+                ),
+            )
             work = result.history("energy/external_work")[-1]
             self.assertGreater(result.history("energy/dissipation")[-1], 0.1 * work)
             found.append(abs(result.history("energy/balance")[-1]) / work)
@@ -237,7 +250,8 @@ class FreeBodies(unittest.TestCase):
             )
             result = solved(self, text)
             self.assertAlmostEqual(
-                of_pair(result, "UP-ZMIN:LOW-ZMAX", "resultant")[-1][2], 8, delta=1e-6)
+                of_pair(result, "UP-ZMIN:LOW-ZMAX", "resultant")[-1][2], 8, delta=1e-6
+            )
 
     def test_a_body_that_nothing_is_below_falls(self):
         text = deck(
@@ -273,7 +287,9 @@ class Edges(unittest.TestCase):
         self.assertTrue((covered[outside] == 0).all() and (covered[~outside] > 0).all())
         self.assertTrue((gap[outside] == NO_GAP).all() and (np.abs(gap[~outside]) < 1e-8).all())
         self.assertTrue((of_pair(result, "UP-ZMIN:LOW-ZMAX", "status")[-1][outside] == OPEN).all())
-        self.assertEqual(np.abs(of_pair(result, "UP-ZMIN:LOW-ZMAX", "reaction")[-1][outside]).max(), 0)
+        self.assertEqual(
+            np.abs(of_pair(result, "UP-ZMIN:LOW-ZMAX", "reaction")[-1][outside]).max(), 0
+        )
         self.assertEqual(np.abs(of_pair(result, "UP-ZMIN:LOW-ZMAX", "slip")[-1][outside]).max(), 0)
 
     def test_slivers(self):
@@ -317,7 +333,12 @@ class Symmetry(unittest.TestCase):
                     held += "\nUP-XMIN, 1\nUP-YMIN, 2\nLOW-XMIN, 1\nLOW-YMIN, 2"
                 text = deck(
                     block("LOW", (4 * n, 4 * n, 3), (low, low, -1), (size, size, 1), young=300.0),
-                    block("UP", (3 * n, 3 * n, 3), (0.6 * low, 0.6 * low, 0), (0.6 * size, 0.6 * size, 0.7)),
+                    block(
+                        "UP",
+                        (3 * n, 3 * n, 3),
+                        (0.6 * low, 0.6 * low, 0),
+                        (0.6 * size, 0.6 * size, 0.7),
+                    ),
                     pair(surfaces, 0.3),
                     f"*CONTACT GAP, PARABOLA\n{slave}, 0., 0., 0., 8.\n",
                     step("UP-ZMAX, 3, 3, -0.05", 2),
@@ -361,7 +382,10 @@ class GapsAndAdjust(unittest.TestCase):
             self.assertLess(np.abs(points[:, 2]).max(), 1e-15)
             # At once in contact: no event, and forces from the first increment on.
             self.assertGreater(of_pair(result, "UP-ZMIN:LOW-ZMAX", "resultant")[0, 2], 1)
-        self.assertIn("moved no node", Run(self.blocks(0.004, options=", ADJUST=0.001"), "--plan", name="deck").output)
+        self.assertIn(
+            "moved no node",
+            Run(self.blocks(0.004, options=", ADJUST=0.001"), "--plan", name="deck").output,
+        )
 
     def test_deep_overlaps_are_pushed_out(self):
         """An interference of half the block, and many times the displacement."""
@@ -375,6 +399,39 @@ class GapsAndAdjust(unittest.TestCase):
         text = self.blocks(3.3, depth=3.32, mu=0.0).replace("0.5, 1.", "1., 1.")
         found = of_pair(solved(self, text), "UP-ZMIN:LOW-ZMAX", "resultant")[-1, 2]
         self.assertLess(abs(found / self.force(0.0, depth=0.02, mu=0.0)[-1] - 1), 1e-8)
+
+
+class Placement(unittest.TestCase):
+    """Long ways in one increment into a soft body, of which some have no placement that settles."""
+
+    def test_what_does_not_settle_is_refused(self):
+        refused = 0
+        for depth, way, young in (
+            (0.3, 0.5, 1.0),
+            (0.3, 0.5, 1.1),
+            (0.29, 0.5, 1.0),
+            (0.3, 0.5, 0.1),
+            (0.6, 1.0, 1000.0),
+            (0.6, 1.0, 990.0),
+        ):
+            text = deck(
+                block("LOW", (5, 5, 2), (-0.5, -0.5, -1), (2, 2, 1), young=young),
+                block("UP", 3, (0, 0, 0), (1, 1, 1)),
+                pair("UP-ZMIN, LOW-ZMAX", 0.5),
+                step(f"UP-ZMAX, 1, 1, {way}\nUP-ZMAX, 2, 2, {0.3 * way}\nUP-ZMAX, 3, 3, {-depth}"),
+                held="LOW-ZMIN, 1, 3",
+                tolerance=1e-8,
+            )
+            run = Run(text, name="deck")
+            self.assertIn(run.status, (0, 2), run.errors)
+            if run.status == 2:
+                refused += 1
+                self.assertRegex(
+                    run.errors,
+                    r"step 1, increment 1: the contact points on the master of UP-ZMIN:LOW-ZMAX, "
+                    r"most of all node \d+, do not settle \(they still move by [\d.e-]+\)",
+                )
+        self.assertGreater(refused, 0)
 
 
 class SmallSliding(unittest.TestCase):

@@ -28,11 +28,15 @@ def rows(name):
 
 
 def column(table, *names):
+    """Return columns of a table side by side."""
     return np.array([[row[name] for name in names] for row in table])
 
 
 class Independent(unittest.TestCase):
+    """Source: two_body_reference.py there; each case says its bodies and path."""
+
     def solve(self, text):
+        """Run a deck that must be solved; return its result."""
         run = Run(text, name="deck")
         self.assertEqual(run.status, 0, run.errors)
         result = run.result()
@@ -42,14 +46,16 @@ class Independent(unittest.TestCase):
 
     def block_on_foundation(self, young, pressed, slid):
         """Case ii: a cube of 4 bricks an edge on a foundation of 6, twice as large."""
-        result = self.solve(deck(
-            block("UP", 4, (0, 0, 0), (1, 1, 1), young=STEEL),
-            block("LOW", 6, (-0.5, -0.5, -2), (2, 2, 2), young=young),
-            pair("UP-ZMIN, LOW-ZMAX", 0.3),
-            step("UP-ZMAX, 3, 3, -0.1", pressed),
-            step(f"UP-ZMAX, 1, 1, {SLIDE[0]!r}\nUP-ZMAX, 2, 2, {SLIDE[1]!r}", slid),
-            held="UP-ZMAX, 1, 2\nLOW-ZMIN, 1, 3",
-        ))
+        result = self.solve(
+            deck(
+                block("UP", 4, (0, 0, 0), (1, 1, 1), young=STEEL),
+                block("LOW", 6, (-0.5, -0.5, -2), (2, 2, 2), young=young),
+                pair("UP-ZMIN, LOW-ZMAX", 0.3),
+                step("UP-ZMAX, 3, 3, -0.1", pressed),
+                step(f"UP-ZMAX, 1, 1, {SLIDE[0]!r}\nUP-ZMAX, 2, 2, {SLIDE[1]!r}", slid),
+                held="UP-ZMAX, 1, 2\nLOW-ZMIN, 1, 3",
+            )
+        )
         return result.file["contact/UP-ZMIN:LOW-ZMAX"]
 
     def test_ii_slide(self):
@@ -67,7 +73,8 @@ class Independent(unittest.TestCase):
         other = np.lexsort(column(points, "x", "y", "z").T[[2, 0, 1]])
         force = np.einsum("pa,pab->pb", found["reaction"][-1], found["frame"][-1])[place]
         self.assertLess(
-            np.abs(force - column(points, "rx", "ry", "rz")[other]).max(), 1e-6 * normal[-1])
+            np.abs(force - column(points, "rx", "ry", "rz")[other]).max(), 1e-6 * normal[-1]
+        )
         area = found["covered_area"][-1][place]
         self.assertLess(np.abs(area - column(points, "area")[other][:, 0]).max(), 1e-8)
 
@@ -81,54 +88,66 @@ class Independent(unittest.TestCase):
     def test_iii_rigid_tools(self):
         want = rows("iii_rigid_tool.csv")
         for facets in (1, 5):
-            result = self.solve(deck(
-                block("UP", 4, (0, 0, 0), (1, 1, 1), young=STEEL),
-                block("TOOL", (facets, facets, 1), (-1.1, -1.2, -1), (3.4, 3.3, 1)),
-                pair("UP-ZMIN, TOOL-ZMAX", 0.3),
-                step("UP-ZMAX, 3, 3, -0.1", 10),
-                step(f"UP-ZMAX, 1, 1, {SLIDE[0]!r}\nUP-ZMAX, 2, 2, {SLIDE[1]!r}", 40),
-                held="UP-ZMAX, 1, 2\nTOOL, 1, 3",
-            ))
+            result = self.solve(
+                deck(
+                    block("UP", 4, (0, 0, 0), (1, 1, 1), young=STEEL),
+                    block("TOOL", (facets, facets, 1), (-1.1, -1.2, -1), (3.4, 3.3, 1)),
+                    pair("UP-ZMIN, TOOL-ZMAX", 0.3),
+                    step("UP-ZMAX, 3, 3, -0.1", 10),
+                    step(f"UP-ZMAX, 1, 1, {SLIDE[0]!r}\nUP-ZMAX, 2, 2, {SLIDE[1]!r}", 40),
+                    held="UP-ZMAX, 1, 2\nTOOL, 1, 3",
+                )
+            )
             found = result.file["contact/UP-ZMIN:TOOL-ZMAX/resultant"][:]
             error = np.abs(found - column(want, "TX", "TY", "TN")).max(axis=1)
             self.assertLess((error / column(want, "TN")[:, 0]).max(), 1e-8)
 
     def test_v_symmetric(self):
         for row in rows("v_symmetric.csv"):
-            result = self.solve(deck(
-                block("UP", 4, (0, 0, 0), (1, 1, 1), young=STEEL),
-                block("LOW", int(row["n_low"]), (0, 0, -1), (1, 1, 1), young=STEEL),
-                pair("UP-ZMIN, LOW-ZMAX"),
-                step("UP-ZMAX, 3, 3, -0.02\nLOW-ZMIN, 3, 3, 0.02"),
-                held="UP-ZMAX, 1, 2\nLOW-ZMIN, 1, 2",
-                tolerance=1e-12,
-            ))
+            result = self.solve(
+                deck(
+                    block("UP", 4, (0, 0, 0), (1, 1, 1), young=STEEL),
+                    block("LOW", int(row["n_low"]), (0, 0, -1), (1, 1, 1), young=STEEL),
+                    pair("UP-ZMIN, LOW-ZMAX"),
+                    step("UP-ZMAX, 3, 3, -0.02\nLOW-ZMIN, 3, 3, 0.02"),
+                    held="UP-ZMAX, 1, 2\nLOW-ZMIN, 1, 2",
+                    tolerance=1e-12,
+                )
+            )
             found = result.file["contact/UP-ZMIN:LOW-ZMAX/resultant"][-1][2]
             self.assertLess(abs(found / row["TN_two"] - 1), 1e-12)
 
     def test_vi_stack(self):
         want = rows("vi_stack_middle.csv")
-        result = self.solve(deck(
-            block("LOW", 3, (0, 0, -1), (1, 1, 1), young=STEEL),
-            block("MID", 4, (0.1, 0.1, 0), (0.8, 0.8, 0.8), young=STEEL),
-            block("UP", 3, (0, 0, 0.8), (1, 1, 1), young=STEEL),
-            pair("MID-ZMIN, LOW-ZMAX", 0.3),
-            pair("MID-ZMAX, UP-ZMIN", 0.2, number=2),
-            step("UP-ZMAX, 3, 3, -0.03", 5),
-            step("UP-ZMAX, 1, 1, 0.1\nUP-ZMAX, 2, 2, 0.05", 10),
-            held="UP-ZMAX, 1, 2\nLOW-ZMIN, 1, 3",
-        ))
+        result = self.solve(
+            deck(
+                block("LOW", 3, (0, 0, -1), (1, 1, 1), young=STEEL),
+                block("MID", 4, (0.1, 0.1, 0), (0.8, 0.8, 0.8), young=STEEL),
+                block("UP", 3, (0, 0, 0.8), (1, 1, 1), young=STEEL),
+                pair("MID-ZMIN, LOW-ZMAX", 0.3),
+                pair("MID-ZMAX, UP-ZMIN", 0.2, number=2),
+                step("UP-ZMAX, 3, 3, -0.03", 5),
+                step("UP-ZMAX, 1, 1, 0.1\nUP-ZMAX, 2, 2, 0.05", 10),
+                held="UP-ZMAX, 1, 2\nLOW-ZMIN, 1, 3",
+            )
+        )
         for number, name in (("1", "MID-ZMIN:LOW-ZMAX"), ("2", "MID-ZMAX:UP-ZMIN")):
             found = result.file[f"contact/{name}"]
             wanted = column(want, *(f"R{number}{axis}" for axis in "xyz"))
             error = np.abs(found["resultant"][:] - wanted).max(axis=1)
             self.assertLess((error / np.abs(wanted).max(axis=1)).max(), 1e-6)
             counts = np.array(
-                [[(row == code).sum() for code in (0, 1, 2)] for row in found["status"][:]])
-            self.assertTrue((counts == column(
-                want, *(word + number for word in ("open", "stick", "slide")))).all())
+                [[(row == code).sum() for code in (0, 1, 2)] for row in found["status"][:]]
+            )
+            self.assertTrue(
+                (
+                    counts == column(want, *(word + number for word in ("open", "stick", "slide")))
+                ).all()
+            )
         mid = slice(4**3, 4**3 + 5**3)
-        moved = np.array([result.field("displacement", i)[mid].mean(axis=0) for i in range(len(want))])
+        moved = np.array(
+            [result.field("displacement", i)[mid].mean(axis=0) for i in range(len(want))]
+        )
         self.assertLess(np.abs(moved - column(want, "mid_ux", "mid_uy", "mid_uz")).max(), 1e-9)
 
 

@@ -1,5 +1,5 @@
-!> Weights of a master's nodes for the nodes of a slave surface: a mortar with dual multipliers, over
-!> the part of each slave face that the master covers.
+!> Weights of a master's nodes for the nodes of a slave surface: a mortar with dual multipliers,
+!> over the part of each slave face that the master covers.
 !>
 !> docs/theory.md (11.1) to (11.4).
 module mortar_mod
@@ -18,11 +18,18 @@ module mortar_mod
     type(weights_t) :: weights              !! a row a slave node; empty where nothing covers it
     real(wp), allocatable :: area(:)        !! (n) of the node, as far as it is covered [length^2]
     real(wp), allocatable :: whole_area(:)  !! (n) of the node [length^2]
-    real(wp), allocatable :: normal(:, :)   !! (3,n) from the master to the slave, 0: not covered [-]
+    real(wp), allocatable :: normal(:, :)   !! (3,n) from master to slave, 0: not covered [-]
     real(wp), allocatable :: outward(:, :) !! (3,n) of the slave surface, the mean of its faces [-]
     real(wp), allocatable :: least_gap(:)
     !! (n) at the points of the quadrature on the node's faces, huge where there are none [length]
   end type mortar_t
+
+  !> Contributions to rows, in any order. There may be more room in the arrays.
+  type :: entries_t
+    integer :: n = 0
+    integer, allocatable :: row(:), node(:)
+    real(wp), allocatable :: weight(:) !! not yet divided by the node's area [length^2]
+  end type entries_t
 
   !> A covered part of a slave face.
   type :: part_t
@@ -45,23 +52,21 @@ contains
     integer, intent(in) :: number(:)     !! (n_nodes) of a slave node in the result, 1 to n
     integer, intent(in) :: n             !! slave nodes
     real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
-    real(wp), intent(in) :: reach        !! how far apart faces may be, along the slave's normal [length]
+    real(wp), intent(in) :: reach        !! how far apart faces may be, along their normals [length]
     type(mortar_t), intent(out) :: mortar
     real(wp), intent(in), optional :: behind
     !! how far a master may be behind the slave, where that is another distance [length]
     type(face_grid_t) :: grid
     type(part_t), allocatable :: parts(:)
-    integer, allocatable :: row(:), node(:)  !! of each contribution
-    real(wp), allocatable :: weight(:)
+    type(entries_t) :: entries
     type(plane_t) :: plane
     real(wp) :: length, size_of_master, reaches(2)
-    integer :: f, i, n_entries
+    integer :: f, i
 
     allocate (mortar%area(n), mortar%whole_area(n), source=0.0_wp)
     allocate (mortar%normal(3, n), mortar%outward(3, n), source=0.0_wp)
     allocate (mortar%least_gap(n), source=huge(1.0_wp))
-    allocate (row(64), node(64), weight(64))
-    n_entries = 0
+    allocate (entries%row(64), entries%node(64), entries%weight(64))
     grid = make_face_grid(master, x)
     size_of_master = largest_face(master, x)
     reaches = reach
@@ -76,8 +81,9 @@ contains
           outward = outward + plane%area*plane%axis(:, 3)
         end associate
       end do
-      call find_parts(grid, master, x, x(:, slave(:, f)), plane, reaches, size_of_master, parts)
-      call add_face(slave(:, f), master, number, x, plane, parts, mortar, row, node, weight, n_entries)
+      call find_parts(grid, master, x, x(:, slave(:, f)), plane, reaches, &
+        size_of_master, parts)
+      call add_face(slave(:, f), master, number, x, plane%area, parts, mortar, entries)
     end do
     do i = 1, n
       length = norm2(mortar%normal(:, i))
@@ -85,8 +91,10 @@ contains
       length = norm2(mortar%outward(:, i))
       if (length > 0.0_wp) mortar%outward(:, i) = mortar%outward(:, i)/length
     end do
-    call make_rows(mortar%area, row(:n_entries), node(:n_entries), weight(:n_entries), &
-      mortar%weights)
+    associate (n_all => entries%n)
+      call make_rows(mortar%area, entries%row(:n_all), entries%node(:n_all), &
+        entries%weight(:n_all), mortar%weights)
+    end associate
   end subroutine make_mortar
 
   !> Half the largest face: how far apart the faces of two surfaces at rest are looked for.
@@ -187,18 +195,15 @@ contains
   end subroutine keep_nearest
 
   !> Add what covers a slave face to the rows of its nodes, not yet divided by their areas.
-  pure subroutine add_face(slave, master, number, x, plane, parts, mortar, row, node, weight, &
-    n_entries)
+  pure subroutine add_face(slave, master, number, x, area, parts, mortar, entries)
     integer, intent(in) :: slave(4)
     integer, intent(in) :: master(:, :)   !! (4,n_master)
     integer, intent(in) :: number(:)      !! (n_nodes)
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
-    type(plane_t), intent(in) :: plane
+    real(wp), intent(in) :: area          !! of the slave face [length^2]
     type(part_t), intent(in) :: parts(:)
     type(mortar_t), intent(inout) :: mortar
-    integer, allocatable, intent(inout) :: row(:), node(:)
-    real(wp), allocatable, intent(inout) :: weight(:) !! [length^2]
-    integer, intent(inout) :: n_entries
+    type(entries_t), intent(inout) :: entries
     real(wp) :: lumped(4), mass(4, 4), dual(4, 4), part_of(4, 4), unit(4)
     integer :: a, i, k, of_master
     logical :: regular
@@ -210,7 +215,7 @@ contains
       lumped = lumped + parts(i)%overlap%lumped
       mass = mass + parts(i)%overlap%mass
     end do
-    if (sum(lumped) < least_cover*plane%area) return
+    if (sum(lumped) < least_cover*area) return
     do a = 1, 4
       unit = 0.0_wp
       unit(a) = 1.0_wp
@@ -234,32 +239,29 @@ contains
       of_master = count(master(:, parts(i)%master) > 0)
       do k = 1, of_master
         do a = 1, 4
-          call append_entry(number(slave(a)), master(k, parts(i)%master), part_of(a, k), row, node, &
-            weight, n_entries)
+          call append_entry(number(slave(a)), master(k, parts(i)%master), part_of(a, k), entries)
         end do
       end do
     end do
   end subroutine add_face
 
   !> One more contribution; the lists grow by halves.
-  pure subroutine append_entry(of_row, of_node, value, row, node, weight, n)
-    integer, intent(in) :: of_row, of_node
-    real(wp), intent(in) :: value
-    integer, allocatable, intent(inout) :: row(:), node(:)
-    real(wp), allocatable, intent(inout) :: weight(:)
-    integer, intent(inout) :: n
+  pure subroutine append_entry(row, node, weight, entries)
+    integer, intent(in) :: row, node
+    real(wp), intent(in) :: weight !! [length^2]
+    type(entries_t), intent(inout) :: entries
     integer :: more
 
-    if (n == size(row)) then
-      more = n/2 + 1
-      row = [row, spread(0, 1, more)]
-      node = [node, spread(0, 1, more)]
-      weight = [weight, spread(0.0_wp, 1, more)]
+    if (entries%n == size(entries%row)) then
+      more = entries%n/2 + 1
+      entries%row = [entries%row, spread(0, 1, more)]
+      entries%node = [entries%node, spread(0, 1, more)]
+      entries%weight = [entries%weight, spread(0.0_wp, 1, more)]
     end if
-    n = n + 1
-    row(n) = of_row
-    node(n) = of_node
-    weight(n) = value
+    entries%n = entries%n + 1
+    entries%row(entries%n) = row
+    entries%node(entries%n) = node
+    entries%weight(entries%n) = weight
   end subroutine append_entry
 
   !> Contributions as sparse rows, each node of a row once, divided by the areas.

@@ -143,40 +143,13 @@ contains
     type(placement_t), intent(inout) :: placement
     type(mortar_t) :: mortar
     type(weights_t) :: rows
-    real(wp), dimension(3, scene%mesh%n_nodes) :: x
-    real(wp) :: reach, however_far, between(3)
-    integer, allocatable :: slave(:, :), master(:, :)
-    integer :: number(scene%mesh%n_nodes), i, k, j, n
-    logical :: counts, apart
+    real(wp) :: x(3, scene%mesh%n_nodes), between(3)
+    integer :: i, k, j, n
+    logical :: counts
 
-    associate (of => scene%pairs(pair), mesh => scene%mesh, first => points%first(pair), &
-               last => points%first(pair + 1) - 1)
-      allocate (slave, source=nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
-      allocate (master, source=nodes_of(scene%surfaces(of%master_surface)%faces, &
-        mesh%connectivity))
+    associate (first => points%first(pair), last => points%first(pair + 1) - 1)
       n = last - first + 1
-      number(points%node(first:last)) = [(i, i=1, n)]
-      associate (s => scene%surfaces(of%surface)%nodes, m => scene%surfaces(of%master_surface)%nodes)
-        x(:, s) = mesh%coordinates(:, s)
-        x(:, m) = mesh%coordinates(:, m)
-        reach = reach_of_faces(slave, master, x) + of%overlap
-        if (.not. of%small_sliding) then
-          ! What came to overlap has moved as far.
-          reach = reach + norm2(max(maxval(u(:, s), 2) - minval(u(:, m), 2), &
-            maxval(u(:, m), 2) - minval(u(:, s), 2)))
-          x(:, s) = x(:, s) + u(:, s)
-          x(:, m) = x(:, m) + u(:, m)
-        end if
-        however_far = reach + norm2(max(maxval(x(:, s), 2), maxval(x(:, m), 2)) - &
-          min(minval(x(:, s), 2), minval(x(:, m), 2)))
-      end associate
-      ! What is placed once for all faces whatever lies opposite. So do bodies that are apart: what
-      ! moves freely may fall any way.
-      if (.not. of%small_sliding) call make_mortar(slave, master, number, n, x, reach, mortar)
-      apart = of%small_sliding
-      if (.not. apart) apart = .not. any(mortar%area > 0.0_wp)
-      if (apart) call make_mortar(slave, master, number, n, x, max(reach, however_far), mortar, &
-        behind=reach)
+      call face_surface(scene, points, pair, u, x, mortar)
       allocate (rows%first(n + 1), rows%node(size(mortar%weights%node)), &
         rows%weight(size(mortar%weights%node)))
       k = 0
@@ -209,7 +182,7 @@ contains
           end do
           placement%frame(:, :, i) = local_frame(mortar%normal(:, here))
           placement%gap(i) = dot_product(mortar%normal(:, here), between) + points%extra_gap(i)
-          if (of%small_sliding) placement%gap(i) = placement%gap(i) + &
+          if (scene%pairs(pair)%small_sliding) placement%gap(i) = placement%gap(i) + &
             dot_product(mortar%normal(:, here), placement%reference(:, i))
           placement%least_gap(i) = mortar%least_gap(here) + points%extra_gap(i)
           placement%covered_area(i) = mortar%area(here)
@@ -219,6 +192,51 @@ contains
       call replace_rows(placement%weights, first, rows%first, rows%node(:k), rows%weight(:k))
     end associate
   end subroutine place_before_surface
+
+  !> What the nodes of a slave surface face where `u` takes them, or with small sliding where they
+  !> are in the mesh.
+  pure subroutine face_surface(scene, points, pair, u, x, mortar)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
+    real(wp), intent(out) :: x(:, :)      !! (3,n_nodes) where nodes of both surfaces are [length]
+    type(mortar_t), intent(out) :: mortar !! of the points of the pair
+    real(wp) :: reach, however_far
+    integer, allocatable :: slave(:, :), master(:, :)
+    integer :: number(scene%mesh%n_nodes), i
+    logical :: is_apart
+
+    associate (of => scene%pairs(pair), mesh => scene%mesh, &
+               n => points%first(pair + 1) - points%first(pair), &
+               s => scene%surfaces(scene%pairs(pair)%surface)%nodes, &
+               m => scene%surfaces(scene%pairs(pair)%master_surface)%nodes)
+      allocate (slave, source=nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
+      allocate (master, source=nodes_of(scene%surfaces(of%master_surface)%faces, &
+        mesh%connectivity))
+      number(points%node(points%first(pair):points%first(pair + 1) - 1)) = [(i, i=1, n)]
+      x = 0.0_wp
+      x(:, s) = mesh%coordinates(:, s)
+      x(:, m) = mesh%coordinates(:, m)
+      reach = reach_of_faces(slave, master, x) + of%overlap
+      if (.not. of%small_sliding) then
+        ! What came to overlap has moved as far.
+        reach = reach + norm2(max(maxval(u(:, s), 2) - minval(u(:, m), 2), &
+          maxval(u(:, m), 2) - minval(u(:, s), 2)))
+        x(:, s) = x(:, s) + u(:, s)
+        x(:, m) = x(:, m) + u(:, m)
+        call make_mortar(slave, master, number, n, x, reach, mortar)
+      end if
+      ! What is placed once for all faces whatever lies opposite. So do bodies that are apart: what
+      ! moves freely may fall any way.
+      is_apart = of%small_sliding
+      if (.not. is_apart) is_apart = .not. any(mortar%area > 0.0_wp)
+      if (.not. is_apart) return
+      however_far = reach + norm2(max(maxval(x(:, s), 2), maxval(x(:, m), 2)) - &
+        min(minval(x(:, s), 2), minval(x(:, m), 2)))
+      call make_mortar(slave, master, number, n, x, however_far, mortar, behind=reach)
+    end associate
+  end subroutine face_surface
 
   !> A normal on planes of symmetry lies in them. One that does not has no direction there.
   pure subroutine turn_into_plane(across, normal, is_in_plane)

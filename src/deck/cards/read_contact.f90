@@ -238,12 +238,13 @@ contains
     pair%overlap = 0.0_wp
     call name_field(reader, fields, 2, 'an obstacle or a surface', name, ok)
     if (.not. ok) return
-    if (find_name(obstacles%lookup, obstacles%names, name) == 0) &
+    if (find_name(obstacles%lookup, obstacles%names, name) == 0) then
       pair%master_surface = find_surface(surfaces, name)
+    end if
     if (pair%master_surface == 0) then
       call find_named(reader, obstacles, field_position(reader, fields, 2), name, pair%master)
-      if (pair%small_sliding) call note(reader, 'SMALL SLIDING of *CONTACT PAIR is ignored before '// &
-        'an obstacle')
+      if (pair%small_sliding) call note(reader, &
+        'SMALL SLIDING of *CONTACT PAIR is ignored before an obstacle')
       pair%small_sliding = .false.
     end if
   end subroutine find_master
