@@ -1,4 +1,5 @@
-!> Which faces of a surface are near a place: a grid of cells, in each the faces whose boxes meet it.
+!> Which faces of a surface are near a place: a grid of cells, each with the faces whose boxes meet
+!> it.
 module face_grid_mod
   use kinds_mod, only: wp
   implicit none
