@@ -53,13 +53,14 @@ contains
     end do
     grid%size = max(extent/real(grid%n, wp), tiny(1.0_wp))
     allocate (grid%first(product(grid%n) + 1), source=0)
-    allocate (at(size(grid%first)))
+    allocate (at(size(grid%first)), grid%face(0))
     do pass = 1, 2
       if (pass == 2) then
         grid%first(1) = 1
         do cell = 1, product(grid%n)
           grid%first(cell + 1) = grid%first(cell) + grid%first(cell + 1)
         end do
+        deallocate (grid%face)
         allocate (grid%face(grid%first(product(grid%n) + 1) - 1))
         at(:) = grid%first
       end if
