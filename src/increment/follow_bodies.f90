@@ -83,7 +83,7 @@ contains
       placed_at = u
       return
     end if
-    if (moved > 2.0_wp*follow%before) call forget(follow%memory)
+    if (0.5_wp*moved > follow%before) call forget(follow%memory)
     follow%before = moved
     call accelerate(follow%memory, reshape(placed_at(:, follow%node), shape(next)), &
       reshape(u(:, follow%node), shape(next)), next)

@@ -4,7 +4,7 @@ import unittest
 
 import numpy as np
 from program import Run
-from two_bodies import block, deck, pair, step
+from two_bodies import block, deck, pair, quarter_ring, step
 
 OPEN = 0
 NO_GAP = 1e30  # of points that their master does not cover
@@ -432,6 +432,58 @@ class Placement(unittest.TestCase):
                     r"most of all node \d+, do not settle \(they still move by [\d.e-]+\)",
                 )
         self.assertGreater(refused, 0)
+
+
+class PressFit(unittest.TestCase):
+    """Lame: a ring pressed into another, plane strain, interference d at the radius b.
+
+    p = d E/((1 - nu^2) b) / ((c^2 + b^2)/(c^2 - b^2) + (b^2 + a^2)/(b^2 - a^2))
+    """
+
+    def mean_pressure(self, n, surfaces):
+        text = deck(
+            quarter_ring("A", 1, (0.5, 1.01), (3 * n, 8 * n)),
+            quarter_ring("B", 20001, (1.0, 2.0), (6 * n, 11 * n)),
+            "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n",
+            "*SOLID SECTION, ELSET=A, MATERIAL=M\n*SOLID SECTION, ELSET=B, MATERIAL=M\n",
+            pair(surfaces, 0.0),
+            step("A-ALL, 3, 3\nB-ALL, 3, 3"),
+            held="A-X, 1\nB-X, 1\nA-Y, 2\nB-Y, 2",
+        )
+        result = solved(self, text)
+        name = surfaces.replace(", ", ":")
+        normal = of_pair(result, name, "reaction")[-1][:, 0]
+        return normal.sum() / of_pair(result, name, "covered_area")[-1].sum()
+
+    def test_rings(self):
+        want = 0.01 * 1000 / 0.91 / (5 / 3 + 5 / 3)
+        for surfaces in ("A-OUT, B-IN", "B-IN, A-OUT"):
+            error = [abs(self.mean_pressure(n, surfaces) / want - 1) for n in (2, 4)]
+            self.assertLess(error[1], 0.012)
+            # Facets are off by the square of their length.
+            self.assertLess(error[1], 0.3 * error[0])
+
+
+class Reach(unittest.TestCase):
+    def test_what_bulges_farther_than_it_is_driven(self):
+        """A flat plate, nearly incompressible, is squeezed by 0.02 and gets wider by more."""
+        found = []
+        for load in ("", "*CLOAD\nPLATE-XMAX, 1, 0.\n"):
+            text = deck(
+                block("PLATE", (6, 1, 2), (0, 0, 0), (4, 0.5, 0.4), nu=0.45),
+                block("WALL", (2, 1, 3), (4.05, 0, -0.2), (0.5, 0.5, 0.8)),
+                pair("PLATE-XMAX, WALL-XMIN", 0.2),
+                step(f"PLATE-ZMAX, 3, 3, -0.02\n{load}".rstrip("\n")),
+                held="PLATE-XMIN, 1\nPLATE-YMIN, 2\nPLATE-YMAX, 2\nPLATE-ZMIN, 3\n"
+                "WALL-XMAX, 1, 3\nWALL-YMIN, 2\nWALL-YMAX, 2",
+            )
+            result = solved(self, text)
+            found.append(of_pair(result, "PLATE-XMAX:WALL-XMIN", "resultant")[-1])
+            # Of a body under loads nothing is taken to be out of reach.
+            assertion = self.assertNotIn if load else self.assertIn
+            assertion("thought out of reach", result.output)
+        self.assertLess(found[0][0], -1)
+        self.assertLess(np.abs(found[0] - found[1]).max(), 1e-8 * np.abs(found[0]).max())
 
 
 class SmallSliding(unittest.TestCase):

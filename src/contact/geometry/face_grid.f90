@@ -53,14 +53,16 @@ contains
     end do
     grid%size = max(extent/real(grid%n, wp), tiny(1.0_wp))
     allocate (grid%first(product(grid%n) + 1), source=0)
+    allocate (at(size(grid%first)), grid%face(0))
     do pass = 1, 2
       if (pass == 2) then
         grid%first(1) = 1
         do cell = 1, product(grid%n)
           grid%first(cell + 1) = grid%first(cell) + grid%first(cell + 1)
         end do
+        deallocate (grid%face)
         allocate (grid%face(grid%first(product(grid%n) + 1) - 1))
-        at = grid%first
+        at(:) = grid%first
       end if
       do f = 1, size(faces, 2)
         low = cell_of(grid, grid%box(:, 1, f))
@@ -114,8 +116,11 @@ contains
     type(face_grid_t), intent(in) :: grid
     real(wp), intent(in) :: x(3)  !! [length]
     integer :: cell(3)
+    real(wp) :: inside(3) !! [length]
 
-    cell = 1 + int(min(max((x - grid%low)/grid%size, 0.0_wp), real(grid%n - 1, wp)))
+    ! Cells of a flat surface may be next to nothing across it: no quotient of a place far away.
+    inside = min(max(x - grid%low, 0.0_wp), grid%size*real(grid%n, wp))
+    cell = 1 + min(int(inside/grid%size), grid%n - 1)
   end function cell_of
 
 end module face_grid_mod
