@@ -13,7 +13,8 @@ module trial_mod
     relative_gaps, add_driven_friction
   use rigid_modes_mod, only: generalised_loads, add_motions
   use solve_mod, only: solve_contact
-  use floating_mod, only: drift_t, solve_floating, resisting_rows
+  use floating_mod, only: resisting_rows
+  use floating_search_mod, only: drift_t, solve_floating
   use describe_motions_mod, only: free_in_words, motion_in_words, unresisted_part
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: relative_motion, nodal_forces, gap_at

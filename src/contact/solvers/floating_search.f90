@@ -1,0 +1,455 @@
+!> How far free rigid motions go, and the reactions with them (floating_mod has the problem).
+!>
+!> The motions are found by a proximal iteration,
+!>
+!>     b = c + theta (Q^T r + q),      so that x = (W_c + theta Q Q^T) r + x' + Q (c + theta q),
+!>
+!> a contact problem like any other, whose solution r(c) leaves e(c) = Q^T r(c) + q out of balance.
+!> The centre c takes Newton steps on e(c) = 0 with the derivative of the solved contact problem,
+!> damped (Levenberg-Marquardt) from the best centre so far until they balance more; fully damped
+!> they are the plain proximal step c + theta e. Where none of these leaves less out of balance the
+!> centre goes along e, as far as it takes: e(c) falls along a line, so that a change of its sign
+!> brackets the place. Free gaps are closed so, however small the load is. A motion that nothing
+!> drives stays where it is. Where no centre leaves less out of balance, Newton's method on reactions
+!> and motions together has its turn, from the start, from the best centre and from no reactions;
+!> then nothing balances it. What contact leaves on a neutral motion is given back.
+!> docs/theory.md section 9.
+module floating_search_mod
+  use kinds_mod, only: wp
+  use dense_mod, only: solve_least_squares
+  use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton
+  use increment_report_mod, only: ended_unbalanced, ended_stalled
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows
+  use global_newton_mod, only: response_to_shifts
+  use floating_mod, only: floating_t, shift_of
+  use solve_mod, only: solve_contact
+  use joint_newton_mod, only: solve_jointly
+  implicit none
+  private
+
+  public :: drift_t, solve_floating
+
+  real(wp), parameter :: excusable = 1.0e-3_wp !! of a load along a motion, beside large reactions
+  real(wp), parameter :: nearly = 10.0_wp      !! of what counts as balance: no drift yet
+  integer,  parameter :: max_recentrings = 200
+  integer,  parameter :: max_worse = 3         !! leaps out of free flight
+  integer,  parameter :: patience = 40         !! trials that balance nothing
+  real(wp), parameter :: progress = 0.99_wp    !! what is out of balance then, of what was
+  real(wp), parameter :: longest_leap = 1000.0_wp   !! of the way and a plain step
+  real(wp), parameter :: tightest = 1.0e-14_wp      !! tolerance of the proximal problems [-]
+  real(wp), parameter :: least_damping = 1.0e-12_wp !! of the resistance of the proximal term
+  real(wp), parameter :: most_damping = 1.0_wp
+  integer,  parameter :: max_lines = 30             !! searches along e
+  integer,  parameter :: max_on_line = 80           !! centres on one of them
+  integer,  parameter :: largest_joint = 150        !! rows up to which motions join the reactions
+  real(wp), parameter :: scalings(5) = [0.0_wp, 3.0_wp, 1.0_wp, 1.0_wp/3.0_wp, 1.0_wp/9.0_wp]
+  !! of the natural map's, for the laws in Newton's method then; 0: its own [-]
+  real(wp), parameter :: most_wedged = 1.0e4_wp     !! of the loads: reactions to believe [-]
+  real(wp), parameter :: promising = 1.0e-4_wp      !! of what that leaves over: worth a trial [-]
+  real(wp), parameter :: halved = 0.5_wp            !! of e along the line: found
+  real(wp), parameter :: gaps_away = 10.0_wp        !! of the largest gap: as far as places allow
+  real(wp), parameter :: spoilt = 0.1_wp !! of the tolerance: by the rounding of a far centre
+
+  !> How far the motions go, and why.
+  type :: drift_t
+    real(wp), allocatable :: load(:)       !! (n) work of the loads on a unit of each motion [force]
+    real(wp), allocatable :: rounding(:)   !! (n) that this work carries [force]
+    real(wp), allocatable :: a(:)          !! (n) start in, how far they go out [length]
+    real(wp), allocatable :: unbalanced(:) !! (n) out: direction in which nothing balances the loads
+    real(wp), allocatable :: turned(:)
+    !! (k) out: what turned normals leave on the neutral motions [force]
+  end type drift_t
+
+  !> A centre, and what its proximal problem says.
+  type :: centre_t
+    real(wp), allocatable :: centre(:)     !! (n_seen) [length]
+    real(wp), allocatable :: r(:, :)       !! (3,n_points) reactions [force]
+    real(wp), allocatable :: e(:)          !! (n_seen) out of balance [force]
+    real(wp), allocatable :: left(:)       !! (n) out of balance, along each motion [force]
+    real(wp), allocatable :: left_seen(:)  !! (n) of it, what contact sees [force]
+    real(wp), allocatable :: turned(:)     !! (k) as of drift_t [force]
+    real(wp), allocatable :: small(:)      !! (n) what counts as balance of each motion [force]
+    logical  :: is_solved = .false.        !! the contact problem is
+  end type centre_t
+
+  !> The search for the centre that balances.
+  type :: search_t
+    type(centre_t) :: now, best
+    real(wp), allocatable :: x_start(:)        !! (n_rows) gaps and slips at centre 0 [length]
+    real(wp), allocatable :: first(:)          !! (n_seen) centre where it began [length]
+    real(wp), allocatable :: r_first(:, :)     !! (3,n_points) reactions there [force]
+    real(wp), allocatable :: load(:)           !! (n_seen) of the loads on the motions [force]
+    real(wp), allocatable :: resistance(:, :)  !! (n_seen,n_seen) -de/dc at the best [force/length]
+    real(wp) :: furthest = 0.0_wp              !! where contact is still resolved [length]
+    real(wp) :: damping = least_damping        !! of the resistance of the proximal term [-]
+    integer  :: since_best = 0                 !! trials
+    integer  :: idle = 0                       !! trials without progress
+    logical  :: is_flying = .false.            !! nothing resists at the best
+    real(wp) :: unsolved = 0.0_wp              !! residual of the last trial that was not solved [-]
+  end type search_t
+
+contains
+
+  !> Reactions and motions together.
+  !>
+  !> Where nothing balances a motion the report says ended_unbalanced, and `drift` along what.
+  subroutine solve_floating(problem, floating, x_free, controls, drift, r, report)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(inout) :: x_free(:)
+    !! (n_rows) at a = 0, in; that of the proximal problem r solves, out [length]
+    type(contact_controls_t), intent(in) :: controls
+    type(drift_t), intent(inout) :: drift   !! load and start in, the motions out
+    real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
+    type(contact_report_t), intent(out) :: report
+    type(search_t) :: search
+    integer :: i, n_lines
+    logical :: found
+
+    search%load = matmul(drift%load, floating%back)
+    search%x_start = x_free + matmul(floating%g, drift%a) - matmul(floating%w_q, search%load) + &
+      floating%theta*matmul(floating%q, search%load)
+    search%first = shift_of(floating, pack_rows(problem, r))
+    search%now%centre = search%first
+    search%r_first = r
+    search%now%r = r
+    n_lines = 0
+    recentre: do i = 1, max_recentrings
+      x_free = search%x_start + matmul(floating%q, search%now%centre)
+      call try_centre(problem, floating, x_free, controls, drift, search, report)
+      if (report%converged .or. .not. search%best%is_solved) exit recentre
+      if (search%now%is_solved .and. sees_nothing(search%now)) exit recentre
+      if (search%idle >= patience .or. (search%since_best > 0 .and. &
+        search%damping >= most_damping)) then
+        n_lines = n_lines + 1
+        if (n_lines > max_lines) exit recentre
+        call follow_line(problem, floating, controls, drift, search, x_free, report, found)
+        if (report%converged .or. .not. found) exit recentre
+      end if
+      call choose_centre(problem, floating, x_free, controls, search)
+    end do recentre
+    if (.not. report%converged .and. problem%n_rows <= largest_joint .and. &
+      .not. (search%now%is_solved .and. sees_nothing(search%now))) call try_jointly(problem, &
+      floating, controls, drift, search, x_free, report)
+
+    if (.not. report%converged .and. search%now%is_solved) then
+      ! What contact does not see it cannot balance; what it sees it has not balanced anywhere.
+      search%now = search%best
+      report%ending = ended_unbalanced
+      if (all(abs(search%now%left) <= nearly*search%now%small)) report%ending = ended_stalled
+      if (search%unsolved > 0.0_wp .and. controls%solver /= solver_auto) then
+        ! The deck's own solver may have missed the place.
+        report%ending = ended_stalled
+        report%residual = search%unsolved
+      end if
+    end if
+    x_free = search%x_start + matmul(floating%q, search%now%centre)
+    r = search%now%r
+    associate (now => search%now)
+      drift%turned = now%turned
+      drift%unbalanced = now%left - now%left_seen
+      if (all(abs(drift%unbalanced) <= now%small)) drift%unbalanced = matmul(floating%back, now%e)
+      drift%a = drift%a + matmul(floating%back, now%centre + floating%theta*now%e - &
+        shift_of(floating, pack_rows(problem, r)))
+    end associate
+  end subroutine solve_floating
+
+  !> Newton's method on reactions and motions together, with one scaling of the laws after another,
+  !> each from where the search began, from the best centre and from no reactions at all. What it
+  !> comes to is a centre to try like any other.
+  subroutine try_jointly(problem, floating, controls, drift, search, x_free, report)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    type(contact_controls_t), intent(in) :: controls
+    type(drift_t), intent(in) :: drift             !! its load and what that is rounded by
+    type(search_t), intent(inout) :: search
+    real(wp), intent(inout) :: x_free(:)           !! (n_rows) at the last centre [length]
+    type(contact_report_t), intent(inout) :: report
+    type(contact_problem_t) :: scaled
+    type(contact_report_t) :: before
+    type(centre_t) :: last
+    real(wp) :: left
+    integer :: i, k
+
+    before = report
+    last = search%now
+    scaled = problem
+    scale: do k = 1, size(scalings)
+      if (k > 1) scaled%rho_global = spread(scalings(k)*problem%rho_map, 1, 2)
+      starts: do i = 1, 3
+        search%now%centre = search%first
+        search%now%r = search%r_first
+        if (i == 2) search%now = search%best
+        if (i == 3) search%now%r = 0.0_wp
+        call solve_jointly(scaled, floating%q, search%load, search%x_start, search%now%r, &
+          search%now%centre, left)
+        if (k > 1) call solve_jointly(problem, floating%q, search%load, search%x_start, &
+          search%now%r, search%now%centre, left)
+        if (left > promising .or. is_out_of_scale(search)) cycle starts
+        x_free = search%x_start + matmul(floating%q, search%now%centre)
+        call try_centre(problem, floating, x_free, controls, drift, search, report)
+        if (report%converged) return
+      end do starts
+    end do scale
+    ! What was said before stands.
+    report%residual = before%residual
+    report%worst_point = before%worst_point
+    report%solver = before%solver
+    report%ending = before%ending
+    search%now = last
+  end subroutine try_jointly
+
+  !> Go along what is out of balance at the best centre, further and further until it changes its
+  !> sign, then between, until half of it is gone. The best centre is where that is.
+  subroutine follow_line(problem, floating, controls, drift, search, x_free, report, found)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    type(contact_controls_t), intent(in) :: controls
+    type(drift_t), intent(in) :: drift
+    type(search_t), intent(inout) :: search
+    real(wp), intent(out) :: x_free(:)             !! (n_rows) at the last centre [length]
+    type(contact_report_t), intent(inout) :: report
+    logical, intent(out) :: found                  !! false: nothing changes as far as places allow
+    real(wp) :: direction(floating%n_seen), size_e, low, high, far, way, along
+    integer :: i
+
+    found = .false.
+    size_e = norm2(search%best%e)
+    if (.not. size_e > 0.0_wp) return
+    direction = search%best%e/size_e
+    far = farthest(search)
+    low = 0.0_wp
+    high = huge(high)
+    way = floating%theta*size_e
+    line: do i = 1, max_on_line
+      search%now%centre = search%best%centre + way*direction
+      search%now%r = search%best%r
+      x_free = search%x_start + matmul(floating%q, search%now%centre)
+      call solve_at_centre(problem, floating, x_free, controls, drift, search, report)
+      if (report%converged) return
+      along = -1.0_wp ! so deep in an obstacle that its contact is not solved
+      if (search%now%is_solved) along = dot_product(search%now%e, direction)/size_e
+      if (abs(along) <= halved) then
+        found = .true.
+        search%best = search%now
+        search%since_best = 0
+        search%idle = 0
+        search%damping = least_damping
+        return
+      end if
+      if (along > 0.0_wp) low = way
+      if (along < 0.0_wp) high = way
+      if (high > far) then
+        if (low >= far) return
+        way = min(far, 10.0_wp*way)
+      else if (low <= 0.0_wp) then
+        way = 0.1_wp*high
+      else if (high > 4.0_wp*low) then
+        way = sqrt(low)*sqrt(high)
+      else
+        way = 0.5_wp*(low + high)
+      end if
+    end do line
+  end subroutine follow_line
+
+  !> Whether Newton's method has gone off: a centre beyond what places allow, or reactions beside
+  !> which the loads would not be seen.
+  pure logical function is_out_of_scale(search)
+    type(search_t), intent(in) :: search
+
+    is_out_of_scale = norm2(search%now%centre - search%first) > farthest(search) .or. &
+      norm2(search%now%r) > most_wedged*max(norm2(search%load), norm2(search%best%r), &
+      norm2(search%r_first))
+  end function is_out_of_scale
+
+  !> As far as places allow.
+  pure real(wp) function farthest(search)
+    type(search_t), intent(in) :: search
+
+    farthest = max(search%furthest, gaps_away*maxval(abs(search%x_start)))
+  end function farthest
+
+  !> Solve the proximal problem at a centre, and see whether it leaves less out of balance than any
+  !> before.
+  subroutine try_centre(problem, floating, x_free, controls, drift, search, report)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(in) :: x_free(:)              !! (n_rows) there [length]
+    type(contact_controls_t), intent(in) :: controls
+    type(drift_t), intent(in) :: drift             !! its load and what that is rounded by
+    type(search_t), intent(inout) :: search
+    type(contact_report_t), intent(inout) :: report
+
+    call solve_at_centre(problem, floating, x_free, controls, drift, search, report)
+    associate (now => search%now)
+      search%idle = search%idle + 1
+      search%since_best = search%since_best + 1
+      if (.not. allocated(search%best%e)) then
+        if (problem%n_points > 0) search%furthest = spoilt*controls%tolerance* &
+          max(norm2(now%r), norm2(now%e))/(epsilon(1.0_wp)*maxval(problem%rho_map))
+        search%idle = 0
+      else if (.not. now%is_solved .or. norm2(now%e) >= norm2(search%best%e)) then
+        return
+      else if (norm2(now%e) < progress*norm2(search%best%e)) then
+        search%idle = 0
+      end if
+      search%best = now
+      search%since_best = 0
+    end associate
+  end subroutine try_centre
+
+  !> Solve the proximal problem at a centre, and see what it leaves out of balance.
+  subroutine solve_at_centre(problem, floating, x_free, controls, drift, search, report)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(in) :: x_free(:)              !! (n_rows) there [length]
+    type(contact_controls_t), intent(in) :: controls
+    type(drift_t), intent(in) :: drift             !! its load and what that is rounded by
+    type(search_t), intent(inout) :: search        !! gets what it is at the present centre
+    type(contact_report_t), intent(inout) :: report
+    type(contact_controls_t) :: first_choice
+    type(contact_report_t) :: here
+    real(wp) :: packed(problem%n_rows), on_motions(floating%n), largest
+
+    ! A leap may fail. The first trial must not, nor a plain step, the last there is: other solvers
+    ! follow there.
+    first_choice = controls
+    if (allocated(search%best%e) .and. search%damping < most_damping .and. &
+      controls%solver == solver_auto) first_choice%solver = solver_global_newton
+    associate (now => search%now)
+      call solve_closely(problem, x_free, first_choice, now%r, here)
+      call add_up(here, report)
+      packed = pack_rows(problem, now%r)
+      now%is_solved = here%converged
+      if (.not. here%converged) search%unsolved = here%residual
+      now%e = matmul(packed, floating%q) + matmul(drift%load, floating%back)
+      on_motions = matmul(packed, floating%g)
+      now%turned = matmul(on_motions, floating%neutral)
+      now%left = on_motions - matmul(floating%neutral, now%turned) + drift%load
+      now%left_seen = matmul(matmul(floating%q, now%e), floating%g)
+      largest = 0.0_wp
+      if (problem%n_points > 0) largest = maxval(norm2(now%r, dim=1))
+      now%small = spread(controls%tolerance*largest, 1, floating%n)
+      ! Reactions without bound must not make their own balance small: what a load does along a
+      ! motion is to be balanced, whatever else presses.
+      where (abs(drift%load) > drift%rounding) now%small = min(now%small, excusable*abs(drift%load))
+      now%small = max(now%small, 1.0e-14_wp*sum(abs(packed)), drift%rounding)
+      report%converged = now%is_solved .and. all(abs(now%left) <= now%small)
+      report%ending = here%ending
+    end associate
+  end subroutine solve_at_centre
+
+  !> The next centre to try.
+  subroutine choose_centre(problem, floating, x_free, controls, search)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(in) :: x_free(:)              !! (n_rows) of the last trial [length]
+    type(contact_controls_t), intent(in) :: controls
+    type(search_t), intent(inout) :: search
+    real(wp) :: resistance(floating%n_seen, floating%n_seen), way(floating%n_seen), far
+
+    associate (now => search%now, best => search%best)
+      resistance = 0.0_wp
+      if (search%since_best == 0) then
+        search%damping = max(least_damping, search%damping/30.0_wp)
+        call find_resistance(problem, floating, x_free, controls, now%r, resistance)
+        search%resistance = resistance
+        search%is_flying = all(abs(resistance)*floating%theta <= 100.0_wp*least_damping)
+      end if
+      if (search%is_flying .and. search%since_best < max_worse .and. now%is_solved) then
+        ! From free flight the first leap goes too far into an obstacle; the next bring it back.
+        if (search%since_best > 0) call find_resistance(problem, floating, x_free, controls, &
+          now%r, resistance)
+        way = now%centre - search%first
+        far = longest_leap*norm2(way + floating%theta*now%e)
+        way = way + damped_step(resistance, now%e, least_damping/floating%theta)
+        if (norm2(way) > far) way = way*(far/norm2(way))
+        now%centre = search%first + way
+        return
+      end if
+      if (search%since_best > 0) search%damping = min(most_damping, 10.0_wp*search%damping)
+      way = best%centre - search%first
+      far = max(search%furthest, norm2(way) + floating%theta*norm2(best%e))
+      way = way + damped_step(search%resistance, best%e, search%damping/floating%theta)
+      if (norm2(way) > far) way = way*(far/norm2(way))
+      now%centre = search%first + way
+      now%r = best%r
+    end associate
+  end subroutine choose_centre
+
+  !> What is out of balance there, contact does not see.
+  pure logical function sees_nothing(centre)
+    type(centre_t), intent(in) :: centre
+
+    sees_nothing = all(abs(centre%left_seen) <= centre%small)
+  end function sees_nothing
+
+  !> Solve a proximal problem to the tolerance, and then as far below it as the same solver gets
+  !> without others: the balance of whole bodies sums up what single points leave over.
+  subroutine solve_closely(problem, x_free, controls, r, report)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
+    type(contact_report_t), intent(out) :: report
+    type(contact_controls_t) :: closer
+    type(contact_report_t) :: polish
+
+    call solve_contact(problem, x_free, controls, r, report)
+    if (.not. report%converged .or. problem%n_points == 0) return
+    closer = controls
+    if (closer%solver == solver_auto) closer%solver = solver_global_newton
+    closer%tolerance = max(tightest, 0.01_wp*controls%tolerance)
+    call solve_contact(problem, x_free, closer, r, polish)
+    report%iterations = report%iterations + polish%iterations
+    report%local_iterations = report%local_iterations + polish%local_iterations
+    report%products = report%products + polish%products
+    report%residual = polish%residual
+    report%worst_point = polish%worst_point
+  end subroutine solve_closely
+
+  !> How the balance answers the centre: -Q^T dr/dc.
+  subroutine find_resistance(problem, floating, x_free, controls, r, resistance)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(in) :: x_free(:)          !! (n_rows) [length]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(in) :: r(:, :)            !! (3,n_points) solution at the centre [force]
+    real(wp), intent(out) :: resistance(:, :)  !! (n_seen,n_seen) [force/length]
+    real(wp) :: response(problem%n_rows, floating%n_seen)
+
+    call response_to_shifts(problem, x_free, controls, r, floating%q, response)
+    resistance = -matmul(transpose(floating%q), response)
+  end subroutine find_resistance
+
+  !> A Newton step on e(c) = 0, damped: never infinitely far where nothing resists.
+  function damped_step(resistance, e, damping) result(step)
+    real(wp), intent(in) :: resistance(:, :)  !! (n_seen,n_seen) [force/length]
+    real(wp), intent(in) :: e(:)              !! (n_seen) out of balance [force]
+    real(wp), intent(in) :: damping           !! [force/length]
+    real(wp) :: step(size(e))                 !! [length]
+    real(wp) :: damped(size(e), size(e))
+    integer :: i
+
+    damped = resistance
+    do i = 1, size(e)
+      damped(i, i) = damped(i, i) + damping
+    end do
+    step = solve_least_squares(damped, e)
+  end function damped_step
+
+  !> The counts of one proximal problem, added to those before; its state in their place.
+  pure subroutine add_up(here, report)
+    type(contact_report_t), intent(in) :: here
+    type(contact_report_t), intent(inout) :: report
+
+    report%solver = here%solver
+    report%residual = here%residual
+    report%worst_point = here%worst_point
+    report%iterations = report%iterations + here%iterations
+    report%local_iterations = report%local_iterations + here%local_iterations
+    report%products = report%products + here%products
+    report%stages = max(report%stages, here%stages)
+  end subroutine add_up
+
+end module floating_search_mod
