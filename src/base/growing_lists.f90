@@ -14,12 +14,12 @@ module growing_lists_mod
 
   !> Make a list longer, keeping its first entries: `enlarge(list, used, want)`.
   interface enlarge
-    module procedure enlarge_integers, enlarge_columns, enlarge_real_columns
+    module procedure enlarge_integers, enlarge_reals, enlarge_columns, enlarge_real_columns
   end interface enlarge
 
 contains
 
-  subroutine append_integer(list, n, value)
+  pure subroutine append_integer(list, n, value)
     integer, allocatable, intent(inout) :: list(:)
     integer, intent(inout) :: n
     integer, intent(in) :: value
@@ -30,7 +30,7 @@ contains
     list(n) = value
   end subroutine append_integer
 
-  subroutine append_integers(list, n, values)
+  pure subroutine append_integers(list, n, values)
     integer, allocatable, intent(inout) :: list(:) !! not allocated: empty
     integer, intent(inout) :: n
     integer, intent(in) :: values(:)
@@ -41,7 +41,7 @@ contains
     n = n + size(values)
   end subroutine append_integers
 
-  subroutine append_column(list, n, column)
+  pure subroutine append_column(list, n, column)
     integer, allocatable, intent(inout) :: list(:, :)
     integer, intent(inout) :: n
     integer, intent(in) :: column(:)
@@ -51,7 +51,7 @@ contains
     list(:, n) = column
   end subroutine append_column
 
-  subroutine enlarge_integers(list, used, want)
+  pure subroutine enlarge_integers(list, used, want)
     integer, allocatable, intent(inout) :: list(:)
     integer, intent(in) :: used  !! entries to keep
     integer, intent(in) :: want  !! entries to have
@@ -62,7 +62,17 @@ contains
     call move_alloc(larger, list)
   end subroutine enlarge_integers
 
-  subroutine enlarge_columns(list, used, want)
+  pure subroutine enlarge_reals(list, used, want)
+    real(wp), allocatable, intent(inout) :: list(:)
+    integer, intent(in) :: used, want
+    real(wp), allocatable :: larger(:)
+
+    allocate (larger(want))
+    larger(:used) = list(:used)
+    call move_alloc(larger, list)
+  end subroutine enlarge_reals
+
+  pure subroutine enlarge_columns(list, used, want)
     integer, allocatable, intent(inout) :: list(:, :)
     integer, intent(in) :: used, want !! columns
     integer, allocatable :: larger(:, :)
@@ -72,7 +82,7 @@ contains
     call move_alloc(larger, list)
   end subroutine enlarge_columns
 
-  subroutine enlarge_real_columns(list, used, want)
+  pure subroutine enlarge_real_columns(list, used, want)
     real(wp), allocatable, intent(inout) :: list(:, :)
     integer, intent(in) :: used, want
     real(wp), allocatable :: larger(:, :)

@@ -11,7 +11,7 @@ module adjust_mod
   use numbers_mod, only: number_not_finite, number_ok, number_too_large, read_real
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: locate_point
-  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces
+  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, enough
   use options_mod, only: card_t, name_option, option_position
   use scene_mod, only: contact_pair_t, region_t
   use sets_mod, only: find_set, model_t, report_unknown
@@ -26,7 +26,6 @@ module adjust_mod
   integer(i8), parameter :: max_work = 200000000
   real(wp), parameter :: at_rest(3) = 0.0_wp
   real(wp), parameter :: rounding = 1.0e-12_wp !! moves below it, relative to the place, are none
-  real(wp), parameter :: enough = 1.0e-3_wp    !! of a node's area: less does not count
   real(wp), parameter :: off = 1.0e-9_wp       !! gaps above it, likewise, are gaps
 
   !> What one pair asks for.
@@ -253,8 +252,8 @@ contains
     type(mortar_t), intent(out) :: mortar
     real(wp), allocatable, intent(out) :: gap(:)  !! (n_slaves) huge where nothing is [length]
     integer, allocatable :: slave(:, :), master(:, :)
-    integer :: number(model%mesh%n_nodes), i, k
-    real(wp) :: reach, behind, between(3)
+    integer :: i
+    real(wp) :: reach, behind
 
     associate (x => model%mesh%coordinates, s => surfaces(pair%surface)%nodes, &
                m => surfaces(pair%master_surface)%nodes)
@@ -263,19 +262,11 @@ contains
         model%mesh%connectivity))
       behind = reach_of_faces(slave, master, x) + pair%overlap
       reach = behind + distance
-      if (however_far) reach = reach + norm2(max(maxval(x(:, s), 2), maxval(x(:, m), 2)) - &
-        min(minval(x(:, s), 2), minval(x(:, m), 2)))
-      number(s) = [(i, i=1, size(s))]
-      call make_mortar(slave, master, number, size(s), x(:, :model%mesh%n_nodes), reach, mortar, &
-        behind)
+      if (however_far) reach = reach + reach_of_all(s, m, x)
+      call make_mortar(slave, master, s, x(:, :model%mesh%n_nodes), reach, mortar, behind)
       allocate (gap(size(s)), source=huge(1.0_wp))
       do i = 1, size(s)
-        if (.not. mortar%area(i) > 0.0_wp) cycle
-        between = x(:, s(i))
-        do k = mortar%weights%first(i), mortar%weights%first(i + 1) - 1
-          between = between - mortar%weights%weight(k)*x(:, mortar%weights%node(k))
-        end do
-        gap(i) = dot_product(mortar%normal(:, i), between)
+        if (mortar%area(i) > 0.0_wp) gap(i) = dot_product(mortar%normal(:, i), mortar%apart(:, i))
       end do
     end associate
   end subroutine find_gaps

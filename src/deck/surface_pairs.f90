@@ -4,7 +4,7 @@ module surface_pairs_mod
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t, find_bodies
-  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, face_each_other
+  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, face_each_other
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
   use surface_list_mod, only: find_faces_of_nodes, surface_list_t
@@ -83,19 +83,16 @@ contains
     logical, intent(out) :: ok
     integer, allocatable :: slaves(:, :), masters(:, :)
     type(mortar_t) :: mortar
-    integer :: number(model%mesh%n_nodes), i
     logical :: has_slave(model%mesh%n_elements)
     real(wp) :: far
 
     allocate (slaves, source=nodes_of(slave%faces, model%mesh%connectivity))
     allocate (masters, source=nodes_of(master%faces, model%mesh%connectivity))
-    number(slave%nodes) = [(i, i=1, size(slave%nodes))]
     has_slave = .false.
     has_slave(slave%faces(1, :)) = .true.
     associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes), s => slave%nodes, &
                m => master%nodes)
-      far = norm2(max(maxval(x(:, s), 2), maxval(x(:, m), 2)) - min(minval(x(:, s), 2), &
-        minval(x(:, m), 2))) + reach_of_faces(slaves, masters, x)
+      far = reach_of_all(s, m, x) + reach_of_faces(slaves, masters, x)
       ok = face_each_other(slaves, masters, x)
       if (.not. ok) then
         call report(reader, position, 'no face of '//quoted(master%name)// &
@@ -109,13 +106,13 @@ contains
         return
       end if
       ! Bodies overlap by less than they are thick.
-      call make_mortar(slaves, masters, number, size(s), x, far, mortar, &
+      call make_mortar(slaves, masters, s, x, far, mortar, &
         behind=0.999_wp*thickness(model, [slave%nodes(1), master%nodes(1)]))
       if (any(mortar%area > 0.0_wp)) then
         pair%overlap = max(0.0_wp, -minval(mortar%least_gap, mask=mortar%area > 0.0_wp))
         return
       end if
-      call make_mortar(slaves, masters, number, size(s), x, far, mortar)
+      call make_mortar(slaves, masters, s, x, far, mortar)
       ok = .not. any(mortar%area > 0.0_wp)
     end associate
     if (ok) then

@@ -101,8 +101,8 @@ contains
 
   !> Where the largest reactions belong to one node and balance one another, in words; else ''.
   !>
-  !> Cones of friction of two obstacles may hold opposite forces. Reactions can then be added to a
-  !> node without bound, and where it would have to slide along both there need be no solution.
+  !> The cones of friction of two contacts may hold opposite forces. Reactions can then be added to
+  !> a node without bound, and where it would have to slide along both there need be no solution.
   pure function wedge_in_words(scene, points, contact) result(words)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -122,8 +122,8 @@ contains
       if (count(points%node == node) < 2) return
       if (norm2([(sum(force(i, :), points%node == node), i = 1, 3)]) > &
         small*norm2(force(:, worst))) return
-      words = '; obstacles wedge node '//to_text(scene%mesh%node_id(node))//': its reactions, '// &
-        'up to '//to_text(norm2(force(:, worst)), 2)//', balance one another, and with so much '// &
+      words = '; node '//to_text(scene%mesh%node_id(node))//' is wedged: its reactions, up to '// &
+        to_text(norm2(force(:, worst)), 2)//', balance one another, and with so much '// &
         'friction there may be no solution'
     end associate
   end function wedge_in_words

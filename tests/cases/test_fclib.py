@@ -132,19 +132,8 @@ class Export(unittest.TestCase):
     def test_an_increment_that_nothing_balances_is_exported_too(self):
         # The first step presses the cube on a plane without friction, the second pushes it along.
         deck = """\
-*NODE
-1, 0., 0., 0.
-2, 1., 0., 0.
-3, 1., 1., 0.
-4, 0., 1., 0.
-5, 0., 0., 1.
-6, 1., 0., 1.
-7, 1., 1., 1.
-8, 0., 1., 1.
-*ELEMENT, TYPE=C3D8, ELSET=CUBE
-1, 1, 2, 3, 4, 5, 6, 7, 8
-*SURFACE, NAME=BOTTOM
-1, S1
+*BLOCK, NAME=CUBE, TYPE=C3D8, NX=1, NY=1, NZ=1
+0., 0., 0., 1., 1., 1.
 *MATERIAL, NAME=SOFT
 *ELASTIC
 1000., 0.3
@@ -155,7 +144,7 @@ class Export(unittest.TestCase):
 0., 0., 0., 0., 0., 1.
 *SURFACE INTERACTION, NAME=SMOOTH
 *CONTACT PAIR, INTERACTION=SMOOTH
-BOTTOM, FLOOR
+CUBE-ZMIN, FLOOR
 *STEP
 *STATIC, DIRECT
 1., 1.

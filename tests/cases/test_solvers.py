@@ -10,29 +10,14 @@ GLOBAL = {"solver": "GLOBAL NEWTON", "local": "AUTO"}
 AUTO = {"solver": "AUTO", "local": "AUTO"}
 
 
-# Node 2 and 3 overlap the floor and the wall: they have to slide up along the wall, and along the
+# Nodes 2 and 4 overlap the floor and the wall: they have to slide up along the wall, and along the
 # floor away from it. A force of the floor then pushes to the wall with mu times its own, one of the
 # wall to the floor likewise: together they lift and push off only where mu is below 1.
 WEDGE = """\
 *HEADING
 A corner that has to slide along a floor and a wall at once
-*NODE
-1, 0., 0., 0.
-2, 1., 0., 0.
-3, 1., 1., 0.
-4, 0., 1., 0.
-5, 0., 0., 1.
-6, 1., 0., 1.
-7, 1., 1., 1.
-8, 0., 1., 1.
-*ELEMENT, TYPE=C3D8, ELSET=BLOCK
-1, 1, 2, 3, 4, 5, 6, 7, 8
-*NSET, NSET=TOP
-5, 6, 7, 8
-*SURFACE, NAME=BOTTOM
-1, S1
-*SURFACE, NAME=SIDE
-1, S4
+*BLOCK, NAME=BLOCK, TYPE=C3D8, NX=1, NY=1, NZ=1
+0., 0., 0., 1., 1., 1.
 *MATERIAL, NAME=SOFT
 *ELASTIC
 1000., 0.
@@ -45,15 +30,15 @@ A corner that has to slide along a floor and a wall at once
 *FRICTION
 {mu}
 *CONTACT PAIR, INTERACTION=ROUGH
-BOTTOM, FLOOR
+BLOCK-ZMIN, FLOOR
 *CONTACT PAIR, INTERACTION=ROUGH
-SIDE, WALL
+BLOCK-XMAX, WALL
 *STEP
 *STATIC, DIRECT
 1., 1.
 *BOUNDARY
-TOP, 1, 1, -0.001
-TOP, 2, 3, 0.
+BLOCK-ZMAX, 1, 1, -0.001
+BLOCK-ZMAX, 2, 3, 0.
 *END STEP
 """
 
@@ -122,7 +107,7 @@ class Automatic(unittest.TestCase):
             with self.subTest(mu=mu):
                 run = Run(WEDGE.format(mu=mu), name="wedge")
                 self.assertEqual(run.status, 2, run.errors)
-                self.assertRegex(run.errors, "obstacles wedge node [23]: ")
+                self.assertRegex(run.errors, "node [24] is wedged: ")
 
     def test_the_file_says_what_was_used(self):
         run = Run(BLOCK, n=4, **AUTO)

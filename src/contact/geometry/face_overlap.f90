@@ -24,6 +24,7 @@ module face_overlap_mod
     real(wp) :: lumped(4) = 0.0_wp       !! int N_a [length^2]
     real(wp) :: mass(4, 4) = 0.0_wp      !! int N_a N_b [length^2]
     real(wp) :: mixed(4, 4) = 0.0_wp     !! int N_a N_k, k of the master's nodes [length^2]
+    real(wp) :: normal(3) = 0.0_wp       !! of the master face, outward [-]
     real(wp) :: least_gap = huge(1.0_wp) !! at the points of the quadrature [length]
   end type overlap_t
 
@@ -119,6 +120,7 @@ contains
       overlap%area = 0.0_wp
       return
     end if
+    overlap%normal = outward_normal(master)
     is_affine_here = is_affine(plane%corner) .and. is_affine(flat)
     centre = sum(polygon(:, :n), 2)/real(n, wp)
     do i = 1, n
@@ -156,7 +158,7 @@ contains
       overlap%lumped = overlap%lumped + w*n
       overlap%mass = overlap%mass + w*spread(n, 2, 4)*spread(n, 1, 4)
       overlap%mixed = overlap%mixed + w*spread(n, 2, 4)*spread(m, 1, 4)
-      overlap%least_gap = min(overlap%least_gap, dot_product(outward_normal(master), &
+      overlap%least_gap = min(overlap%least_gap, dot_product(overlap%normal, &
         matmul(slave, n) - matmul(master, m(:k))))
     end do
   end subroutine add_points

@@ -4,6 +4,7 @@
 !> docs/theory.md (11.1) to (11.4).
 module mortar_mod
   use kinds_mod, only: wp
+  use growing_lists_mod, only: enlarge
   use small_matrix_mod, only: solve_small
   use contact_points_mod, only: weights_t
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
@@ -11,7 +12,7 @@ module mortar_mod
   implicit none
   private
 
-  public :: mortar_t, make_mortar, reach_of_faces, face_each_other
+  public :: mortar_t, make_mortar, reach_of_faces, reach_of_all, face_each_other, enough
 
   !> What the nodes of a slave surface face.
   type :: mortar_t
@@ -20,6 +21,8 @@ module mortar_mod
     real(wp), allocatable :: whole_area(:)  !! (n) of the node [length^2]
     real(wp), allocatable :: normal(:, :)   !! (3,n) from master to slave, 0: not covered [-]
     real(wp), allocatable :: outward(:, :) !! (3,n) of the slave surface, the mean of its faces [-]
+    real(wp), allocatable :: apart(:, :)
+    !! (3,n) place of the node less that of what it faces, 0: not covered [length]
     real(wp), allocatable :: least_gap(:)
     !! (n) at the points of the quadrature on the node's faces, huge where there are none [length]
   end type mortar_t
@@ -33,12 +36,14 @@ module mortar_mod
 
   !> A covered part of a slave face.
   type :: part_t
-    integer :: master = 0
+    integer :: node(4) = 0        !! of the master face
+    integer :: n = 0              !! how many there are
     real(wp) :: distance = 0.0_wp !! of its middle from the slave's plane [length]
     type(overlap_t) :: overlap
   end type part_t
 
   real(wp), parameter :: against = -0.2_wp      !! cosine of normals that face each other, at most
+  real(wp), parameter :: enough = 1.0e-3_wp     !! of a node's area: less covered is no contact [-]
   real(wp), parameter :: least_cover = 1.0e-9_wp !! of a face; less has lost its digits [-]
 
 contains
@@ -46,11 +51,10 @@ contains
   !> The weights of the master's nodes where nodes are at `x`.
   !>
   !> Rows add up to 1, and give places on a flat master exactly, to rounding.
-  pure subroutine make_mortar(slave, master, number, n, x, reach, mortar, behind)
+  pure subroutine make_mortar(slave, master, slave_nodes, x, reach, mortar, behind)
     integer, intent(in) :: slave(:, :)   !! (4,n_slave) nodes, anticlockwise from outside
     integer, intent(in) :: master(:, :)  !! (4,n_master) the same; the fourth is 0 in a triangle
-    integer, intent(in) :: number(:)     !! (n_nodes) of a slave node in the result, 1 to n
-    integer, intent(in) :: n             !! slave nodes
+    integer, intent(in) :: slave_nodes(:) !! (n) each once, in the order of the rows
     real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
     real(wp), intent(in) :: reach        !! how far apart faces may be, along their normals [length]
     type(mortar_t), intent(out) :: mortar
@@ -61,10 +65,12 @@ contains
     type(entries_t) :: entries
     type(plane_t) :: plane
     real(wp) :: length, size_of_master, reaches(2)
-    integer :: f, i
+    integer :: number(size(x, 2)), n, f, i, k
 
+    n = size(slave_nodes)
+    number(slave_nodes) = [(i, i=1, n)]
     allocate (mortar%area(n), mortar%whole_area(n), source=0.0_wp)
-    allocate (mortar%normal(3, n), mortar%outward(3, n), source=0.0_wp)
+    allocate (mortar%normal(3, n), mortar%outward(3, n), mortar%apart(3, n), source=0.0_wp)
     allocate (mortar%least_gap(n), source=huge(1.0_wp))
     allocate (entries%row(64), entries%node(64), entries%weight(64))
     grid = make_face_grid(master, x)
@@ -83,7 +89,7 @@ contains
       end do
       call find_parts(grid, master, x, x(:, slave(:, f)), plane, reaches, &
         size_of_master, parts)
-      call add_face(slave(:, f), master, number, x, plane%area, parts, mortar, entries)
+      call add_face(number(slave(:, f)), plane%area, parts, mortar, entries)
     end do
     do i = 1, n
       length = norm2(mortar%normal(:, i))
@@ -95,6 +101,14 @@ contains
       call make_rows(mortar%area, entries%row(:n_all), entries%node(:n_all), &
         entries%weight(:n_all), mortar%weights)
     end associate
+    do i = 1, n
+      if (.not. mortar%area(i) > 0.0_wp) cycle
+      mortar%apart(:, i) = x(:, slave_nodes(i))
+      do k = mortar%weights%first(i), mortar%weights%first(i + 1) - 1
+        mortar%apart(:, i) = mortar%apart(:, i) - mortar%weights%weight(k)* &
+          x(:, mortar%weights%node(k))
+      end do
+    end do
   end subroutine make_mortar
 
   !> Half the largest face: how far apart the faces of two surfaces at rest are looked for.
@@ -105,6 +119,16 @@ contains
 
     reach = 0.5_wp*max(largest_face(slave, x), largest_face(master, x))
   end function reach_of_faces
+
+  !> How far apart the farthest places of two surfaces are, at most.
+  pure real(wp) function reach_of_all(slave_nodes, master_nodes, x) result(reach)
+    integer, intent(in) :: slave_nodes(:), master_nodes(:)
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+
+    associate (s => x(:, slave_nodes), m => x(:, master_nodes))
+      reach = norm2(max(maxval(s, 2), maxval(m, 2)) - min(minval(s, 2), minval(m, 2)))
+    end associate
+  end function reach_of_all
 
   !> The longest diagonal of the boxes of faces.
   pure real(wp) function largest_face(faces, x) result(length)
@@ -169,7 +193,8 @@ contains
         if (dot_product(outward_normal(corner), plane%axis(:, 3)) > against) cycle
         height(:k) = matmul(plane%axis(:, 3), corner) - dot_product(plane%axis(:, 3), plane%origin)
         if (minval(height(:k)) > reach(1) .or. maxval(height(:k)) < -reach(2)) cycle
-        part%master = near(i)
+        part%node(:k) = master(:k, near(i))
+        part%n = k
         part%distance = abs(sum(height(:k)))/real(k, wp)
         part%overlap = find_overlap(plane, slave, corner)
       end associate
@@ -195,17 +220,14 @@ contains
   end subroutine keep_nearest
 
   !> Add what covers a slave face to the rows of its nodes, not yet divided by their areas.
-  pure subroutine add_face(slave, master, number, x, area, parts, mortar, entries)
-    integer, intent(in) :: slave(4)
-    integer, intent(in) :: master(:, :)   !! (4,n_master)
-    integer, intent(in) :: number(:)      !! (n_nodes)
-    real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
+  pure subroutine add_face(row, area, parts, mortar, entries)
+    integer, intent(in) :: row(4)         !! of the face's nodes
     real(wp), intent(in) :: area          !! of the slave face [length^2]
     type(part_t), intent(in) :: parts(:)
     type(mortar_t), intent(inout) :: mortar
     type(entries_t), intent(inout) :: entries
     real(wp) :: lumped(4), mass(4, 4), dual(4, 4), part_of(4, 4), unit(4)
-    integer :: a, i, k, of_master
+    integer :: a, i, k
     logical :: regular
 
     if (size(parts) == 0) return
@@ -223,41 +245,36 @@ contains
       if (.not. regular) return
       dual(:, a) = lumped(a)*dual(:, a)
     end do
-    do a = 1, 4
-      associate (s => number(slave(a)))
-        mortar%area(s) = mortar%area(s) + lumped(a)
-        do i = 1, size(parts)
-          mortar%least_gap(s) = min(mortar%least_gap(s), parts(i)%overlap%least_gap)
-          of_master = count(master(:, parts(i)%master) > 0)
-          mortar%normal(:, s) = mortar%normal(:, s) + parts(i)%overlap%lumped(a)* &
-            outward_normal(x(:, master(:of_master, parts(i)%master)))
+    mortar%area(row) = mortar%area(row) + lumped
+    do i = 1, size(parts)
+      associate (overlap => parts(i)%overlap)
+        part_of = matmul(transpose(dual), overlap%mixed)
+        mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
+        do a = 1, 4
+          mortar%normal(:, row(a)) = mortar%normal(:, row(a)) + overlap%lumped(a)*overlap%normal
         end do
       end associate
-    end do
-    do i = 1, size(parts)
-      part_of = matmul(transpose(dual), parts(i)%overlap%mixed)
-      of_master = count(master(:, parts(i)%master) > 0)
-      do k = 1, of_master
+      do k = 1, parts(i)%n
         do a = 1, 4
-          call append_entry(number(slave(a)), master(k, parts(i)%master), part_of(a, k), entries)
+          call append_entry(row(a), parts(i)%node(k), part_of(a, k), entries)
         end do
       end do
     end do
   end subroutine add_face
 
-  !> One more contribution; the lists grow by halves.
+  !> One more contribution.
   pure subroutine append_entry(row, node, weight, entries)
     integer, intent(in) :: row, node
     real(wp), intent(in) :: weight !! [length^2]
     type(entries_t), intent(inout) :: entries
-    integer :: more
 
-    if (entries%n == size(entries%row)) then
-      more = entries%n/2 + 1
-      entries%row = [entries%row, spread(0, 1, more)]
-      entries%node = [entries%node, spread(0, 1, more)]
-      entries%weight = [entries%weight, spread(0.0_wp, 1, more)]
-    end if
+    associate (n => entries%n)
+      if (n == size(entries%row)) then
+        call enlarge(entries%row, n, 2*n)
+        call enlarge(entries%node, n, 2*n)
+        call enlarge(entries%weight, n, 2*n)
+      end if
+    end associate
     entries%n = entries%n + 1
     entries%row(entries%n) = row
     entries%node(entries%n) = node

@@ -7,7 +7,7 @@ module placement_mod
   use surfaces_mod, only: nodes_of
   use contact_points_mod, only: contact_points_t, weights_t, is_across
   use local_frame_mod, only: local_frame
-  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces
+  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, enough
   implicit none
   private
 
@@ -31,9 +31,9 @@ module placement_mod
     !! added; `no_gap` elsewhere [length]
   end type placement_t
 
-  ! How much of its node's area a surface must cover for a point to count, and how much where it
-  ! counted in the same increment: else points at the edge of the master come and go.
-  real(wp), parameter :: enough = 1.0e-3_wp, enough_to_stay = 1.0e-9_wp
+  ! How much of its node's area a surface must cover for a point that counted in the same increment:
+  ! else points at the edge of the master come and go.
+  real(wp), parameter :: enough_to_stay = 1.0e-9_wp !! [-]
 
 contains
 
@@ -143,13 +143,12 @@ contains
     type(placement_t), intent(inout) :: placement
     type(mortar_t) :: mortar
     type(weights_t) :: rows
-    real(wp) :: x(3, scene%mesh%n_nodes), between(3)
     integer :: i, k, j, n
     logical :: counts
 
     associate (first => points%first(pair), last => points%first(pair + 1) - 1)
       n = last - first + 1
-      call face_surface(scene, points, pair, u, x, mortar)
+      call face_surface(scene, points, pair, u, mortar)
       allocate (rows%first(n + 1), rows%node(size(mortar%weights%node)), &
         rows%weight(size(mortar%weights%node)))
       k = 0
@@ -168,7 +167,6 @@ contains
             placement%reference(:, i) = 0.0_wp
             cycle
           end if
-          between = x(:, points%node(i))
           placement%reference(:, i) = u(:, points%node(i))
           do j = mortar%weights%first(here), mortar%weights%first(here + 1) - 1
             associate (node => mortar%weights%node(j), weight => mortar%weights%weight(j))
@@ -176,12 +174,12 @@ contains
               k = k + 1
               rows%node(k) = node
               rows%weight(k) = weight
-              between = between - weight*x(:, node)
               placement%reference(:, i) = placement%reference(:, i) - weight*u(:, node)
             end associate
           end do
           placement%frame(:, :, i) = local_frame(mortar%normal(:, here))
-          placement%gap(i) = dot_product(mortar%normal(:, here), between) + points%extra_gap(i)
+          placement%gap(i) = dot_product(mortar%normal(:, here), mortar%apart(:, here)) + &
+            points%extra_gap(i)
           if (scene%pairs(pair)%small_sliding) placement%gap(i) = placement%gap(i) + &
             dot_product(mortar%normal(:, here), placement%reference(:, i))
           placement%least_gap(i) = mortar%least_gap(here) + points%extra_gap(i)
@@ -195,26 +193,23 @@ contains
 
   !> What the nodes of a slave surface face where `u` takes them, or with small sliding where they
   !> are in the mesh.
-  pure subroutine face_surface(scene, points, pair, u, x, mortar)
+  pure subroutine face_surface(scene, points, pair, u, mortar)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
-    real(wp), intent(out) :: x(:, :)      !! (3,n_nodes) where nodes of both surfaces are [length]
     type(mortar_t), intent(out) :: mortar !! of the points of the pair
-    real(wp) :: reach, however_far
+    real(wp) :: x(3, scene%mesh%n_nodes), reach
     integer, allocatable :: slave(:, :), master(:, :)
-    integer :: number(scene%mesh%n_nodes), i
     logical :: is_apart
 
     associate (of => scene%pairs(pair), mesh => scene%mesh, &
-               n => points%first(pair + 1) - points%first(pair), &
+               slave_nodes => points%node(points%first(pair):points%first(pair + 1) - 1), &
                s => scene%surfaces(scene%pairs(pair)%surface)%nodes, &
                m => scene%surfaces(scene%pairs(pair)%master_surface)%nodes)
       allocate (slave, source=nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
       allocate (master, source=nodes_of(scene%surfaces(of%master_surface)%faces, &
         mesh%connectivity))
-      number(points%node(points%first(pair):points%first(pair + 1) - 1)) = [(i, i=1, n)]
       x = 0.0_wp
       x(:, s) = mesh%coordinates(:, s)
       x(:, m) = mesh%coordinates(:, m)
@@ -225,16 +220,15 @@ contains
           maxval(u(:, m), 2) - minval(u(:, s), 2)))
         x(:, s) = x(:, s) + u(:, s)
         x(:, m) = x(:, m) + u(:, m)
-        call make_mortar(slave, master, number, n, x, reach, mortar)
+        call make_mortar(slave, master, slave_nodes, x, reach, mortar)
       end if
       ! What is placed once for all faces whatever lies opposite. So do bodies that are apart: what
       ! moves freely may fall any way.
       is_apart = of%small_sliding
       if (.not. is_apart) is_apart = .not. any(mortar%area > 0.0_wp)
       if (.not. is_apart) return
-      however_far = reach + norm2(max(maxval(x(:, s), 2), maxval(x(:, m), 2)) - &
-        min(minval(x(:, s), 2), minval(x(:, m), 2)))
-      call make_mortar(slave, master, number, n, x, however_far, mortar, behind=reach)
+      call make_mortar(slave, master, slave_nodes, x, reach + reach_of_all(s, m, x), mortar, &
+        behind=reach)
     end associate
   end subroutine face_surface
 

@@ -10,9 +10,9 @@
 !> they are the plain proximal step c + theta e. Where none of these leaves less out of balance the
 !> centre goes along e, as far as it takes: e(c) falls along a line, so that a change of its sign
 !> brackets the place. Free gaps are closed so, however small the load is. A motion that nothing
-!> drives stays where it is. Where no centre leaves less out of balance, Newton's method on reactions
-!> and motions together has its turn, from the start, from the best centre and from no reactions;
-!> then nothing balances it. What contact leaves on a neutral motion is given back.
+!> drives stays where it is. Where no centre leaves less out of balance, Newton's method on
+!> reactions and motions together has its turn, from the start, from the best centre and from no
+!> reactions; then nothing balances it. What contact leaves on a neutral motion is given back.
 !> docs/theory.md section 9.
 module floating_search_mod
   use kinds_mod, only: wp
