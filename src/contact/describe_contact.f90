@@ -34,7 +34,8 @@ contains
     do i = 1, points%n
       contact%slip_increment(:, i) = matmul( &
         relative_motion(points, placement%weights, i, new%displacement) - &
-        relative_motion(points, placement%weights, i, old%displacement), contact%frame(:, 2:, i))
+        relative_motion(points, placement%weights, i, old%displacement) + placement%drag(:, i), &
+        contact%frame(:, 2:, i))
       contact%gap(i) = gap_at(placement, points, i, new%displacement)
       contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
     end do

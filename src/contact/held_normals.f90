@@ -31,6 +31,8 @@ contains
       call rows_of_points(movable(scene, prescribed_dofs(scene, step)), points, &
         placement%weights, placement%frame, row)
       held = points%in_reach .and. row(1, :) == 0
+      ! The normals of an obstacle that turns do not stay what they are.
+      where (scene%obstacles(scene%pairs(points%pair)%master)%turns) held = .false.
       do pair = 1, size(scene%pairs)
         n = count(held(points%first(pair):points%first(pair + 1) - 1))
         if (n == 0 .or. is_told(pair)) cycle

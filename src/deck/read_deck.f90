@@ -10,7 +10,10 @@ module read_deck_mod
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
     mistakes_as_error, notes_as_list, quoted
   use errors_mod, only: error_t
+  use kinds_mod, only: wp
+  use loads_mod, only: load_step_t
   use name_table_mod, only: name_table_t
+  use obstacles_mod, only: obstacle_t
   use options_mod, only: allow_options, card_t, open_card
   use parameters_mod, only: add_override, find_parameter, parameter_table_t
   use read_amplitudes_mod, only: amplitude_list_t, read_amplitudes
@@ -123,6 +126,7 @@ contains
     call read_output_controls(reader, scene%output)
     call read_amplitudes(reader, amplitudes)
     call read_steps(reader, model, amplitudes, surfaces, scene%steps, scene%regions)
+    call mark_turning(scene%steps, scene%obstacles)
     if (model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) then
       call report(reader, 0, 'the deck has no elements (*ELEMENT or *BLOCK)')
     end if
@@ -133,6 +137,23 @@ contains
     call move_alloc(amplitudes%list, scene%amplitudes)
     call build_mesh(model%mesh, material, scene%mesh)
   end subroutine read_cards
+
+  !> Find the obstacles that rotations of their reference nodes turn.
+  pure subroutine mark_turning(steps, obstacles)
+    type(load_step_t), intent(in) :: steps(:)
+    type(obstacle_t), intent(inout) :: obstacles(:)
+    integer :: step, i
+
+    do step = 1, size(steps)
+      if (.not. allocated(steps(step)%rotations)) cycle ! of a deck with mistakes
+      do i = 1, size(steps(step)%rotations)
+        associate (rotation => steps(step)%rotations(i))
+          if (.not. abs(rotation%value) > 0.0_wp) cycle
+          where (obstacles%ref_node == rotation%node) obstacles%turns = .true.
+        end associate
+      end do
+    end do
+  end subroutine mark_turning
 
   !> *NODE, *ELEMENT and *BLOCK, in the order of the deck.
   subroutine read_mesh_cards(reader, model)

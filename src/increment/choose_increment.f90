@@ -14,12 +14,15 @@ module choose_increment_mod
     smallest_increment, is_extra
   use step_solver_mod, only: step_solver_t
   use load_events_mod, only: next_event, no_event
+  use step_loads_mod, only: turn_within
   use load_step_error_mod, only: try_increment, resultant_change
   implicit none
   private
 
-  public :: increment_size_t, choose_increment, cut_increment, carry_size
+  public :: most_turn, increment_size_t, choose_increment, cut_increment, carry_size
 
+  real(wp), parameter :: most_turn = acos(-1.0_wp)/18.0_wp*(1.0_wp + 1.0e-9_wp)
+  !! of an obstacle in an increment that may be cut: 10 degrees, and rounding [rad]
   real(wp), parameter :: share_of_steps = 0.25_wp !! of the accuracy, that load steps may use up
 
   !> The size that holds.
@@ -62,6 +65,7 @@ contains
       end if
     end if
     size%granted = size%granted - 1
+    call limit_turn(scene, solver, increment, size)
     boundary = min(increment%position, size%event)
     if (present(is_plain)) is_plain = size%length == whole_increment .and. &
       size%event == no_event .and. .not. is_extra(increment%start) .and. &
@@ -74,6 +78,22 @@ contains
       increment = next_increment(scene%steps, old, size%length)
     end if
   end subroutine choose_increment
+
+  !> Cut increments in which an obstacle would turn too far. docs/theory.md (1.4).
+  pure subroutine limit_turn(scene, solver, increment, size)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver   !! prepared for the step
+    type(increment_t), intent(in) :: increment  !! uncut
+    type(increment_size_t), intent(inout) :: size
+
+    if (.not. any(scene%obstacles%turns)) return
+    do while (size%length > smallest_increment .and. turn_within(scene, solver%response%loads, &
+      increment%step, increment%start, min(increment%start + size%length, size%event, &
+      scene%steps(increment%step)%n_increments*whole_increment)) > most_turn)
+      size%length = size%length/2
+      size%granted = 0
+    end do
+  end subroutine limit_turn
 
   !> The next event of the step, and where sizes are counted from: the last event or end of the
   !> deck's increments.

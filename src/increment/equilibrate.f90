@@ -13,6 +13,7 @@ module equilibrate_mod
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse
   use certificate_mod, only: increment_forces_t
   use follow_points_mod, only: measure_points
+  use drag_points_mod, only: drag_points
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: nodal_forces
   use condensed_contact_mod, only: condense_contact, neutral_motions
@@ -36,17 +37,20 @@ contains
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
     type(trial_t), intent(inout) :: trial            !! u_free takes the corrections
-    type(state_t), intent(inout) :: new              !! gets reaction and displacement
+    type(state_t), intent(inout) :: new              !! gets reaction, displacement, rotation
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed, change !! [force]
     real(wp) :: correction(3, size(trial%u_free, 2)) !! [length]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
+    type(placement_t) :: undeformed
     integer :: i
     logical :: balanced, settled, is_turned
     real(wp), allocatable :: begun(:) !! a correction by the factor, its interior to come [length]
 
+    new%rotation = trial%rotation
+    undeformed = turned_undeformed(scene, points, solver, trial)
     last_imbalance = huge(1.0_wp)
     last_moved = huge(1.0_wp)
     newton_raphson: do i = 1, max_newton_raphson
@@ -55,9 +59,10 @@ contains
       ! 2. and 3. Reactions, and the free motions with them
       if (any(points%is_curved)) then
         if (i > 1) trial%placed_at = new%displacement
-        call place_curved(scene, points, trial%placed_at, trial%placement)
-        call condense_contact(scene, points, solver%body, solver%undeformed, trial%placement, &
-          .true., solver%contact)
+        call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation)
+        call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
+        call condense_contact(scene, points, solver%body, undeformed, trial%placement, .true., &
+          solver%contact)
       end if
       if (.not. trial%is_foreseen) call solve_reactions(scene, points, solver, old, trial, &
         new%reaction, report)
@@ -105,7 +110,7 @@ contains
       if (is_turned) then
         step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
           solver%body%motions%n), trial%placement, new%reaction, new%displacement, &
-          trial%neutral_residual)
+          new%rotation, trial%neutral_residual)
         trial%motion = trial%motion + step
         call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
       end if
@@ -119,6 +124,21 @@ contains
     report%moved = moved
   end subroutine equilibrate
 
+  !> The points of the undeformed mesh before obstacles as they stand at the end of the increment.
+  pure function turned_undeformed(scene, points, solver, trial) result(undeformed)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(trial_t), intent(in) :: trial
+    type(placement_t) :: undeformed
+    real(wp) :: nothing(3, scene%mesh%n_nodes)
+
+    undeformed = solver%undeformed
+    if (.not. any(scene%obstacles%turns)) return
+    nothing = 0.0_wp
+    call place_curved(scene, points, nothing, undeformed, trial%rotation)
+  end function turned_undeformed
+
   !> How far the points before curved masters are from where they were placed, as of
   !> `measure_points`.
   pure real(wp) function moved_from(scene, points, placement, old, new) result(moved)
@@ -131,7 +151,8 @@ contains
     moved = 0.0_wp
     if (.not. any(points%is_curved)) return
     now = placement
-    call place_curved(scene, points, new%displacement, now)
+    call place_curved(scene, points, new%displacement, now, new%rotation)
+    call drag_points(scene, points, old, new%displacement, new%rotation, now)
     call measure_points(points, placement, now, old, new, moved)
   end function moved_from
 

@@ -18,8 +18,8 @@ contains
 
   !> How far the neutral motions go until what turned normals leave on them is 0: a Newton step, the
   !> derivative by a difference. Nothing where normals do not turn.
-  function neutral_step(scene, points, motions, neutral, placement, reaction, u, residual) &
-    result(a)
+  function neutral_step(scene, points, motions, neutral, placement, reaction, u, rotation, &
+    residual) result(a)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(free_motions_t), intent(in) :: motions
@@ -27,6 +27,7 @@ contains
     type(placement_t), intent(in) :: placement !! in which the reactions were found
     real(wp), intent(in) :: reaction(:, :)  !! (3,n_points) x, y, z [force]
     real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
+    real(wp), intent(in) :: rotation(:, :)  !! (3,n_obstacles) [rad]
     real(wp), intent(in) :: residual(:)     !! (k) what turned normals leave on them [force]
     real(wp) :: a(motions%n)      !! [length]
     real(wp) :: stiffness(size(residual), size(residual)), moved(3, scene%mesh%n_nodes)
@@ -41,7 +42,7 @@ contains
     do k = 1, size(residual)
       moved = u
       call add_motions(motions, scene%mesh, step*neutral(:, k), moved)
-      call place_curved(scene, points, moved, turned)
+      call place_curved(scene, points, moved, turned, rotation)
       do i = 1, points%n
         if (.not. points%is_curved(i) .or. .not. any(abs(reaction(:, i)) > 0.0_wp)) cycle
         local = matmul(reaction(:, i), placement%frame(:, :, i))

@@ -13,7 +13,7 @@ module contact_points_mod
     integer :: n = 0
     integer,  allocatable :: pair(:)  !! (n) index into the scene's pairs
     integer,  allocatable :: node(:)  !! (n) slave node
-    logical,  allocatable :: is_curved(:) !! (n) the master is, so that normals turn
+    logical,  allocatable :: is_curved(:) !! (n) the master is, or turns: normals are not fixed
     real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
     real(wp), allocatable :: area(:)
     !! (n) the node's share of the slave surface, 0 where no face of it is [length^2]

@@ -3,7 +3,7 @@ module pair_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_byte, of_long
   use small_matrix_mod, only: cross
-  use obstacle_shapes_mod, only: is_flat
+  use obstacle_shapes_mod, only: has_fixed_normal
   use scene_mod, only: scene_t
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, first_time, at_start
@@ -23,7 +23,7 @@ contains
     integer :: of_frame
 
     of_frame = every_time
-    if (is_flat(scene%obstacles(scene%pairs(i)%master))) of_frame = first_time
+    if (has_fixed_normal(scene%obstacles(scene%pairs(i)%master))) of_frame = first_time
     call add_field(list, field_t('node', of_long, [n], 'number', &
       'slave node of each point: index into Points, from 0', at_start, compute=node))
     call add_field(list, field_t('coordinates', of_real, [3, n], 'length', &
@@ -47,6 +47,9 @@ contains
     call add_field(list, field_t('moment', of_real, [3], 'moment', &
       'moment of the reactions on the slave body about the origin, undeformed arms', &
       compute=moment))
+    if (scene%obstacles(scene%pairs(i)%master)%ref_node > 0) call add_field(list, field_t('torque', &
+      of_real, [3], 'moment', 'moment of the contact forces on the obstacle about its '// &
+      'reference node, where both are, x, y, z', compute=torque))
     call get_fields(list, fields)
   end subroutine list_pair_fields
 
@@ -130,5 +133,23 @@ contains
         source%points%node(i)), source%state%reaction(:, i))
     end do
   end subroutine moment
+
+  !> Of the forces on the obstacle, at the places of the slave nodes. docs/theory.md (1.5).
+  subroutine torque(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 3)
+    integer :: i, ref_node
+
+    ref_node = source%scene%obstacles(source%scene%pairs(source%points%pair(source%first))% &
+      master)%ref_node
+    associate (x => source%scene%mesh%coordinates, u => source%state%displacement)
+      do i = source%first, source%last
+        associate (node => source%points%node(i))
+          values(1, :) = values(1, :) - cross(x(:, node) + u(:, node) - x(:, ref_node) - &
+            u(:, ref_node), source%state%reaction(:, i))
+        end associate
+      end do
+    end associate
+  end subroutine torque
 
 end module pair_fields_mod

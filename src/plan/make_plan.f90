@@ -5,7 +5,7 @@ module make_plan_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
   use obstacles_mod, only: ref_nodes
-  use obstacle_shapes_mod, only: check_shapes, is_flat
+  use obstacle_shapes_mod, only: check_shapes, has_fixed_normal
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_nodes, master_nodes
   use increments_mod, only: count_increments
@@ -148,7 +148,7 @@ contains
       call rows_of_points(can_move, points, placement%weights, placement%frame, row)
       do i = 1, points%n
         n = count(row(:, i) > 0)
-        if (.not. is_flat(scene%obstacles(scene%pairs(points%pair(i))%master))) then
+        if (.not. has_fixed_normal(scene%obstacles(scene%pairs(points%pair(i))%master))) then
           if (points%in_reach(i) .and. (any(can_move(:, points%node(i))) .or. &
             free_masters(points%pair(i)))) n = merge(3, 1, points%mu(i) > 0.0_wp)
         end if
