@@ -33,7 +33,8 @@ module read_deck_mod
   use surface_list_mod, only: surface_list_t
   use scene_mod, only: scene_t
   use sets_mod, only: model_t
-  use text_mod, only: string_t
+  use text_mod, only: string_t, to_text
+  use turns_mod, only: largest_turn, most_direct_turn
   implicit none
   private
 
@@ -136,6 +137,7 @@ contains
     scene%surfaces = surfaces%list(:surfaces%n)
     call move_alloc(amplitudes%list, scene%amplitudes)
     call build_mesh(model%mesh, material, scene%mesh)
+    call check_turns(reader, scene)
   end subroutine read_cards
 
   !> Find the obstacles that rotations of their reference nodes turn.
@@ -154,6 +156,29 @@ contains
       end do
     end do
   end subroutine mark_turning
+
+  !> Report steps whose increments cannot be cut and turn an obstacle too far.
+  subroutine check_turns(reader, scene)
+    type(reader_t), intent(inout) :: reader
+    type(scene_t), intent(in) :: scene
+    type(card_t) :: card
+    real(wp) :: turn
+    integer :: step, k
+
+    do step = 1, size(scene%steps)
+      if (.not. scene%steps(step)%direct) cycle
+      turn = largest_turn(scene, step)
+      if (turn <= most_direct_turn) cycle
+      do k = 1, reader%n_cards
+        if (reader%cards(k)%keyword /= 'STATIC' .or. reader%cards(k)%step /= step) cycle
+        call open_card(reader, k, card)
+        call report(reader, card%position, 'an obstacle turns by '// &
+          to_text(turn*45.0_wp/atan(1.0_wp), 4)//' degrees in an increment of this step, which '// &
+          'DIRECT keeps: that can be 90 at most')
+        exit
+      end do
+    end do
+  end subroutine check_turns
 
   !> *NODE, *ELEMENT and *BLOCK, in the order of the deck.
   subroutine read_mesh_cards(reader, model)

@@ -7,15 +7,14 @@
 module step_loads_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: amplitude_value
-  use increments_mod, only: whole_increment
   use kinks_mod, only: find_kinks, used_amplitudes
+  use turns_mod, only: turns_t, turns_of_step
   use scene_mod, only: scene_t
   use mesh_forces_mod, only: pressure_force, gravity_force
   implicit none
   private
 
-  public :: step_loads_t, resolve_loads, prescribed_dofs, pattern_factors, &
-    rotation_at, turn_within
+  public :: step_loads_t, resolve_loads, prescribed_dofs, pattern_factors
 
   integer, parameter :: pattern_hold = -1, pattern_ramp = 0 !! > 0: index of an amplitude
 
@@ -25,8 +24,7 @@ module step_loads_mod
     integer,  allocatable :: kind(:) !! (n_patterns) pattern_hold, pattern_ramp or an amplitude
     real(wp), allocatable :: displacement(:, :, :) !! (3,n_nodes,n_patterns) prescribed [length]
     real(wp), allocatable :: force(:, :, :)        !! (3,n_nodes,n_patterns) [force]
-    real(wp), allocatable :: rotation(:, :, :)
-    !! (3,n_obstacles,n_patterns) rotation vectors [rad]
+    type(turns_t) :: turns                         !! rotations of obstacles
     integer(i8), allocatable :: kinks(:)           !! of its amplitudes, as of find_kinks
   end type step_loads_t
 
@@ -56,30 +54,27 @@ contains
     integer, intent(in) :: step
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) at the start of the step [length]
     type(step_loads_t), intent(out) :: loads
-    real(wp), allocatable :: displacement(:, :, :), force(:, :, :), rotation(:, :, :)
+    real(wp), allocatable :: displacement(:, :, :), force(:, :, :)
     logical, allocatable :: used(:)
     integer :: g, n
 
     n = size(scene%amplitudes)
     allocate (displacement(3, scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
     allocate (force(3, scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
-    allocate (rotation(3, size(scene%obstacles), pattern_hold:n), source=0.0_wp)
     call resolve_boundary(scene, step, u, displacement)
-    call resolve_rotations(scene, step, rotation)
     call resolve_forces(scene, step, force)
+    loads%turns = turns_of_step(scene, step)
     call find_kinks(pack(scene%amplitudes, used_amplitudes(scene%amplitudes, scene%steps(step))), &
       scene%steps(step), loads%kinks)
 
     allocate (used(pattern_hold:n))
     do g = pattern_hold, n
-      used(g) = any(abs(displacement(:, :, g)) > 0.0_wp) .or. any(abs(force(:, :, g)) > 0.0_wp) &
-        .or. any(abs(rotation(:, :, g)) > 0.0_wp)
+      used(g) = any(abs(displacement(:, :, g)) > 0.0_wp) .or. any(abs(force(:, :, g)) > 0.0_wp)
     end do
     loads%kind = pack([(g, g=pattern_hold, n)], used)
     loads%n_patterns = size(loads%kind)
     loads%displacement = displacement(:, :, loads%kind)
     loads%force = force(:, :, loads%kind)
-    loads%rotation = rotation(:, :, loads%kind)
   end subroutine resolve_loads
 
   !> The factor of every pattern at share `s` of the step.
@@ -102,43 +97,6 @@ contains
       end select
     end do
   end function pattern_factors
-
-  !> The rotation vectors of the obstacles at share `s` of the step. docs/theory.md (1.2).
-  pure function rotation_at(scene, loads, share, step_time) result(rotation)
-    type(scene_t), intent(in) :: scene
-    type(step_loads_t), intent(in) :: loads
-    real(wp), intent(in) :: share, step_time !! as of pattern_factors
-    real(wp) :: rotation(3, size(scene%obstacles)) !! [rad]
-    real(wp) :: factor(loads%n_patterns)
-    integer :: g
-
-    factor = pattern_factors(scene, loads, share, step_time)
-    rotation = 0.0_wp
-    do g = 1, loads%n_patterns
-      rotation = rotation + factor(g)*loads%rotation(:, :, g)
-    end do
-  end function rotation_at
-
-  !> The farthest that an obstacle turns from one place in a step to another; at most, where its axis
-  !> changes.
-  pure real(wp) function turn_within(scene, loads, step, start, finish) result(turn)
-    type(scene_t), intent(in) :: scene
-    type(step_loads_t), intent(in) :: loads   !! of the step
-    integer, intent(in) :: step
-    integer(i8), intent(in) :: start, finish  !! in parts of the deck's increments
-    real(wp), dimension(3, size(scene%obstacles)) :: from, to
-    real(wp) :: share
-
-    turn = 0.0_wp
-    if (.not. any(scene%obstacles%turns)) return
-    associate (of => scene%steps(step))
-      share = real(start, wp)/(real(of%n_increments, wp)*real(whole_increment, wp))
-      from = rotation_at(scene, loads, share, share*of%period)
-      share = real(finish, wp)/(real(of%n_increments, wp)*real(whole_increment, wp))
-      to = rotation_at(scene, loads, share, share*of%period)
-    end associate
-    turn = maxval(norm2(to - from, dim=1))
-  end function turn_within
 
   !> Prescribed displacements: held where they are, unless this step names them.
   pure subroutine resolve_boundary(scene, step, u, displacement)
@@ -163,33 +121,6 @@ contains
       end associate
     end do
   end subroutine resolve_boundary
-
-  !> Prescribed rotations, from the deck alone: level by level from the first step, as forces are.
-  pure subroutine resolve_rotations(scene, step, rotation)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: step
-    real(wp), intent(inout) :: rotation(:, :, pattern_hold:) !! (3,n_obstacles,patterns) [rad]
-    integer :: k, i, o
-
-    if (.not. any(scene%obstacles%turns)) return
-    do k = 1, step
-      do o = 1, size(scene%obstacles)
-        if (k > 1) call settle(scene, k - 1, rotation(:, o, :))
-        if (.not. allocated(scene%steps(k)%rotations)) cycle
-        do i = 1, size(scene%steps(k)%rotations)
-          associate (r => scene%steps(k)%rotations(i))
-            if (r%node /= scene%obstacles(o)%ref_node) cycle
-            if (r%amplitude > 0) then
-              rotation(r%dof, o, :) = 0.0_wp
-              rotation(r%dof, o, r%amplitude) = r%value
-            else
-              rotation(r%dof, o, pattern_ramp) = r%value - rotation(r%dof, o, pattern_hold)
-            end if
-          end associate
-        end do
-      end do
-    end do
-  end subroutine resolve_rotations
 
   !> The nodal forces of the step: concentrated forces, pressures and weights turned into forces.
   pure subroutine resolve_forces(scene, step, force)

@@ -14,15 +14,13 @@ module choose_increment_mod
     smallest_increment, is_extra
   use step_solver_mod, only: step_solver_t
   use load_events_mod, only: next_event, no_event
-  use step_loads_mod, only: turn_within
+  use turns_mod, only: turn_within, most_turn
   use load_step_error_mod, only: try_increment, resultant_change
   implicit none
   private
 
-  public :: most_turn, increment_size_t, choose_increment, cut_increment, carry_size
+  public :: increment_size_t, choose_increment, cut_increment, carry_size
 
-  real(wp), parameter :: most_turn = acos(-1.0_wp)/18.0_wp*(1.0_wp + 1.0e-9_wp)
-  !! of an obstacle in an increment that may be cut: 10 degrees, and rounding [rad]
   real(wp), parameter :: share_of_steps = 0.25_wp !! of the accuracy, that load steps may use up
 
   !> The size that holds.
@@ -87,8 +85,8 @@ contains
     type(increment_size_t), intent(inout) :: size
 
     if (.not. any(scene%obstacles%turns)) return
-    do while (size%length > smallest_increment .and. turn_within(scene, solver%response%loads, &
-      increment%step, increment%start, min(increment%start + size%length, size%event, &
+    do while (size%length > smallest_increment .and. turn_within(scene, &
+      solver%response%loads%turns, increment%step, increment%start, min(increment%start + size%length, size%event, &
       scene%steps(increment%step)%n_increments*whole_increment)) > most_turn)
       size%length = size%length/2
       size%granted = 0

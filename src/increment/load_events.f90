@@ -12,7 +12,7 @@ module load_events_mod
   use increments_mod, only: increment_t, whole_increment, smallest_increment
   use kinks_mod, only: has_too_many, most_kinks, most_touches
   use load_response_mod, only: sum_patterns
-  use step_loads_mod, only: rotation_at
+  use turns_mod, only: rotation_at
   use step_solver_mod, only: step_solver_t
   use placement_mod, only: placement_t, place_all, place_curved
   use transfer_mod, only: movable, rows_of_points
@@ -69,7 +69,8 @@ contains
     associate (step => scene%steps(increment%step), start => increment%start)
       event = no_event
       is_touch = .false.
-      if (solver%response%loads%n_patterns == 0) return ! nothing moves
+      if (solver%response%loads%n_patterns == 0 .and. .not. any(scene%obstacles%turns)) return
+      ! else nothing moves
       event = next_kink(scene, solver, increment%step, start, .not. &
         present(n_touches))
       if (present(n_touches)) then
@@ -145,7 +146,7 @@ contains
       associate (of => scene%steps(step))
         of_step = real(position, wp)/(real(of%n_increments, wp)*real(whole_increment, wp))
         call sum_patterns(scene, solver%response, of_step, of_step*of%period, u, external)
-        turn = rotation_at(scene, solver%response%loads, of_step, of_step*of%period)
+        turn = rotation_at(scene, solver%response%loads%turns, of_step, of_step*of%period)
       end associate
     end subroutine displaced
 

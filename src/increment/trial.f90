@@ -20,7 +20,7 @@ module trial_mod
   use condensed_contact_mod, only: contact_group_t, count_points
   use stiffness_inverse_mod, only: answer_of_interface, at_interface
   use load_response_mod, only: sum_patterns, prescribed_displacement
-  use step_loads_mod, only: rotation_at
+  use turns_mod, only: rotation_at
   use step_solver_mod, only: step_solver_t
   implicit none
   private
@@ -68,7 +68,7 @@ contains
       trial%u_free, trial%forces%external)
     trial%forces%prescribed = solver%body%prescribed
     trial%forces%displacement = prescribed_displacement(scene, solver%response%loads, increment)
-    trial%rotation = rotation_at(scene, solver%response%loads, increment%share, &
+    trial%rotation = rotation_at(scene, solver%response%loads%turns, increment%share, &
       increment%step_time)
     allocate (trial%forces%internal, mold=old%displacement)
     trial%controls = scene%contact

@@ -2,13 +2,11 @@
 !> printed or written here; what there is to say goes into notes.
 module solve_next_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t, raise, exit_wrong_input
-  use text_mod, only: to_text
+  use errors_mod, only: error_t
   use system_mod, only: wall_seconds
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
-  use increments_mod, only: increment_t, next_increment, is_extra, whole_increment
-  use step_loads_mod, only: turn_within
+  use increments_mod, only: increment_t, next_increment, is_extra
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_out_of_reach
   use make_plan_mod, only: revise_plan
@@ -18,7 +16,7 @@ module solve_next_mod
   use load_events_mod, only: first_touch, no_event
   use look_ahead_mod, only: forget => cut
   use load_step_error_mod, only: follow_coarsely
-  use choose_increment_mod, only: choose_increment, cut_increment, most_turn
+  use choose_increment_mod, only: choose_increment, cut_increment
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
   use tally_mod, only: note_sizes
@@ -78,8 +76,7 @@ contains
       if (increment%step /= progress%entered) then
         call enter_step(scene, plan, increment, progress, solver, error)
         if (allocated(error)) return
-        call look_at_turns(scene, solver, increment, notes, error)
-        if (allocated(error)) return
+        if (increment%first_of_step) call note_turn(scene, increment, notes)
       end if
       sizes: do
         call stop_if_signalled(error)
@@ -97,33 +94,6 @@ contains
       end do sizes
     end associate
   end subroutine solve_next
-
-  !> How far obstacles turn in the increments of a *STEP: a note where that is far, an error where
-  !> slips would mean nothing.
-  subroutine look_at_turns(scene, solver, increment, notes, error)
-    type(scene_t), intent(in) :: scene
-    type(step_solver_t), intent(in) :: solver   !! prepared for the step
-    type(increment_t), intent(in) :: increment  !! the next
-    type(note_t), allocatable, intent(inout) :: notes(:)
-    type(error_t), allocatable, intent(out) :: error
-    real(wp), parameter :: quarter_turn = 2.0_wp*atan(1.0_wp)*(1.0_wp + 1.0e-9_wp)
-    real(wp) :: turn
-    integer :: k
-
-    if (.not. any(scene%obstacles%turns)) return
-    associate (step => scene%steps(increment%step))
-      turn = maxval([(turn_within(scene, solver%response%loads, increment%step, &
-        (k - 1)*whole_increment, k*whole_increment), k=1, step%n_increments)])
-      if (step%direct .and. turn > quarter_turn) then
-        call raise(error, exit_wrong_input, 'bipot: error: step '//to_text(increment%step)// &
-          ': an obstacle turns by '//to_text(turn*45.0_wp/atan(1.0_wp), 4)// &
-          ' degrees in an increment; with DIRECT that can be 90 at most')
-        return
-      end if
-      if (turn > most_turn .and. increment%first_of_step) call note_turn(scene, increment, turn, &
-        notes)
-    end associate
-  end subroutine look_at_turns
 
   !> Advance by one increment; once more, with every slave node a candidate, where a node went
   !> further than the plan had it go.
