@@ -8,7 +8,7 @@ module rotations_mod
 
 contains
 
-  !> The matrix of a rotation, by Rodrigues' formula. docs/theory.md (1.3).
+  !> The matrix of a rotation, by Rodrigues' formula. docs/theory.md (9.7).
   pure function rotation_matrix(vector) result(r)
     real(wp), intent(in) :: vector(3)  !! [rad]
     real(wp) :: r(3, 3)

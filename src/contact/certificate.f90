@@ -13,7 +13,8 @@ module certificate_mod
   implicit none
   private
 
-  public :: certify, judge_contact, energy_balance, work_of_torques, increment_forces_t
+  public :: certify, judge_contact, energy_balance, work_of_torques, increment_forces_t, &
+    turned_slips_t, slips_of_turns
 
   !> Of numbers that are none.
   type(certificate_t), parameter :: nothing_true = certificate_t(huge(1.0_wp), huge(1.0_wp), &
@@ -36,6 +37,12 @@ module certificate_mod
     real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]
   end type increment_forces_t
 
+  !> Slips past obstacles that turn.
+  type :: turned_slips_t
+    logical,  allocatable :: is_turned(:) !! (n_points) the obstacle turns
+    real(wp), allocatable :: slip(:, :)   !! (2,n_points) along t1, t2, 0 elsewhere [length]
+  end type turned_slips_t
+
   !> What acts on a body along one of its rigid motions, or on an obstacle along one of its
   !> translations.
   type :: along_motion_t
@@ -55,7 +62,7 @@ contains
   !> Scales: F the largest nodal force (reactions, supports, loads, internal), U the largest
   !> displacement increment, deformation of a body, or way that contact forces alone would move
   !> their node. 0/0 = 0.
-  pure function certify(mesh, points, contact, old, new, forces, tolerance, turning) &
+  pure function certify(mesh, points, contact, old, new, forces, tolerance, turned) &
     result(certificate)
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
@@ -64,7 +71,7 @@ contains
     type(state_t), intent(in) :: old, new          !! before and after the step
     type(increment_forces_t), intent(in) :: forces
     real(wp), intent(in) :: tolerance              !! contact tolerance [-]
-    logical, intent(in), optional :: turning(:)    !! (n_points) the obstacle turns; else none does
+    type(turned_slips_t), intent(in), optional :: turned !! take the place of those of `contact`
     type(certificate_t) :: certificate
     real(wp) :: f, u, way, x(3, points%n), reaction(3, points%n), scale(0:mesh%n_bodies)
     real(wp), dimension(3, mesh%n_nodes) :: pressed, residual, support
@@ -103,6 +110,9 @@ contains
       where (x(1, :) < 0.0_wp) x(1, :) = min(0.0_wp, x(1, :) + forces%rounding_of_gaps)
     end if
     x(2:, :) = contact%slip_increment
+    if (present(turned)) then
+      where (spread(turned%is_turned, 1, 2)) x(2:, :) = turned%slip
+    end if
     at_rest = is_at_rest(mesh, forces, pressed)
     ! Of bodies whose forces are all rounding the reactions say nothing, but where they are said to
     ! hold what slips.
@@ -113,11 +123,7 @@ contains
     end do
     ! A turn may take the obstacle further past a point than anything is displaced.
     way = u
-    if (present(turning)) then
-      do i = 1, points%n
-        if (turning(i)) way = max(way, norm2(x(2:, i)))
-      end do
-    end if
+    if (present(turned)) way = max(u, maxval(norm2(turned%slip, dim=1)))
     certificate = judge_contact(points%mu, reaction, x, f, u, way)
     certificate%support = departure(mesh, new%displacement, forces)
     scale = forces_of_bodies(mesh, forces, pressed, support)
@@ -327,7 +333,7 @@ contains
     real(wp), intent(in) :: f, u     !! scales of force and length
     real(wp), intent(in), optional :: way !! scale of slips, `u` where left out [length]
     type(certificate_t) :: certificate !! equilibrium is 0 in it
-    real(wp) :: defect, total
+    real(wp) :: defect, total, longest
     integer :: i
 
     certificate = nothing_true
@@ -351,8 +357,9 @@ contains
     certificate%adhesion = ratio(certificate%adhesion, f)
     certificate%complementarity = ratio(ratio(certificate%complementarity, f), u)
     certificate%cone = ratio(certificate%cone, f)
-    certificate%law = ratio(ratio(defect, total), u)
-    if (present(way)) certificate%law = ratio(ratio(defect, total), way)
+    longest = u
+    if (present(way)) longest = way
+    certificate%law = ratio(ratio(defect, total), longest)
   end function judge_contact
 
   !> Work, strain energy and dissipation up to the end of the step, and what is left over.
@@ -378,32 +385,71 @@ contains
     energy%balance = energy%external_work - energy%strain - energy%dissipation
   end subroutine energy_balance
 
+  !> The slips of an increment past obstacles that turn, from places and rotation vectors alone: the
+  !> chord on which a point goes over the material, as the obstacle stands halfway. docs/theory.md
+  !> (9.8).
+  pure function slips_of_turns(scene, points, frame, old, new) result(turned)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
+    type(state_t), intent(in) :: old, new
+    type(turned_slips_t) :: turned
+    real(wp) :: before(3, 3), after(3, 3), chord(3)
+    integer :: i
+
+    allocate (turned%slip(2, points%n), source=0.0_wp)
+    allocate (turned%is_turned(points%n), source=.false.)
+    if (.not. any(scene%obstacles%turns)) return
+    do i = 1, points%n
+      associate (obstacle => scene%pairs(points%pair(i))%master)
+        turned%is_turned(i) = scene%obstacles(obstacle)%turns
+        if (.not. turned%is_turned(i)) cycle
+        before = orientation(old%rotation(:, obstacle))
+        after = orientation(new%rotation(:, obstacle))
+        chord = matmul(arm_of(scene, points, i, new), after) - &
+          matmul(arm_of(scene, points, i, old), before)
+        chord = matmul(matmul(orientation(0.5_wp*turn_of(matmul(after, transpose(before)))), &
+          before), chord)
+        turned%slip(:, i) = matmul(chord, frame(:, 2:, i))
+      end associate
+    end do
+  end function slips_of_turns
+
+  !> Where a point is, from the reference node of its obstacle.
+  pure function arm_of(scene, points, i, state) result(arm)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: i
+    type(state_t), intent(in) :: state
+    real(wp) :: arm(3) !! [length]
+
+    associate (node => points%node(i), x => scene%mesh%coordinates, u => state%displacement, &
+               ref_node => scene%obstacles(scene%pairs(points%pair(i))%master)%ref_node)
+      arm = (x(:, node) - x(:, ref_node)) + (u(:, node) - u(:, ref_node))
+    end associate
+  end function arm_of
+
   !> The work of the torques that turn the obstacles, in an increment, by the trapezoidal rule.
   !>
-  !> The turn is read off the matrix that takes one orientation to the other. docs/theory.md (1.5).
+  !> The turn is read off the matrix that takes one orientation to the other. docs/theory.md (9.9).
   pure function work_of_torques(scene, points, old, new) result(work)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: old, new
     real(wp) :: work  !! [energy]
-    real(wp) :: turn(3), arm(3)
+    real(wp) :: turn(3)
     integer :: i
 
     work = 0.0_wp
     if (.not. any(scene%obstacles%turns)) return
     do i = 1, points%n
-      associate (obstacle => scene%pairs(points%pair(i))%master, node => points%node(i))
-        associate (ref_node => scene%obstacles(obstacle)%ref_node)
-          if (.not. scene%obstacles(obstacle)%turns) cycle
-          turn = turn_of(matmul(orientation(new%rotation(:, obstacle)), &
-            transpose(orientation(old%rotation(:, obstacle)))))
-          arm = scene%mesh%coordinates(:, node) - scene%mesh%coordinates(:, ref_node)
-          work = work + 0.5_wp*dot_product(turn, &
-            cross(arm + old%displacement(:, node) - old%displacement(:, ref_node), &
-                  old%reaction(:, i)) + &
-            cross(arm + new%displacement(:, node) - new%displacement(:, ref_node), &
-                  new%reaction(:, i)))
-        end associate
+      associate (obstacle => scene%pairs(points%pair(i))%master)
+        if (.not. scene%obstacles(obstacle)%turns) cycle
+        turn = turn_of(matmul(orientation(new%rotation(:, obstacle)), &
+          transpose(orientation(old%rotation(:, obstacle)))))
+        work = work + 0.5_wp*dot_product(turn, &
+          cross(arm_of(scene, points, i, old), old%reaction(:, i)) + &
+          cross(arm_of(scene, points, i, new), new%reaction(:, i)))
       end associate
     end do
   end function work_of_torques

@@ -22,7 +22,7 @@ module advance_mod
   use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
     ended_out_of_reach, ended_stalled
   use mesh_forces_mod, only: nodal_stiffness
-  use certificate_mod, only: certify, energy_balance, work_of_torques
+  use certificate_mod, only: certify, energy_balance, work_of_torques, slips_of_turns
   use drag_points_mod, only: drag_points
   use follow_points_mod, only: rounding_of_places, carried_slip
   use placement_mod, only: placement_t, place_curved
@@ -141,7 +141,7 @@ contains
         scene%mesh, scene%materials)
       report%certificate = certify(scene%mesh, points, report%contact, old, new, &
         trial%forces, scene%contact%tolerance, &
-        scene%obstacles(scene%pairs(points%pair)%master)%turns)
+        slips_of_turns(scene, points, report%contact%frame, old, new))
       ! Where no solver gets any further the certificate judges what the best of them found.
       if (report%certificate%certified .and. report%ending == ended_stalled .and. &
         trial%controls%solver == solver_auto) report%converged = .true.

@@ -77,17 +77,20 @@ contains
     end if
   end subroutine choose_increment
 
-  !> Cut increments in which an obstacle would turn too far. docs/theory.md (1.4).
+  !> Cut increments in which an obstacle would turn too far. docs/theory.md (9.8).
   pure subroutine limit_turn(scene, solver, increment, size)
     type(scene_t), intent(in) :: scene
     type(step_solver_t), intent(in) :: solver   !! prepared for the step
     type(increment_t), intent(in) :: increment  !! uncut
     type(increment_size_t), intent(inout) :: size
+    integer(i8) :: finish
 
     if (.not. any(scene%obstacles%turns)) return
-    do while (size%length > smallest_increment .and. turn_within(scene, &
-      solver%response%loads%turns, increment%step, increment%start, min(increment%start + size%length, size%event, &
-      scene%steps(increment%step)%n_increments*whole_increment)) > most_turn)
+    do while (size%length > smallest_increment)
+      finish = min(increment%start + size%length, size%event, &
+        scene%steps(increment%step)%n_increments*whole_increment)
+      if (turn_within(scene, solver%response%loads%turns, increment%step, increment%start, &
+        finish) <= most_turn) exit
       size%length = size%length/2
       size%granted = 0
     end do

@@ -109,8 +109,7 @@ contains
       last_moved = moved
       if (is_turned) then
         step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
-          solver%body%motions%n), trial%placement, new%reaction, new%displacement, &
-          new%rotation, trial%neutral_residual)
+          solver%body%motions%n), trial%placement, new, trial%neutral_residual)
         trial%motion = trial%motion + step
         call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
       end if

@@ -11,8 +11,8 @@ module obstacles_mod
   integer, parameter :: obstacle_sphere = 2
   integer, parameter :: obstacle_cylinder = 3 !! without ends
 
-  !> A rigid obstacle, as the deck places it. It moves with its reference node, and turns about it as
-  !> rotations of that node are prescribed.
+  !> A rigid obstacle, as the deck places it. It moves with its reference node, and turns about it
+  !> as rotations of that node are prescribed.
   type :: obstacle_t
     character(:), allocatable :: name
     integer  :: kind = obstacle_plane

@@ -1,4 +1,5 @@
-!> How obstacles turn in a *STEP: rotation vectors that the deck alone decides. docs/theory.md (1.2).
+!> How obstacles turn in a *STEP: rotation vectors that the deck alone decides. docs/theory.md
+!> section 9.
 module turns_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: amplitude_value
@@ -80,8 +81,8 @@ contains
     end do
   end function rotation_at
 
-  !> The farthest that an obstacle turns from one place in a step to another; at most, where its axis
-  !> changes.
+  !> The farthest that an obstacle turns from one place in a step to another; where its axis
+  !> changes, a bound of that.
   pure real(wp) function turn_within(scene, turns, step, start, finish) result(turn)
     type(scene_t), intent(in) :: scene
     type(turns_t), intent(in) :: turns        !! of the step

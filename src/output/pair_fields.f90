@@ -47,9 +47,11 @@ contains
     call add_field(list, field_t('moment', of_real, [3], 'moment', &
       'moment of the reactions on the slave body about the origin, undeformed arms', &
       compute=moment))
-    if (scene%obstacles(scene%pairs(i)%master)%ref_node > 0) call add_field(list, field_t('torque', &
-      of_real, [3], 'moment', 'moment of the contact forces on the obstacle about its '// &
-      'reference node, where both are, x, y, z', compute=torque))
+    if (scene%obstacles(scene%pairs(i)%master)%ref_node > 0) then
+      call add_field(list, field_t('torque', of_real, [3], 'moment', 'moment of the contact '// &
+        'forces on the obstacle about its reference node, where both are, x, y, z', &
+        compute=torque))
+    end if
     call get_fields(list, fields)
   end subroutine list_pair_fields
 
@@ -134,7 +136,7 @@ contains
     end do
   end subroutine moment
 
-  !> Of the forces on the obstacle, at the places of the slave nodes. docs/theory.md (1.5).
+  !> Of the forces on the obstacle, at the places of the slave nodes. docs/theory.md (9.9).
   subroutine torque(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, 3)

@@ -42,8 +42,8 @@ contains
           [3, n], 'angle', 'rotation vectors of the reference nodes of obstacles, x, y, z', &
           every_time, at_supports, compute=rotation))
         if (asked%reaction) call add_field(list, field_t('PointData/reaction_moment', of_real, &
-          [3, n], 'moment', 'of the supports on obstacles that turn, about their reference nodes, '// &
-          'x, y, z', every_time, at_supports, compute=reaction_moment))
+          [3, n], 'moment', 'of the supports on obstacles that turn, about their reference '// &
+          'nodes, x, y, z', every_time, at_supports, compute=reaction_moment))
       end if
       if (asked%contact .and. has_contact) then
         call add_field(list, field_t('PointData/contact_force', of_real, [3, n], 'force', &
@@ -129,8 +129,10 @@ contains
                    i))%master), node => source%points%node(i), u => source%state%displacement, &
                  x => source%scene%mesh%coordinates)
         if (.not. obstacle%turns) cycle
-        values(:, obstacle%ref_node) = values(:, obstacle%ref_node) + cross(x(:, node) + u(:, node) &
-          - x(:, obstacle%ref_node) - u(:, obstacle%ref_node), source%state%reaction(:, i))
+        associate (ref_node => obstacle%ref_node)
+          values(:, ref_node) = values(:, ref_node) + cross(x(:, node) + u(:, node) - &
+            x(:, ref_node) - u(:, ref_node), source%state%reaction(:, i))
+        end associate
       end associate
     end do
   end subroutine reaction_moment

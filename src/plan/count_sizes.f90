@@ -66,7 +66,8 @@ contains
     sizes%most_columns = max(0, min(most_ahead, maxval(scene%steps%n_increments)))
     if (plan%n_interface == 0) sizes%most_columns = 0.0_wp
     do i = 1, size(scene%pairs)
-      if (.not. has_fixed_normal(scene%obstacles(scene%pairs(i)%master))) sizes%most_columns = 0.0_wp
+      if (has_fixed_normal(scene%obstacles(scene%pairs(i)%master))) cycle
+      sizes%most_columns = 0.0_wp
     end do
     sizes%factorisations = plan%n_factorisations
     sizes%motions = 0.0_wp

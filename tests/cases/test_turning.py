@@ -1,4 +1,4 @@
-"""Obstacles that turn: closed forms, and gaps, slips and torques found anew from rotation vectors."""
+"""Obstacles that turn: closed forms; gaps, slips and torques found anew from rotation vectors."""
 
 import math
 import unittest
@@ -88,7 +88,8 @@ class Motion:
         self.vector = np.array([np.zeros(3), *turned])
         moments = [result.field("reaction_moment", i)[self.ref] for i in range(len(fields))]
         self.moment = np.array(moments)
-        for name in ("frame", "reaction", "gap", "slip", "slip_increment", "status", "torque", "resultant"):
+        names = "frame reaction gap slip slip_increment status torque resultant"
+        for name in names.split():
             getattr(pair, name)  # it stays when the file is closed
 
     def slip(self, row):
@@ -201,7 +202,8 @@ class Turning(unittest.TestCase):
         friction = np.linalg.norm(pair.reaction[-1][:, 1:], axis=1)
         sliding = pair.status[-1] == 2
         self.assertGreater(sliding.sum(), 15)
-        np.testing.assert_allclose(friction[sliding], 0.3 * pair.reaction[-1][sliding, 0], rtol=1e-8)
+        limit = 0.3 * pair.reaction[-1][:, 0]
+        np.testing.assert_allclose(friction[sliding], limit[sliding], rtol=1e-8)
         radius = np.hypot(arm[:, 0], arm[:, 1])
         # By symmetry all friction is across the radius, but for what the material gives way.
         self.assertAlmostEqual(-pair.torque[-1][2], (friction * radius).sum(), delta=1e-4)
@@ -218,7 +220,8 @@ class Turning(unittest.TestCase):
 
     def test_an_axis_that_turns_takes_its_cylinder_along(self):
         turns = step("*BOUNDARY\nHUB, 4, 4, 0.02\nHUB, 6, 6, 0.3", 0.125)
-        motion = self.judged(self.solved(wheel(ny=4) + HELD + step("*BOUNDARY\nHUB, 3, 3, -0.1") + turns))
+        press = step("*BOUNDARY\nHUB, 3, 3, -0.1")
+        motion = self.judged(self.solved(wheel(ny=4) + HELD + press + turns))
         for row in range(len(motion.pair.gap)):
             axis = rotation(motion.vector[row + 1]) @ [0.0, 1.0, 0.0]
             arm = motion.arm[row + 1]
@@ -239,8 +242,8 @@ class Turning(unittest.TestCase):
         press = step("*BOUNDARY\nHUB, 3, 3, -0.05")
         swings = step("*BOUNDARY, AMPLITUDE=A\nHUB, 5, 5, 0.4", 0.25)
         goes_on = step("*BOUNDARY\nHUB, 5, 5, -0.1", 0.5) + step("", 1.0)
-        motion = self.judged(self.solved(wheel().replace("*MATERIAL", amplitude + "*MATERIAL", 1)
-                                         + PLANE_STRAIN + press + swings + goes_on))  # fmt: skip
+        deck = wheel().replace("*MATERIAL", amplitude + "*MATERIAL", 1) + PLANE_STRAIN
+        motion = self.judged(self.solved(deck + press + swings + goes_on))
         # 16 degrees are too many at once.
         quarter = 0.4 / 0.35 * 0.25
         angles = [0, 0, quarter / 2, quarter, 0.4, 0.4 - 0.2 * 15 / 65, 0.4 - 0.2 * 40 / 65, 0.2]
@@ -266,7 +269,8 @@ class Turning(unittest.TestCase):
 
     def test_direct_keeps_increments_and_says_so(self):
         press = step("*BOUNDARY\nHUB, 3, 3, -0.05")
-        run = self.solved(wheel() + PLANE_STRAIN + press + step("*BOUNDARY\nHUB, 5, 5, 0.8", 1.0, True))
+        turns = step("*BOUNDARY\nHUB, 5, 5, 0.8", 1.0, True)
+        run = self.solved(wheel() + PLANE_STRAIN + press + turns)
         self.assertIn("step 2: an obstacle turns by up to 45.8 degrees", run.output)
         self.assertIn("its slip is the chord", run.output)
         self.judged(run)

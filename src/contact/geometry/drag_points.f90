@@ -1,4 +1,4 @@
-!> What obstacles that turn do to the slip of the points before them. docs/theory.md (1.4).
+!> What obstacles that turn do to the slip of the points before them. docs/theory.md (9.8).
 module drag_points_mod
   use kinds_mod, only: wp
   use rotations_mod, only: rotation_matrix, turn_between

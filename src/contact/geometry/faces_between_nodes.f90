@@ -309,7 +309,8 @@ contains
     face%way = new%displacement(:, nodes) - old%displacement(:, nodes)
     shift = shift_of(at_old, old%displacement)
     face%x = face%x - spread(shift, 2, 4)
-    face%way = face%way - spread(shift_of(at_new, new%displacement) - shift + (core - old_core), 2, 4)
+    shift = shift_of(at_new, new%displacement) - shift
+    face%way = face%way - spread(shift + (core - old_core), 2, 4)
     if (at_new%turns) call follow_axis(old_axis, face)
     do k = 1, 4
       face%x(:, k) = across(face, face%x(:, k))
@@ -317,7 +318,7 @@ contains
     end do
   end subroutine set_face
 
-  !> The face as it stood when the increment began, seen from a cylinder whose axis has turned since.
+  !> The face as it stood when the increment began, seen from a cylinder whose axis has turned.
   pure subroutine follow_axis(old_axis, face)
     real(wp), intent(in) :: old_axis(3) !! unit vector, 0 of a sphere
     type(face_t), intent(inout) :: face

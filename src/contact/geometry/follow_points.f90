@@ -29,8 +29,8 @@ contains
   end function rounding_of_places
 
   !> How far the contact on curved masters is from where it was linearised: gaps of points that
-  !> press and penetrations beside the displacements, turns of their normals, and slips that obstacles
-  !> which turn add.
+  !> press and penetrations beside the displacements, turns of their normals, and slips that
+  !> obstacles which turn add.
   pure subroutine measure_points(points, placement, now, old, new, moved)
     type(contact_points_t), intent(in) :: points
     type(placement_t), intent(in) :: placement !! of the linearisation

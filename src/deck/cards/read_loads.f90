@@ -188,7 +188,13 @@ contains
     call integer_field(reader, fields, i, what, 1, dof, ok)
     if (.not. ok .or. dof <= highest) return
     ok = .false.
-    call report_rotation(reader, fields, i, what)
+    if (highest == max_dof) then
+      call report_rotation(reader, fields, i, what)
+    else
+      call report(reader, field_position(reader, fields, i), what// &
+        ' must be 1, 2 or 3 (moments turn nothing: *BOUNDARY turns obstacles), not '// &
+        quoted(field_text(reader, fields, i)))
+    end if
   end subroutine read_dof
 
   subroutine report_rotation(reader, fields, i, what)
@@ -198,7 +204,7 @@ contains
     character(*), intent(in) :: what
 
     call report(reader, field_position(reader, fields, i), what// &
-      ' must be 1, 2 or 3 (only *BOUNDARY turns obstacles, by their reference nodes), not '// &
+      ' must be 1, 2 or 3 (4 to 6 on reference nodes of obstacles), not '// &
       quoted(field_text(reader, fields, i)))
   end subroutine report_rotation
 

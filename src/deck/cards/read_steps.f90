@@ -126,7 +126,7 @@ contains
 
   end subroutine read_steps
 
-  !> Report obstacles that have turned and whose rotation a step lets go of: they do not turn freely.
+  !> Report obstacles that have turned and whose rotation a step lets go of: none turns freely.
   subroutine check_released(reader, model, steps, renewed)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
