@@ -337,7 +337,7 @@ class Pair:
 
     @cached_property
     def torque(self):
-        """Moment of the forces on the obstacle about its reference node, if any: (T, 3)."""
+        """Moment of the forces on the obstacle about its reference node: (T, 3)."""
         return self._over_time("torque")
 
     @cached_property

@@ -47,11 +47,9 @@ contains
     call add_field(list, field_t('moment', of_real, [3], 'moment', &
       'moment of the reactions on the slave body about the origin, undeformed arms', &
       compute=moment))
-    if (scene%obstacles(scene%pairs(i)%master)%ref_node > 0) then
-      call add_field(list, field_t('torque', of_real, [3], 'moment', 'moment of the contact '// &
-        'forces on the obstacle about its reference node, where both are, x, y, z', &
-        compute=torque))
-    end if
+    call add_field(list, field_t('torque', of_real, [3], 'moment', &
+      'moment of the contact forces on the obstacle about its reference node, where both are '// &
+      '(the origin where it has none), x, y, z', compute=torque))
     call get_fields(list, fields)
   end subroutine list_pair_fields
 
@@ -140,15 +138,19 @@ contains
   subroutine torque(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, 3)
+    real(wp) :: centre(3)
     integer :: i, ref_node
 
+    if (source%last < source%first) return
     ref_node = source%scene%obstacles(source%scene%pairs(source%points%pair(source%first))% &
       master)%ref_node
+    centre = 0.0_wp
     associate (x => source%scene%mesh%coordinates, u => source%state%displacement)
+      if (ref_node > 0) centre = x(:, ref_node) + u(:, ref_node)
       do i = source%first, source%last
         associate (node => source%points%node(i))
-          values(1, :) = values(1, :) - cross(x(:, node) + u(:, node) - x(:, ref_node) - &
-            u(:, ref_node), source%state%reaction(:, i))
+          values(1, :) = values(1, :) - cross(x(:, node) + u(:, node) - centre, &
+            source%state%reaction(:, i))
         end associate
       end do
     end associate

@@ -17,7 +17,7 @@ SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("BIPOT", str(SOURCE / "build" / "bipot"))
 PAGE = SOURCE / "docs" / "results.md"
 
-# A flat and a round obstacle, the round one moving; increments that may be cut; all outputs.
+# A flat and a round obstacle, the round one moving and turning; increments that may be cut; all outputs.
 DECK = """\
 *HEADING
 All that a result may hold
@@ -49,6 +49,7 @@ CENTRE, 1, 2, 0.
 0.25, 1.
 *BOUNDARY
 CENTRE, 3, 3, -0.02
+CENTRE, 6, 6, 0.1
 *NODE FILE, FREQUENCY=2
 U, RF
 *CONTACT FILE

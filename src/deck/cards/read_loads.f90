@@ -157,7 +157,7 @@ contains
       case default
         ok = .false.
         call report(reader, field_position(reader, fields, 2), &
-          'expected a dof (1 to 6), found '//quoted(field_text(reader, fields, 2)))
+          'expected a dof (1, 2 or 3), found '//quoted(field_text(reader, fields, 2)))
       end select
       return
     end if
