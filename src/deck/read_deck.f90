@@ -34,7 +34,7 @@ module read_deck_mod
   use scene_mod, only: scene_t
   use sets_mod, only: model_t
   use text_mod, only: string_t, to_text
-  use turns_mod, only: largest_turn, most_direct_turn
+  use turns_mod, only: largest_turn, turn_allowed
   implicit none
   private
 
@@ -157,24 +157,25 @@ contains
     end do
   end subroutine mark_turning
 
-  !> Report steps whose increments cannot be cut and turn an obstacle too far.
+  !> Report steps whose increments turn an obstacle too far, as they are or cut as far as that goes.
   subroutine check_turns(reader, scene)
     type(reader_t), intent(inout) :: reader
     type(scene_t), intent(in) :: scene
+    real(wp), parameter :: degrees = 180.0_wp/acos(-1.0_wp)
     type(card_t) :: card
     real(wp) :: turn
     integer :: step, k
 
     do step = 1, size(scene%steps)
-      if (.not. scene%steps(step)%direct) cycle
       turn = largest_turn(scene, step)
-      if (turn <= most_direct_turn) cycle
+      if (turn <= turn_allowed(scene, step)) cycle
       do k = 1, reader%n_cards
         if (reader%cards(k)%keyword /= 'STATIC' .or. reader%cards(k)%step /= step) cycle
         call open_card(reader, k, card)
-        call report(reader, card%position, 'an obstacle turns by '// &
-          to_text(turn*45.0_wp/atan(1.0_wp), 4)//' degrees in an increment of this step, which '// &
-          'DIRECT keeps: that can be 90 at most')
+        call report(reader, card%position, 'an obstacle turns by '//to_text(turn*degrees, 4)// &
+          ' degrees in an increment of this step'//trim(merge(', which DIRECT keeps', &
+          '                    ', scene%steps(step)%direct))//': that can be '// &
+          to_text(turn_allowed(scene, step)*degrees, 4)//' at most')
         exit
       end do
     end do

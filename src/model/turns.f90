@@ -3,18 +3,18 @@
 module turns_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: amplitude_value
-  use increments_mod, only: whole_increment
+  use increments_mod, only: whole_increment, smallest_increment
   use scene_mod, only: scene_t
   implicit none
   private
 
-  public :: turns_t, turns_of_step, rotation_at, turn_within, largest_turn
-  public :: most_turn, most_direct_turn
+  public :: turns_t, turns_of_step, rotation_at, turn_within, largest_turn, count_cuts
+  public :: most_turn, turn_allowed
 
   real(wp), parameter :: rounded = 1.0_wp + 1.0e-9_wp
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
   real(wp), parameter :: most_turn = 10.0_wp*degree*rounded
-  !! of an obstacle in an increment that may be cut [rad]
+  !! of an obstacle in an increment that may be cut further [rad]
   real(wp), parameter :: most_direct_turn = 90.0_wp*degree*rounded !! and in any other [rad]
 
   !> The rotation vectors of the obstacles in one *STEP, as its loads are made up. Not allocated
@@ -106,6 +106,16 @@ contains
 
   end function turn_within
 
+  !> The farthest that an obstacle may turn in one of the deck's increments of a step.
+  pure real(wp) function turn_allowed(scene, step)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+
+    turn_allowed = most_direct_turn
+    if (.not. scene%steps(step)%direct) turn_allowed = most_turn* &
+      real(whole_increment/smallest_increment, wp)
+  end function turn_allowed
+
   !> The farthest that an obstacle turns in one of the deck's increments of a step.
   pure real(wp) function largest_turn(scene, step) result(turn)
     type(scene_t), intent(in) :: scene
@@ -120,5 +130,28 @@ contains
       turn = max(turn, turn_within(scene, turns, step, (k - 1)*whole_increment, k*whole_increment))
     end do
   end function largest_turn
+
+  !> How many more increments a step gets by halving those in which an obstacle would turn too far.
+  pure integer function count_cuts(scene, step) result(n)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    type(turns_t) :: turns
+    integer(i8) :: length, start
+    integer :: k
+
+    n = 0
+    if (scene%steps(step)%direct) return
+    turns = turns_of_step(scene, step)
+    if (.not. allocated(turns%held)) return
+    do k = 1, scene%steps(step)%n_increments
+      length = whole_increment
+      start = (k - 1)*whole_increment
+      do while (length > smallest_increment .and. &
+        turn_within(scene, turns, step, start, start + length) > most_turn)
+        length = length/2
+      end do
+      n = n + int(whole_increment/length) - 1
+    end do
+  end function count_cuts
 
 end module turns_mod

@@ -60,7 +60,7 @@ contains
     sizes%factor = sizes%entries
     sizes%front = 0.0_wp
     sizes%flops = 0.0_wp
-    sizes%increments = plan%n_increments
+    sizes%increments = plan%n_increments + plan%n_cuts
     sizes%outputs = plan%n_outputs
     sizes%steps = size(scene%steps)
     sizes%most_columns = max(0, min(most_ahead, maxval(scene%steps%n_increments)))

@@ -11,6 +11,7 @@ module make_plan_mod
   use increments_mod, only: count_increments
   use step_fields_mod, only: fields_due
   use kinks_mod, only: most_events
+  use turns_mod, only: count_cuts
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most
   use dof_map_mod, only: dof_map_t, make_dof_map
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
@@ -34,6 +35,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! an obstacle of no known kind; LAPACK failed
     type(free_motions_t) :: motions
+    integer :: step
 
     call check_shapes(scene%obstacles, error)
     if (allocated(error)) return
@@ -42,7 +44,9 @@ contains
     if (allocated(error)) return
     plan%n_increments = count_increments(scene%steps)
     plan%n_events = count_events(scene)
+    plan%n_cuts = sum([(count_cuts(scene, step), step=1, size(scene%steps))])
     plan%n_outputs = count_outputs(scene)
+    if (scene%output%frequency == 1) plan%n_outputs = plan%n_outputs + plan%n_cuts
     call count_unknowns(scene, plan, motions, error)
     if (allocated(error)) return
     call list_figures(scene, plan)

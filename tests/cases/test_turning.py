@@ -96,11 +96,12 @@ class Motion:
         """Return the slip of an increment along t1, t2: (P, 2).
 
         The place of the material that a point is at moves along a chord; the obstacle shows it as
-        it stands halfway. About one axis, that is half the angle.
+        it stands halfway: by the orthogonal factor of 1 + R, R the turn of the increment.
         """
-        old, new = self.vector[row : row + 2]
-        chord = self.arm[row + 1] @ rotation(new) - self.arm[row] @ rotation(old)
-        chord = chord @ rotation((old + new) / 2).T
+        old, new = (rotation(vector) for vector in self.vector[row : row + 2])
+        chord = self.arm[row + 1] @ new - self.arm[row] @ old
+        left, _, right = np.linalg.svd(np.eye(3) + new @ old.T)
+        chord = chord @ (left @ right @ old).T
         return np.einsum("pi,pai->pa", chord, self.pair.frame[row][:, 1:])
 
     def torque(self, row):
@@ -293,6 +294,19 @@ class Turning(unittest.TestCase):
         motion = self.judged(self.solved(wheel() + PLANE_STRAIN + loads))
         np.testing.assert_allclose(motion.pair.resultant[:, 2], -40.0, rtol=1e-8)
         self.assertLess(motion.pair.torque[-1][1], -0.29 * 40.0 * 5.0)
+
+    def test_a_wheel_that_nothing_holds_back_rolls(self):
+        # The hub goes where no friction is left over: about as far as its rim turns.
+        held = HELD.replace("HUB, 1, 2, 0.", "HUB, 2, 2, 0.") + "B, 2, 2, 0.\n"
+        press = step("*BOUNDARY\nHUB, 1, 1, 0.\nHUB, 3, 3, -0.05")
+        again = held.replace("*BOUNDARY", "*BOUNDARY, OP=NEW").strip()
+        rolls = step(again + "\nHUB, 3, 3, -0.05\nHUB, 5, 5, 0.1", 0.1)
+        run = self.solved(wheel(0.5) + held + press + rolls)
+        motion = self.judged(run)
+        self.assertLess(np.abs(motion.pair.resultant[:, 0]).max(), 1e-6)
+        with run.result() as result:
+            way = result.field("displacement", -1)[motion.ref][0]
+        self.assertAlmostEqual(way, 0.1 * 5.0, delta=0.05)
 
     def test_a_block_slides_off_a_plane_that_turns_past_its_cone(self):
         deck = floor(0.5, tolerance=1e-8, bottom=0.0) + step(

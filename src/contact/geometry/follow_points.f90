@@ -55,8 +55,9 @@ contains
       end if
     end do
     length = maxval(abs(new%displacement - old%displacement))
-    ! Beside what turns bodies may hardly go any further: then what they have gone counts.
-    if (length <= 0.0_wp .or. dragged > 0.0_wp) length = maxval(abs(new%displacement))
+    ! Past what turns nothing may go any further: then what has gone counts, as far as turns go.
+    length = max(length, min(dragged, maxval(abs(new%displacement))))
+    if (length <= 0.0_wp) length = maxval(abs(new%displacement))
     if (length > 0.0_wp) moved = moved/length
     moved = max(moved, turn)
   end subroutine measure_points

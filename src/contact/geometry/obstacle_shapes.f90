@@ -56,7 +56,8 @@ contains
     r = rotation_matrix(rotation)
     turned%point = pivot + matmul(r, obstacle%point - pivot)
     turned%normal = matmul(r, obstacle%normal)
-    turned%normal = turned%normal/norm2(turned%normal)
+    ! A sphere has none.
+    if (norm2(turned%normal) > 0.0_wp) turned%normal = turned%normal/norm2(turned%normal)
   end function turned
 
   !> Distance of a point in space from the obstacle, and the normal at the closest point of it.
