@@ -17,7 +17,8 @@ SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("BIPOT", str(SOURCE / "build" / "bipot"))
 PAGE = SOURCE / "docs" / "results.md"
 
-# A flat and a round obstacle, the round one moving and turning; increments that may be cut; all outputs.
+# A flat and a round obstacle, the round one moving and turning; increments that may be cut; all
+# outputs.
 DECK = """\
 *HEADING
 All that a result may hold
