@@ -7,7 +7,7 @@ module certificate_mod
   use small_matrix_mod, only: cross
   use mesh_mod, only: mesh_t
   use contact_points_mod, only: contact_points_t
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, pair_turns
   use state_mod, only: state_t
   use increment_report_mod, only: certificate_t, energy_t, contact_fields_t, worst_entry
   implicit none
@@ -401,9 +401,9 @@ contains
     allocate (turned%is_turned(points%n), source=.false.)
     if (.not. any(scene%obstacles%turns)) return
     do i = 1, points%n
+      turned%is_turned(i) = pair_turns(scene, points%pair(i))
+      if (.not. turned%is_turned(i)) cycle
       associate (obstacle => scene%pairs(points%pair(i))%master)
-        turned%is_turned(i) = scene%obstacles(obstacle)%turns
-        if (.not. turned%is_turned(i)) cycle
         before = orientation(old%rotation(:, obstacle))
         after = orientation(new%rotation(:, obstacle))
         chord = matmul(arm_of(scene, points, i, new), after) - &
@@ -443,8 +443,8 @@ contains
     work = 0.0_wp
     if (.not. any(scene%obstacles%turns)) return
     do i = 1, points%n
+      if (.not. pair_turns(scene, points%pair(i))) cycle
       associate (obstacle => scene%pairs(points%pair(i))%master)
-        if (.not. scene%obstacles(obstacle)%turns) cycle
         turn = turn_of(matmul(orientation(new%rotation(:, obstacle)), &
           transpose(orientation(old%rotation(:, obstacle)))))
         work = work + 0.5_wp*dot_product(turn, &

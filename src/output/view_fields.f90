@@ -3,7 +3,7 @@ module view_fields_mod
   use kinds_mod, only: wp
   use errors_mod, only: raise, exit_machine
   use dataset_kinds_mod, only: of_real, of_byte, of_long
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, pair_turns
   use step_fields_mod, only: tensor_field_t
   use small_matrix_mod, only: cross
   use mesh_fields_mod, only: fill_tensor_fields
@@ -125,10 +125,10 @@ contains
     integer :: i
 
     do i = 1, source%points%n
+      if (.not. pair_turns(source%scene, source%points%pair(i))) cycle
       associate (obstacle => source%scene%obstacles(source%scene%pairs(source%points%pair( &
                    i))%master), node => source%points%node(i), u => source%state%displacement, &
                  x => source%scene%mesh%coordinates)
-        if (.not. obstacle%turns) cycle
         associate (ref_node => obstacle%ref_node)
           values(:, ref_node) = values(:, ref_node) + cross(x(:, node) + u(:, node) - &
             x(:, ref_node) - u(:, ref_node), source%state%reaction(:, i))

@@ -2,7 +2,7 @@
 module drag_points_mod
   use kinds_mod, only: wp
   use rotations_mod, only: rotation_matrix, turn_between
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, pair_turns
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use placement_mod, only: placement_t
@@ -30,10 +30,10 @@ contains
     integer :: pair, i
 
     do pair = 1, size(scene%pairs)
+      if (.not. pair_turns(scene, pair)) cycle
       associate (obstacle => scene%obstacles(scene%pairs(pair)%master), &
                  before_turn => old%rotation(:, scene%pairs(pair)%master), &
                  after_turn => rotation(:, scene%pairs(pair)%master))
-        if (.not. obstacle%turns) cycle
         half = rotation_matrix(0.5_wp*turn_between(before_turn, after_turn))
         do i = points%first(pair), points%first(pair + 1) - 1
           associate (node => points%node(i), ref_node => obstacle%ref_node)
