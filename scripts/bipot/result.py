@@ -336,6 +336,11 @@ class Pair:
         return self._over_time("moment")
 
     @cached_property
+    def torque(self):
+        """Moment of the forces on the obstacle about its reference node: (T, 3)."""
+        return self._over_time("torque")
+
+    @cached_property
     def normal_sum(self):
         """Sum of the normal reactions, (T,)."""
         return self.reaction[:, :, 0].sum(axis=1)

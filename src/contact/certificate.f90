@@ -7,12 +7,14 @@ module certificate_mod
   use small_matrix_mod, only: cross
   use mesh_mod, only: mesh_t
   use contact_points_mod, only: contact_points_t
+  use scene_mod, only: scene_t, pair_turns
   use state_mod, only: state_t
   use increment_report_mod, only: certificate_t, energy_t, contact_fields_t, worst_entry
   implicit none
   private
 
-  public :: certify, judge_contact, energy_balance, increment_forces_t
+  public :: certify, judge_contact, energy_balance, work_of_torques, increment_forces_t, &
+    turned_slips_t, slips_of_turns
 
   !> Of numbers that are none.
   type(certificate_t), parameter :: nothing_true = certificate_t(huge(1.0_wp), huge(1.0_wp), &
@@ -35,6 +37,12 @@ module certificate_mod
     real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]
   end type increment_forces_t
 
+  !> Slips past obstacles that turn.
+  type :: turned_slips_t
+    logical,  allocatable :: is_turned(:) !! (n_points) the obstacle turns
+    real(wp), allocatable :: slip(:, :)   !! (2,n_points) along t1, t2, 0 elsewhere [length]
+  end type turned_slips_t
+
   !> What acts on a body along one of its rigid motions, or on an obstacle along one of its
   !> translations.
   type :: along_motion_t
@@ -54,7 +62,8 @@ contains
   !> Scales: F the largest nodal force (reactions, supports, loads, internal), U the largest
   !> displacement increment, deformation of a body, or way that contact forces alone would move
   !> their node. 0/0 = 0.
-  pure function certify(mesh, points, contact, old, new, forces, tolerance) result(certificate)
+  pure function certify(mesh, points, contact, old, new, forces, tolerance, turned) &
+    result(certificate)
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact
@@ -62,8 +71,9 @@ contains
     type(state_t), intent(in) :: old, new          !! before and after the step
     type(increment_forces_t), intent(in) :: forces
     real(wp), intent(in) :: tolerance              !! contact tolerance [-]
+    type(turned_slips_t), intent(in), optional :: turned !! take the place of those of `contact`
     type(certificate_t) :: certificate
-    real(wp) :: f, u, x(3, points%n), reaction(3, points%n), scale(0:mesh%n_bodies)
+    real(wp) :: f, u, way, x(3, points%n), reaction(3, points%n), scale(0:mesh%n_bodies)
     real(wp), dimension(3, mesh%n_nodes) :: pressed, residual, support
     logical :: is_mesh(mesh%n_nodes), at_rest(0:mesh%n_bodies)
     integer :: i, k
@@ -100,6 +110,9 @@ contains
       where (x(1, :) < 0.0_wp) x(1, :) = min(0.0_wp, x(1, :) + forces%rounding_of_gaps)
     end if
     x(2:, :) = contact%slip_increment
+    if (present(turned)) then
+      where (spread(turned%is_turned, 1, 2)) x(2:, :) = turned%slip
+    end if
     at_rest = is_at_rest(mesh, forces, pressed)
     ! Of bodies whose forces are all rounding the reactions say nothing, but where they are said to
     ! hold what slips.
@@ -108,7 +121,10 @@ contains
       if (norm2(x(2:, i)) > tolerance*u) cycle
       if (at_rest(mesh%body(points%node(i)))) reaction(:, i) = 0.0_wp
     end do
-    certificate = judge_contact(points%mu, reaction, x, f, u)
+    ! A turn may take the obstacle further past a point than anything is displaced.
+    way = u
+    if (present(turned)) way = max(u, maxval(norm2(turned%slip, dim=1)))
+    certificate = judge_contact(points%mu, reaction, x, f, u, way)
     certificate%support = departure(mesh, new%displacement, forces)
     scale = forces_of_bodies(mesh, forces, pressed, support)
     scale(0) = f
@@ -310,13 +326,14 @@ contains
   end function out_of_balance
 
   !> The five entries that concern contact, of reactions and the gaps and slips that belong to them.
-  pure function judge_contact(mu, r, x, f, u) result(certificate)
+  pure function judge_contact(mu, r, x, f, u, way) result(certificate)
     real(wp), intent(in) :: mu(:)    !! (n_points) [-]
     real(wp), intent(in) :: r(:, :)  !! (3,n_points) n, t1, t2 [force]
     real(wp), intent(in) :: x(:, :)  !! (3,n_points) [length]
     real(wp), intent(in) :: f, u     !! scales of force and length
+    real(wp), intent(in), optional :: way !! scale of slips, `u` where left out [length]
     type(certificate_t) :: certificate !! equilibrium is 0 in it
-    real(wp) :: defect, total
+    real(wp) :: defect, total, longest
     integer :: i
 
     certificate = nothing_true
@@ -340,28 +357,130 @@ contains
     certificate%adhesion = ratio(certificate%adhesion, f)
     certificate%complementarity = ratio(ratio(certificate%complementarity, f), u)
     certificate%cone = ratio(certificate%cone, f)
-    certificate%law = ratio(ratio(defect, total), u)
+    longest = u
+    if (present(way)) longest = way
+    certificate%law = ratio(ratio(defect, total), longest)
   end function judge_contact
 
   !> Work, strain energy and dissipation up to the end of the step, and what is left over.
   !>
-  !> External work by the trapezoidal rule on loads and supports; the reaction of the end dissipates
+  !> External work by the trapezoidal rule on loads and supports, and on the torques that turn
+  !> obstacles; the reaction of the end dissipates
   !> over the slip.
-  pure subroutine energy_balance(contact, old, new, internal_force, energy)
+  pure subroutine energy_balance(contact, old, new, internal_force, energy, of_torques)
     type(contact_fields_t), intent(in) :: contact
     type(state_t), intent(in) :: old
     type(state_t), intent(inout) :: new            !! gets external_work and dissipation
     real(wp), intent(in) :: internal_force(:, :)   !! (3,n_nodes) [force]
     type(energy_t), intent(out) :: energy
+    real(wp), intent(in), optional :: of_torques   !! in the increment, 0 where left out [energy]
 
     new%external_work = old%external_work + 0.5_wp*sum((new%displacement - old%displacement)* &
       (old%external_force + old%support_force + new%external_force + new%support_force))
+    if (present(of_torques)) new%external_work = new%external_work + of_torques
     new%dissipation = old%dissipation - sum(contact%reaction(2:, :)*contact%slip_increment)
     energy%external_work = new%external_work
     energy%strain = 0.5_wp*sum(internal_force*new%displacement)
     energy%dissipation = new%dissipation
     energy%balance = energy%external_work - energy%strain - energy%dissipation
   end subroutine energy_balance
+
+  !> The slips of an increment past obstacles that turn, from places and rotation vectors alone: the
+  !> chord on which a point goes over the material, as the obstacle stands halfway. docs/theory.md
+  !> (9.8).
+  pure function slips_of_turns(scene, points, frame, old, new) result(turned)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
+    type(state_t), intent(in) :: old, new
+    type(turned_slips_t) :: turned
+    real(wp) :: before(3, 3), after(3, 3), chord(3)
+    integer :: i
+
+    allocate (turned%slip(2, points%n), source=0.0_wp)
+    allocate (turned%is_turned(points%n), source=.false.)
+    if (.not. any(scene%obstacles%turns)) return
+    do i = 1, points%n
+      turned%is_turned(i) = pair_turns(scene, points%pair(i))
+      if (.not. turned%is_turned(i)) cycle
+      associate (obstacle => scene%pairs(points%pair(i))%master)
+        before = orientation(old%rotation(:, obstacle))
+        after = orientation(new%rotation(:, obstacle))
+        chord = matmul(arm_of(scene, points, i, new), after) - &
+          matmul(arm_of(scene, points, i, old), before)
+        chord = matmul(matmul(orientation(0.5_wp*turn_of(matmul(after, transpose(before)))), &
+          before), chord)
+        turned%slip(:, i) = matmul(chord, frame(:, 2:, i))
+      end associate
+    end do
+  end function slips_of_turns
+
+  !> Where a point is, from the reference node of its obstacle.
+  pure function arm_of(scene, points, i, state) result(arm)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: i
+    type(state_t), intent(in) :: state
+    real(wp) :: arm(3) !! [length]
+
+    associate (node => points%node(i), x => scene%mesh%coordinates, u => state%displacement, &
+               ref_node => scene%obstacles(scene%pairs(points%pair(i))%master)%ref_node)
+      arm = (x(:, node) - x(:, ref_node)) + (u(:, node) - u(:, ref_node))
+    end associate
+  end function arm_of
+
+  !> The work of the torques that turn the obstacles, in an increment, by the trapezoidal rule.
+  !>
+  !> The turn is read off the matrix that takes one orientation to the other. docs/theory.md (9.9).
+  pure function work_of_torques(scene, points, old, new) result(work)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: old, new
+    real(wp) :: work  !! [energy]
+    real(wp) :: turn(3)
+    integer :: i
+
+    work = 0.0_wp
+    if (.not. any(scene%obstacles%turns)) return
+    do i = 1, points%n
+      if (.not. pair_turns(scene, points%pair(i))) cycle
+      associate (obstacle => scene%pairs(points%pair(i))%master)
+        turn = turn_of(matmul(orientation(new%rotation(:, obstacle)), &
+          transpose(orientation(old%rotation(:, obstacle)))))
+        work = work + 0.5_wp*dot_product(turn, &
+          cross(arm_of(scene, points, i, old), old%reaction(:, i)) + &
+          cross(arm_of(scene, points, i, new), new%reaction(:, i)))
+      end associate
+    end do
+  end function work_of_torques
+
+  !> The axes of a frame turned by a rotation vector, each on its circle about it.
+  pure function orientation(vector) result(axes)
+    real(wp), intent(in) :: vector(3) !! [rad]
+    real(wp) :: axes(3, 3)            !! columns
+    real(wp) :: along(3), part(3), angle
+    integer :: i
+
+    axes = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+    angle = norm2(vector)
+    if (angle <= 0.0_wp) return
+    along = vector/angle
+    do i = 1, 3
+      part = dot_product(along, axes(:, i))*along
+      axes(:, i) = part + cos(angle)*(axes(:, i) - part) + sin(angle)*cross(along, axes(:, i))
+    end do
+  end function orientation
+
+  !> The rotation vector of a rotation by less than a half turn.
+  pure function turn_of(r) result(turn)
+    real(wp), intent(in) :: r(3, 3)
+    real(wp) :: turn(3) !! [rad]
+    real(wp) :: sine
+
+    turn = 0.5_wp*[r(3, 2) - r(2, 3), r(1, 3) - r(3, 1), r(2, 1) - r(1, 2)]
+    sine = norm2(turn)
+    if (sine > 0.0_wp) turn = atan2(sine, 0.5_wp*(r(1, 1) + r(2, 2) + r(3, 3) - 1.0_wp))/sine*turn
+  end function turn_of
 
   pure logical function are_finite(v)
     real(wp), intent(in) :: v(:, :)

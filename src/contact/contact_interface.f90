@@ -5,7 +5,7 @@ module contact_interface_mod
   use errors_mod, only: error_t
   use obstacles_mod, only: ref_nodes
   use surfaces_mod, only: nodes_of
-  use obstacle_shapes_mod, only: least_gap, normal_along
+  use obstacle_shapes_mod, only: least_gap, normal_along, turns_in_place
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, master_nodes, contact_nodes
   use rigid_modes_mod, only: free_motions_t, find_free_motions
@@ -28,6 +28,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! LAPACK failed
     logical :: prescribed(3, scene%mesh%n_nodes), before(3, scene%mesh%n_nodes)
     logical :: loose_body(scene%mesh%n_bodies), loose_ref_node(scene%mesh%n_nodes)
+    integer :: i
     type(free_motions_t) :: motions
     integer :: step
 
@@ -47,6 +48,10 @@ contains
       loose_ref_node(pack(motions%node, motions%body == 0)) = .true.
     end do
     call mark_pushed(scene, points, loose_ref_node, loose_body)
+    ! An obstacle that turns sweeps what no box of displacements holds.
+    do i = 1, size(scene%obstacles)
+      if (sweeps(scene, i)) loose_ref_node(scene%obstacles(i)%ref_node) = .true.
+    end do
     call points_in_reach(scene, points, loose_body, loose_ref_node)
     call find_symmetry_planes(scene, points)
   end subroutine find_reach
@@ -59,6 +64,30 @@ contains
     points%in_reach = .true.
     call list_master_nodes(scene, points)
   end subroutine reach_everything
+
+  !> Whether the surface of an obstacle does not stay in its place while it turns.
+  pure logical function sweeps(scene, obstacle)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: obstacle
+    logical :: about(3) !! axes
+    integer :: step, i
+
+    sweeps = .false.
+    associate (turning => scene%obstacles(obstacle))
+      if (.not. turning%turns) return
+      about = .false.
+      do step = 1, size(scene%steps)
+        if (.not. allocated(scene%steps(step)%rotations)) cycle
+        do i = 1, size(scene%steps(step)%rotations)
+          associate (r => scene%steps(step)%rotations(i))
+            if (r%node == turning%ref_node .and. abs(r%value) > 0.0_wp) about(r%dof) = .true.
+          end associate
+        end do
+      end do
+      sweeps = .not. turns_in_place(turning, scene%mesh%coordinates(:, turning%ref_node), &
+        merge(1.0_wp, 0.0_wp, about .and. count(about) == 1))
+    end associate
+  end function sweeps
 
   !> The bodies on which loads act: how far they go is not known before.
   pure subroutine mark_loaded(scene, loose_body)

@@ -36,7 +36,8 @@ contains
     do i = 1, points%n
       contact%slip_increment(:, i) = matmul( &
         relative_motion(points, placement%weights, i, new%displacement) - &
-        relative_motion(points, placement%weights, i, old%displacement), contact%frame(:, 2:, i))
+        relative_motion(points, placement%weights, i, old%displacement) + placement%drag(:, i), &
+        contact%frame(:, 2:, i))
       contact%gap(i) = gap_at(placement, points, i, new%displacement)
       if (.not. is_covered(points, placement%weights, i)) then
         contact%gap(i) = no_gap

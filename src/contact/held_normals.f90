@@ -1,7 +1,7 @@
 !> Contact points that supports keep from moving along their normal: nothing presses there.
 module held_normals_mod
   use text_mod, only: string_t, to_text
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, pair_turns
   use contact_points_mod, only: contact_points_t
   use placement_mod, only: placement_t, place_undeformed
   use transfer_mod, only: movable, rows_of_points
@@ -31,6 +31,10 @@ contains
       call rows_of_points(movable(scene, prescribed_dofs(scene, step)), points, &
         placement%weights, placement%frame, row)
       held = points%in_reach .and. row(1, :) == 0
+      ! The normals of an obstacle that turns do not stay what they are.
+      do pair = 1, size(scene%pairs)
+        if (pair_turns(scene, pair)) held(points%first(pair):points%first(pair + 1) - 1) = .false.
+      end do
       do pair = 1, size(scene%pairs)
         n = count(held(points%first(pair):points%first(pair + 1) - 1))
         if (n == 0 .or. is_told(pair)) cycle

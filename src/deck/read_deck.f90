@@ -10,7 +10,10 @@ module read_deck_mod
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
     mistakes_as_error, notes_as_list, quoted
   use errors_mod, only: error_t
+  use kinds_mod, only: wp
+  use loads_mod, only: load_step_t
   use name_table_mod, only: name_table_t
+  use obstacles_mod, only: obstacle_t
   use options_mod, only: allow_options, card_t, open_card
   use parameters_mod, only: add_override, find_parameter, parameter_table_t
   use read_amplitudes_mod, only: amplitude_list_t, read_amplitudes
@@ -30,7 +33,8 @@ module read_deck_mod
   use surface_list_mod, only: surface_list_t
   use scene_mod, only: scene_t
   use sets_mod, only: model_t
-  use text_mod, only: string_t
+  use text_mod, only: string_t, to_text
+  use turns_mod, only: largest_turn, turn_allowed
   implicit none
   private
 
@@ -123,6 +127,7 @@ contains
     call read_output_controls(reader, scene%output)
     call read_amplitudes(reader, amplitudes)
     call read_steps(reader, model, amplitudes, surfaces, scene%steps, scene%regions)
+    call mark_turning(scene%steps, scene%obstacles)
     if (model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) then
       call report(reader, 0, 'the deck has no elements (*ELEMENT or *BLOCK)')
     end if
@@ -132,7 +137,49 @@ contains
     scene%surfaces = surfaces%list(:surfaces%n)
     call move_alloc(amplitudes%list, scene%amplitudes)
     call build_mesh(model%mesh, material, scene%mesh)
+    call check_turns(reader, scene)
   end subroutine read_cards
+
+  !> Find the obstacles that rotations of their reference nodes turn.
+  pure subroutine mark_turning(steps, obstacles)
+    type(load_step_t), intent(in) :: steps(:)
+    type(obstacle_t), intent(inout) :: obstacles(:)
+    integer :: step, i
+
+    do step = 1, size(steps)
+      if (.not. allocated(steps(step)%rotations)) cycle ! of a deck with mistakes
+      do i = 1, size(steps(step)%rotations)
+        associate (rotation => steps(step)%rotations(i))
+          if (.not. abs(rotation%value) > 0.0_wp) cycle
+          where (obstacles%ref_node == rotation%node) obstacles%turns = .true.
+        end associate
+      end do
+    end do
+  end subroutine mark_turning
+
+  !> Report steps whose increments turn an obstacle too far, as they are or cut as far as that goes.
+  subroutine check_turns(reader, scene)
+    type(reader_t), intent(inout) :: reader
+    type(scene_t), intent(in) :: scene
+    real(wp), parameter :: degrees = 180.0_wp/acos(-1.0_wp)
+    type(card_t) :: card
+    real(wp) :: turn
+    integer :: step, k
+
+    do step = 1, size(scene%steps)
+      turn = largest_turn(scene, step)
+      if (turn <= turn_allowed(scene, step)) cycle
+      do k = 1, reader%n_cards
+        if (reader%cards(k)%keyword /= 'STATIC' .or. reader%cards(k)%step /= step) cycle
+        call open_card(reader, k, card)
+        call report(reader, card%position, 'an obstacle turns by '//to_text(turn*degrees, 4)// &
+          ' degrees in an increment of this step'//trim(merge(', which DIRECT keeps', &
+          '                    ', scene%steps(step)%direct))//': that can be '// &
+          to_text(turn_allowed(scene, step)*degrees, 4)//' at most')
+        exit
+      end do
+    end do
+  end subroutine check_turns
 
   !> *NODE, *ELEMENT and *BLOCK, in the order of the deck.
   subroutine read_mesh_cards(reader, model)

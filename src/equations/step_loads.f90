@@ -8,6 +8,7 @@ module step_loads_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: amplitude_value
   use kinks_mod, only: find_kinks, used_amplitudes
+  use turns_mod, only: turns_t, turns_of_step
   use scene_mod, only: scene_t
   use mesh_forces_mod, only: pressure_force, gravity_force
   implicit none
@@ -23,6 +24,7 @@ module step_loads_mod
     integer,  allocatable :: kind(:) !! (n_patterns) pattern_hold, pattern_ramp or an amplitude
     real(wp), allocatable :: displacement(:, :, :) !! (3,n_nodes,n_patterns) prescribed [length]
     real(wp), allocatable :: force(:, :, :)        !! (3,n_nodes,n_patterns) [force]
+    type(turns_t) :: turns                         !! rotations of obstacles
     integer(i8), allocatable :: kinks(:)           !! of its amplitudes, as of find_kinks
   end type step_loads_t
 
@@ -61,6 +63,7 @@ contains
     allocate (force(3, scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
     call resolve_boundary(scene, step, u, displacement)
     call resolve_forces(scene, step, force)
+    loads%turns = turns_of_step(scene, step)
     call find_kinks(pack(scene%amplitudes, used_amplitudes(scene%amplitudes, scene%steps(step))), &
       scene%steps(step), loads%kinks)
 

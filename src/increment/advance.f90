@@ -22,7 +22,8 @@ module advance_mod
   use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
     ended_out_of_reach, ended_stalled
   use mesh_forces_mod, only: nodal_stiffness
-  use certificate_mod, only: certify, energy_balance
+  use certificate_mod, only: certify, energy_balance, work_of_torques, slips_of_turns
+  use drag_points_mod, only: drag_points
   use follow_points_mod, only: rounding_of_places, carried_slip
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: nodal_forces
@@ -129,7 +130,8 @@ contains
       end if
 
       ! 6. Certificate
-      call place_curved(scene, points, new%displacement, trial%placement, stay=.true.)
+      call place_curved(scene, points, new%displacement, trial%placement, new%rotation, stay=.true.)
+      call drag_points(scene, points, old, new%displacement, new%rotation, trial%placement)
       call describe_contact(points, solver%contact, trial%placement, old, new, report%contact)
       call watch_inactive(scene, points, solver%contact, new, report, error)
       if (allocated(error)) return
@@ -138,7 +140,8 @@ contains
       if (.not. allocated(trial%forces%stiffness)) trial%forces%stiffness = nodal_stiffness( &
         scene%mesh, scene%materials)
       report%certificate = certify(scene%mesh, points, report%contact, old, new, &
-        trial%forces, scene%contact%tolerance)
+        trial%forces, scene%contact%tolerance, &
+        slips_of_turns(scene, points, report%contact%frame, old, new))
       ! Where no solver gets any further the certificate judges what the best of them found.
       if (report%certificate%certified .and. report%ending == ended_stalled .and. &
         trial%controls%solver == solver_auto) report%converged = .true.
@@ -185,14 +188,15 @@ contains
     type(placement_t) :: began
 
     began = solver%undeformed
-    call place_curved(scene, points, old%displacement, began)
+    call place_curved(scene, points, old%displacement, began, old%rotation)
     new%slip = carried_slip(points, began, trial%placement, old%slip) + &
       report%contact%slip_increment
     new%external_force = trial%forces%external
     new%support_force = trial%forces%internal - trial%forces%external &
       - nodal_forces(points, trial%placement%weights, new%reaction, size(new%displacement, 2))
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
-    call energy_balance(report%contact, old, new, trial%forces%internal, report%energy)
+    call energy_balance(report%contact, old, new, trial%forces%internal, report%energy, &
+      work_of_torques(scene, points, old, new))
   end subroutine finish
 
   !> A node without a reaction must not end inside its master: where its motion is prescribed that

@@ -14,6 +14,7 @@ module choose_increment_mod
     smallest_increment, is_extra
   use step_solver_mod, only: step_solver_t
   use load_events_mod, only: next_event, no_event
+  use turns_mod, only: turn_within, most_turn
   use load_step_error_mod, only: try_increment, resultant_change
   implicit none
   private
@@ -62,6 +63,7 @@ contains
       end if
     end if
     size%granted = size%granted - 1
+    call limit_turn(scene, solver, increment, size)
     boundary = min(increment%position, size%event)
     if (present(is_plain)) is_plain = size%length == whole_increment .and. &
       size%event == no_event .and. .not. is_extra(increment%start) .and. &
@@ -74,6 +76,25 @@ contains
       increment = next_increment(scene%steps, old, size%length)
     end if
   end subroutine choose_increment
+
+  !> Cut increments in which an obstacle would turn too far. docs/theory.md (9.8).
+  pure subroutine limit_turn(scene, solver, increment, size)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver   !! prepared for the step
+    type(increment_t), intent(in) :: increment  !! uncut
+    type(increment_size_t), intent(inout) :: size
+    integer(i8) :: finish
+
+    if (.not. any(scene%obstacles%turns)) return
+    do while (size%length > smallest_increment)
+      finish = min(increment%start + size%length, size%event, &
+        scene%steps(increment%step)%n_increments*whole_increment)
+      if (turn_within(scene, solver%response%loads%turns, increment%step, increment%start, &
+        finish) <= most_turn) exit
+      size%length = size%length/2
+      size%granted = 0
+    end do
+  end subroutine limit_turn
 
   !> The next event of the step, and where sizes are counted from: the last event or end of the
   !> deck's increments.

@@ -16,6 +16,7 @@ module equilibrate_mod
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse
   use certificate_mod, only: increment_forces_t
   use follow_points_mod, only: measure_points
+  use drag_points_mod, only: drag_points
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: follow_t, begin_following, has_moved, next_place, &
     farthest_point
@@ -41,18 +42,21 @@ contains
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
     type(trial_t), intent(inout) :: trial            !! u_free takes the corrections
-    type(state_t), intent(inout) :: new              !! gets reaction and displacement
+    type(state_t), intent(inout) :: new              !! gets reaction, displacement, rotation
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed, change !! [force]
     real(wp) :: correction(3, size(trial%u_free, 2)) !! [length]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
+    type(placement_t) :: undeformed
     integer :: i
     logical :: balanced, settled, is_turned
     real(wp), allocatable :: begun(:) !! a correction by the factor, its interior to come [length]
     type(follow_t) :: follow          !! of surfaces
 
+    new%rotation = trial%rotation
+    undeformed = turned_undeformed(scene, points, solver, trial)
     follow = begin_following(scene, points, trial%controls%tolerance)
     last_imbalance = huge(1.0_wp)
     last_moved = huge(1.0_wp)
@@ -62,9 +66,10 @@ contains
       ! 2. and 3. Reactions, and the free motions with them
       if (any(points%is_curved)) then
         if (i > 1) call next_place(follow, last_moved, new%displacement, trial%placed_at)
-        call place_curved(scene, points, trial%placed_at, trial%placement, stay=i > 1)
-        call condense_contact(scene, points, solver%body, solver%undeformed, trial%placement, &
-          .true., solver%contact)
+        call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, stay=i > 1)
+        call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
+        call condense_contact(scene, points, solver%body, undeformed, trial%placement, .true., &
+          solver%contact)
       end if
       if (.not. trial%is_foreseen) call solve_reactions(scene, points, solver, old, trial, &
         new%reaction, report)
@@ -113,8 +118,7 @@ contains
       last_moved = moved
       if (is_turned) then
         step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
-          solver%body%motions%n), trial%placement, new%reaction, new%displacement, &
-          trial%neutral_residual)
+          solver%body%motions%n), trial%placement, new, trial%neutral_residual)
         trial%motion = trial%motion + step
         call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
       end if
@@ -134,6 +138,21 @@ contains
     report%residual = moved
   end subroutine equilibrate
 
+  !> The points of the undeformed mesh before obstacles as they stand at the end of the increment.
+  pure function turned_undeformed(scene, points, solver, trial) result(undeformed)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(trial_t), intent(in) :: trial
+    type(placement_t) :: undeformed
+    real(wp) :: nothing(3, scene%mesh%n_nodes)
+
+    undeformed = solver%undeformed
+    if (.not. any(scene%obstacles%turns)) return
+    nothing = 0.0_wp
+    call place_curved(scene, points, nothing, undeformed, trial%rotation)
+  end function turned_undeformed
+
   !> How far the points before curved obstacles are from where they were placed, as of
   !> `measure_points`.
   pure real(wp) function moved_from(scene, points, placement, old, new) result(moved)
@@ -146,7 +165,8 @@ contains
     moved = 0.0_wp
     if (.not. any(points%is_curved .and. .not. points%on_surface)) return
     now = placement
-    call place_curved(scene, points, new%displacement, now, stay=.true.)
+    call place_curved(scene, points, new%displacement, now, new%rotation, stay=.true.)
+    call drag_points(scene, points, old, new%displacement, new%rotation, now)
     call measure_points(points, placement, now, old, new, moved)
   end function moved_from
 

@@ -12,6 +12,7 @@ module load_events_mod
   use increments_mod, only: increment_t, whole_increment, smallest_increment
   use kinks_mod, only: has_too_many, most_kinks, most_touches
   use load_response_mod, only: sum_patterns
+  use turns_mod, only: rotation_at
   use step_solver_mod, only: step_solver_t
   use placement_mod, only: placement_t, place_all, place_curved
   use transfer_mod, only: movable, rows_of_points
@@ -68,7 +69,8 @@ contains
     associate (step => scene%steps(increment%step), start => increment%start)
       event = no_event
       is_touch = .false.
-      if (solver%response%loads%n_patterns == 0) return ! nothing moves
+      if (solver%response%loads%n_patterns == 0 .and. .not. any(scene%obstacles%turns)) return
+      ! else nothing moves
       event = next_kink(scene, solver, increment%step, start, .not. &
         present(n_touches))
       if (present(n_touches)) then
@@ -95,16 +97,17 @@ contains
     integer(i8) :: here, there, from_end
     integer, allocatable :: can_press(:)
     real(wp), allocatable :: u_here(:, :), u_there(:, :), external(:, :)
+    real(wp), dimension(3, size(scene%obstacles)) :: turn_here, turn_there
     real(wp) :: share
     integer :: i
 
     touch = no_event
     if (solver%body%motions%n > 0) return
     if (any(abs(state%reaction) > 0.0_wp) .or. finish <= start) return
-    can_press = points_that_can_press(scene, points, solver, state%displacement)
+    can_press = points_that_can_press(scene, points, solver, state)
     if (size(can_press) == 0) return
     here = start
-    call displaced(here, u_here)
+    call displaced(here, u_here, turn_here)
     i = 0
     stretches: do while (here < finish)
       there = finish
@@ -114,8 +117,8 @@ contains
         there = min(finish, solver%response%loads%kinks(i))
         exit
       end do
-      call displaced(there, u_there)
-      share = share_to_touch(scene, points, can_press, u_here, u_there)
+      call displaced(there, u_there, turn_there)
+      share = share_to_touch(scene, points, can_press, u_here, u_there, turn_here, turn_there)
       if (share <= 1.0_wp) then
         ! Just before it: what is closed then has no gap to speak of.
         touch = here + int(share*real(there - here, wp), i8)
@@ -123,6 +126,7 @@ contains
       end if
       here = there
       call move_alloc(u_there, u_here)
+      turn_here = turn_there
     end do stretches
     if (touch == no_event) return
     from_end = modulo(touch, whole_increment)
@@ -133,31 +137,33 @@ contains
 
   contains
 
-    subroutine displaced(position, u)
+    subroutine displaced(position, u, turn)
       integer(i8), intent(in) :: position
       real(wp), allocatable, intent(out) :: u(:, :)
+      real(wp), intent(out) :: turn(:, :)
       real(wp) :: of_step
 
       associate (of => scene%steps(step))
         of_step = real(position, wp)/(real(of%n_increments, wp)*real(whole_increment, wp))
         call sum_patterns(scene, solver%response, of_step, of_step*of%period, u, external)
+        turn = rotation_at(scene, solver%response%loads%turns, of_step, of_step*of%period)
       end associate
     end subroutine displaced
 
   end function first_touch
 
-  !> The points that would have a reaction where displacement `u` takes them.
-  pure function points_that_can_press(scene, points, solver, u) result(list)
+  !> The points that would have a reaction where a state has them.
+  pure function points_that_can_press(scene, points, solver, state) result(list)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
-    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
+    type(state_t), intent(in) :: state
     integer, allocatable :: list(:)
     type(placement_t) :: placement
     integer :: row(3, points%n), i
 
     placement = solver%undeformed
-    call place_curved(scene, points, u, placement)
+    call place_curved(scene, points, state%displacement, placement, state%rotation)
     call rows_of_points(movable(scene, solver%body%prescribed), points, placement%weights, &
       placement%frame, row)
     list = pack([(i, i=1, points%n)], row(1, :) > 0)
@@ -165,18 +171,20 @@ contains
 
   !> The share of the straight way between two displacements at which the first point that can press
   !> enters its obstacle; 2 where none does.
-  real(wp) function share_to_touch(scene, points, can_press, u_here, u_there) result(share)
+  real(wp) function share_to_touch(scene, points, can_press, u_here, u_there, turn_here, &
+    turn_there) result(share)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: can_press(:)                 !! points
     real(wp), intent(in) :: u_here(:, :), u_there(:, :) !! (3,n_nodes) [length]
+    real(wp), intent(in) :: turn_here(:, :), turn_there(:, :) !! (3,n_obstacles) [rad]
     type(placement_t) :: at_here, at_there, between
     real(wp) :: before, after, middle
     integer :: k
 
     share = 2.0_wp
-    call place_all(scene, points, u_here, at_here)
-    call place_all(scene, points, u_there, at_there)
+    call place_all(scene, points, u_here, at_here, turn_here)
+    call place_all(scene, points, u_there, at_there, turn_there)
     do k = 1, size(can_press)
       if (points%is_curved(can_press(k))) cycle
       associate (here => max(0.0_wp, at_here%gap(can_press(k))), &
@@ -213,7 +221,7 @@ contains
       integer :: j
 
       u = (1.0_wp - s)*u_here + s*u_there
-      call place_curved(scene, points, u, between)
+      call place_curved(scene, points, u, between, (1.0_wp - s)*turn_here + s*turn_there)
       least_gap = huge(1.0_wp)
       do j = 1, size(can_press)
         if (.not. points%is_curved(can_press(j))) cycle

@@ -113,7 +113,7 @@ contains
 
       if (scene%accuracy%of_energy) then
         placement = solver%undeformed
-        call place_curved(scene, points, new%displacement, placement)
+        call place_curved(scene, points, new%displacement, placement, new%rotation)
         change = energy_change(points, placement, other, new, report%energy%strain)
       else
         change = resultant_change(points, other%reaction, new%reaction)

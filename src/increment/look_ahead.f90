@@ -168,6 +168,7 @@ contains
       answer, scene%mesh%n_nodes))
     state%trend = trend_of(increment, state%reaction, reaction)
     state%reaction = reaction
+    state%rotation = trial%rotation
     call mark_end(increment, state)
   end subroutine step_on_interface
 

@@ -5,6 +5,7 @@ module neutral_motions_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use rigid_modes_mod, only: free_motions_t, add_motions
+  use state_mod, only: state_t
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: motion_of_point
   implicit none
@@ -18,15 +19,13 @@ contains
 
   !> How far the neutral motions go until what turned normals leave on them is 0: a Newton step, the
   !> derivative by a difference. Nothing where normals do not turn.
-  function neutral_step(scene, points, motions, neutral, placement, reaction, u, residual) &
-    result(a)
+  function neutral_step(scene, points, motions, neutral, placement, state, residual) result(a)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(free_motions_t), intent(in) :: motions
     real(wp), intent(in) :: neutral(:, :)   !! (n,k) orthonormal [-]
     type(placement_t), intent(in) :: placement !! in which the reactions were found
-    real(wp), intent(in) :: reaction(:, :)  !! (3,n_points) x, y, z [force]
-    real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
+    type(state_t), intent(in) :: state      !! its reactions, displacement and rotations
     real(wp), intent(in) :: residual(:)     !! (k) what turned normals leave on them [force]
     real(wp) :: a(motions%n)      !! [length]
     real(wp) :: stiffness(size(residual), size(residual)), moved(3, scene%mesh%n_nodes)
@@ -39,18 +38,18 @@ contains
     stiffness = 0.0_wp
     turned = placement
     do k = 1, size(residual)
-      moved = u
+      moved = state%displacement
       call add_motions(motions, scene%mesh, step*neutral(:, k), moved)
-      call place_curved(scene, points, moved, turned)
+      call place_curved(scene, points, moved, turned, state%rotation)
       do i = 1, points%n
-        if (.not. points%is_curved(i) .or. .not. any(abs(reaction(:, i)) > 0.0_wp)) cycle
-        local = matmul(reaction(:, i), placement%frame(:, :, i))
-        force = (matmul(turned%frame(:, :, i), local) - reaction(:, i))/step
+        if (.not. points%is_curved(i) .or. .not. any(abs(state%reaction(:, i)) > 0.0_wp)) cycle
+        local = matmul(state%reaction(:, i), placement%frame(:, :, i))
+        force = (matmul(turned%frame(:, :, i), local) - state%reaction(:, i))/step
         do j = 1, motions%n
           motion = motion_of_point(scene%mesh, points, turned%weights, motions, i, j)
           ! As normals turn, so may the weights change.
           stiffness(:, k) = stiffness(:, k) - (dot_product(force, motion) + &
-            dot_product(reaction(:, i), motion - motion_of_point(scene%mesh, points, &
+            dot_product(state%reaction(:, i), motion - motion_of_point(scene%mesh, points, &
             placement%weights, motions, i, j))/step)*neutral(j, :)
         end do
       end do

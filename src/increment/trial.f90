@@ -21,6 +21,7 @@ module trial_mod
   use condensed_contact_mod, only: contact_group_t, count_points
   use stiffness_inverse_mod, only: answer_of_interface, at_interface
   use load_response_mod, only: sum_patterns, prescribed_displacement
+  use turns_mod, only: rotation_at
   use step_solver_mod, only: step_solver_t
   implicit none
   private
@@ -47,6 +48,8 @@ module trial_mod
     !! (k) what turned normals leave on neutral motions [force]
     real(wp), allocatable :: placed_at(:, :)
     !! (3,n_nodes) displacement where curved obstacles are linearised [length]
+    real(wp), allocatable :: rotation(:, :)
+    !! (3,n_obstacles) rotation vectors at the end of the increment [rad]
     type(placement_t) :: placement
   end type trial_t
 
@@ -66,6 +69,8 @@ contains
       trial%u_free, trial%forces%external)
     trial%forces%prescribed = solver%body%prescribed
     trial%forces%displacement = prescribed_displacement(scene, solver%response%loads, increment)
+    trial%rotation = rotation_at(scene, solver%response%loads%turns, increment%share, &
+      increment%step_time)
     allocate (trial%forces%internal, mold=old%displacement)
     trial%controls = scene%contact
     associate (motions => solver%body%motions)
@@ -104,7 +109,7 @@ contains
     end associate
     call add_motions(solver%body%motions, scene%mesh, trial%motion, loaded)
     began = solver%undeformed
-    call place_curved(scene, points, old%displacement, began)
+    call place_curved(scene, points, old%displacement, began, old%rotation)
     trial%applied_reaction = old%reaction
     trial%applied_force = nodal_forces(points, began%weights, old%reaction, scene%mesh%n_nodes)
     ! On the interface u_free must be what the contact problem adds W r to.
@@ -151,7 +156,7 @@ contains
     if (scene%contact%solver == solver_sweeps .or. solver%body%motions%n > 0) return
     if (increment%begin <= 0.0_wp) return ! another *STEP leads elsewhere
     began = solver%undeformed
-    call place_curved(scene, points, old%displacement, began)
+    call place_curved(scene, points, old%displacement, began, old%rotation)
     do i = 1, points%n
       reaction(:, i) = reaction(:, i) + (increment%share - increment%begin)*old%trend(:, i)
       if (dot_product(reaction(:, i), began%frame(:, 1, i)) <= 0.0_wp) reaction(:, i) = 0.0_wp
@@ -227,8 +232,9 @@ contains
 
       call gaps_without_contact(points, trial, old, group, start, x, r)
       x_free = pack_rows(group%problem, x)
-      group%problem%driven = driven_slips(scene, group%problem, x, trial%u_free - &
-        old%displacement, trial%controls%tolerance)
+      group%problem%driven = driven_slips(scene, group%problem, x, max(maxval(norm2(trial%u_free - &
+        old%displacement, dim=1)), maxval(norm2(trial%placement%drag, dim=1))), &
+        trial%controls%tolerance)
       if (size(group%motion) == 0) then
         call solve_contact(group%problem, x_free, trial%controls, r, of_group)
       else
@@ -270,7 +276,7 @@ contains
       i = group%active(k)
       associate (frame => trial%placement%frame(:, :, i), weights => trial%placement%weights)
         x(:, k) = matmul(relative_motion(points, weights, i, trial%u_free) - &
-          relative_motion(points, weights, i, old%displacement), frame)
+          relative_motion(points, weights, i, old%displacement) + trial%placement%drag(:, i), frame)
         x(1, k) = gap_at(trial%placement, points, i, trial%u_free)
         r(:, k) = matmul(start(:, i), frame)
       end associate
@@ -321,7 +327,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x(:, :)     !! (3,n_active) gaps and slips without reactions [length]
-    real(wp), intent(in) :: way(:, :)   !! (3,n_nodes) without reactions [length]
+    real(wp), intent(in) :: way         !! the longest without reactions [length]
     real(wp), intent(in) :: tolerance   !! contact tolerance [-]
     real(wp) :: driven(2, problem%n_points) !! [length]
     real(wp) :: least
@@ -330,7 +336,7 @@ contains
     if (problem%n_points == 0) return
     where (problem%row(2:, :) == 0 .and. spread(problem%mu > 0.0_wp, 1, 2)) driven = x(2:, :)
     least = max(8.0_wp*epsilon(1.0_wp)*maxval(abs(scene%mesh%coordinates)), &
-      tolerance*maxval(norm2(way, dim=1)))
+      tolerance*way)
     where (spread(norm2(driven, dim=1) <= least, 1, 2)) driven = 0.0_wp
   end function driven_slips
 

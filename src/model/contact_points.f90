@@ -14,7 +14,8 @@ module contact_points_mod
     integer,  allocatable :: pair(:)  !! (n) index into the scene's pairs
     integer,  allocatable :: node(:)  !! (n) slave node
     logical,  allocatable :: is_curved(:)
-    !! (n) the master is, so that normals turn: points are placed anew in every iteration
+    !! (n) the master is, or turns: normals are not fixed, and points are placed anew in every
+    !! iteration
     logical,  allocatable :: on_surface(:) !! (n) the master is a surface of faces
     logical,  allocatable :: across(:, :)
     !! (3,n) before such a surface: a plane of symmetry across this axis holds the node

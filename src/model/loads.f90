@@ -41,11 +41,13 @@ module loads_mod
     real(wp) :: increment = 1.0_wp
     integer  :: n_increments = 1
     logical  :: direct = .false.                !! keep the increments as they are
-    logical  :: replace_boundary = .false.      !! OP=NEW: earlier ones end here
+    logical  :: replace_boundary = .false.      !! OP=NEW: earlier ones end here, rotations too
     logical  :: replace_forces = .false.
     logical  :: replace_pressures = .false.
     logical  :: replace_element_loads = .false. !! OP=NEW of *DLOAD
     type(nodal_value_t), allocatable :: boundary(:)  !! of one node and dof the last counts
+    type(nodal_value_t), allocatable :: rotations(:)
+    !! of reference nodes: dof 1, 2, 3 are the components of a rotation vector [rad]
     type(nodal_value_t), allocatable :: forces(:)    !! of one node and dof they add up
     type(pressure_t),    allocatable :: pressures(:) !! *DSLOAD; of one surface they add up
     type(pressure_t),    allocatable :: face_pressures(:) !! *DLOAD P1..P6; they add up as well

@@ -11,7 +11,8 @@ module obstacles_mod
   integer, parameter :: obstacle_sphere = 2
   integer, parameter :: obstacle_cylinder = 3 !! without ends
 
-  !> A rigid obstacle, as the deck places it. It moves with its reference node and does not turn.
+  !> A rigid obstacle, as the deck places it. It moves with its reference node, and turns about it
+  !> as rotations of that node are prescribed.
   type :: obstacle_t
     character(:), allocatable :: name
     integer  :: kind = obstacle_plane
@@ -22,6 +23,7 @@ module obstacles_mod
     real(wp) :: radius = 0.0_wp      !! sphere and cylinder, > 0 [length]
     logical  :: inner = .false.      !! sphere and cylinder: the body lies inside
     integer  :: ref_node = 0         !! node that the obstacle moves with; 0: it is at rest
+    logical  :: turns = .false.      !! a step prescribes rotations other than 0
   end type obstacle_t
 
 contains

@@ -11,7 +11,7 @@ module scene_mod
   implicit none
   private
 
-  public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t, master_name
+  public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t, master_name, pair_turns
 
   !> Isotropic linear elasticity.
   type :: material_t
@@ -91,5 +91,16 @@ contains
       end if
     end associate
   end function master_name
+
+  !> Whether a pair faces an obstacle that turns.
+  pure logical function pair_turns(scene, pair)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: pair
+
+    pair_turns = .false.
+    associate (master => scene%pairs(pair)%master)
+      if (master > 0) pair_turns = scene%obstacles(master)%turns
+    end associate
+  end function pair_turns
 
 end module scene_mod

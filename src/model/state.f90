@@ -17,6 +17,8 @@ module state_mod
     !! its end within the step, in parts of the deck's increments (increments_mod)
     real(wp) :: time = 0.0_wp  !! total, in the deck's unit
     real(wp), allocatable :: displacement(:, :)   !! (3, n_nodes) [length]
+    real(wp), allocatable :: rotation(:, :)
+    !! (3, n_obstacles) rotation vectors about their reference nodes [rad]
     real(wp), allocatable :: reaction(:, :) !! (3, n_points) on the slave body, x, y, z [force]
     real(wp), allocatable :: trend(:, :)
     !! (3, n_points) how reactions went in the last increment, for a whole *STEP [force]
@@ -33,11 +35,15 @@ module state_mod
 contains
 
   !> The undeformed, unloaded state.
-  pure function initial_state(n_nodes, n_points) result(state)
+  pure function initial_state(n_nodes, n_points, n_obstacles) result(state)
     integer, intent(in) :: n_nodes, n_points
+    integer, intent(in), optional :: n_obstacles !! none where left out
     type(state_t) :: state
+    integer :: n
 
-    allocate (state%displacement(3, n_nodes), source=0.0_wp)
+    n = 0
+    if (present(n_obstacles)) n = n_obstacles
+    allocate (state%displacement(3, n_nodes), state%rotation(3, n), source=0.0_wp)
     allocate (state%external_force(3, n_nodes), state%support_force(3, n_nodes), source=0.0_wp)
     allocate (state%reaction(3, n_points), state%trend(3, n_points), state%slip(2, n_points), &
       source=0.0_wp)
@@ -54,6 +60,7 @@ contains
     call carry(list, state%position)
     call carry(list, state%time)
     call carry(list, state%displacement)
+    call carry(list, state%rotation)
     call carry(list, state%reaction)
     call carry(list, state%trend)
     call carry(list, state%slip)

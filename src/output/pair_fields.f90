@@ -3,7 +3,7 @@ module pair_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_byte, of_long
   use small_matrix_mod, only: cross
-  use obstacle_shapes_mod, only: has_flat_master
+  use obstacle_shapes_mod, only: has_fixed_normals
   use scene_mod, only: scene_t
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, first_time, at_start
@@ -23,7 +23,7 @@ contains
     integer :: of_frame
 
     of_frame = every_time
-    if (has_flat_master(scene, i)) of_frame = first_time
+    if (has_fixed_normals(scene, i)) of_frame = first_time
     call add_field(list, field_t('node', of_long, [n], 'number', &
       'slave node of each point: index into Points, from 0', at_start, compute=node))
     call add_field(list, field_t('coordinates', of_real, [3, n], 'length', &
@@ -58,6 +58,10 @@ contains
       call add_field(list, field_t('moment_left', of_real, [3], 'moment', &
         'moment about the origin of all forces of the pair, on both bodies, deformed arms', &
         compute=moment_left))
+    else
+      call add_field(list, field_t('torque', of_real, [3], 'moment', &
+        'moment of the contact forces on the obstacle about its reference node, where both are '// &
+        '(the origin where it has none), x, y, z', compute=torque))
     end if
     call get_fields(list, fields)
   end subroutine list_pair_fields
@@ -179,5 +183,27 @@ contains
       end do
     end associate
   end subroutine moment_left
+
+  !> Of the forces on the obstacle, at the places of the slave nodes. docs/theory.md (9.9).
+  subroutine torque(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 3)
+    real(wp) :: centre(3)
+    integer :: i, ref_node
+
+    if (source%last < source%first) return
+    ref_node = source%scene%obstacles(source%scene%pairs(source%points%pair(source%first))% &
+      master)%ref_node
+    centre = 0.0_wp
+    associate (x => source%scene%mesh%coordinates, u => source%state%displacement)
+      if (ref_node > 0) centre = x(:, ref_node) + u(:, ref_node)
+      do i = source%first, source%last
+        associate (node => source%points%node(i))
+          values(1, :) = values(1, :) - cross(x(:, node) + u(:, node) - centre, &
+            source%state%reaction(:, i))
+        end associate
+      end do
+    end associate
+  end subroutine torque
 
 end module pair_fields_mod

@@ -3,8 +3,9 @@ module view_fields_mod
   use kinds_mod, only: wp
   use errors_mod, only: raise, exit_machine
   use dataset_kinds_mod, only: of_real, of_byte, of_long
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, pair_turns
   use step_fields_mod, only: tensor_field_t
+  use small_matrix_mod, only: cross
   use mesh_fields_mod, only: fill_tensor_fields
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     compute_field, every_time, at_start, at_supports, at_contact
@@ -36,6 +37,14 @@ contains
       if (asked%reaction) call add_field(list, field_t('PointData/reaction_force', of_real, &
         [3, n], 'force', 'of the supports on the body, x, y, z', every_time, at_supports, &
         compute=reaction_force))
+      if (any(scene%obstacles%turns)) then
+        if (asked%displacement) call add_field(list, field_t('PointData/rotation', of_real, &
+          [3, n], 'angle', 'rotation vectors of the reference nodes of obstacles, x, y, z', &
+          every_time, at_supports, compute=rotation))
+        if (asked%reaction) call add_field(list, field_t('PointData/reaction_moment', of_real, &
+          [3, n], 'moment', 'of the supports on obstacles that turn, about their reference '// &
+          'nodes, x, y, z', every_time, at_supports, compute=reaction_moment))
+      end if
       if (asked%contact .and. has_contact) then
         call add_field(list, field_t('PointData/contact_force', of_real, [3, n], 'force', &
           'of contact on the bodies, x, y, z', every_time, at_contact, &
@@ -96,6 +105,37 @@ contains
 
     values = source%state%support_force
   end subroutine reaction_force
+
+  subroutine rotation(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+    integer :: i
+
+    do i = 1, size(source%scene%obstacles)
+      associate (obstacle => source%scene%obstacles(i))
+        if (obstacle%turns) values(:, obstacle%ref_node) = source%state%rotation(:, i)
+      end associate
+    end do
+  end subroutine rotation
+
+  !> What holds the torques of the contact forces; obstacles that share a node add up.
+  subroutine reaction_moment(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+    integer :: i
+
+    do i = 1, source%points%n
+      if (.not. pair_turns(source%scene, source%points%pair(i))) cycle
+      associate (obstacle => source%scene%obstacles(source%scene%pairs(source%points%pair( &
+                   i))%master), node => source%points%node(i), u => source%state%displacement, &
+                 x => source%scene%mesh%coordinates)
+        associate (ref_node => obstacle%ref_node)
+          values(:, ref_node) = values(:, ref_node) + cross(x(:, node) + u(:, node) - &
+            x(:, ref_node) - u(:, ref_node), source%state%reaction(:, i))
+        end associate
+      end associate
+    end do
+  end subroutine reaction_moment
 
   !> Points that share a node add up; nodes of a master that is a body have the opposite forces.
   subroutine contact_force(source, values)

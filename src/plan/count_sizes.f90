@@ -2,7 +2,7 @@
 !> is done with them.
 module count_sizes_mod
   use kinds_mod, only: wp
-  use obstacle_shapes_mod, only: has_flat_master
+  use obstacle_shapes_mod, only: has_fixed_normals
   use scene_mod, only: scene_t
   use controls_mod, only: solver_sweeps, is_exact
   use plan_mod, only: plan_t
@@ -60,13 +60,13 @@ contains
     sizes%factor = sizes%entries
     sizes%front = 0.0_wp
     sizes%flops = 0.0_wp
-    sizes%increments = plan%n_increments
+    sizes%increments = plan%n_increments + plan%n_cuts
     sizes%outputs = plan%n_outputs
     sizes%steps = size(scene%steps)
     sizes%most_columns = max(0, min(most_ahead, maxval(scene%steps%n_increments)))
     if (plan%n_interface == 0) sizes%most_columns = 0.0_wp
     do i = 1, size(scene%pairs)
-      if (.not. has_flat_master(scene, i)) sizes%most_columns = 0.0_wp
+      if (.not. has_fixed_normals(scene, i)) sizes%most_columns = 0.0_wp
     end do
     sizes%factorisations = plan%n_factorisations
     sizes%motions = 0.0_wp
@@ -81,7 +81,7 @@ contains
     n = 1.0_wp
     if (.not. is_exact(scene%precision)) n = newton_raphson_refined
     do i = 1, size(scene%pairs)
-      if (.not. has_flat_master(scene, i)) n = newton_raphson_curved
+      if (.not. has_fixed_normals(scene, i)) n = newton_raphson_curved
     end do
   end function iterations_of_increment
 

@@ -5,12 +5,13 @@ module make_plan_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
   use obstacles_mod, only: ref_nodes
-  use obstacle_shapes_mod, only: check_shapes, has_flat_master
+  use obstacle_shapes_mod, only: check_shapes, has_fixed_normals
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_nodes, master_nodes
   use increments_mod, only: count_increments
   use step_fields_mod, only: fields_due
   use kinks_mod, only: most_events
+  use turns_mod, only: count_cuts
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most
   use dof_map_mod, only: dof_map_t, make_dof_map
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
@@ -34,6 +35,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! an obstacle of no known kind; LAPACK failed
     type(free_motions_t) :: motions
+    integer :: step
 
     call check_shapes(scene%obstacles, error)
     if (allocated(error)) return
@@ -42,7 +44,9 @@ contains
     if (allocated(error)) return
     plan%n_increments = count_increments(scene%steps)
     plan%n_events = count_events(scene)
+    plan%n_cuts = sum([(count_cuts(scene, step), step=1, size(scene%steps))])
     plan%n_outputs = count_outputs(scene)
+    if (scene%output%frequency == 1) plan%n_outputs = plan%n_outputs + plan%n_cuts
     call count_unknowns(scene, plan, motions, error)
     if (allocated(error)) return
     call list_figures(scene, plan)
@@ -148,7 +152,7 @@ contains
       call rows_of_points(can_move, points, placement%weights, placement%frame, row)
       do i = 1, points%n
         n = count(row(:, i) > 0)
-        if (.not. has_flat_master(scene, points%pair(i))) then
+        if (.not. has_fixed_normals(scene, points%pair(i))) then
           if (points%in_reach(i) .and. (any(can_move(:, points%node(i))) .or. &
             free_masters(points%pair(i)))) n = merge(3, 1, points%mu(i) > 0.0_wp)
         end if

@@ -81,6 +81,8 @@ contains
     words = to_text(plan%n_increments)//' in '//to_text(size(scene%steps))// &
       plural(' step', ' steps', size(scene%steps))
     if (all(scene%steps%direct)) return
+    if (plan%n_cuts > 0) words = words//', '//to_text(plan%n_cuts)// &
+      ' more that turn obstacles by 10 degrees at most'
     if (plan%n_events > 0) words = words//', at most '//to_text(plan%n_events)// &
       ' more that end at kinks of amplitudes or where contact begins'
     words = words//', cut where they are not solved'

@@ -53,7 +53,8 @@ contains
     type(plan_t), intent(in) :: plan
     type(progress_t), intent(out) :: progress
 
-    progress%state = initial_state(scene%mesh%n_nodes, plan%points%n)
+    progress%state = initial_state(scene%mesh%n_nodes, plan%points%n, &
+      size(scene%obstacles))
     call start_coarse(progress%state, progress%coarse)
     progress%tolerance = scene%contact%tolerance
   end subroutine start_run

@@ -7,6 +7,7 @@ module increment_notes_mod
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t
   use kinks_mod, only: has_too_many
+  use turns_mod, only: largest_turn, most_turn
   use faces_between_nodes_mod, only: face_entry_t
   use contact_resolution_mod, only: small_contact_t, find_small_contacts
   use refuse_unsolved_mod, only: nodes_in_words
@@ -14,7 +15,7 @@ module increment_notes_mod
   private
 
   public :: note_t, note_cut, note_widened, note_unheld, note_entries, &
-    note_small_contacts, note_kinks, note_touch
+    note_small_contacts, note_kinks, note_touch, note_turn
 
   !> A line for the console.
   type :: note_t
@@ -141,6 +142,27 @@ contains
       end if
     end associate
   end subroutine note_kinks
+
+  !> Increments of the *STEP in which an obstacle turns far.
+  pure subroutine note_turn(scene, increment, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    character(:), allocatable :: words
+    real(wp) :: turn !! the farthest in one of the deck's increments [rad]
+
+    turn = largest_turn(scene, increment%step)
+    if (turn <= most_turn) return
+    words = ': an obstacle turns by up to '//to_text(turn*45.0_wp/atan(1.0_wp), 3)// &
+      ' degrees in an increment of the deck'
+    if (scene%steps(increment%step)%direct) then
+      call add_note(notes, increment, .false., words//', and its slip is the chord of that; '// &
+        'without DIRECT none would turn it by more than 10')
+    else
+      call add_note(notes, increment, .false., words// &
+        ', which is cut so that none turns it by more than 10')
+    end if
+  end subroutine note_turn
 
   !> Contact that begins inside an increment.
   pure subroutine note_touch(increment, notes)

@@ -25,7 +25,7 @@ module solve_next_mod
   use measure_increment_mod, only: estimate_mesh, measure_deformation
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, is_solved
   use increment_notes_mod, only: note_t, note_cut, note_widened, note_unheld, note_entries, &
-    note_small_contacts, note_kinks, note_touch
+    note_small_contacts, note_kinks, note_touch, note_turn
   implicit none
   private
 
@@ -77,6 +77,7 @@ contains
       if (increment%step /= progress%entered) then
         call enter_step(scene, plan, increment, progress, solver, error)
         if (allocated(error)) return
+        if (increment%first_of_step) call note_turn(scene, increment, notes)
       end if
       sizes: do
         call stop_if_signalled(error)

@@ -27,6 +27,7 @@ SMALL = {
     "spence": {"n": 6, "steps": 4},
     "ssnv128": {"n": 4, "steps": 4},
     "tool": {"n": 4, "steps": 3},
+    "wheel": {"n": 8, "steps": 2},
 }
 
 # A step behind those of the block in which nothing balances the loads any more.

@@ -17,8 +17,8 @@ SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("BIPOT", str(SOURCE / "build" / "bipot"))
 PAGE = SOURCE / "docs" / "results.md"
 
-# A flat and a round obstacle, the round one moving, and another body; increments that may be cut;
-# all outputs.
+# A flat and a round obstacle, the round one moving and turning, and another body; increments that
+# may be cut; all outputs.
 DECK = """\
 *HEADING
 All that a result may hold
@@ -56,6 +56,7 @@ CENTRE, 1, 2, 0.
 0.25, 1.
 *BOUNDARY
 CENTRE, 3, 3, -0.02
+CENTRE, 6, 6, 0.1
 *NODE FILE, FREQUENCY=2
 U, RF
 *CONTACT FILE

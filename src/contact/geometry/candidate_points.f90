@@ -4,7 +4,7 @@
 !> Work and memory grow with the points and the nodes, not with their product with pairs or cards.
 module candidate_points_mod
   use kinds_mod, only: wp
-  use obstacle_shapes_mod, only: has_flat_master
+  use obstacle_shapes_mod, only: has_fixed_normals
   use scene_mod, only: scene_t, contact_gap_t
   use contact_points_mod, only: contact_points_t
   use mesh_forces_mod, only: add_nodal_areas
@@ -48,7 +48,7 @@ contains
           points%node(k) = surface%nodes(i)
           points%area(k) = area(surface%nodes(i))
           points%mu(k) = scene%pairs(pair)%mu
-          points%is_curved(k) = .not. has_flat_master(scene, pair)
+          points%is_curved(k) = .not. has_fixed_normals(scene, pair)
           points%on_surface(k) = scene%pairs(pair)%master == 0
         end do
         area(surface%nodes) = 0.0_wp

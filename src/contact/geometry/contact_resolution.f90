@@ -6,7 +6,7 @@ module contact_resolution_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
   use surfaces_mod, only: face_nodes
-  use obstacle_shapes_mod, only: has_flat_master
+  use obstacle_shapes_mod, only: is_flat
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use increment_report_mod, only: contact_fields_t, status_open
@@ -102,7 +102,7 @@ contains
     node = points%node(i)
     n = contact%frame(:, 1, i)
     planes = count(prescribed(:, node) .and. abs(n) < 0.5_wp)
-    is_flat_pair = has_flat_master(scene, faces%pair)
+    is_flat_pair = is_flat(scene%obstacles(scene%pairs(faces%pair)%master))
     associate (first => points%first(faces%pair), last => points%first(faces%pair + 1) - 1)
       is_flat_pair = is_flat_pair .and. .not. maxval(points%extra_gap(first:last)) > &
         minval(points%extra_gap(first:last))

@@ -4,7 +4,9 @@ module faces_between_nodes_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
   use obstacles_mod, only: obstacle_t
-  use obstacle_shapes_mod, only: enters_faces, has_round_master, get_core, shift_of
+  use obstacle_shapes_mod, only: enters_faces, has_round_master, get_core, shift_of, turned
+  use local_frame_mod, only: transport_tangent
+  use rotations_mod, only: turn_between
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -88,6 +90,8 @@ contains
     logical, intent(in) :: last_of_step
     type(entries_t), intent(out) :: entries
     type(of_obstacle_t) :: found
+    type(obstacle_t) :: at_old, at_new    !! the obstacle as it stands at `old` and `new`
+    real(wp) :: bend                      !! of its middle's way from the chord [length]
     type(placement_t) :: before, after    !! of what obstacles can enter, at `old` and `new`
     real(wp), allocatable :: extra(:), pressure(:)    !! (n_nodes) [length], [force/length^2]
     logical, allocatable :: near_before(:), near(:)   !! (n_nodes) of faces with a touching node
@@ -103,13 +107,14 @@ contains
     after = before
     do pair = 1, size(scene%pairs)
       if (.not. has_round_master(scene, pair)) cycle
-      call place(scene, points, pair, old%displacement, before)
-      call place(scene, points, pair, new%displacement, after)
+      call place(scene, points, pair, old%displacement, before, old%rotation)
+      call place(scene, points, pair, new%displacement, after, new%rotation)
     end do
     begins = old%row == 0 ! and where the deck has its obstacles nothing needs to touch yet
     do obstacle = 1, size(scene%obstacles)
       if (.not. enters_faces(scene%obstacles(obstacle))) cycle
       found = of_obstacle_t()
+      call turn_obstacle(scene, obstacle, old, new, at_old, at_new, bend)
       call mark_touching(scene, points, faces, obstacle, before, old%reaction, allowed, near_before)
       call mark_touching(scene, points, faces, obstacle, after, new%reaction, allowed, near)
       found%touches_before = any(near_before)
@@ -138,7 +143,7 @@ contains
 
       do f = 1, size(faces(pair)%nodes, 2)
         associate (nodes => faces(pair)%nodes(:, f))
-          call set_face(scene%obstacles(obstacle), scene%mesh%coordinates(:, nodes), &
+          call set_face(at_old, at_new, scene%mesh%coordinates(:, nodes), &
             extra(nodes), old, new, nodes, face)
           if (is_far(face)) cycle
           was_near = any(near_before(nodes))
@@ -154,6 +159,7 @@ contains
           found%deepest_at_ends = max(found%deepest_at_ends, -gap)
           if (-gap > allowed .and. .not. begins) call keep_deeper(-gap, pair, nodes, found%before)
           call find_least_gap(faces(pair), f, face, [0.0_wp, 1.0_wp], gap, middle)
+          gap = gap + bend
           is_through = goes_through(face, faces(pair)%normal(:, f), middle)
           if (-gap > allowed) call keep_deeper(-gap, pair, nodes, found%on_way)
           if (-gap > allowed .and. is_through) call keep_deeper(-gap, pair, nodes, found%through)
@@ -287,27 +293,73 @@ contains
   end subroutine spread_points
 
   !> A face as the obstacle sees it.
-  pure subroutine set_face(obstacle, coordinates, extra, old, new, nodes, face)
-    type(obstacle_t), intent(in) :: obstacle
+  pure subroutine set_face(at_old, at_new, coordinates, extra, old, new, nodes, face)
+    type(obstacle_t), intent(in) :: at_old, at_new      !! the obstacle at `old` and `new`
     real(wp), intent(in) :: coordinates(3, 4), extra(4) !! [length]
     type(state_t), intent(in) :: old, new
     integer, intent(in) :: nodes(4)
     type(face_t), intent(out) :: face
-    real(wp) :: core(3), shift(3)
+    real(wp) :: core(3), old_core(3), old_axis(3), shift(3)
     integer :: k
 
     face%extra = extra
-    call get_core(obstacle, core, face%axis, face%radius)
-    face%x = coordinates + old%displacement(:, nodes) - spread(core, 2, 4)
+    call get_core(at_old, old_core, old_axis, face%radius)
+    call get_core(at_new, core, face%axis, face%radius)
+    face%x = coordinates + old%displacement(:, nodes) - spread(old_core, 2, 4)
     face%way = new%displacement(:, nodes) - old%displacement(:, nodes)
-    shift = shift_of(obstacle, old%displacement)
+    shift = shift_of(at_old, old%displacement)
     face%x = face%x - spread(shift, 2, 4)
-    face%way = face%way - spread(shift_of(obstacle, new%displacement) - shift, 2, 4)
+    shift = shift_of(at_new, new%displacement) - shift
+    face%way = face%way - spread(shift + (core - old_core), 2, 4)
+    if (at_new%turns) call follow_axis(old_axis, face)
     do k = 1, 4
       face%x(:, k) = across(face, face%x(:, k))
       face%way(:, k) = across(face, face%way(:, k))
     end do
   end subroutine set_face
+
+  !> The face as it stood when the increment began, seen from a cylinder whose axis has turned.
+  pure subroutine follow_axis(old_axis, face)
+    real(wp), intent(in) :: old_axis(3) !! unit vector, 0 of a sphere
+    type(face_t), intent(inout) :: face
+    real(wp) :: ends(3, 4)
+    integer :: k
+
+    if (.not. any(abs(old_axis - face%axis) > 0.0_wp)) return
+    ends = face%x + face%way
+    do k = 1, 4
+      face%x(:, k) = face%x(:, k) - dot_product(old_axis, face%x(:, k))*old_axis
+      face%x(:, k) = transport_tangent(face%x(:, k), old_axis, face%axis)
+    end do
+    face%way = ends - face%x
+  end subroutine follow_axis
+
+  !> An obstacle as it stands at both ends of an increment, and how far its middle leaves the chord
+  !> between: what is swept along the chord and not along the arc is no contact.
+  pure subroutine turn_obstacle(scene, number, old, new, at_old, at_new, bend)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: number
+    type(state_t), intent(in) :: old, new
+    type(obstacle_t), intent(out) :: at_old, at_new
+    real(wp), intent(out) :: bend  !! [length]
+    real(wp) :: arm(3), axis(3), half
+
+    at_old = scene%obstacles(number)
+    at_new = at_old
+    bend = 0.0_wp
+    if (.not. at_new%turns) return
+    associate (pivot => scene%mesh%coordinates(:, at_new%ref_node))
+      at_old = turned(scene%obstacles(number), old%rotation(:, number), pivot)
+      at_new = turned(scene%obstacles(number), new%rotation(:, number), pivot)
+      axis = turn_between(old%rotation(:, number), new%rotation(:, number))
+      half = 0.5_wp*norm2(axis)
+      if (half <= 0.0_wp) return
+      axis = axis/(2.0_wp*half)
+      arm = at_new%point - pivot
+      arm = arm - dot_product(arm, axis)*axis
+      bend = 2.0_wp*sin(0.5_wp*half)**2*norm2(arm)
+    end associate
+  end subroutine turn_obstacle
 
   !> The part of a vector that a cylinder's distance is measured along.
   pure function across(face, v)

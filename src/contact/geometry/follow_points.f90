@@ -29,29 +29,34 @@ contains
   end function rounding_of_places
 
   !> How far the contact on curved obstacles is from where it was linearised: gaps of points that
-  !> press and penetrations beside the displacements, and turns of their normals.
+  !> press and penetrations beside the displacements, turns of their normals, and slips that
+  !> obstacles which turn add.
   pure subroutine measure_points(points, placement, now, old, new, moved)
     type(contact_points_t), intent(in) :: points
     type(placement_t), intent(in) :: placement !! of the linearisation
     type(placement_t), intent(in) :: now       !! at the displacement of `new`
     type(state_t), intent(in) :: old, new
     real(wp), intent(out) :: moved            !! [-]
-    real(wp) :: turn, length
+    real(wp) :: turn, length, dragged
     integer :: i
 
     moved = 0.0_wp
     if (.not. any(points%is_curved)) return
     turn = 0.0_wp
+    dragged = maxval(norm2(now%drag, dim=1))
     do i = 1, points%n
       if (.not. points%is_curved(i) .or. points%on_surface(i)) cycle
       if (any(abs(new%reaction(:, i)) > 0.0_wp)) then
         moved = max(moved, abs(now%gap(i)))
+        if (dragged > 0.0_wp) turn = max(turn, norm2(now%drag(:, i) - placement%drag(:, i))/dragged)
         turn = max(turn, norm2(now%frame(:, 1, i) - placement%frame(:, 1, i)))
       else
         moved = max(moved, -now%gap(i))
       end if
     end do
     length = maxval(abs(new%displacement - old%displacement))
+    ! Past what turns nothing may go any further: then what has gone counts, as far as turns go.
+    length = max(length, min(dragged, maxval(abs(new%displacement))))
     if (length <= 0.0_wp) length = maxval(abs(new%displacement))
     if (length > 0.0_wp) moved = moved/length
     moved = max(moved, turn)

@@ -7,13 +7,15 @@ module obstacle_shapes_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: to_text
+  use rotations_mod, only: rotation_matrix
   use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder
   use scene_mod, only: scene_t
   implicit none
   private
 
-  public :: known_kinds, check_shapes, shift_of, locate_point, least_gap, is_flat, &
-    has_flat_master, has_round_master, normal_along, enters_faces, get_core, extent_of
+  public :: known_kinds, check_shapes, shift_of, turned, locate_point, least_gap, is_flat, &
+    has_fixed_normals, has_round_master, turns_in_place, normal_along, enters_faces, get_core, &
+    extent_of
 
   integer, parameter :: known_kinds(3) = [obstacle_plane, obstacle_sphere, obstacle_cylinder]
 
@@ -42,6 +44,23 @@ contains
     shift = 0.0_wp
     if (obstacle%ref_node > 0) shift = u(:, obstacle%ref_node)
   end function shift_of
+
+  !> The obstacle as it stands when it has turned about its reference node.
+  pure function turned(obstacle, rotation, pivot)
+    type(obstacle_t), intent(in) :: obstacle !! as the deck places it
+    real(wp), intent(in) :: rotation(3)      !! rotation vector [rad]
+    real(wp), intent(in) :: pivot(3)         !! the reference node, undeformed [length]
+    type(obstacle_t) :: turned
+    real(wp) :: r(3, 3)
+
+    turned = obstacle
+    if (.not. any(abs(rotation) > 0.0_wp)) return
+    r = rotation_matrix(rotation)
+    turned%point = pivot + matmul(r, obstacle%point - pivot)
+    turned%normal = matmul(r, obstacle%normal)
+    ! A sphere has none.
+    if (norm2(turned%normal) > 0.0_wp) turned%normal = turned%normal/norm2(turned%normal)
+  end function turned
 
   !> Distance of a point in space from the obstacle, and the normal at the closest point of it.
   !>
@@ -127,16 +146,18 @@ contains
     is_flat = obstacle%kind == obstacle_plane
   end function is_flat
 
-  !> Whether normals and weights of a pair are those of the undeformed mesh wherever points go.
-  pure logical function has_flat_master(scene, pair)
+  !> Whether normals and weights of a pair are those of the undeformed mesh wherever its points go
+  !> and however its obstacle turns.
+  pure logical function has_fixed_normals(scene, pair)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: pair
 
     associate (of => scene%pairs(pair))
-      has_flat_master = of%small_sliding
-      if (of%master > 0) has_flat_master = is_flat(scene%obstacles(of%master))
+      has_fixed_normals = of%small_sliding
+      if (of%master > 0) has_fixed_normals = is_flat(scene%obstacles(of%master)) .and. &
+        .not. scene%obstacles(of%master)%turns
     end associate
-  end function has_flat_master
+  end function has_fixed_normals
 
   !> Whether the master of a pair is an obstacle that may enter slave faces between their nodes.
   pure logical function has_round_master(scene, pair)
@@ -149,6 +170,30 @@ contains
     end associate
   end function has_round_master
 
+  !> Whether its surface stays where it is while it turns about an axis through a point.
+  pure logical function turns_in_place(obstacle, pivot, axis)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in) :: pivot(3)  !! [length]
+    real(wp), intent(in) :: axis(3)   !! unit vector, 0 where axes change [-]
+    real(wp), parameter :: rounding = 1.0e-12_wp
+    real(wp) :: arm(3)
+    logical :: along
+
+    arm = obstacle%point - pivot
+    along = abs(dot_product(obstacle%normal, axis)) > 1.0_wp - rounding
+    select case (obstacle%kind)
+    case (obstacle_plane)
+      turns_in_place = along
+    case (obstacle_sphere)
+      turns_in_place = norm2(arm) <= rounding*obstacle%radius
+    case (obstacle_cylinder)
+      arm = arm - dot_product(arm, obstacle%normal)*obstacle%normal
+      turns_in_place = along .and. norm2(arm) <= rounding*obstacle%radius
+    case default
+      turns_in_place = .false.
+    end select
+  end function turns_in_place
+
   !> The axes along which the normal may have a part.
   pure function normal_along(obstacle, straight) result(along)
     type(obstacle_t), intent(in) :: obstacle
@@ -156,7 +201,7 @@ contains
     logical :: along(3)
 
     along = .true.
-    if (is_flat(obstacle)) along = abs(obstacle%normal) > straight
+    if (is_flat(obstacle) .and. .not. obstacle%turns) along = abs(obstacle%normal) > straight
   end function normal_along
 
   !> Whether it may be in a slave face and at none of its nodes.

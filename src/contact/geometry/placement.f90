@@ -2,7 +2,8 @@
 !> contact is linear until it is placed anew.
 module placement_mod
   use kinds_mod, only: wp
-  use obstacle_shapes_mod, only: shift_of, locate_point
+  use obstacles_mod, only: obstacle_t
+  use obstacle_shapes_mod, only: shift_of, turned, locate_point
   use scene_mod, only: scene_t
   use surfaces_mod, only: nodes_of
   use contact_points_mod, only: contact_points_t, weights_t, is_across
@@ -29,6 +30,9 @@ module placement_mod
     real(wp), allocatable :: least_gap(:)
     !! (n_points) before a surface: at points of the quadrature on the node's faces, the extra gap
     !! added; `no_gap` elsewhere [length]
+    real(wp), allocatable :: drag(:, :)
+    !! (3,n_points) what the turn of obstacles adds to the motion of the points about them in the
+    !! increment (drag_points_mod), 0 where none turns [length]
   end type placement_t
 
   ! How much of its node's area a surface must cover for a point that counted in the same increment:
@@ -49,51 +53,57 @@ contains
   end subroutine place_undeformed
 
   !> All points where displacement `u` takes them.
-  pure subroutine place_all(scene, points, u, placement)
+  pure subroutine place_all(scene, points, u, placement, rotation)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
     type(placement_t), intent(out) :: placement
+    real(wp), intent(in), optional :: rotation(:, :) !! as of `place`
     integer :: pair
 
     allocate (placement%frame(3, 3, points%n), placement%gap(points%n))
     allocate (placement%reference(3, points%n))
     allocate (placement%covered_area(points%n), placement%least_gap(points%n))
+    allocate (placement%drag(3, points%n), source=0.0_wp)
     allocate (placement%weights%first(points%n + 1), source=1)
     allocate (placement%weights%node(0), placement%weights%weight(0))
     do pair = 1, size(scene%pairs)
-      call place(scene, points, pair, u, placement)
+      call place(scene, points, pair, u, placement, rotation)
     end do
   end subroutine place_all
 
   !> The points before curved masters, where displacement `u` takes them.
-  pure subroutine place_curved(scene, points, u, placement, stay)
+  pure subroutine place_curved(scene, points, u, placement, rotation, stay)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
     type(placement_t), intent(inout) :: placement
-    logical, intent(in), optional :: stay !! as of `place`
+    real(wp), intent(in), optional :: rotation(:, :) !! as of `place`
+    logical, intent(in), optional :: stay            !! the same
     integer :: pair
 
     do pair = 1, size(scene%pairs)
       associate (first => points%first(pair), last => points%first(pair + 1) - 1)
-        if (any(points%is_curved(first:last))) call place(scene, points, pair, u, placement, stay)
+        if (any(points%is_curved(first:last))) call place(scene, points, pair, u, placement, &
+          rotation, stay)
       end associate
     end do
   end subroutine place_curved
 
   !> The points of one pair, all of them: weights may be integrals over both surfaces.
-  pure subroutine place(scene, points, pair, u, placement, stay)
+  pure subroutine place(scene, points, pair, u, placement, rotation, stay)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) reference nodes of obstacles too [length]
     type(placement_t), intent(inout) :: placement
+    real(wp), intent(in), optional :: rotation(:, :)
+    !! (3,n_obstacles) rotation vectors; left out: obstacles stand as the deck has them [rad]
     logical, intent(in), optional :: stay
     !! points that count in `placement` do so while next to nothing of them is covered; default: no
 
     if (scene%pairs(pair)%master > 0) then
-      call place_before_obstacle(scene, points, pair, u, placement)
+      call place_before_obstacle(scene, points, pair, u, placement, rotation)
     else if (present(stay)) then
       call place_before_surface(scene, points, pair, u, stay, placement)
     else
@@ -101,17 +111,22 @@ contains
     end if
   end subroutine place
 
-  pure subroutine place_before_obstacle(scene, points, pair, u, placement)
+  pure subroutine place_before_obstacle(scene, points, pair, u, placement, rotation)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
     type(placement_t), intent(inout) :: placement
+    real(wp), intent(in), optional :: rotation(:, :) !! as of `place`
+    type(obstacle_t) :: obstacle
     real(wp) :: shift(3), normal(3)
     integer :: i, n
 
-    associate (obstacle => scene%obstacles(scene%pairs(pair)%master), &
+    associate (master => scene%pairs(pair)%master, &
                first => points%first(pair), last => points%first(pair + 1) - 1)
+      obstacle = scene%obstacles(master)
+      if (obstacle%turns .and. present(rotation)) obstacle = turned(obstacle, rotation(:, master), &
+        scene%mesh%coordinates(:, obstacle%ref_node))
       shift = shift_of(obstacle, u)
       n = merge(1, 0, obstacle%ref_node > 0)
       do i = first, last

@@ -3,6 +3,7 @@
 !>     *BOUNDARY[, AMPLITUDE=name][, OP=MOD|NEW]
 !>     BODY-ZMAX, 1, 2, 0.            set or node, first dof, last dof, displacement
 !>     BODY-XMIN, XSYMM               or XSYMM, YSYMM, ZSYMM, PINNED, ENCASTRE
+!>     900, 5, 5, 0.17                dofs 4 to 6: rotation vector of a reference node
 !>     *CLOAD[, AMPLITUDE=name][, OP=MOD|NEW]
 !>     17, 3, -5.                     set or node, dof, force on each node
 !>     *DSLOAD[, AMPLITUDE=name][, OP=MOD|NEW]
@@ -30,7 +31,7 @@ module read_loads_mod
   !> real deck needs.
   integer(i8), parameter :: max_work = 200000000
   integer, parameter :: op_new = 2
-  integer, parameter :: max_dof = 6 !! 4 to 6 are rotations, which nothing here has
+  integer, parameter :: max_dof = 6 !! 4 to 6 are rotations, which obstacles alone have
 
   !> Prescribed values, and where in the list each node's are.
   type :: value_list_t
@@ -41,7 +42,7 @@ module read_loads_mod
 
   !> The loads of the step that is being read.
   type :: load_draft_t
-    type(value_list_t) :: boundary, forces
+    type(value_list_t) :: boundary, rotations, forces
     type(pressure_t), allocatable :: pressures(:)
     integer :: n_pressures = 0
     integer(i8) :: work = 0
@@ -56,11 +57,14 @@ contains
 
     if (.not. allocated(draft%pressures)) then
       allocate (draft%pressures(4), draft%boundary%values(64), draft%forces%values(64))
+      allocate (draft%rotations%values(4), draft%rotations%slot(3, n_nodes))
       allocate (draft%boundary%slot(3, n_nodes), draft%forces%slot(3, n_nodes))
       draft%boundary%slot = 0
       draft%forces%slot = 0
+      draft%rotations%slot = 0
     end if
     draft%boundary%n = 0
+    draft%rotations%n = 0
     draft%forces%n = 0
     draft%n_pressures = 0
   end subroutine start_step
@@ -71,6 +75,7 @@ contains
     type(load_step_t), intent(inout) :: step
 
     step%boundary = draft%boundary%values(:draft%boundary%n)
+    step%rotations = draft%rotations%values(:draft%rotations%n)
     step%forces = draft%forces%values(:draft%forces%n)
     step%pressures = draft%pressures(:draft%n_pressures)
   end subroutine close_step
@@ -111,6 +116,8 @@ contains
       call check_rotations(reader, model, fields, nodes, with, value%value)
       do i = 1, 3
         if (with(i)) call add_values(reader, model, nodes, i, value, draft%boundary, draft%work)
+        if (with(3 + i)) call add_values(reader, model, pack(nodes, .not. model%used(nodes)), i, &
+          value, draft%rotations, draft%work)
       end do
       if (draft%work > max_work) then
         call report(reader, fields%start, 'the deck prescribes too many values')
@@ -181,7 +188,13 @@ contains
     call integer_field(reader, fields, i, what, 1, dof, ok)
     if (.not. ok .or. dof <= highest) return
     ok = .false.
-    call report_rotation(reader, fields, i, what)
+    if (highest == max_dof) then
+      call report_rotation(reader, fields, i, what)
+    else
+      call report(reader, field_position(reader, fields, i), what// &
+        ' must be 1, 2 or 3 (moments turn nothing: *BOUNDARY turns obstacles), not '// &
+        quoted(field_text(reader, fields, i)))
+    end if
   end subroutine read_dof
 
   subroutine report_rotation(reader, fields, i, what)
@@ -191,11 +204,11 @@ contains
     character(*), intent(in) :: what
 
     call report(reader, field_position(reader, fields, i), what// &
-      ' must be 1, 2 or 3 (nodes and obstacles do not rotate), not '// &
+      ' must be 1, 2 or 3 (4 to 6 on reference nodes of obstacles), not '// &
       quoted(field_text(reader, fields, i)))
   end subroutine report_rotation
 
-  !> Rotations may be held at 0 on reference nodes, and on nodes of bricks together with
+  !> Reference nodes may rotate. On nodes of bricks rotations may be held at 0 together with
   !> displacements, as clamped sets of other programs are; else they are a mistake.
   subroutine check_rotations(reader, model, fields, nodes, with, value)
     type(reader_t), intent(inout) :: reader
@@ -204,11 +217,10 @@ contains
     integer, intent(in) :: nodes(:)
     logical, intent(in) :: with(max_dof)
     real(wp), intent(in) :: value
-    logical :: of_bricks, of_obstacle
+    logical :: of_bricks
 
     if (.not. any(with(4:))) return
     of_bricks = any(model%used(nodes))
-    of_obstacle = any(model%reference(nodes))
     if (of_bricks .and. .not. any(with(:3))) then
       if (is_empty_field(fields, 3)) then
         call report_rotation(reader, fields, 2, 'the dof')
@@ -218,14 +230,8 @@ contains
     else if (of_bricks .and. abs(value) > 0.0_wp) then
       call report(reader, field_position(reader, fields, 4), &
         'the nodes of bricks do not rotate: dofs 4 to 6 can only be held at 0')
-    else if (of_obstacle .and. abs(value) > 0.0_wp) then
-      call report(reader, field_position(reader, fields, 4), &
-        'an obstacle does not rotate: dofs 4 to 6 of its reference node can only be held at 0')
-    else
-      if (of_bricks) call note(reader, &
-        'dofs 4 to 6 of *BOUNDARY are ignored on nodes of bricks, which have none')
-      if (of_obstacle) call note(reader, &
-        'dofs 4 to 6 of reference nodes are held at 0 anyway: obstacles do not rotate')
+    else if (of_bricks) then
+      call note(reader, 'dofs 4 to 6 of *BOUNDARY are ignored on nodes of bricks, which have none')
     end if
   end subroutine check_rotations
 

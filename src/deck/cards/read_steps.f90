@@ -47,11 +47,13 @@ contains
     type(element_load_draft_t) :: element_draft
     type(card_t) :: card
     integer :: k, s, static_of, position
+    integer :: renewed(reader%n_steps) !! where a step says *BOUNDARY, OP=NEW first, or 0
     logical :: forget
 
     allocate (steps(reader%n_steps))
     s = 0
     static_of = 0
+    renewed = 0
     position = 0
     call start_step(draft, model%mesh%n_nodes)
     call start_element_loads(element_draft, model)
@@ -84,6 +86,7 @@ contains
           call read_boundary(reader, card, model, amplitudes, draft, forget)
         else
           call read_boundary(reader, card, model, amplitudes, draft, steps(s)%replace_boundary)
+          if (steps(s)%replace_boundary .and. renewed(s) == 0) renewed(s) = card%position
         end if
       case ('CLOAD')
         call read_cload(reader, card, model, amplitudes, draft, steps(s)%replace_forces)
@@ -98,6 +101,7 @@ contains
       end select
     end do
     call finish_step()
+    call check_released(reader, model, steps, renewed)
     regions = element_draft%regions(:element_draft%n_regions)
 
   contains
@@ -121,6 +125,35 @@ contains
     end subroutine finish_step
 
   end subroutine read_steps
+
+  !> Report obstacles that have turned and whose rotation a step lets go of: none turns freely.
+  subroutine check_released(reader, model, steps, renewed)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(load_step_t), intent(in) :: steps(:)
+    integer, intent(in) :: renewed(:) !! (n_steps) where *BOUNDARY says OP=NEW, or 0
+    logical :: held
+    integer :: s, k, i
+
+    do s = 2, size(steps)
+      if (renewed(s) == 0 .or. .not. allocated(steps(s)%rotations)) cycle
+      do k = s - 1, 1, -1
+        if (.not. allocated(steps(k)%rotations)) exit
+        do i = 1, size(steps(k)%rotations)
+          associate (earlier => steps(k)%rotations(i), now => steps(s)%rotations)
+            if (.not. abs(earlier%value) > 0.0_wp) cycle
+            held = any(now%node == earlier%node .and. now%dof == earlier%dof)
+            if (held) cycle
+            call report(reader, renewed(s), 'OP=NEW leaves dof '//to_text(3 + earlier%dof)// &
+              ' of reference node '//to_text(model%mesh%node_id(earlier%node))// &
+              ' free: an obstacle that has turned must be held, it does not turn freely')
+            return
+          end associate
+        end do
+        if (renewed(k) > 0) exit
+      end do
+    end do
+  end subroutine check_released
 
   !> Whether the first step ends what was prescribed before it (*BOUNDARY, OP=NEW).
   subroutine forget_initial(reader, forget)
