@@ -12,7 +12,7 @@ module face_overlap_mod
   !> The plane of a slave face, in which overlaps are found.
   type :: plane_t
     real(wp) :: origin(3) = 0.0_wp    !! the mean of the face's nodes [length]
-    real(wp) :: axis(3, 3) = 0.0_wp   !! columns: two unit vectors in the plane, the outward normal [-]
+    real(wp) :: axis(3, 3) = 0.0_wp   !! columns: two in the plane, the outward normal [-]
     real(wp) :: corner(2, 4) = 0.0_wp !! the face in it, anticlockwise [length]
     real(wp) :: area = 0.0_wp         !! [length^2]
   end type plane_t
