@@ -136,8 +136,8 @@ contains
     report%residual = moved
   end subroutine equilibrate
 
-  !> The reactions; where placements are followed ten times sharper than asked for, as far as that is
-  !> within reach: what reactions leave open no placement can settle.
+  !> The reactions; where placements are followed, ten times sharper than asked for as far as that
+  !> is within reach: what reactions leave open no placement can settle.
   subroutine solve_sharply(scene, points, solver, old, is_followed, trial, reaction, report)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
