@@ -10,7 +10,8 @@ module equilibrate_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving
+  use increment_report_mod, only: increment_report_t, ended_well, ended_unbalanced, &
+    ended_moving
   use mesh_forces_mod, only: internal_force, force_rounding
   use rigid_modes_mod, only: add_motions
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse
@@ -31,6 +32,7 @@ module equilibrate_mod
   public :: equilibrate
 
   integer, parameter :: max_newton_raphson = 40
+  real(wp), parameter :: sharpest = 1.0e-12_wp !! residual below which nothing is asked for [-]
 
 contains
 
@@ -66,13 +68,14 @@ contains
       ! 2. and 3. Reactions, and the free motions with them
       if (any(points%is_curved)) then
         if (i > 1) call next_place(follow, last_moved, new%displacement, trial%placed_at)
-        call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, stay=i > 1)
+        call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, &
+          stay=i > 1)
         call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
         call condense_contact(scene, points, solver%body, undeformed, trial%placement, .true., &
           solver%contact)
       end if
-      if (.not. trial%is_foreseen) call solve_reactions(scene, points, solver, old, trial, &
-        new%reaction, report)
+      if (.not. trial%is_foreseen) call solve_sharply(scene, points, solver, old, &
+        size(follow%node) > 0, trial, new%reaction, report)
       trial%is_foreseen = .false.
       if (report%ending == ended_unbalanced) then
         if (allocated(begun)) call abandon_inverse(solver%body%inverse)
@@ -152,6 +155,29 @@ contains
     nothing = 0.0_wp
     call place_curved(scene, points, nothing, undeformed, trial%rotation)
   end function turned_undeformed
+
+  !> The reactions; where placements are followed, ten times sharper than asked for as far as that
+  !> is within reach: what reactions leave open no placement can settle.
+  subroutine solve_sharply(scene, points, solver, old, is_followed, trial, reaction, report)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(in) :: old
+    logical, intent(in) :: is_followed
+    type(trial_t), intent(inout) :: trial
+    real(wp), intent(inout) :: reaction(:, :) !! (3,n_points) [force]
+    type(increment_report_t), intent(inout) :: report
+    real(wp) :: wanted
+
+    wanted = trial%controls%tolerance
+    if (is_followed) trial%controls%tolerance = min(wanted, max(sharpest, 0.1_wp*wanted))
+    call solve_reactions(scene, points, solver, old, trial, reaction, report)
+    trial%controls%tolerance = wanted
+    if (report%converged .or. report%ending == ended_unbalanced) return
+    if (.not. (is_followed .and. report%residual <= wanted)) return
+    report%converged = .true.
+    report%ending = ended_well
+  end subroutine solve_sharply
 
   !> How far the points before curved obstacles are from where they were placed, as of
   !> `measure_points`.
