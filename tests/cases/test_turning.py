@@ -72,6 +72,40 @@ def rotation(vector):
     return r
 
 
+# Plane strain: two bodies, and a wheel that turns on the upper one.
+PLATE_ON_BASE = """*BLOCK, NAME=PLATE, NX=8, NY=1, NZ=2
+-2., 0., -1.,  4., 0.5, 1.
+*BLOCK, NAME=BASE, NX=7, NY=1, NZ=3
+-3., 0., -3.,  6., 0.5, 2.
+*NODE, NSET=HUB
+900, 0., 0.25, 5.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=PLATE, MATERIAL=M
+*SOLID SECTION, ELSET=BASE, MATERIAL=M
+*OBSTACLE, NAME=O, TYPE=CYLINDER, REF NODE=900
+0., 0., 5.,  0., 1., 0.,  5.
+*SURFACE INTERACTION, NAME=SMOOTHER
+*FRICTION
+0.2
+*SURFACE INTERACTION, NAME=ROUGH
+*FRICTION
+0.6
+*CONTACT PAIR, INTERACTION=SMOOTHER
+PLATE-ZMAX, O
+*CONTACT PAIR, INTERACTION=ROUGH
+PLATE-ZMIN, BASE-ZMAX
+*CONTACT SOLVER, TOLERANCE=1e-9
+*BOUNDARY
+BASE-ZMIN, 1, 3, 0.
+PLATE, 2, 2, 0.
+BASE, 2, 2, 0.
+HUB, 1, 2, 0.
+HUB, 5, 5, 0.
+""" + step("*CLOAD\nHUB, 3, -10.", 0.5) + step("*BOUNDARY\nHUB, 5, 5, 0.3", 0.5)
+
+
 class Motion:
     """What a result says of its only pair and of the reference node, row by row."""
 
@@ -171,6 +205,19 @@ class Turning(unittest.TestCase):
         self.assertTrue(np.all(pair.status[-1][touching] == 2))
         slid = np.linalg.norm(pair.slip_increment[-1][touching], axis=1)
         np.testing.assert_allclose(slid, 2 * 5.0 * math.sin(0.04), rtol=1e-8)
+
+    def test_a_wheel_drives_a_plate_that_lies_on_another_body(self):
+        run = self.solved(PLATE_ON_BASE)
+        with run.result() as result:
+            on_wheel, on_base = result.pairs
+            self.assertTrue(np.all(result.history("certified") == 1))
+            normal = on_wheel.reaction[-1][:, 0].sum()
+            self.assertAlmostEqual(on_wheel.torque[-1][1], -0.2 * 5.0 * normal, delta=1e-8)
+            self.assertAlmostEqual(on_wheel.resultant[-1][2], -10.0, delta=1e-8)
+            self.assertLess(on_wheel.resultant[-1][0], -1.9)
+            # Nothing else acts on the plate in the plane.
+            left = (on_wheel.resultant[-1] + on_base.resultant[-1])[[0, 2]]
+            np.testing.assert_allclose(left, 0.0, atol=1e-8)
 
     def test_the_work_of_the_torque_is_lost_to_friction(self):
         # Steady: work T theta, dissipation along the chords, T 2 sin(theta/2).

@@ -182,14 +182,14 @@ class Page(unittest.TestCase):
         self.check("history", {name: ["T"] for name in listed}, self.sizes)
 
     def test_pairs(self):
-        of_all, of_surfaces = section("/contact").split("Where the master is a surface")
+        of_all, of_obstacles, of_surfaces = re.split(
+            "Where the master is (?:an obstacle|a surface)", section("/contact"))
         listed = listed_shapes(of_all)
         frames = set()
         for name, pair in self.file["contact"].items():
             points = len(pair["node"])
-            here = dict(listed)
-            if name == "WALL-YMIN:BODY-YMAX":
-                here.update(listed_shapes(of_surfaces))
+            is_surface = name == "WALL-YMIN:BODY-YMAX"
+            here = listed | listed_shapes(of_surfaces if is_surface else of_obstacles)
             self.check(f"contact/{name}", here, {**self.sizes, "P": points})
             frames.add(len(pair["frame"]))
         self.assertEqual(len(self.file["contact"]), 3)
