@@ -22,11 +22,13 @@ except ImportError as error:
     sys.exit(77)
 
 from bipot.peers.calculix_deck import (  # noqa: E402
+    MORTAR,
+    SURFACES,
     Penalty,
     Targets,
     check_translatable,
     deck_lines,
-    make_planes,
+    make_masters,
     read_resultants,
     slave_nodes,
     step_lines,
@@ -124,7 +126,7 @@ def flat_for_bipot(scene):
         lines += [f"*SURFACE, NAME=S{k}, TYPE=NODE", *map(str, slave_nodes(scene, pair)),
                   f"*SURFACE INTERACTION, NAME=I{k}", "*FRICTION",
                   f"{scene.friction[pair.interaction]:.17g}",
-                  f"*CONTACT PAIR, INTERACTION=I{k}", f"S{k}, {pair.obstacle}"]
+                  f"*CONTACT PAIR, INTERACTION=I{k}", f"S{k}, {pair.master}"]
     lines.append("*CONTACT SOLVER, TOLERANCE=1e-12")
     return "\n".join([*lines, *targets.lines, *steps]) + "\n"
 
@@ -140,11 +142,11 @@ class Flat(unittest.TestCase):
         with run(tight, folder, *words) as result:
             scene = read_flat(deck, overrides)
             scene.take_mesh(result)
-            expected = forces(result, [f"{p.slave}:{p.obstacle}" for p in scene.pairs])
+            expected = forces(result, [f"{p.slave}:{p.master}" for p in scene.pairs])
         flat = Path(folder) / "flat.inp"
         flat.write_text(flat_for_bipot(scene))
         with run(flat, folder) as result:
-            found = forces(result, [f"S{k}:{p.obstacle}" for k, p in enumerate(scene.pairs)])
+            found = forces(result, [f"S{k}:{p.master}" for k, p in enumerate(scene.pairs)])
         for one, other in zip(expected, found, strict=True):
             self.assertGreater(abs(one).max(), 0)
             self.assertLess(abs(one - other).max(), 1e-8 * abs(one).max(), deck.name)
@@ -178,7 +180,7 @@ class Translation(unittest.TestCase):
     """What goes to CalculiX, and what cannot."""
 
     def test_what_has_no_translation_is_named(self):
-        for name, words in (("tool", "SPHERE"), ("pipe", "CYLINDER"), ("hertz", "CONTACT GAP"),
+        for name, words in (("tool", "SPHERE"), ("hertz", "CONTACT GAP"),
                             ("cantilever", "CONTACT PAIR")):
             with self.assertRaisesRegex(DeckError, words):
                 check_translatable(read_flat(INPUT / f"{name}.inp", {}))
@@ -187,12 +189,39 @@ class Translation(unittest.TestCase):
 
     def test_master_faces_lie_on_the_planes(self):
         scene = read_flat(INPUT / "corner.inp", {})
-        for plane, normal in zip(make_planes(scene), np.eye(3), strict=True):
-            upper = plane.corners[4:]
+        for plane, normal in zip(make_masters(scene), np.eye(3), strict=True):
+            upper = plane.places[plane.bricks[0, 4:]]
             np.testing.assert_allclose(upper @ normal, 0, atol=1e-12)
             outward = np.cross(upper[1] - upper[0], upper[2] - upper[1])
             np.testing.assert_allclose(outward / np.linalg.norm(outward), normal, atol=1e-12)
             self.assertTrue((abs(upper).sum(axis=1) > 1).all())
+
+    def test_master_faces_lie_on_the_cylinder(self):
+        for name, towards in (("pipe", -1), ("roller", 1)):
+            scene = read_flat(INPUT / f"{name}.inp", {})
+            ring, = make_masters(scene)
+            numbers = next(iter(scene.obstacles.values())).numbers
+            axis = np.array(numbers[3:6]) / np.linalg.norm(numbers[3:6])
+            bricks = ring.places[ring.bricks] - numbers[:3]
+            upper = bricks[:, 4:]
+            radial = upper - (upper @ axis)[..., None] * axis
+            np.testing.assert_allclose(np.linalg.norm(radial, axis=2), numbers[6], rtol=1e-6)
+            outward = np.cross(upper[:, 1] - upper[:, 0], upper[:, 2] - upper[:, 1])
+            self.assertTrue((towards * (outward * radial[:, 0]).sum(axis=1) > 0).all())
+            edges = bricks[:, [1, 3, 4]] - bricks[:, :1]
+            self.assertTrue((np.linalg.det(edges) > 0).all())
+
+    def test_two_bodies_touch_surface_to_surface(self):
+        scene = read_flat(INPUT / "foundation.inp", {"n": "2", "base": "3"})
+        for kind in (SURFACES, MORTAR):
+            lines = deck_lines(scene, Penalty(1e7, 1e6, 0.0, kind))
+            self.assertIn(f"*CONTACT PAIR, INTERACTION=CONTACT1, TYPE={kind}", lines)
+            slave, master = (lines.index(f"*SURFACE, NAME={name}, TYPE=ELEMENT")
+                             for name in ("SLAVE1", "MASTER1"))
+            self.assertEqual(lines[slave + 4 : slave + 6][0].split(", ")[1], "S1")
+            self.assertEqual(lines[master + 9].split(", ")[1], "S2")
+        with self.assertRaisesRegex(DeckError, "two surfaces"):
+            problem_arrays(scene)
 
     def test_the_tolerance_is_put_in_anywhere(self):
         cards = (
@@ -208,7 +237,7 @@ class Translation(unittest.TestCase):
 
     def test_totals_are_read_from_a_dat_file(self):
         text = "".join(
-            f"\n total force (fx,fy,fz) for set PLANE{k} and time  {time}\n\n  {force}\n"
+            f"\n total force (fx,fy,fz) for set OBSTACLE{k} and time  {time}\n\n  {force}\n"
             for time, k, force in (
                 ("0.1E+00", 1, "1.0E+00 2.0E+00 3.0E+00"), ("0.1E+00", 2, "4. 5. 6."),
                 ("0.2E+00", 1, "7. 8. -9.E+00"),
@@ -220,6 +249,13 @@ class Translation(unittest.TestCase):
             # The second increment is not complete, so it does not count.
             np.testing.assert_array_equal(read_resultants(path, 2), [[[1, 2, 3], [4, 5, 6]]])
             self.assertEqual(read_resultants(Path(folder) / "none", 2).shape, (0, 2, 3))
+            path.write_text(
+                text + " statistics for slave set SLAVE2, master set MASTER2 and time  0.2E+00\n\n"
+                "   total surface force (fx,fy,fz) and moment about the origin (mx,my,mz)\n\n"
+                "    1.0E+00  2.5E-01  -3.0E+00  9.  9.  9.\n"
+            )
+            last = read_resultants(path, 2)[-1]
+        np.testing.assert_array_equal(last, [[7, 8, -9], [1, 0.25, -3]])
 
     def test_a_stopped_run_is_extrapolated_by_its_iterations(self):
         text = "SUMMARY\n  STEP  INC ATT ITER\n" + "".join(
@@ -378,6 +414,26 @@ class CalculiX(unittest.TestCase):
         for softer, stiffer in itertools.pairwise(errors[1:]):
             self.assertGreater(softer, 5 * stiffer)
         self.assertLess(errors[-1], 5e-3)
+
+    def errors(self, deck, *words):
+        """Return the errors of CalculiX's runs of a deck."""
+        done = subprocess.run(
+            [sys.executable, "-B", ROOT / "scripts" / "compare", deck, "--bipot", PROGRAM, *words],
+            capture_output=True, text=True, check=False,
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = [line for line in done.stdout.splitlines() if line.startswith("| CalculiX")]
+        return [float(row.split("|")[6]) for row in rows]
+
+    def test_a_cylinder_presses_as_here(self):
+        error, = self.errors(INPUT / "roller.inp", "--set", "n=8")
+        self.assertLess(error, 2e-3)
+
+    def test_two_bodies_press_as_here_up_to_their_discretisations(self):
+        words = ("--set", "n=2", "--set", "base=3", "--set", "steps=6")
+        penalty, mortar = self.errors(INPUT / "foundation.inp", *words)
+        self.assertLess(penalty, 0.1)
+        self.assertLess(mortar, 0.1)
 
     def test_an_obstacle_moves_with_its_reference_node(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -1,8 +1,10 @@
 """Write the scene of a bipot deck for CalculiX (ccx), and read what ccx found.
 
-A rigid plane becomes the upper face of one large brick that cannot deform: fixed, or tied to the
-obstacle's reference node. The contact is node to surface by a linear penalty, the friction by a
-stick slope. The elements, increments and loads are those of the deck.
+A rigid obstacle becomes bricks that cannot deform, fixed or tied to the obstacle's reference node:
+a plane the upper face of one large brick, a cylinder a ring of them. Contact with obstacles is node
+to surface by a linear penalty with a stick slope for friction. Where a pair has two surfaces it is
+surface to surface by the same penalty, or mortar without one. The elements, increments and loads
+are those of the deck.
 """
 
 import re
@@ -13,34 +15,49 @@ import numpy as np
 from bipot.peers.flat_deck import DeckError, Load, LoadCard, id_lines
 
 ELEMENTS = {"C3D8": "C3D8", "C3D8I": "C3D8I"}
+NODES, SURFACES, MORTAR = "NODE TO SURFACE", "SURFACE TO SURFACE", "MORTAR"
+SECTORS = 2880  # bricks round a cylinder: they leave its mean radius by 2e-7 of it at most
 
 
 @dataclass
 class Penalty:
-    """The numbers that a penalty method has and bipot has not."""
+    """The numbers that a penalty method has and bipot has not; `kind` is ccx's TYPE of contact."""
 
     stiffness: float  # pressure over penetration
     slope: float      # friction stress over slip while it sticks
     tension: float    # the largest tension of an open point: ccx's law is smooth there
+    kind: str = NODES
 
 
 @dataclass
-class Plane:
-    """The master surface of a pair: a brick with ids of its own, its upper face on the plane."""
+class Master:
+    """An obstacle as bricks, their upper faces on it; ids are its own."""
 
     pair: int
     first_node: int
-    element: int
-    corners: np.ndarray  # (8, 3)
+    first_element: int
+    places: np.ndarray  # (n, 3) of its nodes
+    bricks: np.ndarray  # (m, 8) rows of places, the upper face last
     ref_node: int | None
+
+    @property
+    def nodes(self):
+        """The ids of its nodes."""
+        return range(self.first_node, self.first_node + len(self.places))
+
+    @property
+    def elements(self):
+        """The ids of its bricks."""
+        return range(self.first_element, self.first_element + len(self.bricks))
 
 
 def check_translatable(scene):
     """Raise DeckError, with all reasons, where ccx cannot be given the scene."""
     reasons = []
-    curved = sorted({o.kind for o in scene.obstacles.values() if o.kind != "PLANE"})
+    curved = sorted({o.kind for o in scene.obstacles.values() if o.kind not in SHAPES})
     if curved:
-        reasons.append(f"obstacles of TYPE={', '.join(curved)}: only planes are translated")
+        reasons.append(f"obstacles of TYPE={', '.join(curved)}: only planes and cylinders are "
+                       "translated")
     if scene.gaps:
         reasons.append("*CONTACT GAP: ccx has no gap that differs from node to node")
     kinds = {kind for kind, _ in scene.elements.values()} - ELEMENTS.keys()
@@ -48,6 +65,8 @@ def check_translatable(scene):
         reasons.append(f"elements of TYPE={', '.join(sorted(kinds))}: ccx does not have them")
     if not scene.pairs:
         reasons.append("no *CONTACT PAIR: there is nothing to compare")
+    if scene.has_two_surfaces and any(pair.slave not in scene.faces for pair in scene.pairs):
+        reasons.append("a slave surface of nodes beside a pair of surfaces: ccx needs its faces")
     if any(card.keyword == "DSLOAD" and load.target not in scene.faces
            for step in scene.steps for card in step.cards for load in card.loads):
         reasons.append("*DSLOAD on a surface of nodes: ccx needs its faces")
@@ -55,8 +74,55 @@ def check_translatable(scene):
         raise DeckError("; ".join(reasons))
 
 
-def make_planes(scene):
-    """Return the master surface of each pair, wide enough for the body wherever it goes."""
+def plane_bricks(obstacle, low, high, reach):
+    """Return places and bricks of a plane, `reach` wide about the box that bodies are in."""
+    point, normal = np.array(obstacle.numbers[:3]), np.array(obstacle.numbers[3:6])
+    normal /= np.linalg.norm(normal)
+    first, second = across(normal)
+    middle = (low + high) / 2
+    middle += normal * ((point - middle) @ normal)
+    square = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+    upper = np.array([middle + reach * (a * first + b * second) for a, b in square])
+    return np.concatenate([upper - reach * normal, upper]), np.arange(8)[None]
+
+
+def cylinder_bricks(obstacle, low, high, reach):
+    """Return places and bricks of a cylinder, as far along its axis as bodies can be."""
+    point, axis = np.array(obstacle.numbers[:3]), np.array(obstacle.numbers[3:6])
+    radius = obstacle.numbers[6]
+    axis /= np.linalg.norm(axis)
+    first, second = across(axis)
+    middle = point + axis * (((low + high) / 2 - point) @ axis)
+    # On the chords of the sectors the mean radius is that of the cylinder.
+    corner = radius / (1 - (np.pi / SECTORS) ** 2 / 3)
+    back = 1.2 * corner if obstacle.inner else 0.8 * corner
+    angle = 2 * np.pi * np.arange(SECTORS) / SECTORS
+    radial = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    places = np.concatenate([middle + r * radial + z * axis
+                             for r in (back, corner) for z in (-reach, reach)])
+    here = np.arange(SECTORS)
+    beyond = (here + 1) % SECTORS
+    lower, upper = here, here + SECTORS  # at -reach and at reach, on the back
+    sides = [here, beyond, beyond + SECTORS, upper]
+    if obstacle.inner:
+        sides = [lower, upper, beyond + SECTORS, beyond]
+    bricks = np.stack([*sides, *(side + 2 * SECTORS for side in sides)], axis=1)
+    return places, bricks
+
+
+SHAPES = {"PLANE": plane_bricks, "CYLINDER": cylinder_bricks}
+
+
+def across(axis):
+    """Return two unit vectors, with `axis` a right-handed frame (first, second, axis)."""
+    along = np.eye(3)[np.argmin(abs(axis))]
+    first = np.cross(along, axis)
+    first /= np.linalg.norm(first)
+    return first, np.cross(axis, first)
+
+
+def make_masters(scene):
+    """Return the obstacle of each pair that has one, wide enough for the body wherever it goes."""
     places = np.array([scene.nodes[node] for _, ids in scene.elements.values() for node in ids])
     low, high = places.min(axis=0), places.max(axis=0)
     travel = sum(
@@ -66,53 +132,76 @@ def make_planes(scene):
     reach = 2 * np.linalg.norm(high - low) + travel
     node = max(scene.nodes) + 1
     element = max([*scene.elements, *scene.skipped]) + 1
-    planes = []
+    masters = []
     for k, pair in enumerate(scene.pairs):
-        obstacle = scene.obstacles[pair.obstacle]
-        point, normal = np.array(obstacle.numbers[:3]), np.array(obstacle.numbers[3:6])
-        normal /= np.linalg.norm(normal)
-        along = np.eye(3)[np.argmin(abs(normal))]
-        first = np.cross(along, normal)
-        first /= np.linalg.norm(first)
-        second = np.cross(normal, first)
-        middle = (low + high) / 2
-        middle += normal * ((point - middle) @ normal)
-        square = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
-        upper = np.array([middle + reach * (a * first + b * second) for a, b in square])
-        corners = np.concatenate([upper - reach * normal, upper])
-        planes.append(Plane(k, node + 8 * k, element + k, corners, obstacle.ref_node))
-    return planes
+        if pair.master not in scene.obstacles:
+            continue
+        obstacle = scene.obstacles[pair.master]
+        places, bricks = SHAPES[obstacle.kind](obstacle, low, high, reach)
+        masters.append(Master(k, node, element, places, bricks, obstacle.ref_node))
+        node += len(places)
+        element += len(bricks)
+    return masters
 
 
-def contact_lines(scene, planes, penalty):
+def contact_lines(scene, masters, penalty):
     """Give the master bricks, surfaces, interactions and pairs."""
-    for plane in planes:
-        k = plane.pair + 1
+    for master in masters:
+        k = master.pair + 1
         yield "*NODE"
-        for i, place in enumerate(plane.corners):
-            yield f"{plane.first_node + i}, " + ", ".join(f"{x:.12g}" for x in place)
-        ids = list(range(plane.first_node, plane.first_node + 8))
-        yield from id_lines(f"*NSET, NSET=PLANE{k}", ids)
-        yield f"*ELEMENT, TYPE=C3D8, ELSET=PLANE{k}"
-        yield f"{plane.element}, " + ", ".join(map(str, ids))
-        yield f"*SOLID SECTION, ELSET=PLANE{k}, MATERIAL=MATERIAL1"
-        yield from (f"*SURFACE, NAME=MASTER{k}, TYPE=ELEMENT", f"{plane.element}, S2")
-        if plane.ref_node is not None:
-            for node in ids:
+        for name, place in zip(master.nodes, master.places, strict=True):
+            yield f"{name}, " + ", ".join(f"{x:.12g}" for x in place)
+        yield from id_lines(f"*NSET, NSET=OBSTACLE{k}", list(master.nodes))
+        yield f"*ELEMENT, TYPE=C3D8, ELSET=OBSTACLE{k}"
+        for name, corners in zip(master.elements, master.bricks, strict=True):
+            yield f"{name}, " + ", ".join(str(master.first_node + c) for c in corners)
+        yield f"*SOLID SECTION, ELSET=OBSTACLE{k}, MATERIAL=MATERIAL1"
+        yield f"*SURFACE, NAME=MASTER{k}, TYPE=ELEMENT"
+        yield from (f"{element}, S2" for element in master.elements)
+        if master.ref_node is not None:
+            for node in master.nodes:
                 for axis in (1, 2, 3):
-                    tie = f"{node}, {axis}, 1., {plane.ref_node}, {axis}, -1."
+                    tie = f"{node}, {axis}, 1., {master.ref_node}, {axis}, -1."
                     yield from ("*EQUATION", "2", tie)
-        pair = scene.pairs[plane.pair]
-        yield f"*SURFACE, NAME=SLAVE{k}, TYPE=NODE"
-        yield from (f"{node}," for node in slave_nodes(scene, pair))
+    for k, pair in enumerate(scene.pairs, 1):
+        if pair.master not in scene.obstacles:
+            yield f"*SURFACE, NAME=MASTER{k}, TYPE=ELEMENT"
+            yield from (f"{element}, S{face}" for element, face in scene.faces[pair.master])
+        if penalty.kind == NODES:
+            yield f"*SURFACE, NAME=SLAVE{k}, TYPE=NODE"
+            yield from (f"{node}," for node in slave_nodes(scene, pair))
+        else:
+            yield f"*SURFACE, NAME=SLAVE{k}, TYPE=ELEMENT"
+            yield from (f"{element}, S{face}" for element, face in scene.faces[pair.slave])
+            yield from id_lines(f"*NSET, NSET=SLAVES{k}", slave_nodes(scene, pair))
         yield f"*SURFACE INTERACTION, NAME=CONTACT{k}"
-        yield "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR"
-        yield f"{penalty.stiffness:.12g}, {penalty.tension:.12g}"
+        if penalty.kind == MORTAR:
+            yield "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD"
+        else:
+            yield "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR"
+            yield f"{penalty.stiffness:.12g}, {penalty.tension:.12g}"
         mu = scene.friction[pair.interaction]
         if mu > 0:
             yield from ("*FRICTION", f"{mu:.12g}, {penalty.slope:.12g}")
-        yield f"*CONTACT PAIR, INTERACTION=CONTACT{k}, TYPE=NODE TO SURFACE"
+        yield f"*CONTACT PAIR, INTERACTION=CONTACT{k}, TYPE={penalty.kind}"
         yield f"SLAVE{k}, MASTER{k}"
+
+
+def resultant_lines(scene, masters, kind):
+    """Give the cards that print the resultants of the pairs.
+
+    With a penalty ccx counts contact among the internal forces, so what holds an obstacle is its
+    force on the body; with mortar contact is what acts on the slave nodes from outside.
+    """
+    if kind == MORTAR:
+        for k in range(1, len(scene.pairs) + 1):
+            yield from (f"*NODE PRINT, NSET=SLAVES{k}, TOTALS=ONLY", "RF")
+        return
+    for master in masters:
+        yield from (f"*NODE PRINT, NSET=OBSTACLE{master.pair + 1}, TOTALS=ONLY", "RF")
+    for k, pair in enumerate(scene.pairs, 1):
+        if pair.master not in scene.obstacles:
+            yield from (f"*CONTACT PRINT, SLAVE=SLAVE{k}, MASTER=MASTER{k}", "CF")
 
 
 def slave_nodes(scene, pair):
@@ -145,15 +234,15 @@ class Targets:
         return name
 
 
-def step_lines(scene, planes, targets):
-    """Give the steps: the deck's loads, the planes held, and the forces on them printed."""
-    fixed = [plane for plane in planes if plane.ref_node is None]
-    hold = [Load(f"PLANE{plane.pair + 1}", ["1", "3", "0."]) for plane in fixed]
+def step_lines(scene, masters, targets, kind=NODES):
+    """Give the steps: the deck's loads, the obstacles held, and the resultants printed."""
+    fixed = [master for master in masters if master.ref_node is None]
+    hold = [Load(f"OBSTACLE{master.pair + 1}", ["1", "3", "0."]) for master in fixed]
     for step in scene.steps:
         yield from ("*STEP, INC=1000000", "*STATIC, DIRECT")
         yield f"{step.period / step.n_increments:.12g}, {step.period:.12g}"
         cards = list(step.cards)
-        # OP=NEW would set the planes free, so they are held again behind every *BOUNDARY.
+        # OP=NEW would set the obstacles free, so they are held again behind every *BOUNDARY.
         last = max((k for k, c in enumerate(cards) if c.keyword == "BOUNDARY"), default=-1)
         for card in cards[: last + 1]:
             yield from load_lines(card, targets)
@@ -161,8 +250,7 @@ def step_lines(scene, planes, targets):
             yield from load_lines(LoadCard("BOUNDARY", {}, hold), None)
         for card in cards[last + 1 :]:
             yield from load_lines(card, targets)
-        for plane in planes:
-            yield from (f"*NODE PRINT, NSET=PLANE{plane.pair + 1}, TOTALS=ONLY", "RF")
+        yield from resultant_lines(scene, masters, kind)
         yield "*END STEP"
 
 
@@ -180,19 +268,25 @@ def load_lines(card, targets):
 def deck_lines(scene, penalty):
     """Return the lines of ccx's deck; DeckError where the scene has no translation."""
     check_translatable(scene)
-    planes, targets = make_planes(scene), Targets(scene)
-    steps = list(step_lines(scene, planes, targets))
-    model = [*scene.model_lines(), *contact_lines(scene, planes, penalty)]
+    masters, targets = make_masters(scene), Targets(scene)
+    steps = list(step_lines(scene, masters, targets, penalty.kind))
+    model = [*scene.model_lines(), *contact_lines(scene, masters, penalty)]
     return ["*HEADING", "written by scripts/compare", *model, *targets.lines, *steps]
 
 
+FORCES = (  # what ccx prints of a pair before the three numbers
+    r"total force \(fx,fy,fz\) for set (?:OBSTACLE|SLAVES)(\d+) and time\s+(\S+)",
+    r"statistics for slave set SLAVE(\d+), master set \S+ and time\s+(\S+)"
+    r"\s+total surface force \(fx,fy,fz\) and moment about the origin\s+\(mx,my,mz\)",
+)
+
+
 def read_resultants(path, n_pairs):
-    """Return the forces on the slave body, (T, pairs, 3), of the increments in a .dat file."""
+    """Return the forces on the slave bodies, (T, pairs, 3), of the increments in a .dat file."""
     text = path.read_text(encoding="ascii", errors="replace") if path.is_file() else ""
-    head = r"total force \(fx,fy,fz\) for set PLANE(\d+) and time"
-    found = re.findall(head + 4 * r"\s+(\S+)", text)
     rows = {}
-    for pair, time, *force in found:
-        rows.setdefault(float(time), {})[int(pair)] = [float(one) for one in force]
-    whole = [row for row in rows.values() if len(row) == n_pairs]
+    for head in FORCES:
+        for pair, time, *force in re.findall(head + 3 * r"\s+([-+.\dE]+)", text):
+            rows.setdefault(float(time), {})[int(pair)] = [float(one) for one in force]
+    whole = [row for _, row in sorted(rows.items()) if len(row) == n_pairs]
     return np.array([[row[k + 1] for k in range(n_pairs)] for row in whole]).reshape(-1, n_pairs, 3)

@@ -70,14 +70,15 @@ class Obstacle:
     kind: str
     numbers: list
     ref_node: int | None
+    inner: bool = False  # the body is inside a cylinder
 
 
 @dataclass
 class Pair:
-    """A contact pair."""
+    """A contact pair; the master is an obstacle or a surface of faces."""
 
     slave: str
-    obstacle: str
+    master: str
     interaction: str
 
 
@@ -291,6 +292,11 @@ class Scene:
         sets[name] = list(dict.fromkeys([*sets.get(name, ()), *ids]))
 
     @property
+    def has_two_surfaces(self):
+        """Whether any pair's master is a surface."""
+        return any(pair.master not in self.obstacles for pair in self.pairs)
+
+    @property
     def material_of(self):
         """The material of each element by its id."""
         return {e: material for name, material in self.sections for e in self.elements_of(name)}
@@ -497,7 +503,8 @@ def read_flat(path, overrides):
                 words = [word for row in card.rows for word in row if word]
                 ref = card.options.get("REF NODE")
                 scene.obstacles[card.name("NAME")] = Obstacle(
-                    card.name("TYPE"), [number(word) for word in words], int(ref) if ref else None
+                    card.name("TYPE"), [number(word) for word in words], int(ref) if ref else None,
+                    "INNER" in card.options,
                 )
             case "SURFACE INTERACTION":
                 interaction = card.name("NAME")
@@ -505,8 +512,8 @@ def read_flat(path, overrides):
             case "FRICTION":
                 scene.friction[interaction] = number(card.rows[0][0])
             case "CONTACT PAIR":
-                for slave, obstacle, *_ in card.rows:
-                    scene.pairs.append(Pair(slave, obstacle, card.name("INTERACTION")))
+                for slave, master, *_ in card.rows:
+                    scene.pairs.append(Pair(slave, master, card.name("INTERACTION")))
             case "CONTACT GAP":
                 scene.gaps = True
             case "AMPLITUDE":

@@ -29,6 +29,8 @@ def check_translatable(scene):
         reasons.append(f"obstacles of TYPE={', '.join(curved)}")
     if any(o.ref_node is not None for o in scene.obstacles.values()):
         reasons.append("*OBSTACLE, REF NODE=: planes that may move")
+    if scene.has_two_surfaces:
+        reasons.append("*CONTACT PAIR of two surfaces")
     if scene.gaps:
         reasons.append("*CONTACT GAP")
     if not scene.pairs:
@@ -73,7 +75,7 @@ def contact_points(scene, row_of):
     """Return node (C,), normal (C, 3), gap, friction and pair of every contact point."""
     found = {name: [] for name in ("contact_nodes", "normals", "gaps", "friction", "pairs")}
     for k, pair in enumerate(scene.pairs):
-        numbers = np.array(scene.obstacles[pair.obstacle].numbers)
+        numbers = np.array(scene.obstacles[pair.master].numbers)
         normal = numbers[3:6] / np.linalg.norm(numbers[3:6])
         for node in slave_nodes(scene, pair):
             found["contact_nodes"].append(row_of[node])

@@ -14,12 +14,20 @@ import re
 import shutil
 import subprocess
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from bipot.peers.calculix_deck import Penalty, check_translatable, deck_lines, read_resultants
+from bipot.peers.calculix_deck import (
+    MORTAR,
+    NODES,
+    SURFACES,
+    Penalty,
+    check_translatable,
+    deck_lines,
+    read_resultants,
+)
 from bipot.peers.flat_deck import DeckError, read_flat
 from bipot.peers.getfem_problem import AUGMENTATION, TOLERANCE, problem_arrays, read_output
 from bipot.program import run_words, with_threads
@@ -170,7 +178,7 @@ def with_tolerance(text, tolerance):
 def resultants(result, scene):
     """Return the forces on the slave bodies, (T, pairs, 3), in the order of the deck's pairs."""
     return np.stack(
-        [result.pair(f"{p.slave}:{p.obstacle}".replace("/", "_")).resultant for p in scene.pairs], 1
+        [result.pair(f"{p.slave}:{p.master}".replace("/", "_")).resultant for p in scene.pairs], 1
     )
 
 
@@ -203,29 +211,41 @@ def default_penalty(scene, result):
 
 
 def run_calculix(scene, penalties, reference, folder, options):
-    """Give the runs of ccx, one a penalty."""
-    pressure = largest_pressure(reference)
-    forces = resultants(reference, scene)
+    """Give the runs of ccx, one a penalty; with pairs of two surfaces, one by mortar as well."""
+    kind = SURFACES if scene.has_two_surfaces else NODES
     for stiffness in penalties:
         slope = options.slope or stiffness / 10
-        for tension in TENSIONS:
-            penalty = Penalty(stiffness, slope, tension * pressure)
-            taken, found, iterations = run_ccx(
-                deck_lines(scene, penalty), len(scene.pairs), folder, options
-            )
-            if len(found) == len(forces) or taken.stopped:
-                break
-        note, expected = "", 0.0
-        if taken.stopped:
-            each = options.iterations.get("CalculiX", iterations[0] / max(1, iterations[1]))
-            expected = each * len(forces)
-            note = f"stopped: {iterations[0]} iterations of {expected:.0f} expected"
-        elif len(found) < len(forces):
-            note = f"ended in increment {len(found) + 1}"
-        yield PeerRun(
-            "CalculiX", f"K {stiffness:.0e}, slope {slope:.0e}", taken.seconds, taken.memory,
-            error_of(found, forces), len(found), len(forces), note, iterations[0], expected,
+        settings = f"K {stiffness:.0e}, slope {slope:.0e}"
+        yield calculix_run(scene, Penalty(stiffness, slope, 0.0, kind), settings, reference, folder,
+                           options)
+    if scene.has_two_surfaces:
+        slope = options.slope or penalties[0] / 10
+        yield calculix_run(scene, Penalty(0.0, slope, 0.0, MORTAR), f"mortar, slope {slope:.0e}",
+                           reference, folder, options)
+
+
+def calculix_run(scene, penalty, settings, reference, folder, options):
+    """Return the run of ccx with a penalty, the tension of open points the first that it takes."""
+    pressure = largest_pressure(reference)
+    forces = resultants(reference, scene)
+    for tension in TENSIONS if penalty.kind == NODES else TENSIONS[:1]:
+        law = replace(penalty, tension=tension * pressure)
+        taken, found, iterations = run_ccx(
+            deck_lines(scene, law), len(scene.pairs), folder, options
         )
+        if len(found) == len(forces) or taken.stopped:
+            break
+    note, expected = "", 0.0
+    if taken.stopped:
+        each = options.iterations.get("CalculiX", iterations[0] / max(1, iterations[1]))
+        expected = each * len(forces)
+        note = f"stopped: {iterations[0]} iterations of {expected:.0f} expected"
+    elif len(found) < len(forces):
+        note = f"ended in increment {len(found) + 1}"
+    return PeerRun(
+        "CalculiX", settings, taken.seconds, taken.memory, error_of(found, forces), len(found),
+        len(forces), note, iterations[0], expected,
+    )
 
 
 def run_ccx(lines, n_pairs, folder, options):
