@@ -7,14 +7,13 @@ module certificate_mod
   use small_matrix_mod, only: cross
   use mesh_mod, only: mesh_t
   use contact_points_mod, only: contact_points_t
-  use scene_mod, only: scene_t, pair_turns
   use state_mod, only: state_t
   use increment_report_mod, only: certificate_t, energy_t, contact_fields_t, worst_entry
+  use turned_slips_mod, only: turned_slips_t
   implicit none
   private
 
-  public :: certify, judge_contact, energy_balance, work_of_torques, increment_forces_t, &
-    turned_slips_t, slips_of_turns
+  public :: certify, judge_contact, energy_balance, increment_forces_t
 
   !> Of numbers that are none.
   type(certificate_t), parameter :: nothing_true = certificate_t(huge(1.0_wp), huge(1.0_wp), &
@@ -36,12 +35,6 @@ module certificate_mod
     real(wp), allocatable :: stiffness(:) !! (n_nodes) of each node by itself [force/length]
     real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]
   end type increment_forces_t
-
-  !> Slips past obstacles that turn.
-  type :: turned_slips_t
-    logical,  allocatable :: is_turned(:) !! (n_points) the obstacle turns
-    real(wp), allocatable :: slip(:, :)   !! (2,n_points) along t1, t2, 0 elsewhere [length]
-  end type turned_slips_t
 
   !> What acts on a body along one of its rigid motions, or on an obstacle along one of its
   !> translations.
@@ -365,8 +358,7 @@ contains
   !> Work, strain energy and dissipation up to the end of the step, and what is left over.
   !>
   !> External work by the trapezoidal rule on loads and supports, and on the torques that turn
-  !> obstacles; the reaction of the end dissipates
-  !> over the slip.
+  !> obstacles; the reaction of the end dissipates over the slip.
   pure subroutine energy_balance(contact, old, new, internal_force, energy, of_torques)
     type(contact_fields_t), intent(in) :: contact
     type(state_t), intent(in) :: old
@@ -384,103 +376,6 @@ contains
     energy%dissipation = new%dissipation
     energy%balance = energy%external_work - energy%strain - energy%dissipation
   end subroutine energy_balance
-
-  !> The slips of an increment past obstacles that turn, from places and rotation vectors alone: the
-  !> chord on which a point goes over the material, as the obstacle stands halfway. docs/theory.md
-  !> (9.8).
-  pure function slips_of_turns(scene, points, frame, old, new) result(turned)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
-    type(state_t), intent(in) :: old, new
-    type(turned_slips_t) :: turned
-    real(wp) :: before(3, 3), after(3, 3), chord(3)
-    integer :: i
-
-    allocate (turned%slip(2, points%n), source=0.0_wp)
-    allocate (turned%is_turned(points%n), source=.false.)
-    if (.not. any(scene%obstacles%turns)) return
-    do i = 1, points%n
-      turned%is_turned(i) = pair_turns(scene, points%pair(i))
-      if (.not. turned%is_turned(i)) cycle
-      associate (obstacle => scene%pairs(points%pair(i))%master)
-        before = orientation(old%rotation(:, obstacle))
-        after = orientation(new%rotation(:, obstacle))
-        chord = matmul(arm_of(scene, points, i, new), after) - &
-          matmul(arm_of(scene, points, i, old), before)
-        chord = matmul(matmul(orientation(0.5_wp*turn_of(matmul(after, transpose(before)))), &
-          before), chord)
-        turned%slip(:, i) = matmul(chord, frame(:, 2:, i))
-      end associate
-    end do
-  end function slips_of_turns
-
-  !> Where a point is, from the reference node of its obstacle.
-  pure function arm_of(scene, points, i, state) result(arm)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: i
-    type(state_t), intent(in) :: state
-    real(wp) :: arm(3) !! [length]
-
-    associate (node => points%node(i), x => scene%mesh%coordinates, u => state%displacement, &
-               ref_node => scene%obstacles(scene%pairs(points%pair(i))%master)%ref_node)
-      arm = (x(:, node) - x(:, ref_node)) + (u(:, node) - u(:, ref_node))
-    end associate
-  end function arm_of
-
-  !> The work of the torques that turn the obstacles, in an increment, by the trapezoidal rule.
-  !>
-  !> The turn is read off the matrix that takes one orientation to the other. docs/theory.md (9.9).
-  pure function work_of_torques(scene, points, old, new) result(work)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(state_t), intent(in) :: old, new
-    real(wp) :: work  !! [energy]
-    real(wp) :: turn(3)
-    integer :: i
-
-    work = 0.0_wp
-    if (.not. any(scene%obstacles%turns)) return
-    do i = 1, points%n
-      if (.not. pair_turns(scene, points%pair(i))) cycle
-      associate (obstacle => scene%pairs(points%pair(i))%master)
-        turn = turn_of(matmul(orientation(new%rotation(:, obstacle)), &
-          transpose(orientation(old%rotation(:, obstacle)))))
-        work = work + 0.5_wp*dot_product(turn, &
-          cross(arm_of(scene, points, i, old), old%reaction(:, i)) + &
-          cross(arm_of(scene, points, i, new), new%reaction(:, i)))
-      end associate
-    end do
-  end function work_of_torques
-
-  !> The axes of a frame turned by a rotation vector, each on its circle about it.
-  pure function orientation(vector) result(axes)
-    real(wp), intent(in) :: vector(3) !! [rad]
-    real(wp) :: axes(3, 3)            !! columns
-    real(wp) :: along(3), part(3), angle
-    integer :: i
-
-    axes = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
-    angle = norm2(vector)
-    if (angle <= 0.0_wp) return
-    along = vector/angle
-    do i = 1, 3
-      part = dot_product(along, axes(:, i))*along
-      axes(:, i) = part + cos(angle)*(axes(:, i) - part) + sin(angle)*cross(along, axes(:, i))
-    end do
-  end function orientation
-
-  !> The rotation vector of a rotation by less than a half turn.
-  pure function turn_of(r) result(turn)
-    real(wp), intent(in) :: r(3, 3)
-    real(wp) :: turn(3) !! [rad]
-    real(wp) :: sine
-
-    turn = 0.5_wp*[r(3, 2) - r(2, 3), r(1, 3) - r(3, 1), r(2, 1) - r(1, 2)]
-    sine = norm2(turn)
-    if (sine > 0.0_wp) turn = atan2(sine, 0.5_wp*(r(1, 1) + r(2, 2) + r(3, 3) - 1.0_wp))/sine*turn
-  end function turn_of
 
   pure logical function are_finite(v)
     real(wp), intent(in) :: v(:, :)

@@ -22,7 +22,8 @@ module advance_mod
   use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
     ended_out_of_reach, ended_stalled
   use mesh_forces_mod, only: nodal_stiffness
-  use certificate_mod, only: certify, energy_balance, work_of_torques, slips_of_turns
+  use certificate_mod, only: certify, energy_balance
+  use turned_slips_mod, only: work_of_torques, slips_of_turns
   use drag_points_mod, only: drag_points
   use follow_points_mod, only: rounding_of_places, carried_slip
   use placement_mod, only: placement_t, place_curved

@@ -69,7 +69,7 @@ SEES_ONLY = {
     ("output", "contact/geometry"): {"contact/geometry/obstacle_shapes.f90"},
     ("run", "hdf5"): {"hdf5/hdf5_files.f90"},  # the version of the library
 }
-CERTIFICATE = "contact/certificate.f90"
+CERTIFICATE = {"contact/certificate.f90", "contact/turned_slips.f90"}
 CERTIFICATE_MAY_USE = {"base", "algebra", "model", "elements"}
 PLAN = "model/plan.f90"
 PLAN_ROOMS = {"model", "increment", "plan", "results", "run"}
@@ -442,7 +442,8 @@ class Checker:
         seen = SEES_ONLY.get((source.room, used.room))
         if seen is not None and used.path not in seen:
             refuse(f"{source.room} may use of {used.room} only {', '.join(sorted(seen))}")
-        if source.path == CERTIFICATE and used.room not in CERTIFICATE_MAY_USE:
+        is_its_own = used.path in CERTIFICATE or used.room in CERTIFICATE_MAY_USE
+        if source.path in CERTIFICATE and not is_its_own:
             refuse(f"the certificate may use only {', '.join(sorted(CERTIFICATE_MAY_USE))}")
         if used.path == LIBC and source.room != "machine" and source.path != MAIN:
             refuse(f"only machine and {MAIN} may see the C library")

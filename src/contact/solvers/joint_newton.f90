@@ -14,7 +14,8 @@ module joint_newton_mod
   use kinds_mod, only: wp
   use dense_mod, only: solve_least_squares
   use problem_mod, only: contact_problem_t, pack_rows, unpack_rows
-  use global_newton_mod, only: linearise, residual_at
+  use newton_iterate_mod, only: residual_at
+  use newton_correction_mod, only: linearise
   implicit none
   private
 
