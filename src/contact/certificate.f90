@@ -1,4 +1,4 @@
-!> The certificate: how true a step is, from its reactions and displacements alone.
+!> The certificate: how true an increment is, from its reactions and displacements alone.
 !>
 !> Nothing here is shared with the solvers: no compliance, no projection, no x_free. docs/theory.md
 !> section 6.
@@ -25,7 +25,7 @@ module certificate_mod
   !! of the rounding of forces: what the last bits of displacements are worth [-]
   real(wp), parameter :: excusable = 1.0e-3_wp !! of a force: the most that rounding may excuse [-]
 
-  !> The forces of a step, and what its supports ask for; all (3,n_nodes) in x, y, z.
+  !> The forces of an increment, and what its supports ask for; all (3,n_nodes) in x, y, z.
   type :: increment_forces_t
     real(wp), allocatable :: internal(:, :)   !! from the stresses [force]
     real(wp), allocatable :: external(:, :)   !! loads [force]
@@ -50,7 +50,7 @@ module certificate_mod
 
 contains
 
-  !> Judge a step.
+  !> Judge an increment.
   !>
   !> Scales: F the largest nodal force (reactions, supports, loads, internal), U the largest
   !> displacement increment, deformation of a body, or way that contact forces alone would move
@@ -61,7 +61,7 @@ contains
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact
     !! frames, weights, local reactions, gaps and slip increments
-    type(state_t), intent(in) :: old, new          !! before and after the step
+    type(state_t), intent(in) :: old, new          !! before and after it
     type(increment_forces_t), intent(in) :: forces
     real(wp), intent(in) :: tolerance              !! contact tolerance [-]
     type(turned_slips_t), intent(in), optional :: turned !! take the place of those of `contact`
@@ -355,7 +355,7 @@ contains
     certificate%law = ratio(ratio(defect, total), longest)
   end function judge_contact
 
-  !> Work, strain energy and dissipation up to the end of the step, and what is left over.
+  !> Work, strain energy and dissipation up to the end of the increment, and what is left over.
   !>
   !> External work by the trapezoidal rule on loads and supports, and on the torques that turn
   !> obstacles; the reaction of the end dissipates over the slip.

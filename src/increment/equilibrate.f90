@@ -47,7 +47,7 @@ contains
     type(state_t), intent(inout) :: new              !! gets reaction, displacement, rotation
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed, change !! [force]
+    real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
     real(wp) :: correction(3, size(trial%u_free, 2)) !! [length]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
@@ -83,21 +83,8 @@ contains
       end if
 
       ! 4. Displacement
-      associate (weights => trial%placement%weights, n => size(pressed, 2))
-        pressed = nodal_forces(points, weights, new%reaction, n)
-        ! What the reactions have changed, and what the weights have.
-        change = nodal_forces(points, weights, new%reaction - trial%applied_reaction, n) + &
-          (nodal_forces(points, weights, trial%applied_reaction, n) - trial%applied_force)
-      end associate
-      if (allocated(begun) .or. any(abs(change) > 0.0_wp)) then
-        ! Of the change alone: what an inexact factor makes of it gets less and less.
-        call finish_inverse(solver%body%inverse, change, begun, correction, error)
-        if (allocated(error)) return
-        trial%u_contact = trial%u_contact + correction
-        trial%applied_reaction = new%reaction
-        trial%applied_force = pressed
-      end if
-      new%displacement = displacement_of(scene, solver, trial, trial%u_contact)
+      call displace(scene, points, solver, trial, new, begun, pressed, error)
+      if (allocated(error)) return
 
       ! 5. Out-of-balance force, and how far the closest points have moved
       call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal)
@@ -140,6 +127,36 @@ contains
     report%ending = ended_moving
     report%residual = moved
   end subroutine equilibrate
+
+  !> The displacement with the reactions of `new`.
+  subroutine displace(scene, points, solver, trial, new, begun, pressed, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
+    type(trial_t), intent(inout) :: trial              !! gets what contact has displaced
+    type(state_t), intent(inout) :: new                !! gets displacement
+    real(wp), allocatable, intent(inout) :: begun(:)   !! a correction by the factor, spent [length]
+    real(wp), intent(out) :: pressed(:, :)             !! (3,n_nodes) by contact [force]
+    type(error_t), allocatable, intent(out) :: error   !! MUMPS failed
+    real(wp) :: change(3, size(pressed, 2))            !! [force]
+    real(wp) :: correction(3, size(pressed, 2))        !! [length]
+
+    associate (weights => trial%placement%weights, n => size(pressed, 2))
+      pressed = nodal_forces(points, weights, new%reaction, n)
+      ! What the reactions have changed, and what the weights have.
+      change = nodal_forces(points, weights, new%reaction - trial%applied_reaction, n) + &
+        (nodal_forces(points, weights, trial%applied_reaction, n) - trial%applied_force)
+    end associate
+    if (allocated(begun) .or. any(abs(change) > 0.0_wp)) then
+      ! Of the change alone: what an inexact factor makes of it gets less and less.
+      call finish_inverse(solver%body%inverse, change, begun, correction, error)
+      if (allocated(error)) return
+      trial%u_contact = trial%u_contact + correction
+      trial%applied_reaction = new%reaction
+      trial%applied_force = pressed
+    end if
+    new%displacement = displacement_of(scene, solver, trial, trial%u_contact)
+  end subroutine displace
 
   !> The points of the undeformed mesh before obstacles as they stand at the end of the increment.
   pure function turned_undeformed(scene, points, solver, trial) result(undeformed)

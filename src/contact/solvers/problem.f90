@@ -335,7 +335,7 @@ contains
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)      !! (n_rows) [length]
     real(wp), intent(in) :: x(:), r(:)     !! (n_rows) x = W r + x_free [length], [force]
-    real(wp), intent(in) :: r_start(:, :)  !! (3,n_points) at the start of the step [force]
+    real(wp), intent(in) :: r_start(:, :)  !! (3,n_points) when the increment began [force]
     type(contact_report_t), intent(inout) :: report
     real(wp), dimension(3, problem%n_points) :: r_points, x_points, z
     integer :: status(problem%n_points)

@@ -2,14 +2,14 @@
 !>
 !> AUTO, in this order, each from the best reactions found so far, until the tolerance is reached:
 !>
-!>   1. global Newton from the last step's reactions; where W is singular a few
+!>   1. global Newton from the last increment's reactions; where W is singular a few
 !>      accelerated sweeps, unless it is a narrow band
 !>   2. proximal steps by global Newton
 !>   3. sweeps, exact local solutions, accelerated, for as long as they gain; beside them Newton
 !>      again whenever they have gained much
 !>   4. plain sweeps, neither relaxed nor accelerated, as many as MAX SWEEPS allows
 !>
-!> and all of it once more from no reactions, where those of the last step led nowhere.
+!> and all of it once more from no reactions, where those of the last increment led nowhere.
 !>
 !> Global Newton alone takes proximal steps where W is singular.
 !>
