@@ -35,10 +35,12 @@ contains
 
     allocate (grid%box(3, 2, size(faces, 2)))
     do f = 1, size(faces, 2)
-      associate (corner => pack(faces(:, f), faces(:, f) > 0))
-        grid%box(:, 1, f) = minval(x(:, corner), 2)
-        grid%box(:, 2, f) = maxval(x(:, corner), 2)
-      end associate
+      grid%box(:, 1, f) = x(:, faces(1, f))
+      grid%box(:, 2, f) = x(:, faces(1, f))
+      do k = 2, merge(4, 3, faces(4, f) > 0)
+        grid%box(:, 1, f) = min(grid%box(:, 1, f), x(:, faces(k, f)))
+        grid%box(:, 2, f) = max(grid%box(:, 2, f), x(:, faces(k, f)))
+      end do
     end do
     if (size(faces, 2) == 0) then
       allocate (grid%first(1), source=1)

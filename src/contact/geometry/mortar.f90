@@ -144,13 +144,20 @@ contains
   pure real(wp) function largest_face(faces, x) result(length)
     integer, intent(in) :: faces(:, :)   !! (4,n_faces)
     real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    real(wp) :: low(3), high(3)
     integer :: f, k
 
     length = 0.0_wp
     do f = 1, size(faces, 2)
-      k = count(faces(:, f) > 0)
-      length = max(length, norm2(maxval(x(:, faces(:k, f)), 2) - minval(x(:, faces(:k, f)), 2)))
+      low = x(:, faces(1, f))
+      high = low
+      do k = 2, merge(4, 3, faces(4, f) > 0)
+        low = min(low, x(:, faces(k, f)))
+        high = max(high, x(:, faces(k, f)))
+      end do
+      length = max(length, sum((high - low)**2))
     end do
+    length = sqrt(length)
   end function largest_face
 
   !> Whether any face of one surface is turned towards any of the other: if not they never touch.
