@@ -103,6 +103,7 @@ contains
             call report(reader, body%position, 'element set '//quoted(body%set)// &
               ' has bricks (element '//to_text(model%mesh%element_id(of_set%members(1)))// &
               '): a rigid body consists of facets (R3D3, R3D4, S3, S4)')
+            if (of_set%n_skipped > 0) bodies%of_facet(of_set%skipped(:of_set%n_skipped)) = b
           else if (of_set%n_skipped == 0) then
             if (.not. of_set%flawed) call report(reader, body%position, 'element set '// &
               quoted(body%set)//' has no elements')
