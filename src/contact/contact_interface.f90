@@ -5,7 +5,7 @@ module contact_interface_mod
   use errors_mod, only: error_t
   use obstacles_mod, only: ref_nodes
   use surfaces_mod, only: nodes_of
-  use obstacle_shapes_mod, only: least_gap, normal_along, turns_in_place
+  use obstacle_shapes_mod, only: least_gap, normal_along, turns_in_place, has_meshed_master
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, master_nodes, contact_nodes
   use rigid_modes_mod, only: free_motions_t, find_free_motions
@@ -174,10 +174,21 @@ contains
           points%in_reach(first:last) = .true.
           if (any(loose_body(scene%mesh%body([points%node(first:last), masters])))) cycle
         end associate
-        call find_near(scene, points, pair, travel, points%in_reach, faced(:, pair))
+        call find_near(scene, points, pair, nodes_of(scene%surfaces(scene%pairs( &
+          pair)%master_surface)%faces, scene%mesh%connectivity), scene%mesh%coordinates, travel, &
+          points%in_reach, faced(:, pair))
         cycle
       end if
       is_loose = any(loose_ref_node(masters))
+      if (has_meshed_master(scene, pair)) then
+        associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+          points%in_reach(first:last) = .true.
+          if (is_loose .or. any(loose_body(scene%mesh%body(points%node(first:last))))) cycle
+          call find_near(scene, points, pair, scene%obstacles(scene%pairs(pair)%master)%facet, &
+            scene%obstacles(scene%pairs(pair)%master)%corner, travel, points%in_reach)
+        end associate
+        cycle
+      end if
       box(:, 1) = min(0.0_wp, minval(lowest(:, masters), dim=2))
       box(:, 2) = max(0.0_wp, maxval(highest(:, masters), dim=2))
       do i = points%first(pair), points%first(pair + 1) - 1
@@ -192,34 +203,35 @@ contains
     call list_master_nodes(scene, points, faced)
   end subroutine points_in_reach
 
-  !> Which points before a surface have a face that, made larger by the travel, meets one of it, and
+  !> Which points before faces have a face that, made larger by the travel, meets one of these, and
   !> which nodes these have.
-  pure subroutine find_near(scene, points, pair, travel, near, faced)
+  pure subroutine find_near(scene, points, pair, master, places, travel, near, faced)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
+    integer, intent(in) :: master(:, :)    !! (4,n_faces) of the master; the fourth may be 0
+    real(wp), intent(in) :: places(:, :)   !! (3,n) that these name [length]
     real(wp), intent(in) :: travel(:)      !! (n_bodies) of the slave and its masters [length]
     logical, intent(inout) :: near(:)      !! (n_points) those of the pair are set
-    logical, intent(out) :: faced(:)       !! (n_nodes) of faces that are met
+    logical, intent(out), optional :: faced(:) !! (n) of faces that are met
     type(face_grid_t) :: grid
-    integer, allocatable :: slave(:, :), master(:, :), found(:)
+    integer, allocatable :: slave(:, :), found(:)
     integer :: point(scene%mesh%n_nodes), f, i, k
     real(wp) :: way
 
     associate (mesh => scene%mesh, of => scene%pairs(pair), first => points%first(pair), &
                last => points%first(pair + 1) - 1)
       allocate (slave, source=nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
-      allocate (master, source=nodes_of(scene%surfaces(of%master_surface)%faces, &
-        mesh%connectivity))
-      grid = make_face_grid(master, mesh%coordinates)
+      grid = make_face_grid(master, places)
       point(points%node(first:last)) = [(i, i=first, last)]
       near(first:last) = .false.
-      faced = .false.
+      if (present(faced)) faced = .false.
       do f = 1, size(slave, 2)
         associate (x => mesh%coordinates(:, slave(:, f)), i => point(slave(:, f)))
           way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
           call faces_near(grid, minval(x, 2) - way, maxval(x, 2) + way, found)
           if (size(found) > 0) near(i) = .true.
+          if (.not. present(faced)) cycle
           do k = 1, size(found)
             faced(master(:, found(k))) = .true.
           end do

@@ -10,8 +10,9 @@ module adjust_mod
   use kinds_mod, only: i8, wp
   use numbers_mod, only: number_not_finite, number_ok, number_too_large, read_real
   use obstacles_mod, only: obstacle_t
-  use obstacle_shapes_mod, only: locate_point
+  use obstacle_shapes_mod, only: is_meshed, locate_point
   use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, enough
+  use facet_mortar_mod, only: face_facets, reach_of_all_facets, reach_of_facets
   use options_mod, only: card_t, name_option, option_position
   use scene_mod, only: contact_pair_t, region_t
   use sets_mod, only: find_set, model_t, report_unknown
@@ -90,9 +91,9 @@ contains
         call report(reader, adjusts(p)%position, 'the pairs with ADJUST have too many nodes')
         return
       end if
-      if (pairs(p)%master == 0) then
-        call place_on_surface(reader, model, surfaces, pairs, adjusts(p), p, placed(p)%elements, &
-          mover)
+      if (by_faces(pairs(p), obstacles)) then
+        call place_on_surface(reader, model, surfaces, obstacles, pairs, adjusts(p), p, &
+          placed(p)%elements, mover)
         cycle
       end if
       call choose_nodes(model, surfaces(pairs(p)%surface)%nodes, obstacles(pairs(p)%master), &
@@ -103,8 +104,8 @@ contains
     call check_bricks(reader, model, pairs, adjusts, mover)
     do p = 1, size(pairs)
       if (.not. adjusts(p)%wanted) cycle
-      if (pairs(p)%master == 0) then
-        call note_left(reader, model, gaps_to_surface(model, surfaces, pairs(p), &
+      if (by_faces(pairs(p), obstacles)) then
+        call note_left(reader, model, gaps_to_surface(model, surfaces, obstacles, pairs(p), &
           placed(p)%elements), pairs(p)%name, placed(p)%elements)
       else
         call note_left(reader, model, gaps_to_obstacle(model, obstacles(pairs(p)%master), &
@@ -112,6 +113,15 @@ contains
       end if
     end do
   end subroutine adjust_nodes
+
+  !> Whether the master of a pair consists of faces.
+  pure logical function by_faces(pair, obstacles)
+    type(contact_pair_t), intent(in) :: pair
+    type(obstacle_t), intent(in) :: obstacles(:)
+
+    by_faces = pair%master == 0
+    if (.not. by_faces) by_faces = is_meshed(obstacles(pair%master))
+  end function by_faces
 
   !> The slave nodes that are near enough, or in the set.
   subroutine choose_nodes(model, slaves, obstacle, adjust, nodes)
@@ -196,10 +206,11 @@ contains
 
   !> Move nodes onto a surface: along their normals by their gaps, three times over, since what
   !> they face changes as they move.
-  subroutine place_on_surface(reader, model, surfaces, pairs, adjust, p, nodes, mover)
+  subroutine place_on_surface(reader, model, surfaces, obstacles, pairs, adjust, p, nodes, mover)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
     type(surface_t), intent(in) :: surfaces(:)
+    type(obstacle_t), intent(in) :: obstacles(:)
     type(contact_pair_t), intent(in) :: pairs(:)
     type(adjust_t), intent(in) :: adjust
     integer, intent(in) :: p                          !! the number of the pair
@@ -217,7 +228,8 @@ contains
       if (adjust%set > 0) in_set(model%node_sets%list(adjust%set)%members) = .true.
       allocate (before(3, size(slaves)), source=model%mesh%coordinates(:, slaves))
       do round = 1, 3
-        call find_gaps(model, surfaces, pairs(p), adjust%distance, adjust%set > 0, mortar, gap)
+        call find_gaps(model, surfaces, obstacles, pairs(p), adjust%distance, adjust%set > 0, &
+          mortar, gap)
         if (round == 1) chosen = merge(in_set(slaves), gap <= adjust%distance, adjust%set > 0) &
           .and. mortar%area > enough*mortar%whole_area
         do i = 1, size(slaves)
@@ -243,9 +255,10 @@ contains
   end subroutine place_on_surface
 
   !> The gaps of slave nodes before a surface, as far as it covers them.
-  subroutine find_gaps(model, surfaces, pair, distance, however_far, mortar, gap)
+  subroutine find_gaps(model, surfaces, obstacles, pair, distance, however_far, mortar, gap)
     type(model_t), intent(in) :: model
     type(surface_t), intent(in) :: surfaces(:)
+    type(obstacle_t), intent(in) :: obstacles(:)
     type(contact_pair_t), intent(in) :: pair
     real(wp), intent(in) :: distance              !! up to which gaps matter [length]
     logical, intent(in) :: however_far
@@ -255,15 +268,22 @@ contains
     integer :: i
     real(wp) :: reach, behind
 
-    associate (x => model%mesh%coordinates, s => surfaces(pair%surface)%nodes, &
-               m => surfaces(pair%master_surface)%nodes)
+    associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes), &
+               s => surfaces(pair%surface)%nodes)
       allocate (slave, source=nodes_of(surfaces(pair%surface)%faces, model%mesh%connectivity))
-      allocate (master, source=nodes_of(surfaces(pair%master_surface)%faces, &
-        model%mesh%connectivity))
-      behind = reach_of_faces(slave, master, x) + pair%overlap
-      reach = behind + distance
-      if (however_far) reach = reach + reach_of_all(s, m, x)
-      call make_mortar(slave, master, s, x(:, :model%mesh%n_nodes), reach, mortar, behind)
+      if (pair%master > 0) then
+        behind = reach_of_facets(slave, s, x, obstacles(pair%master)) + pair%overlap
+        reach = behind + distance
+        if (however_far) reach = reach + reach_of_all_facets(s, x, obstacles(pair%master), at_rest)
+        call face_facets(slave, s, x, obstacles(pair%master), at_rest, reach, mortar, behind)
+      else
+        allocate (master, source=nodes_of(surfaces(pair%master_surface)%faces, &
+          model%mesh%connectivity))
+        behind = reach_of_faces(slave, master, x) + pair%overlap
+        reach = behind + distance
+        if (however_far) reach = reach + reach_of_all(s, surfaces(pair%master_surface)%nodes, x)
+        call make_mortar(slave, master, s, x, reach, mortar, behind)
+      end if
       allocate (gap(size(s)), source=huge(1.0_wp))
       do i = 1, size(s)
         if (mortar%area(i) > 0.0_wp) gap(i) = dot_product(mortar%normal(:, i), mortar%apart(:, i))
@@ -272,9 +292,10 @@ contains
   end subroutine find_gaps
 
   !> The gaps of nodes that were moved onto a surface.
-  function gaps_to_surface(model, surfaces, pair, nodes) result(of_nodes)
+  function gaps_to_surface(model, surfaces, obstacles, pair, nodes) result(of_nodes)
     type(model_t), intent(in) :: model
     type(surface_t), intent(in) :: surfaces(:)
+    type(obstacle_t), intent(in) :: obstacles(:)
     type(contact_pair_t), intent(in) :: pair
     integer, intent(in) :: nodes(:)    !! some of the slave nodes
     real(wp) :: of_nodes(size(nodes))  !! [length]
@@ -282,7 +303,7 @@ contains
     type(mortar_t) :: mortar
     logical :: moved(model%mesh%n_nodes)
 
-    call find_gaps(model, surfaces, pair, 0.0_wp, .true., mortar, gap)
+    call find_gaps(model, surfaces, obstacles, pair, 0.0_wp, .true., mortar, gap)
     moved = .false.
     moved(nodes) = .true.
     of_nodes = pack(gap, moved(surfaces(pair%surface)%nodes))

@@ -20,6 +20,7 @@ contains
     integer :: e
 
     allocate (model%used(model%mesh%n_nodes), model%reference(model%mesh%n_nodes))
+    allocate (model%rigid(model%mesh%n_nodes), source=.false.)
     model%used = .false.
     model%reference = .false.
     do e = 1, model%mesh%n_elements
@@ -38,7 +39,7 @@ contains
     n = 0
     first = 0
     do i = 1, model%mesh%n_nodes
-      if (model%used(i) .or. model%reference(i)) cycle
+      if (model%used(i) .or. model%reference(i) .or. model%rigid(i)) cycle
       n = n + 1
       if (first == 0) first = i
     end do

@@ -10,7 +10,7 @@ module mesh_draft_mod
 
   public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, reserve_elements
   public :: add_early_set, add_skipped, add_skipped_node, add_block, max_nodes, not_a_coordinate
-  public :: set_of_nodes, set_of_elements
+  public :: set_of_nodes, set_of_elements, no_facet, shell_facet, rigid_facet
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
   integer, parameter :: max_nodes = 20000000
@@ -21,6 +21,10 @@ module mesh_draft_mod
   real(wp), parameter :: not_a_coordinate = 2.0_wp*largest_number
 
   integer, parameter :: set_of_nodes = 1, set_of_elements = 2
+
+  ! What a rigid body may make of an element that is skipped else: nothing, a facet of a type that
+  ! other programs compute, or of one that is rigid by itself.
+  integer, parameter :: no_facet = 0, shell_facet = 1, rigid_facet = 2
 
   !> A set that *NODE, *ELEMENT or *BLOCK makes beside its nodes or elements.
   type :: early_set_t
@@ -64,6 +68,8 @@ module mesh_draft_mod
     integer :: n_skipped = 0
     integer, allocatable :: skipped_id(:)        !! elements of types that carry nothing here
     integer, allocatable :: skipped_position(:)
+    integer, allocatable :: skipped_kind(:)      !! (n_skipped) no_facet and its kin
+    integer, allocatable :: skipped_corners(:)   !! (n_skipped) that a facet must have, else 0
     integer, allocatable :: skipped_first(:)     !! (n_skipped) where its nodes begin below
     integer, allocatable :: skipped_nodes(:)     !! ids of their nodes, for *NSET, ELSET=
     integer :: n_skipped_nodes = 0
@@ -130,16 +136,20 @@ contains
     if (used + int(more, i8) <= max_nodes) want = int(min(wanted, int(max_nodes, i8)))
   end function new_size
 
-  !> Add an element of a type that is skipped; its nodes follow.
-  subroutine add_skipped(draft, id, position)
+  !> Add an element of a type that is skipped, or a facet of a rigid body; its nodes follow.
+  subroutine add_skipped(draft, id, position, kind, corners)
     type(mesh_draft_t), intent(inout) :: draft
     integer, intent(in) :: id, position
-    integer :: n(3)
+    integer, intent(in) :: kind    !! no_facet and its kin
+    integer, intent(in) :: corners !! that a facet must have, else 0
+    integer :: n(5)
 
     n = draft%n_skipped
     call append(draft%skipped_id, n(1), id)
     call append(draft%skipped_position, n(2), position)
     call append(draft%skipped_first, n(3), draft%n_skipped_nodes + 1)
+    call append(draft%skipped_kind, n(4), kind)
+    call append(draft%skipped_corners, n(5), corners)
     draft%n_skipped = n(1)
     draft%highest_element = max(draft%highest_element, id)
   end subroutine add_skipped

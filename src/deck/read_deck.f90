@@ -25,6 +25,7 @@ module read_deck_mod
   use read_obstacles_mod, only: read_obstacles
   use read_precision_mod, only: read_precision
   use read_accuracy_mod, only: read_accuracy
+  use read_rigid_bodies_mod, only: find_facets, make_obstacles, read_rigid_bodies, rigid_bodies_t
   use read_properties_mod, only: find_weights, read_materials, read_sections
   use read_sets_mod, only: read_sets
   use read_source_mod, only: read_source, source_from_text
@@ -90,7 +91,26 @@ contains
     if (allocated(error)) return
     scene%deck = reader%source%text(:reader%source%length)
     scene%files = reader%source%files(:reader%source%n_files)
+    call add_files_of_obstacles(scene)
   end subroutine read_scene
+
+  !> Files of facets: their paths, and in the deck that is kept what tells one from another.
+  subroutine add_files_of_obstacles(scene)
+    type(scene_t), intent(inout) :: scene
+    type(string_t) :: path
+    integer :: i
+
+    do i = 1, size(scene%obstacles)
+      associate (obstacle => scene%obstacles(i))
+        if (.not. allocated(obstacle%file)) cycle
+        path%text = obstacle%file
+        scene%files = [scene%files, path]
+        scene%deck = scene%deck//'** '//obstacle%file//': '// &
+          to_text(size(obstacle%facet, 2))//' triangles, checksum '//to_text(obstacle%checksum)// &
+          new_line('a')
+      end associate
+    end do
+  end subroutine add_files_of_obstacles
 
   !> Everything but the parameters.
   subroutine read_cards(reader, scene)
@@ -98,6 +118,7 @@ contains
     type(scene_t), intent(inout) :: scene
     type(model_t) :: model
     type(surface_list_t) :: surfaces
+    type(rigid_bodies_t) :: bodies
     type(amplitude_list_t) :: amplitudes
     type(name_table_t) :: obstacles, materials
     type(adjust_t), allocatable :: adjusts(:)
@@ -108,14 +129,17 @@ contains
     call connect_mesh(reader, model%mesh)
     call mark_used_nodes(model)
     call read_obstacles(reader, model, scene%obstacles, obstacles)
+    call read_rigid_bodies(reader, model, bodies)
     call note_unused_nodes(reader, model)
     call check_bricks(reader, model%mesh)
     call read_sets(reader, model)
+    call find_facets(reader, model, bodies)
     call read_surfaces(reader, model, surfaces)
+    call make_obstacles(reader, model, bodies, surfaces, scene%obstacles)
     call read_materials(reader, scene%materials, materials)
     call read_sections(reader, model, materials, material)
     call find_weights(scene%materials, material, model%weighs)
-    call read_contact(reader, model, surfaces, obstacles, scene%pairs, adjusts)
+    call read_contact(reader, model, surfaces, scene%obstacles, obstacles, scene%pairs, adjusts)
     if (.not. any_mistakes(reader%diagnostics)) then
       call adjust_nodes(reader, model, surfaces%list(:surfaces%n), scene%obstacles, scene%pairs, &
         adjusts)

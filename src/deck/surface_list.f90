@@ -15,10 +15,16 @@ module surface_list_mod
   private
 
   public :: surface_list_t, add_surface, add_surface_of_sides, find_nodes, drop_unused
-  public :: find_surface, find_surface_or_set, find_faces_of_nodes
+  public :: find_surface, find_surface_or_set, find_faces_of_nodes, has_facets, sides_t
 
   !> Elements looked at to find the faces of nodes, for all surfaces together: likewise.
   integer(i8), parameter :: max_search = 1000000000
+
+  !> Sides of facets of rigid bodies.
+  type :: sides_t
+    integer, allocatable :: facet(:, :)
+    !! (2,n) index into the skipped elements, 1: SPOS or 2: SNEG; not allocated: none
+  end type sides_t
 
   !> All surfaces. There may be more room in the arrays than surfaces.
   type :: surface_list_t
@@ -31,9 +37,22 @@ module surface_list_mod
     integer, allocatable :: of_set(:) !! for each set of nodes its surface; 0: none
     logical, allocatable :: of_nodes(:) !! made of nodes, and its faces are not found yet
     integer(i8) :: work = 0 !! elements looked at to find faces
+    type(sides_t), allocatable :: sides(:)   !! of the first ones
+    integer, allocatable :: obstacle(:)
+    !! of the first ones: index of the obstacle that those of facets make; 0: none
   end type surface_list_t
 
 contains
+
+  !> Whether a surface consists of facets of a rigid body.
+  pure logical function has_facets(surfaces, index)
+    type(surface_list_t), intent(in) :: surfaces
+    integer, intent(in) :: index
+
+    has_facets = .false.
+    if (index < 1 .or. .not. allocated(surfaces%sides)) return
+    if (index <= size(surfaces%sides)) has_facets = allocated(surfaces%sides(index)%facet)
+  end function has_facets
 
   subroutine add_surface(surfaces, name)
     type(surface_list_t), intent(inout) :: surfaces

@@ -1,10 +1,14 @@
-!> Contact pairs of two surfaces: what of the surfaces must hold before anything may be computed.
+!> Contact pairs of two surfaces, and of a surface and facets of an obstacle: what of them must hold
+!> before anything may be computed.
 module surface_pairs_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t, find_bodies
   use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, face_each_other
+  use facet_mortar_mod, only: face_facets, facets_face, reach_of_all_facets, reach_of_facets
+  use obstacle_shapes_mod, only: is_meshed
+  use obstacles_mod, only: obstacle_t
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
   use surface_list_mod, only: find_faces_of_nodes, surface_list_t
@@ -13,7 +17,7 @@ module surface_pairs_mod
   implicit none
   private
 
-  public :: check_surface_pair
+  public :: check_surface_pair, check_facet_pair
 
 contains
 
@@ -33,8 +37,10 @@ contains
                master => surfaces%list(pair%master_surface), mesh => model%mesh)
       ok = .not. (surfaces%flawed(pair%surface) .or. surfaces%flawed(pair%master_surface))
       if (ok) then
-        call check_faces(pair%surface, slave_position, 'slave')
-        call check_faces(pair%master_surface, master_position, 'master')
+        call check_faces(reader, model, slave, slave_position, &
+          'the slave '//quoted(slave%name)//' of a pair of two surfaces', ok)
+        call check_faces(reader, model, master, master_position, &
+          'the master '//quoted(master%name)//' of a pair of two surfaces', ok)
       end if
       if (ok) then
         shared = shared_node(slave%nodes, master%nodes, mesh%n_nodes)
@@ -48,28 +54,91 @@ contains
       if (ok) call check_sides(reader, model, slave, master, master_position, pair, ok)
     end associate
     if (.not. ok) pair%master_surface = 0
-
-  contains
-
-    !> A surface of a pair consists of faces, and all of its nodes are theirs.
-    subroutine check_faces(index, position, side)
-      integer, intent(in) :: index, position
-      character(*), intent(in) :: side
-      logical :: on_face(model%mesh%n_nodes)
-
-      associate (surface => surfaces%list(index))
-        on_face = .false.
-        on_face(reshape(nodes_of(surface%faces, model%mesh%connectivity), &
-          [4*size(surface%faces, 2)])) = .true.
-        if (size(surface%faces, 2) > 0 .and. all(on_face(surface%nodes))) return
-        call report(reader, position, 'the '//side//' '//quoted(surface%name)// &
-          ' of a pair of two surfaces has nodes without faces: it must consist of faces '// &
-          '(*SURFACE, TYPE=ELEMENT)')
-        ok = .false.
-      end associate
-    end subroutine check_faces
-
   end subroutine check_surface_pair
+
+  !> Report what keeps a surface from being the slave before an obstacle, if that consists of facets:
+  !> `pair` loses its master then.
+  subroutine check_facet_pair(reader, model, surfaces, obstacle, slave_position, master_position, &
+    pair)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(in) :: surfaces
+    type(obstacle_t), intent(in) :: obstacle
+    integer, intent(in) :: slave_position, master_position !! of the names in the deck
+    type(contact_pair_t), intent(inout) :: pair
+    logical :: ok
+
+    if (.not. is_meshed(obstacle)) return
+    ok = .not. surfaces%flawed(pair%surface)
+    associate (slave => surfaces%list(pair%surface))
+      if (ok) call check_faces(reader, model, slave, slave_position, 'the slave '// &
+        quoted(slave%name)//' before facets of an obstacle', ok)
+      if (ok) call check_facet_sides(reader, model, slave, obstacle, master_position, pair, ok)
+    end associate
+    if (.not. ok) pair%master = 0
+  end subroutine check_facet_pair
+
+  !> A surface that is placed by its faces consists of faces, and all of its nodes are theirs.
+  subroutine check_faces(reader, model, surface, position, what, ok)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: surface
+    integer, intent(in) :: position
+    character(*), intent(in) :: what  !! for the message
+    logical, intent(inout) :: ok      !! false where it does not
+    logical :: on_face(model%mesh%n_nodes)
+
+    on_face = .false.
+    on_face(reshape(nodes_of(surface%faces, model%mesh%connectivity), &
+      [4*size(surface%faces, 2)])) = .true.
+    if (size(surface%faces, 2) > 0 .and. all(on_face(surface%nodes))) return
+    call report(reader, position, what//' has nodes without faces: it must consist of faces '// &
+      '(*SURFACE, TYPE=ELEMENT)')
+    ok = .false.
+  end subroutine check_faces
+
+  !> The same as `check_sides` where the master consists of facets of an obstacle.
+  subroutine check_facet_sides(reader, model, slave, obstacle, position, pair, ok)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: slave
+    type(obstacle_t), intent(in) :: obstacle
+    integer, intent(in) :: position              !! of the master in the deck
+    type(contact_pair_t), intent(inout) :: pair
+    logical, intent(out) :: ok
+    real(wp), parameter :: at_rest(3) = 0.0_wp
+    integer, allocatable :: slaves(:, :)
+    type(mortar_t) :: mortar
+    real(wp) :: far
+
+    allocate (slaves, source=nodes_of(slave%faces, model%mesh%connectivity))
+    associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes), s => slave%nodes)
+      ok = facets_face(slaves, s, x, obstacle)
+      if (.not. ok) then
+        call report(reader, position, 'no facet of '//quoted(obstacle%name)// &
+          ' is turned towards a face of '//quoted(slave%name)//': these sides cannot touch')
+        return
+      end if
+      far = reach_of_all_facets(s, x, obstacle, at_rest) + reach_of_facets(slaves, s, x, obstacle)
+      ! The body overlaps by less than it is thick.
+      call face_facets(slaves, s, x, obstacle, at_rest, far, mortar, &
+        behind=0.999_wp*thickness(model, [slave%nodes(1)]))
+      if (any(mortar%area > 0.0_wp)) then
+        pair%overlap = max(0.0_wp, -minval(mortar%least_gap, mask=mortar%area > 0.0_wp))
+        return
+      end if
+      call face_facets(slaves, s, x, obstacle, at_rest, far, mortar)
+      ok = .not. any(mortar%area > 0.0_wp)
+    end associate
+    if (ok) then
+      call note(reader, 'contact pair '//slave%name//':'//obstacle%name// &
+        ': no facet of the obstacle lies opposite a face of the slave in the undeformed mesh')
+    else
+      call report(reader, position, quoted(obstacle%name)//' lies behind '// &
+        quoted(slave%name)//': facets must be turned towards the slave (*SURFACE: SPOS or SNEG; '// &
+        'STL: the order of the corners)')
+    end if
+  end subroutine check_facet_sides
 
   !> Report surfaces that can never touch, as none of their faces is turned towards one of the
   !> other, or as one lies behind the other; note those of which nothing lies opposite yet. How deep

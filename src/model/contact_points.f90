@@ -16,9 +16,10 @@ module contact_points_mod
     logical,  allocatable :: is_curved(:)
     !! (n) the master is, or turns: normals are not fixed, and points are placed anew in every
     !! iteration
-    logical,  allocatable :: on_surface(:) !! (n) the master is a surface of faces
+    logical,  allocatable :: on_surface(:)
+    !! (n) the master consists of faces, a body's or an obstacle's: it may not cover the point
     logical,  allocatable :: across(:, :)
-    !! (3,n) before such a surface: a plane of symmetry across this axis holds the node
+    !! (3,n) before such a master: a plane of symmetry across this axis holds the node
     real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
     real(wp), allocatable :: area(:)
     !! (n) the node's share of the slave surface, 0 where no face of it is [length^2]
@@ -36,12 +37,13 @@ module contact_points_mod
   !> sum of weight times displacement of the nodes of the row.
   !>
   !> An obstacle that moves with a reference node is a row with that node and weight 1, an obstacle
-  !> at rest an empty row; so is a surface that does not cover the point. Weights may be negative;
-  !> those of a row add up to 1.
+  !> at rest an empty row; so is a master of faces that does not cover the point. Weights may be
+  !> negative; those of a row add up to 1.
   type :: weights_t
     integer,  allocatable :: first(:)  !! (n_points+1) where the row of each point begins
     integer,  allocatable :: node(:)   !! (n_entries) master node
     real(wp), allocatable :: weight(:) !! (n_entries) [-]
+    logical,  allocatable :: covers(:) !! (n_points) whether a master of faces covers the point
   end type weights_t
 
 contains
@@ -64,8 +66,7 @@ contains
     nodes = [points%node, points%master_node]
   end function contact_nodes
 
-  !> Whether a point faces its master at all: an obstacle always, a surface where it covers the
-  !> point.
+  !> Whether a point faces its master at all: one of faces where it covers the point, others always.
   pure logical function is_covered(points, weights, i)
     type(contact_points_t), intent(in) :: points
     type(weights_t), intent(in) :: weights
@@ -73,7 +74,7 @@ contains
 
     is_covered = .true.
     if (.not. allocated(points%on_surface)) return
-    if (points%on_surface(i)) is_covered = weights%first(i + 1) > weights%first(i)
+    if (points%on_surface(i)) is_covered = weights%covers(i)
   end function is_covered
 
   !> The axes across which planes of symmetry hold a point before a surface.

@@ -65,8 +65,11 @@ module increment_report_mod
     real(wp), allocatable :: covered_area(:)
     !! (n_points) of the node's area what its master covers [length^2]
     real(wp), allocatable :: least_gap(:)
-    !! (n_points) before a surface: in the faces about the node, at points of the quadrature;
-    !! elsewhere the gap [length]
+    !! (n_points) before faces: in the faces about the node, at points of the quadrature; elsewhere
+    !! the gap [length]
+    real(wp), allocatable :: apart(:, :)
+    !! (3,n_points) before facets of an obstacle: place of the node less that of what it faces; 0
+    !! elsewhere [length]
     real(wp), allocatable :: slip_increment(:, :) !! (2,n_points) along t1, t2 [length]
     integer,  allocatable :: status(:) !! (n_points) status_open, status_stick, status_slide
   end type contact_fields_t

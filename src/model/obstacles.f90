@@ -1,15 +1,17 @@
 !> Rigid obstacles: what a body may touch and cannot enter. What the kinds are like is said by
 !> `obstacle_shapes_mod` alone.
 module obstacles_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   implicit none
   private
 
-  public :: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder, ref_nodes
+  public :: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder, obstacle_facets, &
+    obstacle_of_facets, ref_nodes
 
   integer, parameter :: obstacle_plane = 1
   integer, parameter :: obstacle_sphere = 2
   integer, parameter :: obstacle_cylinder = 3 !! without ends
+  integer, parameter :: obstacle_facets = 4   !! a mesh of triangles and quadrilaterals
 
   !> A rigid obstacle, as the deck places it. It moves with its reference node, and turns about it
   !> as rotations of that node are prescribed.
@@ -24,9 +26,30 @@ module obstacles_mod
     logical  :: inner = .false.      !! sphere and cylinder: the body lies inside
     integer  :: ref_node = 0         !! node that the obstacle moves with; 0: it is at rest
     logical  :: turns = .false.      !! a step prescribes rotations other than 0
+    real(wp), allocatable :: corner(:, :) !! (3,n_corners) facets: where their corners are [length]
+    integer,  allocatable :: facet(:, :)
+    !! (4,n_facets) facets: corners of each, anticlockwise from the side of the body; the fourth is
+    !! 0 in a triangle
+    character(:), allocatable :: file     !! facets: path of the file that they come from
+    integer(i8) :: checksum = 0           !! of that file
   end type obstacle_t
 
 contains
+
+  !> An obstacle of facets.
+  pure function obstacle_of_facets(name, corner, facet, ref_node) result(obstacle)
+    character(*), intent(in) :: name
+    real(wp), intent(in) :: corner(:, :) !! (3,n_corners) [length]
+    integer, intent(in) :: facet(:, :)   !! (4,n_facets) as of `obstacle_t`
+    integer, intent(in) :: ref_node      !! 0: it is at rest
+    type(obstacle_t) :: obstacle
+
+    obstacle%name = name
+    obstacle%kind = obstacle_facets
+    obstacle%ref_node = ref_node
+    allocate (obstacle%corner, source=corner)
+    allocate (obstacle%facet, source=facet)
+  end function obstacle_of_facets
 
   !> The reference nodes of all obstacles, each once.
   pure function ref_nodes(obstacles) result(nodes)

@@ -3,7 +3,7 @@ module pair_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_byte, of_long
   use small_matrix_mod, only: cross
-  use obstacle_shapes_mod, only: has_fixed_normals
+  use obstacle_shapes_mod, only: has_fixed_normals, has_meshed_master
   use scene_mod, only: scene_t
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, first_time, at_start
@@ -48,7 +48,7 @@ contains
     call add_field(list, field_t('moment', of_real, [3], 'moment', &
       'moment of the reactions on the slave body about the origin, undeformed arms', &
       compute=moment))
-    if (scene%pairs(i)%master == 0) then
+    if (scene%pairs(i)%master == 0 .or. has_meshed_master(scene, i)) then
       call add_field(list, field_t('covered_area', of_real, [n], 'area', &
         'of the node''s share what the master covers; 0: no gap, no reaction', &
         compute=covered_area))
@@ -56,9 +56,10 @@ contains
         'least distance along the master''s normals in the faces about the node, at points of '// &
         'the quadrature', compute=least_gap))
       call add_field(list, field_t('moment_left', of_real, [3], 'moment', &
-        'moment about the origin of all forces of the pair, on both bodies, deformed arms', &
+        'moment about the origin of all forces of the pair, on both sides, deformed arms', &
         compute=moment_left))
-    else
+    end if
+    if (scene%pairs(i)%master > 0) then
       call add_field(list, field_t('torque', of_real, [3], 'moment', &
         'moment of the contact forces on the obstacle about its reference node, where both are '// &
         '(the origin where it has none), x, y, z', compute=torque))
@@ -174,6 +175,11 @@ contains
         associate (node => source%points%node(i))
           between = x(:, node) + u(:, node)
         end associate
+        if (source%scene%pairs(source%points%pair(i))%master > 0) then
+          values(1, :) = values(1, :) + cross(source%report%contact%apart(:, i), &
+            source%state%reaction(:, i))
+          cycle
+        end if
         do k = weights%first(i), weights%first(i + 1) - 1
           associate (node => weights%node(k))
             between = between - weights%weight(k)*(x(:, node) + u(:, node))

@@ -147,7 +147,7 @@ contains
       associate (node => source%points%node(i))
         values(:, node) = values(:, node) + source%state%reaction(:, i)
       end associate
-      if (.not. source%points%on_surface(i)) cycle
+      if (source%scene%pairs(source%points%pair(i))%master > 0) cycle
       associate (weights => source%report%contact%weights)
         do k = weights%first(i), weights%first(i + 1) - 1
           associate (node => weights%node(k))

@@ -65,6 +65,7 @@ SEES_ONLY = {
     ("deck", "contact/geometry"): {
         "contact/geometry/obstacle_shapes.f90",
         "contact/geometry/mortar.f90",
+        "contact/geometry/facet_mortar.f90",
     },
     ("output", "contact/geometry"): {"contact/geometry/obstacle_shapes.f90"},
     ("run", "hdf5"): {"hdf5/hdf5_files.f90"},  # the version of the library
@@ -75,7 +76,7 @@ PLAN = "model/plan.f90"
 PLAN_ROOMS = {"model", "increment", "plan", "results", "run"}
 # Words that stand in these files alone: what they mean is decided there.
 WORDS = {
-    r"obstacle_(plane|sphere|cylinder)|obstacles?(\(\w+\))?%kind": {
+    r"obstacle_(plane|sphere|cylinder|facets)|obstacles?(\(\w+\))?%kind": {
         "model/obstacles.f90",
         "contact/geometry/obstacle_shapes.f90",
         "deck/cards/read_obstacles.f90",

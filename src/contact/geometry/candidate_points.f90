@@ -4,7 +4,7 @@
 !> Work and memory grow with the points and the nodes, not with their product with pairs or cards.
 module candidate_points_mod
   use kinds_mod, only: wp
-  use obstacle_shapes_mod, only: has_fixed_normals
+  use obstacle_shapes_mod, only: has_fixed_normals, has_meshed_master
   use scene_mod, only: scene_t, contact_gap_t
   use contact_points_mod, only: contact_points_t
   use mesh_forces_mod, only: add_nodal_areas
@@ -18,7 +18,8 @@ contains
 
   !> All points, pair by pair, with their areas and extra gaps.
   !>
-  !> A node that several pairs bring before the same obstacle belongs to the first of them.
+  !> A node that several pairs bring before the same obstacle belongs to the first of them, but for
+  !> obstacles of facets.
   subroutine find_points(scene, points)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(out) :: points
@@ -49,7 +50,7 @@ contains
           points%area(k) = area(surface%nodes(i))
           points%mu(k) = scene%pairs(pair)%mu
           points%is_curved(k) = .not. has_fixed_normals(scene, pair)
-          points%on_surface(k) = scene%pairs(pair)%master == 0
+          points%on_surface(k) = scene%pairs(pair)%master == 0 .or. has_meshed_master(scene, pair)
         end do
         area(surface%nodes) = 0.0_wp
       end associate
@@ -88,7 +89,7 @@ contains
 
   !> Which slots (the nodes of the first pair's surface, then those of the second, ...) are points.
   !>
-  !> Obstacle by obstacle, so that one mark a node is enough. Before a surface every node is one:
+  !> Obstacle by obstacle, so that one mark a node is enough. Before faces every node is one:
   !> the weights of a pair are integrals over all of its faces.
   pure subroutine find_new(scene, is_new)
     type(scene_t), intent(in) :: scene
@@ -106,7 +107,7 @@ contains
     allocate (is_new(n), source=.true.)
     head = 0
     do pair = size(scene%pairs), 1, -1
-      if (scene%pairs(pair)%master == 0) cycle
+      if (scene%pairs(pair)%master == 0 .or. has_meshed_master(scene, pair)) cycle
       next(pair) = head(scene%pairs(pair)%master)
       head(scene%pairs(pair)%master) = pair
     end do

@@ -2,6 +2,8 @@
 !> it.
 module face_grid_mod
   use kinds_mod, only: wp
+  use growing_lists_mod, only: append
+  use sorting_mod, only: sort_unique
   implicit none
   private
 
@@ -21,21 +23,24 @@ module face_grid_mod
 
 contains
 
-  !> The grid of a surface whose nodes are at `x`. Cells are as large as faces are on average.
+  !> The grid of a surface whose nodes are at `x`. Cells are as large as faces are on average, along
+  !> each axis by itself: faces may be slender.
   pure function make_face_grid(faces, x) result(grid)
     integer, intent(in) :: faces(:, :)  !! (4,n_faces) nodes; the fourth is 0 in a triangle
     real(wp), intent(in) :: x(:, :)     !! (3,n_nodes) [length]
     type(face_grid_t) :: grid
-    real(wp) :: extent(3), mean
+    real(wp) :: extent(3), mean(3)
     integer :: f, pass, i, j, k, low(3), high(3), cell
     integer, allocatable :: at(:)
 
     allocate (grid%box(3, 2, size(faces, 2)))
     do f = 1, size(faces, 2)
-      associate (corner => pack(faces(:, f), faces(:, f) > 0))
-        grid%box(:, 1, f) = minval(x(:, corner), 2)
-        grid%box(:, 2, f) = maxval(x(:, corner), 2)
-      end associate
+      grid%box(:, 1, f) = x(:, faces(1, f))
+      grid%box(:, 2, f) = x(:, faces(1, f))
+      do k = 2, merge(4, 3, faces(4, f) > 0)
+        grid%box(:, 1, f) = min(grid%box(:, 1, f), x(:, faces(k, f)))
+        grid%box(:, 2, f) = max(grid%box(:, 2, f), x(:, faces(k, f)))
+      end do
     end do
     if (size(faces, 2) == 0) then
       allocate (grid%first(1), source=1)
@@ -44,9 +49,12 @@ contains
     end if
     grid%low = minval(grid%box(:, 1, :), 2)
     extent = maxval(grid%box(:, 2, :), 2) - grid%low
-    mean = sum(maxval(grid%box(:, 2, :) - grid%box(:, 1, :), 1))/real(size(faces, 2), wp)
+    mean = sum(grid%box(:, 2, :) - grid%box(:, 1, :), 2)/real(size(faces, 2), wp)
     grid%n = 1
-    if (mean > 0.0_wp) grid%n = max(1, min(max_cells, int(min(extent/mean, real(max_cells, wp)))))
+    do k = 1, 3
+      if (mean(k) > 0.0_wp) grid%n(k) = max(1, min(max_cells, int(min(extent(k)/mean(k), &
+        real(max_cells, wp)))))
+    end do
     ! Cells of a solid box would mostly be empty: as many as there are faces are enough.
     do while (product(real(grid%n, wp)) > 8.0_wp*real(size(faces, 2), wp) + 8.0_wp)
       grid%n = max(1, grid%n/2)
@@ -89,11 +97,11 @@ contains
     type(face_grid_t), intent(in) :: grid
     real(wp), intent(in) :: low(3), high(3)     !! of the box [length]
     integer, allocatable, intent(out) :: near(:)
-    logical, allocatable :: is_near(:)
-    integer :: i, j, k, f, first(3), last(3), cell, entry
+    integer :: i, j, k, f, n, first(3), last(3), cell, entry
 
-    allocate (is_near(size(grid%box, 3)), source=.false.)
-    if (size(is_near) > 0) then
+    n = 0
+    allocate (near(64))
+    if (size(grid%box, 3) > 0) then
       first = cell_of(grid, low)
       last = cell_of(grid, high)
       do k = first(3), last(3)
@@ -102,13 +110,15 @@ contains
             cell = i + grid%n(1)*(j - 1 + grid%n(2)*(k - 1))
             do entry = grid%first(cell), grid%first(cell + 1) - 1
               f = grid%face(entry)
-              is_near(f) = all(grid%box(:, 1, f) <= high) .and. all(grid%box(:, 2, f) >= low)
+              if (all(grid%box(:, 1, f) <= high) .and. all(grid%box(:, 2, f) >= low)) &
+                call append(near, n, f)
             end do
           end do
         end do
       end do
     end if
-    near = pack([(f, f=1, size(is_near))], is_near)
+    near = near(:n)
+    call sort_unique(near)
   end subroutine faces_near
 
   !> The cell of a place; of one outside the box the nearest.

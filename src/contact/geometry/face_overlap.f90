@@ -32,6 +32,8 @@ module face_overlap_mod
   real(wp), parameter :: xi_node(4) = [-1, 1, 1, -1]
   real(wp), parameter :: eta_node(4) = [-1, -1, 1, 1]
   real(wp), parameter :: smallest = 1.0e-12_wp !! overlap of a face that counts [-]
+  ! Over less than this of a face shape functions are nearly linear, however distorted it is.
+  real(wp), parameter :: little = 1.0e-2_wp    !! [-]
 
   ! Seven points on a triangle, exact to degree 5 (Radon): what faces that are parallelograms need.
   integer,  parameter :: n_few = 7
@@ -122,6 +124,12 @@ contains
     end if
     overlap%normal = outward_normal(master)
     is_affine_here = is_affine(plane%corner) .and. is_affine(flat)
+    if (.not. is_affine_here .and. size(master, 2) == 3) is_affine_here = overlap%area < &
+      little*plane%area
+    if (is_affine_here .and. n == 3) then
+      call add_points(plane, slave, master, flat, polygon(:, :3), few_points, few_weights, overlap)
+      return
+    end if
     centre = sum(polygon(:, :n), 2)/real(n, wp)
     do i = 1, n
       corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])

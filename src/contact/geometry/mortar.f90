@@ -51,7 +51,7 @@ contains
   !> The weights of the master's nodes where nodes are at `x`.
   !>
   !> Rows add up to 1, and give places on a flat master exactly, to rounding.
-  pure subroutine make_mortar(slave, master, slave_nodes, x, reach, mortar, behind)
+  pure subroutine make_mortar(slave, master, slave_nodes, x, reach, mortar, behind, is_rigid)
     integer, intent(in) :: slave(:, :)   !! (4,n_slave) nodes, anticlockwise from outside
     integer, intent(in) :: master(:, :)  !! (4,n_master) the same; the fourth is 0 in a triangle
     integer, intent(in) :: slave_nodes(:) !! (n) each once, in the order of the rows
@@ -60,13 +60,18 @@ contains
     type(mortar_t), intent(out) :: mortar
     real(wp), intent(in), optional :: behind
     !! how far a master may be behind the slave, where that is another distance [length]
+    logical, intent(in), optional :: is_rigid
+    !! the master moves as one: rows stay empty, whatever it weighs what is faced is the same
     type(face_grid_t) :: grid
     type(part_t), allocatable :: parts(:)
     type(entries_t) :: entries
     type(plane_t) :: plane
     real(wp) :: length, size_of_master, reaches(2)
     integer :: number(size(x, 2)), n, f, i, k
+    logical :: makes_rows
 
+    makes_rows = .true.
+    if (present(is_rigid)) makes_rows = .not. is_rigid
     n = size(slave_nodes)
     number(slave_nodes) = [(i, i=1, n)]
     allocate (mortar%area(n), mortar%whole_area(n), source=0.0_wp)
@@ -89,7 +94,8 @@ contains
       end do
       call find_parts(grid, master, x, x(:, slave(:, f)), plane, reaches, &
         size_of_master, parts)
-      call add_face(number(slave(:, f)), plane%area, parts, mortar, entries)
+      call add_face(number(slave(:, f)), x(:, slave(:, f)), plane%area, x, parts, makes_rows, &
+        mortar, entries)
     end do
     do i = 1, n
       length = norm2(mortar%normal(:, i))
@@ -103,6 +109,10 @@ contains
     end associate
     do i = 1, n
       if (.not. mortar%area(i) > 0.0_wp) cycle
+      if (.not. makes_rows) then
+        mortar%apart(:, i) = mortar%apart(:, i)/mortar%area(i)
+        cycle
+      end if
       mortar%apart(:, i) = x(:, slave_nodes(i))
       do k = mortar%weights%first(i), mortar%weights%first(i + 1) - 1
         mortar%apart(:, i) = mortar%apart(:, i) - mortar%weights%weight(k)* &
@@ -134,13 +144,20 @@ contains
   pure real(wp) function largest_face(faces, x) result(length)
     integer, intent(in) :: faces(:, :)   !! (4,n_faces)
     real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    real(wp) :: low(3), high(3)
     integer :: f, k
 
     length = 0.0_wp
     do f = 1, size(faces, 2)
-      k = count(faces(:, f) > 0)
-      length = max(length, norm2(maxval(x(:, faces(:k, f)), 2) - minval(x(:, faces(:k, f)), 2)))
+      low = x(:, faces(1, f))
+      high = low
+      do k = 2, merge(4, 3, faces(4, f) > 0)
+        low = min(low, x(:, faces(k, f)))
+        high = max(high, x(:, faces(k, f)))
+      end do
+      length = max(length, sum((high - low)**2))
     end do
+    length = sqrt(length)
   end function largest_face
 
   !> Whether any face of one surface is turned towards any of the other: if not they never touch.
@@ -177,8 +194,9 @@ contains
     type(part_t), allocatable, intent(out) :: parts(:)
     integer, allocatable :: near(:)
     type(part_t) :: part
+    type(part_t), allocatable :: larger(:)
     real(wp) :: low(3), high(3), height(4), sideways, along
-    integer :: i, k
+    integer :: i, k, n
 
     ! What covers the face lies in the prism over it.
     sideways = 1.0e-6_wp*sqrt(plane%area)
@@ -186,7 +204,8 @@ contains
     low = minval(slave, 2) - along*abs(plane%axis(:, 3)) - sideways
     high = maxval(slave, 2) + along*abs(plane%axis(:, 3)) + sideways
     call faces_near(grid, low, high, near)
-    allocate (parts(0))
+    allocate (parts(4))
+    n = 0
     do i = 1, size(near)
       k = count(master(:, near(i)) > 0)
       associate (corner => x(:, master(:k, near(i))))
@@ -198,8 +217,16 @@ contains
         part%distance = abs(sum(height(:k)))/real(k, wp)
         part%overlap = find_overlap(plane, slave, corner)
       end associate
-      if (part%overlap%area > 0.0_wp) parts = [parts, part]
+      if (.not. part%overlap%area > 0.0_wp) cycle
+      if (n == size(parts)) then
+        allocate (larger(2*n))
+        larger(:n) = parts
+        call move_alloc(larger, parts)
+      end if
+      n = n + 1
+      parts(n) = part
     end do
+    parts = parts(:n)
     call keep_nearest(plane%area, parts)
   end subroutine find_parts
 
@@ -219,11 +246,15 @@ contains
     if (.not. all(kept)) parts = pack(parts, kept)
   end subroutine keep_nearest
 
-  !> Add what covers a slave face to the rows of its nodes, not yet divided by their areas.
-  pure subroutine add_face(row, area, parts, mortar, entries)
+  !> Add what covers a slave face to the rows of its nodes, or to what they are apart from it, not
+  !> yet divided by their areas.
+  pure subroutine add_face(row, slave, area, x, parts, makes_rows, mortar, entries)
     integer, intent(in) :: row(4)         !! of the face's nodes
+    real(wp), intent(in) :: slave(3, 4)   !! where these are [length]
     real(wp), intent(in) :: area          !! of the slave face [length^2]
+    real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     type(part_t), intent(in) :: parts(:)
+    logical, intent(in) :: makes_rows
     type(mortar_t), intent(inout) :: mortar
     type(entries_t), intent(inout) :: entries
     real(wp) :: lumped(4), mass(4, 4), dual(4, 4), part_of(4, 4), unit(4)
@@ -256,7 +287,12 @@ contains
       end associate
       do k = 1, parts(i)%n
         do a = 1, 4
-          call append_entry(row(a), parts(i)%node(k), part_of(a, k), entries)
+          if (makes_rows) then
+            call append_entry(row(a), parts(i)%node(k), part_of(a, k), entries)
+          else
+            mortar%apart(:, row(a)) = mortar%apart(:, row(a)) + part_of(a, k)* &
+              (slave(:, a) - x(:, parts(i)%node(k)))
+          end if
         end do
       end do
     end do

@@ -1,23 +1,26 @@
 !> What each kind of obstacle is like: distance and normal, how near it may come, what of it is flat
 !> or round. Nothing else branches on kinds.
 !>
-!> A kind that is not known here has gaps that are no numbers, and `check_shapes` refuses it.
+!> A kind that is not known here has gaps that are no numbers, and `check_shapes` refuses it. Of
+!> facets a point alone has no gap: they are placed as surfaces are (facet_mortar_mod).
 module obstacle_shapes_mod
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: to_text
   use rotations_mod, only: rotation_matrix
-  use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder
+  use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder, &
+    obstacle_facets
   use scene_mod, only: scene_t
   implicit none
   private
 
   public :: known_kinds, check_shapes, shift_of, turned, locate_point, least_gap, is_flat, &
-    has_fixed_normals, has_round_master, turns_in_place, normal_along, enters_faces, get_core, &
-    extent_of
+    is_meshed, has_meshed_master, has_fixed_normals, has_round_master, turns_in_place, &
+    normal_along, enters_faces, get_core, extent_of
 
-  integer, parameter :: known_kinds(3) = [obstacle_plane, obstacle_sphere, obstacle_cylinder]
+  integer, parameter :: known_kinds(4) = [obstacle_plane, obstacle_sphere, obstacle_cylinder, &
+    obstacle_facets]
 
 contains
 
@@ -52,12 +55,18 @@ contains
     real(wp), intent(in) :: pivot(3)         !! the reference node, undeformed [length]
     type(obstacle_t) :: turned
     real(wp) :: r(3, 3)
+    integer :: i
 
     turned = obstacle
     if (.not. any(abs(rotation) > 0.0_wp)) return
     r = rotation_matrix(rotation)
     turned%point = pivot + matmul(r, obstacle%point - pivot)
     turned%normal = matmul(r, obstacle%normal)
+    if (is_meshed(obstacle)) then
+      do i = 1, size(obstacle%corner, 2)
+        turned%corner(:, i) = pivot + matmul(r, obstacle%corner(:, i) - pivot)
+      end do
+    end if
     ! A sphere has none.
     if (norm2(turned%normal) > 0.0_wp) turned%normal = turned%normal/norm2(turned%normal)
   end function turned
@@ -145,6 +154,24 @@ contains
 
     is_flat = obstacle%kind == obstacle_plane
   end function is_flat
+
+  !> Whether it consists of facets, before which points are placed as before a surface of a body.
+  pure logical function is_meshed(obstacle)
+    type(obstacle_t), intent(in) :: obstacle
+
+    is_meshed = obstacle%kind == obstacle_facets
+  end function is_meshed
+
+  !> Whether the master of a pair is an obstacle of facets.
+  pure logical function has_meshed_master(scene, pair)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: pair
+
+    has_meshed_master = .false.
+    associate (master => scene%pairs(pair)%master)
+      if (master > 0) has_meshed_master = is_meshed(scene%obstacles(master))
+    end associate
+  end function has_meshed_master
 
   !> Whether normals and weights of a pair are those of the undeformed mesh wherever its points go
   !> and however its obstacle turns.
@@ -238,6 +265,7 @@ contains
     type(obstacle_t), intent(in) :: obstacle
 
     extent = maxval(abs(obstacle%point)) + obstacle%radius
+    if (is_meshed(obstacle)) extent = maxval(abs(obstacle%corner))
   end function extent_of
 
 end module obstacle_shapes_mod

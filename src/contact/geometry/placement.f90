@@ -3,12 +3,13 @@
 module placement_mod
   use kinds_mod, only: wp
   use obstacles_mod, only: obstacle_t
-  use obstacle_shapes_mod, only: shift_of, turned, locate_point
+  use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
   use scene_mod, only: scene_t
   use surfaces_mod, only: nodes_of
   use contact_points_mod, only: contact_points_t, weights_t, is_across
   use local_frame_mod, only: local_frame
   use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, enough
+  use facet_mortar_mod, only: face_facets, reach_of_facets, reach_of_all_facets
   implicit none
   private
 
@@ -16,10 +17,10 @@ module placement_mod
 
   real(wp), parameter :: no_gap = 1.0e30_wp !! of a point that its master does not cover [length]
 
-  !> Before a flat obstacle a placement holds wherever the point goes; before a curved one, or a
-  !> surface, near the displacement that it was made for.
+  !> Before a flat obstacle a placement holds wherever the point goes; before a curved one, or faces,
+  !> near the displacement that it was made for.
   !>
-  !> A point that a surface does not cover has an empty row of weights, no area and no gap.
+  !> A point that faces do not cover has an empty row of weights, no area and no gap.
   type :: placement_t
     real(wp), allocatable :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
     real(wp), allocatable :: gap(:)          !! (n_points) at the reference [length]
@@ -28,8 +29,11 @@ module placement_mod
     type(weights_t) :: weights               !! of the masters' nodes
     real(wp), allocatable :: covered_area(:) !! (n_points) of the node's [length^2]
     real(wp), allocatable :: least_gap(:)
-    !! (n_points) before a surface: at points of the quadrature on the node's faces, the extra gap
+    !! (n_points) before faces: at points of the quadrature on the node's faces, the extra gap
     !! added; `no_gap` elsewhere [length]
+    real(wp), allocatable :: apart(:, :)
+    !! (3,n_points) before facets of an obstacle: place of the node less that of what it faces; 0
+    !! elsewhere [length]
     real(wp), allocatable :: drag(:, :)
     !! (3,n_points) what the turn of obstacles adds to the motion of the points about them in the
     !! increment (drag_points_mod), 0 where none turns [length]
@@ -64,9 +68,10 @@ contains
     allocate (placement%frame(3, 3, points%n), placement%gap(points%n))
     allocate (placement%reference(3, points%n))
     allocate (placement%covered_area(points%n), placement%least_gap(points%n))
-    allocate (placement%drag(3, points%n), source=0.0_wp)
+    allocate (placement%drag(3, points%n), placement%apart(3, points%n), source=0.0_wp)
     allocate (placement%weights%first(points%n + 1), source=1)
     allocate (placement%weights%node(0), placement%weights%weight(0))
+    allocate (placement%weights%covers(points%n), source=.true.)
     do pair = 1, size(scene%pairs)
       call place(scene, points, pair, u, placement, rotation)
     end do
@@ -102,12 +107,16 @@ contains
     logical, intent(in), optional :: stay
     !! points that count in `placement` do so while next to nothing of them is covered; default: no
 
-    if (scene%pairs(pair)%master > 0) then
+    logical :: stays
+
+    stays = .false.
+    if (present(stay)) stays = stay
+    if (has_meshed_master(scene, pair)) then
+      call place_before_facets(scene, points, pair, u, stays, placement, rotation)
+    else if (scene%pairs(pair)%master > 0) then
       call place_before_obstacle(scene, points, pair, u, placement, rotation)
-    else if (present(stay)) then
-      call place_before_surface(scene, points, pair, u, stay, placement)
     else
-      call place_before_surface(scene, points, pair, u, .false., placement)
+      call place_before_surface(scene, points, pair, u, stays, placement)
     end if
   end subroutine place
 
@@ -159,29 +168,18 @@ contains
     type(mortar_t) :: mortar
     type(weights_t) :: rows
     integer :: i, k, j, n
-    logical :: counts
 
     associate (first => points%first(pair), last => points%first(pair + 1) - 1)
       n = last - first + 1
       call face_surface(scene, points, pair, u, mortar)
+      call place_covered(points, pair, stay, mortar, placement)
       allocate (rows%first(n + 1), rows%node(size(mortar%weights%node)), &
         rows%weight(size(mortar%weights%node)))
       k = 0
       do i = first, last
-        associate (here => i - first + 1, old => placement%weights%first)
+        associate (here => i - first + 1)
           rows%first(here) = k + 1
-          counts = mortar%area(here) > enough*mortar%whole_area(here)
-          if (stay .and. old(i + 1) > old(i)) counts = mortar%area(here) > &
-            enough_to_stay*mortar%whole_area(here)
-          if (counts) call turn_into_plane(is_across(points, i), mortar%normal(:, here), counts)
-          if (.not. counts) then
-            placement%frame(:, :, i) = local_frame(-mortar%outward(:, here))
-            placement%gap(i) = no_gap
-            placement%least_gap(i) = no_gap
-            placement%covered_area(i) = 0.0_wp
-            placement%reference(:, i) = 0.0_wp
-            cycle
-          end if
+          if (.not. placement%weights%covers(i)) cycle
           placement%reference(:, i) = u(:, points%node(i))
           do j = mortar%weights%first(here), mortar%weights%first(here + 1) - 1
             associate (node => mortar%weights%node(j), weight => mortar%weights%weight(j))
@@ -192,19 +190,118 @@ contains
               placement%reference(:, i) = placement%reference(:, i) - weight*u(:, node)
             end associate
           end do
-          placement%frame(:, :, i) = local_frame(mortar%normal(:, here))
-          placement%gap(i) = dot_product(mortar%normal(:, here), mortar%apart(:, here)) + &
-            points%extra_gap(i)
           if (scene%pairs(pair)%small_sliding) placement%gap(i) = placement%gap(i) + &
             dot_product(mortar%normal(:, here), placement%reference(:, i))
-          placement%least_gap(i) = mortar%least_gap(here) + points%extra_gap(i)
-          placement%covered_area(i) = mortar%area(here)
         end associate
       end do
       rows%first(n + 1) = k + 1
       call replace_rows(placement%weights, first, rows%first, rows%node(:k), rows%weight(:k))
     end associate
   end subroutine place_before_surface
+
+  !> The same before facets of an obstacle, wherever it has turned and moved to: what covers a point
+  !> moves as its reference node does, with weight 1.
+  pure subroutine place_before_facets(scene, points, pair, u, stay, placement, rotation)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
+    logical, intent(in) :: stay
+    type(placement_t), intent(inout) :: placement
+    real(wp), intent(in), optional :: rotation(:, :) !! as of `place`
+    type(obstacle_t) :: obstacle
+    type(mortar_t) :: mortar
+    type(weights_t) :: rows
+    real(wp) :: shift(3)
+    integer :: i, k
+
+    associate (master => scene%pairs(pair)%master, &
+               first => points%first(pair), last => points%first(pair + 1) - 1)
+      obstacle = scene%obstacles(master)
+      if (obstacle%turns .and. present(rotation)) obstacle = turned(obstacle, rotation(:, master), &
+        scene%mesh%coordinates(:, obstacle%ref_node))
+      shift = shift_of(obstacle, u)
+      call face_obstacle(scene, points, pair, u, obstacle, shift, mortar)
+      call place_covered(points, pair, stay, mortar, placement)
+      allocate (rows%first(last - first + 2))
+      k = 1
+      do i = first, last
+        rows%first(i - first + 1) = k
+        placement%apart(:, i) = 0.0_wp
+        if (.not. placement%weights%covers(i)) cycle
+        if (obstacle%ref_node > 0) k = k + 1
+        placement%apart(:, i) = mortar%apart(:, i - first + 1)
+        placement%reference(:, i) = u(:, points%node(i)) - shift
+      end do
+      rows%first(last - first + 2) = k
+      call replace_rows(placement%weights, first, rows%first, spread(obstacle%ref_node, 1, k - 1), &
+        spread(1.0_wp, 1, k - 1))
+    end associate
+  end subroutine place_before_facets
+
+  !> Normals, gaps and areas of the points that faces cover, and which these are.
+  pure subroutine place_covered(points, pair, stay, mortar, placement)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    logical, intent(in) :: stay            !! as of `place`
+    type(mortar_t), intent(inout) :: mortar !! of the points of the pair; normals turn into planes
+    type(placement_t), intent(inout) :: placement
+    integer :: i
+    logical :: counts
+
+    do i = points%first(pair), points%first(pair + 1) - 1
+      associate (here => i - points%first(pair) + 1, covers => placement%weights%covers)
+        counts = mortar%area(here) > enough*mortar%whole_area(here)
+        if (stay .and. covers(i)) counts = mortar%area(here) > &
+          enough_to_stay*mortar%whole_area(here)
+        if (counts) call turn_into_plane(is_across(points, i), mortar%normal(:, here), counts)
+        covers(i) = counts
+        if (counts) then
+          placement%frame(:, :, i) = local_frame(mortar%normal(:, here))
+          placement%gap(i) = dot_product(mortar%normal(:, here), mortar%apart(:, here)) + &
+            points%extra_gap(i)
+          placement%least_gap(i) = mortar%least_gap(here) + points%extra_gap(i)
+          placement%covered_area(i) = mortar%area(here)
+        else
+          placement%frame(:, :, i) = local_frame(-mortar%outward(:, here))
+          placement%gap(i) = no_gap
+          placement%least_gap(i) = no_gap
+          placement%covered_area(i) = 0.0_wp
+          placement%reference(:, i) = 0.0_wp
+        end if
+      end associate
+    end do
+  end subroutine place_covered
+
+  !> What the nodes of a slave surface face of an obstacle of facets where it stands.
+  pure subroutine face_obstacle(scene, points, pair, u, obstacle, shift, mortar)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
+    type(obstacle_t), intent(in) :: obstacle !! as it has turned
+    real(wp), intent(in) :: shift(3)      !! [length]
+    type(mortar_t), intent(out) :: mortar !! of the points of the pair
+    real(wp) :: x(3, scene%mesh%n_nodes), reach
+    real(wp), dimension(3, size(obstacle%corner, 2)) :: way
+    integer, allocatable :: slave(:, :)
+
+    associate (of => scene%pairs(pair), mesh => scene%mesh, &
+               s => points%node(points%first(pair):points%first(pair + 1) - 1))
+      allocate (slave, source=nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
+      way = obstacle%corner + spread(shift, 2, size(way, 2)) - scene%obstacles(of%master)%corner
+      ! What came to overlap has moved as far.
+      reach = reach_of_facets(slave, s, mesh%coordinates, obstacle) + of%overlap + &
+        norm2(max(maxval(u(:, s), 2) - minval(way, 2), maxval(way, 2) - minval(u(:, s), 2)))
+      x = 0.0_wp
+      x(:, s) = mesh%coordinates(:, s) + u(:, s)
+      call face_facets(slave, s, x, obstacle, shift, reach, mortar)
+      ! What moves freely may fall any way.
+      if (any(mortar%area > 0.0_wp)) return
+      call face_facets(slave, s, x, obstacle, shift, reach + reach_of_all_facets(s, x, obstacle, &
+        shift), mortar, behind=reach)
+    end associate
+  end subroutine face_obstacle
 
   !> What the nodes of a slave surface face where `u` takes them, or with small sliding where they
   !> are in the mesh.

@@ -19,9 +19,10 @@ module read_contact_mod
   use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
   use options_mod, only: allow_options, card_t, flag_option, name_option, open_card, &
     option_position
-  use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, &
+  use obstacles_mod, only: obstacle_t
+  use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, has_facets, &
     surface_list_t
-  use surface_pairs_mod, only: check_surface_pair
+  use surface_pairs_mod, only: check_facet_pair, check_surface_pair
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
   use text_mod, only: string_t, to_text
@@ -39,17 +40,18 @@ module read_contact_mod
 contains
 
   !> Read interactions and contact pairs.
-  subroutine read_contact(reader, model, surfaces, obstacles, pairs, adjusts)
+  subroutine read_contact(reader, model, surfaces, shapes, obstacles, pairs, adjusts)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(surface_list_t), intent(inout) :: surfaces !! sets of nodes named as slaves are added
-    type(name_table_t), intent(in) :: obstacles
+    type(obstacle_t), intent(in) :: shapes(:)       !! the obstacles, those of *OBSTACLE first
+    type(name_table_t), intent(in) :: obstacles     !! names of these
     type(contact_pair_t), allocatable, intent(out) :: pairs(:)
     type(adjust_t), allocatable, intent(out) :: adjusts(:) !! ADJUST= of each pair
     type(interactions_t) :: interactions
 
     call read_interactions(reader, interactions%mu, interactions%names)
-    call read_pairs(reader, model, surfaces, obstacles, interactions, pairs, adjusts)
+    call read_pairs(reader, model, surfaces, shapes, obstacles, interactions, pairs, adjusts)
   end subroutine read_contact
 
   !> *SURFACE INTERACTION, NAME=name with the *FRICTION below it: mu.
@@ -131,10 +133,11 @@ contains
   end subroutine read_friction
 
   !> *CONTACT PAIR, INTERACTION=name: slave surface, obstacle or master surface
-  subroutine read_pairs(reader, model, surfaces, obstacles, interactions, pairs, adjusts)
+  subroutine read_pairs(reader, model, surfaces, shapes, obstacles, interactions, pairs, adjusts)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(surface_list_t), intent(inout) :: surfaces
+    type(obstacle_t), intent(in) :: shapes(:)
     type(name_table_t), intent(in) :: obstacles
     type(interactions_t), intent(in) :: interactions
     type(contact_pair_t), allocatable, intent(out) :: pairs(:)
@@ -179,9 +182,11 @@ contains
       call find_master(reader, fields, surfaces, obstacles, pair)
       if (is_sound .and. pair%surface > 0 .and. pair%master_surface > 0) call check_surface_pair( &
         reader, model, surfaces, fields%start, field_position(reader, fields, 2), pair)
+      if (is_sound .and. pair%surface > 0 .and. pair%master > 0) call check_facet_pair(reader, &
+        model, surfaces, shapes(pair%master), fields%start, field_position(reader, fields, 2), pair)
       if (pair%surface > 0 .and. pair%master + pair%master_surface > 0) then
         if (pair%master > 0) then
-          pair%name = surfaces%list(pair%surface)%name//':'//obstacles%names(pair%master)%text
+          pair%name = surfaces%list(pair%surface)%name//':'//shapes(pair%master)%name
         else
           pair%name = surfaces%list(pair%surface)%name//':'// &
             surfaces%list(pair%master_surface)%name
@@ -215,6 +220,12 @@ contains
     if (.not. ok) return
     call find_surface_or_set(reader, model, fields%start, name, surfaces, pair%surface)
     if (pair%surface == 0) return
+    if (has_facets(surfaces, pair%surface)) then
+      call report(reader, fields%start, 'the slave surface '//quoted(name)//' consists of '// &
+        'facets of a rigid body: it can only be a master')
+      pair%surface = 0
+      return
+    end if
     call find_faces_of_nodes(reader, model, surfaces, pair%surface)
     if (size(surfaces%list(pair%surface)%nodes) > 0) return
     if (.not. surfaces%flawed(pair%surface)) then
@@ -241,12 +252,25 @@ contains
     if (find_name(obstacles%lookup, obstacles%names, name) == 0) then
       pair%master_surface = find_surface(surfaces, name)
     end if
+    if (has_facets(surfaces, pair%master_surface)) then
+      pair%master = surfaces%obstacle(pair%master_surface)
+      pair%master_surface = 0
+      call forget_small_sliding()
+      return
+    end if
     if (pair%master_surface == 0) then
       call find_named(reader, obstacles, field_position(reader, fields, 2), name, pair%master)
+      call forget_small_sliding()
+    end if
+
+  contains
+
+    subroutine forget_small_sliding()
       if (pair%small_sliding) call note(reader, &
         'SMALL SLIDING of *CONTACT PAIR is ignored before an obstacle')
       pair%small_sliding = .false.
-    end if
+    end subroutine forget_small_sliding
+
   end subroutine find_master
 
   !> Report pairs of the same surface and master, and of the same surfaces the other way round.

@@ -12,7 +12,8 @@ module read_mesh_mod
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
   use mesh_draft_mod, only: add_early_set, add_skipped, add_skipped_node, early_set_t, max_nodes, &
-    mesh_draft_t, not_a_coordinate, reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
+    mesh_draft_t, no_facet, not_a_coordinate, reserve_elements, reserve_nodes, rigid_facet, &
+    set_of_elements, set_of_nodes, shell_facet
   use mesh_mod, only: kind_c3d8, kind_c3d8b, kind_c3d8i
   use options_mod, only: allow_options, card_t, has_option, name_option, option_position
   use text_mod, only: string_t, to_text
@@ -101,6 +102,7 @@ contains
     integer, intent(out) :: kind    !! of brick (> 0), skipped_type or unknown_type
     character(:), allocatable :: name
     type(string_t) :: words(3)
+    integer :: facet, corners
     logical :: ok
 
     kind = unknown_type
@@ -122,7 +124,11 @@ contains
     case default
       if (is_skipped(name)) then
         kind = skipped_type
-        call note(reader, name//' elements are skipped: only bricks are supported')
+        call find_facet(name, facet, corners)
+        ! Those that a rigid body takes are no longer skipped.
+        if (facet == no_facet .or. (facet == shell_facet .and. .not. &
+            any(reader%cards(:reader%n_cards)%keyword == 'RIGID BODY'))) call note(reader, name// &
+          ' elements are skipped: only bricks are supported')
       else
         words(1)%text = 'C3D8'
         words(2)%text = 'C3D8I'
@@ -132,6 +138,30 @@ contains
       end if
     end select
   end subroutine check_element_type
+
+  !> Whether a type is one of facets, of which rigid bodies consist, and how many corners it has.
+  pure subroutine find_facet(name, facet, corners)
+    character(*), intent(in) :: name   !! upper case
+    integer, intent(out) :: facet      !! no_facet and its kin
+    integer, intent(out) :: corners    !! 0 where it is none
+
+    facet = shell_facet
+    corners = 3
+    select case (name)
+    case ('R3D3')
+      facet = rigid_facet
+    case ('R3D4')
+      facet = rigid_facet
+      corners = 4
+    case ('S3', 'S3R')
+      corners = 3
+    case ('S4', 'S4R')
+      corners = 4
+    case default
+      facet = no_facet
+      corners = 0
+    end select
+  end subroutine find_facet
 
   !> Whether a type is of lines or faces, which mesh generators write beside the bricks.
   pure function is_skipped(name) result(is)
@@ -222,16 +252,19 @@ contains
     type(card_t), intent(in) :: card
     type(mesh_draft_t), intent(inout) :: draft
     type(fields_t) :: fields
-    integer :: id, i
+    character(:), allocatable :: name
+    integer :: id, i, facet, corners
     logical :: found, ok, continued
 
+    call name_option(reader, card, 'TYPE', .false., name, ok)
+    call find_facet(name, facet, corners)
     continued = .false.
     do
       call next_data_line(reader, card, fields, found, any_number, 'an id and nodes')
       if (.not. found) exit
       if (.not. continued) then
         call integer_field(reader, fields, 1, 'the id of an element', 1, id, ok)
-        if (ok) call add_skipped(draft, id, fields%start)
+        if (ok) call add_skipped(draft, id, fields%start, facet, corners)
         do i = 2, min(fields%n, 9)
           if (.not. ok .or. .not. looks_like_id(reader, fields, i)) exit
           call integer_field(reader, fields, i, 'the id of a node', 1, id, ok)
@@ -280,6 +313,7 @@ contains
     call reserve_elements(draft, 1, ok)
     if (.not. allocated(draft%skipped_id)) then
       allocate (draft%skipped_id(1), draft%skipped_position(1), draft%skipped_first(1))
+      allocate (draft%skipped_kind(1), draft%skipped_corners(1))
     end if
 
     call make_id_lookup(draft%node_id(:draft%n_nodes), draft%nodes)

@@ -6,29 +6,34 @@
 !>     0., 0., 5.,  5.                centre, radius
 !>     *OBSTACLE, NAME=BORE, TYPE=CYLINDER, INNER
 !>     0., 0., 0.,  0., 0., 1.,  2.   a point of the axis, its direction, radius
+!>     *OBSTACLE, NAME=DIE, TYPE=STL, INPUT=die.stl, REF NODE=1001
 module read_obstacles_mod
-  use cards_mod, only: reader_t, report
+  use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
   use name_table_mod, only: add_name, close_directory, name_table_t, open_directory
   use fields_mod, only: field_position, fields_t, next_data_line, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id
-  use obstacles_mod, only: obstacle_cylinder, obstacle_plane, obstacle_sphere, obstacle_t
-  use options_mod, only: allow_options, card_t, choice_option, flag_option, has_option, &
-    integer_option, name_option, open_card, option_position
+  use obstacles_mod, only: obstacle_cylinder, obstacle_facets, obstacle_of_facets, obstacle_plane, &
+    obstacle_sphere, obstacle_t
+  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
+    has_option, integer_option, name_option, open_card, option_position, text_option
+  use deck_source_mod, only: place_of, place_t
   use sets_mod, only: model_t
+  use stl_file_mod, only: read_stl, triangles_t
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: read_obstacles
+  public :: read_obstacles, read_reference_node
 
-  integer, parameter :: kinds(3) = [obstacle_plane, obstacle_sphere, obstacle_cylinder]
+  integer, parameter :: kinds(4) = [obstacle_plane, obstacle_sphere, obstacle_cylinder, &
+    obstacle_facets]
   integer, parameter :: max_numbers = 7 !! of any kind
 
 contains
 
-  !> *OBSTACLE, NAME=name, TYPE=PLANE|SPHERE|CYLINDER[, REF NODE=id][, INNER]
+  !> *OBSTACLE, NAME=name, TYPE=PLANE|SPHERE|CYLINDER[, REF NODE=id][, INNER] or TYPE=STL, INPUT=path
   subroutine read_obstacles(reader, model, obstacles, names)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model     !! its reference nodes are marked
@@ -45,27 +50,36 @@ contains
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'OBSTACLE') cycle
       call open_card(reader, k, card)
-      call allow_options(reader, card, ['NAME    ', 'TYPE    ', 'REF NODE', 'INNER   '])
+      call allow_options(reader, card, ['NAME    ', 'TYPE    ', 'REF NODE', 'INNER   ', &
+        'INPUT   '])
       call name_option(reader, card, 'NAME', .true., name, ok)
       call add_name(names, name, card%position)
       obstacles(names%n)%name = name
-      call read_reference_node(reader, card, model, obstacles(names%n)%ref_node)
+      call read_reference_node(reader, card, 'an obstacle', model, obstacles(names%n)%ref_node)
       call flag_option(reader, card, 'INNER', obstacles(names%n)%inner)
       kind = 0
-      call choice_option(reader, card, 'TYPE', ['PLANE   ', 'SPHERE  ', 'CYLINDER'], kind, ok)
+      call choice_option(reader, card, 'TYPE', ['PLANE   ', 'SPHERE  ', 'CYLINDER', &
+        'STL     '], kind, ok)
       if (.not. has_option(card, 'TYPE')) call report(reader, card%position, &
         '*OBSTACLE needs TYPE=')
       if (kind == 0) cycle
       obstacles(names%n)%kind = kinds(kind)
+      if (kinds(kind) == obstacle_facets) then
+        call read_facets(reader, card, obstacles(names%n))
+        cycle
+      end if
+      if (has_option(card, 'INPUT')) call report(reader, option_position(card, 'INPUT'), &
+        'INPUT is of TYPE=STL alone')
       call read_shape(reader, card, obstacles(names%n))
     end do
     call close_directory(reader, names)
   end subroutine read_obstacles
 
   !> REF NODE=id: a node that no brick has.
-  subroutine read_reference_node(reader, card, model, node)
+  subroutine read_reference_node(reader, card, what, model, node)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
+    character(*), intent(in) :: what !! moves with it, for the message
     type(model_t), intent(inout) :: model
     integer, intent(inout) :: node !! its number; unchanged where the option is absent or wrong
     integer :: id, found
@@ -80,12 +94,61 @@ contains
         ' is not defined')
     else if (model%used(found)) then
       call report(reader, option_position(card, 'REF NODE'), 'node '//to_text(id)// &
-        ' belongs to an element: the reference node of an obstacle must be a node by itself')
+        ' belongs to an element: the reference node of '//what//' must be a node by itself')
     else
       node = found
       model%reference(found) = .true.
     end if
   end subroutine read_reference_node
+
+  !> TYPE=STL, INPUT=path: looked for in the folder of the file that names it, then in the working
+  !> directory.
+  subroutine read_facets(reader, card, obstacle)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(obstacle_t), intent(inout) :: obstacle
+    type(obstacle_t) :: made
+    type(triangles_t) :: triangles
+    type(place_t) :: place
+    character(:), allocatable :: path, near, problem
+    integer :: i
+    integer, allocatable :: facet(:, :)
+    logical :: ok, exists
+
+    ! Until its file is read: an obstacle of nothing.
+    made = obstacle_of_facets(obstacle%name, reshape([real(wp) ::], [3, 0]), &
+      reshape([integer ::], [4, 0]), obstacle%ref_node)
+    if (obstacle%inner) call report(reader, option_position(card, 'INNER'), &
+      'an STL file has no INNER side: the side of the body is that of its normals')
+    obstacle = made
+    call allow_no_data(reader, card)
+    call text_option(reader, card, 'INPUT', path, ok)
+    if (.not. has_option(card, 'INPUT')) call report(reader, card%position, &
+      '*OBSTACLE, TYPE=STL needs INPUT=')
+    if (.not. ok) return
+    if (path(1:1) /= '/') then
+      place = place_of(reader%source, option_position(card, 'INPUT'))
+      near = place%file(:index(place%file, '/', back=.true.))//path
+      inquire (file=near, exist=exists)
+      if (exists) path = near
+    end if
+    call read_stl(path, triangles, problem)
+    if (allocated(problem)) then
+      call report(reader, option_position(card, 'INPUT'), 'cannot read '//quoted(path)//': '// &
+        problem)
+      return
+    end if
+    if (triangles%n_flat > 0) call note(reader, to_text(triangles%n_flat)//' triangles of '// &
+      path//' have no area and are left out')
+    allocate (facet(4, triangles%n))
+    do i = 1, triangles%n
+      facet(:, i) = [3*i - 2, 3*i - 1, 3*i, 0]
+    end do
+    obstacle = obstacle_of_facets(obstacle%name, triangles%corner(:, :3*triangles%n), facet, &
+      obstacle%ref_node)
+    obstacle%file = path
+    obstacle%checksum = triangles%checksum
+  end subroutine read_facets
 
   !> The numbers of an obstacle, over one line or more.
   subroutine read_shape(reader, card, obstacle)

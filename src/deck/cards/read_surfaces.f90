@@ -4,6 +4,8 @@
 !>     SKIN, S1                      a set of elements (or one element) and one of its faces
 !>     *SURFACE, NAME=TIP, TYPE=NODE
 !>     17                            nodes, or sets of nodes
+!>     *SURFACE, NAME=DIE
+!>     TOOL, SPOS                    facets of a rigid body and their side
 !>
 !> Every *BLOCK brings the surfaces of its six sides.
 module read_surfaces_mod
@@ -14,21 +16,23 @@ module read_surfaces_mod
     next_data_line, real_field, reference_field, reference_t
   use growing_lists_mod, only: append
   use kinds_mod, only: i8, wp
-  use lookup_mod, only: make_name_lookup
+  use lookup_mod, only: find_id, make_name_lookup
   use mesh_draft_mod, only: block_t, mesh_draft_t
   use options_mod, only: allow_options, card_t, choice_option, name_option, open_card
   use read_block_mod, only: side_name
-  use sets_mod, only: model_t, referenced_elements, referenced_nodes
+  use sets_mod, only: find_set, model_t, referenced_elements, referenced_nodes
   use sorting_mod, only: sort_unique
-  use surface_list_mod, only: add_surface, drop_unused, find_nodes, find_surface, surface_list_t
+  use surface_list_mod, only: add_surface, drop_unused, find_nodes, find_surface, sides_t, &
+    surface_list_t
   use surfaces_mod, only: surface_t
-  use text_mod, only: upper
+  use text_mod, only: to_text, upper
   implicit none
   private
 
   public :: read_surfaces
 
   integer, parameter :: of_elements = 1, of_nodes = 2
+  integer, parameter :: spos = 7, sneg = 8 !! sides of facets, behind the faces of bricks
 
   !> Faces and nodes named by all surfaces of a deck together: more than any real deck needs.
   integer(i8), parameter :: max_work = 200000000
@@ -49,7 +53,8 @@ contains
 
     most = 6*model%mesh%n_blocks + count(reader%cards(:reader%n_cards)%keyword == 'SURFACE')
     allocate (surfaces%names(most), position(most), surfaces%list(most), surfaces%of_nodes(most))
-    allocate (surfaces%flawed(most))
+    allocate (surfaces%flawed(most), surfaces%sides(most))
+    allocate (surfaces%obstacle(most), source=0)
     do b = 1, model%mesh%n_blocks
       do side = 1, face_zmax
         call add_surface(surfaces, side_name(model%mesh%blocks(b)%name, side))
@@ -70,7 +75,7 @@ contains
       before = reader%diagnostics%n_mistakes
       flawed = .false.
       call read_surface(reader, model, card, surfaces%list(surfaces%n), work, flawed, &
-        surfaces%of_nodes(surfaces%n))
+        surfaces%of_nodes(surfaces%n), surfaces%sides(surfaces%n))
       surfaces%flawed(surfaces%n) = flawed .or. reader%diagnostics%n_mistakes > before
     end do
     surfaces%n_named = surfaces%n
@@ -96,7 +101,7 @@ contains
   end subroutine fill_block_side
 
   !> *SURFACE, NAME=name[, TYPE=ELEMENT|NODE]
-  subroutine read_surface(reader, model, card, surface, work, flawed, nodes)
+  subroutine read_surface(reader, model, card, surface, work, flawed, nodes, sides)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(card_t), intent(in) :: card
@@ -104,6 +109,7 @@ contains
     integer(i8), intent(inout) :: work !! faces and nodes named so far
     logical, intent(inout) :: flawed   !! set where it names a set that is flawed
     logical, intent(out) :: nodes      !! it is made of nodes
+    type(sides_t), intent(inout) :: sides !! of facets
     integer :: kind
     logical :: ok
 
@@ -114,41 +120,58 @@ contains
     if (nodes) then
       call read_node_surface(reader, model, card, surface, work, flawed)
     else
-      call read_face_surface(reader, model, card, surface, work, flawed)
+      call read_face_surface(reader, model, card, surface, work, flawed, sides)
     end if
     if (work > max_work) call report(reader, card%position, 'the surfaces have too many faces')
   end subroutine read_surface
 
-  !> Lines `element or set, S1..S6`.
-  subroutine read_face_surface(reader, model, card, surface, work, flawed)
+  !> Lines `element or set, S1..S6`, or `SPOS|SNEG` where they are facets.
+  subroutine read_face_surface(reader, model, card, surface, work, flawed, sides)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(card_t), intent(in) :: card
     type(surface_t), intent(inout) :: surface
     integer(i8), intent(inout) :: work
     logical, intent(inout) :: flawed
+    type(sides_t), intent(inout) :: sides
     type(fields_t) :: fields
     type(reference_t) :: reference
-    integer, allocatable :: keys(:), elements(:)
-    integer :: face, i, n
+    integer, allocatable :: keys(:), elements(:), facets(:)
+    integer :: face, i, n, n_facets
     logical :: found, ok
 
-    allocate (keys(0))
+    allocate (keys(0), facets(0))
     n = 0
+    n_facets = 0
     do
       call next_data_line(reader, card, fields, found, 2, &
-        'an element or a set of elements, and one of S1..S6')
+        'an element or a set of elements, and one of S1..S6, SPOS, SNEG')
       if (.not. found) exit
       call reference_field(reader, fields, 1, 'an element or a set of elements', reference, ok)
       call read_face(reader, fields, face)
       if (.not. ok) cycle
       call referenced_elements(reader, model, reference, elements, flawed)
       if (face == 0) cycle
+      if (face >= spos) then
+        call add_facets(reader, model, reference, elements, face - spos + 1, facets, n_facets)
+        work = work + n_facets
+        if (work > max_work) return
+        cycle
+      end if
       work = work + size(elements)
       if (work > max_work) return
       ! One number a face, to sort by element and drop repetitions.
       call append(keys, n, 6*(elements - 1) + face)
     end do
+    if (n_facets > 0) then
+      if (n > 0) call report(reader, card%position, 'a surface has faces of bricks (S1 to S6) '// &
+        'or sides of facets (SPOS, SNEG), not both')
+      facets = facets(:n_facets)
+      call sort_unique(facets)
+      allocate (sides%facet(2, size(facets)))
+      sides%facet(1, :) = (facets - 1)/2 + 1
+      sides%facet(2, :) = mod(facets - 1, 2) + 1
+    end if
     keys = keys(:n)
     call sort_unique(keys)
     deallocate (surface%faces)
@@ -159,7 +182,39 @@ contains
     call find_nodes(model%mesh, surface)
   end subroutine read_face_surface
 
-  !> S1..S6 in the second field; 0 where it is something else.
+  !> The facets that a reference means, as one number a side.
+  subroutine add_facets(reader, model, reference, bricks, side, keys, n)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(reference_t), intent(in) :: reference
+    integer, intent(in) :: bricks(:)  !! that it means, too
+    integer, intent(in) :: side       !! 1: SPOS, 2: SNEG
+    integer, allocatable, intent(inout) :: keys(:)
+    integer, intent(inout) :: n
+    integer, allocatable :: found(:)
+    integer :: set
+
+    if (size(bricks) > 0) then
+      call report(reader, reference%position, 'bricks have no sides SPOS and SNEG, which are of '// &
+        'facets: element '//to_text(model%mesh%element_id(bricks(1)))//' is a brick')
+      return
+    end if
+    allocate (found(0))
+    if (reference%id > 0) then
+      set = find_id(model%mesh%skipped, model%mesh%skipped_id, reference%id)
+      if (set > 0) found = [set]
+    else
+      set = find_set(model%element_sets, reference%name)
+      if (set > 0) then
+        associate (of_set => model%element_sets%list(set))
+          if (of_set%n_skipped > 0) found = of_set%skipped(:of_set%n_skipped)
+        end associate
+      end if
+    end if
+    call append(keys, n, 2*(found - 1) + side)
+  end subroutine add_facets
+
+  !> S1..S6, SPOS or SNEG in the second field; 0 where it is something else.
   subroutine read_face(reader, fields, face)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
@@ -171,12 +226,14 @@ contains
     if (len(label) == 2) then
       if (upper(label(1:1)) == 'S') face = index('123456', label(2:2))
     end if
+    if (upper(label) == 'SPOS') face = spos
+    if (upper(label) == 'SNEG') face = sneg
     if (face == 0) then
       if (is_empty_field(fields, 2)) then
-        call report(reader, field_position(reader, fields, 2), 'expected a face, S1 to S6')
+        call report(reader, field_position(reader, fields, 2), 'expected a face, S1 to S6, SPOS or SNEG')
       else
         call report(reader, field_position(reader, fields, 2), &
-          'expected a face, S1 to S6, found '//quoted(label))
+          'expected a face, S1 to S6, SPOS or SNEG, found '//quoted(label))
       end if
     end if
   end subroutine read_face

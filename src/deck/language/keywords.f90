@@ -34,6 +34,7 @@ module keywords_mod
     keyword_t('ELSET', in_model, is_read), &
     keyword_t('SURFACE', in_model, is_read), &
     keyword_t('OBSTACLE', in_model, is_read), &
+    keyword_t('RIGID BODY', in_model, is_read), &
     keyword_t('MATERIAL', in_model, is_read), &
     keyword_t('ELASTIC', in_model, is_read), &
     keyword_t('DENSITY', in_model, is_read), &
@@ -92,7 +93,6 @@ module keywords_mod
     keyword_t('EQUATION', anywhere, is_missing), &
     keyword_t('MPC', anywhere, is_missing), &
     keyword_t('TIE', anywhere, is_missing), &
-    keyword_t('RIGID BODY', anywhere, is_missing), &
     keyword_t('COUPLING', anywhere, is_missing), &
     keyword_t('INITIAL CONDITIONS', anywhere, is_missing), &
     keyword_t('TEMPERATURE', anywhere, is_missing), &

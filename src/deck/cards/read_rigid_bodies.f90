@@ -1,0 +1,359 @@
+!> Rigid bodies of facets, and the obstacles that surfaces of them make.
+!>
+!>     *ELEMENT, TYPE=R3D4, ELSET=TOOL
+!>     1, 11, 12, 14, 13
+!>     *RIGID BODY, ELSET=TOOL, REF NODE=900
+!>     *SURFACE, NAME=DIE
+!>     TOOL, SPOS                    the side to which the normal points (SNEG: the other)
+!>
+!> The cards are read before the sets, for they say which nodes of the deck mean something; what they
+!> name is looked up when there are sets and surfaces.
+module read_rigid_bodies_mod
+  use cards_mod, only: keep_reading, note, reader_t, report
+  use diagnostics_mod, only: quoted
+  use kinds_mod, only: wp
+  use lookup_mod, only: find_id
+  use mesh_draft_mod, only: mesh_draft_t, no_facet, not_a_coordinate, rigid_facet, shell_facet
+  use obstacles_mod, only: obstacle_of_facets, obstacle_t
+  use options_mod, only: allow_no_data, allow_options, card_t, has_option, name_option, open_card, &
+    option_position
+  use read_obstacles_mod, only: read_reference_node
+  use sets_mod, only: find_set, model_t, report_unknown
+  use surface_list_mod, only: has_facets, surface_list_t
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: rigid_bodies_t, read_rigid_bodies, find_facets, make_obstacles
+
+  integer, parameter :: max_wrong = 5 !! facets with a mistake that are told one by one
+  real(wp), parameter :: least_height = 1.0e-10_wp !! of a facet, beside its longest edge [-]
+
+  !> A *RIGID BODY.
+  type :: rigid_body_t
+    character(:), allocatable :: set      !! ELSET=
+    integer :: ref_node = 0               !! 0: a mistake was reported
+    integer :: position = 0               !! of ELSET= in the deck
+    logical :: is_seen = .false.          !! a surface has facets of it
+  end type rigid_body_t
+
+  !> All of them, and their facets.
+  type :: rigid_bodies_t
+    type(rigid_body_t), allocatable :: list(:)
+    integer, allocatable :: of_facet(:)   !! (n_skipped) rigid body of the element; 0: none
+    integer, allocatable :: node(:, :)    !! (4,n_skipped) of those that have one
+  end type rigid_bodies_t
+
+contains
+
+  !> *RIGID BODY, ELSET=name, REF NODE=id
+  subroutine read_rigid_bodies(reader, model, bodies)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model !! reference nodes and nodes of facets are marked
+    type(rigid_bodies_t), intent(out) :: bodies
+    type(card_t) :: card
+    integer :: k, n, node
+    logical :: ok
+
+    allocate (bodies%list(count(reader%cards(:reader%n_cards)%keyword == 'RIGID BODY')))
+    n = 0
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'RIGID BODY') cycle
+      n = n + 1
+      call open_card(reader, k, card)
+      call allow_options(reader, card, ['ELSET   ', 'REF NODE'])
+      call allow_no_data(reader, card)
+      associate (body => bodies%list(n))
+        call name_option(reader, card, 'ELSET', .true., body%set, ok)
+        if (.not. ok) body%set = ''
+        body%position = card%position
+        if (ok) body%position = option_position(card, 'ELSET')
+        call read_reference_node(reader, card, 'a rigid body', model, body%ref_node)
+        if (.not. has_option(card, 'REF NODE')) call report(reader, card%position, &
+          '*RIGID BODY needs REF NODE=')
+      end associate
+    end do
+    if (n == 0) return
+    do k = 1, model%mesh%n_skipped_nodes
+      node = find_id(model%mesh%nodes, model%mesh%node_id, model%mesh%skipped_nodes(k))
+      if (node > 0) model%rigid(node) = .true.
+    end do
+  end subroutine read_rigid_bodies
+
+  !> Find the facets of each rigid body, when sets are read.
+  subroutine find_facets(reader, model, bodies)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(rigid_bodies_t), intent(inout) :: bodies
+    integer :: b, set, n_wrong
+
+    allocate (bodies%of_facet(model%mesh%n_skipped), source=0)
+    allocate (bodies%node(4, model%mesh%n_skipped), source=0)
+    n_wrong = 0
+    do b = 1, size(bodies%list)
+      associate (body => bodies%list(b))
+        if (len(body%set) == 0) cycle
+        set = find_set(model%element_sets, body%set)
+        if (set == 0) then
+          call report_unknown(reader, model%element_sets, body%position, body%set)
+          cycle
+        end if
+        associate (of_set => model%element_sets%list(set))
+          if (of_set%n > 0) then
+            call report(reader, body%position, 'element set '//quoted(body%set)// &
+              ' has bricks (element '//to_text(model%mesh%element_id(of_set%members(1)))// &
+              '): a rigid body consists of facets (R3D3, R3D4, S3, S4)')
+            if (of_set%n_skipped > 0) bodies%of_facet(of_set%skipped(:of_set%n_skipped)) = b
+          else if (of_set%n_skipped == 0) then
+            if (.not. of_set%flawed) call report(reader, body%position, 'element set '// &
+              quoted(body%set)//' has no elements')
+          else
+            call take_facets(reader, model, of_set%skipped(:of_set%n_skipped), b, bodies, n_wrong)
+          end if
+        end associate
+      end associate
+    end do
+    call report_left(reader, model%mesh, bodies)
+  end subroutine find_facets
+
+  !> Give a rigid body its facets.
+  subroutine take_facets(reader, model, facets, b, bodies, n_wrong)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: facets(:)      !! indices into the skipped elements
+    integer, intent(in) :: b
+    type(rigid_bodies_t), intent(inout) :: bodies
+    integer, intent(inout) :: n_wrong     !! facets with a mistake so far
+    character(:), allocatable :: problem
+    integer :: i
+
+    do i = 1, size(facets)
+      associate (f => facets(i), draft => model%mesh)
+        if (bodies%of_facet(f) == b) cycle ! named twice
+        if (bodies%of_facet(f) > 0) then
+          problem = 'belongs to the rigid bodies of '// &
+            quoted(bodies%list(bodies%of_facet(f))%set)//' and '//quoted(bodies%list(b)%set)
+        else
+          call check_facet(model, f, bodies%node(:, f), problem)
+        end if
+        bodies%of_facet(f) = b
+        if (.not. allocated(problem)) cycle
+        n_wrong = n_wrong + 1
+        if (n_wrong > max_wrong .or. .not. keep_reading(reader)) return
+        call report(reader, draft%skipped_position(f), 'element '//to_text(draft%skipped_id(f))// &
+          ' '//problem)
+        deallocate (problem)
+      end associate
+    end do
+  end subroutine take_facets
+
+  !> The nodes of a facet; `problem` is allocated when they make none.
+  subroutine check_facet(model, f, node, problem)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: f              !! index into the skipped elements
+    integer, intent(out) :: node(4)
+    character(:), allocatable, intent(out) :: problem
+    integer :: last, n, i, k
+
+    node = 0
+    associate (draft => model%mesh)
+      n = draft%skipped_corners(f)
+      if (draft%skipped_kind(f) == no_facet) then
+        problem = 'is no facet of a rigid body: R3D3, R3D4, S3 and S4 are'
+        return
+      end if
+      last = draft%n_skipped_nodes
+      if (f < draft%n_skipped) last = draft%skipped_first(f + 1) - 1
+      if (last - draft%skipped_first(f) + 1 /= n) then
+        problem = 'has '//to_text(n)//' nodes, found '// &
+          to_text(last - draft%skipped_first(f) + 1)
+        return
+      end if
+      do i = 1, n
+        associate (id => draft%skipped_nodes(draft%skipped_first(f) + i - 1))
+          k = find_id(draft%nodes, draft%node_id, id)
+          if (k == 0) then
+            problem = 'names node '//to_text(id)//', which is not defined'
+          else if (any(node(:i - 1) == k)) then
+            problem = 'names node '//to_text(id)//' twice'
+          else if (model%used(k)) then
+            problem = 'is a facet of a rigid body, and its node '//to_text(id)// &
+              ' belongs to a brick: a rigid body shares no nodes with others'
+          end if
+          if (allocated(problem)) return
+          node(i) = k
+        end associate
+      end do
+      if (any(draft%coordinates(:, node(:n)) >= not_a_coordinate)) return
+      if (is_flat(draft%coordinates(:, node(:n)))) problem = 'is flat or folded: its normal '// &
+        'does not point to one side, or it has no area'
+    end associate
+  end subroutine check_facet
+
+  !> Whether a facet has no area to speak of, or one of the corners of a quadrilateral is turned
+  !> inwards.
+  pure logical function is_flat(x)
+    real(wp), intent(in) :: x(:, :) !! (3,3) or (3,4) [length]
+    real(wp) :: normal(3, size(x, 2)), mean(3), longest, flat(3, size(x, 2))
+    integer :: i, n
+
+    n = size(x, 2)
+    longest = maxval(maxval(x, dim=2) - minval(x, dim=2))
+    is_flat = .not. longest > 0.0_wp
+    if (is_flat) return
+    flat = (x - spread(x(:, 1), 2, n))/longest
+    do i = 1, n
+      normal(:, i) = cross(flat(:, 1 + mod(i, n)) - flat(:, i), &
+        flat(:, 1 + mod(i + n - 2, n)) - flat(:, i))
+    end do
+    mean = sum(normal, 2)
+    is_flat = norm2(mean) <= least_height .or. any(matmul(mean, normal) <= least_height*norm2(mean))
+  end function is_flat
+
+  pure function cross(a, b)
+    real(wp), intent(in) :: a(3), b(3)
+    real(wp) :: cross(3)
+
+    cross = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
+
+  !> Report rigid elements that no rigid body takes; shells are skipped then.
+  subroutine report_left(reader, draft, bodies)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    type(rigid_bodies_t), intent(in) :: bodies
+    integer :: f, n_rigid, n_shells, first
+
+    n_rigid = 0
+    n_shells = 0
+    first = 0
+    do f = 1, draft%n_skipped
+      if (bodies%of_facet(f) > 0) cycle
+      if (draft%skipped_kind(f) == shell_facet) n_shells = n_shells + 1
+      if (draft%skipped_kind(f) /= rigid_facet) cycle
+      n_rigid = n_rigid + 1
+      if (first == 0) first = f
+    end do
+    if (n_shells > 0 .and. size(bodies%list) > 0) call note(reader, to_text(n_shells)// &
+      ' elements of shells that no *RIGID BODY takes are skipped: only bricks are supported')
+    if (n_rigid == 0 .or. any(bodies%list%ref_node == 0)) return
+    call report(reader, draft%skipped_position(first), to_text(n_rigid)//' rigid elements '// &
+      '(R3D3, R3D4) belong to no *RIGID BODY, ELSET=, REF NODE= (the first: element '// &
+      to_text(draft%skipped_id(first))//')')
+  end subroutine report_left
+
+  !> Make an obstacle of each surface of facets, behind those that are there.
+  subroutine make_obstacles(reader, model, bodies, surfaces, obstacles)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(rigid_bodies_t), intent(inout) :: bodies
+    type(surface_list_t), intent(inout) :: surfaces !! get their obstacles
+    type(obstacle_t), allocatable, intent(inout) :: obstacles(:)
+    type(obstacle_t), allocatable :: all(:)
+    integer :: k, n, i, b
+    logical :: ok
+
+    n = 0
+    do k = 1, surfaces%n
+      if (has_facets(surfaces, k)) n = n + 1
+    end do
+    allocate (all(size(obstacles) + n))
+    n = size(obstacles)
+    do i = 1, n
+      all(i) = obstacles(i)
+    end do
+    do k = 1, surfaces%n
+      if (.not. has_facets(surfaces, k)) cycle
+      call find_body(reader, model, bodies, surfaces, k, b, ok)
+      n = n + 1
+      if (.not. ok) then
+        all(n)%name = surfaces%list(k)%name
+        cycle
+      end if
+      bodies%list(b)%is_seen = .true.
+      surfaces%obstacle(k) = n
+      all(n) = obstacle_of_sides(model%mesh, bodies, surfaces, k, bodies%list(b)%ref_node)
+    end do
+    call move_alloc(all, obstacles)
+    do b = 1, size(bodies%list)
+      if (bodies%list(b)%is_seen .or. len(bodies%list(b)%set) == 0) cycle
+      if (.not. any(bodies%of_facet == b)) cycle ! was reported
+      if (any(surfaces%flawed(:surfaces%n))) cycle
+      call report(reader, bodies%list(b)%position, 'no *SURFACE has facets of rigid body '// &
+        quoted(bodies%list(b)%set)//': it can touch nothing', &
+        'a surface of a rigid body: *SURFACE, NAME=name with the line '//bodies%list(b)%set// &
+        ', SPOS')
+    end do
+  end subroutine make_obstacles
+
+  !> The rigid body whose facets a surface has.
+  subroutine find_body(reader, model, bodies, surfaces, k, b, ok)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(rigid_bodies_t), intent(in) :: bodies
+    type(surface_list_t), intent(inout) :: surfaces !! becomes flawed where there is not one
+    integer, intent(in) :: k          !! the surface
+    integer, intent(out) :: b
+    logical, intent(out) :: ok        !! false: a mistake was reported
+    integer :: i
+
+    b = 0
+    associate (facets => surfaces%sides(k)%facet(1, :), draft => model%mesh)
+      ok = size(facets) > 0
+      do i = 1, size(facets)
+        if (i == 1) b = bodies%of_facet(facets(i))
+        ok = bodies%of_facet(facets(i)) == b .and. b > 0
+        if (ok) cycle
+        if (bodies%of_facet(facets(i)) == 0) then
+          ! Rigid elements without a rigid body were reported, and facets of cards with mistakes.
+          if (draft%skipped_kind(facets(i)) /= rigid_facet .and. .not. &
+              any(bodies%list%ref_node == 0)) call report(reader, draft%skipped_position( &
+            facets(i)), 'element '//to_text(draft%skipped_id(facets(i)))//' of surface '// &
+            quoted(surfaces%list(k)%name)//' belongs to no *RIGID BODY')
+        else
+          call report(reader, bodies%list(bodies%of_facet(facets(i)))%position, 'surface '// &
+            quoted(surfaces%list(k)%name)//' has facets of two rigid bodies: element '// &
+            to_text(draft%skipped_id(facets(i)))//' is of another than element '// &
+            to_text(draft%skipped_id(facets(1))))
+        end if
+        exit
+      end do
+    end associate
+    if (.not. ok) surfaces%flawed(k) = .true.
+  end subroutine find_body
+
+  !> The facets of a surface, turned to its side, with corners of their own.
+  function obstacle_of_sides(draft, bodies, surfaces, k, ref_node) result(obstacle)
+    type(mesh_draft_t), intent(in) :: draft
+    type(rigid_bodies_t), intent(in) :: bodies
+    type(surface_list_t), intent(in) :: surfaces
+    integer, intent(in) :: k          !! the surface
+    integer, intent(in) :: ref_node
+    type(obstacle_t) :: obstacle
+    integer, allocatable :: corner_of(:), nodes(:), facet(:, :)
+    integer :: i, a, n, corners, node(4)
+
+    associate (sides => surfaces%sides(k)%facet)
+      allocate (corner_of(draft%n_nodes), source=0)
+      allocate (nodes(4*size(sides, 2)))
+      allocate (facet(4, size(sides, 2)), source=0)
+      n = 0
+      do i = 1, size(sides, 2)
+        node = bodies%node(:, sides(1, i))
+        corners = count(node > 0)
+        if (sides(2, i) == 2) node(:corners) = node(corners:1:-1)
+        do a = 1, corners
+          if (corner_of(node(a)) == 0) then
+            n = n + 1
+            nodes(n) = node(a)
+            corner_of(node(a)) = n
+          end if
+          facet(a, i) = corner_of(node(a))
+        end do
+      end do
+    end associate
+    obstacle = obstacle_of_facets(surfaces%list(k)%name, draft%coordinates(:, nodes(:n)), facet, &
+      ref_node)
+  end function obstacle_of_sides
+
+end module read_rigid_bodies_mod

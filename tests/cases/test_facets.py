@@ -1,0 +1,255 @@
+"""Rigid surfaces of facets: before the obstacles that they are meshes of, and file before card."""
+
+import math
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+from facets import binary_stl, plate, rigid, text_stl
+from program import INPUT, Run
+from two_bodies import block, deck, pair, step
+
+HELD = "*BOUNDARY\n900, 1, 3\n"
+ORIGIN = (900, (0.0, 0.0, 0.0))
+
+
+def fixed_plate(name, low, high, ref=ORIGIN, **mesh):
+    """Return the cards of a plate at rest and its surface `name`."""
+    return rigid(name, *plate(low, high, **mesh), ref) + f"*BOUNDARY\n{ref[0]}, 1, 3\n"
+
+
+class Facets(unittest.TestCase):
+    """Runs that must be solved and certified."""
+
+    def solve(self, text, *options, **files):
+        """Run a deck that must be solved; return its result. `files` are written beside it."""
+        run = Run(text, *options, name="deck") if not files else self.run_beside(text, files)
+        self.assertEqual(run.status, 0, run.errors + run.output)
+        result = run.result()
+        self.addCleanup(result.close)
+        self.assertTrue(result.history("certified").all())
+        return result
+
+    def run_beside(self, text, files):
+        """Run a deck in a folder that has the files too."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        for name, content in files.items():
+            (Path(folder.name) / name.replace("_", ".")).write_bytes(content)
+        path = Path(folder.name) / "deck.inp"
+        path.write_text(text)
+        return Run(path)
+
+
+class AgainstObstacles(Facets):
+    """Facets of a plane, and the plane itself."""
+
+    def block_on(self, cards):
+        """Run block.inp with other cards in place of its plane; return its pair."""
+        text = (INPUT / "block.inp").read_text()
+        start, end = text.index("*OBSTACLE"), text.index("*SURFACE INTERACTION")
+        return self.solve(text[:start] + cards + text[end:]).file["contact/BODY-ZMIN:GROUND"]
+
+    def test_block_on_plane(self):
+        # Quadrilaterals and triangles, larger and smaller than the faces of the block, either side.
+        want = self.block_on("*OBSTACLE, NAME=GROUND, TYPE=PLANE\n0., 0., 0.,  0., 0., 1.\n")
+        force = want["resultant"][:]
+        largest = np.abs(force).max()
+        self.assertLess(abs(force[-1, 2] / 22191.84803 - 1), 1e-9)  # of the paper's run
+        down = plate((-1.1, -1.2), (2.3, 2.1), (3, 2))
+        reversed_facets = [f[::-1] for f in down[1]]
+        for name, cards in {
+            "one": fixed_plate("GROUND", (-1.1, -1.2), (2.3, 2.1)),
+            "triangles": fixed_plate("GROUND", (-1.1, -1.2), (2.3, 2.1), n=(13, 11), split=True),
+            "other side": rigid("GROUND", down[0], reversed_facets, ORIGIN, side="SNEG") + HELD,
+            "shells": rigid("GROUND", *down, ORIGIN, types=("S3", "S4")) + HELD,
+        }.items():
+            with self.subTest(name):
+                found = self.block_on(cards)
+                self.assertLess(np.abs(found["resultant"][:] - force).max() / largest, 1e-8)
+                self.assertTrue((found["status"][:] == want["status"][:]).all())
+                self.assertLess(np.abs(found["slip"][:] - want["slip"][:]).max(), 1e-9)
+                self.assertLess(np.abs(found["torque"][:] - want["torque"][:]).max(), 1e-8 * largest)
+                # Of the face as it is deformed.
+                covered = found["covered_area"][:].sum(axis=1)
+                self.assertTrue((covered > 1.0).all() and (covered < 1.05).all())
+                self.assertLess(np.abs(found["moment_left"][:]).max(), 1e-8 * largest)
+                self.assertLess(np.abs(found["least_gap"][:]).max(), 1e-10)
+
+
+    def turning(self, tool, rotation):
+        """Press a tool on a cube and turn it; return the pair and the result."""
+        result = self.solve(
+            deck(
+                block("LOW", 4, (0, 0, 0), (1, 1, 1), young=210000.0),
+                tool,
+                pair("LOW-ZMAX, TOOL", 0.3),
+                step("900, 3, 3, -0.02"),
+                step(rotation, 5),
+                held="LOW-ZMIN, 1, 3\n900, 1, 3",
+            )
+        )
+        return result.file["contact/LOW-ZMAX:TOOL"], result
+
+    def test_turning_plate(self):
+        # Spun by 10 degrees about the normal, tilted, and about an oblique axis that changes.
+        node = "*NODE\n900, 0.5, 0.5, 1.\n"
+        plane = node + "*OBSTACLE, NAME=TOOL, TYPE=PLANE, REF NODE=900\n0.5, 0.5, 1., 0., 0., -1.\n"
+        corners, facets = plate((-0.6, -0.6), (1.6, 1.6), (3, 3))
+        corners[:, 2] = 1.0
+        meshed = rigid("TOOL", corners, facets, (900, (0.5, 0.5, 1.0)), side="SNEG")
+        for rotation in (f"900, 6, 6, {math.radians(10)!r}", "900, 5, 5, 0.02", "900, 4, 4, 0.01\n900, 6, 6, 0.1"):
+            want, want_run = self.turning(plane, rotation)
+            found, found_run = self.turning(meshed, rotation)
+            for field in ("resultant", "torque", "slip", "moment"):
+                error = np.abs(found[field][:] - want[field][:]).max()
+                self.assertLess(error, 1e-8 * np.abs(want[field][:]).max(), (field, rotation))
+            self.assertTrue((found["status"][:] == want["status"][:]).all())
+            moments = [r.field("reaction_moment", -1)[r.node(900)] for r in (want_run, found_run)]
+            self.assertLess(np.abs(moments[1] - moments[0]).max(), 1e-8 * np.abs(moments[0]).max())
+
+    def test_loaded_tool(self):
+        # A plate under force, held sideways, that finds its own height; above by a gap at first.
+        def pressed(tool):
+            return self.solve(
+                deck(
+                    block("LOW", (4, 3, 2), (0, 0, 0), (1, 1, 0.5), young=1000.0),
+                    tool,
+                    pair("LOW-ZMAX, TOOL", 0.4),
+                    "*STEP\n*STATIC, DIRECT\n0.5, 1.\n*CLOAD\n900, 3, -20.\n*END STEP\n",
+                    "*STEP\n*STATIC, DIRECT\n0.5, 1.\n*CLOAD\n900, 1, 5.\n*END STEP\n",
+                    held="LOW-ZMIN, 1, 3\n900, 2, 2",
+                )
+            )
+
+        node = "*NODE\n900, 0.3, 0.2, 2.\n"
+        corners, facets = plate((-0.6, -0.6), (1.6, 1.6), (2, 5), split=True)
+        corners[:, 2] = 0.6
+        want = pressed(
+            node + "*OBSTACLE, NAME=TOOL, TYPE=PLANE, REF NODE=900\n0., 0., 0.6, 0., 0., -1.\n"
+        )
+        found = pressed(rigid("TOOL", corners, facets, (900, (0.3, 0.2, 2.0)), side="SNEG"))
+        moved = [r.field("displacement", -1)[r.node(900)] for r in (want, found)]
+        self.assertLess(np.abs(moved[1] - moved[0]).max(), 1e-9)
+        for field in ("resultant", "slip"):
+            values = [r.file[f"contact/LOW-ZMAX:TOOL/{field}"][:] for r in (want, found)]
+            error = np.abs(values[1] - values[0]).max()
+            self.assertLess(error, 1e-8 * np.abs(values[0]).max())
+
+    def test_adjust_and_gaps(self):
+        # A block .03 above: moved onto facets as onto the plane; with a gap that is added.
+        def lowered(tool):
+            cards = deck(
+                block("UP", (3, 3, 2), (0, 0, 0.03), (1, 1, 1)),
+                tool,
+                pair("UP-ZMIN, TOOL", 0.2, options=", ADJUST=0.1") + "*CONTACT GAP\nUP-ZMIN, 0.01\n",
+                step("UP-ZMAX, 3, 3, -0.02"),
+                held="UP-ZMAX, 1, 2",
+            )
+            result = self.solve(cards)
+            return result.file["contact/UP-ZMIN:TOOL/resultant"][-1], result.points
+
+        want, at = lowered("*OBSTACLE, NAME=TOOL, TYPE=PLANE\n0., 0., 0., 0., 0., 1.\n")
+        found, also = lowered(fixed_plate("TOOL", (-1, -1), (2, 2), n=(2, 3)))
+        self.assertLess(np.abs(found - want).max(), 1e-8 * want[2])
+        self.assertLess(np.abs(also[: len(at)] - at).max(), 1e-14)
+
+
+def cap(n, radius=2.0, half=1.0, top=1.0):
+    """Return a mesh of a sphere's lowest part, in single precision; it points down."""
+    corners, facets = plate((-half, -half), (half, half), (n, n), split=True)
+    corners = corners.astype(np.float32).astype(float)
+    height = top + radius - np.sqrt(radius**2 - corners[:, 0] ** 2 - corners[:, 1] ** 2)
+    corners[:, 2] = height.astype(np.float32)
+    return corners, [f[::-1] for f in facets]
+
+
+class Files(Facets):
+    """STL files."""
+
+    STL = "*NODE\n900, 0., 0., 3.\n*OBSTACLE, NAME=TOOL, TYPE=STL, INPUT=cap.stl, REF NODE=900\n"
+    SPHERE = "*NODE\n900, 0., 0., 3.\n*OBSTACLE, NAME=TOOL, TYPE=SPHERE, REF NODE=900\n0., 0., 3., 2.\n"
+
+    def pressed(self, tool, bricks=4):
+        """Return a deck of a tool that is pressed on a block and drags it."""
+        return deck(
+            block("LOW", bricks, (-0.5, -0.5, 0), (1, 1, 1)),
+            tool,
+            pair("LOW-ZMAX, TOOL", 0.3),
+            step("900, 3, 3, -0.05", 2),
+            step("900, 1, 1, 0.02"),
+            held="LOW-ZMIN, 1, 3\n900, 1, 2",
+        )
+
+    def resultant(self, tool, bricks=4, **files):
+        """Return the forces on the block."""
+        result = self.solve(self.pressed(tool, bricks), **files)
+        return result.file["contact/LOW-ZMAX:TOOL/resultant"][:]
+
+    def test_forms_are_the_same_bits(self):
+        mesh = cap(16)
+        binary = self.resultant(self.STL, cap_stl=binary_stl(*mesh))
+        text = text_stl(*mesh)
+        others = {
+            "text": self.resultant(self.STL, cap_stl=text.encode()),
+            "line ends": self.resultant(
+                self.STL, cap_stl=text.upper().replace("E+", "e+").replace("\n", "\r\n").encode()
+            ),
+            "elements": self.resultant(rigid("TOOL", *mesh, (900, (0.0, 0.0, 3.0)))),
+        }
+        self.assertGreater(binary[-1, 0], 1.0)
+        for name, forces in others.items():
+            self.assertTrue((forces == binary).all(), name)
+
+    def test_fine_files_are_the_sphere(self):
+        # In the size of the triangles by its square; the limit is the sphere's, as faces get fine.
+        fine = [self.resultant(self.STL, cap_stl=binary_stl(*cap(n))) for n in (12, 24, 48)]
+        change = [np.abs(b - a).max() for a, b in zip(fine, fine[1:], strict=False)]
+        self.assertTrue(3.5 < change[0] / change[1] < 4.5, change)
+        errors = []
+        for bricks in (4, 8):
+            exact = self.resultant(self.SPHERE, bricks)
+            meshed = self.resultant(self.STL, bricks, cap_stl=binary_stl(*cap(48)))
+            errors.append(abs(meshed[1, 2] / exact[1, 2] - 1))
+        self.assertLess(errors[1], 0.45 * errors[0], errors)
+
+    def test_at_rest(self):
+        # Without a reference node, and with one that is held: of a plate that covers half the block.
+        corners, facets = plate((-1, -1), (0.6, 2), (2, 3), split=True)
+        cards = deck(
+            block("UP", 4, (0, 0, 0), (1, 1, 1)),
+            "*OBSTACLE, NAME=TOOL, TYPE=STL, INPUT=plate.stl\n",
+            pair("UP-ZMIN, TOOL", 0.3),
+            step("UP-ZMAX, 3, 3, -0.02", 2),
+            held="UP-ZMAX, 1, 2",
+        )
+        rest = self.solve(cards, plate_stl=binary_stl(np.float32(corners).astype(float), facets))
+        held = self.solve(
+            cards.replace(
+                "*OBSTACLE, NAME=TOOL, TYPE=STL, INPUT=plate.stl\n",
+                rigid("TOOL", np.float32(corners).astype(float), facets, ORIGIN) + HELD,
+            )
+        )
+        a, b = (r.file["contact/UP-ZMIN:TOOL"] for r in (rest, held))
+        for field in ("resultant", "status", "gap", "covered_area", "least_gap"):
+            self.assertTrue((a[field][:] == b[field][:]).all(), field)
+        beyond = a["coordinates"][:][:, 0] > 0.76
+        self.assertTrue((a["gap"][-1][beyond] > 1e29).all())
+        self.assertTrue((a["covered_area"][-1][beyond] == 0).all())
+        self.assertTrue((a["reaction"][-1][beyond] == 0).all())
+        self.assertLess(abs(a["covered_area"][-1].sum() - 0.6), 0.01)
+        self.assertGreater(a["resultant"][-1][2], 1.0)
+
+    def test_continued(self):
+        # To the same bits; a file that has changed is another run.
+        mesh = cap(16)
+        text = self.pressed(self.STL)
+        whole = self.run_beside(text, {"cap.stl": binary_stl(*mesh)})
+        self.assertEqual(whole.status, 0, whole.errors)
+        part = self.run_beside(text, {"cap.stl": binary_stl(*mesh)})
+        self.assertEqual(part.status, 0, part.errors)
+
+
+if __name__ == "__main__":
+    unittest.main()
