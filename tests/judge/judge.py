@@ -18,9 +18,12 @@ Exit status 1 if any is wrong, refuted, unconfirmed or broken.
 """
 
 import argparse
+import math
 import os
 import re
+import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -40,6 +43,7 @@ from scenes import deck_of
 ROOT = Path(__file__).resolve().parents[2]
 RIGHT, WRONG, BROKEN = "right", "wrong", "broken"
 FAILURES = (WRONG, REFUTED, OPEN, BROKEN)
+PATIENCE = 20  # seconds to wait for one of the processor
 
 
 @dataclass
@@ -54,14 +58,21 @@ class Verdict:
 
 
 def run_program(program, deck, limit):
-    """(exit status, message) of a run; the status of one that does not end is None."""
+    """(exit status, message) of a run; the status of one that does not end is None.
+
+    `limit` is in seconds of the processor: on a busy machine a run may take far longer.
+    """
+    most = math.ceil(limit)
     try:
         done = subprocess.run(
             [program, deck.name], cwd=deck.parent, capture_output=True, text=True,
-            timeout=limit, check=False,
+            timeout=PATIENCE * limit, check=False,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (most, most + 1)),
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        return None, f"no end within {limit:g} s"
+        return None, f"no end within {PATIENCE * limit:g} s"
+    if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+        return None, f"no end within {limit:g} s of the processor"
     return done.returncode, done.stderr
 
 
@@ -155,7 +166,7 @@ def read_options(words=None):
     parser.add_argument("--keep", type=Path, help="where decks that fail are kept")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--refusals", action="store_true", help="print those confirmed, too")
-    parser.add_argument("--limit", type=float, default=120.0, help="seconds a run may take")
+    parser.add_argument("--limit", type=float, default=120.0, help="seconds of the processor that a run may take")
     parser.add_argument("--bipot", dest="program", help="the program",
                         default=os.environ.get("BIPOT", str(ROOT / "build" / "bipot")))  # fmt: skip
     options = parser.parse_args(words)
