@@ -166,7 +166,9 @@ def read_options(words=None):
     parser.add_argument("--keep", type=Path, help="where decks that fail are kept")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--refusals", action="store_true", help="print those confirmed, too")
-    parser.add_argument("--limit", type=float, default=120.0, help="seconds of the processor that a run may take")
+    parser.add_argument(
+        "--limit", type=float, default=120.0, help="seconds of the processor that a run may take"
+    )
     parser.add_argument("--bipot", dest="program", help="the program",
                         default=os.environ.get("BIPOT", str(ROOT / "build" / "bipot")))  # fmt: skip
     options = parser.parse_args(words)
