@@ -6,7 +6,8 @@ module body_solver_mod
   use system_mod, only: wall_seconds
   use dense_mod, only: norm_1, invert_spd
   use near_stiffness_mod, only: near_stiffness_t, find_near
-  use mesh_mod, only: node_neighbours
+  use constraints_mod, only: constraints_t, active_constraints
+  use linked_nodes_mod, only: coupled_nodes
   use obstacles_mod, only: ref_nodes
   use contact_points_mod, only: contact_points_t, contact_nodes
   use controls_mod, only: is_exact, precision_in_words
@@ -27,6 +28,7 @@ module body_solver_mod
   !> What depends on the supports and the interface, and on nothing else.
   type :: body_solver_t
     logical, allocatable :: prescribed(:, :)      !! (3,n_nodes) reference nodes included
+    type(constraints_t) :: constraints            !! those that hold with these supports
     type(free_motions_t) :: motions               !! rigid motions that supports leave free
     type(stiffness_inverse_t) :: inverse          !! with the motions pinned
     type(near_stiffness_t) :: stiffness           !! of the Schur complement at the points, x, y, z
@@ -60,13 +62,15 @@ contains
     integer :: n_stiffnesses
 
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-      contact_nodes(points), body%motions, error)
+      contact_nodes(points), body%motions, error, scene%constraints)
     if (allocated(error)) return
     body%prescribed = prescribed
+    body%constraints = active_constraints(scene%constraints, prescribed)
     clock = wall_seconds()
     associate (inverse => body%inverse)
-      inverse%map = make_dof_map(scene%mesh%body, hold_pins(body%motions, prescribed), interface)
-      call node_neighbours(scene%mesh, start, neighbours)
+      inverse%map = make_dof_map(scene%mesh%body, hold_pins(body%motions, prescribed), interface, &
+        body%constraints)
+      call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
       call assemble_shares(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
         n_stiffnesses)
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
@@ -107,7 +111,7 @@ contains
 
     body%prescribed = prescribed
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-      contact_nodes(points), body%motions, error)
+      contact_nodes(points), body%motions, error, scene%constraints)
   end subroutine change_obstacle_supports
 
   !> Replace the Schur complement by its inverse, both triangles.

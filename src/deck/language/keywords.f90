@@ -41,6 +41,7 @@ module keywords_mod
     keyword_t('SURFACE INTERACTION', in_model, is_read), &
     keyword_t('FRICTION', in_model, is_read), &
     keyword_t('CONTACT PAIR', in_model, is_read), &
+    keyword_t('TIE', in_model, is_read), &
     keyword_t('CONTACT GAP', in_model, is_read), &
     keyword_t('CONTACT SOLVER', in_model, is_read), &
     keyword_t('PRECISION', in_model, is_read), &
@@ -91,7 +92,6 @@ module keywords_mod
     keyword_t('ORIENTATION', anywhere, is_missing), &
     keyword_t('EQUATION', anywhere, is_missing), &
     keyword_t('MPC', anywhere, is_missing), &
-    keyword_t('TIE', anywhere, is_missing), &
     keyword_t('RIGID BODY', anywhere, is_missing), &
     keyword_t('COUPLING', anywhere, is_missing), &
     keyword_t('INITIAL CONDITIONS', anywhere, is_missing), &
