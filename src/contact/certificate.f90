@@ -342,7 +342,8 @@ contains
       else
         motion = motions_of(mesh%coordinates(:, node) - 0.5_wp*(low(:, body) + high(:, body)))
         do i = 1, 6
-          call add_node(node, motion(:, i), forces, rounding(node), pressed, support, along(i, body))
+          call add_node(node, motion(:, i), forces, rounding(node), pressed, support, &
+            along(i, body))
         end do
       end if
     end do

@@ -12,7 +12,8 @@ module ties_mod
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
-  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, enough
+  use mortar_mod, only: mortar_t, make_mortar, take_up_shifts, reach_of_faces, enough, &
+    face_each_other
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
   use surfaces_mod, only: surface_t, nodes_of
@@ -20,14 +21,15 @@ module ties_mod
   implicit none
   private
 
-  public :: tie_t, move_tied_nodes, make_constraints, refuse_tied_pairs, note_held
+  public :: tie_t, check_tie, move_tied_nodes, make_constraints, refuse_tied_pairs, note_held
 
   !> A *TIE.
   type :: tie_t
     character(:), allocatable :: name
     integer :: slave = 0, master = 0   !! surfaces
     logical :: adjust = .true.         !! slave nodes may be moved
-    real(wp) :: tolerance = -1.0_wp    !! how far, at most; < 0: a share of the master's faces [length]
+    real(wp) :: tolerance = -1.0_wp
+    !! how far, at most; < 0: a share of the edges of the master's faces [length]
     integer :: position = 0            !! in the deck
   end type tie_t
 
@@ -37,6 +39,36 @@ module ties_mod
   integer, parameter :: most_rounds = 60
 
 contains
+
+  !> Report surfaces that share a node, or are turned away from each other.
+  subroutine check_tie(reader, model, surfaces, tie, ok)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: surfaces(:)
+    type(tie_t), intent(in) :: tie
+    logical, intent(out) :: ok
+    integer, allocatable :: slave(:, :), master(:, :)
+    logical :: is_slave(model%mesh%n_nodes)
+    integer :: i
+
+    associate (one => surfaces(tie%slave), other => surfaces(tie%master))
+      is_slave = .false.
+      is_slave(one%nodes) = .true.
+      ok = .not. any(is_slave(other%nodes))
+      if (.not. ok) then
+        i = findloc(is_slave(other%nodes), .true., dim=1)
+        call report(reader, tie%position, quoted(one%name)//' and '//quoted(other%name)// &
+          ' share node '//to_text(model%mesh%node_id(other%nodes(i)))// &
+          ': the surfaces of a tie must have nodes of their own')
+        return
+      end if
+      allocate (slave, source=nodes_of(one%faces, model%mesh%connectivity))
+      allocate (master, source=nodes_of(other%faces, model%mesh%connectivity))
+      ok = face_each_other(slave, master, model%mesh%coordinates(:, :model%mesh%n_nodes))
+      if (.not. ok) call report(reader, tie%position, 'no face of '//quoted(other%name)// &
+        ' is turned towards one of '//quoted(one%name)//': these sides cannot be tied')
+    end associate
+  end subroutine check_tie
 
   !> Move the slave nodes of all ties onto their masters, and say how many and how far.
   !>
@@ -228,6 +260,7 @@ contains
     associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes))
       call make_mortar(slave, master, surfaces(tie%slave)%nodes, x, &
         max(tolerance_of(model, surfaces, tie), reach_of_faces(slave, master, x)), mortar)
+      call take_up_shifts(surfaces(tie%slave)%nodes, x, mortar)
     end associate
     allocate (tied(size(mortar%area)))
     tied = mortar%area > enough*mortar%whole_area

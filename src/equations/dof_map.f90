@@ -57,15 +57,15 @@ contains
 
     if (present(active)) then
       if (active%n > 0) then
-        map = number_unknowns(body, prescribed, on_interface .or. masters_of(active, on_interface), &
-          constraint_of(active, size(body)) > 0)
+        call number_unknowns(body, prescribed, on_interface .or. masters_of(active, &
+          on_interface), constraint_of(active, size(body)) > 0, map)
         map%constraints = active
         allocate (map%constraint(3, size(body)), source=constraint_of(active, size(body)))
         return
       end if
     end if
-    map = number_unknowns(body, prescribed, on_interface, spread(spread(.false., 1, 3), 2, &
-      size(body)))
+    call number_unknowns(body, prescribed, on_interface, spread(spread(.false., 1, 3), 2, &
+      size(body)), map)
   end function map_of_dofs
 
   !> The masters of what is on the interface and depends.
@@ -84,10 +84,10 @@ contains
     end do
   end function masters_of
 
-  pure function number_unknowns(body, prescribed, on_interface, depends) result(map)
+  pure subroutine number_unknowns(body, prescribed, on_interface, depends, map)
     integer, intent(in) :: body(:)             !! (n_nodes)
     logical, intent(in), dimension(:, :) :: prescribed, on_interface, depends !! (3,n_nodes)
-    type(dof_map_t) :: map
+    type(dof_map_t), intent(out) :: map
     logical :: wanted
     integer :: pass, node, i
 
@@ -112,7 +112,7 @@ contains
         if (map%equation(i, node) > 0) map%node(map%equation(i, node)) = node
       end do
     end do
-  end function number_unknowns
+  end subroutine number_unknowns
 
   !> A map of `numbers_of` another, as it is sent to other ranks: equations without nodes.
   pure function map_of_numbers(numbers, n_free, n_interface, active) result(map)
@@ -182,8 +182,8 @@ contains
     equations = max(0, map%equation(:, node) - (map%n_free - map%n_interface))
   end function interface_equations_of
 
-  !> What a degree of freedom is on the interface, as a sum of coefficients times unknowns there: its
-  !> own, those of its masters, or none.
+  !> What a degree of freedom is on the interface, as a sum of coefficients times unknowns there:
+  !> its own, those of its masters, or none.
   pure subroutine interface_terms_of(map, node, dof, equations, coefficients)
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: node, dof

@@ -4,7 +4,11 @@ import unittest
 
 import numpy as np
 from program import Run
-from two_bodies import block, deck, pair, step
+from two_bodies import block, deck, pair, quarter_ring, step
+
+GROUND = "*OBSTACLE, NAME=GROUND, TYPE=PLANE\n0., 0., -1.,  0., 0., 1.\n"
+PUSH = "{0}-ZMAX, 3, 3, -0.05\n{0}-ZMAX, 1, 1, 0.02\n{0}-ZMAX, 2, 2, 0."
+WEIGHT = "*STEP\n*STATIC, DIRECT\n1., 1.\n*DLOAD\n{}*END STEP\n"
 
 
 def solved(case, text, *options):
@@ -18,11 +22,326 @@ def solved(case, text, *options):
     return result
 
 
-def tie(surfaces, name="GLUE", options=""):
+def tie(surfaces, options=""):
     """Return the cards of a tie, "SLAVE, MASTER"."""
-    return f"*TIE, NAME={name}{options}\n{surfaces}\n"
+    return f"*TIE, NAME=GLUE{options}\n{surfaces}\n"
 
 
-def displacements(result):
-    """Return the nodes' displacements at the end, a row a node in the order of the deck."""
-    return result.file["VTKHDF/PointData/displacement"][:].reshape(-1, len(result.file["VTKHDF/Points"]), 3)[-1]
+def at_end(result, field):
+    """Return a field over the nodes at the end, a row a node in the order of the deck."""
+    nodes = len(result.file["VTKHDF/Points"])
+    return result.file[f"VTKHDF/PointData/{field}"][:].reshape(-1, nodes, 3)[-1]
+
+
+def gravity(*bodies):
+    """Return a *STEP under the bodies' weight, downwards."""
+    return WEIGHT.format("".join(f"{name}, GRAV, 10., 0., 0., -1.\n" for name in bodies))
+
+
+def heavy(card):
+    """Return the cards of a block of density 1."""
+    return card.replace("*SOLID", "*DENSITY\n1.\n*SOLID")
+
+
+class PatchTest(unittest.TestCase):
+    """A uniform stress goes through a tie of meshes that do not match."""
+
+    def stress_error(self, axis, slave_is_upper, upper, lower, change=str):
+        """The largest error of the stress, of blocks along an axis under a pressure of 10."""
+        name = "XYZ"[axis]
+        low, start = [0, 0, 0], [0, 0, 0]
+        low[axis] = -1
+        sides = (f"UP-{name}MIN", f"LOW-{name}MAX")
+        rolls = "".join(
+            f"{body}-{other}MIN, {'XYZ'.index(other) + 1}\n"
+            for body in ("LOW", "UP")
+            for other in "XYZ"
+            if other != name
+        )
+        text = deck(
+            block("LOW", lower, low, (1, 1, 1)),
+            block("UP", upper, start, (1, 1, 1)),
+            tie(", ".join(sides if slave_is_upper else sides[::-1])),
+            f"*STEP\n*STATIC, DIRECT\n1., 1.\n*DSLOAD\nUP-{name}MAX, P, 10.\n"
+            "*EL FILE, POSITION=INTEGRATION POINTS\nS\n*END STEP\n",
+            held=f"LOW-{name}MIN, {axis + 1}\n{rolls}".strip(),
+            tolerance=1e-12,
+        )
+        result = solved(self, change(text))
+        stress = result.file["VTKHDF/CellData/stress_gauss_points"][:].reshape(-1, 6)
+        wanted = np.zeros(6)
+        wanted[axis] = -10
+        return np.abs(stress - wanted).max() / 10
+
+    def test_every_axis_and_either_side(self):
+        for axis in range(3):
+            for slave_is_upper in (True, False):
+                error = self.stress_error(axis, slave_is_upper, 2, 3)
+                self.assertLess(error, 1e-12, (axis, slave_is_upper))
+
+    def test_bricks_that_are_no_cubes(self):
+        for slave_is_upper in (True, False):
+            error = self.stress_error(2, slave_is_upper, (2, 5, 1), (3, 1, 2))
+            self.assertLess(error, 1e-12)
+
+    def test_a_gap_within_the_tolerance_is_closed(self):
+        def open_up(text):
+            return text.replace("\n0, 0, 0,  1, 1, 1", "\n0, 0, 0.004,  1, 1, 0.996", 1)
+
+        for slave_is_upper in (True, False):
+            error = self.stress_error(2, slave_is_upper, 2, 3, open_up)
+            self.assertLess(error, 1e-12)
+
+
+class Equivalence(unittest.TestCase):
+    """A tie of equal meshes is no tie at all; tied bodies are one."""
+
+    def test_equal_meshes_are_one_block(self):
+        whole = solved(
+            self,
+            deck(
+                block("A", (2, 2, 4), (0, 0, -1), (1, 1, 2)),
+                GROUND,
+                pair("A-ZMIN, GROUND", 0.3),
+                step(PUSH.format("A"), 2),
+                tolerance=1e-12,
+            ),
+        )
+        u = at_end(whole, "displacement")
+        for surfaces in ("UP-ZMIN, LOW-ZMAX", "LOW-ZMAX, UP-ZMIN"):
+            result = solved(
+                self,
+                deck(
+                    block("LOW", 2, (0, 0, -1), (1, 1, 1)),
+                    block("UP", 2, (0, 0, 0), (1, 1, 1)),
+                    GROUND,
+                    tie(surfaces),
+                    pair("LOW-ZMIN, GROUND", 0.3),
+                    step(PUSH.format("UP"), 2),
+                    tolerance=1e-12,
+                ),
+            )
+            tied = at_end(result, "displacement")
+            self.assertLess(np.abs(tied[:27] - u[:27]).max(), 1e-12 * np.abs(u).max())
+            self.assertLess(np.abs(tied[27:] - u[18:]).max(), 1e-12 * np.abs(u).max())
+            self.assertRegex(result.output, r"bodies +fixed +1, held by its supports")
+            self.assertRegex(result.output, r"equations +fixed +108,")  # 45 nodes less 9 held
+
+    def test_half_a_model_is_the_whole(self):
+        cards = [
+            "*TIE, NAME=GLUE\nUP-ZMIN, LOW-ZMAX\n",
+            GROUND,
+            pair("LOW-ZMIN, GROUND", 0.3),
+            step("UP-ZMAX, 3, 3, -0.05\nUP-ZMAX, 2, 2, 0.01\nUP-ZMAX, 1, 1, 0.", 2),
+        ]
+        whole = solved(
+            self,
+            deck(
+                block("LOW", (6, 2, 2), (-1, 0, -1), (2, 1, 1)),
+                block("UP", (4, 3, 2), (-1, 0, 0), (2, 1, 1)),
+                *cards,
+            ),
+        )
+        half = solved(
+            self,
+            deck(
+                block("LOW", (3, 2, 2), (0, 0, -1), (1, 1, 1)),
+                block("UP", (2, 3, 2), (0, 0, 0), (1, 1, 1)),
+                *cards,
+                held="LOW-XMIN, 1\nUP-XMIN, 1",
+            ),
+        )
+        here = {
+            (*np.round(x, 9), i < 63): u
+            for i, (x, u) in enumerate(
+                zip(whole.file["VTKHDF/Points"][:], at_end(whole, "displacement"), strict=True)
+            )
+        }
+        low = 4 * 3 * 3
+        largest = 0.0
+        for i, (x, u) in enumerate(
+            zip(half.file["VTKHDF/Points"][:], at_end(half, "displacement"), strict=True)
+        ):
+            # The lower block of the whole model has 7 x 3 x 3 nodes.
+            same = here.get((*np.round(x, 9), i < low))
+            self.assertIsNotNone(same)
+            largest = max(largest, np.abs(u - same).max())
+        self.assertLess(largest, 1e-9 * 0.05)
+        self.assertIn("along these the tie does not hold", half.output)
+
+    def test_free_tied_bodies_move_as_one(self):
+        """Two blocks that friction alone holds; their weights and the push are what it carries."""
+        result = solved(
+            self,
+            deck(
+                heavy(block("LOW", 3, (0, 0, -1), (1, 1, 1))),
+                heavy(block("UP", 2, (0.3, 0.2, 0), (1, 0.5, 0.7))),
+                GROUND,
+                tie("UP-ZMIN, LOW-ZMAX"),
+                pair("LOW-ZMIN, GROUND", 0.5),
+                gravity("LOW", "UP").replace("*END", "*CLOAD\nUP-ZMAX, 1, 0.1\n*END"),
+            ),
+        )
+        force = at_end(result, "contact_force").sum(axis=0)
+        np.testing.assert_allclose(force, [-0.9, 0, 13.5], atol=1e-8)
+        self.assertRegex(result.output, r"free motions +at most +6 of body 1 ")
+
+
+class Equilibrium(unittest.TestCase):
+    """Loads on tied bodies are carried where these are held, wherever they act."""
+
+    def test_an_l_under_its_weight(self):
+        for surfaces in ("ARM-XMIN, POST-XMAX", "POST-XMAX, ARM-XMIN"):
+            result = solved(
+                self,
+                deck(
+                    heavy(block("POST", (2, 2, 5), (0, 0, 0), (1, 1, 3))),
+                    heavy(block("ARM", (3, 3, 3), (1, 0, 2), (2, 1, 1), young=3000.0)),
+                    tie(surfaces),
+                    gravity("POST", "ARM"),
+                    held="POST-ZMIN, 1, 3",
+                ),
+            )
+            force = at_end(result, "reaction_force")
+            x = result.file["VTKHDF/Points"][:]
+            np.testing.assert_allclose(force.sum(axis=0), [0, 0, 50], atol=1e-10)
+            # 30 at x = 0.5, 20 at x = 2, about the y axis
+            moment = (x[:, 2] * force[:, 0] - x[:, 0] * force[:, 2]).sum()
+            self.assertAlmostEqual(moment, -55, delta=1e-9)
+
+    def test_a_chain_of_three(self):
+        """The middle one is slave of one neighbour and master of the other, at shared nodes too."""
+        result = solved(
+            self,
+            deck(
+                heavy(block("A", (3, 2, 1), (0, 0, 0), (1, 1, 1))),
+                heavy(block("B", 3, (0, 0, 1), (1, 1, 1))),
+                heavy(block("C", 2, (1, 0, 1), (1, 1, 1))),
+                "*TIE, NAME=ONE\nB-ZMIN, A-ZMAX\n*TIE, NAME=TWO\nC-XMIN, B-XMAX\n",
+                gravity("A", "B", "C"),
+                held="A-ZMIN, 1, 3",
+            ),
+        )
+        np.testing.assert_allclose(
+            at_end(result, "reaction_force").sum(axis=0), [0, 0, 30], atol=1e-10
+        )
+        self.assertRegex(result.output, r"bodies +fixed +1, held")
+
+    def test_a_prescribed_master_moves_its_slaves(self):
+        result = solved(
+            self,
+            deck(
+                block("A", 2, (0, 0, 0), (1, 1, 1)),
+                block("B", 3, (0, 0, 1), (1, 1, 1)),
+                tie("B-ZMIN, A-ZMAX"),
+                step("A-ZMAX, 1, 1, 0.3\nA-ZMAX, 2, 2, 0.1\nA-ZMAX, 3, 3, -0.2"),
+                held="A-ZMIN, 1, 3",
+            ),
+        )
+        u = at_end(result, "displacement")[27:]
+        np.testing.assert_allclose(u, np.tile([0.3, 0.1, -0.2], (64, 1)), atol=1e-13)
+        force = at_end(result, "reaction_force")
+        np.testing.assert_allclose(force.sum(axis=0), 0, atol=1e-9)
+        np.testing.assert_allclose(force[27:], 0, atol=0)
+
+    def test_rings_whose_facets_do_not_match(self):
+        """A thick pipe of two tied rings under pressure: Lame's displacement inside."""
+        for surfaces in ("I-OUT, O-IN", "O-IN, I-OUT"):
+            result = solved(
+                self,
+                deck(
+                    quarter_ring("I", 1, (1, 2), (6, 24)),
+                    quarter_ring("O", 1001, (2, 3), (5, 18)),
+                    "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n"
+                    "*SOLID SECTION, ELSET=I, MATERIAL=M\n*SOLID SECTION, ELSET=O, MATERIAL=M\n",
+                    tie(surfaces),
+                    "*STEP\n*STATIC, DIRECT\n1., 1.\n*DSLOAD\nI-IN, P, 10.\n*END STEP\n",
+                    held="I-X, 1\nI-Y, 2\nO-X, 1\nO-Y, 2\nI-ALL, 3\nO-ALL, 3",
+                ),
+            )
+            x = result.file["VTKHDF/Points"][:]
+            u = at_end(result, "displacement")
+            inside = np.abs(np.hypot(x[:, 0], x[:, 1]) - 1) < 1e-6
+            mean = (u * x).sum(axis=1)[inside].mean()
+            # u(a) = (1 + nu) p a ((1 - 2 nu) a^2 + b^2)/(E (b^2 - a^2)), plane strain
+            lame = 1.3 * 10 * (0.4 + 9) / (1000 * 8)
+            self.assertAlmostEqual(mean / lame, 1, delta=0.01)
+
+
+class ContactOnTiedNodes(unittest.TestCase):
+    """Points and masters of contact that are tied themselves."""
+
+    def resultants(self, contact):
+        """A block pressed against the side of two tied ones: the pairs' forces, all together."""
+        names = ("LOW-XMAX", "UP-XMAX")
+        pairs = [
+            pair(contact.format(name), 0.3, number=i + 1) for i, name in enumerate(names)
+        ]
+        result = solved(
+            self,
+            deck(
+                block("LOW", 4, (0, 0, -1), (1, 1, 1)),
+                block("UP", 3, (0, 0, 0), (1, 1, 1)),
+                block("SIDE", (1, 3, 5), (1, 0, -1), (1, 1, 2)),
+                tie("UP-ZMIN, LOW-ZMAX"),
+                *pairs,
+                step("SIDE-XMAX, 1, 1, -0.01\nSIDE-XMAX, 2, 3, 0."),
+                held="LOW-XMIN, 1, 3\nUP-XMIN, 1, 3",
+            ),
+        )
+        support = at_end(result, "reaction_force")
+        x = result.file["VTKHDF/Points"][:]
+        np.testing.assert_allclose(support.sum(axis=0), 0, atol=1e-9)
+        return support[x[:, 0] > 1.5].sum(axis=0)
+
+    def test_either_side_is_the_slave(self):
+        one = self.resultants("{}, SIDE-XMIN")
+        other = self.resultants("SIDE-XMIN, {}")
+        self.assertLess(np.abs(one - other).max(), 0.02 * np.abs(one).max())
+
+    def test_solvers_end_alike(self):
+        """Newton's method and sweeps on an L whose tied nodes touch the ground."""
+        forces = []
+        for solver in ("GLOBAL NEWTON", "SWEEPS"):
+            result = solved(
+                self,
+                deck(
+                    block("LEFT", 2, (0, 0, -1), (1, 1, 1)),
+                    block("RIGHT", 3, (1, 0, -1), (1, 1, 1)),
+                    GROUND,
+                    tie("RIGHT-XMIN, LEFT-XMAX"),
+                    pair("LEFT-ZMIN, GROUND"),
+                    pair("RIGHT-ZMIN, GROUND", number=2),
+                    step(PUSH.format("LEFT"), 2),
+                ).replace("*CONTACT SOLVER", f"*CONTACT SOLVER, SOLVER={solver}"),
+            )
+            forces.append(at_end(result, "contact_force").sum(axis=0))
+        np.testing.assert_allclose(forces[0], forces[1], rtol=1e-6, atol=1e-8)
+
+
+class Arithmetic(unittest.TestCase):
+    """Other precisions, a run cut in two, and an exported problem."""
+
+    TEXT = deck(
+        block("LOW", 4, (0, 0, -1), (1, 1, 1)),
+        block("UP", 3, (0, 0, 0), (1, 1, 1), young=3000.0),
+        GROUND,
+        tie("UP-ZMIN, LOW-ZMAX"),
+        pair("LOW-ZMIN, GROUND", 0.3),
+        step(PUSH.format("UP"), 4),
+    )
+
+    def test_other_precisions(self):
+        u = at_end(solved(self, self.TEXT), "displacement")
+        for options in (
+            "FACTOR=SINGLE, COMPLIANCE=SINGLE",
+            "BLOCK LOW RANK=1e-6",
+            "OUT OF CORE=YES",
+        ):
+            text = self.TEXT.replace("*TIE", f"*PRECISION, {options}\n*TIE")
+            other = at_end(solved(self, text), "displacement")
+            self.assertLess(np.abs(other - u).max(), 1e-9 * np.abs(u).max(), options)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -3,17 +3,15 @@
 !>     *TIE, NAME=GLUE, POSITION TOLERANCE=0.01
 !>     LID-ZMIN, BASE-ZMAX            slave surface, master surface; more lines are more pairs
 module read_ties_mod
-  use cards_mod, only: note, reader_t, report
+  use cards_mod, only: reader_t, report
   use diagnostics_mod, only: any_mistakes, quoted
   use fields_mod, only: field_position, fields_t, name_field, next_data_line
   use kinds_mod, only: wp
-  use mortar_mod, only: face_each_other
   use options_mod, only: allow_options, card_t, choice_option, name_option, open_card, real_option
   use sets_mod, only: model_t
   use surface_list_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
   use surfaces_mod, only: nodes_of
-  use text_mod, only: to_text
-  use ties_mod, only: tie_t
+  use ties_mod, only: check_tie, tie_t
   implicit none
   private
 
@@ -73,7 +71,7 @@ contains
       else
         next%name = surfaces%list(next%slave)%name//':'//surfaces%list(next%master)%name
       end if
-      call check_sides(reader, model, surfaces, next, ok)
+      call check_tie(reader, model, surfaces%list(:surfaces%n), next, ok)
       if (ok) ties = [ties, next]
     end do
     if (is_first) call report(reader, card%position, &
@@ -112,35 +110,5 @@ contains
     end subroutine find_side
 
   end subroutine read_tie
-
-  !> Report surfaces that share a node, or are turned away from each other.
-  subroutine check_sides(reader, model, surfaces, tie, ok)
-    type(reader_t), intent(inout) :: reader
-    type(model_t), intent(in) :: model
-    type(surface_list_t), intent(in) :: surfaces
-    type(tie_t), intent(in) :: tie
-    logical, intent(out) :: ok
-    integer, allocatable :: slave(:, :), master(:, :)
-    logical :: is_slave(model%mesh%n_nodes)
-    integer :: i
-
-    associate (one => surfaces%list(tie%slave), other => surfaces%list(tie%master))
-      is_slave = .false.
-      is_slave(one%nodes) = .true.
-      ok = .not. any(is_slave(other%nodes))
-      if (.not. ok) then
-        i = findloc(is_slave(other%nodes), .true., dim=1)
-        call report(reader, tie%position, quoted(one%name)//' and '//quoted(other%name)// &
-          ' share node '//to_text(model%mesh%node_id(other%nodes(i)))// &
-          ': the surfaces of a tie must have nodes of their own')
-        return
-      end if
-      allocate (slave, source=nodes_of(one%faces, model%mesh%connectivity))
-      allocate (master, source=nodes_of(other%faces, model%mesh%connectivity))
-      ok = face_each_other(slave, master, model%mesh%coordinates(:, :model%mesh%n_nodes))
-      if (.not. ok) call report(reader, tie%position, 'no face of '//quoted(other%name)// &
-        ' is turned towards one of '//quoted(one%name)//': these sides cannot be tied')
-    end associate
-  end subroutine check_sides
 
 end module read_ties_mod
