@@ -1,9 +1,13 @@
 """Tied surfaces whose meshes do not match: what must hold whatever the numbers are."""
 
+import subprocess
+import tempfile
 import unittest
+from pathlib import Path
 
+import h5py
 import numpy as np
-from program import Run
+from program import PROGRAM, Run
 from two_bodies import block, deck, pair, quarter_ring, step
 
 GROUND = "*OBSTACLE, NAME=GROUND, TYPE=PLANE\n0., 0., -1.,  0., 0., 1.\n"
@@ -41,6 +45,47 @@ def gravity(*bodies):
 def heavy(card):
     """Return the cards of a block of density 1."""
     return card.replace("*SOLID", "*DENSITY\n1.\n*SOLID")
+
+
+def shaken(name, n, low, first):
+    """Return the cards of a unit cube of C3D8 from z = `low`, its nodes moved about but on edges.
+
+    Those of a side stay in it. Node and element numbers begin at `first`.
+    """
+    random = np.random.default_rng(first)
+    nodes, elements = [], []
+    sets = {"X": [], "Y": [], "Z": []}
+    for k in range(n + 1):
+        for j in range(n + 1):
+            for i in range(n + 1):
+                place = np.array([i, j, k], float)
+                inside = (place > 0) & (place < n)
+                if inside.sum() >= 2:
+                    place += 0.25 * inside * random.uniform(-1, 1, 3)
+                x = place / n + [0, 0, low]
+                number = first + len(nodes)
+                nodes.append(f"{number}, {x[0]!r}, {x[1]!r}, {x[2]!r}".replace("np.float64", ""))
+                for axis, index in zip("XYZ", (i, j, k), strict=True):
+                    if index == 0:
+                        sets[axis].append(str(number))
+    across = n + 1
+    for k in range(n):
+        for j in range(n):
+            for i in range(n):
+                base = first + i + across * (j + across * k)
+                ring = [base, base + 1, base + 1 + across, base + across]
+                corners = ring + [corner + across * across for corner in ring]
+                elements.append(", ".join(map(str, [first + len(elements), *corners])))
+    bottom = [str(first + i) for i in range(n * n)]
+    top = [str(first + n * n * (n - 1) + i) for i in range(n * n)]
+    lines = ["*NODE", *(line.replace("(", "").replace(")", "") for line in nodes)]
+    lines += [f"*ELEMENT, TYPE=C3D8, ELSET={name}", *elements]
+    for axis, members in sets.items():
+        lines += [f"*NSET, NSET={name}-{axis}", *members]
+    lines += [f"*ELSET, ELSET={name}-B", *bottom, f"*ELSET, ELSET={name}-T", *top]
+    lines += [f"*SURFACE, NAME={name}-BOTTOM, TYPE=ELEMENT", f"{name}-B, S1"]
+    lines += [f"*SURFACE, NAME={name}-TOP, TYPE=ELEMENT", f"{name}-T, S2"]
+    return "\n".join(lines) + "\n"
 
 
 class PatchTest(unittest.TestCase):
@@ -91,6 +136,30 @@ class PatchTest(unittest.TestCase):
         for slave_is_upper in (True, False):
             error = self.stress_error(2, slave_is_upper, 2, 3, open_up)
             self.assertLess(error, 1e-12)
+
+
+class DistortedPatch(unittest.TestCase):
+    """Nodes moved about within a flat interface and within the blocks."""
+
+    def test_nodes_moved_about(self):
+        error = {}
+        for slave_is_upper in (True, False):
+            text = deck(
+                shaken("LOW", 3, -1, 1),
+                shaken("UP", 2, 0, 1001),
+                "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n"
+                "*SOLID SECTION, ELSET=LOW, MATERIAL=M\n*SOLID SECTION, ELSET=UP, MATERIAL=M\n",
+                tie("UP-BOTTOM, LOW-TOP" if slave_is_upper else "LOW-TOP, UP-BOTTOM"),
+                "*STEP\n*STATIC, DIRECT\n1., 1.\n*DSLOAD\nUP-TOP, P, 10.\n"
+                "*EL FILE, POSITION=INTEGRATION POINTS\nS\n*END STEP\n",
+                held="LOW-Z, 3\nLOW-X, 1\nLOW-Y, 2\nUP-X, 1\nUP-Y, 2",
+                tolerance=1e-12,
+            )
+            result = solved(self, text)
+            stress = result.file["VTKHDF/CellData/stress_gauss_points"][:].reshape(-1, 6)
+            error[slave_is_upper] = np.abs(stress - [0, 0, -10, 0, 0, 0]).max() / 10
+        # What quadrature leaves of faces that are no parallelograms.
+        self.assertLess(max(error.values()), 1e-5)
 
 
 class Equivalence(unittest.TestCase):
@@ -341,6 +410,48 @@ class Arithmetic(unittest.TestCase):
             text = self.TEXT.replace("*TIE", f"*PRECISION, {options}\n*TIE")
             other = at_end(solved(self, text), "displacement")
             self.assertLess(np.abs(other - u).max(), 1e-9 * np.abs(u).max(), options)
+
+    def test_a_run_cut_in_two_is_the_same(self):
+        """Ended by a signal after a few increments and continued: the same bits."""
+        text = self.TEXT.replace("0.25, 1.", f"{1 / 64!r}, 1.")
+        whole = Run(text, name="deck")
+        self.assertEqual(whole.status, 0, whole.errors)
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "deck.inp").write_text(text)
+            with subprocess.Popen(
+                [PROGRAM, "deck.inp"],
+                cwd=folder,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                text=True,
+            ) as running:
+                for line in running.stdout:
+                    if line.split()[:2] == ["1", "3"]:
+                        running.terminate()
+                running.wait()
+            done = subprocess.run(
+                [PROGRAM, "deck.inp", "--continue"],
+                cwd=folder,
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with h5py.File(Path(folder) / "deck.vtkhdf") as one, h5py.File(whole.file) as other:
+                for name in ("displacement", "reaction_force", "contact_force"):
+                    name = f"VTKHDF/PointData/{name}"
+                    self.assertTrue(np.array_equal(one[name][()], other[name][()]), name)
+
+    def test_an_exported_problem_has_these_reactions(self):
+        run = Run(self.TEXT, "--export-fclib", "4", name="deck")
+        self.assertEqual(run.status, 0, run.errors)
+        exported = run.folder / "deck-4.fclib.hdf5"
+        with run.result() as result, h5py.File(exported) as file:
+            reaction = result.pairs[0].reaction[3]
+            r = file["solution/r"][()].reshape(-1, 3)
+            np.testing.assert_allclose(r, reaction, rtol=0, atol=1e-12 * np.abs(reaction).max())
+        again = Run(exported)
+        self.assertEqual(again.status, 0, again.errors)
 
 
 if __name__ == "__main__":
