@@ -18,6 +18,7 @@ module body_solver_mod
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: factorise, is_analysed, analysed_order
   use stiffness_inverse_mod, only: stiffness_inverse_t
+  use tied_pieces_mod, only: check_pieces
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   implicit none
   private
@@ -55,7 +56,7 @@ contains
     logical, intent(in) :: interface(:, :)     !! (3,n_nodes) what is condensed to
     type(body_solver_t), intent(inout) :: body !! its factor may hold the analysis of the plan
     type(solver_work_t), intent(inout) :: work
-    type(error_t), allocatable, intent(out) :: error !! a singular matrix; no memory
+    type(error_t), allocatable, intent(out) :: error !! a singular matrix; pieces not held; no memory
     type(triplets_t) :: k
     integer, allocatable :: start(:), neighbours(:), order(:)
     real(wp) :: clock, condensed
@@ -66,6 +67,8 @@ contains
     if (allocated(error)) return
     body%prescribed = prescribed
     body%constraints = active_constraints(scene%constraints, prescribed)
+    call check_pieces(scene%mesh, body%constraints, prescribed, body%motions, error)
+    if (allocated(error)) return
     clock = wall_seconds()
     associate (inverse => body%inverse)
       inverse%map = make_dof_map(scene%mesh%body, hold_pins(body%motions, prescribed), interface, &

@@ -337,6 +337,39 @@ class Equilibrium(unittest.TestCase):
             self.assertAlmostEqual(mean / lame, 1, delta=0.01)
 
 
+class Hinges(unittest.TestCase):
+    """Pieces that can move against each other are refused, not guessed at."""
+
+    def refused(self, *cards, **more):
+        """Run a deck that must end with status 2, for want of a tie that holds."""
+        run = Run(deck(*cards, **more), name="deck")
+        self.assertEqual(run.status, 2, run.output)
+        self.assertIn("free to move against each other", run.errors)
+
+    def test_a_line_of_tied_nodes(self):
+        """One brick's edge on the master: the block turns about it."""
+        for held in ("LOW-ZMIN, 1, 3", ""):
+            self.refused(
+                heavy(block("LOW", 3, (0, 0, -1), (1, 1, 1))),
+                heavy(block("UP", 2, (0.995, 0, 0), (1, 1, 1))),
+                GROUND,
+                tie("UP-ZMIN, LOW-ZMAX"),
+                pair("LOW-ZMIN, GROUND"),
+                gravity("LOW", "UP"),
+                held=held,
+            )
+
+    def test_supports_in_the_place_of_the_tie(self):
+        """Along z all tied nodes are held, so that the lower block hangs on nothing."""
+        self.refused(
+            heavy(block("LOW", 3, (0, 0, -1), (1, 1, 1))),
+            heavy(block("UP", 2, (0, 0, 0), (1, 1, 1))),
+            tie("UP-ZMIN, LOW-ZMAX"),
+            gravity("LOW", "UP"),
+            held="UP-ZMIN, 3\nUP-XMIN, 1, 2",
+        )
+
+
 class ContactOnTiedNodes(unittest.TestCase):
     """Points and masters of contact that are tied themselves."""
 
