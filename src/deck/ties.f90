@@ -83,7 +83,7 @@ contains
     type(mortar_t) :: mortar
     logical, allocatable :: tied(:)
     integer :: mover(model%mesh%n_nodes)
-    real(wp) :: farthest, far, moved, last
+    real(wp) :: farthest, far, moved, last, rounding
     integer :: t, i, n, round, node
 
     if (size(ties) == 0) return
@@ -91,6 +91,7 @@ contains
     last = huge(last)
     associate (x => model%mesh%coordinates)
       allocate (before(3, model%mesh%n_nodes), source=x(:, :model%mesh%n_nodes))
+      rounding = 8.0_wp*epsilon(1.0_wp)*maxval(abs(before))
       do round = 1, most_rounds
         farthest = 0.0_wp
         do t = 1, size(ties)
@@ -100,7 +101,7 @@ contains
             far = tolerance_of(model, surfaces, ties(t))
             do i = 1, size(slaves)
               node = slaves(i)
-              if (.not. tied(i)) cycle
+              if (.not. tied(i) .or. norm2(mortar%apart(:, i)) <= rounding) cycle
               moved = norm2(x(:, node) - mortar%apart(:, i) - before(:, node))
               if (moved > far) then
                 call report(reader, ties(t)%position, 'tie '//quoted(ties(t)%name)//': node '// &
@@ -115,7 +116,7 @@ contains
             end do
           end associate
         end do
-        if (farthest <= epsilon(1.0_wp)*maxval(abs(before))) exit
+        if (farthest <= rounding) exit
         if (round > 5 .and. farthest > 0.9_wp*last .and. farthest < 1.0e-12_wp* &
           maxval(abs(before))) exit
         last = farthest

@@ -56,7 +56,8 @@ contains
     logical, intent(in) :: interface(:, :)     !! (3,n_nodes) what is condensed to
     type(body_solver_t), intent(inout) :: body !! its factor may hold the analysis of the plan
     type(solver_work_t), intent(inout) :: work
-    type(error_t), allocatable, intent(out) :: error !! a singular matrix; pieces not held; no memory
+    type(error_t), allocatable, intent(out) :: error
+    !! a singular matrix; pieces that ties do not hold; no memory
     type(triplets_t) :: k
     integer, allocatable :: start(:), neighbours(:), order(:)
     real(wp) :: clock, condensed
