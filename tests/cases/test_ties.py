@@ -159,7 +159,7 @@ class DistortedPatch(unittest.TestCase):
             stress = result.file["VTKHDF/CellData/stress_gauss_points"][:].reshape(-1, 6)
             error[slave_is_upper] = np.abs(stress - [0, 0, -10, 0, 0, 0]).max() / 10
         # What quadrature leaves of faces that are no parallelograms.
-        self.assertLess(max(error.values()), 1e-5)
+        self.assertLess(max(error.values()), 1e-9)
 
 
 class Equivalence(unittest.TestCase):
