@@ -5,6 +5,7 @@
 module certificate_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
+  use constraints_mod, only: constraints_t
   use mesh_mod, only: mesh_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -31,6 +32,7 @@ module certificate_mod
     real(wp), allocatable :: external(:, :)   !! loads [force]
     logical,  allocatable :: prescribed(:, :) !! degrees of freedom held by supports
     real(wp), allocatable :: displacement(:, :) !! that is prescribed, 0 elsewhere [length]
+    type(constraints_t) :: constraints        !! those of the scene, whatever supports hold
     real(wp), allocatable :: rounding(:) !! (n_nodes) that the internal forces carry [force]
     real(wp), allocatable :: stiffness(:) !! (n_nodes) of each node by itself [force/length]
     real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]
@@ -55,6 +57,9 @@ contains
   !> Scales: F the largest nodal force (reactions, supports, loads, internal), U the largest
   !> displacement increment, deformation of a body, or way that contact forces alone would move
   !> their node. 0/0 = 0.
+  !>
+  !> What depends on others by constraints is in equilibrium where its masters are: the forces on it
+  !> act on them. Its supports, if any, come before its constraint.
   pure function certify(mesh, points, contact, old, new, forces, tolerance, turned) &
     result(certificate)
     type(mesh_t), intent(in) :: mesh
@@ -68,6 +73,7 @@ contains
     type(certificate_t) :: certificate
     real(wp) :: f, u, way, x(3, points%n), reaction(3, points%n), scale(0:mesh%n_bodies)
     real(wp), dimension(3, mesh%n_nodes) :: pressed, residual, support
+    real(wp) :: rounding(mesh%n_nodes)
     logical :: is_mesh(mesh%n_nodes), at_rest(0:mesh%n_bodies)
     integer :: i, k
 
@@ -85,6 +91,7 @@ contains
       end do
     end do
     residual = forces%internal - forces%external - pressed
+    call hand_over(forces, residual, rounding)
     support = merge(residual, 0.0_wp, forces%prescribed)
     residual = residual - support
     ! Of an obstacle's reference node the forces are resultants, not those of a node. Reactions of
@@ -118,11 +125,12 @@ contains
     way = u
     if (present(turned)) way = max(u, maxval(norm2(turned%slip, dim=1)))
     certificate = judge_contact(points%mu, reaction, x, f, u, way)
-    certificate%support = departure(mesh, new%displacement, forces)
+    certificate%support = max(departure(mesh, new%displacement, forces), torn(mesh, &
+      new%displacement, forces))
     scale = forces_of_bodies(mesh, forces, pressed, support)
     scale(0) = f
-    certificate%balance = worst_balance(mesh, forces, pressed, support, scale)
-    certificate%equilibrium = worst_imbalance(mesh, residual, forces, at_rest, scale, &
+    certificate%balance = worst_balance(mesh, forces, rounding, pressed, support, scale)
+    certificate%equilibrium = worst_imbalance(mesh, residual, forces, rounding, at_rest, scale, &
       10.0_wp*tolerance)
     certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance .and. &
       certificate%support <= held
@@ -149,6 +157,81 @@ contains
       end do
     end do
   end function departure
+
+  !> How far what depends is from where its masters say it is, beside what they add up and the size
+  !> of the mesh. docs/theory.md (11.11).
+  pure real(wp) function torn(mesh, u, forces)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: u(:, :)  !! (3,n_nodes) [length]
+    type(increment_forces_t), intent(in) :: forces
+    real(wp) :: size_of_mesh, here, sum_of_sizes, part
+    integer :: c, k
+
+    torn = 0.0_wp
+    size_of_mesh = maxval(maxval(mesh%coordinates, dim=2) - minval(mesh%coordinates, dim=2))
+    associate (all => forces%constraints)
+      do c = 1, all%n
+        if (forces%prescribed(all%dof(c), all%node(c))) cycle
+        here = u(all%dof(c), all%node(c))
+        sum_of_sizes = abs(here)
+        do k = all%first(c), all%first(c + 1) - 1
+          part = all%weight(k)*u(all%master_dof(k), all%master(k))
+          here = here - part
+          sum_of_sizes = sum_of_sizes + abs(part)
+        end do
+        torn = max(torn, ratio(abs(here), max(sum_of_sizes, size_of_mesh)))
+      end do
+    end associate
+  end function torn
+
+  !> Give the forces on what depends to its masters, again and again where these depend in their
+  !> turn, and the rounding of internal forces with them.
+  pure subroutine hand_over(forces, residual, rounding_of_nodes)
+    type(increment_forces_t), intent(in) :: forces
+    real(wp), intent(inout) :: residual(:, :)          !! (3,n_nodes) [force]
+    real(wp), intent(out) :: rounding_of_nodes(:)      !! (n_nodes) [force]
+    real(wp) :: rounding(3, size(residual, 2))
+    integer :: c, k, round
+
+    rounding_of_nodes = forces%rounding
+    if (forces%constraints%n == 0) return
+    rounding = spread(forces%rounding, 1, 3)
+    associate (all => forces%constraints)
+      ! No chain is longer than there are constraints.
+      do round = 1, all%n
+        do c = 1, all%n
+          associate (i => all%dof(c), node => all%node(c))
+            if (forces%prescribed(i, node)) cycle
+            do k = all%first(c), all%first(c + 1) - 1
+              associate (to => all%master(k), j => all%master_dof(k))
+                residual(j, to) = residual(j, to) + all%weight(k)*residual(i, node)
+                rounding(j, to) = rounding(j, to) + abs(all%weight(k))*rounding(i, node)
+              end associate
+            end do
+            residual(i, node) = 0.0_wp
+            rounding(i, node) = 0.0_wp
+          end associate
+        end do
+        if (.not. some_left()) exit
+      end do
+    end associate
+    rounding_of_nodes = maxval(rounding, dim=1)
+
+  contains
+
+    pure logical function some_left()
+      integer :: l
+
+      some_left = .false.
+      do l = 1, forces%constraints%n
+        associate (i => forces%constraints%dof(l), node => forces%constraints%node(l))
+          if (forces%prescribed(i, node)) cycle
+          some_left = some_left .or. abs(residual(i, node)) > 0.0_wp .or. rounding(i, node) > 0.0_wp
+        end associate
+      end do
+    end function some_left
+
+  end subroutine hand_over
 
   !> The largest nodal force of each body: beside a body that is loaded more, errors of another
   !> would not be seen.
@@ -190,10 +273,12 @@ contains
   !> Rounding excuses at most a thousandth of the largest force. Support forces are internal forces:
   !> where the last bits of the displacements alone are worth more than is allowed, that counts as
   !> well. docs/theory.md (6.2).
-  pure real(wp) function worst_imbalance(mesh, residual, forces, at_rest, f, allowed) result(worst)
+  pure real(wp) function worst_imbalance(mesh, residual, forces, rounding_of_nodes, at_rest, f, &
+    allowed) result(worst)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: residual(:, :)    !! (3,n_nodes) on the free degrees of freedom [force]
     type(increment_forces_t), intent(in) :: forces
+    real(wp), intent(in) :: rounding_of_nodes(:) !! (n_nodes) [force]
     logical, intent(in) :: at_rest(0:)        !! (0:n_bodies)
     real(wp), intent(in) :: f(0:)             !! (0:n_bodies) of each body [force]
     real(wp), intent(in) :: allowed           !! [-]
@@ -203,7 +288,7 @@ contains
     worst = 0.0_wp
     do node = 1, mesh%n_nodes
       if (at_rest(mesh%body(node))) cycle
-      associate (largest_here => f(mesh%body(node)), rounding => forces%rounding(node))
+      associate (largest_here => f(mesh%body(node)), rounding => rounding_of_nodes(node))
         here = ratio(norm2(residual(:, node)), largest_here)
         if (here > allowed) here = ratio(norm2(residual(:, node)) - min(rounding, &
           excusable*largest_here), largest_here)
@@ -217,9 +302,10 @@ contains
 
   !> The worst balance of a whole body along its rigid motions, or of an obstacle along the
   !> translations that no support holds: loads, supports and contact alone. docs/theory.md (6.3).
-  pure real(wp) function worst_balance(mesh, forces, pressed, support, f) result(worst)
+  pure real(wp) function worst_balance(mesh, forces, rounding, pressed, support, f) result(worst)
     type(mesh_t), intent(in) :: mesh
     type(increment_forces_t), intent(in) :: forces
+    real(wp), intent(in) :: rounding(:)                  !! (n_nodes) of internal forces [force]
     real(wp), intent(in) :: pressed(:, :), support(:, :) !! (3,n_nodes) [force]
     real(wp), intent(in) :: f(0:)                        !! (0:n_bodies) of each body [force]
     type(along_motion_t) :: along(6, mesh%n_bodies), of_obstacle
@@ -243,13 +329,14 @@ contains
         do i = 1, 3
           if (forces%prescribed(i, node)) cycle
           of_obstacle = along_motion_t()
-          call add_node(node, motion(:, i), forces, pressed, support, of_obstacle)
+          call add_node(node, motion(:, i), forces, rounding(node), pressed, support, of_obstacle)
           worst = max(worst, out_of_balance(of_obstacle, f(0)))
         end do
       else
         motion = motions_of(mesh%coordinates(:, node) - 0.5_wp*(low(:, body) + high(:, body)))
         do i = 1, 6
-          call add_node(node, motion(:, i), forces, pressed, support, along(i, body))
+          call add_node(node, motion(:, i), forces, rounding(node), pressed, support, &
+            along(i, body))
         end do
       end if
     end do
@@ -274,10 +361,11 @@ contains
   end function motions_of
 
   !> Add the forces on a node to what acts along a motion.
-  pure subroutine add_node(node, motion, forces, pressed, support, along)
+  pure subroutine add_node(node, motion, forces, rounding, pressed, support, along)
     integer, intent(in) :: node
     real(wp), intent(in) :: motion(3)                    !! of the node
     type(increment_forces_t), intent(in) :: forces
+    real(wp), intent(in) :: rounding                     !! [force]
     real(wp), intent(in) :: pressed(:, :), support(:, :) !! (3,n_nodes) [force]
     type(along_motion_t), intent(inout) :: along
     real(wp) :: arm
@@ -292,7 +380,7 @@ contains
       along%load = along%load + abs(dot_product(load, motion))
       along%load_magnitude = along%load_magnitude + norm2(load)*arm
     end associate
-    along%rounding = along%rounding + forces%rounding(node)*sum(abs(motion), &
+    along%rounding = along%rounding + rounding*sum(abs(motion), &
       mask=forces%prescribed(:, node))
     along%arm = max(along%arm, arm)
   end subroutine add_node

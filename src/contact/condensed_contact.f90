@@ -175,13 +175,31 @@ contains
       call free_the_motions(g(:, group%motion), undeformed_g(:, group%motion), compliance, &
         group%floating)
     end if
-    near = turn_near(body%stiffness, placement%frame, group%active)
-    call scale_near(near, rows%left(points%pair(group%active)))
-    call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
-      near)
+    if (any(depends_on_others(body, points%node(group%active)))) then
+      ! The Schur complement says nothing of these: their stiffness is that of W.
+      call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem)
+    else
+      near = turn_near(body%stiffness, placement%frame, group%active)
+      call scale_near(near, rows%left(points%pair(group%active)))
+      call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
+        near)
+    end if
     if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
   end subroutine condense_group
+
+  !> Which nodes depend on others by constraints.
+  pure function depends_on_others(body, nodes) result(depends)
+    type(body_solver_t), intent(in) :: body
+    integer, intent(in) :: nodes(:)
+    logical :: depends(size(nodes)), of_node(size(body%prescribed, 2))
+
+    depends = .false.
+    if (body%constraints%n == 0) return
+    of_node = .false.
+    of_node(body%constraints%node(:body%constraints%n)) = .true.
+    depends = of_node(nodes)
+  end function depends_on_others
 
   !> Points with rows, of all groups.
   pure integer function count_points(contact)

@@ -42,7 +42,7 @@ contains
       end if
       before = prescribed
       call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-        contact_nodes(points), motions, error)
+        contact_nodes(points), motions, error, scene%constraints)
       if (allocated(error)) return
       loose_body(pack(motions%body, motions%body > 0)) = .true.
       loose_ref_node(pack(motions%node, motions%body == 0)) = .true.

@@ -7,15 +7,17 @@
 !> x, y, z a point; its transpose takes reactions to forces of nodes. The compliance at the rows of
 !> the points is W = R^T B C B^T R, with C over the equations of the interface and the frames R, and
 !> G = R^T B (motions). docs/theory.md sections 2 and 9. A row may name any nodes: reference nodes,
-!> nodes of any body (the slave's own too), nodes that supports hold.
+!> nodes of any body (the slave's own too), nodes that supports hold, nodes that depend on others by
+!> constraints: B is composed with these.
 module transfer_mod
   use kinds_mod, only: wp
   use huge_pages_mod, only: prefer_huge_pages
+  use constraints_mod, only: constraints_t, active_constraints
   use mesh_mod, only: mesh_t
   use obstacles_mod, only: ref_nodes
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, weights_t, is_covered, is_across
-  use dof_map_mod, only: dof_map_t, interface_equations_of
+  use dof_map_mod, only: dof_map_t, interface_equations_of, interface_terms_of
   use rigid_modes_mod, only: free_motions_t, motion_at
   use local_frame_mod, only: straight
   use placement_mod, only: placement_t
@@ -85,15 +87,26 @@ contains
   end function gap_at
 
   !> The degrees of freedom that can move: of the bodies' nodes and of obstacles, where no support
-  !> holds them. Other nodes have none.
+  !> holds them, nor all that they depend on. Other nodes have none.
   pure function movable(scene, prescribed)
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: prescribed(:, :)      !! (3,n_nodes)
     logical :: movable(3, size(prescribed, 2))
+    type(constraints_t) :: active
+    integer :: c, k
 
     movable = spread(scene%mesh%body > 0, 1, 3)
     movable(:, ref_nodes(scene%obstacles)) = .true.
     movable = movable .and. .not. prescribed
+    active = active_constraints(scene%constraints, prescribed)
+    do c = 1, active%n
+      associate (can_move => movable(active%dof(c), active%node(c)))
+        can_move = .false.
+        do k = active%first(c), active%first(c + 1) - 1
+          can_move = can_move .or. movable(active%master_dof(k), active%master(k))
+        end do
+      end associate
+    end do
   end function movable
 
   !> Number the rows of every point: a row wherever the point can move along its frame and the law
@@ -210,9 +223,17 @@ contains
         slave = interface_equations_of(map, points%node(i))
         do a = 1, 3
           transfer%first(3*(i - 1) + a) = n + 1
-          if (slave(a) > 0) call add(slave(a), 1.0_wp)
+          if (slave(a) > 0) then
+            call add(slave(a), 1.0_wp)
+          else if (map%constraints%n > 0) then
+            call add_masters(points%node(i), a, 1.0_wp)
+          end if
           do k = weights%first(i), weights%first(i + 1) - 1
-            if (master(a, k) > 0) call add(master(a, k), -weights%weight(k))
+            if (master(a, k) > 0) then
+              call add(master(a, k), -weights%weight(k))
+            else if (map%constraints%n > 0) then
+              call add_masters(weights%node(k), a, -weights%weight(k))
+            end if
           end do
         end do
       end do
@@ -231,6 +252,20 @@ contains
       transfer%equation(n) = equation
       transfer%coefficient(n) = coefficient
     end subroutine add
+
+    !> What a degree of freedom depends on; nothing where it does not.
+    subroutine add_masters(node, dof, weight)
+      integer, intent(in) :: node, dof
+      real(wp), intent(in) :: weight
+      integer, allocatable :: equations(:)
+      real(wp), allocatable :: coefficients(:)
+      integer :: l
+
+      call interface_terms_of(map, node, dof, equations, coefficients)
+      do l = 1, size(equations)
+        call add(equations(l), weight*coefficients(l))
+      end do
+    end subroutine add_masters
 
   end subroutine make_transfer
 

@@ -2,6 +2,7 @@
 module build_mesh_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use brick8_mod, only: eta_node, jacobian_determinants, xi_node, zeta_node
+  use constraints_mod, only: constraints_t
   use kinds_mod, only: wp
   use mesh_draft_mod, only: mesh_draft_t, not_a_coordinate
   use mesh_mod, only: find_bodies, mesh_t
@@ -92,8 +93,9 @@ contains
   end function is_box
 
   !> Fill the mesh; the draft is given up.
-  subroutine build_mesh(draft, material, mesh)
+  subroutine build_mesh(draft, material, constraints, mesh)
     type(mesh_draft_t), intent(inout) :: draft
+    type(constraints_t), intent(in) :: constraints
     integer, allocatable, intent(inout) :: material(:) !! (n_elements), given up
     type(mesh_t), intent(out) :: mesh
 
@@ -110,7 +112,7 @@ contains
     mesh%element_kind = draft%element_kind(:draft%n_elements)
     deallocate (draft%element_kind)
     call move_alloc(material, mesh%material)
-    call find_bodies(mesh)
+    call find_bodies(mesh, constraints)
   end subroutine build_mesh
 
 end module build_mesh_mod

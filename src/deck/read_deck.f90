@@ -31,10 +31,12 @@ module read_deck_mod
   use read_source_mod, only: read_source, source_from_text
   use read_steps_mod, only: read_steps
   use read_surfaces_mod, only: read_surfaces
+  use read_ties_mod, only: read_ties
   use surface_list_mod, only: surface_list_t
   use scene_mod, only: scene_t
   use sets_mod, only: model_t
   use text_mod, only: string_t, to_text
+  use ties_mod, only: tie_t, make_constraints, move_tied_nodes, note_held, refuse_tied_pairs
   use turns_mod, only: largest_turn, turn_allowed
   implicit none
   private
@@ -122,6 +124,7 @@ contains
     type(amplitude_list_t) :: amplitudes
     type(name_table_t) :: obstacles, materials
     type(adjust_t), allocatable :: adjusts(:)
+    type(tie_t), allocatable :: ties(:)
     integer, allocatable :: material(:)
 
     call read_heading(reader, scene%title)
@@ -139,10 +142,16 @@ contains
     call read_materials(reader, scene%materials, materials)
     call read_sections(reader, model, materials, material)
     call find_weights(scene%materials, material, model%weighs)
+    call read_ties(reader, model, surfaces, ties)
+    if (.not. any_mistakes(reader%diagnostics)) then
+      call move_tied_nodes(reader, model, surfaces%list(:surfaces%n), ties)
+    end if
     call read_contact(reader, model, surfaces, scene%obstacles, obstacles, scene%pairs, adjusts)
     if (.not. any_mistakes(reader%diagnostics)) then
       call adjust_nodes(reader, model, surfaces%list(:surfaces%n), scene%obstacles, scene%pairs, &
         adjusts)
+      call refuse_tied_pairs(reader, surfaces%list(:surfaces%n), ties, scene%pairs)
+      call make_constraints(reader, model, surfaces%list(:surfaces%n), ties, scene%constraints)
     end if
     call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
     call read_contact_controls(reader, scene%contact)
@@ -160,7 +169,8 @@ contains
 
     scene%surfaces = surfaces%list(:surfaces%n)
     call move_alloc(amplitudes%list, scene%amplitudes)
-    call build_mesh(model%mesh, material, scene%mesh)
+    call note_held(reader, scene%constraints, model%mesh%n_nodes, scene%steps)
+    call build_mesh(model%mesh, material, scene%constraints, scene%mesh)
     call check_turns(reader, scene)
   end subroutine read_cards
 

@@ -1,7 +1,9 @@
 !> The stiffness matrix of the free degrees of freedom.
 module assembly_mod
   use kinds_mod, only: wp, i8
+  use constraints_mod, only: constraints_t, constraint_of
   use mesh_mod, only: mesh_t
+  use linked_nodes_mod, only: nodes_of_brick
   use scene_mod, only: material_t
   use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness
@@ -41,12 +43,13 @@ module assembly_mod
 
 contains
 
-  !> Sum the element stiffnesses into 3x3 blocks over pairs of nodes, then list the free entries.
+  !> Sum the element stiffnesses into 3x3 blocks over pairs of nodes, then list the free entries. Of
+  !> bricks with nodes that depend on others it is T^T K T that is summed.
   subroutine assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(dof_map_t), intent(in) :: map
-    integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from node_neighbours
+    integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from coupled_nodes
     integer, intent(in) :: neighbours(:)
     type(triplets_t), intent(out) :: k
     integer, intent(out), optional :: n_computed !! element stiffnesses that were computed
@@ -54,8 +57,10 @@ contains
     real(wp), allocatable :: blocks(:, :, :)
     type(known_bricks_t) :: known
     real(wp) :: ke(24, 24)
+    integer, allocatable :: constraint(:, :)
     integer :: e, a, b, entry, nodes(8)
 
+    allocate (constraint(3, mesh%n_nodes), source=constraint_of(map%constraints, mesh%n_nodes))
     lower_start = lower_lists(start, neighbours)
     allocate (blocks(3, 3, lower_start(mesh%n_nodes + 1) - 1), source=0.0_wp)
 
@@ -64,6 +69,11 @@ contains
     do e = 1, mesh%n_elements
       nodes = mesh%connectivity(:, e)
       call find_stiffness(mesh, materials, e, known, ke)
+      if (any(constraint(:, nodes) > 0)) then
+        call add_linked(map%constraints, constraint, nodes, ke, start, neighbours, lower_start, &
+          blocks)
+        cycle
+      end if
       do a = 1, 8
         do b = 1, 8
           if (nodes(b) > nodes(a)) cycle
@@ -77,10 +87,49 @@ contains
     if (present(n_computed)) n_computed = known%n_computed
   end subroutine assemble_stiffness
 
+  !> Add T^T K T of a brick with nodes that depend on others.
+  pure subroutine add_linked(active, constraint, nodes, ke, start, neighbours, lower_start, blocks)
+    type(constraints_t), intent(in) :: active
+    integer, intent(in) :: constraint(:, :)  !! (3,n_nodes) of `constraint_of`
+    integer, intent(in) :: nodes(8)
+    real(wp), intent(in) :: ke(24, 24)       !! [force/length]
+    integer, intent(in) :: start(:), neighbours(:), lower_start(:)
+    real(wp), intent(inout) :: blocks(:, :, :) !! (3,3,entries) [force/length]
+    integer, allocatable :: linked(:)
+    real(wp), allocatable :: t(:, :), k(:, :)
+    integer :: a, b, i, l, c, entry
+
+    allocate (linked, source=nodes_of_brick(active, constraint, nodes))
+    allocate (t(24, 3*size(linked)), source=0.0_wp)
+    do a = 1, 8
+      do i = 1, 3
+        c = constraint(i, nodes(a))
+        if (c == 0) then
+          t(3*(a - 1) + i, 3*(a - 1) + i) = 1.0_wp
+          cycle
+        end if
+        do l = active%first(c), active%first(c + 1) - 1
+          b = findloc(linked, active%master(l), dim=1)
+          t(3*(a - 1) + i, 3*(b - 1) + active%master_dof(l)) = active%weight(l)
+        end do
+      end do
+    end do
+    allocate (k(3*size(linked), 3*size(linked)))
+    k = matmul(transpose(t), matmul(ke, t))
+    do a = 1, size(linked)
+      do b = 1, size(linked)
+        if (linked(b) > linked(a)) cycle
+        entry = position_of(linked(b), neighbours(start(linked(a)):start(linked(a) + 1) - 1))
+        entry = lower_start(linked(a)) + entry - 1
+        blocks(:, :, entry) = blocks(:, :, entry) + k(3*a - 2:3*a, 3*b - 2:3*b)
+      end do
+    end do
+  end subroutine add_linked
+
   !> Rows and columns of the triplets that `assemble_stiffness` would give, in the same order.
   pure subroutine list_pattern(map, start, neighbours, k)
     type(dof_map_t), intent(in) :: map
-    integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from node_neighbours
+    integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from coupled_nodes
     integer, intent(in) :: neighbours(:)
     type(triplets_t), intent(out) :: k   !! without values
 

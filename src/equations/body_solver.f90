@@ -6,7 +6,8 @@ module body_solver_mod
   use system_mod, only: wall_seconds
   use dense_mod, only: norm_1, invert_spd
   use near_stiffness_mod, only: near_stiffness_t, find_near
-  use mesh_mod, only: node_neighbours
+  use constraints_mod, only: constraints_t, active_constraints
+  use linked_nodes_mod, only: coupled_nodes
   use obstacles_mod, only: ref_nodes
   use contact_points_mod, only: contact_points_t, contact_nodes
   use controls_mod, only: is_exact, precision_in_words
@@ -17,6 +18,7 @@ module body_solver_mod
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: factorise, is_analysed, analysed_order
   use stiffness_inverse_mod, only: stiffness_inverse_t
+  use tied_pieces_mod, only: check_pieces
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   implicit none
   private
@@ -27,6 +29,7 @@ module body_solver_mod
   !> What depends on the supports and the interface, and on nothing else.
   type :: body_solver_t
     logical, allocatable :: prescribed(:, :)      !! (3,n_nodes) reference nodes included
+    type(constraints_t) :: constraints            !! those that hold with these supports
     type(free_motions_t) :: motions               !! rigid motions that supports leave free
     type(stiffness_inverse_t) :: inverse          !! with the motions pinned
     type(near_stiffness_t) :: stiffness           !! of the Schur complement at the points, x, y, z
@@ -53,20 +56,25 @@ contains
     logical, intent(in) :: interface(:, :)     !! (3,n_nodes) what is condensed to
     type(body_solver_t), intent(inout) :: body !! its factor may hold the analysis of the plan
     type(solver_work_t), intent(inout) :: work
-    type(error_t), allocatable, intent(out) :: error !! a singular matrix; no memory
+    type(error_t), allocatable, intent(out) :: error
+    !! a singular matrix; pieces that ties do not hold; no memory
     type(triplets_t) :: k
     integer, allocatable :: start(:), neighbours(:), order(:)
     real(wp) :: clock, condensed
     integer :: n_stiffnesses
 
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-      contact_nodes(points), body%motions, error)
+      contact_nodes(points), body%motions, error, scene%constraints)
     if (allocated(error)) return
     body%prescribed = prescribed
+    body%constraints = active_constraints(scene%constraints, prescribed)
+    call check_pieces(scene%mesh, body%constraints, prescribed, body%motions, error)
+    if (allocated(error)) return
     clock = wall_seconds()
     associate (inverse => body%inverse)
-      inverse%map = make_dof_map(scene%mesh%body, hold_pins(body%motions, prescribed), interface)
-      call node_neighbours(scene%mesh, start, neighbours)
+      inverse%map = make_dof_map(scene%mesh%body, hold_pins(body%motions, prescribed), interface, &
+        body%constraints)
+      call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
       call assemble_shares(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
         n_stiffnesses)
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
@@ -107,7 +115,7 @@ contains
 
     body%prescribed = prescribed
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-      contact_nodes(points), body%motions, error)
+      contact_nodes(points), body%motions, error, scene%constraints)
   end subroutine change_obstacle_supports
 
   !> Replace the Schur complement by its inverse, both triangles.

@@ -1,12 +1,17 @@
 !> Which degrees of freedom are unknowns, and their numbers. Nothing else knows the numbers of nodal
 !> values: vectors go from nodes to equations and back here.
+!>
+!> What depends on others by constraints has no equation: forces on it go to the equations of its
+!> masters (T^T f), and it moves as they do (T q). docs/theory.md (11.10).
 module dof_map_mod
   use kinds_mod, only: wp
+  use constraints_mod, only: constraints_t, constraint_of, follow_masters, give_to_masters, &
+    some_constraints
   implicit none
   private
 
   public :: dof_map_t, make_dof_map, map_of_numbers, map_of_matrix, part_of_map, numbers_of, &
-    equations_of, interface_equations_of, is_unknown, to_equations, to_nodes
+    equations_of, interface_equations_of, interface_terms_of, is_unknown, to_equations, to_nodes
 
   !> Equations 1 .. n_free - n_interface are interior, the last n_interface are of the interface.
   type :: dof_map_t
@@ -15,6 +20,8 @@ module dof_map_mod
     integer, allocatable, private :: equation(:, :)
     !! (3,n_nodes) number of each unknown, 0 where prescribed or unused
     integer, allocatable :: node(:)         !! (n_free) node of each equation
+    type(constraints_t) :: constraints      !! active ones, chains substituted
+    integer, allocatable, private :: constraint(:, :) !! (3,n_nodes) where there are any
   end type dof_map_t
 
   !> The interface by its nodes, or by its degrees of freedom.
@@ -25,24 +32,62 @@ module dof_map_mod
 contains
 
   !> Every degree of freedom of some nodes on the interface.
-  pure function map_of_nodes(body, prescribed, interface_nodes) result(map)
+  pure function map_of_nodes(body, prescribed, interface_nodes, active) result(map)
     integer, intent(in) :: body(:)             !! (n_nodes) 0 where no element uses the node
     logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
     integer, intent(in) :: interface_nodes(:)  !! in any order, repeats allowed
+    type(constraints_t), intent(in), optional :: active !! none where left out
     type(dof_map_t) :: map
     logical :: on_interface(3, size(body))
 
     on_interface = .false.
     on_interface(:, interface_nodes) = .true.
-    map = map_of_dofs(body, prescribed, on_interface)
+    map = map_of_dofs(body, prescribed, on_interface, active)
   end function map_of_nodes
 
-  !> Number the unknowns in the order of the nodes, interior first, interface last.
-  pure function map_of_dofs(body, prescribed, on_interface) result(map)
+  !> Number the unknowns in the order of the nodes, interior first, interface last. What depends on
+  !> others is on the interface by its masters.
+  pure function map_of_dofs(body, prescribed, on_interface, active) result(map)
     integer, intent(in) :: body(:)             !! (n_nodes) 0 where no element uses the node
     logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
     logical, intent(in) :: on_interface(:, :)  !! (3,n_nodes)
+    type(constraints_t), intent(in), optional :: active
+    !! of degrees of freedom that are not prescribed, chains substituted; none where left out
     type(dof_map_t) :: map
+
+    if (present(active)) then
+      if (active%n > 0) then
+        call number_unknowns(body, prescribed, on_interface .or. masters_of(active, &
+          on_interface), constraint_of(active, size(body)) > 0, map)
+        map%constraints = active
+        allocate (map%constraint(3, size(body)), source=constraint_of(active, size(body)))
+        return
+      end if
+    end if
+    call number_unknowns(body, prescribed, on_interface, spread(spread(.false., 1, 3), 2, &
+      size(body)), map)
+  end function map_of_dofs
+
+  !> The masters of what is on the interface and depends.
+  pure function masters_of(active, on_interface) result(is_master)
+    type(constraints_t), intent(in) :: active
+    logical, intent(in) :: on_interface(:, :)
+    logical :: is_master(3, size(on_interface, 2))
+    integer :: c, k
+
+    is_master = .false.
+    do c = 1, active%n
+      if (.not. on_interface(active%dof(c), active%node(c))) cycle
+      do k = active%first(c), active%first(c + 1) - 1
+        is_master(active%master_dof(k), active%master(k)) = .true.
+      end do
+    end do
+  end function masters_of
+
+  pure subroutine number_unknowns(body, prescribed, on_interface, depends, map)
+    integer, intent(in) :: body(:)             !! (n_nodes)
+    logical, intent(in), dimension(:, :) :: prescribed, on_interface, depends !! (3,n_nodes)
+    type(dof_map_t), intent(out) :: map
     logical :: wanted
     integer :: pass, node, i
 
@@ -53,6 +98,7 @@ contains
         if (body(node) == 0) cycle
         do i = 1, 3
           if (prescribed(i, node) .or. (on_interface(i, node) .neqv. wanted)) cycle
+          if (depends(i, node)) cycle
           map%n_free = map%n_free + 1
           map%equation(i, node) = map%n_free
         end do
@@ -66,17 +112,22 @@ contains
         if (map%equation(i, node) > 0) map%node(map%equation(i, node)) = node
       end do
     end do
-  end function map_of_dofs
+  end subroutine number_unknowns
 
   !> A map of `numbers_of` another, as it is sent to other ranks: equations without nodes.
-  pure function map_of_numbers(numbers, n_free, n_interface) result(map)
+  pure function map_of_numbers(numbers, n_free, n_interface, active) result(map)
     integer, intent(in) :: numbers(:, :)         !! (3,n_nodes)
     integer, intent(in) :: n_free, n_interface   !! of the whole map
+    type(constraints_t), intent(in), optional :: active !! of these nodes, none where left out
     type(dof_map_t) :: map
 
     map%n_free = n_free
     map%n_interface = n_interface
     map%equation = numbers
+    if (.not. present(active)) return
+    if (active%n == 0) return
+    map%constraints = active
+    allocate (map%constraint(3, size(numbers, 2)), source=constraint_of(active, size(numbers, 2)))
   end function map_of_numbers
 
   !> The map of a matrix that has no mesh: every equation is a node of its own.
@@ -91,13 +142,18 @@ contains
     map%equation(1, :) = map%node
   end function map_of_matrix
 
-  !> The map of some of the nodes, equations numbered as of all.
+  !> The map of some of the nodes, equations numbered as of all. Masters of nodes that depend are
+  !> among them.
   pure function part_of_map(map, nodes) result(part)
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: nodes(:)
     type(dof_map_t) :: part
+    integer :: number(size(map%equation, 2)), k
 
-    part = map_of_numbers(map%equation(:, nodes), map%n_free, map%n_interface)
+    number = 0
+    number(nodes) = [(k, k=1, size(nodes))]
+    part = map_of_numbers(map%equation(:, nodes), map%n_free, map%n_interface, &
+      some_constraints(map%constraints, number))
   end function part_of_map
 
   !> Every number of the map, 0 where there is no unknown.
@@ -126,6 +182,36 @@ contains
     equations = max(0, map%equation(:, node) - (map%n_free - map%n_interface))
   end function interface_equations_of
 
+  !> What a degree of freedom is on the interface, as a sum of coefficients times unknowns there:
+  !> its own, those of its masters, or none.
+  pure subroutine interface_terms_of(map, node, dof, equations, coefficients)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: node, dof
+    integer, allocatable, intent(out) :: equations(:) !! counted from the first of the interface
+    real(wp), allocatable, intent(out) :: coefficients(:)
+    integer :: k, n, c
+
+    c = 0
+    if (allocated(map%constraint)) c = map%constraint(dof, node)
+    n = map%n_free - map%n_interface
+    if (c == 0) then
+      k = count(map%equation(dof:dof, node) > n)
+      allocate (equations(k), source=map%equation(dof, node) - n)
+      allocate (coefficients(k), source=1.0_wp)
+      return
+    end if
+    associate (all => map%constraints, first => map%constraints%first(c), &
+               last => map%constraints%first(c + 1) - 1)
+      allocate (equations(last - first + 1), coefficients(last - first + 1))
+      do k = first, last
+        equations(k - first + 1) = map%equation(all%master_dof(k), all%master(k)) - n
+        coefficients(k - first + 1) = all%weight(k)
+      end do
+    end associate
+    coefficients = pack(coefficients, equations > 0)
+    equations = pack(equations, equations > 0)
+  end subroutine interface_terms_of
+
   !> Which degrees of freedom are unknowns.
   pure function is_unknown(map) result(unknown)
     type(dof_map_t), intent(in) :: map
@@ -134,11 +220,27 @@ contains
     unknown = map%equation > 0
   end function is_unknown
 
-  !> From nodes to equations; what is prescribed is left out.
+  !> From nodes to equations, T^T; what is prescribed is left out.
   pure subroutine to_equations(map, nodal, b)
     type(dof_map_t), intent(in) :: map
-    real(wp), intent(in) :: nodal(:, :)   !! (3,n_nodes)
+    real(wp), intent(in) :: nodal(:, :)   !! (3,n_nodes) forces
     real(wp), intent(out) :: b(:)         !! (n_free)
+    real(wp), allocatable :: given(:, :)
+
+    if (map%constraints%n == 0) then
+      call pick(map, nodal, b)
+    else
+      allocate (given(3, size(nodal, 2)), source=nodal)
+      call give_to_masters(map%constraints, given)
+      call pick(map, given, b)
+    end if
+  end subroutine to_equations
+
+  !> The values that have an equation.
+  pure subroutine pick(map, nodal, b)
+    type(dof_map_t), intent(in) :: map
+    real(wp), intent(in) :: nodal(:, :)
+    real(wp), intent(out) :: b(:)
     integer :: node, i
 
     do node = 1, size(nodal, 2)
@@ -146,9 +248,9 @@ contains
         if (map%equation(i, node) > 0) b(map%equation(i, node)) = nodal(i, node)
       end do
     end do
-  end subroutine to_equations
+  end subroutine pick
 
-  !> From equations to nodes, 0 along prescribed directions.
+  !> From equations to nodes, T; 0 along prescribed directions.
   pure subroutine to_nodes(map, b, nodal)
     type(dof_map_t), intent(in) :: map
     real(wp), intent(in) :: b(:)          !! (n_free)
@@ -161,6 +263,7 @@ contains
         if (map%equation(i, node) > 0) nodal(i, node) = b(map%equation(i, node))
       end do
     end do
+    if (map%constraints%n > 0) call follow_masters(map%constraints, nodal)
   end subroutine to_nodes
 
 end module dof_map_mod

@@ -8,6 +8,7 @@
 module rigid_modes_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_machine
+  use constraints_mod, only: constraints_t
   use mesh_mod, only: mesh_t
   use small_matrix_mod, only: cross
   use dense_mod, only: singular_values, symmetric_eigenvectors, invert_general
@@ -44,14 +45,17 @@ module rigid_modes_mod
 contains
 
   !> All free motions: of the bodies first, then of the reference nodes.
-  subroutine find_free_motions(mesh, prescribed, ref_nodes, contact_nodes, motions, error)
+  subroutine find_free_motions(mesh, prescribed, ref_nodes, contact_nodes, motions, error, &
+    constraints)
     type(mesh_t), intent(in) :: mesh
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     integer, intent(in) :: ref_nodes(:)      !! of obstacles, each once
     integer, intent(in) :: contact_nodes(:)  !! less preferred as pins
     type(free_motions_t), intent(out) :: motions
     type(error_t), allocatable, intent(out) :: error !! LAPACK failed
-    logical :: preferred(mesh%n_nodes)
+    type(constraints_t), intent(in), optional :: constraints
+    !! those of the scene, none where left out: what depends is no pin
+    logical :: preferred(mesh%n_nodes), barred(3, mesh%n_nodes)
     integer :: body, i, k
     integer, allocatable :: first(:), nodes(:)
 
@@ -62,10 +66,16 @@ contains
       source=0.0_wp)
     preferred = .true.
     preferred(contact_nodes) = .false.
+    barred = prescribed(:, :mesh%n_nodes)
+    if (present(constraints)) then
+      do k = 1, constraints%n
+        barred(constraints%dof(k), constraints%node(k)) = .true.
+      end do
+    end if
     call list_nodes(mesh, first, nodes)
     do body = 1, mesh%n_bodies
-      call find_body_motions(mesh, nodes(first(body):first(body + 1) - 1), prescribed, preferred, &
-        motions, error)
+      call find_body_motions(mesh, nodes(first(body):first(body + 1) - 1), prescribed, barred, &
+        preferred, motions, error)
       if (allocated(error)) return
     end do
     do k = 1, size(ref_nodes)
@@ -116,10 +126,11 @@ contains
   !> Rotations are taken about the principal axes through the body's centre, each scaled so that it
   !> moves the farthest node by 1: turning a needle about its length compares with shifting it. What
   !> the prescribed degrees of freedom do not see is free.
-  subroutine find_body_motions(mesh, nodes, prescribed, preferred, motions, error)
+  subroutine find_body_motions(mesh, nodes, prescribed, barred, preferred, motions, error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)          !! of the body
-    logical, intent(in) :: prescribed(:, :), preferred(:)
+    logical, intent(in) :: prescribed(:, :)
+    logical, intent(in) :: barred(:, :), preferred(:) !! from being pins
     type(free_motions_t), intent(inout) :: motions
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: seen(:, :), z(:, :)
@@ -149,7 +160,7 @@ contains
     if (ok) then
       allocate (z(6, k))
       z = v(:, 7 - k:) ! singular values descend
-      call choose_pins(mesh, nodes, extents, prescribed, preferred, z, pin_node, pin_dof)
+      call choose_pins(mesh, nodes, extents, barred, preferred, z, pin_node, pin_dof)
       call scale_to_pins(mesh, extents, pin_node(:k), pin_dof(:k), z, ok)
     end if
     if (.not. ok) then
@@ -224,11 +235,11 @@ contains
 
   !> Choose as many degrees of freedom as there are motions, one after the other the one that the
   !> motions not yet pinned move most.
-  pure subroutine choose_pins(mesh, nodes, extents, prescribed, preferred, z, pin_node, pin_dof)
+  pure subroutine choose_pins(mesh, nodes, extents, barred, preferred, z, pin_node, pin_dof)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)                    !! of the body
     type(extents_t), intent(in) :: extents
-    logical, intent(in) :: prescribed(:, :), preferred(:)
+    logical, intent(in) :: barred(:, :), preferred(:)
     real(wp), intent(in) :: z(:, :)                    !! (6,k) the free motions, orthonormal
     integer, intent(out) :: pin_node(:), pin_dof(:)    !! (6) the first k are set
     real(wp), parameter :: reluctance = 0.1_wp         ! weight of nodes that are less preferred
@@ -244,7 +255,7 @@ contains
       do m = 1, size(nodes)
         node = nodes(m)
         do i = 1, 3
-          if (prescribed(i, node)) cycle
+          if (barred(i, node)) cycle
           row = matmul(rigid_mode(extents, mesh%coordinates(:, node), i), z)
           do l = 1, j - 1
             row = row - dot_product(row, chosen(:, l))*chosen(:, l)

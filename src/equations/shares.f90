@@ -5,7 +5,9 @@
 !> them; MUMPS adds the parts.
 module shares_mod
   use kinds_mod, only: wp, i8
-  use mesh_mod, only: mesh_t, node_neighbours
+  use constraints_mod, only: constraints_t
+  use mesh_mod, only: mesh_t
+  use linked_nodes_mod, only: coupled_nodes
   use scene_mod, only: material_t
   use parallel_mod, only: n_ranks, announce, task_pattern, task_stiffness, send_integers, &
     send_reals, receive_integers, receive_reals, sum_over_ranks
@@ -16,7 +18,8 @@ module shares_mod
 
   public :: assemble_shares, list_shares, assemble_own_share, list_own_share, cut_share
 
-  integer, parameter :: n_sizes = 4 !! nodes, bricks, unknowns of the whole mesh, materials
+  integer, parameter :: n_sizes = 6
+  !! nodes, bricks, unknowns of the whole mesh, materials, constraints and their masters
 
 contains
 
@@ -27,7 +30,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(dof_map_t), intent(in) :: map
-    integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from node_neighbours
+    integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from coupled_nodes
     integer, intent(in) :: neighbours(:)
     type(triplets_t), intent(out) :: k
     integer, intent(out) :: n_computed   !! element stiffnesses that were computed, by all ranks
@@ -48,7 +51,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(dof_map_t), intent(in) :: map
-    integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from node_neighbours
+    integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from coupled_nodes
     integer, intent(in) :: neighbours(:)
     type(triplets_t), intent(out) :: k   !! without values
     type(mesh_t) :: share
@@ -89,7 +92,7 @@ contains
     end do
   end subroutine deal_shares
 
-  !> The bricks of a rank and their nodes, in the order of the whole mesh.
+  !> The bricks of a rank, their nodes and what these depend on, in the order of the whole mesh.
   pure subroutine cut_share(mesh, map, rank, ranks, share, share_map)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
@@ -97,7 +100,7 @@ contains
     integer, intent(in) :: ranks               !! how many there are
     type(mesh_t), intent(out) :: share         !! without ids and bodies
     type(dof_map_t), intent(out) :: share_map  !! equations of its nodes, numbered as of all
-    integer :: first, last, e, k, node, number(mesh%n_nodes)
+    integer :: first, last, before, c, e, k, node, number(mesh%n_nodes)
     integer, allocatable :: nodes(:)
 
     first = int(int(rank, i8)*mesh%n_elements/ranks) + 1
@@ -106,6 +109,16 @@ contains
     do e = first, last
       number(mesh%connectivity(:, e)) = 1
     end do
+    associate (active => map%constraints)
+      before = -1
+      do while (active%n > 0 .and. sum(number) /= before)
+        before = sum(number)
+        do c = 1, active%n
+          if (number(active%node(c)) > 0) number(active%master(active%first(c): &
+            active%first(c + 1) - 1)) = 1
+        end do
+      end do
+    end associate
     nodes = pack([(node, node=1, mesh%n_nodes)], number > 0)
     number(nodes) = [(k, k=1, size(nodes))]
     share%n_nodes = size(nodes)
@@ -126,8 +139,13 @@ contains
     type(dof_map_t), intent(in) :: share_map
     integer, intent(in) :: rank
 
+    integer :: n, n_masters
+
+    n = share_map%constraints%n
+    n_masters = 0
+    if (n > 0) n_masters = share_map%constraints%first(n + 1) - 1
     call send_integers(n_sizes, [share%n_nodes, share%n_elements, share_map%n_free, &
-      size(materials)], rank)
+      size(materials), n, n_masters], rank)
     call send_integers(8*share%n_elements, share%connectivity, rank)
     call send_integers(share%n_elements, share%element_kind, rank)
     call send_integers(share%n_elements, share%material, rank)
@@ -135,6 +153,15 @@ contains
     call send_reals(3*share%n_nodes, share%coordinates, rank)
     call send_reals(size(materials), materials%young, rank)
     call send_reals(size(materials), materials%poisson, rank)
+    if (n == 0) return
+    associate (active => share_map%constraints)
+      call send_integers(n, active%node(:n), rank)
+      call send_integers(n, active%dof(:n), rank)
+      call send_integers(n + 1, active%first(:n + 1), rank)
+      call send_integers(n_masters, active%master(:n_masters), rank)
+      call send_integers(n_masters, active%master_dof(:n_masters), rank)
+      call send_reals(n_masters, active%weight(:n_masters), rank)
+    end associate
   end subroutine send_share
 
   ! ------------------------------------------------------------------ other ranks
@@ -167,6 +194,7 @@ contains
     type(material_t), allocatable, intent(out) :: materials(:)
     type(dof_map_t), intent(out) :: share_map
     integer :: sizes(n_sizes)
+    type(constraints_t) :: active
     integer, allocatable :: equation(:, :)
     real(wp), allocatable :: numbers(:)
 
@@ -180,12 +208,25 @@ contains
     call receive_integers(share%n_elements, share%element_kind)
     call receive_integers(share%n_elements, share%material)
     call receive_integers(3*share%n_nodes, equation)
-    share_map = map_of_numbers(equation, sizes(3), 0)
     call receive_reals(3*share%n_nodes, share%coordinates)
     call receive_reals(size(materials), numbers)
     materials%young = numbers
     call receive_reals(size(materials), numbers)
     materials%poisson = numbers
+    if (sizes(5) > 0) then
+      associate (n => sizes(5), n_masters => sizes(6))
+        active%n = n
+        allocate (active%node(n), active%dof(n), active%first(n + 1), active%master(n_masters), &
+          active%master_dof(n_masters), active%weight(n_masters))
+        call receive_integers(n, active%node)
+        call receive_integers(n, active%dof)
+        call receive_integers(n + 1, active%first)
+        call receive_integers(n_masters, active%master)
+        call receive_integers(n_masters, active%master_dof)
+        call receive_reals(n_masters, active%weight)
+      end associate
+    end if
+    share_map = map_of_numbers(equation, sizes(3), 0, active)
   end subroutine receive_share
 
   ! ------------------------------------------------------------------ all ranks
@@ -200,7 +241,7 @@ contains
     real(wp), allocatable :: diagonal(:)
     real(wp) :: total(1)
 
-    call node_neighbours(share, start, neighbours)
+    call coupled_nodes(share, share_map%constraints, start, neighbours)
     call assemble_stiffness(share, materials, share_map, start, neighbours, k, n_computed)
     k%is_shared = .true.
     diagonal = diagonal_of(k)
@@ -217,7 +258,7 @@ contains
     type(triplets_t), intent(out) :: k
     integer, allocatable :: start(:), neighbours(:)
 
-    call node_neighbours(share, start, neighbours)
+    call coupled_nodes(share, share_map%constraints, start, neighbours)
     call list_pattern(share_map, start, neighbours, k)
     k%is_shared = .true.
   end subroutine list_share

@@ -9,6 +9,7 @@ module step_loads_mod
   use loads_mod, only: amplitude_value
   use kinks_mod, only: find_kinks, used_amplitudes
   use turns_mod, only: turns_t, turns_of_step
+  use constraints_mod, only: constraints_t, active_constraints, follow_masters
   use scene_mod, only: scene_t
   use mesh_forces_mod, only: pressure_force, gravity_force
   implicit none
@@ -22,7 +23,8 @@ module step_loads_mod
   type :: step_loads_t
     integer :: n_patterns = 0
     integer,  allocatable :: kind(:) !! (n_patterns) pattern_hold, pattern_ramp or an amplitude
-    real(wp), allocatable :: displacement(:, :, :) !! (3,n_nodes,n_patterns) prescribed [length]
+    real(wp), allocatable :: displacement(:, :, :)
+    !! (3,n_nodes,n_patterns) prescribed, and of what depends on such alone or among others [length]
     real(wp), allocatable :: force(:, :, :)        !! (3,n_nodes,n_patterns) [force]
     type(turns_t) :: turns                         !! rotations of obstacles
     integer(i8), allocatable :: kinks(:)           !! of its amplitudes, as of find_kinks
@@ -105,7 +107,8 @@ contains
     real(wp), intent(in) :: u(:, :)
     real(wp), intent(inout) :: displacement(:, :, pattern_hold:)
     logical :: prescribed(3, scene%mesh%n_nodes)
-    integer :: i
+    type(constraints_t) :: active
+    integer :: g, i
 
     prescribed = prescribed_dofs(scene, step)
     displacement(:, :, pattern_hold) = merge(u, 0.0_wp, prescribed)
@@ -119,6 +122,10 @@ contains
           displacement(b%dof, b%node, pattern_ramp) = b%value - u(b%dof, b%node)
         end if
       end associate
+    end do
+    active = active_constraints(scene%constraints, prescribed)
+    do g = pattern_hold, ubound(displacement, 3)
+      call follow_masters(active, displacement(:, :, g))
     end do
   end subroutine resolve_boundary
 

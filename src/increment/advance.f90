@@ -14,6 +14,7 @@ module advance_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
   use system_mod, only: wall_seconds
+  use constraints_mod, only: give_to_masters
   use scene_mod, only: scene_t, master_name
   use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t, master_nodes
@@ -195,6 +196,7 @@ contains
     new%external_force = trial%forces%external
     new%support_force = trial%forces%internal - trial%forces%external &
       - nodal_forces(points, trial%placement%weights, new%reaction, size(new%displacement, 2))
+    call give_to_masters(solver%body%constraints, new%support_force)
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
     call energy_balance(report%contact, old, new, trial%forces%internal, report%energy, &
       work_of_torques(scene, points, old, new))

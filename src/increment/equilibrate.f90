@@ -6,6 +6,7 @@
 module equilibrate_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
+  use constraints_mod, only: constraints_t, give_to_masters
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
@@ -90,7 +91,7 @@ contains
       call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal)
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
-      call out_of_balance(scene%mesh, pressed, trial%forces, &
+      call out_of_balance(scene%mesh, solver%body%constraints, pressed, trial%forces, &
         trial%controls%tolerance < scene%contact%tolerance, residual, imbalance)
       if (i == 1) report%unrefined = max(report%unrefined, imbalance)
       report%imbalance = imbalance
@@ -218,17 +219,27 @@ contains
   !>
   !> Rounding of many nodes may add up in the balance of a body: where the certificate has not
   !> passed it is no excuse, and what is left is taken out as far as it goes.
-  pure subroutine out_of_balance(mesh, pressed, forces, closely, residual, relative)
+  pure subroutine out_of_balance(mesh, active, pressed, forces, closely, residual, relative)
     type(mesh_t), intent(in) :: mesh
+    type(constraints_t), intent(in) :: active               !! chains substituted
     real(wp), intent(in) :: pressed(:, :)                   !! (3,n_nodes) by contact [force]
     type(increment_forces_t), intent(in) :: forces
     logical, intent(in) :: closely                          !! rounding is no excuse
     real(wp), intent(out) :: residual(:, :)                 !! (3,n_nodes) [force]
     real(wp), intent(out) :: relative                       !! [-]
-    real(wp) :: scale(0:mesh%n_bodies)
-    integer :: node
+    real(wp) :: scale(0:mesh%n_bodies), rounding(mesh%n_nodes)
+    integer :: node, c, k
 
     residual = forces%external + pressed - forces%internal
+    call give_to_masters(active, residual)
+    rounding = forces%rounding
+    do c = 1, active%n
+      do k = active%first(c), active%first(c + 1) - 1
+        associate (of_master => rounding(active%master(k)))
+          of_master = of_master + abs(active%weight(k))*forces%rounding(active%node(c))
+        end associate
+      end do
+    end do
     where (forces%prescribed) residual = 0.0_wp
     scale = 0.0_wp
     do node = 1, mesh%n_nodes
@@ -241,7 +252,7 @@ contains
     relative = 0.0_wp
     do node = 1, mesh%n_nodes
       relative = max(relative, (norm2(residual(:, node)) - merge(0.0_wp, &
-        forces%rounding(node), closely))/scale(mesh%body(node)))
+        rounding(node), closely))/scale(mesh%body(node)))
     end do
   end subroutine out_of_balance
 

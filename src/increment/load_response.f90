@@ -9,6 +9,7 @@ module load_response_mod
   use scene_mod, only: scene_t
   use increments_mod, only: increment_t
   use mesh_forces_mod, only: internal_force, force_rounding
+  use constraints_mod, only: give_to_masters
   use dof_map_mod, only: is_unknown
   use stiffness_inverse_mod, only: stiffness_inverse_t, apply_inverse
   use step_loads_mod, only: step_loads_t, pattern_factors
@@ -84,8 +85,9 @@ contains
       left = 0.0_wp
       do g = 1, size(load, 3)
         call internal_force(scene%mesh, scene%materials, response(:, :, g), residual(:, :, g))
-        residual(:, :, g) = merge(load(:, :, g) - residual(:, :, g), 0.0_wp, &
-          is_unknown(inverse%map))
+        residual(:, :, g) = load(:, :, g) - residual(:, :, g)
+        call give_to_masters(inverse%map%constraints, residual(:, :, g))
+        residual(:, :, g) = merge(residual(:, :, g), 0.0_wp, is_unknown(inverse%map))
         left = max(left, maxval(maxval(abs(residual(:, :, g)), dim=1) - force_rounding(scene%mesh, &
           scene%materials, response(:, :, g))))
       end do

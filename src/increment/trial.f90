@@ -2,6 +2,7 @@
 module trial_mod
   use kinds_mod, only: wp
   use system_mod, only: wall_seconds
+  use constraints_mod, only: follow_masters
   use scene_mod, only: scene_t
   use controls_mod, only: contact_controls_t, is_exact, solver_none, solver_sweeps
   use contact_points_mod, only: contact_points_t
@@ -68,6 +69,7 @@ contains
     call sum_patterns(scene, solver%response, increment%share, increment%step_time, &
       trial%u_free, trial%forces%external)
     trial%forces%prescribed = solver%body%prescribed
+    trial%forces%constraints = scene%constraints
     trial%forces%displacement = prescribed_displacement(scene, solver%response%loads, increment)
     trial%rotation = rotation_at(scene, solver%response%loads%turns, increment%share, &
       increment%step_time)
@@ -137,6 +139,7 @@ contains
     u = trial%u_free + u_contact
     call add_motions(solver%body%motions, scene%mesh, trial%motion, u)
     where (trial%forces%prescribed) u = trial%forces%displacement
+    call follow_masters(solver%body%constraints, u)
   end function displacement_of
 
   !> The reactions to start from: the last ones, carried on as they went in the increment before;

@@ -2,6 +2,7 @@
 module mesh_mod
   use kinds_mod, only: wp
   use sorting_mod, only: sort_ascending
+  use constraints_mod, only: constraints_t
   implicit none
   private
 
@@ -29,10 +30,12 @@ module mesh_mod
 
 contains
 
-  !> Number the bodies (pieces of the mesh connected through elements) in `mesh%body`.
-  pure subroutine find_bodies(mesh)
+  !> Number the bodies (pieces of the mesh connected through elements, and through constraints) in
+  !> `mesh%body`.
+  pure subroutine find_bodies(mesh, constraints)
     type(mesh_t), intent(inout) :: mesh
-    integer :: parent(mesh%n_nodes), e, k, node, root
+    type(constraints_t), intent(in), optional :: constraints !! none where left out
+    integer :: parent(mesh%n_nodes), e, k, c, node, root
 
     parent = [(node, node = 1, mesh%n_nodes)]
     do e = 1, mesh%n_elements
@@ -40,6 +43,13 @@ contains
         call join(parent, mesh%connectivity(1, e), mesh%connectivity(k, e))
       end do
     end do
+    if (present(constraints)) then
+      do c = 1, constraints%n
+        do k = constraints%first(c), constraints%first(c + 1) - 1
+          call join(parent, constraints%node(c), constraints%master(k))
+        end do
+      end do
+    end if
     if (allocated(mesh%body)) deallocate (mesh%body)
     allocate (mesh%body(mesh%n_nodes), source=0)
     mesh%n_bodies = 0

@@ -2,6 +2,7 @@
 module scene_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t
+  use constraints_mod, only: constraints_t
   use mesh_mod, only: mesh_t
   use surfaces_mod, only: surface_t
   use obstacles_mod, only: obstacle_t
@@ -60,6 +61,7 @@ module scene_mod
     character(:), allocatable :: overrides
     !! of the command line, one a line: name=value, --accuracy value
     type(mesh_t) :: mesh
+    type(constraints_t) :: constraints      !! of *TIE; no degree of freedom depends on itself
     type(material_t),     allocatable :: materials(:)
     type(surface_t),      allocatable :: surfaces(:)
     type(obstacle_t),     allocatable :: obstacles(:)

@@ -11,7 +11,8 @@ module estimate_costs_mod
   use system_mod, only: cpu_seconds
   use resource_limits_mod, only: resident_bytes, memory_left, disk_left
   use parallel_mod, only: n_ranks, usage_t, usage_of_others
-  use mesh_mod, only: node_neighbours
+  use constraints_mod, only: constraints_t, active_constraints
+  use linked_nodes_mod, only: coupled_nodes
   use obstacles_mod, only: ref_nodes
   use contact_points_mod, only: contact_nodes
   use scene_mod, only: scene_t
@@ -133,7 +134,6 @@ contains
     ! The least that any of them needs.
     call take_precision(list(size(list)), sizes)
     if (peak_memory(sizes, file_size_t()) + granted > real(plan%memory_left, wp)) return
-    call node_neighbours(scene%mesh, start, neighbours)
     call make_pattern(scene, plan, prescribed_dofs(scene, 1), start, neighbours, first, error)
     if (allocated(error)) return
     ordering = first%ordering
@@ -211,7 +211,6 @@ contains
     integer :: step
 
     if (plan%n_factorisations <= 1) return
-    call node_neighbours(scene%mesh, start, neighbours)
     prescribed = prescribed_dofs(scene, 1)
     do step = 2, size(scene%steps)
       before = prescribed
@@ -240,18 +239,23 @@ contains
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     logical, intent(in) :: prescribed(:, :)         !! (3,n_nodes)
-    integer, intent(in) :: start(:), neighbours(:)  !! of the nodes, as of node_neighbours
+    integer, allocatable, intent(inout) :: start(:), neighbours(:)
+    !! of the nodes, as of coupled_nodes: made where supports change them, or they are not there
     type(pattern_t), intent(out) :: pattern
     type(error_t), allocatable, intent(out) :: error !! METIS or LAPACK failed
     type(free_motions_t) :: motions
     type(dof_map_t) :: map
+    type(constraints_t) :: active
 
+    active = active_constraints(scene%constraints, prescribed)
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-      contact_nodes(plan%points), motions, error)
+      contact_nodes(plan%points), motions, error, scene%constraints)
     if (allocated(error)) return
     pattern%motions = motions%n
     map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), &
-      interface_dofs(scene, plan%points))
+      interface_dofs(scene, plan%points), active)
+    if (active%n > 0 .or. .not. allocated(start)) call coupled_nodes(scene%mesh, active, start, &
+      neighbours)
     pattern%n_interface = map%n_interface
     pattern%ordering = cpu_seconds()
     call order_equations(map, start, neighbours, pattern%place, error)

@@ -6,6 +6,7 @@ module make_plan_mod
   use errors_mod, only: error_t
   use obstacles_mod, only: ref_nodes
   use obstacle_shapes_mod, only: check_shapes, has_fixed_normals
+  use constraints_mod, only: active_constraints
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_nodes, master_nodes
   use increments_mod, only: count_increments
@@ -96,11 +97,11 @@ contains
       end if
       plan%n_factorisations = plan%n_factorisations + 1
       call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-        contact_nodes(plan%points), motions, error)
+        contact_nodes(plan%points), motions, error, scene%constraints)
       if (allocated(error)) return
       if (step == 1) first_motions = motions
       map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), &
-        interface_dofs(scene, plan%points))
+        interface_dofs(scene, plan%points), active_constraints(scene%constraints, prescribed))
       if (step > 1) plan%is_constant = plan%is_constant .and. map%n_free == plan%n_equations &
         .and. map%n_interface == plan%n_interface
       plan%n_equations = max(plan%n_equations, map%n_free)

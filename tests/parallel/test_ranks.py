@@ -139,6 +139,9 @@ class SameForces(unittest.TestCase):
         _, together = self.check((2,), deck, name="other", n=4, steps=10, **AUTO)
         self.assertEqual(counters(together[0])["factorisations"], 2)
 
+    def test_tied_bodies(self):
+        self.check((2, 3), INPUT / "bracket.inp", tolerance=1e-12)
+
     def test_fewer_bricks_than_ranks(self):
         self.check((3,), INPUT / "block.inp", n=1, steps=10, **AUTO)
 

@@ -12,7 +12,8 @@ module mortar_mod
   implicit none
   private
 
-  public :: mortar_t, make_mortar, reach_of_faces, reach_of_all, face_each_other, enough
+  public :: mortar_t, make_mortar, take_up_shifts, reach_of_faces, reach_of_all, &
+    face_each_other, enough
 
   !> What the nodes of a slave surface face.
   type :: mortar_t
@@ -120,6 +121,51 @@ contains
       end do
     end do
   end subroutine make_mortar
+
+  !> Weights that give the places of the slave nodes exactly as far as they lie along their master,
+  !> for what is tied must turn with it: the least change of the weights that takes up the shift
+  !> along the master's faces. What is left of `apart` is across them. Of a flat master nothing
+  !> changes. docs/theory.md (11.12).
+  pure subroutine take_up_shifts(slave_nodes, x, mortar)
+    integer, intent(in) :: slave_nodes(:) !! (n) as of `make_mortar`
+    real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
+    type(mortar_t), intent(inout) :: mortar
+    real(wp) :: middle(3), arm(3), s(3, 3), trace, shift(3), slope(3), rounding
+    integer :: i, k, l, pass
+    logical :: regular
+
+    rounding = 4.0_wp*epsilon(1.0_wp)*maxval(abs(x))
+    do i = 1, size(slave_nodes)
+      associate (first => mortar%weights%first(i), last => mortar%weights%first(i + 1) - 1, &
+                 node => mortar%weights%node, weight => mortar%weights%weight, &
+                 apart => mortar%apart(:, i), normal => mortar%normal(:, i))
+        if (last <= first) cycle
+        passes: do pass = 1, 3
+          if (norm2(apart - dot_product(apart, normal)*normal) <= rounding) exit passes
+          middle = sum(x(:, node(first:last)), dim=2)/real(last - first + 1, wp)
+          s = 0.0_wp
+          do k = first, last
+            arm = x(:, node(k)) - middle
+            do l = 1, 3
+              s(:, l) = s(:, l) + arm*arm(l)
+            end do
+          end do
+          ! Nodes of flat faces say nothing across them.
+          trace = s(1, 1) + s(2, 2) + s(3, 3)
+          do l = 1, 3
+            s(:, l) = s(:, l) + trace*normal*normal(l)
+          end do
+          shift = apart - dot_product(apart, normal)*normal
+          call solve_small(s, shift, slope, regular)
+          if (.not. regular) exit passes
+          do k = first, last
+            weight(k) = weight(k) + dot_product(slope, x(:, node(k)) - middle)
+          end do
+          apart = x(:, slave_nodes(i)) - matmul(x(:, node(first:last)), weight(first:last))
+        end do passes
+      end associate
+    end do
+  end subroutine take_up_shifts
 
   !> Half the largest face: how far apart the faces of two surfaces at rest are looked for.
   pure real(wp) function reach_of_faces(slave, master, x) result(reach)

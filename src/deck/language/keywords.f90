@@ -42,6 +42,7 @@ module keywords_mod
     keyword_t('SURFACE INTERACTION', in_model, is_read), &
     keyword_t('FRICTION', in_model, is_read), &
     keyword_t('CONTACT PAIR', in_model, is_read), &
+    keyword_t('TIE', in_model, is_read), &
     keyword_t('CONTACT GAP', in_model, is_read), &
     keyword_t('CONTACT SOLVER', in_model, is_read), &
     keyword_t('PRECISION', in_model, is_read), &
@@ -92,7 +93,6 @@ module keywords_mod
     keyword_t('ORIENTATION', anywhere, is_missing), &
     keyword_t('EQUATION', anywhere, is_missing), &
     keyword_t('MPC', anywhere, is_missing), &
-    keyword_t('TIE', anywhere, is_missing), &
     keyword_t('COUPLING', anywhere, is_missing), &
     keyword_t('INITIAL CONDITIONS', anywhere, is_missing), &
     keyword_t('TEMPERATURE', anywhere, is_missing), &
