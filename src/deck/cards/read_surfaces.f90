@@ -164,8 +164,8 @@ contains
       call append(keys, n, 6*(elements - 1) + face)
     end do
     if (n_facets > 0) then
-      if (n > 0) call report(reader, card%position, 'a surface has faces of bricks (S1 to S6) '// &
-        'or sides of facets (SPOS, SNEG), not both')
+      if (n > 0) call report(reader, card%position, 'a surface has faces of bricks '// &
+        '(S1 to S6) or sides of facets (SPOS, SNEG), not both')
       facets = facets(:n_facets)
       call sort_unique(facets)
       allocate (sides%facet(2, size(facets)))
