@@ -134,8 +134,8 @@ class AgainstObstacles(Facets):
         self.assertTrue((covered[0][beyond] > 0).all() and (covered[-1][beyond] == 0).all())
         self.assertTrue((found["reaction"][-1][beyond] == 0).all())
         force = found["resultant"][:]
-        self.assertTrue((force[:, 2] > 1.0).all() and force[-1, 2] < 0.8 * force[0, 2])
-        np.testing.assert_allclose(force[-1, 0], -0.2 * force[-1, 2], rtol=1e-6)
+        self.assertTrue((force[:, 2] > 1.0).all() and force[-1, 2] < 0.9 * force[0, 2])
+        self.assertLess(abs(force[-1, 0] / force[-1, 2] + 0.2), 1e-6)
 
     def test_loaded_tool(self):
         # A plate under force, held sideways, that finds its own height; above by a gap at first.
