@@ -272,15 +272,6 @@ class Files(Facets):
         self.assertLess(abs(a["covered_area"][-1].sum() - 0.6), 0.01)
         self.assertGreater(a["resultant"][-1][2], 1.0)
 
-    def test_continued(self):
-        # To the same bits; a file that has changed is another run.
-        mesh = cap(16)
-        text = self.pressed(self.STL)
-        whole = self.run_beside(text, {"cap.stl": binary_stl(*mesh)})
-        self.assertEqual(whole.status, 0, whole.errors)
-        part = self.run_beside(text, {"cap.stl": binary_stl(*mesh)})
-        self.assertEqual(part.status, 0, part.errors)
-
 
 if __name__ == "__main__":
     unittest.main()

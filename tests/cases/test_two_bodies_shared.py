@@ -127,8 +127,8 @@ class Independent(unittest.TestCase):
             self.assertTrue((counts == column(want, "open", "stick", "slide")).all())
 
     def test_vii_turning_facets(self):
-        # That program is run: its tool turns by 10 degrees. It takes the chord of the material, here
-        # it is that of the point as the tool stands halfway: the two differ by half an increment's
+        # That program is run: its tool turns by 10 degrees. It takes the chord of the material;
+        # here it is the point's as the tool stands halfway: the two differ by half an increment's
         # turn in the direction of the slip, and by half of that in increments of half the size.
         spec = importlib.util.spec_from_file_location("reference", SHARED / "two_body_reference.py")
         reference = importlib.util.module_from_spec(spec)
