@@ -134,8 +134,8 @@ contains
         ': no facet of the obstacle lies opposite a face of the slave in the undeformed mesh')
     else
       call report(reader, position, quoted(obstacle%name)//' lies behind '// &
-        quoted(slave%name)//': facets must be turned towards the slave (*SURFACE: SPOS or SNEG; '// &
-        'STL: the order of the corners)')
+        quoted(slave%name)//': facets must be turned towards the slave (*SURFACE: SPOS or '// &
+        'SNEG; STL: the order of the corners)')
     end if
   end subroutine check_facet_sides
 

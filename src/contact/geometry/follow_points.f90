@@ -29,8 +29,8 @@ contains
   end function rounding_of_places
 
   !> How far the contact on curved obstacles, facets among them, is from where it was linearised:
-  !> gaps of points that press and penetrations beside the displacements, turns of their normals, and
-  !> slips that obstacles which turn add.
+  !> gaps of points that press and penetrations beside the displacements, turns of their normals,
+  !> and slips that obstacles which turn add.
   pure subroutine measure_points(scene, points, placement, now, old, new, moved)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
