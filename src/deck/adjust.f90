@@ -12,7 +12,8 @@ module adjust_mod
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: is_meshed, locate_point
   use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, enough
-  use facet_mortar_mod, only: face_facets, reach_of_all_facets, reach_of_facets
+  use facet_mortar_mod, only: face_facets, facet_pair_t, join_facets, reach_of_all_facets, &
+    reach_of_facets
   use options_mod, only: card_t, name_option, option_position
   use scene_mod, only: contact_pair_t, region_t
   use sets_mod, only: find_set, model_t, report_unknown
@@ -35,6 +36,7 @@ module adjust_mod
     integer  :: set = 0             !! set of nodes; 0: by distance
     real(wp) :: distance = 0.0_wp   !! largest gap that is closed [length]
     integer  :: position = 0        !! in the deck
+    integer  :: pair = 0            !! index of the pair
   end type adjust_t
 
 contains
@@ -92,7 +94,7 @@ contains
         return
       end if
       if (by_faces(pairs(p), obstacles)) then
-        call place_on_surface(reader, model, surfaces, obstacles, pairs, adjusts(p), p, &
+        call place_on_surface(reader, model, surfaces, obstacles, pairs, adjusts(p), &
           placed(p)%elements, mover)
         cycle
       end if
@@ -206,14 +208,13 @@ contains
 
   !> Move nodes onto a surface: along their normals by their gaps, three times over, since what
   !> they face changes as they move.
-  subroutine place_on_surface(reader, model, surfaces, obstacles, pairs, adjust, p, nodes, mover)
+  subroutine place_on_surface(reader, model, surfaces, obstacles, pairs, adjust, nodes, mover)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
     type(surface_t), intent(in) :: surfaces(:)
     type(obstacle_t), intent(in) :: obstacles(:)
     type(contact_pair_t), intent(in) :: pairs(:)
     type(adjust_t), intent(in) :: adjust
-    integer, intent(in) :: p                          !! the number of the pair
     integer, allocatable, intent(out) :: nodes(:)     !! that it chose
     integer, intent(inout) :: mover(:)                !! (n_nodes) the last pair that moved the node
     type(mortar_t) :: mortar
@@ -223,7 +224,7 @@ contains
     real(wp) :: farthest, move
     integer :: i, round, n
 
-    associate (slaves => surfaces(pairs(p)%surface)%nodes)
+    associate (p => adjust%pair, slaves => surfaces(pairs(adjust%pair)%surface)%nodes)
       in_set = .false.
       if (adjust%set > 0) in_set(model%node_sets%list(adjust%set)%members) = .true.
       allocate (before(3, size(slaves)), source=model%mesh%coordinates(:, slaves))
@@ -251,7 +252,7 @@ contains
         farthest = max(farthest, move)
       end do
     end associate
-    call note_moves(reader, pairs(p)%name, n, farthest)
+    call note_moves(reader, pairs(adjust%pair)%name, n, farthest)
   end subroutine place_on_surface
 
   !> The gaps of slave nodes before a surface, as far as it covers them.
@@ -265,6 +266,7 @@ contains
     type(mortar_t), intent(out) :: mortar
     real(wp), allocatable, intent(out) :: gap(:)  !! (n_slaves) huge where nothing is [length]
     integer, allocatable :: slave(:, :), master(:, :)
+    type(facet_pair_t) :: now
     integer :: i
     real(wp) :: reach, behind
 
@@ -272,10 +274,11 @@ contains
                s => surfaces(pair%surface)%nodes)
       allocate (slave, source=nodes_of(surfaces(pair%surface)%faces, model%mesh%connectivity))
       if (pair%master > 0) then
-        behind = reach_of_facets(slave, s, x, obstacles(pair%master)) + pair%overlap
+        now = join_facets(slave, s, x, obstacles(pair%master), at_rest)
+        behind = reach_of_facets(now) + pair%overlap
         reach = behind + distance
-        if (however_far) reach = reach + reach_of_all_facets(s, x, obstacles(pair%master), at_rest)
-        call face_facets(slave, s, x, obstacles(pair%master), at_rest, reach, mortar, behind)
+        if (however_far) reach = reach + reach_of_all_facets(now)
+        call face_facets(now, reach, mortar, behind)
       else
         allocate (master, source=nodes_of(surfaces(pair%master_surface)%faces, &
           model%mesh%connectivity))

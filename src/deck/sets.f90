@@ -42,7 +42,8 @@ module sets_mod
     type(set_list_t) :: element_sets
     logical, allocatable :: used(:) !! (n_nodes) whether an element has the node
     logical, allocatable :: reference(:) !! (n_nodes) whether an obstacle moves with the node
-    logical, allocatable :: rigid(:)     !! (n_nodes) whether a facet has it that a rigid body may take
+    logical, allocatable :: rigid(:)
+    !! (n_nodes) whether a facet has the node that a rigid body may take
     logical, allocatable :: weighs(:)    !! (n_elements) whether its material has a density
   end type model_t
 

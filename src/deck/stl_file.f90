@@ -83,11 +83,11 @@ contains
     else if (begins_with_solid(raw)) then
       call read_text(raw, triangles, problem)
     else if (len(raw) < header) then
-      problem = 'this is no STL file: a text begins with "solid", and a binary file has at least '// &
-        to_text(header)//' bytes, not '//to_text(len(raw))
+      problem = 'this is no STL file: a text begins with "solid", and a binary file has at '// &
+        'least '//to_text(header)//' bytes, not '//to_text(len(raw))
     else
-      problem = 'this is no STL file, or a damaged one: a text begins with "solid", and a binary '// &
-        'file of '//to_text(n)//' triangles, as its head says, has '// &
+      problem = 'this is no STL file, or a damaged one: a text begins with "solid", and a '// &
+        'binary file of '//to_text(n)//' triangles, as its head says, has '// &
         to_text(header + of_triangle*n)//' bytes, not '//to_text(len(raw))
     end if
     if (allocated(problem)) return

@@ -1,12 +1,13 @@
-!> Contact pairs of two surfaces, and of a surface and facets of an obstacle: what of them must hold
-!> before anything may be computed.
+!> Contact pairs of two surfaces, and of a surface and facets of an obstacle: what of them must
+!> hold before anything may be computed.
 module surface_pairs_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t, find_bodies
   use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, face_each_other
-  use facet_mortar_mod, only: face_facets, facets_face, reach_of_all_facets, reach_of_facets
+  use facet_mortar_mod, only: face_facets, facet_pair_t, facets_face, join_facets, &
+    reach_of_all_facets, reach_of_facets
   use obstacle_shapes_mod, only: is_meshed
   use obstacles_mod, only: obstacle_t
   use scene_mod, only: contact_pair_t
@@ -56,8 +57,8 @@ contains
     if (.not. ok) pair%master_surface = 0
   end subroutine check_surface_pair
 
-  !> Report what keeps a surface from being the slave before an obstacle, if that consists of facets:
-  !> `pair` loses its master then.
+  !> Report what keeps a surface from being the slave before an obstacle, if that consists of
+  !> facets: `pair` loses its master then.
   subroutine check_facet_pair(reader, model, surfaces, obstacle, slave_position, master_position, &
     pair)
     type(reader_t), intent(inout) :: reader
@@ -107,36 +108,34 @@ contains
     type(contact_pair_t), intent(inout) :: pair
     logical, intent(out) :: ok
     real(wp), parameter :: at_rest(3) = 0.0_wp
-    integer, allocatable :: slaves(:, :)
+    type(facet_pair_t) :: now
     type(mortar_t) :: mortar
     real(wp) :: far
 
-    allocate (slaves, source=nodes_of(slave%faces, model%mesh%connectivity))
-    associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes), s => slave%nodes)
-      ok = facets_face(slaves, s, x, obstacle)
-      if (.not. ok) then
-        call report(reader, position, 'no facet of '//quoted(obstacle%name)// &
-          ' is turned towards a face of '//quoted(slave%name)//': these sides cannot touch')
-        return
-      end if
-      far = reach_of_all_facets(s, x, obstacle, at_rest) + reach_of_facets(slaves, s, x, obstacle)
-      ! The body overlaps by less than it is thick.
-      call face_facets(slaves, s, x, obstacle, at_rest, far, mortar, &
-        behind=0.999_wp*thickness(model, [slave%nodes(1)]))
-      if (any(mortar%area > 0.0_wp)) then
-        pair%overlap = max(0.0_wp, -minval(mortar%least_gap, mask=mortar%area > 0.0_wp))
-        return
-      end if
-      call face_facets(slaves, s, x, obstacle, at_rest, far, mortar)
-      ok = .not. any(mortar%area > 0.0_wp)
-    end associate
+    now = join_facets(nodes_of(slave%faces, model%mesh%connectivity), slave%nodes, &
+      model%mesh%coordinates(:, :model%mesh%n_nodes), obstacle, at_rest)
+    ok = facets_face(now)
+    if (.not. ok) then
+      call report(reader, position, 'no facet of '//quoted(obstacle%name)// &
+        ' is turned towards a face of '//quoted(slave%name)//': these sides cannot touch')
+      return
+    end if
+    far = reach_of_all_facets(now) + reach_of_facets(now)
+    ! The body overlaps by less than it is thick.
+    call face_facets(now, far, mortar, behind=0.999_wp*thickness(model, [slave%nodes(1)]))
+    if (any(mortar%area > 0.0_wp)) then
+      pair%overlap = max(0.0_wp, -minval(mortar%least_gap, mask=mortar%area > 0.0_wp))
+      return
+    end if
+    call face_facets(now, far, mortar)
+    ok = .not. any(mortar%area > 0.0_wp)
     if (ok) then
       call note(reader, 'contact pair '//slave%name//':'//obstacle%name// &
         ': no facet of the obstacle lies opposite a face of the slave in the undeformed mesh')
     else
       call report(reader, position, quoted(obstacle%name)//' lies behind '// &
-        quoted(slave%name)//': facets must be turned towards the slave (*SURFACE: SPOS or SNEG; '// &
-        'STL: the order of the corners)')
+        quoted(slave%name)//': facets must be turned towards the slave (*SURFACE: SPOS or '// &
+        'SNEG; STL: the order of the corners)')
     end if
   end subroutine check_facet_sides
 

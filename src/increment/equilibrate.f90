@@ -207,11 +207,11 @@ contains
     type(placement_t) :: now
 
     moved = 0.0_wp
-    if (.not. any(points%is_curved .and. .not. points%on_surface)) return
+    if (.not. any(points%is_curved .and. scene%pairs(points%pair)%master > 0)) return
     now = placement
     call place_curved(scene, points, new%displacement, now, new%rotation, stay=.true.)
     call drag_points(scene, points, old, new%displacement, new%rotation, now)
-    call measure_points(points, placement, now, old, new, moved)
+    call measure_points(scene, points, placement, now, old, new, moved)
   end function moved_from
 
   !> f_ext + B^T r - f_int on the free degrees of freedom, and the largest of a node beside the

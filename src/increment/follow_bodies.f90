@@ -1,4 +1,4 @@
-!> The place at which contact before faces is linearised, from iteration to iteration of an
+!> The place at which contact between surfaces is linearised, from iteration to iteration of an
 !> increment.
 !>
 !> A placement at u_j leads to a displacement u; u_j -> u is a map whose fixed point is the
@@ -18,8 +18,7 @@ module follow_bodies_mod
   integer, parameter :: depth = 6 !! displacements that acceleration keeps
 
   type :: follow_t
-    integer, allocatable :: node(:)
-    !! of the pairs that are placed anew before faces, of slave and master, each once
+    integer, allocatable :: node(:) !! of the pairs of surfaces that are placed anew, each once
     real(wp) :: allowed = huge(1.0_wp) !! the most that they may still move, of their way [-]
     real(wp) :: before = huge(1.0_wp)  !! how far they had still moved an iteration ago [-]
     type(anderson_t) :: memory
@@ -27,7 +26,7 @@ module follow_bodies_mod
 
 contains
 
-  !> Nothing is followed where no master consists of faces.
+  !> Nothing is followed where no pair of surfaces is.
   pure function begin_following(scene, points, tolerance) result(follow)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -39,16 +38,10 @@ contains
     is_on = .false.
     do pair = 1, size(scene%pairs)
       associate (of => scene%pairs(pair))
-        if (of%small_sliding) cycle
-        associate (first => points%first(pair), last => points%first(pair + 1) - 1)
-          if (.not. any(points%in_reach(first:last) .and. points%on_surface(first:last))) cycle
-        end associate
+        if (of%master > 0 .or. of%small_sliding) cycle
+        if (.not. any(points%in_reach(points%first(pair):points%first(pair + 1) - 1))) cycle
         is_on(scene%surfaces(of%surface)%nodes) = .true.
-        if (of%master == 0) then
-          is_on(scene%surfaces(of%master_surface)%nodes) = .true.
-        else if (scene%obstacles(of%master)%ref_node > 0) then
-          is_on(scene%obstacles(of%master)%ref_node) = .true.
-        end if
+        is_on(scene%surfaces(of%master_surface)%nodes) = .true.
       end associate
     end do
     allocate (follow%node(count(is_on)))

@@ -19,7 +19,8 @@ def plate(low, high, n=(1, 1), split=False, height=lambda x, y: 0.0 * x):
         for i in range(n[0]):
             a = i + across * j
             quad = (a, a + 1, a + 1 + across, a + across)
-            facets += [(quad[0], quad[1], quad[2]), (quad[0], quad[2], quad[3])] if split else [quad]
+            halves = [(quad[0], quad[1], quad[2]), (quad[0], quad[2], quad[3])]
+            facets += halves if split else [quad]
     return corners, facets
 
 

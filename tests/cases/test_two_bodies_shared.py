@@ -6,10 +6,12 @@ is skipped here.
 """
 
 import csv
+import importlib.util
 import sys
 import unittest
 
 import numpy as np
+from facets import plate, rigid
 from program import SOURCE, Run
 from two_bodies import block, deck, pair, step
 
@@ -101,6 +103,61 @@ class Independent(unittest.TestCase):
             found = result.file["contact/UP-ZMIN:TOOL-ZMAX/resultant"][:]
             error = np.abs(found - column(want, "TX", "TY", "TN")).max(axis=1)
             self.assertLess((error / column(want, "TN")[:, 0]).max(), 1e-8)
+
+    def test_iii_rigid_facets(self):
+        # The same tools as facets of a rigid body.
+        want = rows("iii_rigid_tool.csv")
+        for facets in (1, 5):
+            corners, faces = plate((-1.1, -1.2), (2.3, 2.1), (facets, facets))
+            result = self.solve(
+                deck(
+                    block("UP", 4, (0, 0, 0), (1, 1, 1), young=STEEL),
+                    rigid("TOOL", corners, faces, (900, (0.0, 0.0, 0.0))),
+                    pair("UP-ZMIN, TOOL", 0.3),
+                    step("UP-ZMAX, 3, 3, -0.1", 10),
+                    step(f"UP-ZMAX, 1, 1, {SLIDE[0]!r}\nUP-ZMAX, 2, 2, {SLIDE[1]!r}", 40),
+                    held="UP-ZMAX, 1, 2\n900, 1, 3",
+                )
+            )
+            found = result.file["contact/UP-ZMIN:TOOL"]
+            error = np.abs(found["resultant"][:] - column(want, "TX", "TY", "TN")).max(axis=1)
+            self.assertLess((error / column(want, "TN")[:, 0]).max(), 1e-8)
+            status = found["status"][:]
+            counts = np.array([[(row == code).sum() for code in (0, 1, 2)] for row in status])
+            self.assertTrue((counts == column(want, "open", "stick", "slide")).all())
+
+    def test_vii_turning_facets(self):
+        # That program is run: its tool turns by 10 degrees. It takes the chord of the material;
+        # here it is the point's as the tool stands halfway: the two differ by half an increment's
+        # turn in the direction of the slip, and by half of that in increments of half the size.
+        spec = importlib.util.spec_from_file_location("reference", SHARED / "two_body_reference.py")
+        reference = importlib.util.module_from_spec(spec)
+        sys.modules["reference"] = reference
+        spec.loader.exec_module(reference)
+        corners, faces = plate((-0.6, -0.6), (1.6, 1.6), (3, 3))
+        corners[:, 2] = 1.0
+        errors = []
+        for increments in (10, 20):
+            want = np.array(reference.turning_tool(steps=increments)[1])
+            result = self.solve(
+                deck(
+                    block("LOW", 4, (0, 0, 0), (1, 1, 1), young=STEEL),
+                    rigid("TOOL", corners, faces, (900, (0.5, 0.5, 1.0)), side="SNEG"),
+                    pair("LOW-ZMAX, TOOL", 0.3),
+                    step("900, 3, 3, -0.02"),
+                    step(f"900, 6, 6, {np.deg2rad(10.0)!r}", increments),
+                    held="LOW-ZMIN, 1, 3\n900, 1, 3",
+                )
+            )
+            found = result.file["contact/LOW-ZMAX:TOOL"]
+            force = found["resultant"][:]
+            self.assertLess(abs(force[0, 2] / want[0, 2] - 1), 1e-8)  # not yet turned
+            error = np.abs(force - want[:, [3, 4, 2]]).max(axis=1) / np.abs(want[:, 2])
+            torque = np.abs(found["torque"][:, 2] + want[:, 5]) / np.abs(want[:, 5]).max()
+            errors.append((error.max(), torque.max()))
+        self.assertLess(max(errors[0]), 1e-3)
+        self.assertLess(errors[1][0], 0.6 * errors[0][0])
+        self.assertLess(errors[1][1], 0.6 * errors[0][1])
 
     def test_v_symmetric(self):
         for row in rows("v_symmetric.csv"):

@@ -73,6 +73,43 @@ B-ZMAX, 1, 1, 0.02
 """
 
 
+# A rigid plate from a file, pressed on a block and turned.
+DIE = """*BLOCK, NAME=B, NX=3, NY=3, NZ=2
+0., 0., 0.,  1., 1., 1.
+*NODE
+900, 0.5, 0.5, 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=O, TYPE=STL, INPUT=die.stl, REF NODE=900
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=I
+B-ZMAX, O
+*STEP
+*STATIC, DIRECT
+0.5, 1.
+*BOUNDARY
+B-ZMIN, 1, 3
+900, 1, 2
+900, 3, 3, -0.02
+*END STEP
+*STEP
+*STATIC, DIRECT
+0.25, 1.
+*BOUNDARY
+900, 6, 6, 0.1
+*END STEP
+"""
+DIE_FILE = """solid die
+facet normal 0 0 0 outer loop vertex -1 -1 1 vertex 2 2 1 vertex 2 -1 1.01 endloop endfacet
+facet normal 0 0 0 outer loop vertex -1 -1 1 vertex -1 2 {height} vertex 2 2 1 endloop endfacet
+endsolid die
+"""
+
+
 class EveryDeck(Folder):
     """Killed in the middle of its run and continued, every deck ends with the same file."""
 
@@ -383,6 +420,31 @@ class Refusals(Folder):
         self.assertFalse((folder / NAME).exists())
         self.assertEqual(self.case.run(folder, "--continue")[0], 0)
         self.assertEqual(Whole(self.whole / NAME).differences(folder / NAME), [])
+
+
+class FacetsOfAFile(Folder):
+    """A run with an STL file goes on to the same bits, but not with another file."""
+
+    def test_facets(self):
+        deck = self.folder / "deck.inp"
+        deck.write_text(DIE)
+        (self.folder / "die.stl").write_text(DIE_FILE.format(height=1.02))
+        case = Case(deck)
+        folder = self.fresh("run")
+        n = case.count_changes(folder)
+        whole = Whole(folder / NAME)
+        for share in (0.4, 0.7):
+            folder = self.fresh("run")
+            self.assertTrue(case.kill_at(folder, int(share * n)))
+            (self.folder / "die.stl").write_text(DIE_FILE.format(height=1.03))
+            status, words = case.run(folder, "--continue")
+            self.assertEqual(status, 1, words)
+            self.assertIn("was begun with a deck that was otherwise", words)
+            self.assertIn("die.stl: 2 triangles, checksum", words)
+            (self.folder / "die.stl").write_text(DIE_FILE.format(height=1.02))
+            status, words = case.run(folder, "--continue")
+            self.assertEqual(status, 0, words)
+            self.assertEqual(whole.differences(folder / NAME), [])
 
 
 if __name__ == "__main__":

@@ -110,8 +110,8 @@ contains
             cell = i + grid%n(1)*(j - 1 + grid%n(2)*(k - 1))
             do entry = grid%first(cell), grid%first(cell + 1) - 1
               f = grid%face(entry)
-              if (all(grid%box(:, 1, f) <= high) .and. all(grid%box(:, 2, f) >= low)) &
-                call append(near, n, f)
+              if (all(grid%box(:, 1, f) <= high) .and. all(grid%box(:, 2, f) >= low)) call &
+                append(near, n, f)
             end do
           end do
         end do

@@ -28,10 +28,11 @@ contains
     rounding = 8.0_wp*epsilon(1.0_wp)*rounding
   end function rounding_of_places
 
-  !> How far the contact on curved obstacles is from where it was linearised: gaps of points that
-  !> press and penetrations beside the displacements, turns of their normals, and slips that
-  !> obstacles which turn add.
-  pure subroutine measure_points(points, placement, now, old, new, moved)
+  !> How far the contact on curved obstacles, facets among them, is from where it was linearised:
+  !> gaps of points that press and penetrations beside the displacements, turns of their normals,
+  !> and slips that obstacles which turn add.
+  pure subroutine measure_points(scene, points, placement, now, old, new, moved)
+    type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(placement_t), intent(in) :: placement !! of the linearisation
     type(placement_t), intent(in) :: now       !! at the displacement of `new`
@@ -45,7 +46,7 @@ contains
     turn = 0.0_wp
     dragged = maxval(norm2(now%drag, dim=1))
     do i = 1, points%n
-      if (.not. points%is_curved(i) .or. points%on_surface(i)) cycle
+      if (.not. points%is_curved(i) .or. scene%pairs(points%pair(i))%master == 0) cycle
       if (any(abs(new%reaction(:, i)) > 0.0_wp)) then
         moved = max(moved, abs(now%gap(i)))
         if (dragged > 0.0_wp) turn = max(turn, norm2(now%drag(:, i) - placement%drag(:, i))/dragged)

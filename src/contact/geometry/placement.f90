@@ -9,7 +9,8 @@ module placement_mod
   use contact_points_mod, only: contact_points_t, weights_t, is_across
   use local_frame_mod, only: local_frame
   use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, enough
-  use facet_mortar_mod, only: face_facets, reach_of_facets, reach_of_all_facets
+  use facet_mortar_mod, only: facet_pair_t, join_facets, face_facets, reach_of_facets, &
+    reach_of_all_facets
   implicit none
   private
 
@@ -17,8 +18,8 @@ module placement_mod
 
   real(wp), parameter :: no_gap = 1.0e30_wp !! of a point that its master does not cover [length]
 
-  !> Before a flat obstacle a placement holds wherever the point goes; before a curved one, or faces,
-  !> near the displacement that it was made for.
+  !> Before a flat obstacle a placement holds wherever the point goes; before a curved one, or
+  !> faces, near the displacement that it was made for.
   !>
   !> A point that faces do not cover has an empty row of weights, no area and no gap.
   type :: placement_t
@@ -284,22 +285,22 @@ contains
     type(mortar_t), intent(out) :: mortar !! of the points of the pair
     real(wp) :: x(3, scene%mesh%n_nodes), reach
     real(wp), dimension(3, size(obstacle%corner, 2)) :: way
-    integer, allocatable :: slave(:, :)
+    type(facet_pair_t) :: now
 
     associate (of => scene%pairs(pair), mesh => scene%mesh, &
                s => points%node(points%first(pair):points%first(pair + 1) - 1))
-      allocate (slave, source=nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
       way = obstacle%corner + spread(shift, 2, size(way, 2)) - scene%obstacles(of%master)%corner
       ! What came to overlap has moved as far.
-      reach = reach_of_facets(slave, s, mesh%coordinates, obstacle) + of%overlap + &
-        norm2(max(maxval(u(:, s), 2) - minval(way, 2), maxval(way, 2) - minval(u(:, s), 2)))
       x = 0.0_wp
       x(:, s) = mesh%coordinates(:, s) + u(:, s)
-      call face_facets(slave, s, x, obstacle, shift, reach, mortar)
+      now = join_facets(nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), s, x, &
+        obstacle, shift)
+      reach = reach_of_facets(now) + of%overlap + &
+        norm2(max(maxval(u(:, s), 2) - minval(way, 2), maxval(way, 2) - minval(u(:, s), 2)))
+      call face_facets(now, reach, mortar)
       ! What moves freely may fall any way.
       if (any(mortar%area > 0.0_wp)) return
-      call face_facets(slave, s, x, obstacle, shift, reach + reach_of_all_facets(s, x, obstacle, &
-        shift), mortar, behind=reach)
+      call face_facets(now, reach + reach_of_all_facets(now), mortar, behind=reach)
     end associate
   end subroutine face_obstacle
 

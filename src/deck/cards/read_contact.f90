@@ -193,6 +193,7 @@ contains
         end if
         n = n + 1
         found_pairs(n) = pair
+        found_adjusts(n)%pair = n
         position(n) = fields%start
       end if
       call end_data(reader, card, fields, '*CONTACT PAIR takes one data line')

@@ -33,7 +33,8 @@ module read_obstacles_mod
 
 contains
 
-  !> *OBSTACLE, NAME=name, TYPE=PLANE|SPHERE|CYLINDER[, REF NODE=id][, INNER] or TYPE=STL, INPUT=path
+  !> *OBSTACLE, NAME=name, TYPE=PLANE|SPHERE|CYLINDER[, REF NODE=id][, INNER]
+  !> *OBSTACLE, NAME=name, TYPE=STL, INPUT=path[, REF NODE=id]
   subroutine read_obstacles(reader, model, obstacles, names)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model     !! its reference nodes are marked

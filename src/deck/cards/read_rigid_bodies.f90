@@ -6,8 +6,8 @@
 !>     *SURFACE, NAME=DIE
 !>     TOOL, SPOS                    the side to which the normal points (SNEG: the other)
 !>
-!> The cards are read before the sets, for they say which nodes of the deck mean something; what they
-!> name is looked up when there are sets and surfaces.
+!> The cards are read before the sets, for they say which nodes of the deck mean something; what
+!> they name is looked up when there are sets and surfaces.
 module read_rigid_bodies_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use diagnostics_mod, only: quoted
@@ -127,6 +127,7 @@ contains
     character(:), allocatable :: problem
     integer :: i
 
+    problem = ''
     do i = 1, size(facets)
       associate (f => facets(i), draft => model%mesh)
         if (bodies%of_facet(f) == b) cycle ! named twice
@@ -137,17 +138,16 @@ contains
           call check_facet(model, f, bodies%node(:, f), problem)
         end if
         bodies%of_facet(f) = b
-        if (.not. allocated(problem)) cycle
+        if (problem == '') cycle
         n_wrong = n_wrong + 1
         if (n_wrong > max_wrong .or. .not. keep_reading(reader)) return
         call report(reader, draft%skipped_position(f), 'element '//to_text(draft%skipped_id(f))// &
           ' '//problem)
-        deallocate (problem)
       end associate
     end do
   end subroutine take_facets
 
-  !> The nodes of a facet; `problem` is allocated when they make none.
+  !> The nodes of a facet; `problem` is empty unless they make none.
   subroutine check_facet(model, f, node, problem)
     type(model_t), intent(in) :: model
     integer, intent(in) :: f              !! index into the skipped elements
@@ -156,6 +156,7 @@ contains
     integer :: last, n, i, k
 
     node = 0
+    problem = ''
     associate (draft => model%mesh)
       n = draft%skipped_corners(f)
       if (draft%skipped_kind(f) == no_facet) then
@@ -180,7 +181,7 @@ contains
             problem = 'is a facet of a rigid body, and its node '//to_text(id)// &
               ' belongs to a brick: a rigid body shares no nodes with others'
           end if
-          if (allocated(problem)) return
+          if (problem /= '') return
           node(i) = k
         end associate
       end do

@@ -164,8 +164,8 @@ contains
       call append(keys, n, 6*(elements - 1) + face)
     end do
     if (n_facets > 0) then
-      if (n > 0) call report(reader, card%position, 'a surface has faces of bricks (S1 to S6) '// &
-        'or sides of facets (SPOS, SNEG), not both')
+      if (n > 0) call report(reader, card%position, 'a surface has faces of bricks '// &
+        '(S1 to S6) or sides of facets (SPOS, SNEG), not both')
       facets = facets(:n_facets)
       call sort_unique(facets)
       allocate (sides%facet(2, size(facets)))
@@ -195,8 +195,8 @@ contains
     integer :: set
 
     if (size(bricks) > 0) then
-      call report(reader, reference%position, 'bricks have no sides SPOS and SNEG, which are of '// &
-        'facets: element '//to_text(model%mesh%element_id(bricks(1)))//' is a brick')
+      call report(reader, reference%position, 'bricks have no sides SPOS and SNEG, which are '// &
+        'of facets: element '//to_text(model%mesh%element_id(bricks(1)))//' is a brick')
       return
     end if
     allocate (found(0))
@@ -230,7 +230,8 @@ contains
     if (upper(label) == 'SNEG') face = sneg
     if (face == 0) then
       if (is_empty_field(fields, 2)) then
-        call report(reader, field_position(reader, fields, 2), 'expected a face, S1 to S6, SPOS or SNEG')
+        call report(reader, field_position(reader, fields, 2), &
+          'expected a face, S1 to S6, SPOS or SNEG')
       else
         call report(reader, field_position(reader, fields, 2), &
           'expected a face, S1 to S6, SPOS or SNEG, found '//quoted(label))
