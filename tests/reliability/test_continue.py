@@ -12,6 +12,7 @@ from result_checks import HERE, INPUT, NAME, PROGRAM, Case, Folder, Whole, rows_
 SMALL = {
     "ball": {"n": 6, "steps": 4},
     "block": {"n": 3, "steps": 10},
+    "bracket": {"n": 2, "steps": 4},
     "cantilever": {},
     "corner": {"n": 3},
     "foundation": {"n": 2, "base": 3, "steps": 6},
