@@ -92,9 +92,15 @@ contains
   subroutine check_contents(file, error)
     type(hdf5_file_t), intent(in) :: file
     type(error_t), allocatable, intent(inout) :: error
+    type(error_t), allocatable :: unread
     integer(i8) :: sum, expected
 
-    call read_attribute(file, group, 'contents', expected, error)
+    call read_attribute(file, group, 'contents', expected, unread)
+    if (allocated(unread)) then
+      call raise(error, exit_wrong_input, "'"//file%path//"' is damaged: its "// &
+        'checksum cannot be read')
+      return
+    end if
     call checksum_of_contents(file, changing, sum, error)
     if (allocated(error)) return
     if (sum /= expected) call raise(error, exit_wrong_input, "'"//file%path//"' is damaged: "// &

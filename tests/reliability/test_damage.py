@@ -185,6 +185,13 @@ class Damage(Folder):
         self.assertEqual(status, 1, words)
         self.assertIn("has no checksums", words)
 
+    def test_a_checksum_that_cannot_be_read(self):
+        with h5py.File(self.killed / NAME, "r+") as file:
+            del file["checksums"].attrs["contents"]
+        status, words = self.case.run(self.killed, "--continue")
+        self.assertEqual(status, 1, words)
+        self.assertIn("is damaged: its checksum cannot be read; --overwrite", words)
+
     def test_the_copy_does_not_fit(self):
         """What is continued is written anew beside it; where that fails the old one stays."""
         before = (self.killed / NAME).read_bytes()
