@@ -26,8 +26,8 @@ module hdf5_contents_mod
 contains
 
   !> The sum over all groups, datasets and attributes of their checksums. What changes, or is not
-  !> known yet, is named in `changing`, a line each: the path of an object that does not count with
-  !> all that it has, or object@attribute. It must be readable all the same.
+  !> known yet, is named in `changing`, a line each: the path of a dataset, or object@attribute,
+  !> whose values do not count. They must be readable all the same.
   subroutine checksum_of_contents(file, changing, sum, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: changing
@@ -37,7 +37,6 @@ contains
     character, parameter :: nl = new_line('a')
     integer :: n_left
     integer(i8) :: file_bytes
-    logical :: counts
 
     sum = 0
     inquire (file=file%path, size=file_bytes)
@@ -77,8 +76,7 @@ contains
       integer :: status, ignored
 
       object = no_id
-      counts = .not. is_changing(path)
-      call add(checksum_of(path))
+      sum = sum + checksum_of(path)
       status = -1
       ! A link that is none of the file's own objects leads out of what is checked.
       if (kind == H5G_GROUP_F .or. kind == H5G_DATASET_F) call h5oopen_f(file%id, path, object, &
@@ -115,7 +113,7 @@ contains
       end do
     end subroutine add_attributes
 
-    !> Add the values of a dataset, unless it grows, or of an attribute, unless it is changing.
+    !> Add the values of a dataset, unless it grows, or of an attribute, unless they are changing.
     subroutine add_values(path, owner, is_attribute, status)
       character(*), intent(in) :: path
       integer(hid_t), intent(in) :: owner !! the dataset or attribute
@@ -153,13 +151,12 @@ contains
           else
             call h5dread_f(owner, type_id, address, status)
           end if
-          if (.not. (is_attribute .and. is_changing(path))) checksum = extended(checksum, address, &
-            size(bytes, kind=i8))
+          if (.not. is_changing(path)) checksum = extended(checksum, address, size(bytes, kind=i8))
         end if
         call h5sclose_f(space, ignored)
       end if
       call h5tclose_f(type_id, ignored)
-      call add(checksum)
+      sum = sum + checksum
     end subroutine add_values
 
     !> Bytes for all values of a dataset or an attribute.
@@ -193,12 +190,6 @@ contains
       call raise(error, exit_wrong_input, "'"//file%path//"' is damaged: cannot read '"// &
         printable(path)//"'")
     end subroutine refuse
-
-    subroutine add(checksum)
-      integer(i8), intent(in) :: checksum
-
-      if (counts) sum = sum + checksum
-    end subroutine add
 
     pure logical function is_changing(path)
       character(*), intent(in) :: path

@@ -25,7 +25,7 @@ module result_file_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_ok, exit_wrong_input, exit_machine
   use child_process_mod, only: child_t, is_child, end_child, wait_for
-  use text_mod, only: string_t, to_text
+  use text_mod, only: to_text
   use resource_limits_mod, only: file_limit, no_limit
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
@@ -398,11 +398,11 @@ contains
   !> A file without a complete increment is removed. One that could not be written is left as it is,
   !> like that of a killed run: to close it HDF5 would write again, and where a limit on files keeps
   !> it from doing all of that nobody could open the file any more.
-  subroutine finish_result(file, status, counter_names, counters, error)
+  subroutine finish_result(file, status, counters, error)
     type(result_file_t), intent(inout) :: file
-    character(*), intent(in) :: status             !! run_finished, run_not_solved, ...
-    type(string_t), intent(in) :: counter_names(:) !! (n)
-    real(wp), intent(in) :: counters(:)            !! (n) sizes, times [s], memory [bytes]
+    character(*), intent(in) :: status  !! run_finished, run_not_solved, ...
+    real(wp), intent(in) :: counters(:) !! in the order of their names: sizes, times [s], memory
+    !! [bytes]; empty where the run began without
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: time(:)
 
@@ -413,7 +413,7 @@ contains
     end if
     if (file%is_broken) return
     call finish_view(file%view, error)
-    call end_run(file%hdf5, status, counter_names, counters, error)
+    call end_run(file%hdf5, status, counters, error)
     call read_dataset(file%hdf5, '/VTKHDF/Steps/Values', time, error)
     call close_file(file%hdf5, error)
     if (allocated(error) .or. file%view%n_steps == 0) return

@@ -8,7 +8,7 @@ module result_run_mod
   use scene_mod, only: scene_t
   use controls_mod, only: precision_controls_t
   use plan_mod, only: plan_t, bound_in_words
-  use hdf5_files_mod, only: hdf5_file_t, create_group, exists, flush_file
+  use hdf5_files_mod, only: hdf5_file_t, create_group, flush_file
   use hdf5_attributes_mod, only: write_attribute, read_attribute
   use hdf5_datasets_mod, only: write_dataset, rewrite_dataset, write_text
   implicit none
@@ -37,7 +37,7 @@ module result_run_mod
     character(:), allocatable :: blas_core !! the kernels OpenBLAS runs
     character(:), allocatable :: started   !! date and time, ISO 8601
     integer :: ranks = 1                   !! processes that ran together
-    type(string_t), allocatable :: counters(:) !! names of those that end_run will get
+    type(string_t), allocatable :: counters(:) !! names of those that `end_run` gets
   end type provenance_t
 
 contains
@@ -67,8 +67,7 @@ contains
     call write_arithmetic(hdf5, scene%precision, error)
     call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
     call write_attribute(hdf5, '/run', 'continued', repeat(achar(0), room_for_sessions), error)
-    if (allocated(provenance%counters)) call write_counters(hdf5, provenance%counters, &
-      spread(0.0_wp, 1, size(provenance%counters)), error)
+    if (allocated(provenance%counters)) call write_counters(hdf5, provenance%counters, error)
 
     call write_text(hdf5, '/run/deck', text_of(scene%deck), 'the deck as read, includes put in', &
                     error)
@@ -135,19 +134,13 @@ contains
     call write_attribute(hdf5, '/run/estimates', 'bound', bounds, error)
   end subroutine write_estimates
 
-  !> The counters, or zeros where they are to come; in place where they are there already.
-  subroutine write_counters(hdf5, names, counters, error)
+  !> Zeros in place of the counters, which the end of the run knows.
+  subroutine write_counters(hdf5, names, error)
     type(hdf5_file_t), intent(in) :: hdf5
-    type(string_t), intent(in) :: names(:) !! (n)
-    real(wp), intent(in) :: counters(:)    !! (n)
+    type(string_t), intent(in) :: names(:)
     type(error_t), allocatable, intent(inout) :: error
 
-    if (allocated(error)) return
-    if (exists(hdf5, '/run/counters')) then
-      call rewrite_dataset(hdf5, '/run/counters', counters, error)
-      return
-    end if
-    call write_dataset(hdf5, '/run/counters', counters, &
+    call write_dataset(hdf5, '/run/counters', spread(0.0_wp, 1, size(names)), &
                        'sizes, times in seconds and memory of the run; their names are in the '// &
                        'attribute "name"', 'number', error)
     call write_attribute(hdf5, '/run/counters', 'name', names, error)
@@ -175,14 +168,14 @@ contains
   end subroutine resume_run
 
   !> Say how the run ended, and what it added up to.
-  subroutine end_run(hdf5, status, names, counters, error)
+  subroutine end_run(hdf5, status, counters, error)
     type(hdf5_file_t), intent(in) :: hdf5
-    character(*), intent(in) :: status     !! run_finished, run_not_solved, ...
-    type(string_t), intent(in) :: names(:) !! (n)
-    real(wp), intent(in) :: counters(:)    !! (n) sizes, times [s], memory [bytes]
+    character(*), intent(in) :: status  !! run_finished, run_not_solved, ...
+    real(wp), intent(in) :: counters(:) !! in the order of their names: sizes, times [s], memory
+    !! [bytes]; empty where the run began without
     type(error_t), allocatable, intent(inout) :: error
 
-    call write_counters(hdf5, names, counters, error)
+    if (size(counters) > 0) call rewrite_dataset(hdf5, '/run/counters', counters, error)
     ! All else must be in the file before it calls itself finished.
     call flush_file(hdf5, error)
     call write_attribute(hdf5, '/run', 'status', padded(status), error)

@@ -228,8 +228,7 @@ contains
         error)
       if (allocated(error)) return
       call save_checkpoint(progress, file, error)
-      if (allocated(error)) call finish_result(file, run_failed, [string_t ::], [real(wp) ::], &
-        ignored)
+      if (allocated(error)) call finish_result(file, run_failed, [real(wp) ::], ignored)
     end if
   end subroutine begin_file
 
@@ -246,7 +245,7 @@ contains
     real(wp), allocatable :: counters(:)
 
     call list_counters(tally, names, counters)
-    call finish_result(file, status, names, counters, error)
+    call finish_result(file, status, counters, error)
     call clear_bar(console)
     if (status /= run_finished .or. allocated(error)) return
     call tell_breaches(console, find_breaches(plan, names, counters))

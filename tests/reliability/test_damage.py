@@ -160,11 +160,14 @@ class Damage(Folder):
                 self.assertEqual(status, 1, words)
                 self.assertIn(f"'{NAME}' is damaged: its names, descriptions, mesh or deck are "
                               "not what was written", words)
-        folder = self.fresh("copy")
-        shutil.copy(self.killed / NAME, folder)
-        with h5py.File(folder / NAME, "r+") as file:
-            file["history/time"].attrs.modify("quantity", np.bytes_("tame"))
-        self.assertEqual(self.case.run(folder, "--continue")[0], 1)
+        for name, attribute in (("history/time", "quantity"), ("run/counters", "description")):
+            with self.subTest(name=name, attribute=attribute):
+                folder = self.fresh("copy")
+                shutil.copy(self.killed / NAME, folder)
+                with h5py.File(folder / NAME, "r+") as file:
+                    of = file[name].attrs
+                    of.modify(attribute, np.bytes_("x" + bytes(of[attribute]).decode()[1:]))
+                self.assertEqual(self.case.run(folder, "--continue")[0], 1)
 
     def test_a_file_that_crashes_its_reader(self):
         library = Path(LIBRARY).with_name("libcrash_in_child.so")
