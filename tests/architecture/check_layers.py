@@ -35,6 +35,7 @@ MAY_USE = {
     "deck": {
         "base",
         "machine",
+        "algebra",
         "model",
         "elements",
         "contact/geometry",
@@ -70,7 +71,13 @@ SEES_ONLY = {
     ("output", "contact/geometry"): {"contact/geometry/obstacle_shapes.f90"},
     ("run", "hdf5"): {"hdf5/hdf5_files.f90"},  # the version of the library
 }
-CERTIFICATE = {"contact/certificate.f90", "contact/turned_slips.f90"}
+CERTIFICATE = {
+    "contact/error_measures.f90",
+    "contact/constrained_forces.f90",
+    "contact/turned_slips.f90",
+    "contact/body_balance.f90",
+    "contact/certificate.f90",
+}
 CERTIFICATE_MAY_USE = {"base", "algebra", "model", "elements"}
 PLAN = "model/plan.f90"
 PLAN_ROOMS = {"model", "increment", "plan", "results", "run"}
