@@ -10,7 +10,7 @@ module adjust_mod
   use kinds_mod, only: i8, wp
   use numbers_mod, only: number_not_finite, number_ok, number_too_large, read_real
   use obstacles_mod, only: obstacle_t
-  use obstacle_shapes_mod, only: is_meshed, locate_point
+  use obstacle_shapes_mod, only: is_before_faces, locate_point
   use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, enough
   use facet_mortar_mod, only: face_facets, facet_pair_t, join_facets, reach_of_all_facets, &
     reach_of_facets
@@ -93,7 +93,7 @@ contains
         call report(reader, adjusts(p)%position, 'the pairs with ADJUST have too many nodes')
         return
       end if
-      if (by_faces(pairs(p), obstacles)) then
+      if (is_before_faces(pairs(p), obstacles)) then
         call place_on_surface(reader, model, surfaces, obstacles, pairs, adjusts(p), &
           placed(p)%elements, mover)
         cycle
@@ -106,7 +106,7 @@ contains
     call check_bricks(reader, model, pairs, adjusts, mover)
     do p = 1, size(pairs)
       if (.not. adjusts(p)%wanted) cycle
-      if (by_faces(pairs(p), obstacles)) then
+      if (is_before_faces(pairs(p), obstacles)) then
         call note_left(reader, model, gaps_to_surface(model, surfaces, obstacles, pairs(p), &
           placed(p)%elements), pairs(p)%name, placed(p)%elements)
       else
@@ -115,15 +115,6 @@ contains
       end if
     end do
   end subroutine adjust_nodes
-
-  !> Whether the master of a pair consists of faces.
-  pure logical function by_faces(pair, obstacles)
-    type(contact_pair_t), intent(in) :: pair
-    type(obstacle_t), intent(in) :: obstacles(:)
-
-    by_faces = pair%master == 0
-    if (.not. by_faces) by_faces = is_meshed(obstacles(pair%master))
-  end function by_faces
 
   !> The slave nodes that are near enough, or in the set.
   subroutine choose_nodes(model, slaves, obstacle, adjust, nodes)

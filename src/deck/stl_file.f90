@@ -7,10 +7,12 @@
 module stl_file_mod
   use checksum_mod, only: checksum_of
   use diagnostics_mod, only: quoted
+  use facet_shape_mod, only: facet_is_flat
   use kinds_mod, only: i4, i8, sp, wp
   use numbers_mod, only: number_ok, read_real
   use resource_limits_mod, only: has_memory
   use text_mod, only: printable, to_text, upper
+  use whole_file_mod, only: read_whole_file
   implicit none
   private
 
@@ -20,7 +22,6 @@ module stl_file_mod
   integer, parameter :: of_triangle = 50    !! in a binary file [byte]
   integer, parameter :: max_length = 500000000 !! of a file [byte]
   integer, parameter :: max_triangles = 5000000
-  real(wp), parameter :: least_height = 1.0e-10_wp !! of a triangle, beside its longest edge [-]
 
   type :: triangles_t
     real(wp), allocatable :: corner(:, :) !! (3,3*n) three after three [length]
@@ -37,33 +38,11 @@ contains
     type(triangles_t), intent(out) :: triangles
     character(:), allocatable, intent(out) :: problem
     character(:), allocatable :: raw
-    character(256) :: reason
-    integer(i8) :: length
-    integer :: unit, status
-    logical :: exists
 
-    inquire (file=path, exist=exists, size=length)
-    if (.not. exists .or. len_trim(path) == 0) then
-      problem = 'there is no such file'
-    else if (length <= 0) then
-      ! Also true of pipes, devices and folders, which must not even be opened.
-      problem = 'the file is empty'
-    else if (length > max_length) then
-      problem = 'the file is larger than '//to_text(max_length/1000000)//' MB'
-    else if (.not. has_memory(2*length + 72_i8*(length/of_triangle))) then
-      problem = 'there is no memory for it'
-    end if
+    call read_whole_file(path, max_length, raw, problem)
     if (allocated(problem)) return
-    reason = ''
-    open (newunit=unit, file=path, access='stream', form='unformatted', action='read', &
-      status='old', iostat=status, iomsg=reason)
-    if (status == 0) then
-      allocate (character(length) :: raw)
-      read (unit, iostat=status, iomsg=reason) raw
-      close (unit)
-    end if
-    if (status /= 0) then
-      problem = 'the file cannot be read ('//trim(reason)//')'
+    if (.not. has_memory(72_i8*(len(raw)/of_triangle))) then
+      problem = 'there is no memory for it'
       return
     end if
     call triangles_of_stl(raw, triangles, problem)
@@ -289,7 +268,7 @@ contains
     type(triangles_t), intent(inout) :: triangles
     integer :: n
 
-    if (is_flat(corner)) then
+    if (facet_is_flat(corner)) then
       triangles%n_flat = triangles%n_flat + 1
       return
     end if
@@ -297,22 +276,6 @@ contains
     triangles%corner(:, 3*n + 1:3*n + 3) = corner
     triangles%n = n + 1
   end subroutine add_triangle
-
-  !> Whether a triangle is next to nothing high above its longest edge.
-  pure logical function is_flat(corner)
-    real(wp), intent(in) :: corner(3, 3) !! columns [length]
-    real(wp) :: a(3), b(3), longest
-
-    a = corner(:, 2) - corner(:, 1)
-    b = corner(:, 3) - corner(:, 1)
-    longest = max(maxval(abs(a)), maxval(abs(b)), maxval(abs(b - a)))
-    is_flat = .not. longest > 0.0_wp
-    if (is_flat) return
-    a = a/longest
-    b = b/longest
-    is_flat = norm2([a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]) <= &
-      least_height
-  end function is_flat
 
   pure function too_many() result(problem)
     character(:), allocatable :: problem

@@ -171,6 +171,7 @@ contains
     type(constraints_t), intent(out) :: constraints
     type(mortar_t) :: mortar
     logical, allocatable :: tied(:)
+    real(wp) :: off
     integer :: tie_of(model%mesh%n_nodes), t, i, n, node, c
 
     tie_of = 0
@@ -183,6 +184,7 @@ contains
             ' lies on '//quoted(surfaces(ties(t)%master)%name))
           cycle
         end if
+        off = on*edge_of(model, surfaces(ties(t)%master))
         do i = 1, size(slaves)
           node = slaves(i)
           if (.not. tied(i)) cycle
@@ -192,7 +194,7 @@ contains
             exit
           end if
           tie_of(node) = t
-          if (norm2(mortar%apart(:, i)) > on*edge_of(model, surfaces(ties(t)%master))) then
+          if (norm2(mortar%apart(:, i)) > off) then
             if (ties(t)%adjust) then
               call report(reader, at, name//': node '//to_text(id(node))//' is '// &
                 to_text(norm2(mortar%apart(:, i)), 3)//' off its master after all nodes were '// &

@@ -42,7 +42,7 @@ MAY_USE = {
         "deck/language",
         "deck/cards",
     },
-    "deck/cards": {"base", "model", "deck/language", "deck"},
+    "deck/cards": {"base", "machine", "model", "deck/language", "deck"},
     "equations": _LOW | {"elements"},
     "contact": _BODY | _CONTACT,
     "contact/geometry": {"base", "algebra", "model", "elements"},

@@ -11,7 +11,7 @@
 module read_rigid_bodies_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use diagnostics_mod, only: quoted
-  use kinds_mod, only: wp
+  use facet_shape_mod, only: facet_is_flat
   use lookup_mod, only: find_id
   use mesh_draft_mod, only: mesh_draft_t, no_facet, not_a_coordinate, rigid_facet, shell_facet
   use obstacles_mod, only: obstacle_of_facets, obstacle_t
@@ -27,7 +27,6 @@ module read_rigid_bodies_mod
   public :: rigid_bodies_t, read_rigid_bodies, find_facets, make_obstacles
 
   integer, parameter :: max_wrong = 5 !! facets with a mistake that are told one by one
-  real(wp), parameter :: least_height = 1.0e-10_wp !! of a facet, beside its longest edge [-]
 
   !> A *RIGID BODY.
   type :: rigid_body_t
@@ -186,37 +185,10 @@ contains
         end associate
       end do
       if (any(draft%coordinates(:, node(:n)) >= not_a_coordinate)) return
-      if (is_flat(draft%coordinates(:, node(:n)))) problem = 'is flat or folded: its normal '// &
-        'does not point to one side, or it has no area'
+      if (facet_is_flat(draft%coordinates(:, node(:n)))) problem = 'is flat or folded: its '// &
+        'normal does not point to one side, or it has no area'
     end associate
   end subroutine check_facet
-
-  !> Whether a facet has no area to speak of, or one of the corners of a quadrilateral is turned
-  !> inwards.
-  pure logical function is_flat(x)
-    real(wp), intent(in) :: x(:, :) !! (3,3) or (3,4) [length]
-    real(wp) :: normal(3, size(x, 2)), mean(3), longest, flat(3, size(x, 2))
-    integer :: i, n
-
-    n = size(x, 2)
-    longest = maxval(maxval(x, dim=2) - minval(x, dim=2))
-    is_flat = .not. longest > 0.0_wp
-    if (is_flat) return
-    flat = (x - spread(x(:, 1), 2, n))/longest
-    do i = 1, n
-      normal(:, i) = cross(flat(:, 1 + mod(i, n)) - flat(:, i), &
-        flat(:, 1 + mod(i + n - 2, n)) - flat(:, i))
-    end do
-    mean = sum(normal, 2)
-    is_flat = norm2(mean) <= least_height .or. any(matmul(mean, normal) <= least_height*norm2(mean))
-  end function is_flat
-
-  pure function cross(a, b)
-    real(wp), intent(in) :: a(3), b(3)
-    real(wp) :: cross(3)
-
-    cross = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
 
   !> Report rigid elements that no rigid body takes; shells are skipped then.
   subroutine report_left(reader, draft, bodies)

@@ -10,6 +10,7 @@ module read_source_mod
     wants_more
   use keywords_mod, only: without_tabs
   use text_mod, only: string_t, to_text, upper
+  use whole_file_mod, only: read_whole_file
   implicit none
   private
 
@@ -35,7 +36,7 @@ contains
     character(:), allocatable :: raw, problem
     type(string_t) :: chain(max_depth)
 
-    call read_file(path, raw, problem)
+    call read_whole_file(path, max_deck_length, raw, problem)
     if (allocated(problem)) then
       call add_plain_mistake(diagnostics, path//': error: '//problem, 0)
       return
@@ -58,37 +59,6 @@ contains
     chain(1)%text = path
     call add_text(text, chain, 1, source, diagnostics)
   end subroutine source_from_text
-
-  !> The whole file as one text; `problem` is allocated when it cannot be had.
-  subroutine read_file(path, raw, problem)
-    character(*), intent(in) :: path
-    character(:), allocatable, intent(out) :: raw
-    character(:), allocatable, intent(out) :: problem
-    character(256) :: reason
-    integer :: unit, status, length
-    logical :: exists
-
-    inquire (file=path, exist=exists, size=length)
-    if (.not. exists .or. len_trim(path) == 0) then
-      problem = 'there is no such file'
-    else if (length > max_deck_length .or. length < 0) then
-      ! A size that does not fit a default integer comes back negative.
-      problem = 'the file is larger than '//to_text(max_deck_length/1000000)//' MB'
-    else if (length == 0) then
-      ! Also true of pipes and devices, which must not even be opened: that may wait for ever.
-      problem = 'the file is empty'
-    end if
-    if (allocated(problem)) return
-    reason = ''
-    open (newunit=unit, file=path, access='stream', form='unformatted', action='read', &
-      status='old', iostat=status, iomsg=reason)
-    if (status == 0) then
-      allocate (character(length) :: raw)
-      read (unit, iostat=status, iomsg=reason) raw
-      close (unit)
-    end if
-    if (status /= 0) problem = 'the file cannot be read ('//trim(reason)//')'
-  end subroutine read_file
 
   !> Add the lines of `raw`, the file chain(depth), to the source.
   recursive subroutine add_text(raw, chain, depth, source, diagnostics)
@@ -174,7 +144,7 @@ contains
       if (.not. allocated(problem) .and. source%n_files >= max_files) problem = &
         'more than '//to_text(max_files)//' files are included'
       if (.not. allocated(problem)) then
-        call read_file(path, inner, problem)
+        call read_whole_file(path, max_deck_length, inner, problem)
         if (allocated(problem)) problem = 'cannot include '//quoted(path)//': '//problem
       end if
       if (allocated(problem)) then
