@@ -4,13 +4,24 @@ module linked_nodes_mod
   use sorting_mod, only: sort_ascending
   use growing_lists_mod, only: append
   use constraints_mod, only: constraints_t, constraint_of
-  use mesh_mod, only: mesh_t, node_neighbours
+  use mesh_mod, only: mesh_t
   implicit none
   private
 
-  public :: coupled_nodes, nodes_of_brick
+  public :: node_neighbours, coupled_nodes, nodes_of_brick
 
 contains
+
+  !> Compressed lists of the nodes that share a brick with each node, itself included, ascending.
+  pure subroutine node_neighbours(mesh, start, neighbours)
+    type(mesh_t), intent(in) :: mesh
+    integer, allocatable, intent(out) :: start(:)      !! (n_nodes+1) first of each node's list
+    integer, allocatable, intent(out) :: neighbours(:) !! the lists, one after the other
+    integer :: e
+
+    call join_lists(mesh%n_nodes, [(8*e + 1, e=0, mesh%n_elements)], &
+      reshape(mesh%connectivity(:, :mesh%n_elements), [8*mesh%n_elements]), start, neighbours)
+  end subroutine node_neighbours
 
   !> Compressed lists of the nodes that each node is coupled to, itself included, ascending.
   pure subroutine coupled_nodes(mesh, active, start, neighbours)
@@ -18,62 +29,73 @@ contains
     type(constraints_t), intent(in) :: active          !! chains substituted
     integer, allocatable, intent(out) :: start(:)      !! (n_nodes+1) first of each node's list
     integer, allocatable, intent(out) :: neighbours(:) !! the lists, one after the other
-    integer, allocatable :: of_brick(:), first(:), at_node(:), bricks(:), list(:)
-    integer :: number(3, mesh%n_nodes), marked(mesh%n_nodes), e, k, l, m, n, node, pass
+    integer, allocatable :: of_brick(:)
+    integer :: number(3, mesh%n_nodes), first(mesh%n_elements + 1), e, n
 
     if (active%n == 0) then
       call node_neighbours(mesh, start, neighbours)
       return
     end if
     number = constraint_of(active, mesh%n_nodes)
-    allocate (first(mesh%n_elements + 1))
     n = 0
     do e = 1, mesh%n_elements
       first(e) = n + 1
       call append(of_brick, n, nodes_of_brick(active, number, mesh%connectivity(:, e)))
     end do
     first(mesh%n_elements + 1) = n + 1
+    call join_lists(mesh%n_nodes, first, of_brick(:n), start, neighbours)
+  end subroutine coupled_nodes
 
-    ! Bricks at each node, then the nodes of these: twice, to count and to store.
-    allocate (at_node(mesh%n_nodes + 1), source=0)
-    do k = 1, n
-      at_node(of_brick(k) + 1) = at_node(of_brick(k) + 1) + 1
+  !> Of each node all that stand with it in one of several lists, itself included, ascending.
+  pure subroutine join_lists(n_nodes, first, list, start, neighbours)
+    integer, intent(in) :: n_nodes
+    integer, intent(in) :: first(:) !! of each list, then one past the last
+    integer, intent(in) :: list(:)  !! the lists, one after the other; in each a node stands once
+    integer, allocatable, intent(out) :: start(:)      !! (n_nodes+1) first of each list
+    integer, allocatable, intent(out) :: neighbours(:)
+    integer :: at_node(n_nodes + 1), marked(n_nodes), lists(size(list)), found(n_nodes)
+    integer :: i, k, l, n, node, pass
+
+    ! The lists that each node stands in.
+    at_node = 0
+    do k = 1, size(list)
+      at_node(list(k) + 1) = at_node(list(k) + 1) + 1
     end do
     at_node(1) = 1
-    do node = 1, mesh%n_nodes
+    do node = 1, n_nodes
       at_node(node + 1) = at_node(node) + at_node(node + 1)
     end do
-    allocate (bricks(n))
-    marked = at_node(:mesh%n_nodes)
-    do e = 1, mesh%n_elements
-      do k = first(e), first(e + 1) - 1
-        bricks(marked(of_brick(k))) = e
-        marked(of_brick(k)) = marked(of_brick(k)) + 1
+    marked = at_node(:n_nodes)
+    do i = 1, size(first) - 1
+      do k = first(i), first(i + 1) - 1
+        lists(marked(list(k))) = i
+        marked(list(k)) = marked(list(k)) + 1
       end do
     end do
-    allocate (start(mesh%n_nodes + 1), list(mesh%n_nodes))
+    ! Twice over the nodes: once to count, once to store.
+    allocate (start(n_nodes + 1))
     do pass = 1, 2
       marked = 0
       start(1) = 1
-      do node = 1, mesh%n_nodes
-        m = 0
+      do node = 1, n_nodes
+        n = 0
         do l = at_node(node), at_node(node + 1) - 1
-          do k = first(bricks(l)), first(bricks(l) + 1) - 1
-            if (marked(of_brick(k)) == node) cycle
-            marked(of_brick(k)) = node
-            m = m + 1
-            list(m) = of_brick(k)
+          do k = first(lists(l)), first(lists(l) + 1) - 1
+            if (marked(list(k)) == node) cycle
+            marked(list(k)) = node
+            n = n + 1
+            found(n) = list(k)
           end do
         end do
-        start(node + 1) = start(node) + m
+        start(node + 1) = start(node) + n
         if (pass == 2) then
-          call sort_ascending(list(:m))
-          neighbours(start(node):start(node + 1) - 1) = list(:m)
+          call sort_ascending(found(:n))
+          neighbours(start(node):start(node + 1) - 1) = found(:n)
         end if
       end do
-      if (pass == 1) allocate (neighbours(start(mesh%n_nodes + 1) - 1))
+      if (pass == 1) allocate (neighbours(start(n_nodes + 1) - 1))
     end do
-  end subroutine coupled_nodes
+  end subroutine join_lists
 
   !> The nodes of a brick, then the masters of those that depend, each once.
   pure function nodes_of_brick(active, number, nodes) result(all_nodes)

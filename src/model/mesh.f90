@@ -1,12 +1,11 @@
 !> The mesh: nodes, 8-node bricks, the bodies they form.
 module mesh_mod
   use kinds_mod, only: wp
-  use sorting_mod, only: sort_ascending
   use constraints_mod, only: constraints_t
   implicit none
   private
 
-  public :: mesh_t, find_bodies, elements_at_nodes, node_neighbours, kind_c3d8, kind_c3d8i, &
+  public :: mesh_t, find_bodies, elements_at_nodes, kind_c3d8, kind_c3d8i, &
     kind_c3d8b
 
   integer, parameter :: kind_c3d8 = 1  !! full integration
@@ -120,41 +119,5 @@ contains
       end do
     end do
   end subroutine elements_at_nodes
-
-  !> Compressed lists of each node's neighbours (nodes that share an element), itself included,
-  !> ascending.
-  pure subroutine node_neighbours(mesh, start, neighbours)
-    type(mesh_t), intent(in) :: mesh
-    integer, allocatable, intent(out) :: start(:) !! (n_nodes+1) first entry of each node's list
-    integer, allocatable, intent(out) :: neighbours(:) !! the lists, one after the other
-    integer, allocatable :: element_start(:), elements(:), marked(:), list(:)
-    integer :: k, l, m, node, other, n_list
-
-    call elements_at_nodes(mesh, element_start, elements, spread(.true., 1, mesh%n_elements))
-    ! Twice over the nodes: once to count, once to store.
-    allocate (start(mesh%n_nodes + 1), marked(mesh%n_nodes), list(mesh%n_nodes))
-    do m = 1, 2
-      marked = 0
-      start(1) = 1
-      do node = 1, mesh%n_nodes
-        n_list = 0
-        do l = element_start(node), element_start(node + 1) - 1
-          do k = 1, 8
-            other = mesh%connectivity(k, elements(l))
-            if (marked(other) == node) cycle
-            marked(other) = node
-            n_list = n_list + 1
-            list(n_list) = other
-          end do
-        end do
-        start(node + 1) = start(node) + n_list
-        if (m == 2) then
-          call sort_ascending(list(:n_list))
-          neighbours(start(node):start(node + 1) - 1) = list(:n_list)
-        end if
-      end do
-      if (m == 1) allocate (neighbours(start(mesh%n_nodes + 1) - 1))
-    end do
-  end subroutine node_neighbours
 
 end module mesh_mod

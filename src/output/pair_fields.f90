@@ -3,7 +3,7 @@ module pair_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_byte, of_long
   use small_matrix_mod, only: cross
-  use obstacle_shapes_mod, only: has_fixed_normals, has_meshed_master
+  use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, first_time, at_start
@@ -48,7 +48,7 @@ contains
     call add_field(list, field_t('moment', of_real, [3], 'moment', &
       'moment of the reactions on the slave body about the origin, undeformed arms', &
       compute=moment))
-    if (scene%pairs(i)%master == 0 .or. has_meshed_master(scene, i)) then
+    if (is_before_faces(scene%pairs(i), scene%obstacles)) then
       call add_field(list, field_t('covered_area', of_real, [n], 'area', &
         'of the node''s share what the master covers; 0: no gap, no reaction', &
         compute=covered_area))

@@ -17,7 +17,7 @@ program bare_factorisation
   use text_mod, only: string_t, to_text
   use system_mod, only: cpu_seconds, peak_memory_bytes
   use blas_core_mod, only: choose_blas_core
-  use mesh_mod, only: node_neighbours
+  use linked_nodes_mod, only: node_neighbours
   use obstacles_mod, only: ref_nodes
   use scene_mod, only: scene_t
   use read_deck_mod, only: read_deck

@@ -8,22 +8,11 @@ from pathlib import Path
 import h5py
 import numpy as np
 from program import PROGRAM, Run
-from two_bodies import block, deck, pair, quarter_ring, step
+from two_bodies import block, deck, pair, quarter_ring, solved, step
 
 GROUND = "*OBSTACLE, NAME=GROUND, TYPE=PLANE\n0., 0., -1.,  0., 0., 1.\n"
 PUSH = "{0}-ZMAX, 3, 3, -0.05\n{0}-ZMAX, 1, 1, 0.02\n{0}-ZMAX, 2, 2, 0."
 WEIGHT = "*STEP\n*STATIC, DIRECT\n1., 1.\n*DLOAD\n{}*END STEP\n"
-
-
-def solved(case, text, *options):
-    """Run a deck that must be solved; return its open result."""
-    run = Run(text, *options, name="deck")
-    case.assertEqual(run.status, 0, run.errors)
-    result = run.result()
-    result.output = run.output
-    case.addCleanup(result.close)
-    case.assertTrue(result.history("certified").all())
-    return result
 
 
 def tie(surfaces, options=""):

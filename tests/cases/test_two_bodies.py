@@ -4,21 +4,10 @@ import unittest
 
 import numpy as np
 from program import Run
-from two_bodies import block, deck, pair, quarter_ring, step
+from two_bodies import block, deck, pair, quarter_ring, solved, step
 
 OPEN = 0
 NO_GAP = 1e30  # of points that their master does not cover
-
-
-def solved(case, text, *options):
-    """Run a deck that must be solved; return its open result."""
-    run = Run(text, *options, name="deck")
-    case.assertEqual(run.status, 0, run.errors)
-    result = run.result()
-    result.output = run.output
-    case.addCleanup(result.close)
-    case.assertTrue(result.history("certified").all())
-    return result
 
 
 def of_pair(result, name, dataset):

@@ -2,6 +2,8 @@
 
 import math
 
+from program import Run
+
 BLOCK = """*BLOCK, NAME={name}, NX={n[0]}, NY={n[1]}, NZ={n[2]}
 {low[0]}, {low[1]}, {low[2]},  {size[0]}, {size[1]}, {size[2]}
 *MATERIAL, NAME=OF-{name}
@@ -9,6 +11,17 @@ BLOCK = """*BLOCK, NAME={name}, NX={n[0]}, NY={n[1]}, NZ={n[2]}
 {young!r}, {nu!r}
 *SOLID SECTION, ELSET={name}, MATERIAL=OF-{name}
 """
+
+
+def solved(case, text, *options):
+    """Run a deck that must be solved; return its open result."""
+    run = Run(text, *options, name="deck")
+    case.assertEqual(run.status, 0, run.errors)
+    result = run.result()
+    result.output = run.output
+    case.addCleanup(result.close)
+    case.assertTrue(result.history("certified").all())
+    return result
 
 
 def block(name, n, low, size, young=1000.0, nu=0.3):

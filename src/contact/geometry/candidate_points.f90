@@ -4,7 +4,7 @@
 !> Work and memory grow with the points and the nodes, not with their product with pairs or cards.
 module candidate_points_mod
   use kinds_mod, only: wp
-  use obstacle_shapes_mod, only: has_fixed_normals, has_meshed_master
+  use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t, contact_gap_t
   use contact_points_mod, only: contact_points_t
   use mesh_forces_mod, only: add_nodal_areas
@@ -50,7 +50,7 @@ contains
           points%area(k) = area(surface%nodes(i))
           points%mu(k) = scene%pairs(pair)%mu
           points%is_curved(k) = .not. has_fixed_normals(scene, pair)
-          points%on_surface(k) = scene%pairs(pair)%master == 0 .or. has_meshed_master(scene, pair)
+          points%on_surface(k) = is_before_faces(scene%pairs(pair), scene%obstacles)
         end do
         area(surface%nodes) = 0.0_wp
       end associate
@@ -107,7 +107,7 @@ contains
     allocate (is_new(n), source=.true.)
     head = 0
     do pair = size(scene%pairs), 1, -1
-      if (scene%pairs(pair)%master == 0 .or. has_meshed_master(scene, pair)) cycle
+      if (is_before_faces(scene%pairs(pair), scene%obstacles)) cycle
       next(pair) = head(scene%pairs(pair)%master)
       head(scene%pairs(pair)%master) = pair
     end do

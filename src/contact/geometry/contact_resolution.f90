@@ -6,7 +6,7 @@ module contact_resolution_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
   use surfaces_mod, only: face_nodes
-  use obstacle_shapes_mod, only: is_flat, has_meshed_master
+  use obstacle_shapes_mod, only: is_before_faces, is_flat
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use increment_report_mod, only: contact_fields_t, status_open
@@ -55,7 +55,7 @@ contains
     do pair = 1, size(scene%pairs)
       associate (first => points%first(pair), last => points%first(pair + 1) - 1)
         ! Two bodies have two curvatures, facets none.
-        if (scene%pairs(pair)%master == 0 .or. has_meshed_master(scene, pair)) cycle
+        if (is_before_faces(scene%pairs(pair), scene%obstacles)) cycle
         if (.not. any(contact%status(first:last) /= status_open)) cycle
         faces = faces_of(scene, points, pair)
         call find_active_neighbours(faces, contact%status, other, n_others)

@@ -62,7 +62,7 @@ contains
     real(wp), intent(in), optional :: behind
     !! how far a master may be behind the slave, where that is another distance [length]
     logical, intent(in), optional :: is_rigid
-    !! the master moves as one: rows stay empty, whatever it weighs what is faced is the same
+    !! the master moves as one: its nodes need no weights, and the rows stay empty
     type(face_grid_t) :: grid
     type(part_t), allocatable :: parts(:)
     type(entries_t) :: entries

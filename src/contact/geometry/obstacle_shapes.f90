@@ -11,13 +11,13 @@ module obstacle_shapes_mod
   use rotations_mod, only: rotation_matrix
   use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder, &
     obstacle_facets
-  use scene_mod, only: scene_t
+  use scene_mod, only: contact_pair_t, scene_t
   implicit none
   private
 
   public :: known_kinds, check_shapes, shift_of, turned, locate_point, least_gap, is_flat, &
-    is_meshed, has_meshed_master, has_fixed_normals, has_round_master, turns_in_place, &
-    normal_along, enters_faces, get_core, extent_of
+    is_meshed, has_meshed_master, is_before_faces, has_fixed_normals, has_round_master, &
+    turns_in_place, normal_along, enters_faces, get_core, extent_of
 
   integer, parameter :: known_kinds(4) = [obstacle_plane, obstacle_sphere, obstacle_cylinder, &
     obstacle_facets]
@@ -172,6 +172,15 @@ contains
       if (master > 0) has_meshed_master = is_meshed(scene%obstacles(master))
     end associate
   end function has_meshed_master
+
+  !> Whether the master of a pair consists of faces: a surface of a body, or facets of an obstacle.
+  pure logical function is_before_faces(pair, obstacles)
+    type(contact_pair_t), intent(in) :: pair
+    type(obstacle_t), intent(in) :: obstacles(:)
+
+    is_before_faces = pair%master == 0
+    if (pair%master > 0) is_before_faces = is_meshed(obstacles(pair%master))
+  end function is_before_faces
 
   !> Whether normals and weights of a pair are those of the undeformed mesh wherever its points go
   !> and however its obstacle turns.

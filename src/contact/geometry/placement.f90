@@ -134,9 +134,7 @@ contains
 
     associate (master => scene%pairs(pair)%master, &
                first => points%first(pair), last => points%first(pair + 1) - 1)
-      obstacle = scene%obstacles(master)
-      if (obstacle%turns .and. present(rotation)) obstacle = turned(obstacle, rotation(:, master), &
-        scene%mesh%coordinates(:, obstacle%ref_node))
+      obstacle = as_turned(scene, master, rotation)
       shift = shift_of(obstacle, u)
       n = merge(1, 0, obstacle%ref_node > 0)
       do i = first, last
@@ -156,6 +154,18 @@ contains
         spread(1.0_wp, 1, n*(last - first + 1)))
     end associate
   end subroutine place_before_obstacle
+
+  !> An obstacle as it has turned.
+  pure function as_turned(scene, master, rotation) result(obstacle)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: master
+    real(wp), intent(in), optional :: rotation(:, :) !! as of `place`
+    type(obstacle_t) :: obstacle
+
+    obstacle = scene%obstacles(master)
+    if (obstacle%turns .and. present(rotation)) obstacle = turned(obstacle, rotation(:, master), &
+      scene%mesh%coordinates(:, obstacle%ref_node))
+  end function as_turned
 
   !> Weights, normals and gaps of docs/theory.md (11.2) to (11.4), of the nodes where they are now;
   !> with small sliding of the undeformed mesh, from which gaps then grow linearly.
@@ -218,9 +228,7 @@ contains
 
     associate (master => scene%pairs(pair)%master, &
                first => points%first(pair), last => points%first(pair + 1) - 1)
-      obstacle = scene%obstacles(master)
-      if (obstacle%turns .and. present(rotation)) obstacle = turned(obstacle, rotation(:, master), &
-        scene%mesh%coordinates(:, obstacle%ref_node))
+      obstacle = as_turned(scene, master, rotation)
       shift = shift_of(obstacle, u)
       call face_obstacle(scene, points, pair, u, obstacle, shift, mortar)
       call place_covered(points, pair, stay, mortar, placement)
