@@ -111,15 +111,15 @@ contains
     real(wp), intent(in) :: frame(:, :, :)   !! (3,3,n_points) columns n, t1, t2
     integer, intent(in) :: kept(:)           !! points
     type(near_stiffness_t) :: turned
-    integer :: place(size(frame, 3)), i, j, k, n
+    integer :: position(size(frame, 3)), i, j, k, n
 
-    place = 0
-    place(kept) = [(i, i=1, size(kept))]
+    position = 0
+    position(kept) = [(i, i=1, size(kept))]
     allocate (turned%start(size(kept) + 1))
     n = 0
     do i = 1, size(kept)
       turned%start(i) = n + 1
-      n = n + count(place(near%other(near%start(kept(i)):near%start(kept(i) + 1) - 1)) > 0)
+      n = n + count(position(near%other(near%start(kept(i)):near%start(kept(i) + 1) - 1)) > 0)
     end do
     turned%start(size(kept) + 1) = n + 1
     allocate (turned%other(n), turned%block(3, 3, n))
@@ -127,9 +127,9 @@ contains
     do i = 1, size(kept)
       do k = near%start(kept(i)), near%start(kept(i) + 1) - 1
         j = near%other(k)
-        if (place(j) == 0) cycle
+        if (position(j) == 0) cycle
         n = n + 1
-        turned%other(n) = place(j)
+        turned%other(n) = position(j)
         turned%block(:, :, n) = matmul(transpose(frame(:, :, kept(i))), &
           matmul(near%block(:, :, k), frame(:, :, j)))
       end do

@@ -1,6 +1,6 @@
 !> Values put one behind the other into a list of numbers, or taken out of one, by the same calls.
 !>
-!> Whoever has something to keep writes one procedure that calls `carry` for each of its
+!> Whoever has something to keep writes one procedure that calls `archive` for each of its
 !> components. With an empty list that fills it; with `list_of(values)` it gives the components
 !> their values back, to the last bit.
 module number_list_mod
@@ -8,7 +8,7 @@ module number_list_mod
   implicit none
   private
 
-  public :: number_list_t, list_of, numbers_in, is_used_up, carry
+  public :: number_list_t, list_of, numbers_in, is_used_up, archive
 
   !> The list, and how far it is filled or used.
   type :: number_list_t
@@ -19,13 +19,13 @@ module number_list_mod
     logical :: is_short = .false. !! more was taken than there is, or arrays of another shape
   end type number_list_t
 
-  !> Put a value into the list, or take it out: `carry(list, value)`.
+  !> Put a value into the list, or take it out: `archive(list, value)`.
   !>
   !> Whole numbers below 2**53 in size. An array of which many columns are 0 costs no more than the
   !> others of its columns; it must have its shape before it is taken out, or not be allocated.
-  interface carry
+  interface archive
     module procedure carry_real, carry_integer, carry_long, carry_columns
-  end interface carry
+  end interface archive
 
 contains
 

@@ -129,14 +129,14 @@ contains
     end select
   end function solver_name
 
-  subroutine draw_bar(share, left)
-    real(wp), intent(in) :: share !! done, 0 to 1
+  subroutine draw_bar(fraction, left)
+    real(wp), intent(in) :: fraction !! done, 0 to 1
     real(wp), intent(in) :: left  !! [s]
     integer :: done
 
-    done = int(share*bar_width)
+    done = int(fraction*bar_width)
     call write_to(standard_output, '['//repeat('#', done)//repeat('.', bar_width - done)//'] '// &
-      to_text(int(100.0_wp*share))//' %, '//seconds_in_words(left)//' left')
+      to_text(int(100.0_wp*fraction))//' %, '//seconds_in_words(left)//' left')
   end subroutine draw_bar
 
   !> Wipe the bar off the terminal's last line.

@@ -29,7 +29,7 @@ module ties_mod
     integer :: slave = 0, master = 0   !! surfaces
     logical :: adjust = .true.         !! slave nodes may be moved
     real(wp) :: tolerance = -1.0_wp
-    !! how far, at most; < 0: a share of the edges of the master's faces [length]
+    !! how far, at most; < 0: a fraction of the edges of the master's faces [length]
     integer :: position = 0            !! in the deck
   end type tie_t
 

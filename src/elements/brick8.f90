@@ -73,24 +73,24 @@ contains
     real(wp), intent(in) :: along(3, 4, 3)
     real(wp), intent(in) :: xi, eta, zeta !! from -1 to 1
     real(wp) :: jacobian(3, 3)
-    real(wp) :: share(4, 3)
+    real(wp) :: part(4, 3)
     integer :: j
 
-    share(:, 1) = between_edges(eta, zeta)
-    share(:, 2) = between_edges(xi, zeta)
-    share(:, 3) = between_edges(xi, eta)
+    part(:, 1) = between_edges(eta, zeta)
+    part(:, 2) = between_edges(xi, zeta)
+    part(:, 3) = between_edges(xi, eta)
     do j = 1, 3
-      jacobian(:, j) = share(1, j)*along(:, 1, j) + share(2, j)*along(:, 2, j) + &
-        share(3, j)*along(:, 3, j) + share(4, j)*along(:, 4, j)
+      jacobian(:, j) = part(1, j)*along(:, 1, j) + part(2, j)*along(:, 2, j) + &
+        part(3, j)*along(:, 3, j) + part(4, j)*along(:, 4, j)
     end do
   end function jacobian_of
 
   !> What the four edges of a direction count for, between them.
-  pure function between_edges(s, t) result(share)
+  pure function between_edges(s, t) result(part)
     real(wp), intent(in) :: s, t !! the other two coordinates, from -1 to 1
-    real(wp) :: share(4)         !! their sum is 1/2: an edge is 2 long
+    real(wp) :: part(4)         !! their sum is 1/2: an edge is 2 long
 
-    share = 0.125_wp*[(1.0_wp - s)*(1.0_wp - t), (1.0_wp + s)*(1.0_wp - t), &
+    part = 0.125_wp*[(1.0_wp - s)*(1.0_wp - t), (1.0_wp + s)*(1.0_wp - t), &
       (1.0_wp - s)*(1.0_wp + t), (1.0_wp + s)*(1.0_wp + t)]
   end function between_edges
 
@@ -167,7 +167,7 @@ contains
     v = sum(d(:8))
   end function volume
 
-  !> Each node's share of the volume, int N_a dV.
+  !> Each node's part of the volume, int N_a dV.
   !>
   !> Exact for any brick: the integrand is of third degree in each coordinate.
   pure function node_volumes(x) result(v)

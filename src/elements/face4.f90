@@ -1,4 +1,4 @@
-!> The 4-node face of a brick: its area vectors, for pressures and for the share of each node.
+!> The 4-node face of a brick: its area vectors, for pressures and for the part of each node.
 module face4_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross

@@ -108,7 +108,7 @@ contains
     end do
   end subroutine gravity_force
 
-  !> Add to each node its share of the faces of a surface; nodes that none of them has keep theirs.
+  !> Add to each node its part of the faces of a surface; nodes that none of them has keep theirs.
   pure subroutine add_nodal_areas(mesh, surface, area)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface

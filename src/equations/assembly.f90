@@ -30,15 +30,15 @@ module assembly_mod
 
   !> One triangle of a symmetric matrix, each entry once.
   !>
-  !> Or the share of one of several ranks, whose sum is the matrix.
+  !> Or the part of one of several ranks, whose sum is the matrix.
   type :: triplets_t
     integer :: n = 0
-    logical :: is_shared = .false.    !! other ranks hold the rest
+    logical :: is_distributed = .false.    !! other ranks hold the rest
     integer,  allocatable :: row(:)   !! row >= column
     integer,  allocatable :: column(:)
     real(wp), allocatable :: value(:) !! [force/length]; not allocated in a pattern
     real(wp), allocatable :: diagonal(:)
-    !! (n) of the whole matrix; allocated where it is shared and has values [force/length]
+    !! (n) of the whole matrix; allocated where it is distributed and has values [force/length]
   end type triplets_t
 
 contains

@@ -14,7 +14,7 @@ module body_solver_mod
   use scene_mod, only: scene_t
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of
   use assembly_mod, only: triplets_t, diagonal_ratio
-  use shares_mod, only: assemble_shares
+  use mesh_parts_mod, only: assemble_parts
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: factorise, is_analysed, analysed_order
   use stiffness_inverse_mod, only: stiffness_inverse_t
@@ -75,7 +75,7 @@ contains
       inverse%map = make_dof_map(scene%mesh%body, hold_pins(body%motions, prescribed), interface, &
         body%constraints)
       call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
-      call assemble_shares(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
+      call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
         n_stiffnesses)
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
       call lap(clock, work%assemble)

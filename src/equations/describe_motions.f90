@@ -31,47 +31,47 @@ contains
   end subroutine free_in_words
 
   !> The part of a combination of motions that nothing resists; all of it where there is none.
-  function unresisted_part(stiff, share) result(part)
+  function unresisted_part(stiff, coefficient) result(part)
     real(wp), intent(in) :: stiff(:, :)  !! (m,n) what the motions do where there is resistance [-]
-    real(wp), intent(in) :: share(:)     !! (n) of each motion
-    real(wp) :: part(size(share))
+    real(wp), intent(in) :: coefficient(:)     !! (n) of each motion
+    real(wp) :: part(size(coefficient))
 
     associate (free => null_space(stiff, unresisted))
-      part = matmul(free, matmul(share, free))
+      part = matmul(free, matmul(coefficient, free))
     end associate
-    if (norm2(part) <= small*norm2(share)) part = share
+    if (norm2(part) <= small*norm2(coefficient)) part = coefficient
   end function unresisted_part
 
   !> A combination of the motions, body by body: what matters of it.
-  function motion_in_words(mesh, motions, share) result(words)
+  function motion_in_words(mesh, motions, coefficient) result(words)
     type(mesh_t), intent(in) :: mesh
     type(free_motions_t), intent(in) :: motions
-    real(wp), intent(in) :: share(:) !! (n) of each motion
+    real(wp), intent(in) :: coefficient(:) !! (n) of each motion
     character(:), allocatable :: words
 
-    words = span_of_bodies(mesh, motions, reshape(share, [size(share), 1]), minor)
+    words = span_of_bodies(mesh, motions, reshape(coefficient, [size(coefficient), 1]), minor)
   end function motion_in_words
 
   !> Combinations of motions of several bodies may be coupled; each body's part of them is named.
-  function span_of_bodies(mesh, motions, shares, least) result(words)
+  function span_of_bodies(mesh, motions, coefficients, least) result(words)
     type(mesh_t), intent(in) :: mesh
     type(free_motions_t), intent(in) :: motions
-    real(wp), intent(in) :: shares(:, :) !! (n,k) of each motion in each combination
+    real(wp), intent(in) :: coefficients(:, :) !! (n,k) of each motion in each combination
     real(wp), intent(in) :: least        !! part of the largest that is worth naming [-]
     character(:), allocatable :: words
-    real(wp) :: six(6, size(shares, 2)), all_of_it(size(shares, 2))
+    real(wp) :: six(6, size(coefficients, 2)), all_of_it(size(coefficients, 2))
     integer :: first, last, k, n
 
     words = ''
-    all_of_it = norm2(shares, dim=1)
+    all_of_it = norm2(coefficients, dim=1)
     first = 1
     do while (first <= motions%n)
       last = first + motions_together(motions, first) - 1
       n = 0
-      do k = 1, size(shares, 2)
-        if (norm2(shares(first:last, k)) <= least*all_of_it(k)) cycle
+      do k = 1, size(coefficients, 2)
+        if (norm2(coefficients(first:last, k)) <= least*all_of_it(k)) cycle
         n = n + 1
-        six(:, n) = twist_of(motions, first, last, shares(first:last, k))
+        six(:, n) = twist_of(motions, first, last, coefficients(first:last, k))
         where (abs(six(:, n)) <= least*maxval(abs(six(:, n)))) six(:, n) = 0.0_wp
       end do
       if (n > 0) call append(words, body_in_words(mesh, motions, first)//': '// &
@@ -95,17 +95,17 @@ contains
   end function motions_together
 
   !> Translation of the centre and rotation times the body's size, of a combination of motions.
-  pure function twist_of(motions, first, last, share) result(six)
+  pure function twist_of(motions, first, last, coefficient) result(six)
     type(free_motions_t), intent(in) :: motions
     integer, intent(in) :: first, last
-    real(wp), intent(in) :: share(:)
+    real(wp), intent(in) :: coefficient(:)
     real(wp) :: six(6)
     integer :: j
 
     six = 0.0_wp
     do j = first, last
-      six(:3) = six(:3) + share(j - first + 1)*motions%translation(:, j)
-      six(4:) = six(4:) + share(j - first + 1)*motions%extent(j)*motions%rotation(:, j)
+      six(:3) = six(:3) + coefficient(j - first + 1)*motions%translation(:, j)
+      six(4:) = six(4:) + coefficient(j - first + 1)*motions%extent(j)*motions%rotation(:, j)
     end do
   end function twist_of
 

@@ -31,19 +31,19 @@ module ordering_mod
 
 contains
 
-  !> The place of every equation in the order of elimination.
-  subroutine order_equations(map, start, neighbours, place, error)
+  !> The position of every equation in the order of elimination.
+  subroutine order_equations(map, start, neighbours, position, error)
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from node_neighbours
     integer, intent(in) :: neighbours(:)
-    integer, allocatable, intent(out) :: place(:)
-    !! (n_free) 1..n_free; the interface keeps the last places
+    integer, allocatable, intent(out) :: position(:)
+    !! (n_free) 1..n_free; the interface keeps the last ones
     type(error_t), allocatable, intent(out) :: error !! METIS failed (memory)
     integer, allocatable :: vertex(:), node_of(:), node_order(:)
-    integer :: n_interior, node, i, n, position
+    integer :: n_interior, node, i, n, next
 
     n_interior = map%n_free - map%n_interface
-    place = [(i, i=1, map%n_free)]
+    position = [(i, i=1, map%n_free)]
 
     ! Vertices: the nodes that own an interior equation.
     allocate (vertex(size(start) - 1), source=0)
@@ -62,14 +62,14 @@ contains
 
     call dissect(vertex, node_of, start, neighbours, node_order, error)
     if (allocated(error)) return
-    position = 0
+    next = 0
     do i = 1, n
       associate (equations => equations_of(map, node_of(node_order(i))))
         do node = 1, 3
           ! A node may have interior equations beside one on the interface.
           if (equations(node) == 0 .or. equations(node) > n_interior) cycle
-          position = position + 1
-          place(equations(node)) = position
+          next = next + 1
+          position(equations(node)) = next
         end do
       end associate
     end do

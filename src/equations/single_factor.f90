@@ -6,7 +6,7 @@ module single_factor_mod
   use resource_limits_mod, only: check_library_room
   use text_mod, only: to_text
   use controls_mod, only: precision_controls_t
-  use parallel_mod, only: n_ranks, communicator, announce, all_ranks, share_text, &
+  use parallel_mod, only: n_ranks, communicator, announce, all_ranks, broadcast_text, &
     task => task_single
   use assembly_mod, only: triplets_t, scales_of
   use mumps_single_mod, only: mumps_struc => smumps_struc, mumps => smumps, arithmetic, remedy

@@ -61,9 +61,9 @@ module sparse_factor_mod
 contains
 
   !> Analyse the pattern of `k`, whose values need not be there, for elimination in the given order.
-  subroutine analyse(k, place, n_schur, factor, error)
+  subroutine analyse(k, position, n_schur, factor, error)
     type(triplets_t), intent(in) :: k         !! one triangle; rows and columns
-    integer, intent(in) :: place(:) !! (n) place of every equation, the Schur variables last
+    integer, intent(in) :: position(:) !! (n) position of every equation, the Schur variables last
     integer, intent(in) :: n_schur            !! size of the Schur complement, may be 0
     type(sparse_factor_t), intent(inout) :: factor
     !! its precision is kept, what else it held is released
@@ -75,12 +75,12 @@ contains
     if (n_schur == k%n) return ! nothing to eliminate
     associate (predicted => factor%predicted, precision => factor%precision)
       if (factor%precision%single_factor) then
-        call factor%single%analyse(k, place, n_schur, precision, error)
+        call factor%single%analyse(k, position, n_schur, precision, error)
         if (allocated(error)) return
         call factor%single%get_analysis(predicted%entries, predicted%bytes, predicted%flops, &
           predicted%largest_front)
       else
-        call factor%double%analyse(k, place, n_schur, precision, error)
+        call factor%double%analyse(k, position, n_schur, precision, error)
         if (allocated(error)) return
         call factor%double%get_analysis(predicted%entries, predicted%bytes, predicted%flops, &
           predicted%largest_front)
@@ -114,22 +114,22 @@ contains
   end function library_version
 
   !> The order of elimination that was analysed.
-  pure function analysed_order(factor) result(place)
+  pure function analysed_order(factor) result(position)
     type(sparse_factor_t), intent(in) :: factor !! an analysis
-    integer, allocatable :: place(:)            !! (n) as of `analyse`
+    integer, allocatable :: position(:)            !! (n) as of `analyse`
 
     if (factor%precision%single_factor) then
-      place = factor%single%order()
+      position = factor%single%order()
     else
-      place = factor%double%order()
+      position = factor%double%order()
     end if
   end function analysed_order
 
   !> Factorise `k` in the given order of elimination; `schur` gets the Schur complement on the last
   !> variables.
-  subroutine factorise(k, place, n_schur, factor, schur, error)
+  subroutine factorise(k, position, n_schur, factor, schur, error)
     type(triplets_t), intent(in) :: k         !! one triangle
-    integer, intent(in) :: place(:) !! (n) place of every equation, the Schur variables last
+    integer, intent(in) :: position(:) !! (n) position of every equation, the Schur variables last
     integer, intent(in) :: n_schur            !! size of the Schur complement, may be 0
     type(sparse_factor_t), intent(inout) :: factor
     !! the analysis of this pattern, if there is one; its precision is kept, anything else released
@@ -143,9 +143,9 @@ contains
     integer(i8) :: i
 
     goes_on = is_analysed(factor, k, n_schur)
-    if (goes_on) goes_on = all(analysed_order(factor) == place)
+    if (goes_on) goes_on = all(analysed_order(factor) == position)
     if (.not. goes_on) then
-      call analyse(k, place, n_schur, factor, error)
+      call analyse(k, position, n_schur, factor, error)
       if (allocated(error)) return
     end if
     factor%is_factorised = .true.

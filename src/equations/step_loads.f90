@@ -1,9 +1,9 @@
 !> What a *STEP prescribes, as a few fixed patterns whose factors change with time.
 !>
-!> At a share s of the step the prescribed displacements and the loads are sum over g of factor_g(s)
-!> pattern_g: what holds still (factor 1), what ramps (factor s), and one pattern an amplitude. The
-!> responses to the patterns are solved for once a step, so that an increment needs no solution for
-!> x_free.
+!> At a fraction s of the step the prescribed displacements and the loads are the sum over g of
+!> factor_g(s) pattern_g: what holds still (factor 1), what ramps (factor s), and one pattern an
+!> amplitude. The responses to the patterns are solved for once a step, so that an increment needs
+!> no solution for x_free.
 module step_loads_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: amplitude_value
@@ -79,11 +79,11 @@ contains
     loads%force = force(:, :, loads%kind)
   end subroutine resolve_loads
 
-  !> The factor of every pattern at share `s` of the step.
-  pure function pattern_factors(scene, loads, share, step_time) result(factor)
+  !> The factor of every pattern at fraction `s` of the step.
+  pure function pattern_factors(scene, loads, fraction, step_time) result(factor)
     type(scene_t), intent(in) :: scene
     type(step_loads_t), intent(in) :: loads
-    real(wp), intent(in) :: share      !! of the step's period, 0 to 1 [-]
+    real(wp), intent(in) :: fraction      !! of the step's period, 0 to 1 [-]
     real(wp), intent(in) :: step_time  !! from the start of the step
     real(wp) :: factor(loads%n_patterns)
     integer :: g
@@ -93,7 +93,7 @@ contains
       case (pattern_hold)
         factor(g) = 1.0_wp
       case (pattern_ramp)
-        factor(g) = share
+        factor(g) = fraction
       case default
         factor(g) = amplitude_value(scene%amplitudes(loads%kind(g)), step_time)
       end select
@@ -200,12 +200,12 @@ contains
     end do
   end subroutine settle
 
-  !> What a step's cards change: loads they name go to their new value, several of one place adding
+  !> What a step's cards change: loads they name go to their new value, several of one load adding
   !> up.
   !>
   !> With `replace` (OP=NEW) the loads that are not named ramp to 0.
-  pure subroutine change_levels(place, value, amplitude, replace, level)
-    integer,  intent(in) :: place(:)      !! which load each card names
+  pure subroutine change_levels(load, value, amplitude, replace, level)
+    integer,  intent(in) :: load(:)      !! which load each card names
     real(wp), intent(in) :: value(:)
     integer,  intent(in) :: amplitude(:)  !! 0: ramp
     logical,  intent(in) :: replace
@@ -215,17 +215,17 @@ contains
 
     named = .false.
     ramped = .false.
-    do i = 1, size(place)
-      named(place(i)) = .true.
-      ramped(place(i)) = ramped(place(i)) .or. amplitude(i) == 0
+    do i = 1, size(load)
+      named(load(i)) = .true.
+      ramped(load(i)) = ramped(load(i)) .or. amplitude(i) == 0
     end do
     if (replace) ramped = ramped .or. .not. named
     named = named .or. replace
     where (named .and. ramped) level(:, pattern_ramp) = -level(:, pattern_hold)
     ! amplitudes alone are followed at once
     where (named .and. .not. ramped) level(:, pattern_hold) = 0.0_wp
-    do i = 1, size(place)
-      level(place(i), amplitude(i)) = level(place(i), amplitude(i)) + value(i)
+    do i = 1, size(load)
+      level(load(i), amplitude(i)) = level(load(i), amplitude(i)) + value(i)
     end do
   end subroutine change_levels
 

@@ -64,11 +64,11 @@ contains
     real(wp), dimension(3, size(pieces)) :: low, high
     real(wp) :: gram(6*size(pieces), 6*size(pieces)), seen(6*size(pieces))
     real(wp) :: eigenvalues(6*size(pieces))
-    integer :: place(maxval(piece_of)), node, c, i, k
+    integer :: position(maxval(piece_of)), node, c, i, k
     logical :: ok
 
-    place = 0
-    place(pieces) = [(k, k=1, size(pieces))]
+    position = 0
+    position(pieces) = [(k, k=1, size(pieces))]
     low = huge(1.0_wp)
     high = -huge(1.0_wp)
     do node = 1, mesh%n_nodes
@@ -114,7 +114,7 @@ contains
       integer, intent(in) :: node
 
       index_of = 0
-      if (piece_of(node) > 0) index_of = place(piece_of(node))
+      if (piece_of(node) > 0) index_of = position(piece_of(node))
     end function index_of
 
     !> Add what the six motions of a node's piece do to it.

@@ -7,7 +7,7 @@ module worker_loop_mod
   use parallel_mod, only: next_task, task_length, task_usage, task_pattern, &
     task_stiffness, task_double, task_single, tell_usage
   use assembly_mod, only: triplets_t
-  use shares_mod, only: list_own_share, assemble_own_share
+  use mesh_parts_mod, only: list_own_part, assemble_own_part
   use double_factor_mod, only: double_factor_t => mumps_factor_t, participate_double => participate
   use single_factor_mod, only: single_factor_t => mumps_factor_t, participate_single => participate
   implicit none
@@ -20,7 +20,7 @@ contains
   !> Do one task after the other until the host has no more.
   subroutine worker_loop(error)
     type(error_t), allocatable, intent(out) :: error !! no memory on this rank
-    type(triplets_t) :: k !! share of the matrix that the host is about to analyse or factorise
+    type(triplets_t) :: k !! part of the matrix that the host is about to analyse or factorise
     type(double_factor_t), allocatable :: double(:)
     type(single_factor_t), allocatable :: single(:)
     integer(i8) :: task(task_length)
@@ -35,9 +35,9 @@ contains
       case (task_usage)
         call tell_usage()
       case (task_pattern)
-        call list_own_share(k)
+        call list_own_part(k)
       case (task_stiffness)
-        call assemble_own_share(k)
+        call assemble_own_part(k)
       case (task_double)
         call participate_double(double, task, k, error)
       case (task_single)

@@ -168,7 +168,7 @@ contains
     type(sparse_factor_t), intent(inout) :: factor
     type(error_t), allocatable, intent(out) :: error
     type(triplets_t) :: lower
-    integer, allocatable :: place(:)
+    integer, allocatable :: position(:)
     real(wp), allocatable :: schur(:, :)
     real(wp) :: probe(m%m), difference
     integer :: i
@@ -183,23 +183,23 @@ contains
         return
       end if
     end if
-    call order_by_graph(lower, place, error)
+    call order_by_graph(lower, position, error)
     if (allocated(error)) return
-    call factorise(lower, place, 0, factor, schur, error)
+    call factorise(lower, position, 0, factor, schur, error)
     if (.not. allocated(error)) return
     if (error%exit_status == exit_not_solved) call raise(error, exit_wrong_input, &
       path//': error: the matrix M is not positive definite')
   end subroutine factorise_m
 
   !> The order of elimination of a matrix without nodes: each equation is its own.
-  subroutine order_by_graph(lower, place, error)
+  subroutine order_by_graph(lower, position, error)
     type(triplets_t), intent(in) :: lower
-    integer, allocatable, intent(out) :: place(:)
+    integer, allocatable, intent(out) :: position(:)
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: start(:), neighbours(:)
 
     call list_neighbours(lower, start, neighbours)
-    call order_equations(map_of_matrix(lower%n), start, neighbours, place, error)
+    call order_equations(map_of_matrix(lower%n), start, neighbours, position, error)
   end subroutine order_by_graph
 
   !> The neighbours of each equation, each once: METIS takes no edge twice.
@@ -282,7 +282,7 @@ contains
   subroutine entries_by_column(a, start, entry)
     type(sparse_matrix_t), intent(in) :: a
     integer, allocatable, intent(out) :: start(:), entry(:)
-    integer :: k, column, place(a%n)
+    integer :: k, column, position(a%n)
 
     allocate (start(a%n + 1), source=0)
     do k = 1, size(a%column)
@@ -292,11 +292,11 @@ contains
     do column = 1, a%n
       start(column + 1) = start(column) + start(column + 1)
     end do
-    place = start(:a%n)
+    position = start(:a%n)
     allocate (entry(size(a%column)))
     do k = 1, size(a%column)
-      entry(place(a%column(k))) = k
-      place(a%column(k)) = place(a%column(k)) + 1
+      entry(position(a%column(k))) = k
+      position(a%column(k)) = position(a%column(k)) + 1
     end do
   end subroutine entries_by_column
 

@@ -95,15 +95,15 @@ contains
     integer :: i, k, n
 
     ! Increments that were cut make more rows than the deck's: of all, these too.
-    if (increment%row > size(exports%chosen)) then
+    if (increment%index > size(exports%chosen)) then
       if (.not. all(exports%chosen)) return
-    else if (.not. exports%chosen(increment%row)) then
+    else if (.not. exports%chosen(increment%index)) then
       return
     end if
-    path = scene%name//'-'//to_text(increment%row)//'.fclib.hdf5'
+    path = scene%name//'-'//to_text(increment%index)//'.fclib.hdf5'
     if (count_points(condensed) == 0) then
       call raise(error, exit_wrong_input, 'bipot: error: --export-fclib: no contact point can '// &
-        'have a reaction in increment '//to_text(increment%row))
+        'have a reaction in increment '//to_text(increment%index))
       return
     end if
     n = 0

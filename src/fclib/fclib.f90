@@ -281,7 +281,7 @@ contains
     type(fclib_problem_t), intent(out) :: whole
     real(wp), allocatable :: w(:, :)
     real(wp) :: column(problem%n_rows)
-    integer :: place(problem%n_rows), i, a, k, l, n
+    integer :: position(problem%n_rows), i, a, k, l, n
 
     n = 3*problem%n_points
     allocate (w(n, n), whole%q(n), source=0.0_wp)
@@ -289,7 +289,7 @@ contains
       do a = 1, 3
         k = 3*(i - 1) + a
         if (problem%row(a, i) > 0) then
-          place(problem%row(a, i)) = k
+          position(problem%row(a, i)) = k
           whole%q(k) = x_free(problem%row(a, i))
         else
           w(k, k) = problem%block(a, a, i)
@@ -302,8 +302,8 @@ contains
     do l = 1, problem%n_rows
       ! The lower triangle is the one that the solvers read.
       call get_column(problem%compliance, l, column)
-      w(place(l:), place(l)) = column(l:)
-      w(place(l), place(l:)) = column(l:)
+      w(position(l:), position(l)) = column(l:)
+      w(position(l), position(l:)) = column(l:)
     end do
     whole%n_points = problem%n_points
     whole%mu = problem%mu
@@ -343,7 +343,7 @@ contains
 
   ! ------------------------------------------------------------------ the file's place
 
-  !> Begin a file beside its place, unless something of another kind stands there.
+  !> Begin a file beside its position, unless something of another kind stands there.
   subroutine begin(path, overwrite, file, error)
     character(*), intent(in) :: path
     logical, intent(in) :: overwrite

@@ -254,7 +254,7 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer(i4), allocatable :: p(:), i(:)
     real(wp), allocatable :: x(:)
-    integer :: place(matrix%m), k, n
+    integer :: position(matrix%m), k, n
 
     n = size(matrix%value)
     allocate (p(matrix%m + 1), source=0)
@@ -264,10 +264,10 @@ contains
     do k = 1, matrix%m
       p(k + 1) = p(k) + p(k + 1)
     end do
-    place = p(:matrix%m)
+    position = p(:matrix%m)
     allocate (i(n), x(n))
     do k = 1, n
-      associate (next => place(matrix%row(k)))
+      associate (next => position(matrix%row(k)))
         next = next + 1
         i(next) = matrix%column(k) - 1
         x(next) = matrix%value(k)

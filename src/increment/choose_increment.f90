@@ -6,7 +6,7 @@
 !> increments of a size, and one of twice that size, differ by the error of the two.
 module choose_increment_mod
   use kinds_mod, only: wp, i8
-  use number_list_mod, only: number_list_t, carry
+  use number_list_mod, only: number_list_t, archive
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -21,7 +21,7 @@ module choose_increment_mod
 
   public :: increment_size_t, choose_increment, cut_increment, carry_size
 
-  real(wp), parameter :: share_of_steps = 0.25_wp !! of the accuracy, that load steps may use up
+  real(wp), parameter :: part_for_steps = 0.25_wp !! of the accuracy, that load steps may use up
 
   !> The size that holds.
   type :: increment_size_t
@@ -157,7 +157,7 @@ contains
       if (ok) call try_increment(scene, points, solver, middle, size%length, fine, fine_ok)
       if (has_coarse .and. fine_ok) then
         change = resultant_change(points, coarse%reaction, fine%reaction)
-        if (change <= share_of_steps*scene%accuracy%wanted) exit
+        if (change <= part_for_steps*scene%accuracy%wanted) exit
       end if
       size%length = size%length/2
       coarse = middle
@@ -190,13 +190,13 @@ contains
     type(increment_size_t), intent(inout) :: size
     integer :: touch
 
-    call carry(list, size%length)
-    call carry(list, size%granted)
-    call carry(list, size%base)
-    call carry(list, size%event)
-    call carry(list, size%n_touches)
+    call archive(list, size%length)
+    call archive(list, size%granted)
+    call archive(list, size%base)
+    call archive(list, size%event)
+    call archive(list, size%n_touches)
     touch = merge(1, 0, size%is_touch)
-    call carry(list, touch)
+    call archive(list, touch)
     size%is_touch = touch == 1
   end subroutine carry_size
 

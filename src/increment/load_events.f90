@@ -1,8 +1,8 @@
 !> Events on the load path of a *STEP, where increments end that the deck lets be cut: the kinks of
 !> its amplitudes, and the instant at which contact begins where nothing pressed before.
 !>
-!> Without contact the displacement is linear in the share of the step from one kink to the next, so
-!> the instant at which the first point meets its obstacle costs no solution. As soon as anything
+!> Without contact the displacement is linear in the fraction of the step from one kink to the next,
+!> so the instant at which the first point meets its obstacle costs no solution. As soon as anything
 !> presses this is no longer so, and what touches later is no event. docs/theory.md section 1.
 module load_events_mod
   use kinds_mod, only: wp, i8
@@ -98,7 +98,7 @@ contains
     integer, allocatable :: can_press(:)
     real(wp), allocatable :: u_here(:, :), u_there(:, :), external(:, :)
     real(wp), dimension(3, size(scene%obstacles)) :: turn_here, turn_there
-    real(wp) :: share
+    real(wp) :: fraction
     integer :: i
 
     touch = no_event
@@ -118,10 +118,10 @@ contains
         exit
       end do
       call displaced(there, u_there, turn_there)
-      share = share_to_touch(scene, points, can_press, u_here, u_there, turn_here, turn_there)
-      if (share <= 1.0_wp) then
+      fraction = fraction_to_touch(scene, points, can_press, u_here, u_there, turn_here, turn_there)
+      if (fraction <= 1.0_wp) then
         ! Just before it: what is closed then has no gap to speak of.
-        touch = here + int(share*real(there - here, wp), i8)
+        touch = here + int(fraction*real(there - here, wp), i8)
         exit stretches
       end if
       here = there
@@ -169,10 +169,10 @@ contains
     list = pack([(i, i=1, points%n)], row(1, :) > 0)
   end function points_that_can_press
 
-  !> The share of the straight way between two displacements at which the first point that can press
-  !> enters its obstacle; 2 where none does.
-  real(wp) function share_to_touch(scene, points, can_press, u_here, u_there, turn_here, &
-    turn_there) result(share)
+  !> The fraction of the straight way between two displacements at which the first point that can
+  !> press enters its obstacle; 2 where none does.
+  real(wp) function fraction_to_touch(scene, points, can_press, u_here, u_there, turn_here, &
+    turn_there) result(fraction)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: can_press(:)                 !! points
@@ -182,7 +182,7 @@ contains
     real(wp) :: before, after, middle
     integer :: k
 
-    share = 2.0_wp
+    fraction = 2.0_wp
     call place_all(scene, points, u_here, at_here, turn_here)
     call place_all(scene, points, u_there, at_there, turn_there)
     do k = 1, size(can_press)
@@ -190,7 +190,7 @@ contains
       associate (here => max(0.0_wp, at_here%gap(can_press(k))), &
                  there => at_there%gap(can_press(k)))
         if (there >= 0.0_wp) cycle
-        share = min(share, here/(here - there))
+        fraction = min(fraction, here/(here - there))
       end associate
     end do
     if (.not. any(points%is_curved(can_press))) return
@@ -198,7 +198,7 @@ contains
     before = 0.0_wp
     do k = 0, n_samples
       after = real(k, wp)/real(n_samples, wp)
-      if (before >= share) return
+      if (before >= fraction) return
       if (least_gap(after) < 0.0_wp) exit
       before = after
       if (k == n_samples) return
@@ -211,7 +211,7 @@ contains
         before = middle
       end if
     end do
-    share = min(share, before)
+    fraction = min(fraction, before)
 
   contains
 
@@ -229,6 +229,6 @@ contains
       end do
     end function least_gap
 
-  end function share_to_touch
+  end function fraction_to_touch
 
 end module load_events_mod

@@ -106,17 +106,17 @@ contains
       ' times; full rank and FACTOR=DOUBLE of *PRECISION hold more')
   end subroutine refine
 
-  !> Displacement without contact, and loads, at a share of the *STEP.
-  subroutine sum_patterns(scene, response, share, step_time, u_free, external)
+  !> Displacement without contact, and loads, at a fraction of the *STEP.
+  subroutine sum_patterns(scene, response, fraction, step_time, u_free, external)
     type(scene_t), intent(in) :: scene
     type(load_response_t), intent(in) :: response
-    real(wp), intent(in) :: share, step_time             !! as of increment_t [-], [time]
+    real(wp), intent(in) :: fraction, step_time             !! as of increment_t [-], [time]
     real(wp), allocatable, intent(out) :: u_free(:, :)   !! (3,n_nodes) [length]
     real(wp), allocatable, intent(out) :: external(:, :) !! (3,n_nodes) [force]
     real(wp) :: factor(response%loads%n_patterns)
     integer :: g
 
-    factor = pattern_factors(scene, response%loads, share, step_time)
+    factor = pattern_factors(scene, response%loads, fraction, step_time)
     allocate (u_free(3, scene%mesh%n_nodes), external(3, scene%mesh%n_nodes), source=0.0_wp)
     do g = 1, response%loads%n_patterns
       u_free = u_free + factor(g)*response%displacement(:, :, g)
@@ -134,7 +134,7 @@ contains
     real(wp) :: factor(loads%n_patterns)
     integer :: g
 
-    factor = pattern_factors(scene, loads, increment%share, increment%step_time)
+    factor = pattern_factors(scene, loads, increment%fraction, increment%step_time)
     u = 0.0_wp
     do g = 1, loads%n_patterns
       u = u + factor(g)*loads%displacement(:, :, g)

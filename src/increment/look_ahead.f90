@@ -20,7 +20,7 @@ module look_ahead_mod
   use controls_mod, only: is_exact, solver_global_newton
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t, next_increment, mark_end
-  use number_list_mod, only: number_list_t, carry
+  use number_list_mod, only: number_list_t, archive
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t
   use transfer_mod, only: nodal_forces
@@ -76,7 +76,7 @@ contains
     type(ahead_t), intent(in) :: ahead
     type(increment_t), intent(in) :: increment
 
-    is_ahead = increment%row >= ahead%first .and. increment%row < ahead%first + ahead%n
+    is_ahead = increment%index >= ahead%first .and. increment%index < ahead%first + ahead%n
   end function is_ahead
 
   !> Solve the contact of the increments that follow `old`, to the end of their *STEP, as many and
@@ -99,19 +99,19 @@ contains
     increment = next_increment(scene%steps, old)
     if (is_ahead(ahead, increment)) return
     ! What an earlier session had begun is ended where it would have ended it.
-    goes_on = ahead%last >= increment%row
+    goes_on = ahead%last >= increment%index
     ! All that was asked for last time was of use: more.
     if (.not. goes_on .and. ahead%found == ahead%reach) ahead%reach = min(most_ahead, &
       2*ahead%reach)
     n_columns = min(most_ahead, scene%steps(increment%step)%n_increments)
     allocate (answers(solver%body%inverse%map%n_interface, n_columns), source=0.0_wp)
     there = old
-    ahead%first = increment%row
+    ahead%first = increment%index
     ahead%n = 0
     work = 0.0_wp
     increments: do while (ahead%n < ahead%reach)
       increment = next_increment(scene%steps, there)
-      if (increment%row == 0 .or. (ahead%n > 0 .and. increment%first_of_step)) exit increments
+      if (increment%index == 0 .or. (ahead%n > 0 .and. increment%first_of_step)) exit increments
       began = wall_seconds()
       ahead%n = ahead%n + 1
       associate (foreseen => ahead%of(ahead%n), answer => answers(:, column_of(increment, &
@@ -125,7 +125,7 @@ contains
         foreseen%report%wall_time = wall_seconds() - began
         if (.not. foreseen%report%converged) exit increments
       end associate
-      if (goes_on .and. increment%row == ahead%last) exit increments
+      if (goes_on .and. increment%index == ahead%last) exit increments
       work = work + work_of(ahead%of(ahead%n)%report, count_rows(solver%contact))
       if (.not. goes_on .and. work > most_work) exit increments
     end do increments
@@ -190,7 +190,7 @@ contains
     real(wp), intent(out) :: reaction(:, :)     !! (3,n_points) x, y, z [force]
     type(increment_report_t), intent(out) :: report
 
-    associate (foreseen => ahead%of(increment%row - ahead%first + 1))
+    associate (foreseen => ahead%of(increment%index - ahead%first + 1))
       reaction = foreseen%reaction
       report = foreseen%report
       trial%applied_reaction = foreseen%reaction
@@ -232,9 +232,9 @@ contains
     type(number_list_t), intent(inout) :: list
     type(ahead_t), intent(inout) :: ahead
 
-    call carry(list, ahead%reach)
-    call carry(list, ahead%found)
-    call carry(list, ahead%last)
+    call archive(list, ahead%reach)
+    call archive(list, ahead%found)
+    call archive(list, ahead%last)
   end subroutine carry_ahead
 
 end module look_ahead_mod

@@ -15,8 +15,8 @@ module meet_accuracy_mod
   public :: choose_arithmetic, set_contact_tolerance, accuracy_shortfall
 
   ! The contact tolerance, beside the accuracy: the certificate allows ten times as much.
-  real(wp), parameter :: smallest_share = 0.02_wp
-  real(wp), parameter :: largest_share = 0.05_wp
+  real(wp), parameter :: least_fraction = 0.02_wp
+  real(wp), parameter :: largest_fraction = 0.05_wp
   real(wp), parameter :: of_discretisation = 0.1_wp !! of the error of mesh and load steps
   ! Where a factor in single precision pays (docs/arithmetic.md).
   real(wp), parameter :: roughest_for_single = 1.0e-3_wp
@@ -49,8 +49,8 @@ contains
 
     associate (wanted => scene%accuracy%wanted)
       if (wanted <= 0.0_wp) return
-      tolerance = smallest_share*wanted
-      if (present(errors)) tolerance = min(largest_share*wanted, max(tolerance, &
+      tolerance = least_fraction*wanted
+      if (present(errors)) tolerance = min(largest_fraction*wanted, max(tolerance, &
         of_discretisation*(max(0.0_wp, errors%mesh) + max(0.0_wp, errors%load_steps))))
     end associate
     scene%contact%tolerance = tolerance

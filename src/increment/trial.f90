@@ -66,12 +66,12 @@ contains
     type(trial_t), intent(out) :: trial
     integer :: i
 
-    call sum_patterns(scene, solver%response, increment%share, increment%step_time, &
+    call sum_patterns(scene, solver%response, increment%fraction, increment%step_time, &
       trial%u_free, trial%forces%external)
     trial%forces%prescribed = solver%body%prescribed
     trial%forces%constraints = scene%constraints
     trial%forces%displacement = prescribed_displacement(scene, solver%response%loads, increment)
-    trial%rotation = rotation_at(scene, solver%response%loads%turns, increment%share, &
+    trial%rotation = rotation_at(scene, solver%response%loads%turns, increment%fraction, &
       increment%step_time)
     allocate (trial%forces%internal, mold=old%displacement)
     trial%controls = scene%contact
@@ -161,7 +161,7 @@ contains
     began = solver%undeformed
     call place_curved(scene, points, old%displacement, began, old%rotation)
     do i = 1, points%n
-      reaction(:, i) = reaction(:, i) + (increment%share - increment%begin)*old%trend(:, i)
+      reaction(:, i) = reaction(:, i) + (increment%fraction - increment%begin)*old%trend(:, i)
       if (dot_product(reaction(:, i), began%frame(:, 1, i)) <= 0.0_wp) reaction(:, i) = 0.0_wp
     end do
   end function expected_reactions
@@ -172,7 +172,7 @@ contains
     real(wp), intent(in) :: before(:, :), after(:, :)        !! (3,n_points) reactions [force]
     real(wp) :: trend(size(before, 1), size(before, 2))      !! [force]
 
-    trend = (after - before)/(increment%share - increment%begin)
+    trend = (after - before)/(increment%fraction - increment%begin)
   end function trend_of
 
   !> The contact problem of the increment: gaps and slips that u_free would give, then the

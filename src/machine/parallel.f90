@@ -20,7 +20,7 @@ module parallel_mod
   public :: announce, next_task, task_length, task_end, task_usage, task_pattern, task_stiffness, &
     task_double, task_single
   public :: send_integers, send_reals, receive_integers, receive_reals, sum_over_ranks, all_ranks, &
-    share_text
+    broadcast_text
   public :: usage_t, usage_of_others, tell_usage
 
   ! The one form in which the empty library has MPI's constants too.
@@ -31,7 +31,7 @@ module parallel_mod
   integer, parameter :: task_length = 3
   integer(i8), parameter :: task_end = 0       !! no task comes any more
   integer(i8), parameter :: task_usage = 1     !! memory and processor time so far
-  integer(i8), parameter :: task_pattern = 2   !! take a share of the bricks, list its entries
+  integer(i8), parameter :: task_pattern = 2   !! take a part of the bricks, list its entries
   integer(i8), parameter :: task_stiffness = 3 !! and sum their stiffness
   integer(i8), parameter :: task_double = 4    !! MUMPS in double precision
   integer(i8), parameter :: task_single = 5    !! and in single precision
@@ -224,14 +224,14 @@ contains
   end subroutine sum_over_ranks
 
   !> Give all ranks the host's text: all must call it, with texts of one length.
-  subroutine share_text(n, text)
+  subroutine broadcast_text(n, text)
     integer, intent(in) :: n
     character(n), target, intent(inout) :: text
     integer(c_int) :: status
 
     if (n_ranks() == 1) return
     call mpi_bcast(c_loc(text(1:1)), n, mpi_character, host, mpi_comm_world, status)
-  end subroutine share_text
+  end subroutine broadcast_text
 
   !> Whether it is true on every rank: all must call it.
   function all_ranks(condition)
@@ -355,7 +355,7 @@ contains
     name = repeat(c_null_char, room)
     status = c_gethostname(c_loc(name(1:1)), int(room - 1, c_size_t))
     name_of_host = name
-    call share_text(room, name_of_host)
+    call broadcast_text(room, name_of_host)
     sums = 0.0_wp
     if (.not. is_host()) then
       if (name == name_of_host) sums(:3) = [1.0_wp, real(resident_bytes(), wp), &

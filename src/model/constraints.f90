@@ -25,12 +25,12 @@ module constraints_mod
     real(wp), allocatable :: weight(:)          !! (n_entries) [-]
   end type constraints_t
 
-  !> A constraint while masters are put in: each once, `place` says where.
+  !> A constraint while masters are put in: each once, `index` says where.
   type :: line_t
     integer :: n = 0
     integer, allocatable :: master(:), master_dof(:) !! (n) there may be more room
     real(wp), allocatable :: weight(:)               !! (n) [-]
-    integer, allocatable :: place(:, :)              !! (3,n_nodes) 0 of what is no master
+    integer, allocatable :: index(:, :)              !! (3,n_nodes) 0 of what is no master
   end type line_t
 
 contains
@@ -121,13 +121,13 @@ contains
     integer, allocatable :: number(:, :)
     type(line_t) :: line
     integer :: c, k, l, other
-    real(wp) :: share
+    real(wp) :: factor
 
     if (constraints%n == 0) return
     allocate (number(3, size(prescribed, 2)), source=constraint_of(constraints, &
       size(prescribed, 2)))
     where (prescribed) number = 0
-    allocate (line%place(3, size(prescribed, 2)), source=0)
+    allocate (line%index(3, size(prescribed, 2)), source=0)
     allocate (line%master(64), line%master_dof(64), line%weight(64))
     do c = 1, constraints%n
       if (number(constraints%dof(c), constraints%node(c)) /= c) cycle
@@ -141,16 +141,16 @@ contains
         k = k + 1
         other = number(line%master_dof(k), line%master(k))
         if (other == 0) cycle
-        share = line%weight(k)
+        factor = line%weight(k)
         line%weight(k) = 0.0_wp
-        line%place(line%master_dof(k), line%master(k)) = 0
+        line%index(line%master_dof(k), line%master(k)) = 0
         do l = constraints%first(other), constraints%first(other + 1) - 1
           call take(line, constraints%master(l), constraints%master_dof(l), &
-            share*constraints%weight(l))
+            factor*constraints%weight(l))
         end do
       end do
       do k = 1, line%n
-        line%place(line%master_dof(k), line%master(k)) = 0
+        line%index(line%master_dof(k), line%master(k)) = 0
       end do
       associate (kept => pack([(k, k=1, line%n)], abs(line%weight(:line%n)) > 0.0_wp))
         call add_constraint(active, constraints%node(c), constraints%dof(c), line%master(kept), &
@@ -160,14 +160,14 @@ contains
   end function active_constraints
 
   !> Add to the weight of a master, or begin it.
-  pure subroutine take(line, node, dof, share)
+  pure subroutine take(line, node, dof, factor)
     type(line_t), intent(inout) :: line
     integer, intent(in) :: node, dof
-    real(wp), intent(in) :: share !! [-]
+    real(wp), intent(in) :: factor !! [-]
     integer :: n
 
     n = line%n
-    if (line%place(dof, node) == 0) then
+    if (line%index(dof, node) == 0) then
       if (n == size(line%master)) then
         call enlarge(line%master, n, 2*n)
         call enlarge(line%master_dof, n, 2*n)
@@ -178,10 +178,10 @@ contains
       line%master(n) = node
       line%master_dof(n) = dof
       line%weight(n) = 0.0_wp
-      line%place(dof, node) = n
+      line%index(dof, node) = n
     end if
-    associate (at => line%place(dof, node))
-      line%weight(at) = line%weight(at) + share
+    associate (at => line%index(dof, node))
+      line%weight(at) = line%weight(at) + factor
     end associate
   end subroutine take
 

@@ -22,7 +22,7 @@ module contact_points_mod
     !! (3,n) before such a master: a plane of symmetry across this axis holds the node
     real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
     real(wp), allocatable :: area(:)
-    !! (n) the node's share of the slave surface, 0 where no face of it is [length^2]
+    !! (n) the node's tributary area of the slave surface, 0 where no face of it is [length^2]
     real(wp), allocatable :: extra_gap(:) !! (n) of *CONTACT GAP [length]
     logical,  allocatable :: in_reach(:)
     !! (n) candidates; the others stay out of the interface, their gaps are watched

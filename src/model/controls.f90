@@ -40,7 +40,7 @@ module controls_mod
     integer  :: formulation = formulation_bipotential
     integer  :: local = local_newton
     real(wp) :: rho = 1.0_wp          !! factor of its natural scale, > 0 [-]
-    real(wp) :: relaxation = 1.0_wp   !! share of the new value, 0 < relaxation < 2 [-]
+    real(wp) :: relaxation = 1.0_wp   !! fraction of the new value, 0 < relaxation < 2 [-]
     logical  :: acceleration = .false. !! Anderson's, of the sweeps
     real(wp) :: tolerance = 1.0e-8_wp !! > 0 [-]
     integer  :: stop_rule = stop_at_residual

@@ -19,22 +19,22 @@ module increments_mod
 
   !> One increment of one *STEP.
   type :: increment_t
-    integer  :: row = 0               !! number within the run, from 1; 0: the run is over
+    integer  :: index = 0             !! within the run, from 1; 0: the run is over
     integer  :: step = 0              !! ordinal of its *STEP
     integer  :: number = 0            !! within the step, from 1
     logical  :: first_of_step = .false.
     logical  :: last_of_step = .false.
     integer(i8) :: start = 0          !! its beginning within the step, as its end
     integer(i8) :: position = 0       !! its end, in parts of the deck's increments
-    real(wp) :: begin = 0.0_wp        !! share of the step's period where it begins [-]
-    real(wp) :: share = 0.0_wp        !! and at its end, 0 < share <= 1 [-]
+    real(wp) :: begin = 0.0_wp        !! fraction of the step's period where it begins [-]
+    real(wp) :: fraction = 0.0_wp        !! and at its end, 0 < fraction <= 1 [-]
     real(wp) :: step_time = 0.0_wp    !! at its end, from the start of the step
     real(wp) :: time = 0.0_wp         !! at its end, from the start of the run
   end type increment_t
 
 contains
 
-  !> The increment that follows `state`; its row is 0 when there is none.
+  !> The increment that follows `state`; its index is 0 when there is none.
   pure function next_increment(steps, state, length) result(increment)
     type(load_step_t), intent(in) :: steps(:)
     type(state_t), intent(in) :: state
@@ -52,7 +52,7 @@ contains
       start = 0
     end if
     if (increment%step > size(steps)) return
-    increment%row = state%row + 1
+    increment%index = state%increments_done + 1
     increment%first_of_step = start == 0
     increment%start = start
     parts = whole_increment - modulo(start, whole_increment)
@@ -60,21 +60,21 @@ contains
     associate (step => steps(increment%step))
       increment%position = min(start + parts, step%n_increments*whole_increment)
       increment%last_of_step = increment%position == step%n_increments*whole_increment
-      increment%begin = share_of(step, start)
-      increment%share = share_of(step, increment%position)
-      increment%step_time = increment%share*step%period
+      increment%begin = fraction_of(step, start)
+      increment%fraction = fraction_of(step, increment%position)
+      increment%step_time = increment%fraction*step%period
     end associate
     ! From the start of the run each time, so that rounding does not add up.
     increment%time = sum(steps(:increment%step - 1)%period) + increment%step_time
   end function next_increment
 
-  !> The share of the step's period at a position; that of uncut increments to the last bit.
-  pure real(wp) function share_of(step, position)
+  !> The fraction of the step's period at a position; that of uncut increments to the last bit.
+  pure real(wp) function fraction_of(step, position)
     type(load_step_t), intent(in) :: step
     integer(i8), intent(in) :: position
 
-    share_of = real(position, wp)/(real(step%n_increments, wp)*real(whole_increment, wp))
-  end function share_of
+    fraction_of = real(position, wp)/(real(step%n_increments, wp)*real(whole_increment, wp))
+  end function fraction_of
 
   !> Whether a state is that at the end of its *STEP.
   pure logical function ends_step(steps, state)
@@ -104,7 +104,7 @@ contains
     type(increment_t), intent(in) :: increment
     type(state_t), intent(inout) :: state
 
-    state%row = increment%row
+    state%increments_done = increment%index
     state%step = increment%step
     state%increment = increment%number
     state%position = increment%position

@@ -150,7 +150,7 @@ contains
     type(amplitude_t), intent(in) :: a
     integer, intent(in) :: i
     real(wp), intent(in) :: least
-    real(wp) :: chord, share
+    real(wp) :: chord, fraction
     integer :: before, after
 
     turns_at = .false.
@@ -166,8 +166,8 @@ contains
     else if (a%time(before) >= a%time(i)) then
       chord = a%value(after)
     else
-      share = (a%time(i) - a%time(before))/(a%time(after) - a%time(before))
-      chord = (1.0_wp - share)*a%value(before) + share*a%value(after)
+      fraction = (a%time(i) - a%time(before))/(a%time(after) - a%time(before))
+      chord = (1.0_wp - fraction)*a%value(before) + fraction*a%value(after)
     end if
     turns_at = abs(a%value(i) - chord) > least
   end function turns_at

@@ -60,7 +60,7 @@ contains
   pure function amplitude_value(amplitude, time) result(value)
     type(amplitude_t), intent(in) :: amplitude
     real(wp), intent(in) :: time
-    real(wp) :: value, share
+    real(wp) :: value, fraction
     integer :: n, i
 
     n = size(amplitude%time)
@@ -71,8 +71,8 @@ contains
     value = amplitude%value(n)
     do i = 2, n
       if (time >= amplitude%time(i)) cycle
-      share = (time - amplitude%time(i - 1))/(amplitude%time(i) - amplitude%time(i - 1))
-      value = (1.0_wp - share)*amplitude%value(i - 1) + share*amplitude%value(i)
+      fraction = (time - amplitude%time(i - 1))/(amplitude%time(i) - amplitude%time(i - 1))
+      value = (1.0_wp - fraction)*amplitude%value(i - 1) + fraction*amplitude%value(i)
       return
     end do
   end function amplitude_value

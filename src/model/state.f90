@@ -2,15 +2,15 @@
 !> it.
 module state_mod
   use kinds_mod, only: wp, i8
-  use number_list_mod, only: number_list_t, carry
+  use number_list_mod, only: number_list_t, archive
   implicit none
   private
 
-  public :: state_t, initial_state, carry_state
+  public :: state_t, initial_state, archive_state
 
   !> All zero at the start of the run. `advance` reads an old state and writes a new one.
   type :: state_t
-    integer  :: row = 0        !! increments done in the run
+    integer  :: increments_done = 0 !! in the run
     integer  :: step = 0       !! ordinal of the last increment's *STEP
     integer  :: increment = 0  !! and its number within the step
     integer(i8) :: position = 0
@@ -50,24 +50,24 @@ contains
   end function initial_state
 
   !> Put the state into the list, or take it out: every component, a line each.
-  subroutine carry_state(list, state)
+  subroutine archive_state(list, state)
     type(number_list_t), intent(inout) :: list
     type(state_t), intent(inout) :: state
 
-    call carry(list, state%row)
-    call carry(list, state%step)
-    call carry(list, state%increment)
-    call carry(list, state%position)
-    call carry(list, state%time)
-    call carry(list, state%displacement)
-    call carry(list, state%rotation)
-    call carry(list, state%reaction)
-    call carry(list, state%trend)
-    call carry(list, state%slip)
-    call carry(list, state%external_force)
-    call carry(list, state%support_force)
-    call carry(list, state%external_work)
-    call carry(list, state%dissipation)
-  end subroutine carry_state
+    call archive(list, state%increments_done)
+    call archive(list, state%step)
+    call archive(list, state%increment)
+    call archive(list, state%position)
+    call archive(list, state%time)
+    call archive(list, state%displacement)
+    call archive(list, state%rotation)
+    call archive(list, state%reaction)
+    call archive(list, state%trend)
+    call archive(list, state%slip)
+    call archive(list, state%external_force)
+    call archive(list, state%support_force)
+    call archive(list, state%external_work)
+    call archive(list, state%dissipation)
+  end subroutine archive_state
 
 end module state_mod

@@ -21,7 +21,7 @@ module turns_mod
   !> where no obstacle turns.
   type :: turns_t
     real(wp), allocatable :: held(:, :)            !! (3,n_obstacles) [rad]
-    real(wp), allocatable :: ramp(:, :)            !! (3,n_obstacles) times the share [rad]
+    real(wp), allocatable :: ramp(:, :)            !! (3,n_obstacles) times the fraction [rad]
     real(wp), allocatable :: by_amplitude(:, :, :) !! (3,n_obstacles,n_amplitudes) [rad]
   end type turns_t
 
@@ -62,18 +62,18 @@ contains
     end do
   end function turns_of_step
 
-  !> The rotation vectors at a share of the step.
-  pure function rotation_at(scene, turns, share, step_time) result(rotation)
+  !> The rotation vectors at a fraction of the step.
+  pure function rotation_at(scene, turns, fraction, step_time) result(rotation)
     type(scene_t), intent(in) :: scene
     type(turns_t), intent(in) :: turns
-    real(wp), intent(in) :: share      !! of the step's period, 0 to 1 [-]
+    real(wp), intent(in) :: fraction      !! of the step's period, 0 to 1 [-]
     real(wp), intent(in) :: step_time  !! from the start of the step
     real(wp) :: rotation(3, size(scene%obstacles)) !! [rad]
     integer :: g
 
     rotation = 0.0_wp
     if (.not. allocated(turns%held)) return
-    rotation = turns%held + share*turns%ramp
+    rotation = turns%held + fraction*turns%ramp
     do g = 1, size(turns%by_amplitude, 3)
       if (.not. any(abs(turns%by_amplitude(:, :, g)) > 0.0_wp)) cycle
       rotation = rotation + amplitude_value(scene%amplitudes(g), step_time)* &
@@ -97,11 +97,11 @@ contains
     pure function at(position) result(rotation)
       integer(i8), intent(in) :: position
       real(wp) :: rotation(3, size(scene%obstacles))
-      real(wp) :: share
+      real(wp) :: fraction
 
-      share = real(position, wp)/(real(scene%steps(step)%n_increments, wp)* &
+      fraction = real(position, wp)/(real(scene%steps(step)%n_increments, wp)* &
         real(whole_increment, wp))
-      rotation = rotation_at(scene, turns, share, share*scene%steps(step)%period)
+      rotation = rotation_at(scene, turns, fraction, fraction*scene%steps(step)%period)
     end function at
 
   end function turn_within

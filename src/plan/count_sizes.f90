@@ -31,7 +31,7 @@ module count_sizes_mod
     real(wp) :: columns = 0.0_wp !! increments that are recovered at once, 0: one by one
     real(wp) :: most_columns = 0.0_wp !! the same with an exact factor
     real(wp) :: ranks = 1.0_wp !! on this machine
-    real(wp) :: share = 1.0_wp !! of all ranks
+    real(wp) :: fraction_here = 1.0_wp !! of all ranks, that run on this machine
     real(wp) :: word = 8.0_wp !! of the factor, a number [bytes]
     real(wp) :: copy = 0.0_wp !! of W in single precision, a number [bytes]
     real(wp) :: scratch = 0.0_wp !! of the factor, on the disk [bytes]

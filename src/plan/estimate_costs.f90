@@ -20,7 +20,7 @@ module estimate_costs_mod
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most, bound_about
   use dof_map_mod, only: dof_map_t, make_dof_map
   use assembly_mod, only: triplets_t
-  use shares_mod, only: list_shares
+  use mesh_parts_mod, only: list_parts
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: sparse_factor_t, analyse
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
@@ -48,7 +48,7 @@ module estimate_costs_mod
   !> Equations without numbers.
   type :: pattern_t
     type(triplets_t) :: k             !! rows and columns of one triangle
-    integer, allocatable :: place(:)  !! of every equation in the elimination
+    integer, allocatable :: position(:)  !! of every equation in the elimination
     integer :: n_interface = 0        !! equations on contact nodes
     integer :: motions = 0            !! rigid motions that the supports leave
     real(wp) :: ordering = 0.0_wp     !! time it took to order [s]
@@ -81,7 +81,7 @@ contains
     scene%precision%scratch = path(:index(path, '/', back=.true.))
     if (scene%precision%scratch == '') scene%precision%scratch = './'
     sizes%ranks = others%ranks_here
-    sizes%share = sizes%ranks/real(n_ranks(), wp)
+    sizes%fraction_here = sizes%ranks/real(n_ranks(), wp)
     call count_sizes(scene, plan, sizes)
     file = size_of_file(scene, plan, sizes)
     call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
@@ -141,7 +141,7 @@ contains
     sizes%motions = first%motions
     sizes%neighbours = size(neighbours)
     sizes%entries = size(first%k%row, kind=i8)
-    if (first%k%is_shared) sizes%entries = sizes%ranks*sizes%entries
+    if (first%k%is_distributed) sizes%entries = sizes%ranks*sizes%entries
 
     allocate (need(size(list)), has_disk(size(list)))
     best = 0
@@ -173,15 +173,15 @@ contains
       type(precision_controls_t), intent(in) :: precision
 
       factor%precision = precision
-      call analyse(first%k, first%place, first%n_interface, factor, error)
+      call analyse(first%k, first%position, first%n_interface, factor, error)
       if (allocated(error)) return
       call take_precision(precision, sizes)
       sizes%factor = real(factor%predicted%entries, wp)
       sizes%front = factor%predicted%largest_front
-      sizes%workspace = sizes%share*real(factor%predicted%bytes, wp)
+      sizes%workspace = sizes%fraction_here*real(factor%predicted%bytes, wp)
       sizes%flops = factor%predicted%flops
       sizes%scratch = 0.0_wp
-      if (precision%out_of_core) sizes%scratch = sizes%share*sizes%word*sizes%factor
+      if (precision%out_of_core) sizes%scratch = sizes%fraction_here*sizes%word*sizes%factor
     end subroutine analyse_in
 
     !> Why the choice does not do, in words.
@@ -219,19 +219,19 @@ contains
       call make_pattern(scene, plan, prescribed, start, neighbours, pattern, error)
       if (allocated(error)) return
       factor%precision = scene%precision
-      call analyse(pattern%k, pattern%place, pattern%n_interface, factor, error)
+      call analyse(pattern%k, pattern%position, pattern%n_interface, factor, error)
       if (allocated(error)) return
       entries = size(pattern%k%row, kind=i8)
-      if (pattern%k%is_shared) entries = sizes%ranks*entries
+      if (pattern%k%is_distributed) entries = sizes%ranks*entries
       sizes%entries = max(sizes%entries, entries)
       associate (predicted => factor%predicted)
         sizes%factor = max(sizes%factor, real(predicted%entries, wp))
         sizes%front = max(sizes%front, real(predicted%largest_front, wp))
-        sizes%workspace = max(sizes%workspace, sizes%share*real(predicted%bytes, wp))
+        sizes%workspace = max(sizes%workspace, sizes%fraction_here*real(predicted%bytes, wp))
         sizes%flops = max(sizes%flops, predicted%flops)
       end associate
     end do
-    if (scene%precision%out_of_core) sizes%scratch = sizes%share*sizes%word*sizes%factor
+    if (scene%precision%out_of_core) sizes%scratch = sizes%fraction_here*sizes%word*sizes%factor
   end subroutine look_at_later_steps
 
   !> The equations with these supports, in their order.
@@ -258,10 +258,10 @@ contains
       neighbours)
     pattern%n_interface = map%n_interface
     pattern%ordering = cpu_seconds()
-    call order_equations(map, start, neighbours, pattern%place, error)
+    call order_equations(map, start, neighbours, pattern%position, error)
     if (allocated(error)) return
     pattern%ordering = cpu_seconds() - pattern%ordering
-    call list_shares(scene%mesh, scene%materials, map, start, neighbours, pattern%k)
+    call list_parts(scene%mesh, scene%materials, map, start, neighbours, pattern%k)
   end subroutine make_pattern
 
   !> Sizes of numbers in an arithmetic, and the least that the factor takes.
@@ -273,7 +273,7 @@ contains
     sizes%copy = 2.0_wp + merge(4.0_wp, 0.0_wp, precision%single_compliance) ! panels, and rows
     sizes%columns = 0.0_wp
     if (is_exact(precision)) sizes%columns = sizes%most_columns
-    sizes%workspace = sizes%share*sizes%word*sizes%factor
+    sizes%workspace = sizes%fraction_here*sizes%word*sizes%factor
     if (precision%out_of_core) sizes%workspace = 0.0_wp
   end subroutine take_precision
 
@@ -326,9 +326,9 @@ contains
     if (plan%is_analysed .and. sizes%factor > 0.0_wp) call add_line(plan, 'factor', &
       bound_at_most, to_text(sizes%factor/1.0e6_wp, 3)//' million entries, '// &
       to_text(sizes%flops/1.0e9_wp, 3)//' Gflop per factorisation')
-    if (sizes%ranks > 1.0_wp .or. sizes%share < 1.0_wp) call add_line(plan, 'ranks', bound_fixed, &
-      to_text(nint(sizes%ranks/sizes%share))//', '//to_text(nint(sizes%ranks))// &
-      ' of them on this machine, whose memory follows')
+    if (sizes%ranks > 1.0_wp .or. sizes%fraction_here < 1.0_wp) call add_line(plan, 'ranks', &
+      bound_fixed, to_text(nint(sizes%ranks/sizes%fraction_here))//', '// &
+      to_text(nint(sizes%ranks))//' of them on this machine, whose memory follows')
     call add_line(plan, 'memory', bound_about, least//bytes_in_words(memory)// &
       left_in_words(plan%memory_left))
     if (plan%is_analysed) call add_line(plan, 'time', bound_about, &

@@ -17,7 +17,7 @@ module estimate_file_mod
   real(wp), parameter :: chunk_cache = 65536.0_wp !! of HDF5, a dataset at most [bytes]
 
   ! The file [bytes]: what a dataset that grows takes beside its table of chunks, an entry of that
-  ! table, and the share of numbers that is left where HDF5 squeezes them.
+  ! table, and the fraction of numbers that is left where HDF5 squeezes them.
   real(wp), parameter :: growing_dataset = 4500.0_wp, entry = 34.0_wp
   real(wp), parameter :: squeezed = 0.8_wp, page = 4096.0_wp
   ! Growing datasets that are no fields: six in /VTKHDF/Steps, the checksums, the state's two slots.

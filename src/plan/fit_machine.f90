@@ -55,7 +55,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     character(:), allocatable :: text
-    real(wp) :: left, share
+    real(wp) :: left, fraction
 
     text = 'the result file takes about '//bytes_in_words(plan%file_size)
     if (plan%scratch_size > 0.0_wp) text = text//', the factor out of core '// &
@@ -64,10 +64,10 @@ contains
     left = real(plan%disk_left, wp) - (plan%file_size - plan%fields_size) - plan%scratch_size
     if (plan%fields_size <= 0.0_wp .or. plan%n_outputs <= size(scene%steps)) return
     ! The last increment of every step has its fields whatever the frequency.
-    share = left/plan%fields_size - real(size(scene%steps), wp)/real(plan%n_outputs, wp)
-    if (share <= 0.0_wp) return
+    fraction = left/plan%fields_size - real(size(scene%steps), wp)/real(plan%n_outputs, wp)
+    if (fraction <= 0.0_wp) return
     text = text//'; with *NODE FILE, FREQUENCY='//to_text(ceiling( &
-      real(scene%output%frequency, wp)/share))//' it would fit'
+      real(scene%output%frequency, wp)/fraction))//' it would fit'
   end function disk_misfit
 
 end module fit_machine_mod

@@ -274,12 +274,12 @@ contains
     if (due) file%n_outputs = file%n_outputs + 1
     due = due .and. file%n_outputs > file%view%n_steps
     if (due) call append_step(file%view, source, checksum, error)
-    if (state%row > file%n_rows) then
+    if (state%increments_done > file%n_rows) then
       call append_contact(file%pairs, source, checksum, error)
       call append_history(file%history, state, report, plan%points, checksum, error)
       call append_checksum(file%checksums, checksum, file%view%n_steps + merge(1, 0, due), error)
     end if
-    file%row = state%row
+    file%row = state%increments_done
     file%time = state%time
     file%has_fields = due
     file%is_broken = allocated(error)

@@ -8,10 +8,10 @@ module checkpoint_mod
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_signal
   use text_mod, only: to_text
   use system_mod, only: caught_signal, signal_name
-  use number_list_mod, only: number_list_t, list_of, numbers_in, is_used_up, carry
+  use number_list_mod, only: number_list_t, list_of, numbers_in, is_used_up, archive
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
-  use state_mod, only: state_t, initial_state, carry_state
+  use state_mod, only: state_t, initial_state, archive_state
   use increments_mod, only: increment_t
   use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
@@ -96,7 +96,7 @@ contains
     type(number_list_t) :: list
 
     call carry_progress(list, progress)
-    if (progress%state%row == 0) then
+    if (progress%state%increments_done == 0) then
       call keep_state(file, numbers_in(list), error)
     else
       call count_increment(file, numbers_in(list), error)
@@ -108,15 +108,15 @@ contains
     type(number_list_t), intent(inout) :: list
     type(progress_t), intent(inout) :: progress
 
-    call carry_state(list, progress%state)
-    call carry_state(list, progress%coarse%state)
-    call carry(list, progress%coarse%n_behind)
+    call archive_state(list, progress%state)
+    call archive_state(list, progress%coarse%state)
+    call archive(list, progress%coarse%n_behind)
     call carry_size(list, progress%size)
     call carry_ahead(list, progress%ahead)
-    call carry(list, progress%tolerance)
-    call carry(list, progress%widened_in)
-    call carry(list, progress%touched_in)
-    call carry(list, progress%begun)
+    call archive(list, progress%tolerance)
+    call archive(list, progress%widened_in)
+    call archive(list, progress%touched_in)
+    call archive(list, progress%begun)
     call carry_tally(list, progress%tally)
   end subroutine carry_progress
 

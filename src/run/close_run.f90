@@ -51,7 +51,7 @@ contains
       ' increments certified to '// &
              to_text(tally%allowed, 3)//', worst error '//to_text(tally%worst, 2)// &
              ' (increment '// &
-             to_text(tally%worst_row)//'), '//seconds_in_words(tally%total_time)//': '//path)
+             to_text(tally%worst_increment)//'), '//seconds_in_words(tally%total_time)//': '//path)
   end subroutine close_run
 
   !> Say where strains or rotations are too large for the theory. docs/theory.md (8.11).

@@ -164,8 +164,8 @@ contains
     progress%tally%read_time = read_time
     call begin_file(options, scene, plan, solver%body%inverse%factor, file, progress, error)
     if (allocated(error)) return
-    if (progress%state%row > 0 .and. .not. console%quiet) call say('continued       behind '// &
-      'increment '//to_text(progress%state%row))
+    if (progress%state%increments_done > 0 .and. .not. console%quiet) call say( &
+      'continued       behind increment '//to_text(progress%state%increments_done))
     if (file%n_damaged == 1) call say('note: increment '//to_text(file%n_rows + 1)// &
       ' was damaged in the file and is computed again')
     if (file%n_damaged > 1) call say('note: increments '//to_text(file%n_rows + 1)//' to '// &

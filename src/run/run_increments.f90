@@ -58,7 +58,7 @@ contains
       if (allocated(error)) exit increments
       call write_increment(scene, plan, solved, file, console%started, progress, missed, error)
       if (allocated(error)) exit increments
-      call print_increment(console, solved%increment, share_done(), solved%report)
+      call print_increment(console, solved%increment, fraction_done(), solved%report)
       if (missed /= '') call print_warning(console, missed)
       deallocate (notes)
     end do increments
@@ -66,12 +66,12 @@ contains
   contains
 
     !> The part of the run that is done, 0 to 1.
-    real(wp) function share_done()
+    real(wp) function fraction_done()
       associate (increment => solved%increment)
-        share_done = (real(sum(scene%steps(:increment%step - 1)%n_increments), wp) + &
+        fraction_done = (real(sum(scene%steps(:increment%step - 1)%n_increments), wp) + &
           real(increment%position, wp)/real(whole_increment, wp))/real(plan%n_increments, wp)
       end associate
-    end function share_done
+    end function fraction_done
 
   end subroutine run_increments
 

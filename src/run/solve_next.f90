@@ -72,7 +72,7 @@ contains
 
     associate (increment => solved%increment)
       increment = next_increment(scene%steps, progress%state)
-      found = increment%row > 0
+      found = increment%index > 0
       if (.not. found) return
       if (increment%step /= progress%entered) then
         call enter_step(scene, plan, increment, progress, solver, error)

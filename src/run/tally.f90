@@ -2,7 +2,7 @@
 module tally_mod
   use kinds_mod, only: wp, i8
   use text_mod, only: string_t
-  use number_list_mod, only: number_list_t, carry
+  use number_list_mod, only: number_list_t, archive
   use system_mod, only: cpu_seconds, peak_memory_bytes
   use parallel_mod, only: usage_t, usage_of_others
   use increments_mod, only: increment_t
@@ -31,7 +31,7 @@ module tally_mod
     integer  :: fallbacks = 0           !! increments that AUTO's first choice did not solve
     integer  :: local_iterations = 0
     integer  :: newton_raphson = 0
-    integer  :: worst_row = 0
+    integer  :: worst_increment = 0
     integer  :: equations = 0           !! the most at any time, as all of these
     integer  :: interface_equations = 0
     integer  :: contact_points = 0      !! that have rows
@@ -75,12 +75,12 @@ contains
     logical, intent(in) :: has_fields
     type(tally_t), intent(inout) :: tally
 
-    tally%increments = increment%row
+    tally%increments = increment%index
     if (has_fields) tally%outputs = tally%outputs + 1
     if (report%certificate%certified) tally%certified = tally%certified + 1
     if (worst_entry(report%certificate) >= tally%worst) then
       tally%worst = worst_entry(report%certificate)
-      tally%worst_row = increment%row
+      tally%worst_increment = increment%index
     end if
     tally%unrefined = max(tally%unrefined, report%unrefined)
     tally%imbalance = max(tally%imbalance, report%imbalance)
@@ -139,10 +139,10 @@ contains
     values = counters%values(:counters%n)
   end subroutine list_counters
 
-  !> Go over all that a run adds up to, a line each: carry it, or list it under its name.
+  !> Go over all that a run adds up to, a line each: archive it, or list it under its name.
   subroutine go_over(tally, list, counters)
     type(tally_t), intent(inout) :: tally
-    type(number_list_t), intent(inout), optional :: list     !! to carry it
+    type(number_list_t), intent(inout), optional :: list     !! to archive it
     type(counters_t), intent(inout), optional :: counters    !! to list it
     type(usage_t) :: others
     logical :: lists
@@ -198,12 +198,12 @@ contains
     call amount('seconds_total', tally%total_time)
     ! Not counted.
     if (.not. present(list)) return
-    call carry(list, tally%certified)
-    call carry(list, tally%missed)
-    call carry(list, tally%allowed)
-    call carry(list, tally%worst)
-    call carry(list, tally%worst_row)
-    call carry(list, tally%step_time)
+    call archive(list, tally%certified)
+    call archive(list, tally%missed)
+    call archive(list, tally%allowed)
+    call archive(list, tally%worst)
+    call archive(list, tally%worst_increment)
+    call archive(list, tally%step_time)
 
   contains
 
@@ -211,7 +211,7 @@ contains
       character(*), intent(in) :: name
       integer, intent(inout) :: value
 
-      if (present(list)) call carry(list, value)
+      if (present(list)) call archive(list, value)
       if (lists) call add(name, real(value, wp))
     end subroutine whole
 
@@ -219,7 +219,7 @@ contains
       character(*), intent(in) :: name
       real(wp), intent(inout) :: value
 
-      if (present(list)) call carry(list, value)
+      if (present(list)) call archive(list, value)
       if (lists) call add(name, value)
     end subroutine amount
 

@@ -110,7 +110,8 @@ contains
       call place(scene, points, pair, old%displacement, before, old%rotation)
       call place(scene, points, pair, new%displacement, after, new%rotation)
     end do
-    begins = old%row == 0 ! and where the deck has its obstacles nothing needs to touch yet
+    ! Where the deck has its obstacles nothing needs to touch yet.
+    begins = old%increments_done == 0
     do obstacle = 1, size(scene%obstacles)
       if (.not. enters_faces(scene%obstacles(obstacle))) cycle
       found = of_obstacle_t()
@@ -386,19 +387,19 @@ contains
   end function is_far
 
   !> The least gap of a face: at 3 x 3 points, and where the flat face comes closest.
-  subroutine find_least_gap(faces, f, face, s_range, least, place)
+  subroutine find_least_gap(faces, f, face, s_range, least, xi_eta)
     type(smooth_faces_t), intent(in) :: faces
     integer, intent(in) :: f
     type(face_t), intent(in) :: face
     real(wp), intent(in) :: s_range(2) !! part of the way, 0 to 1
     real(wp), intent(out) :: least     !! [length]
-    real(wp), intent(out) :: place(2)  !! where on the face it is
+    real(wp), intent(out) :: xi_eta(2)  !! where on the face it is
     real(wp) :: xi, eta, s, start(3), distance, closest, gap
     integer :: i, j
 
     least = huge(1.0_wp)
     closest = huge(1.0_wp)
-    place = 0.0_wp
+    xi_eta = 0.0_wp
     start = 0.0_wp
     do j = 1, 3
       do i = 1, 3
@@ -422,7 +423,7 @@ contains
       call gap_at(faces, f, face, xi, eta, s, distance, gap)
       if (gap >= least) return
       least = gap
-      place = [xi, eta]
+      xi_eta = [xi, eta]
     end subroutine look
 
     !> Where a point of the face comes closest on its way.
@@ -459,13 +460,13 @@ contains
   end subroutine gap_at
 
   !> Whether the middle of an obstacle goes from the outer side of a face to the inner.
-  pure logical function goes_through(face, normal, place)
+  pure logical function goes_through(face, normal, xi_eta)
     type(face_t), intent(in) :: face
     real(wp), intent(in) :: normal(3)
-    real(wp), intent(in) :: place(2)
+    real(wp), intent(in) :: xi_eta(2)
     real(wp) :: n(4)
 
-    n = shape_at(place(1), place(2))
+    n = shape_at(xi_eta(1), xi_eta(2))
     goes_through = dot_product(matmul(face%x, n), normal) < 0.0_wp .and. &
       dot_product(matmul(face%x + face%way, n), normal) > 0.0_wp
   end function goes_through

@@ -15,7 +15,7 @@ module facet_mortar_mod
     integer,  allocatable :: slave(:, :)  !! (4,n_slave) faces, by their places
     integer,  allocatable :: facet(:, :)  !! (4,n_facets) the same; the fourth is 0 in a triangle
     integer :: n = 0                      !! slave nodes: the first places
-    real(wp), allocatable :: place(:, :)  !! (3,n+n_corners) [length]
+    real(wp), allocatable :: x(:, :)  !! (3,n+n_corners) [length]
   end type facet_pair_t
 
 contains
@@ -34,14 +34,14 @@ contains
     pair%n = n
     number(slave_nodes) = [(i, i=1, n)]
     allocate (pair%slave(4, size(slave, 2)), pair%facet(4, size(obstacle%facet, 2)))
-    allocate (pair%place(3, n + size(obstacle%corner, 2)))
+    allocate (pair%x(3, n + size(obstacle%corner, 2)))
     do i = 1, size(slave, 2)
       pair%slave(:, i) = number(slave(:, i))
     end do
     pair%facet(:, :) = merge(obstacle%facet + n, 0, obstacle%facet > 0)
-    pair%place(:, :n) = x(:, slave_nodes)
+    pair%x(:, :n) = x(:, slave_nodes)
     do i = 1, size(obstacle%corner, 2)
-      pair%place(:, n + i) = obstacle%corner(:, i) + shift
+      pair%x(:, n + i) = obstacle%corner(:, i) + shift
     end do
   end function join_facets
 
@@ -53,7 +53,7 @@ contains
     real(wp), intent(in), optional :: behind !! as of `make_mortar` [length]
     integer :: i
 
-    call make_mortar(pair%slave, pair%facet, [(i, i=1, pair%n)], pair%place, reach, mortar, &
+    call make_mortar(pair%slave, pair%facet, [(i, i=1, pair%n)], pair%x, reach, mortar, &
       behind, is_rigid=.true.)
   end subroutine face_facets
 
@@ -61,7 +61,7 @@ contains
   pure real(wp) function reach_of_facets(pair) result(reach)
     type(facet_pair_t), intent(in) :: pair
 
-    reach = reach_of_faces(pair%slave, pair%facet, pair%place)
+    reach = reach_of_faces(pair%slave, pair%facet, pair%x)
   end function reach_of_facets
 
   !> How far apart the farthest places of slave and obstacle are, at most.
@@ -69,14 +69,14 @@ contains
     type(facet_pair_t), intent(in) :: pair
     integer :: i
 
-    reach = reach_of_all([(i, i=1, pair%n)], [(i, i=pair%n + 1, size(pair%place, 2))], pair%place)
+    reach = reach_of_all([(i, i=1, pair%n)], [(i, i=pair%n + 1, size(pair%x, 2))], pair%x)
   end function reach_of_all_facets
 
   !> Whether any slave face is turned towards any facet.
   pure logical function facets_face(pair)
     type(facet_pair_t), intent(in) :: pair
 
-    facets_face = face_each_other(pair%slave, pair%facet, pair%place)
+    facets_face = face_each_other(pair%slave, pair%facet, pair%x)
   end function facets_face
 
 end module facet_mortar_mod

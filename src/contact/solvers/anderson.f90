@@ -44,7 +44,7 @@ contains
     real(wp), intent(in)  :: image(:)  !! (n) G(r)
     real(wp), intent(out) :: next(:)   !! (n)
     real(wp) :: distance(size(r))
-    real(wp), allocatable :: share(:)
+    real(wp), allocatable :: coefficient(:)
 
     distance = image - r
     if (memory%started) then
@@ -59,8 +59,8 @@ contains
     memory%distance = distance
     next = image
     if (memory%held == 0) return
-    share = solve_least_squares(memory%distances(:, :memory%held), distance)
-    next = image - matmul(memory%images(:, :memory%held), share)
+    coefficient = solve_least_squares(memory%distances(:, :memory%held), distance)
+    next = image - matmul(memory%images(:, :memory%held), coefficient)
   end subroutine accelerate
 
 end module anderson_mod

@@ -8,7 +8,7 @@ module couplings_mod
 
   public :: couplings_t, find_couplings
 
-  real(wp), parameter :: sparse = 0.3_wp !! share of blocks that are not 0, at most [-]
+  real(wp), parameter :: sparse = 0.3_wp !! fraction of blocks that are not 0, at most [-]
 
   !> Neighbours of each point; nothing is allocated where W is full.
   type :: couplings_t

@@ -87,10 +87,10 @@ contains
   pure real(wp) function forcing_term(merit, last_merit, left)
     real(wp), intent(in) :: merit, last_merit !! |Z| now and an iteration before, 0 at first [force]
     real(wp), intent(in) :: left              !! tolerance over residual [-]
-    real(wp), parameter :: share = 0.9_wp
+    real(wp), parameter :: fraction = 0.9_wp
 
     forcing_term = loosest_inner
-    if (last_merit > 0.0_wp) forcing_term = share*min(1.0_wp, merit/last_merit)**2
+    if (last_merit > 0.0_wp) forcing_term = fraction*min(1.0_wp, merit/last_merit)**2
     forcing_term = min(loosest_inner, max(tightest_inner, forcing_term, 0.3_wp*left))
   end function forcing_term
 

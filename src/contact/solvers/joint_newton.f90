@@ -43,7 +43,7 @@ contains
     real(wp), dimension(size(centre)) :: c, dc, best_centre
     real(wp), allocatable :: matrix(:, :), by_r(:, :), by_q(:, :)
     real(wp), dimension(problem%n_rows + size(centre)) :: rhs, norm, step
-    real(wp) :: merit, least, best_share
+    real(wp) :: merit, least, best_fraction
     integer :: i, k, n, m
 
     n = problem%n_rows
@@ -76,9 +76,9 @@ contains
       step = solve_least_squares(matrix, rhs)/norm
       dr = step(:n)
       dc = step(n + 1:)
-      call search_line(best_share)
-      now = now + best_share*dr
-      c = c + best_share*dc
+      call search_line(best_fraction)
+      now = now + best_fraction*dr
+      c = c + best_fraction*dc
     end do newton
     if (least >= huge(least)) return
     left = huge(left)
@@ -91,24 +91,24 @@ contains
 
     !> Half the step until less is left; twice it for as long as less is left: where the law bends
     !> sharply plain steps creep.
-    subroutine search_line(best_share)
-      real(wp), intent(out) :: best_share !! of the step; 1 where none leaves less
-      real(wp) :: share, tried
+    subroutine search_line(best_fraction)
+      real(wp), intent(out) :: best_fraction !! of the step; 1 where none leaves less
+      real(wp) :: fraction, tried
 
-      best_share = 1.0_wp
-      share = 1.0_wp
+      best_fraction = 1.0_wp
+      fraction = 1.0_wp
       line: do k = 1, max_on_line
-        tried = size_of(residual_at(problem, x_start + matmul(q, c + share*dc), &
-          unpack_rows(problem, now + share*dr)), matmul(now + share*dr, q) + load)
+        tried = size_of(residual_at(problem, x_start + matmul(q, c + fraction*dc), &
+          unpack_rows(problem, now + fraction*dr)), matmul(now + fraction*dr, q) + load)
         if (tried < merit) then
           merit = tried
-          best_share = share
-          if (share < 1.0_wp) exit line
-          share = 2.0_wp*share
-        else if (best_share > 1.0_wp .or. merit < least) then
+          best_fraction = fraction
+          if (fraction < 1.0_wp) exit line
+          fraction = 2.0_wp*fraction
+        else if (best_fraction > 1.0_wp .or. merit < least) then
           exit line
         else
-          share = 0.5_wp*share
+          fraction = 0.5_wp*fraction
         end if
       end do line
     end subroutine search_line

@@ -89,7 +89,7 @@ contains
     real(wp), intent(in) :: mu     !! friction coefficient, mu >= 0 [-]
     real(wp), intent(in) :: y(3)   !! the projected vector [force]
     integer,  intent(in) :: status !! of its projection
-    real(wp) :: d(3, 3), t(2), v(3), y_t, share
+    real(wp) :: d(3, 3), t(2), v(3), y_t, fraction
     integer :: i, j
 
     d = 0.0_wp
@@ -101,7 +101,7 @@ contains
     y_t = norm2(y(2:))
     t = y(2:)/y_t
     v = [-mu, t(1), t(2)]
-    share = (y_t - mu*y(1))/y_t
+    fraction = (y_t - mu*y(1))/y_t
     do j = 1, 3
       do i = 1, 3
         d(i, j) = d(i, j) - v(i)*v(j)/(1.0_wp + mu**2)
@@ -109,9 +109,9 @@ contains
     end do
     do j = 1, 2
       do i = 1, 2
-        d(i + 1, j + 1) = d(i + 1, j + 1) + share*t(i)*t(j)/(1.0_wp + mu**2)
+        d(i + 1, j + 1) = d(i + 1, j + 1) + fraction*t(i)*t(j)/(1.0_wp + mu**2)
       end do
-      d(j + 1, j + 1) = d(j + 1, j + 1) - share/(1.0_wp + mu**2)
+      d(j + 1, j + 1) = d(j + 1, j + 1) - fraction/(1.0_wp + mu**2)
     end do
   end function cone_derivative
 

@@ -22,7 +22,7 @@ module newton_correction_mod
   real(wp), parameter :: products_saved = 30.0_wp
   !! so is that of m among n rows where m^3 is up to so many n^2
   integer,  parameter :: largest_dense = 3000   !! rows up to which it replaces GMRES that fails
-  integer,  parameter :: band_share = 3         !! rows beside the width of a band that is worth it
+  integer,  parameter :: widths_worth_it = 3     !! rows beside the width of a band that is worth it
   integer,  parameter :: max_products = 400     !! largest Krylov space
 
   !> J as a linear map: dz_dr + dz_dx W.
@@ -103,7 +103,7 @@ contains
     real(wp) :: of_point(3), block(3, 3)
 
     call place_moving(problem, now, place, points, m, n, width)
-    solved = band_share*width <= m
+    solved = widths_worth_it*width <= m
     if (.not. solved) return
     allocate (j(3*width + 1, m), b(m))
     j = 0.0_wp
@@ -288,7 +288,7 @@ contains
     do i = 1, problem%n_points
       associate (rho => problem%rho_global(:, i), p => at%dz_dx(:, :, i))
         if (p(1, 1) > 0.0_wp) held(1, 1, i) = 1.0_wp
-        ! rho P'_tt is I, or its share that holds times the projection across the slip.
+        ! rho P'_tt is I, or the part of it that holds times the projection across the slip.
         across = (p(2, 2) + p(3, 3))/rho(2)
         if (across > 1.5_wp) then
           held(2, 2, i) = 1.0_wp

@@ -29,7 +29,7 @@ module proximal_newton_mod
   real(wp), parameter :: slow = 0.3_wp           !! of the residual, left by a step
   real(wp), parameter :: alpha_of_residual = 0.3_wp
   real(wp), parameter :: far = 1000.0_wp         !! of alpha from where the inverse was taken [-]
-  integer,  parameter :: band_share = 3          !! rows beside the width of a band that is worth it
+  integer,  parameter :: widths_worth_it = 3  !! rows beside the width of a band that is worth it
   real(wp), parameter :: singular = 1.0e10_wp    !! S_nn W_nn of a point [-]
 
 contains
@@ -114,12 +114,12 @@ contains
   !> Whether the points have an order in which W is a band worth its name.
   pure logical function is_narrow_band(problem)
     type(contact_problem_t), intent(in) :: problem
-    integer :: place(problem%n_rows), width
+    integer :: position(problem%n_rows), width
 
     is_narrow_band = .false.
     if (.not. allocated(problem%couplings%order)) return
-    call place_rows(problem, place, width)
-    is_narrow_band = band_share*width <= problem%n_rows
+    call place_rows(problem, position, width)
+    is_narrow_band = widths_worth_it*width <= problem%n_rows
   end function is_narrow_band
 
   !> The residual of the problem itself.
@@ -168,15 +168,15 @@ contains
     real(wp), intent(in) :: alpha             !! for a W that is not positive definite for all that
     real(wp), allocatable :: s(:, :)
     real(wp), dimension(3, problem%n_points) :: s_ii, w_ii
-    integer :: place(problem%n_rows), width, i
+    integer :: position(problem%n_rows), width, i
     logical :: regular
 
     if (is_narrow_band(problem)) then
-      call place_rows(problem, place, width)
+      call place_rows(problem, position, width)
       allocate (s(width + 1, problem%n_rows))
-      call fill_band(problem, place, s)
+      call fill_band(problem, position, s)
       call invert_band(s, regular)
-      s_ii = unpack_rows(problem, s(1, place))
+      s_ii = unpack_rows(problem, s(1, position))
     else
       call get_inverse(problem%compliance, s, regular)
       s_ii = unpack_rows(problem, [(s(i, i), i=1, problem%n_rows)])
@@ -193,9 +193,9 @@ contains
   end subroutine scale_by_inverse
 
   !> The rows in the order of the couplings, and how wide the band is then.
-  pure subroutine place_rows(problem, place, width)
+  pure subroutine place_rows(problem, position, width)
     type(contact_problem_t), intent(in) :: problem
-    integer, intent(out) :: place(:)          !! (n_rows)
+    integer, intent(out) :: position(:)          !! (n_rows)
     integer, intent(out) :: width             !! largest distance of coupled rows
     integer :: i, a, k, m
 
@@ -205,7 +205,7 @@ contains
         associate (row => problem%row(a, problem%couplings%order(i)))
           if (row == 0) cycle
           m = m + 1
-          place(row) = m
+          position(row) = m
         end associate
       end do
     end do
@@ -213,17 +213,17 @@ contains
     do i = 1, problem%n_points
       do k = problem%couplings%start(i), problem%couplings%start(i + 1) - 1
         ! The normal stands first, and a point has three rows at most.
-        width = max(width, 2 + abs(place(problem%row(1, i)) - &
-          place(problem%row(1, problem%couplings%other(k)))))
+        width = max(width, 2 + abs(position(problem%row(1, i)) - &
+          position(problem%row(1, problem%couplings%other(k)))))
       end do
     end do
     width = min(width, max(0, problem%n_rows - 1))
   end subroutine place_rows
 
   !> The lower half of W as a band.
-  pure subroutine fill_band(problem, place, s)
+  pure subroutine fill_band(problem, position, s)
     type(contact_problem_t), intent(in) :: problem
-    integer, intent(in) :: place(:)           !! (n_rows)
+    integer, intent(in) :: position(:)           !! (n_rows)
     real(wp), intent(out) :: s(:, :)          !! (width+1,n_rows)
     real(wp) :: block(3, 3)
     integer :: i, k, a, b
@@ -238,8 +238,8 @@ contains
             associate (row => problem%row(a, problem%couplings%other(k)), &
                        column => problem%row(b, i))
               if (min(row, column) == 0) cycle
-              if (place(row) >= place(column)) s(1 + place(row) - place(column), &
-                place(column)) = block(a, b)
+              if (position(row) >= position(column)) s(1 + position(row) - position(column), &
+                position(column)) = block(a, b)
             end associate
           end do
         end do

@@ -1,9 +1,9 @@
-!> The stiffness in shares: every rank assembles the bricks that live there.
+!> The stiffness in parts: every rank assembles the bricks that live there.
 !>
-!> A share is a run of bricks in the order of the deck, the same number for every rank, with the
+!> A part is a run of bricks in the order of the deck, the same number for every rank, with the
 !> nodes that they use. An entry to which bricks of several ranks contribute has a part on each of
 !> them; MUMPS adds the parts.
-module shares_mod
+module mesh_parts_mod
   use kinds_mod, only: wp, i8
   use constraints_mod, only: constraints_t
   use mesh_mod, only: mesh_t
@@ -16,7 +16,7 @@ module shares_mod
   implicit none
   private
 
-  public :: assemble_shares, list_shares, assemble_own_share, list_own_share, cut_share
+  public :: assemble_parts, list_parts, assemble_own_part, list_own_part, cut_part
 
   integer, parameter :: n_sizes = 6
   !! nodes, bricks, unknowns of the whole mesh, materials, constraints and their masters
@@ -25,8 +25,8 @@ contains
 
   ! ------------------------------------------------------------------ host
 
-  !> Assemble the stiffness, on all ranks where there are several; `k` gets this rank's share.
-  subroutine assemble_shares(mesh, materials, map, start, neighbours, k, n_computed)
+  !> Assemble the stiffness, on all ranks where there are several; `k` gets this rank's part.
+  subroutine assemble_parts(mesh, materials, map, start, neighbours, k, n_computed)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(dof_map_t), intent(in) :: map
@@ -34,39 +34,39 @@ contains
     integer, intent(in) :: neighbours(:)
     type(triplets_t), intent(out) :: k
     integer, intent(out) :: n_computed   !! element stiffnesses that were computed, by all ranks
-    type(mesh_t) :: share
-    type(dof_map_t) :: share_map
+    type(mesh_t) :: part
+    type(dof_map_t) :: part_map
 
     if (.not. are_worth_it(mesh, map)) then
       call assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed)
       return
     end if
     call announce(task_stiffness)
-    call deal_shares(mesh, materials, map, share, share_map)
-    call assemble_share(share, materials, share_map, k, n_computed)
-  end subroutine assemble_shares
+    call distribute_parts(mesh, materials, map, part, part_map)
+    call assemble_part(part, materials, part_map, k, n_computed)
+  end subroutine assemble_parts
 
-  !> The pattern that `assemble_shares` fills.
-  subroutine list_shares(mesh, materials, map, start, neighbours, k)
+  !> The pattern that `assemble_parts` fills.
+  subroutine list_parts(mesh, materials, map, start, neighbours, k)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from coupled_nodes
     integer, intent(in) :: neighbours(:)
     type(triplets_t), intent(out) :: k   !! without values
-    type(mesh_t) :: share
-    type(dof_map_t) :: share_map
+    type(mesh_t) :: part
+    type(dof_map_t) :: part_map
 
     if (.not. are_worth_it(mesh, map)) then
       call list_pattern(map, start, neighbours, k)
       return
     end if
     call announce(task_pattern)
-    call deal_shares(mesh, materials, map, share, share_map)
-    call list_share(share, share_map, k)
-  end subroutine list_shares
+    call distribute_parts(mesh, materials, map, part, part_map)
+    call list_part(part, part_map, k)
+  end subroutine list_parts
 
-  !> Whether there are shares at all: what is all interface never comes to MUMPS.
+  !> Whether there are parts at all: what is all interface never comes to MUMPS.
   function are_worth_it(mesh, map)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
@@ -77,29 +77,29 @@ contains
     are_worth_it = ranks > 1 .and. ranks <= mesh%n_elements .and. map%n_interface < map%n_free
   end function are_worth_it
 
-  !> Send every other rank its share, and cut the host's own.
-  subroutine deal_shares(mesh, materials, map, share, share_map)
+  !> Send every other rank its part, and cut the host's own.
+  subroutine distribute_parts(mesh, materials, map, part, part_map)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(dof_map_t), intent(in) :: map
-    type(mesh_t), intent(out) :: share
-    type(dof_map_t), intent(out) :: share_map
+    type(mesh_t), intent(out) :: part
+    type(dof_map_t), intent(out) :: part_map
     integer :: rank
 
     do rank = n_ranks() - 1, 0, -1
-      call cut_share(mesh, map, rank, n_ranks(), share, share_map)
-      if (rank > 0) call send_share(share, materials, share_map, rank)
+      call cut_part(mesh, map, rank, n_ranks(), part, part_map)
+      if (rank > 0) call send_part(part, materials, part_map, rank)
     end do
-  end subroutine deal_shares
+  end subroutine distribute_parts
 
   !> The bricks of a rank, their nodes and what these depend on, in the order of the whole mesh.
-  pure subroutine cut_share(mesh, map, rank, ranks, share, share_map)
+  pure subroutine cut_part(mesh, map, rank, ranks, part, part_map)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: rank                !! 0 to ranks - 1
     integer, intent(in) :: ranks               !! how many there are
-    type(mesh_t), intent(out) :: share         !! without ids and bodies
-    type(dof_map_t), intent(out) :: share_map  !! equations of its nodes, numbered as of all
+    type(mesh_t), intent(out) :: part         !! without ids and bodies
+    type(dof_map_t), intent(out) :: part_map  !! equations of its nodes, numbered as of all
     integer :: first, last, before, c, e, k, node, number(mesh%n_nodes)
     integer, allocatable :: nodes(:)
 
@@ -121,40 +121,40 @@ contains
     end associate
     nodes = pack([(node, node=1, mesh%n_nodes)], number > 0)
     number(nodes) = [(k, k=1, size(nodes))]
-    share%n_nodes = size(nodes)
-    share%n_elements = last - first + 1
-    share%coordinates = mesh%coordinates(:, nodes)
-    allocate (share%connectivity(8, share%n_elements))
+    part%n_nodes = size(nodes)
+    part%n_elements = last - first + 1
+    part%coordinates = mesh%coordinates(:, nodes)
+    allocate (part%connectivity(8, part%n_elements))
     do e = first, last
-      share%connectivity(:, e - first + 1) = number(mesh%connectivity(:, e))
+      part%connectivity(:, e - first + 1) = number(mesh%connectivity(:, e))
     end do
-    share%element_kind = mesh%element_kind(first:last)
-    share%material = mesh%material(first:last)
-    share_map = part_of_map(map, nodes)
-  end subroutine cut_share
+    part%element_kind = mesh%element_kind(first:last)
+    part%material = mesh%material(first:last)
+    part_map = part_of_map(map, nodes)
+  end subroutine cut_part
 
-  subroutine send_share(share, materials, share_map, rank)
-    type(mesh_t), intent(in) :: share
+  subroutine send_part(part, materials, part_map, rank)
+    type(mesh_t), intent(in) :: part
     type(material_t), intent(in) :: materials(:)
-    type(dof_map_t), intent(in) :: share_map
+    type(dof_map_t), intent(in) :: part_map
     integer, intent(in) :: rank
 
     integer :: n, n_masters
 
-    n = share_map%constraints%n
+    n = part_map%constraints%n
     n_masters = 0
-    if (n > 0) n_masters = share_map%constraints%first(n + 1) - 1
-    call send_integers(n_sizes, [share%n_nodes, share%n_elements, share_map%n_free, &
+    if (n > 0) n_masters = part_map%constraints%first(n + 1) - 1
+    call send_integers(n_sizes, [part%n_nodes, part%n_elements, part_map%n_free, &
       size(materials), n, n_masters], rank)
-    call send_integers(8*share%n_elements, share%connectivity, rank)
-    call send_integers(share%n_elements, share%element_kind, rank)
-    call send_integers(share%n_elements, share%material, rank)
-    call send_integers(3*share%n_nodes, numbers_of(share_map), rank)
-    call send_reals(3*share%n_nodes, share%coordinates, rank)
+    call send_integers(8*part%n_elements, part%connectivity, rank)
+    call send_integers(part%n_elements, part%element_kind, rank)
+    call send_integers(part%n_elements, part%material, rank)
+    call send_integers(3*part%n_nodes, numbers_of(part_map), rank)
+    call send_reals(3*part%n_nodes, part%coordinates, rank)
     call send_reals(size(materials), materials%young, rank)
     call send_reals(size(materials), materials%poisson, rank)
     if (n == 0) return
-    associate (active => share_map%constraints)
+    associate (active => part_map%constraints)
       call send_integers(n, active%node(:n), rank)
       call send_integers(n, active%dof(:n), rank)
       call send_integers(n + 1, active%first(:n + 1), rank)
@@ -162,53 +162,53 @@ contains
       call send_integers(n_masters, active%master_dof(:n_masters), rank)
       call send_reals(n_masters, active%weight(:n_masters), rank)
     end associate
-  end subroutine send_share
+  end subroutine send_part
 
   ! ------------------------------------------------------------------ other ranks
 
-  !> Receive a share and assemble it: task_stiffness.
-  subroutine assemble_own_share(k)
+  !> Receive a part and assemble it: task_stiffness.
+  subroutine assemble_own_part(k)
     type(triplets_t), intent(out) :: k
-    type(mesh_t) :: share
+    type(mesh_t) :: part
     type(material_t), allocatable :: materials(:)
-    type(dof_map_t) :: share_map
+    type(dof_map_t) :: part_map
     integer :: n_computed
 
-    call receive_share(share, materials, share_map)
-    call assemble_share(share, materials, share_map, k, n_computed)
-  end subroutine assemble_own_share
+    call receive_part(part, materials, part_map)
+    call assemble_part(part, materials, part_map, k, n_computed)
+  end subroutine assemble_own_part
 
-  !> Receive a share and list its entries: task_pattern.
-  subroutine list_own_share(k)
+  !> Receive a part and list its entries: task_pattern.
+  subroutine list_own_part(k)
     type(triplets_t), intent(out) :: k !! without values
-    type(mesh_t) :: share
+    type(mesh_t) :: part
     type(material_t), allocatable :: materials(:)
-    type(dof_map_t) :: share_map
+    type(dof_map_t) :: part_map
 
-    call receive_share(share, materials, share_map)
-    call list_share(share, share_map, k)
-  end subroutine list_own_share
+    call receive_part(part, materials, part_map)
+    call list_part(part, part_map, k)
+  end subroutine list_own_part
 
-  subroutine receive_share(share, materials, share_map)
-    type(mesh_t), intent(out) :: share
+  subroutine receive_part(part, materials, part_map)
+    type(mesh_t), intent(out) :: part
     type(material_t), allocatable, intent(out) :: materials(:)
-    type(dof_map_t), intent(out) :: share_map
+    type(dof_map_t), intent(out) :: part_map
     integer :: sizes(n_sizes)
     type(constraints_t) :: active
     integer, allocatable :: equation(:, :)
     real(wp), allocatable :: numbers(:)
 
     call receive_integers(n_sizes, sizes)
-    share%n_nodes = sizes(1)
-    share%n_elements = sizes(2)
-    allocate (share%connectivity(8, share%n_elements), share%element_kind(share%n_elements), &
-      share%material(share%n_elements), equation(3, share%n_nodes), &
-      share%coordinates(3, share%n_nodes), materials(sizes(4)), numbers(sizes(4)))
-    call receive_integers(8*share%n_elements, share%connectivity)
-    call receive_integers(share%n_elements, share%element_kind)
-    call receive_integers(share%n_elements, share%material)
-    call receive_integers(3*share%n_nodes, equation)
-    call receive_reals(3*share%n_nodes, share%coordinates)
+    part%n_nodes = sizes(1)
+    part%n_elements = sizes(2)
+    allocate (part%connectivity(8, part%n_elements), part%element_kind(part%n_elements), &
+      part%material(part%n_elements), equation(3, part%n_nodes), &
+      part%coordinates(3, part%n_nodes), materials(sizes(4)), numbers(sizes(4)))
+    call receive_integers(8*part%n_elements, part%connectivity)
+    call receive_integers(part%n_elements, part%element_kind)
+    call receive_integers(part%n_elements, part%material)
+    call receive_integers(3*part%n_nodes, equation)
+    call receive_reals(3*part%n_nodes, part%coordinates)
     call receive_reals(size(materials), numbers)
     materials%young = numbers
     call receive_reals(size(materials), numbers)
@@ -226,41 +226,41 @@ contains
         call receive_reals(n_masters, active%weight)
       end associate
     end if
-    share_map = map_of_numbers(equation, sizes(3), 0, active)
-  end subroutine receive_share
+    part_map = map_of_numbers(equation, sizes(3), 0, active)
+  end subroutine receive_part
 
   ! ------------------------------------------------------------------ all ranks
 
-  subroutine assemble_share(share, materials, share_map, k, n_computed)
-    type(mesh_t), intent(in) :: share
+  subroutine assemble_part(part, materials, part_map, k, n_computed)
+    type(mesh_t), intent(in) :: part
     type(material_t), intent(in) :: materials(:)
-    type(dof_map_t), intent(in) :: share_map
+    type(dof_map_t), intent(in) :: part_map
     type(triplets_t), intent(out) :: k
     integer, intent(out) :: n_computed !! on all ranks
     integer, allocatable :: start(:), neighbours(:)
     real(wp), allocatable :: diagonal(:)
     real(wp) :: total(1)
 
-    call coupled_nodes(share, share_map%constraints, start, neighbours)
-    call assemble_stiffness(share, materials, share_map, start, neighbours, k, n_computed)
-    k%is_shared = .true.
+    call coupled_nodes(part, part_map%constraints, start, neighbours)
+    call assemble_stiffness(part, materials, part_map, start, neighbours, k, n_computed)
+    k%is_distributed = .true.
     diagonal = diagonal_of(k)
     call sum_over_ranks(diagonal)
     call move_alloc(diagonal, k%diagonal)
     total = n_computed
     call sum_over_ranks(total)
     n_computed = nint(total(1))
-  end subroutine assemble_share
+  end subroutine assemble_part
 
-  subroutine list_share(share, share_map, k)
-    type(mesh_t), intent(in) :: share
-    type(dof_map_t), intent(in) :: share_map
+  subroutine list_part(part, part_map, k)
+    type(mesh_t), intent(in) :: part
+    type(dof_map_t), intent(in) :: part_map
     type(triplets_t), intent(out) :: k
     integer, allocatable :: start(:), neighbours(:)
 
-    call coupled_nodes(share, share_map%constraints, start, neighbours)
-    call list_pattern(share_map, start, neighbours, k)
-    k%is_shared = .true.
-  end subroutine list_share
+    call coupled_nodes(part, part_map%constraints, start, neighbours)
+    call list_pattern(part_map, start, neighbours, k)
+    k%is_distributed = .true.
+  end subroutine list_part
 
-end module shares_mod
+end module mesh_parts_mod
