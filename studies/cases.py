@@ -12,6 +12,7 @@ from bipot.figures import BLUE, GREEN, INK, ORANGE, new_axes, save
 from bipot.program import RunError, script_options
 from bipot.report import table as table_lines
 from bipot.result import OPEN, ResultError
+from studies import case_bodies
 from studies.case_values import (
     contact_points,
     contact_radius,
@@ -530,6 +531,10 @@ def main():
                 mindlin(runs, figures),
                 elements(runs, figures),
                 statics(runs, figures),
+                case_bodies.press(runs),
+                case_bodies.cylinder(runs),
+                case_bodies.punch(runs),
+                case_bodies.stack(runs),
             ]
     except (ResultError, RunError) as error:
         sys.exit(f"cases: {error}")
@@ -537,8 +542,9 @@ def main():
 # Published values
 
 Cases whose results nobody on this project chose: theory, statics, benchmarks of others. Each is a
-deck in `input/` that runs as it stands in seconds; `tests/cases/test_published.py` holds them to
-the values below. Written by `studies/run cases`, our numbers too.
+deck in `input/` that runs as it stands in seconds; `tests/cases/test_published.py` and
+`tests/cases/test_published_bodies.py` hold them to the values below. Written by `studies/run
+cases`, our numbers too.
 """
     (options.folder / "cases.md").write_text("\n".join([head, *parts]), encoding="utf-8")
 

@@ -1,5 +1,6 @@
 """What studies share: options, the runs behind a page, and sentences that they must bear out."""
 
+import shutil
 import sys
 import tempfile
 from contextlib import contextmanager
@@ -7,6 +8,7 @@ from pathlib import Path
 
 from bipot.program import ROOT, RunError, built_program, command_text, program_options, run_block
 from bipot.result import Result
+from studies.meshes import mesh_file
 
 PAGES = ROOT / "docs" / "studies"
 DATA = ROOT / "studies" / "data"
@@ -53,10 +55,20 @@ class Runs:
         self.folder = folder
         self.commands = []
 
-    def __call__(self, case, /, **parameters):
-        """Run input/CASE.inp with these parameters and return its result, open for reading."""
+    def __call__(self, case, /, mesh=None, **parameters):
+        """Run input/CASE.inp with these parameters and return its result, open for reading.
+
+        `mesh`, a name of studies.meshes and a size, takes the place of the one that it includes.
+        """
         deck = ROOT / "input" / f"{case}.inp"
-        self.commands.append(command_text(parameters, f"input/{case}.inp"))
+        words = command_text(parameters, f"input/{case}.inp")
+        if mesh is not None:
+            folder = self.folder / "-".join(map(str, mesh))
+            (folder / "meshes").mkdir(parents=True, exist_ok=True)
+            (folder / "meshes" / f"{mesh[0]}.inp").write_text(mesh_file(*mesh), encoding="utf-8")
+            deck = Path(shutil.copy(deck, folder))
+            words += f"  (mesh {mesh[0]}, n = {mesh[1]})"
+        self.commands.append(words)
         print(self.commands[-1], flush=True)
         path = self.folder / f"run-{len(self.commands)}.vtkhdf"
         done = run_block(self.program, path, parameters, deck)

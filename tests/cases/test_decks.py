@@ -36,7 +36,9 @@ class Decks(unittest.TestCase):
     def test_the_decks_declare_what_studies_sweep(self):
         for deck in sorted(INPUT.glob("*.inp")):
             text = deck.read_text()
-            names = ["n", "steps", "element"]
+            names = ["steps", "element"]
+            if "*INCLUDE" not in text:  # a mesh that is read has its size
+                names.append("n")
             if "*CONTACT PAIR" in text:
                 names += ["tolerance", "solver", "mu"]
             for name in names:

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import os
 import tempfile
 import unittest
 from pathlib import Path
@@ -11,6 +12,7 @@ from facets import binary_stl, plate, rigid, text_stl
 from program import INPUT, Run
 from two_bodies import block, deck, pair, step
 
+RELEASE = os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release"
 HELD = "*BOUNDARY\n900, 1, 3\n"
 ORIGIN = (900, (0.0, 0.0, 0.0))
 
@@ -233,6 +235,7 @@ class Files(Facets):
         for name, forces in others.items():
             self.assertTrue((forces == binary).all(), name)
 
+    @unittest.skipUnless(RELEASE, "thousands of triangles")
     def test_fine_files_are_the_sphere(self):
         # In the size of the triangles by its square; the limit is the sphere's, as faces get fine.
         fine = [self.resultant(self.STL, cap_stl=binary_stl(*cap(n))) for n in (12, 24, 48)]

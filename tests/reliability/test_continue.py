@@ -1,5 +1,6 @@
 """`--continue` ends with the file of a run that was never stopped, or says why it cannot."""
 
+import os
 import resource
 import shutil
 import unittest
@@ -15,21 +16,29 @@ SMALL = {
     "bracket": {"n": 2, "steps": 4},
     "cantilever": {},
     "corner": {"n": 3},
+    "cylinder": {"steps": 3, "mu": 0.1},
     "foundation": {"n": 2, "base": 3, "steps": 6},
     "hertz": {"n": 6, "steps": 4},
     "incompressible": {},
     "mindlin": {"n": 12, "steps": 3},
     "patch": {"n": 2},
     "pipe": {},
+    "press": {"steps": 3},
+    "punch": {"steps": 2},
     "quarter": {"n": 4, "steps": 6},
     "rest": {},
     "roller": {"n": 4},
     "slope": {"n": 3},
     "spence": {"n": 6, "steps": 4},
     "ssnv128": {"n": 4, "steps": 4},
+    "stack": {"n": 2, "steps": 4},
     "tool": {"n": 4, "steps": 3},
     "wheel": {"n": 8, "steps": 2},
 }
+
+RELEASE = os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release"
+# Those whose states have something that others have not; the rest only where the program is fast.
+DIFFERENT = ("block", "foundation", "mindlin", "slope", "wheel")
 
 # A step behind those of the block in which nothing balances the loads any more.
 PULLED_OFF = """*STEP
@@ -132,6 +141,8 @@ class EveryDeck(Folder):
     def test_decks_of_input(self):
         self.assertEqual(set(SMALL), {p.stem for p in INPUT.glob("*.inp")} - {"fall"})
         for name, overrides in SMALL.items():
+            if not RELEASE and name not in DIFFERENT:
+                continue
             self.check(Case(INPUT / f"{name}.inp", **overrides))
 
     def test_supports_obstacles_and_outputs_that_change(self):
