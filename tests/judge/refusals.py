@@ -315,6 +315,6 @@ def as_stored(scene, increment, solution, step, time):
     contact = pressed.copy()
     return SimpleNamespace(
         finished=1, step=np.array([step + 1]), time=np.array([time]), certified=np.ones(1),
-        status="finished", places=scene.points, u=u[None], supports=supports[None],
+        status="finished", places=scene.points, u=u[None], rotation=np.zeros_like(u)[None], supports=supports[None],
         contact_force=contact[None], pairs=pairs,
     )  # fmt: skip
