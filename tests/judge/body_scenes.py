@@ -88,6 +88,16 @@ def overhang(b, width):
     return width, np.array([width[0] * (1 - b.power(-2, -1)), 0.0]) * b.pick(-1, 1)
 
 
+def dome(b, stack, part, height):
+    """Lower the edges of the upper side of a part: its middle stays where it is."""
+    p = b.scene.parts[part]
+    rows, _ = b.side(part, stack.upper())
+    for row in rows:
+        place = (b.points[row] - p.corner) / p.size
+        shape = np.prod([np.sin(np.pi * place[i]) for i in stack.others])
+        b.points[row] = b.points[row] - stack.along(height * (1 - shape))
+
+
 def push_on(b, stack, part, depth, steps):
     """Later steps: the upper side is moved along or across, sometimes far."""
     far = b.pick(3 * depth, 3 * depth, 0.3 * stack.size)
@@ -122,10 +132,16 @@ def two_blocks(b):
     """A block pressed onto another by prescribed motion, then pushed about."""
     stack = Stack(b)
     depth = stack.size * b.power(-3.5, -1.7)
-    below = stack.add(stack.young)
+    domed = b.chance(0.2)
+    options = {"explicit": True} if domed else {}
+    below = stack.add(stack.young, **options)
     shape, start = overhang(b, stack.wide)
     gap = b.pick(0.0, 0.0, b.between(0, 0.5) * depth, -b.between(0, 0.5) * depth)
+    if b.chance(0.05):
+        depth = -0.01 * gap if gap < 0 else depth  # all but the overlap is next to nothing
     above = stack.add(stack.young * stiffness_ratio(b), gap, shape, start)
+    if domed:
+        dome(b, stack, below, stack.size * b.between(0.01, 0.08))
     slave, master = stack.face(0, 1)
     options = {}
     if gap and b.chance(0.3):
@@ -152,7 +168,10 @@ def loaded_blocks(b):
     above = stack.add(young, b.pick(0.0, 0.0, 1e-3 * stack.size), shape, start,
                       density=1.0 if heavy else None)  # fmt: skip
     b.scene.materials[0].density = 1.0 if heavy else None
-    b.touch(*stack.face(0, 1), rough(b))
+    # Without friction nothing but rounding decides where a block that nothing holds across goes.
+    rollers = b.chance(0.4)
+    friction = rough(b)
+    b.touch(*stack.face(0, 1), friction if rollers else max(friction, 0.05))
     step = b.step()
     b.hold(step, stack.parts[0], stack.lower(), (0, 1, 2))
     level = min(young, stack.young) * b.power(-4, -2)
@@ -161,7 +180,7 @@ def loaded_blocks(b):
         step.gravity.append(Gravity(above, level / stack.size, down))
     else:
         step.pressures.append(Pressure(above, stack.upper(), level, None, b.chance(0.5)))
-    if b.chance(0.4):
+    if rollers:
         b.hold(step, above, stack.upper(), tuple(stack.others))
     if b.chance(0.5):
         later = b.step()

@@ -139,6 +139,33 @@ def is_flat(increment, u):
     return True
 
 
+def largest_strain(scene, loads):
+    """A rough bound: all loads on the smallest side of a body of the softest material."""
+    areas = [np.prod(np.delete(part.size, axis)) for part in scene.parts for axis in range(3)]
+    return np.abs(loads).sum() / (min(m.young for m in scene.materials) * min(areas))
+
+
+def pieces_come_apart(scene, held):
+    """How many motions ties leave to the pieces they join, beyond those of the whole."""
+    bodies, ties = scene.bodies(), Ties(scene).all
+    count = 6 * len(bodies)
+    motions = np.zeros((*scene.points.shape, count))
+    for number, rows in enumerate(bodies):
+        arm = scene.points[rows] - scene.points[rows].mean(axis=0)
+        arm /= np.abs(arm).max()
+        for i in range(3):
+            motions[rows, i, 6 * number + i] = 1.0
+            motions[rows, :, 6 * number + 3 + i] = np.cross(np.eye(3)[i], arm)
+    rows = [motions[held]]
+    for tie in ties:
+        jump = motions[tie.rows] - np.einsum("pn,nim->pim", tie.weights, motions)
+        rows.append(jump[~held[tie.rows]])
+    size = np.linalg.svd(np.vstack([r.reshape(-1, count) for r in rows]), compute_uv=False)
+    free = count - int(np.sum(size > 1e-9 * size.max()))
+    alone = rigid_motions(scene, held).any(axis=0).sum() - 3 * len(scene.references())
+    return free - int(alone)
+
+
 def missed_depth(scene, increment, solution, divisions=20):
     """How deep a round obstacle is in a slave face of which no neighbour's node touches; 0: none.
 
@@ -214,6 +241,11 @@ def confirm(scene, stored, message):
         time = min([time, *turns])
     supports, loads = path.supports(time), path.loads(time)
     increment = Increment(scene, before, supports, loads, None, turned_before)
+    if "the ties of the body" in message:
+        loose = pieces_come_apart(scene, increment.held)
+        if loose > 0:
+            return CONFIRMED, f"the pieces have {loose} motions beside each other"
+        return REFUTED, "the ties hold all pieces together"
     if re.search(r"is prescribed to move", message):
         u = np.where(increment.held, increment.target, before)
         for _, row, obstacle, _ in increment.points:
@@ -232,7 +264,7 @@ def confirm(scene, stored, message):
     if has_surfaces(scene):
         left = unbalanced_share(scene, before, increment.held, loads, increment)
         # Normals of faces turn as these are bent, by no more than strains.
-        hopeless = left > 0.05 and is_flat(increment, before)
+        hopeless = left > 1e-6 + 30 * largest_strain(scene, loads) and is_flat(increment, before)
     else:
         left = unbalanced_share(scene, before, increment.held, loads)
         hopeless = left > 1e-9 and all(o.kind == "PLANE" for o in scene.obstacles)
