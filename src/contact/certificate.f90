@@ -263,7 +263,8 @@ contains
     end do
   end function forces_of_bodies
 
-  !> Whether nothing acts on a body, and it has moved as a whole: all its forces are rounding.
+  !> Whether nothing acts on a body, and it has moved as a whole: all its forces are rounding, of
+  !> displacements or, where it touches something, of places.
   pure function is_at_rest(mesh, forces, pressed) result(at_rest)
     type(mesh_t), intent(in) :: mesh
     type(increment_forces_t), intent(in) :: forces
@@ -275,7 +276,8 @@ contains
     at_rest(0) = .false.
     do node = 1, mesh%n_nodes
       if (any(abs(forces%external(:, node)) > 0.0_wp) .or. max(norm2(forces%internal(:, node)), &
-        norm2(pressed(:, node))) > forces%rounding(node)) at_rest(mesh%body(node)) = .false.
+        norm2(pressed(:, node))) > forces%rounding(node) + forces%stiffness(node)* &
+        forces%rounding_of_gaps) at_rest(mesh%body(node)) = .false.
     end do
   end function is_at_rest
 

@@ -352,6 +352,24 @@ class Symmetry(unittest.TestCase):
             self.assertLess(np.abs(moved[0] - moved[1]).max(), 1e-9)
 
 
+    def test_planes_do_not_depend_on_what_the_plan_takes_to_be_in_reach(self):
+        # The bodies overlap by more than they move: the plan sees no contact, and is revised.
+        text = deck(
+            block("LOW", 2, (0, 0, -1), (1, 1, 1), young=10.0),
+            block("UP", 3, (0, 0, -0.02), (0.7, 1, 1)),
+            pair("UP-ZMIN, LOW-ZMAX", 0.3),
+            step("UP-ZMAX, 3, 3, -0.002"),
+            held="UP-ZMAX, 1, 2\nLOW-ZMIN, 1, 3\nUP-XMIN, 1\nLOW-XMIN, 1",
+        )
+        result = solved(self, text)
+        self.assertIn("had thought out of reach", result.output)
+        frame = of_pair(result, "UP-ZMIN:LOW-ZMAX", "frame")[-1]
+        places = of_pair(result, "UP-ZMIN:LOW-ZMAX", "coordinates")
+        on = places[:, 0] == 0
+        self.assertEqual(np.abs(frame[on, 0, 0]).max(), 0.0)
+        self.assertGreater(np.abs(frame[~on, 0, 0]).max(), 1e-4)
+
+
 class GapsAndAdjust(unittest.TestCase):
     def blocks(self, height, extra="", options="", depth=0.02, mu=0.3):
         return deck(

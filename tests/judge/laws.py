@@ -376,7 +376,7 @@ class Judge:
             size = np.sqrt(placed.area.max())
             off = np.abs(p["area"] - placed.undeformed) / placed.area
             # What the file calls the area of a bent face is not that of its projection.
-            self.note("area of a node wrong by", row, off.max(), 1e-6 + placed.bend**2)
+            self.note("area of a node wrong by", row, off.max(), 1e-6 + 10 * placed.bend**2)
             off = np.abs(np.where(has_row, p["covered"], placed.covered) - placed.covered)
             self.note("covered area wrong by", row, (off / placed.area).max(), 1e-6)
             share = placed.share
