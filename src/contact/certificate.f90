@@ -114,13 +114,14 @@ contains
     if (present(turned)) then
       where (spread(turned%is_turned, 1, 2)) x(2:, :) = turned%slip
     end if
-    ! Where nothing moves by more than places are rounded gaps and slips are no better known.
-    if (u <= forces%rounding_of_gaps) then
-      do i = 1, points%n
-        x(1, i) = sign(max(0.0_wp, abs(x(1, i)) - forces%rounding_of_gaps), x(1, i))
-        if (norm2(x(2:, i)) <= forces%rounding_of_gaps) x(2:, i) = 0.0_wp
-      end do
-    end if
+    ! Where next to nothing moves places are rounded by more than is allowed.
+    do i = 1, points%n
+      associate (rounding_here => forces%rounding_of_gaps*spread_of_row(contact, i))
+        if (10.0_wp*tolerance*u > rounding_here) cycle
+        x(1, i) = sign(max(0.0_wp, abs(x(1, i)) - rounding_here), x(1, i))
+        if (norm2(x(2:, i)) <= rounding_here) x(2:, i) = 0.0_wp
+      end associate
+    end do
     at_rest = is_at_rest(mesh, forces, pressed)
     ! Of bodies whose forces are all rounding the reactions say nothing, but where they are said to
     ! hold what slips.
@@ -146,6 +147,18 @@ contains
     certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance .and. &
       certificate%support <= held
   end function certify
+
+  !> By what rounding of places grows in the gap of a point: before an obstacle by nothing, before a
+  !> surface by what its weights add up to, and by the integrals that they are made of.
+  pure real(wp) function spread_of_row(contact, i) result(factor)
+    type(contact_fields_t), intent(in) :: contact
+    integer, intent(in) :: i !! point
+
+    factor = 1.0_wp
+    associate (first => contact%weights%first(i), last => contact%weights%first(i + 1) - 1)
+      if (last > first) factor = 4.0_wp*(1.0_wp + sum(abs(contact%weights%weight(first:last))))
+    end associate
+  end function spread_of_row
 
   !> How far displacements are from what is prescribed, beside that and the size of the mesh.
   !> docs/theory.md (6.1).

@@ -351,11 +351,13 @@ class Judge:
         places = scene.points + u
         size = np.abs(places[rows]).max(axis=1) + np.abs(places[surface.reached]).max()
         size = size + np.abs(placed.corners).max()
+        # Weights that add up to 1, but not by their sizes, spread what places are rounded by.
+        rounding = 32 * EPS * size * (1 + np.abs(placed.weights).sum(axis=1))
         kept = {**stored, **{k: {row: read(k)} for k in ("gap", "slip_increment", "status")}}
         kept["gap"] = {row: gap}
         return {
             "pair": pair, "rows": rows, "reference": reference, "gap": gap,
-            "normal": frame[:, 0], "rounding": 8 * EPS * size,
+            "normal": frame[:, 0], "rounding": rounding,
             "force": force, "frame": frame, "slip": slip, "known": np.zeros_like(slip),
             "blocked": np.linalg.norm(np.where(fixed, 0.0, frame[:, 0]), axis=1) < 1e-9,
             "held": np.linalg.norm(across_held(fixed, frame[:, 0]), axis=(1, 2)) > 1e-9,

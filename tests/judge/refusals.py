@@ -241,6 +241,8 @@ def confirm(scene, stored, message):
         time = min([time, *turns])
     supports, loads = path.supports(time), path.loads(time)
     increment = Increment(scene, before, supports, loads, None, turned_before)
+    if stored is not None and stored.finished:
+        increment.pressed_before = stored.contact_force[stored.finished - 1]
     if "the ties of the body" in message:
         loose = pieces_come_apart(scene, increment.held)
         if loose > 0:
@@ -337,7 +339,7 @@ def largest_wedge(increment, solution):
     rows = np.array([row for _, row, _, _ in increment.points])
     row = rows[np.linalg.norm(forces, axis=1).argmax()]
     there = forces[rows == row]
-    largest = np.linalg.norm(there, axis=1).max()
+    largest = np.linalg.norm(there, axis=1).max() or 1.0
     share = float(np.linalg.norm(there.sum(axis=0)) / largest)
     if len(there) < 2 or share > 1e-2:
         return None
@@ -359,6 +361,7 @@ def judge_solution(scene, path, increment, solution, step, time, start):
     stored = as_stored(scene, increment, solution, step, start + time)
     judge = Judge(scene, stored, strict=True)
     judge.path = path
+    judge.pressed_before = increment.pressed_before
     judge.judge_increment(0, time, increment.before, increment.rotations[0])
     return judge.findings
 

@@ -158,6 +158,7 @@ class Increment:
             body.held = self.held
         self.body = body
         self.added = scene.added_gaps()
+        self.pressed_before = np.zeros_like(before)  # forces of contact when it began
         self.points = []  # (pair index, row, obstacle)
         self.surfaces = [Surface(scene, pair) for pair in scene.pairs]
         self.kept = set()  # points that had a place on a surface
