@@ -25,8 +25,8 @@ module certificate_mod
   real(wp), parameter :: last_bits = 1.0_wp/8.0_wp
   !! of the rounding of forces: what the last bits of displacements are worth [-]
   real(wp), parameter :: excusable = 1.0e-3_wp !! of a force: the most that rounding may excuse [-]
-  real(wp), parameter :: nothing = 1.0e-24_wp
-  !! of what it would take to hold a node back: forces are measured by no less [-]
+  real(wp), parameter :: nothing = 1.0e-8_wp
+  !! of the largest rounding of a force: forces are measured by no less [-]
 
   !> The forces of an increment, and what its supports ask for; all (3,n_nodes) in x, y, z.
   type :: increment_forces_t
@@ -114,10 +114,10 @@ contains
     if (present(turned)) then
       where (spread(turned%is_turned, 1, 2)) x(2:, :) = turned%slip
     end if
-    ! Where next to nothing moves places are rounded by more than is allowed.
+    ! Where nothing moves by more than places are rounded gaps and slips are no better known.
     do i = 1, points%n
       associate (rounding_here => forces%rounding_of_gaps*spread_of_row(contact, i))
-        if (10.0_wp*tolerance*u > rounding_here) cycle
+        if (u > rounding_here) cycle
         x(1, i) = sign(max(0.0_wp, abs(x(1, i)) - rounding_here), x(1, i))
         if (norm2(x(2:, i)) <= rounding_here) x(2:, i) = 0.0_wp
       end associate
@@ -137,9 +137,9 @@ contains
     certificate%support = max(departure(mesh, new%displacement, forces), torn(mesh, &
       new%displacement, forces))
     ! A body that was let go may be left with forces below the range of single precision.
-    f = max(f, nothing*maxval(forces%stiffness)*u)
+    f = max(f, nothing*maxval(forces%rounding))
     scale = max(forces_of_bodies(mesh, forces, pressed, pressed_before, support), nothing* &
-      maxval(forces%stiffness)*u)
+      maxval(forces%rounding))
     scale(0) = f
     certificate%balance = worst_balance(mesh, forces, rounding, pressed, support, scale)
     certificate%equilibrium = worst_imbalance(mesh, residual, forces, rounding, at_rest, scale, &

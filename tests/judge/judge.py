@@ -13,7 +13,7 @@ A deck is one of
     right        certified, and right by every law (laws.py)
     wrong        certified, and wrong
     confirmed    refused with exit status 2, and shown to have no solution, or none that double
-                 precision holds, by other means (refusals.py)
+                 precision holds, by other means (refusals.py); or refused as a mistake that it is
     refuted      refused, though a solution was found
     unconfirmed  refused, and neither shown to be right nor to be wrong
     broken       another exit status, a signal, no end, an unreadable result
@@ -42,7 +42,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is loaded
 from body_scenes import random_bodies
 from laws import Judge, Stored, Unreadable
 from random_scenes import random_scene
-from refusals import CONFIRMED, OPEN, REFUTED, confirm
+from refusals import CONFIRMED, OPEN, REFUTED, confirm, ties_nothing
 from scenes import write_deck
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -94,6 +94,8 @@ def judge_run(scene, deck, status, message, options):
         stored = stored_result(scene, result)
     except (OSError, KeyError, Unreadable, ValueError) as error:
         return BROKEN, f"exit status {status}, unreadable result: {error!r}"
+    if status == 1 and ties_nothing(scene, message):
+        return CONFIRMED, message.strip()[:200]
     if status not in (0, 2):
         return BROKEN, f"exit status {status}: {message.strip()[:400]}"
     if status == 0 and stored is None:

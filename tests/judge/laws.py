@@ -231,6 +231,9 @@ class Judge:
         self.least = NOTHING * scene.bricks().node_size().max() * length
         force = max(force, self.least)
 
+        # What the rounding of places before surfaces makes of forces, where nothing is loaded.
+        rounded = max((p["rounding"].max() for p in points if p["placed"] is not None), default=0)
+        self.places_lost = scene.bricks().node_size() * rounded
         acting = np.max([np.linalg.norm(f, axis=1) for f in (internal, loads, pressed)], axis=0)
         far = np.maximum(np.abs(u), np.abs(before))
         self.check_equilibrium(row, far, residual, held, acting, force)
@@ -482,7 +485,7 @@ class Judge:
         # than the rounding of its own node, rounding excuses next to nothing.
         excused = np.minimum(rounding, EXCUSED * force)
         for rows in self.body_rows:
-            if np.all(acting[rows] <= NOISE * rounding[rows]):
+            if np.all(acting[rows] <= NOISE * rounding[rows] + self.places_lost[rows]):
                 excused[rows] = NOISE * rounding[rows]
         if self.strict:
             excused = 0.0
@@ -564,7 +567,7 @@ class Judge:
         """
         if not points:
             return force
-        rounding = self.scene.bricks().rounding(far)
+        rounding = self.scene.bricks().rounding(far) + self.places_lost
         if not self.strict and np.all(acting[self.mesh] <= rounding[self.mesh]):
             return np.inf
         slaves = np.concatenate([p["rows"] for p in points])

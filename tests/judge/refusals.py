@@ -8,6 +8,7 @@ import numpy as np
 from bricks import FACES
 from laws import Judge
 from load_path import LoadPath
+from mortar import LEAST_SHARE, place_surface
 from obstacles import locate, shift_of
 from slow_solver import Increment, frame_of, rigid_motions
 from surfaces import Ties, settled
@@ -164,6 +165,18 @@ def pieces_come_apart(scene, held):
     free = count - int(np.sum(size > 1e-9 * size.max()))
     alone = rigid_motions(scene, held).any(axis=0).sum() - 3 * len(scene.references())
     return free - int(alone)
+
+
+def ties_nothing(scene, message):
+    """Whether the deck is refused for a tie whose slave nodes the master does not cover at all."""
+    if not re.search(r"error: tie .*: no node of .* lies on", message):
+        return False
+    lost = []
+    for tie in scene.ties:
+        slave, master = scene.faces(*tie.slave), scene.faces(*tie.master)
+        placed = place_surface(slave, scene.points, master, scene.points)
+        lost.append(placed.share.max() <= LEAST_SHARE)
+    return any(lost)
 
 
 def missed_depth(scene, increment, solution, divisions=20):
