@@ -25,6 +25,8 @@ module certificate_mod
   real(wp), parameter :: last_bits = 1.0_wp/8.0_wp
   !! of the rounding of forces: what the last bits of displacements are worth [-]
   real(wp), parameter :: excusable = 1.0e-3_wp !! of a force: the most that rounding may excuse [-]
+  real(wp), parameter :: let_go = 1.0e-3_wp
+  !! of the reactions before an increment: forces at its end are measured by no less [-]
   real(wp), parameter :: nothing = 1.0e-8_wp
   !! of the largest rounding of a force: forces are measured by no less [-]
 
@@ -56,9 +58,9 @@ contains
 
   !> Judge an increment.
   !>
-  !> Scales: F the largest nodal force (reactions, those before the increment too, supports, loads,
-  !> internal), U the largest displacement increment, deformation of a body, or way that contact
-  !> forces alone would move their node. 0/0 = 0.
+  !> Scales: F the largest nodal force (reactions, supports, loads, internal, a thousandth of the
+  !> reactions before the increment), U the largest displacement increment, deformation of a body, or
+  !> way that contact forces alone would move their node. 0/0 = 0.
   !>
   !> What depends on others by constraints is in equilibrium where its masters are: the forces on it
   !> act on them. Its supports, if any, come before its constraint.
@@ -103,6 +105,7 @@ contains
     ! several obstacles on one node may be any size and cancel: what counts is their sum.
     is_mesh = mesh%body > 0
     ! What contact lets go of counts, too: the forces that are left are as good as those were large.
+    pressed_before = let_go*pressed_before
     f = max(largest(pressed, is_mesh), largest(pressed_before, is_mesh), largest(support, &
       is_mesh), largest(forces%external, is_mesh), largest(forces%internal))
     if (f <= 0.0_wp) f = largest(forces%external)

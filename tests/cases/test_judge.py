@@ -854,6 +854,22 @@ class TamperedBodies(unittest.TestCase):
 
 
 class Decks(unittest.TestCase):
+    def test_seeds_of_bodies_are_reproducible_and_varied(self):
+        self.assertEqual(deck_of(random_bodies(11)), deck_of(random_bodies(11)))
+        scenes = [random_bodies(seed) for seed in range(200)]
+        self.assertGreaterEqual(len({s.kind for s in scenes}), 10)
+        self.assertEqual({o.kind for s in scenes for o in s.obstacles},
+                         {"PLANE", "SPHERE", "CYLINDER", "FACETS", "STL"})  # fmt: skip
+        pairs = [p for s in scenes for p in s.pairs]
+        self.assertTrue(any(p.adjust is not None for p in pairs))
+        self.assertTrue(any(p.small for p in pairs) and any(s.gaps for s in scenes))
+        both = [s for s in scenes if {(p.part, p.side) for p in s.pairs}
+                and {p.part for p in s.pairs} & {p.master[0] for p in s.pairs if p.master}]  # fmt: skip
+        self.assertTrue(both)  # slave in one pair, master in another
+        self.assertTrue(any(s.ties and s.pairs for s in scenes))
+        turns = [b for s in scenes for t in s.steps for b in t.boundaries if b.dof > 2]
+        self.assertGreater(len(turns), 20)
+
     def test_seeds_are_reproducible_and_varied(self):
         self.assertEqual(deck_of(random_scene(11)), deck_of(random_scene(11)))
         scenes = [random_scene(seed) for seed in range(200)]
@@ -873,9 +889,21 @@ class Decks(unittest.TestCase):
         # that tips over an edge.
         seeds = (10252, 10335, 10404, 20001, 20040, 20079, 20148, 20166, 30008, 30101, 30179,
                  60066, 60316, 70471, 71215)  # fmt: skip
+        self.judge("one", "--only", *map(str, seeds))
+
+    @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
+    def test_bodies_that_once_failed(self):
+        # 20, 51, 83: increments in which nothing changes. 36, 563: without load. 77: a body that was
+        # let go, in single precision. 128: a first touch with forces of rounding. 197: a plane of
+        # symmetry that the plan did not see in reach. 982, 1020: bodies that rest, beside others.
+        seeds = (20, 36, 51, 77, 83, 128, 197, 563, 982, 1020)
+        self.judge("bodies", "--only", *map(str, seeds))
+
+    def judge(self, family, *options):
+        """Run the judge on decks that must all be right, or rightly refused."""
         done = subprocess.run(
             [sys.executable, "-B", str(SOURCE / "tests" / "judge" / "judge.py"),
-             "--bipot", PROGRAM, "--only", *map(str, seeds)],
+             "--bipot", PROGRAM, "--family", family, *options],
             capture_output=True, text=True, check=False,
         )  # fmt: skip
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -883,12 +911,11 @@ class Decks(unittest.TestCase):
     def test_random_decks(self):
         # The same in both builds would take minutes with the checks at run time.
         decks, seed = ("200", "1") if RELEASE else ("40", "1001")
-        done = subprocess.run(
-            [sys.executable, "-B", str(SOURCE / "tests" / "judge" / "judge.py"),
-             "--bipot", PROGRAM, "--decks", decks, "--seed", seed],
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.judge("one", "--decks", decks, "--seed", seed)
+
+    def test_random_decks_of_bodies(self):
+        decks, seed = ("40", "1") if RELEASE else ("8", "1001")
+        self.judge("bodies", "--decks", decks, "--seed", seed)
 
 
 if __name__ == "__main__":

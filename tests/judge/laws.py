@@ -19,7 +19,8 @@ STRICT = 0.3  # of it: what an own solution may be out of balance to prove that 
 NOISE = 16.0  # times the rounding of a node: forces that may be rounding alone
 TINY = 1e-300
 NOTHING = 1e-24  # of what it would take to hold a node back: no measure of forces is less
-EXCUSED = 1e-3  # of a load or of the largest force: the most that rounding may take from it
+LET_GO = 1e-3  # of the forces of contact before an increment: they are a measure, too
+EXCUSED = 2e-3  # of a load or of the largest force: the most that rounding may take from it
 
 
 @dataclass(frozen=True)
@@ -223,9 +224,9 @@ class Judge:
         support = np.where(held, residual, 0.0)
         force = max(
             np.linalg.norm(a[self.mesh], axis=1).max()
-            for a in (pressed, self.pressed_before, support, loads, internal)
+            for a in (pressed, LET_GO * self.pressed_before, support, loads, internal)
         ) or np.linalg.norm(loads, axis=1).max()  # fmt: skip
-        self.pressed_before = pressed
+        before_it, self.pressed_before = LET_GO * self.pressed_before, pressed
         spread = max(np.ptp(u[rows], axis=0).max() for rows in self.body_rows)
         length = max(np.linalg.norm(u - before, axis=1).max(), spread, self.moved_alone(pressed))
         self.least = NOTHING * scene.bricks().node_size().max() * length
@@ -238,7 +239,7 @@ class Judge:
         far = np.maximum(np.abs(u), np.abs(before))
         self.check_equilibrium(row, far, residual, held, acting, force)
         self.check_stored_forces(row, u, residual, held, pressed, force)
-        self.check_bodies(row, far, loads, pressed, held)
+        self.check_bodies(row, far, loads, pressed, held, before_it)
         scale = self.contact_scale(far, points, acting, force)
         self.check_surfaces(row, points, length)
         self.check_moments(row, points, u)
@@ -485,8 +486,9 @@ class Judge:
         # than the rounding of its own node, rounding excuses next to nothing.
         excused = np.minimum(rounding, EXCUSED * force)
         for rows in self.body_rows:
-            if np.all(acting[rows] <= NOISE * rounding[rows] + self.places_lost[rows]):
-                excused[rows] = NOISE * rounding[rows]
+            rest = NOISE * rounding[rows] + self.places_lost[rows]
+            if np.all(acting[rows] <= rest):
+                excused[rows] = rest
         if self.strict:
             excused = 0.0
         over = imbalance - excused - self.tie_doubt
@@ -516,7 +518,7 @@ class Judge:
             off = np.abs(stored.contact_force[row][mesh] - pressed[mesh]).max()
             self.note("contact force of a node wrong by", row, off, slack)
 
-    def check_bodies(self, row, far, loads, pressed, held):
+    def check_bodies(self, row, far, loads, pressed, held, before_it):
         """Balance of every body in each of its rigid motions, without internal forces."""
         supports = self.stored.supports[row]
         rounding = self.scene.bricks().rounding(far)
@@ -543,7 +545,7 @@ class Judge:
                     lost = min(lost, EXCUSED * driven)
                 else:
                     # Nothing drives it: what is beside it in other directions is the measure.
-                    scale = sum(everything)
+                    scale = sum(everything) + np.sum(np.abs(before_it[rows]))
                 name = "xyz"[m % 3]
                 self.note("body out of balance by", row, abs(sum(parts)),
                           self.allowed * scale + lost,
