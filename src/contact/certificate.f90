@@ -59,8 +59,8 @@ contains
   !> Judge an increment.
   !>
   !> Scales: F the largest nodal force (reactions, supports, loads, internal, a thousandth of the
-  !> reactions before the increment), U the largest displacement increment, deformation of a body, or
-  !> way that contact forces alone would move their node. 0/0 = 0.
+  !> reactions before the increment), U the largest displacement increment, deformation of a body,
+  !> or way that contact forces alone would move their node. 0/0 = 0.
   !>
   !> What depends on others by constraints is in equilibrium where its masters are: the forces on it
   !> act on them. Its supports, if any, come before its constraint.
