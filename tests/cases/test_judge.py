@@ -549,7 +549,7 @@ class Mortar(unittest.TestCase):
 
     def test_what_is_turned_away_or_beside_covers_nothing(self):
         towards = self.SQUARE[::-1].copy()
-        for master in (self.SQUARE - (0, 0, 0.1), towards + (1.5, 0, -0.1)):
+        for master in (self.SQUARE - (0, 0, 0.1), np.add(towards, (1.5, 0, -0.1))):
             placed = place_surface([(0, 1, 2, 3)], self.SQUARE, [(0, 1, 2, 3)], master)
             self.assertEqual(placed.covered.max(), 0.0)
 

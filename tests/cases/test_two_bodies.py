@@ -351,7 +351,6 @@ class Symmetry(unittest.TestCase):
             self.assertLess(abs(force[0] / force[1] - 1), 1e-8)
             self.assertLess(np.abs(moved[0] - moved[1]).max(), 1e-9)
 
-
     def test_planes_do_not_depend_on_what_the_plan_takes_to_be_in_reach(self):
         # The bodies overlap by more than they move: the plan sees no contact, and is revised.
         text = deck(

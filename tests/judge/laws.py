@@ -139,8 +139,12 @@ class Judge:
                   0 if stored.finished == expected or not complete
                   or (extra and stored.finished > expected) else abs(stored.finished - expected),
                   0.5)  # fmt: skip
-        self.note("coordinates", -1, np.abs(stored.places - self.settled).max(),
-                  (1e-7 if scene.moves_nodes else 16 * EPS) * np.abs(scene.points).max())
+        self.note(
+            "coordinates",
+            -1,
+            np.abs(stored.places - self.settled).max(),
+            (1e-7 if scene.moves_nodes else 16 * EPS) * np.abs(scene.points).max(),
+        )
         if complete:
             self.note("status of the file", -1, float(stored.status != "finished"), 0)
             self.note("not certified", -1, float(np.sum(stored.certified != 1)), 0)
@@ -496,8 +500,13 @@ class Judge:
         share = max(0.0, over[at]) / force if force > 0 else over[at]
         # Of a solution near what double precision holds another rounding decides.
         allowed = STRICT * self.allowed if self.strict else self.allowed
-        self.note("out of balance", row, share, allowed,
-                  f"of the largest force {force:.3g} at node {self.scene.ids[at]}")
+        self.note(
+            "out of balance",
+            row,
+            share,
+            allowed,
+            f"of the largest force {force:.3g} at node {self.scene.ids[at]}",
+        )
 
     def check_stored_forces(self, row, u, residual, held, pressed, force):
         """Forces of supports and of contact in the file are those found here."""

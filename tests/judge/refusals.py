@@ -194,9 +194,7 @@ def missed_depth(scene, increment, solution, divisions=20):
         if obstacle.kind == "PLANE" or obstacle.inner or obstacle.has_facets:
             continue
         touching = set(scene.side_rows(pair.part, pair.side)[np.abs(force).max(axis=1) > 0])
-        faces = [
-            scene.nodes[b][list(FACES[f])] for b, f in scene.parts[pair.part].sides[pair.side]
-        ]
+        faces = [scene.nodes[b][list(FACES[f])] for b, f in scene.parts[pair.part].sides[pair.side]]
         for face in faces:
             places, moved, added = (shapes.T @ a[face] / 4 for a in (
                 scene.points, u, increment.added[:, None]))  # fmt: skip
@@ -270,8 +268,11 @@ def confirm(scene, stored, message):
             if obstacle.reference is not None:
                 fixed = fixed & increment.held[obstacle.reference]
             gap, normal, rounding = locate(
-                increment.obstacle_now(obstacle), scene.points[[row]], u[[row]],
-                shift_of(obstacle, u), increment.added[row],
+                increment.obstacle_now(obstacle),
+                scene.points[[row]],
+                u[[row]],
+                shift_of(obstacle, u),
+                increment.added[row],
             )
             if np.linalg.norm(normal[0] * ~fixed) < 1e-9 and gap[0] < -rounding[0]:
                 return CONFIRMED, f"node {scene.ids[row]} is prescribed to a gap of {gap[0]:.2g}"
@@ -396,7 +397,11 @@ def as_stored(scene, increment, solution, step, time):
     index = np.array([i for i, *_ in increment.points], dtype=int)
     for number, pair in enumerate(scene.pairs):
         at = np.flatnonzero(index == number)
-        rows, force, frame = scene.side_rows(pair.part, pair.side), solution.forces[number], frames[at]
+        rows, force, frame = (
+            scene.side_rows(pair.part, pair.side),
+            solution.forces[number],
+            frames[at],
+        )
         np.add.at(pressed, rows, force)
         pressed -= increment.partner[at].T @ force
         slip = np.einsum("pki,pi->pk", frame, relative[at])[:, 1:]

@@ -206,9 +206,7 @@ class Increment:
             for k in range(3):
                 b[3 * p + k, 3 * row : 3 * row + 3] += frames[p, k]
                 for other in others:
-                    b[3 * p + k, 3 * other : 3 * other + 3] -= (
-                        self.partner[p, other] * frames[p, k]
-                    )
+                    b[3 * p + k, 3 * other : 3 * other + 3] -= self.partner[p, other] * frames[p, k]
             reach = np.linalg.norm(frames[p] * movable, axis=1) > 1e-9
             if not reach[0]:
                 counts[p] = False

@@ -148,7 +148,6 @@ class Ties:
                 doubt += tie.doubt * np.abs(taken).sum()
         return force, doubt
 
-
     def spread(self, rounding):
         """Rounding (N,) of forces, with what masters get from the nodes that are tied to them."""
         rounding = rounding.copy()
