@@ -26,6 +26,10 @@ module certificate_mod
   real(wp), parameter :: held = 16.0_wp*epsilon(1.0_wp)    !! what is prescribed is kept to this [-]
   real(wp), parameter :: last_bits = 1.0_wp/8.0_wp
   !! of the rounding of forces: what the last bits of displacements are worth [-]
+  real(wp), parameter :: let_go = 1.0e-3_wp
+  !! of the reactions before an increment: forces at its end are measured by no less [-]
+  real(wp), parameter :: nothing = 1.0e-8_wp
+  !! of the largest rounding of a force: forces are measured by no less [-]
 
   !> The forces of an increment, and what its supports ask for; all (3,n_nodes) in x, y, z.
   type :: increment_forces_t
@@ -43,9 +47,9 @@ contains
 
   !> Judge an increment.
   !>
-  !> Scales: F the largest nodal force (reactions, supports, loads, internal), U the largest
-  !> displacement increment, deformation of a body, or way that contact forces alone would move
-  !> their node. 0/0 = 0.
+  !> Scales: F the largest nodal force (reactions, supports, loads, internal, a thousandth of the
+  !> reactions before the increment), U the largest displacement increment, deformation of a body,
+  !> or way that contact forces alone would move their node. 0/0 = 0.
   !>
   !> What depends on others by constraints is in equilibrium where its masters are: the forces on it
   !> act on them. Its supports, if any, come before its constraint.
@@ -61,7 +65,7 @@ contains
     type(turned_slips_t), intent(in), optional :: turned !! take the place of those of `contact`
     type(certificate_t) :: certificate
     real(wp) :: f, u, way, x(3, points%n), reaction(3, points%n), scale(0:mesh%n_bodies)
-    real(wp), dimension(3, mesh%n_nodes) :: pressed, residual, support
+    real(wp), dimension(3, mesh%n_nodes) :: pressed, pressed_before, residual, support
     real(wp) :: rounding(mesh%n_nodes)
     logical :: is_mesh(mesh%n_nodes), at_rest(0:mesh%n_bodies)
     integer :: i, k
@@ -71,11 +75,14 @@ contains
       are_finite(contact%slip_increment) .and. are_finite(forces%internal) .and. &
       are_finite(forces%external))) return
     pressed = 0.0_wp
+    pressed_before = 0.0_wp
     do i = 1, points%n
       pressed(:, points%node(i)) = pressed(:, points%node(i)) + new%reaction(:, i)
+      pressed_before(:, points%node(i)) = pressed_before(:, points%node(i)) + old%reaction(:, i)
       do k = contact%weights%first(i), contact%weights%first(i + 1) - 1
         associate (node => contact%weights%node(k), weight => contact%weights%weight(k))
           pressed(:, node) = pressed(:, node) - weight*new%reaction(:, i)
+          pressed_before(:, node) = pressed_before(:, node) - weight*old%reaction(:, i)
         end associate
       end do
     end do
@@ -87,22 +94,27 @@ contains
     ! Of an obstacle's reference node the forces are resultants, not those of a node. Reactions of
     ! several obstacles on one node may be any size and cancel: what counts is their sum.
     is_mesh = mesh%body > 0
-    f = max(largest(pressed, is_mesh), largest(support, is_mesh), largest(forces%external, &
-      is_mesh), &
-      largest(forces%internal))
+    ! What contact lets go of counts, too: the forces that are left are as good as those were large.
+    pressed_before = let_go*pressed_before
+    f = max(largest(pressed, is_mesh), largest(pressed_before, is_mesh), largest(support, &
+      is_mesh), largest(forces%external, is_mesh), largest(forces%internal))
     if (f <= 0.0_wp) f = largest(forces%external)
     u = max(largest(new%displacement - old%displacement), largest_spread(mesh, new%displacement), &
       largest_alone(pressed, forces%stiffness))
 
     x(1, :) = contact%gap
-    ! Where nothing moves by more than places are rounded, neither does a gap.
-    if (u <= forces%rounding_of_gaps) then
-      where (x(1, :) < 0.0_wp) x(1, :) = min(0.0_wp, x(1, :) + forces%rounding_of_gaps)
-    end if
     x(2:, :) = contact%slip_increment
     if (present(turned)) then
       where (spread(turned%is_turned, 1, 2)) x(2:, :) = turned%slip
     end if
+    ! Where nothing moves by more than places are rounded gaps and slips are no better known.
+    do i = 1, points%n
+      associate (rounding_here => forces%rounding_of_gaps*spread_of_row(contact, i))
+        if (u > rounding_here) cycle
+        x(1, i) = sign(max(0.0_wp, abs(x(1, i)) - rounding_here), x(1, i))
+        if (norm2(x(2:, i)) <= rounding_here) x(2:, i) = 0.0_wp
+      end associate
+    end do
     at_rest = is_at_rest(mesh, forces, pressed)
     ! Of bodies whose forces are all rounding the reactions say nothing, but where they are said to
     ! hold what slips.
@@ -117,7 +129,10 @@ contains
     certificate = judge_contact(points%mu, reaction, x, f, u, way)
     certificate%support = max(departure(mesh, new%displacement, forces), torn(mesh, &
       new%displacement, forces%constraints, forces%prescribed))
-    scale = forces_of_bodies(mesh, forces, pressed, support)
+    ! A body that was let go may be left with forces below the range of single precision.
+    f = max(f, nothing*maxval(forces%rounding))
+    scale = max(forces_of_bodies(mesh, forces, pressed, pressed_before, support), nothing* &
+      maxval(forces%rounding))
     scale(0) = f
     certificate%balance = worst_balance(mesh, acting_t(forces%external, pressed, support), &
       forces%prescribed, rounding, scale)
@@ -126,6 +141,18 @@ contains
     certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance .and. &
       certificate%support <= held
   end function certify
+
+  !> By what rounding of places grows in the gap of a point: before an obstacle by nothing, before a
+  !> surface by what its weights add up to, and by the integrals that they are made of.
+  pure real(wp) function spread_of_row(contact, i) result(factor)
+    type(contact_fields_t), intent(in) :: contact
+    integer, intent(in) :: i !! point
+
+    factor = 1.0_wp
+    associate (first => contact%weights%first(i), last => contact%weights%first(i + 1) - 1)
+      if (last > first) factor = 4.0_wp*(1.0_wp + sum(abs(contact%weights%weight(first:last))))
+    end associate
+  end function spread_of_row
 
   !> How far displacements are from what is prescribed, beside that and the size of the mesh.
   !> docs/theory.md (6.1).
@@ -151,23 +178,25 @@ contains
 
   !> The largest nodal force of each body: beside a body that is loaded more, errors of another
   !> would not be seen.
-  pure function forces_of_bodies(mesh, forces, pressed, support) result(f)
+  pure function forces_of_bodies(mesh, forces, pressed, pressed_before, support) result(f)
     type(mesh_t), intent(in) :: mesh
     type(increment_forces_t), intent(in) :: forces
-    real(wp), intent(in) :: pressed(:, :), support(:, :) !! (3,n_nodes) [force]
+    real(wp), intent(in) :: pressed(:, :), pressed_before(:, :), support(:, :)
+    !! (3,n_nodes) [force]
     real(wp) :: f(0:mesh%n_bodies)                       !! 0: of nodes without a body [force]
     integer :: node
 
     f = 0.0_wp
     do node = 1, mesh%n_nodes
       associate (of_body => f(mesh%body(node)))
-        of_body = max(of_body, norm2(pressed(:, node)), norm2(support(:, node)), &
-          norm2(forces%external(:, node)), norm2(forces%internal(:, node)))
+        of_body = max(of_body, norm2(pressed(:, node)), norm2(pressed_before(:, node)), &
+          norm2(support(:, node)), norm2(forces%external(:, node)), norm2(forces%internal(:, node)))
       end associate
     end do
   end function forces_of_bodies
 
-  !> Whether nothing acts on a body, and it has moved as a whole: all its forces are rounding.
+  !> Whether nothing acts on a body, and it has moved as a whole: all its forces are rounding, of
+  !> displacements or, where it touches something, of places.
   pure function is_at_rest(mesh, forces, pressed) result(at_rest)
     type(mesh_t), intent(in) :: mesh
     type(increment_forces_t), intent(in) :: forces
@@ -179,7 +208,8 @@ contains
     at_rest(0) = .false.
     do node = 1, mesh%n_nodes
       if (any(abs(forces%external(:, node)) > 0.0_wp) .or. max(norm2(forces%internal(:, node)), &
-        norm2(pressed(:, node))) > forces%rounding(node)) at_rest(mesh%body(node)) = .false.
+        norm2(pressed(:, node))) > forces%rounding(node) + forces%stiffness(node)* &
+        forces%rounding_of_gaps) at_rest(mesh%body(node)) = .false.
     end do
   end function is_at_rest
 

@@ -5,7 +5,7 @@
 module symmetry_planes_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t, master_nodes
+  use contact_points_mod, only: contact_points_t
   implicit none
   private
 
@@ -15,7 +15,7 @@ module symmetry_planes_mod
 
 contains
 
-  !> Mark the points that lie on planes of symmetry.
+  !> Mark the points that lie on planes of symmetry, whether or not they can reach their masters.
   pure subroutine find_symmetry_planes(scene, points)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points !! gets across
@@ -32,7 +32,7 @@ contains
         if (scene%pairs(pair)%master > 0) cycle
         do axis = 1, 3
           associate (nodes => [scene%surfaces(scene%pairs(pair)%surface)%nodes, &
-                               master_nodes(points, pair)])
+                               scene%surfaces(scene%pairs(pair)%master_surface)%nodes])
             side = [minval(x(axis, nodes)), maxval(x(axis, nodes))]
           end associate
           do k = 1, 2
@@ -58,7 +58,7 @@ contains
 
       is_symmetric = .false.
       associate (slaves => scene%surfaces(scene%pairs(pair)%surface)%nodes, mesh => scene%mesh, &
-                 masters => master_nodes(points, pair))
+                 masters => scene%surfaces(scene%pairs(pair)%master_surface)%nodes)
         if (all(held(axis, slaves))) return
         bodies = 0
         bodies(mesh%body(slaves)) = 1

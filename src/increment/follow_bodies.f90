@@ -51,8 +51,11 @@ contains
     follow%memory = new_anderson(3*size(follow%node), depth)
   end function begin_following
 
-  !> How far the nodes are from where they were placed, beside how far they went; what places are
-  !> rounded by is no way.
+  !> How far the nodes are from where they were placed, beside how far they went or the largest
+  !> deformation of a body; what places are rounded by is no way. docs/theory.md (11.8).
+  !>
+  !> Reactions are as good as the forces are large: in an increment in which next to nothing changes
+  !> they move nodes by a share of the deformation, not of the change.
   pure real(wp) function has_moved(mesh, follow, old, placed_at, u) result(moved)
     type(mesh_t), intent(in) :: mesh
     type(follow_t), intent(in) :: follow
@@ -66,9 +69,28 @@ contains
     moved = maxval(abs(u(:, follow%node) - placed_at(:, follow%node))) - 16.0_wp*epsilon(1.0_wp)* &
       maxval(abs(mesh%coordinates) + abs(u))
     moved = max(0.0_wp, moved)
-    way = max(maxval(abs(u - old)), 1.0e-9_wp*maxval(abs(u)))
+    way = max(maxval(abs(u - old)), largest_deformation(mesh, u), 1.0e-9_wp*maxval(abs(u)))
     if (way > 0.0_wp) moved = moved/way
   end function has_moved
+
+  !> The largest difference of displacements in a body, along an axis.
+  pure real(wp) function largest_deformation(mesh, u) result(largest)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) [length]
+    real(wp) :: low(3, mesh%n_bodies), high(3, mesh%n_bodies) !! [length]
+    integer :: node
+
+    low = huge(1.0_wp)
+    high = -huge(1.0_wp)
+    do node = 1, mesh%n_nodes
+      if (mesh%body(node) == 0) cycle
+      associate (l => low(:, mesh%body(node)), h => high(:, mesh%body(node)))
+        l = min(l, u(:, node))
+        h = max(h, u(:, node))
+      end associate
+    end do
+    largest = maxval(max(0.0_wp, high - low))
+  end function largest_deformation
 
   !> Where to place the points next: where the displacement is, but the nodes of surfaces where
   !> the displacements so far lead to.

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -17,9 +18,12 @@ from program import PROGRAM, SOURCE
 
 sys.path.insert(0, str(SOURCE / "tests" / "judge"))
 
+from body_scenes import random_bodies
 from bricks import Bricks
 from laws import Judge, Stored
 from load_path import LoadPath, kinks_of
+from mortar import place_surface
+from obstacles import chords, rotation
 from random_scenes import Builder, random_scene
 from refusals import (
     CONFIRMED,
@@ -27,9 +31,10 @@ from refusals import (
     confirm,
     judge_solution,
     missed_depth,
+    pieces_come_apart,
     unbalanced_share,
 )
-from scenes import Boundary, Force, Gravity, Pressure, Step, deck_of
+from scenes import Boundary, Force, Gravity, Pressure, Step, Tie, deck_of, write_deck
 from slow_solver import Increment, Solution
 
 RELEASE = os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release"
@@ -489,7 +494,389 @@ class Tampered(unittest.TestCase):
             plane.point = plane.point - np.array([0, 0, 1e-6])
 
 
+def two_cubes(friction=0.3, gap=0.0, **options):
+    """A cube of 2x2x2 bricks on one of 3x3x3 that it overhangs, pressed down: (builder, step)."""
+    b = Builder(0, np.random.default_rng(1))
+    soft, hard = b.material(1000.0, 0.3), b.material(3000.0, 0.25)
+    below = b.part((0, 0, 0), (1, 1, 1), (3, 3, 3), soft, "C3D8", False)
+    above = b.part((0.3, 0.1, 1 + gap), (1, 1, 1), (2, 2, 2), hard, "C3D8", True, False)
+    b.touch((above, "ZMIN"), (below, "ZMAX"), friction, **options)
+    step = add_step(b)
+    b.hold(step, below, "ZMIN", (0, 1, 2))
+    b.hold(step, above, "ZMAX", (0, 1))
+    b.hold(step, above, "ZMAX", (2,), -0.01)
+    return b, step
+
+
+class Mortar(unittest.TestCase):
+    """Weights, normals and gaps of nodes before surfaces, by hand."""
+
+    SQUARE = np.array([(0, 0, 0), (0, 1, 0), (1, 1, 0), (1, 0, 0)], dtype=float)  # faces down
+
+    def test_overlap_of_two_squares(self):
+        # A unit square over the left half of another: (11.1) there is that of half a face.
+        below = np.array([(-0.5, 0, -0.1), (0.5, 0, -0.1), (0.5, 1, -0.1), (-0.5, 1, -0.1)])
+        placed = place_surface([(0, 1, 2, 3)], self.SQUARE, [(0, 1, 2, 3)], below)
+        # int over 0 < x < 1/2 of (1-x)(1-y) and of x(1-y).
+        np.testing.assert_allclose(placed.covered, [3 / 16, 3 / 16, 1 / 16, 1 / 16], atol=1e-15)
+        np.testing.assert_allclose(placed.area, 0.25, atol=1e-15)
+        np.testing.assert_allclose(placed.weights.sum(axis=1), 1, atol=1e-13)
+        np.testing.assert_allclose(placed.weights @ below, self.SQUARE - (0, 0, 0.1), atol=1e-13)
+        np.testing.assert_allclose(placed.gap, 0.1, atol=1e-14)
+        np.testing.assert_allclose(placed.normal, np.tile((0, 0, 1.0), (4, 1)), atol=1e-15)
+
+    def test_weights_reproduce_a_flat_master_of_any_faces(self):
+        rng = np.random.default_rng(7)
+        for _ in range(20):
+            slave = self.SQUARE + 0.2 * rng.uniform(-1, 1, (4, 3)) * (1, 1, 0)
+            master = 1.5 * self.SQUARE[::-1] + 0.3 * rng.uniform(-1, 1, (4, 3)) * (1, 1, 0)
+            halves = [(0, 1, 2), (0, 2, 3)] if rng.random() < 0.5 else [(0, 1, 2, 3)]
+            placed = place_surface([(0, 1, 2, 3)], slave, halves, master)
+            on = placed.covered > 1e-3 * placed.area
+            np.testing.assert_allclose((placed.weights @ master)[on], slave[on], atol=1e-10)
+
+    def test_normals_are_means_over_what_covers(self):
+        # A roof of two slopes, its ridge under a quarter of the slave: N_a of each part, by hand.
+        roof = np.array([(-1, -1, -1.25), (0.25, -1, 0), (0.25, 2, 0), (-1, 2, -1.25),
+                         (2, -1, 0), (2, 2, 0)], dtype=float)  # fmt: skip
+        faces = [(0, 1, 2, 3), (1, 4, 5, 2)]
+        placed = place_surface([(0, 1, 2, 3)], self.SQUARE, faces, roof)
+        slope = np.array([-1, 0, 1]) / np.sqrt(2)
+        for node, share in ((0, 7 / 32), (3, 1 / 32)):  # int_0^1/4 of 1-x, of x
+            n = share * slope + (0.5 - share) * np.array([0, 0, 1])
+            with self.subTest(node=node):
+                np.testing.assert_allclose(placed.normal[node], n / np.linalg.norm(n), atol=1e-13)
+
+    def test_what_is_turned_away_or_beside_covers_nothing(self):
+        towards = self.SQUARE[::-1].copy()
+        for master in (self.SQUARE - (0, 0, 0.1), np.add(towards, (1.5, 0, -0.1))):
+            placed = place_surface([(0, 1, 2, 3)], self.SQUARE, [(0, 1, 2, 3)], master)
+            self.assertEqual(placed.covered.max(), 0.0)
+
+
+class Turns(unittest.TestCase):
+    """Obstacles that turn, by hand."""
+
+    def test_rotation_is_rodrigues(self):
+        axis, angle = np.array([1.0, 2.0, -2.0]) / 3, 2.5
+        k = np.array([[0, 2, 2], [-2, 0, -1], [-2, 1, 0]]) / 3
+        want = np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
+        np.testing.assert_allclose(rotation(angle * axis).astype(float), want, atol=1e-15)
+
+    def test_a_point_that_stays_slips_along_the_chord(self):
+        # At the arm 2 about z: the material goes +y, the point slips back by 2 r sin(phi/2).
+        place, still = np.array([[2.0, 0, 0]]), np.zeros((1, 3))
+        for phi in (0.01, 0.5):
+            slip = chords(place, still, still, np.zeros(3), np.zeros(3), np.array([0, 0, phi]))
+            np.testing.assert_allclose(slip, [[0, -4 * np.sin(phi / 2), 0]], atol=1e-15)
+
+    def test_what_goes_along_does_not_slip(self):
+        place, old, new = np.array([[2.0, 1, 0]]), np.array([0, 0, 0.3]), np.array([0, 0, 0.8])
+        hub = np.array([0.5, 0.5, 0.0])
+
+        def gone(vector):
+            return (hub + (place - hub) @ rotation(vector).T - place).astype(float)
+
+        slip = chords(place, gone(old), gone(new), hub, old, new)
+        np.testing.assert_allclose(slip, 0, atol=1e-15)
+
+
+class SolverOfBodies(unittest.TestCase):
+    """The judge's own solver before surfaces, and the judge on what it finds."""
+
+    def one(self, b):
+        """(solution, findings, increment) of the only increment of a scene."""
+        scene = b.finish("by hand")
+        path = LoadPath(scene)
+        nothing = np.zeros_like(scene.points)
+        path.begin(0, np.zeros((len(nothing), 6)))
+        increment = Increment(scene, nothing, path.supports(1.0), path.loads(1.0))
+        found = increment.solve(1e-8)
+        return found, judge_solution(scene, path, increment, found, 0, 1.0, 0.0), increment
+
+    def test_two_cubes(self):
+        for options in ({}, {"small": True}, {"gap": 0.004}):
+            b, _ = two_cubes(**options)
+            found, findings, _ = self.one(b)
+            with self.subTest(**options):
+                self.assertEqual(findings, [])
+                self.assertGreater(found.forces[0][:, 2].sum(), 1.0)
+
+    def test_a_tie_carries_a_uniform_stress(self):
+        b = Builder(0, np.random.default_rng(1))
+        material = b.material(1000.0, 0.0)
+        below = b.part((0, 0, 0), (1, 1, 1), (2, 2, 2), material, "C3D8", False)
+        above = b.part((0, 0, 1), (1, 1, 1), (3, 3, 3), material, "C3D8", False)
+        b.scene.ties.append(Tie((above, "ZMIN"), (below, "ZMAX")))
+        step = add_step(b)
+        b.hold(step, below, "ZMIN", (0, 1, 2))
+        b.hold(step, above, "ZMAX", (0, 1, 2))
+        b.hold(step, above, "ZMAX", (2,), -0.02)
+        found, findings, _ = self.one(b)
+        self.assertEqual(findings, [])
+        z = b.scene.points[:, 2]
+        np.testing.assert_allclose(found.u[:, 2], -0.01 * z, atol=1e-14)
+
+    def test_a_tie_on_a_line_is_a_hinge(self):
+        for overlap, loose in ((0.001, True), (0.6, False)):
+            b = Builder(0, np.random.default_rng(1))
+            material = b.material(1000.0, 0.0)
+            below = b.part((0, 0, 0), (1, 1, 1), (1, 2, 1), material, "C3D8", False)
+            above = b.part((1 - overlap, 0, 1), (1, 1, 1), (1, 3, 1), material, "C3D8", False)
+            b.scene.ties.append(Tie((above, "ZMIN"), (below, "ZMAX")))
+            add_step(b)
+            scene = b.finish("hinge")
+            count = pieces_come_apart(scene, np.zeros(scene.points.shape, dtype=bool))
+            with self.subTest(overlap=overlap):
+                self.assertEqual(count > 0, loose)
+
+
+class TamperedBodies(unittest.TestCase):
+    """Right results of bodies before bodies; with one number changed they are wrong."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = Path(tempfile.mkdtemp(prefix="judge-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+        cls.scenes = {}
+        b, _ = two_cubes()
+        later = add_step(b, increments=2)
+        b.hold(later, 1, "ZMAX", (0,), 0.02)
+        cls.scenes["blocks"] = b.finish("blocks")
+        cls.scenes["tied"] = cls.tied()
+        cls.scenes["tool"] = cls.tool()
+        cls.results = {}
+        for name, scene in cls.scenes.items():
+            deck = cls.folder / f"{name}.inp"
+            write_deck(scene, deck)
+            done = subprocess.run([PROGRAM, deck.name], cwd=cls.folder, capture_output=True,
+                                  text=True, check=False)  # fmt: skip
+            assert done.returncode == 0, done.stderr
+            cls.results[name] = deck.with_suffix(".vtkhdf")
+
+    @staticmethod
+    def tied():
+        """Two blocks that are tied, sheared before a plane."""
+        b = Builder(0, np.random.default_rng(1))
+        soft, hard = b.material(1000.0, 0.3), b.material(3000.0, 0.25)
+        below = b.part((0, 0, 0), (1, 1, 1), (3, 3, 2), soft, "C3D8", False)
+        above = b.part((0.2, 0.1, 1.001), (0.7, 0.7, 1), (2, 2, 2), hard, "C3D8", True, False)
+        b.scene.ties.append(Tie((above, "ZMIN"), (below, "ZMAX")))
+        plane_below(b, below, 0.3)
+        step = add_step(b)
+        b.hold(step, above, "ZMAX", (0, 1))
+        b.hold(step, above, "ZMAX", (2,), -0.01)
+        b.hold(step, above, "ZMAX", (0,), 0.01)
+        return b.finish("tied")
+
+    @staticmethod
+    def tool():
+        """A plate of facets that is pressed down, then turned."""
+        b = Builder(0, np.random.default_rng(1))
+        part = b.part((0, 0, 0), (1, 1, 0.5), (3, 3, 2), b.material(1000.0, 0.3), "C3D8", False)
+        corners = [(-0.1, -0.1, 0.5), (1.2, -0.1, 0.5), (1.2, 1.2, 0.5), (-0.1, 1.2, 0.5)]
+        tool = b.facets("FACETS", corners, [(2, 1, 0), (3, 2, 0)], (0.4, 0.5, 1.0))
+        at = b.scene.obstacles[tool].reference
+        b.pair(part, "ZMAX", tool, 0.3)
+        first, second = add_step(b), add_step(b, increments=2)
+        b.hold(first, part, "ZMIN", (0, 1, 2))
+        first.boundaries += [Boundary([at], i, 0.0) for i in range(2)]
+        first.boundaries.append(Boundary([at], 2, -0.005))
+        second.boundaries.append(Boundary([at], 5, 0.2))
+        return b.finish("tool")
+
+    def findings(self, name, change=None):
+        """Kinds of findings after `change(file)`."""
+        path = self.folder / "changed.vtkhdf"
+        shutil.copy(self.results[name], path)
+        if change:
+            with h5py.File(path, "r+") as file:
+                change(file)
+        scene = self.scenes[name]
+        return {f.kind for f in Judge(scene, Stored(scene, path), True).judge()}
+
+    def changed(self, name, dataset, row, change):
+        """Kinds of findings after `change(values)` of a row of a dataset; fields by increments."""
+
+        def apply(file):
+            values = file[dataset][:]
+            shape = values.shape
+            if dataset.startswith("VTKHDF"):
+                values = values.reshape(-1, int(file["VTKHDF/NumberOfPoints"][0]), *shape[1:])
+            change(values[row])
+            file[dataset][...] = values.reshape(shape)
+
+        return self.findings(name, apply)
+
+    def test_the_results_are_right(self):
+        for name in self.scenes:
+            with self.subTest(name=name):
+                self.assertEqual(self.findings(name), set())
+
+    def test_numbers_of_a_pair_changed_by_a_hundred_thousandth(self):
+        def grow(values):
+            at = np.unravel_index(np.argmax(np.abs(np.where(values < 1e29, values, 0))),
+                                  values.shape)  # fmt: skip
+            values[at] += 1e-5 * max(abs(values[at]), 0.01)
+
+        for dataset, kind in (
+            ("reaction", "contact force of a node wrong by"),
+            ("gap", "weighted gap wrong by"),
+            ("slip_increment", "slip wrong by"),
+            ("covered_area", "covered area wrong by"),
+            ("moment", "moment wrong by"),
+            ("resultant", "resultant wrong by"),
+        ):
+            with self.subTest(dataset=dataset):
+                found = self.changed("blocks", f"contact/B1-ZMIN:B0-ZMAX/{dataset}", 1, grow)
+                self.assertIn(kind, found)
+
+    def test_a_normal_that_leans(self):
+        def lean(values):
+            turn = rotation((1e-5, 0, 0)).astype(float)
+            values[...] = values @ turn.T
+
+        found = self.changed("blocks", "contact/B1-ZMIN:B0-ZMAX/frame", 1, lean)
+        self.assertIn("normal wrong by", found)
+
+    def test_points_that_gape_or_overlap_more_than_is_told(self):
+        for shift, kind in ((0.1, "least gap too large by"), (-0.1, "least gap too small by")):
+
+            def change(values, shift=shift):
+                values += shift
+
+            with self.subTest(kind=kind):
+                name = "contact/B1-ZMIN:B0-ZMAX/least_gap"
+                self.assertIn(kind, self.changed("blocks", name, 1, change))
+
+    def test_a_node_that_was_let_through(self):
+        def lose(values):
+            values[np.argmin(values)] = 1e30
+
+        found = self.changed("blocks", "contact/B1-ZMIN:B0-ZMAX/gap", 1, lose)
+        self.assertTrue(
+            {"node without a place, covered by", "reaction on a node without a place"} <= found
+        )
+
+    def test_a_master_that_feels_less(self):
+        rows = self.scenes["blocks"].side_rows(0, "ZMAX")
+        ids = self.scenes["blocks"].ids[rows]
+
+        def change(file):
+            order = file["VTKHDF/PointData/node_id"][:]
+            at = np.flatnonzero(np.isin(order, ids)) + len(order)  # of increment 2
+            force = file["VTKHDF/PointData/contact_force"][:]
+            force[at] *= 1 - 1e-5
+            file["VTKHDF/PointData/contact_force"][...] = force
+
+        found = self.findings("blocks", change)
+        self.assertTrue({"action is not reaction, by", "body out of balance by"} <= found, found)
+
+    def test_a_body_that_went_on_alone(self):
+        # The upper body as a whole: its strains do not change, its supports do.
+        ids = self.scenes["blocks"].ids[list(self.scenes["blocks"].parts[1].rows)]
+        for shift, kind in (
+            ((0, 0, -1e-6), "weighted gap wrong by"),
+            ((1e-6, 0, 0), "slip wrong by"),
+        ):
+
+            def change(file, shift=shift):
+                order = file["VTKHDF/PointData/node_id"][:]
+                at = np.flatnonzero(np.isin(order, ids)) + len(order)
+                u = file["VTKHDF/PointData/displacement"][:]
+                u[at] += shift
+                file["VTKHDF/PointData/displacement"][...] = u
+
+            with self.subTest(shift=shift):
+                self.assertIn(kind, self.findings("blocks", change))
+
+    def test_reactions_that_break_the_law(self):
+        def turn(values):
+            values[:, 1:] *= -1
+
+        def stronger(values):
+            values[:, 1:] *= 1.01
+
+        name = "contact/B1-ZMIN:B0-ZMAX/reaction"
+        self.assertIn("friction law", self.changed("blocks", name, 2, turn))
+        self.assertIn("cone", self.changed("blocks", name, 2, stronger))
+
+    def test_weights_of_other_places(self):
+        # The lower body beside where it was: a gap does not show it, the forces on its nodes do.
+        scene = self.scenes["blocks"]
+        moved = scene.points.copy()
+        moved[list(scene.parts[0].rows)] += (1e-4, 0, 0)
+        other = replace(scene, points=moved)
+        judge = Judge(other, Stored(other, self.results["blocks"]), True)
+        judge.walk()
+        self.assertIn("contact force of a node wrong by", {f.kind for f in judge.findings})
+
+    def test_tied_nodes_that_part(self):
+        scene = self.scenes["tied"]
+        ids = scene.ids[scene.side_rows(1, "ZMIN")][:1]
+
+        def change(file):
+            order = file["VTKHDF/PointData/node_id"][:]
+            u = file["VTKHDF/PointData/displacement"][:]
+            u[np.flatnonzero(np.isin(order, ids))] += 1e-10
+            file["VTKHDF/PointData/displacement"][...] = u
+
+        self.assertIn("tied surfaces part by", self.findings("tied", change))
+
+    def test_tied_bodies_that_do_not_balance(self):
+        def less(values):
+            values[values[:, 2] < -0.1] *= 1 - 1e-5
+
+        found = self.changed("tied", "VTKHDF/PointData/reaction_force", 0, less)
+        self.assertTrue({"support force wrong by", "body out of balance by"} <= found, found)
+
+    def test_slave_nodes_that_were_not_moved_onto_the_master(self):
+        scene = self.scenes["tied"]
+        ids = scene.ids[scene.side_rows(1, "ZMIN")]
+
+        def change(file):
+            points = file["VTKHDF/Points"][:]
+            points[np.isin(file["VTKHDF/PointData/node_id"][:], ids), 2] += 1e-5
+            file["VTKHDF/Points"][...] = points
+
+        self.assertIn("coordinates", self.findings("tied", change))
+
+    def test_a_tool_that_turned_less(self):
+        def less(values):
+            values *= 1 - 1e-6
+
+        found = self.changed("tool", "VTKHDF/PointData/rotation", 2, less)
+        self.assertIn("prescribed displacement off by", found)
+
+    def test_torque_and_slip_of_a_tool(self):
+        def more(values):
+            values *= 1 + 1e-6
+
+        for dataset, kind in (("torque", "torque wrong by"), ("slip_increment", "slip wrong by")):
+            with self.subTest(dataset=dataset):
+                found = self.changed("tool", f"contact/B0-ZMAX:O0/{dataset}", 2, more)
+                self.assertIn(kind, found)
+        found = self.changed("tool", "VTKHDF/PointData/reaction_moment", 2, more)
+        self.assertIn("moment of a support wrong by", found)
+
+
 class Decks(unittest.TestCase):
+    def test_seeds_of_bodies_are_reproducible_and_varied(self):
+        self.assertEqual(deck_of(random_bodies(11)), deck_of(random_bodies(11)))
+        scenes = [random_bodies(seed) for seed in range(200)]
+        self.assertGreaterEqual(len({s.kind for s in scenes}), 10)
+        self.assertEqual({o.kind for s in scenes for o in s.obstacles},
+                         {"PLANE", "SPHERE", "CYLINDER", "FACETS", "STL"})  # fmt: skip
+        pairs = [p for s in scenes for p in s.pairs]
+        self.assertTrue(any(p.adjust is not None for p in pairs))
+        self.assertTrue(any(p.small for p in pairs) and any(s.gaps for s in scenes))
+        roles = [({p.part for p in s.pairs}, {p.master[0] for p in s.pairs if p.master})
+                 for s in scenes]  # fmt: skip
+        self.assertTrue(any(slaves & masters for slaves, masters in roles))
+        self.assertTrue(any(s.ties and s.pairs for s in scenes))
+        turns = [b for s in scenes for t in s.steps for b in t.boundaries if b.dof > 2]
+        self.assertGreater(len(turns), 20)
+
     def test_seeds_are_reproducible_and_varied(self):
         self.assertEqual(deck_of(random_scene(11)), deck_of(random_scene(11)))
         scenes = [random_scene(seed) for seed in range(200)]
@@ -509,9 +896,21 @@ class Decks(unittest.TestCase):
         # that tips over an edge.
         seeds = (10252, 10335, 10404, 20001, 20040, 20079, 20148, 20166, 30008, 30101, 30179,
                  60066, 60316, 70471, 71215)  # fmt: skip
+        self.judge("one", "--only", *map(str, seeds))
+
+    @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
+    def test_bodies_that_once_failed(self):
+        # 20, 51, 83: increments in which nothing changes. 36, 563: without load. 77: a body that was
+        # let go, in single precision. 128: a first touch with forces of rounding. 197: a plane of
+        # symmetry that the plan did not see in reach. 982, 1020: bodies that rest, beside others.
+        seeds = (20, 36, 51, 77, 83, 128, 197, 563, 982, 1020)
+        self.judge("bodies", "--only", *map(str, seeds))
+
+    def judge(self, family, *options):
+        """Run the judge on decks that must all be right, or rightly refused."""
         done = subprocess.run(
             [sys.executable, "-B", str(SOURCE / "tests" / "judge" / "judge.py"),
-             "--bipot", PROGRAM, "--only", *map(str, seeds)],
+             "--bipot", PROGRAM, "--family", family, *options],
             capture_output=True, text=True, check=False,
         )  # fmt: skip
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -519,12 +918,11 @@ class Decks(unittest.TestCase):
     def test_random_decks(self):
         # The same in both builds would take minutes with the checks at run time.
         decks, seed = ("200", "1") if RELEASE else ("40", "1001")
-        done = subprocess.run(
-            [sys.executable, "-B", str(SOURCE / "tests" / "judge" / "judge.py"),
-             "--bipot", PROGRAM, "--decks", decks, "--seed", seed],
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.judge("one", "--decks", decks, "--seed", seed)
+
+    def test_random_decks_of_bodies(self):
+        decks, seed = ("40", "1") if RELEASE else ("8", "1001")
+        self.judge("bodies", "--decks", decks, "--seed", seed)
 
 
 if __name__ == "__main__":

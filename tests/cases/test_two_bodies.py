@@ -340,6 +340,23 @@ class Symmetry(unittest.TestCase):
             self.assertLess(abs(force[0] / force[1] - 1), 1e-8)
             self.assertLess(np.abs(moved[0] - moved[1]).max(), 1e-9)
 
+    def test_planes_do_not_depend_on_what_the_plan_takes_to_be_in_reach(self):
+        # The bodies overlap by more than they move: the plan sees no contact, and is revised.
+        text = deck(
+            block("LOW", 2, (0, 0, -1), (1, 1, 1), young=10.0),
+            block("UP", 3, (0, 0, -0.02), (0.7, 1, 1)),
+            pair("UP-ZMIN, LOW-ZMAX", 0.3),
+            step("UP-ZMAX, 3, 3, -0.002"),
+            held="UP-ZMAX, 1, 2\nLOW-ZMIN, 1, 3\nUP-XMIN, 1\nLOW-XMIN, 1",
+        )
+        result = solved(self, text)
+        self.assertIn("had thought out of reach", result.output)
+        frame = of_pair(result, "UP-ZMIN:LOW-ZMAX", "frame")[-1]
+        places = of_pair(result, "UP-ZMIN:LOW-ZMAX", "coordinates")
+        on = places[:, 0] == 0
+        self.assertEqual(np.abs(frame[on, 0, 0]).max(), 0.0)
+        self.assertGreater(np.abs(frame[~on, 0, 0]).max(), 1e-4)
+
 
 class GapsAndAdjust(unittest.TestCase):
     def blocks(self, height, extra="", options="", depth=0.02, mu=0.3):
@@ -388,6 +405,59 @@ class GapsAndAdjust(unittest.TestCase):
         text = self.blocks(3.3, depth=3.32, mu=0.0).replace("0.5, 1.", "1., 1.")
         found = of_pair(solved(self, text), "UP-ZMIN:LOW-ZMAX", "resultant")[-1, 2]
         self.assertLess(abs(found / self.force(0.0, depth=0.02, mu=0.0)[-1] - 1), 1e-8)
+
+
+class Idle(unittest.TestCase):
+    """Increments in which nothing changes, or contact lets go of all that it held."""
+
+    def blocks(self, *steps, mu=0.3, cards=()):
+        """The resultant of every increment, and the displacements of the last, of two blocks."""
+        text = deck(
+            block("LOW", (3, 3, 2), (0, 0, 0), (1, 1, 1)),
+            block("UP", (2, 2, 2), (-0.1, -0.2, 1), (1, 1, 1)),
+            pair("UP-ZMIN, LOW-ZMAX", mu),
+            *cards,
+            *steps,
+            held="LOW-ZMIN, 1, 3\nUP-ZMAX, 1, 2",
+            tolerance=1e-8,
+        )
+        result = solved(self, text)
+        resultant = of_pair(result, "UP-ZMIN:LOW-ZMAX", "resultant")
+        return resultant, result.field("displacement", -1)
+
+    def test_a_step_in_which_nothing_changes(self):
+        press = step("UP-ZMAX, 3, 3, -0.01")
+        hold = "*STEP\n*STATIC, DIRECT\n0.5, 1.\n*END STEP\n"
+        for mu in (0.0, 0.3, 1.6):
+            resultant, _ = self.blocks(press, hold, mu=mu)
+            largest = np.abs(resultant[0]).max()
+            np.testing.assert_allclose(resultant, resultant[[0, 0, 0]], atol=1e-7 * largest)
+
+    def test_a_load_that_begins_later(self):
+        late = "*AMPLITUDE, NAME=LATE\n0.5, 0., 1., 1.\n"
+        push = step("UP-ZMAX, 3, 3, -0.01", 4).replace("*BOUNDARY", "*BOUNDARY, AMPLITUDE=LATE")
+        resultant, _ = self.blocks(push, cards=(late,))
+        self.assertLess(np.abs(resultant[:2]).max(), 1e-12 * resultant[-1, 2])
+        self.assertGreater(resultant[-1, 2], 1.0)
+
+    def test_back_to_where_they_just_touch(self):
+        press, back = step("UP-ZMAX, 3, 3, -0.01"), step("UP-ZMAX, 3, 3, 0.", options="")
+        for mu in (0.0, 0.3, 1.6):
+            for precision in ("DOUBLE", "SINGLE"):
+                resultant, u = self.blocks(
+                    press, back, mu=mu, cards=(f"*PRECISION, FACTOR={precision}\n",)
+                )
+                self.assertLess(np.abs(resultant[1]).max(), 1e-6 * resultant[0, 2])
+                self.assertLess(np.abs(u).max(), 1e-7 * 0.01)
+
+    def test_a_body_that_was_let_go_in_single_precision(self):
+        # Iteration after iteration its forces get less, until single precision has none as small.
+        lift = step("UP-ZMAX, 3, 3, 0.01") + step("UP-ZMAX, 3, 3, 0.02", 3)
+        resultant, u = self.blocks(
+            step("UP-ZMAX, 3, 3, -0.01"), lift, cards=("*PRECISION, FACTOR=SINGLE\n",)
+        )
+        self.assertEqual(np.abs(resultant[1:]).max(), 0.0)
+        self.assertLess(np.abs(u[: 4 * 4 * 3]).max(), 1e-12)
 
 
 class Placement(unittest.TestCase):

@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
 """Run the program on random decks and judge its results by an independent finite-element program.
 
-    tests/judge/judge.py --decks 2000 --seed 1 [--keep DIR] [--jobs 2]
-    tests/judge/judge.py --only SEED
+    tests/judge/judge.py --decks 2000 --seed 1 [--family one|bodies|both] [--keep DIR] [--jobs 2]
+    tests/judge/judge.py --only SEED [--family bodies]
+
+The family `one` has a body, or several that do not touch, before planes, spheres and cylinders;
+`bodies` has bodies that touch each other or are tied, obstacles of facets and obstacles that turn.
+Of `both` the second has a quarter as many decks as the first.
 
 A deck is one of
 
     right        certified, and right by every law (laws.py)
     wrong        certified, and wrong
     confirmed    refused with exit status 2, and shown to have no solution, or none that double
-                 precision holds, by other means (refusals.py)
+                 precision holds, by other means (refusals.py); or refused as a mistake that it is
     refuted      refused, though a solution was found
     unconfirmed  refused, and neither shown to be right nor to be wrong
     broken       another exit status, a signal, no end, an unreadable result
@@ -35,10 +39,11 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is loaded
 
+from body_scenes import random_bodies
 from laws import Judge, Stored, Unreadable
 from random_scenes import random_scene
-from refusals import CONFIRMED, OPEN, REFUTED, confirm
-from scenes import deck_of
+from refusals import CONFIRMED, OPEN, REFUTED, confirm, ties_nothing
+from scenes import write_deck
 
 ROOT = Path(__file__).resolve().parents[2]
 RIGHT, WRONG, BROKEN = "right", "wrong", "broken"
@@ -50,6 +55,7 @@ PATIENCE = 20  # seconds to wait for one of the processor
 class Verdict:
     """The outcome of a deck, in words."""
 
+    family: str
     seed: int
     kind: str
     outcome: str
@@ -88,6 +94,8 @@ def judge_run(scene, deck, status, message, options):
         stored = stored_result(scene, result)
     except (OSError, KeyError, Unreadable, ValueError) as error:
         return BROKEN, f"exit status {status}, unreadable result: {error!r}"
+    if status == 1 and ties_nothing(scene, message):
+        return CONFIRMED, message.strip()[:200]
     if status not in (0, 2):
         return BROKEN, f"exit status {status}: {message.strip()[:400]}"
     if status == 0 and stored is None:
@@ -106,10 +114,14 @@ def judge_run(scene, deck, status, message, options):
     return outcome, f"{message.strip()[:300]} -- {words}"
 
 
-def judge_seed(seed, options):
-    """The Verdict on the deck of a seed."""
-    scene = random_scene(seed)
-    folder = Path(tempfile.mkdtemp(prefix=f"judge-{seed}-", dir=options.keep))
+FAMILIES = {"one": random_scene, "bodies": random_bodies}
+
+
+def judge_seed(deck, options):
+    """The Verdict on a deck (family, seed)."""
+    family, seed = deck
+    scene = FAMILIES[family](seed)
+    folder = Path(tempfile.mkdtemp(prefix=f"judge-{family}-{seed}-", dir=options.keep))
     keep = False
     try:
         outcome, words, deck = judge_scene(scene, folder, f"seed-{seed}", options)
@@ -121,7 +133,7 @@ def judge_seed(seed, options):
             if outcome == RIGHT:
                 outcome, words = CONFIRMED, f"by the deck's choice alone, AUTO is right: {first}"
         keep = outcome in FAILURES
-        return Verdict(seed, scene.kind, outcome, words, deck)
+        return Verdict(family, seed, scene.kind, outcome, words, deck)
     finally:
         if not keep:
             shutil.rmtree(folder, ignore_errors=True)
@@ -141,20 +153,34 @@ def without_choices(scene, words):
 def judge_scene(scene, folder, name, options):
     """(outcome, words, deck) of a scene that is run in a folder."""
     deck = folder / f"{name}.inp"
-    deck.write_text(deck_of(scene))
+    write_deck(scene, deck)
     status, message = run_program(options.program, deck, options.limit)
     return (*judge_run(scene, deck, status, message, options), deck)
 
 
-def judge_decks(seeds, options):
-    """Verdicts on many decks."""
+def judge_decks(decks, options):
+    """Verdicts on many decks, (family, seed) each."""
     if options.jobs == 1:
-        for seed in seeds:
-            yield judge_seed(seed, options)
+        for deck in decks:
+            yield judge_seed(deck, options)
         return
     with ProcessPoolExecutor(options.jobs) as pool:
-        for done in as_completed([pool.submit(judge_seed, seed, options) for seed in seeds]):
+        for done in as_completed([pool.submit(judge_seed, deck, options) for deck in decks]):
             yield done.result()
+
+
+def chosen_decks(options):
+    """The decks (family, seed) that the command line names."""
+    families = list(FAMILIES) if options.family == "both" else [options.family]
+    if options.only:
+        return [(family, seed) for family in families for seed in options.only]
+    out = []
+    for family in families:
+        count = options.decks
+        if options.family == "both" and family == "bodies":
+            count = options.decks // 4
+        out += [(family, seed) for seed in range(options.seed, options.seed + count)]
+    return out
 
 
 def read_options(words=None):
@@ -162,6 +188,7 @@ def read_options(words=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--decks", type=int, default=200, help="how many")
     parser.add_argument("--seed", type=int, default=1, help="of the first deck")
+    parser.add_argument("--family", choices=[*FAMILIES, "both"], default="both")
     parser.add_argument("--only", type=int, nargs="+", help="seeds of single decks, kept")
     parser.add_argument("--keep", type=Path, help="where decks that fail are kept")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
@@ -180,15 +207,14 @@ def read_options(words=None):
 def main():
     """Judge decks, print what failed and a table."""
     options = read_options()
-    seeds = options.only or range(options.seed, options.seed + options.decks)
     counts = Counter()
     by_kind = Counter()
-    for verdict in judge_decks(list(seeds), options):
+    for verdict in judge_decks(chosen_decks(options), options):
         counts[verdict.outcome] += 1
         by_kind[verdict.kind, verdict.outcome] += 1
         told = options.only or (options.refusals and verdict.outcome == CONFIRMED)
         if verdict.outcome in FAILURES or told:
-            print(f"seed {verdict.seed} ({verdict.kind}): {verdict.outcome}: {verdict.words}\n"
+            print(f"{verdict.family} {verdict.seed} ({verdict.kind}): {verdict.outcome}: {verdict.words}\n"
                   f"    {verdict.deck}", flush=True)  # fmt: skip
     outcomes = (RIGHT, CONFIRMED, WRONG, REFUTED, OPEN, BROKEN)
     print(f"{'':32s}" + "".join(f"{o:>12s}" for o in outcomes))

@@ -5,18 +5,22 @@ allowance is a multiple `SLACK` of what docs/theory.md, section 6, lets a certif
 wrong by, or the rounding of stored numbers.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import h5py
 import numpy as np
 from load_path import LoadPath
-from obstacles import across, locate, shift_of
+from obstacles import across, chords, locate, shift_of, turned
 from scenes import EPS
+from surfaces import Surface, Ties, settled
 
 SLACK = 2.0  # times what the program allows itself: its scales are not these to the last digit
 STRICT = 0.3  # of it: what an own solution may be out of balance to prove that there is one
 NOISE = 16.0  # times the rounding of a node: forces that may be rounding alone
-EXCUSED = 1e-3  # of a load or of the largest force: the most that rounding may take from it
+TINY = 1e-300
+NOTHING = 1e-24  # of what it would take to hold a node back: no measure of forces is less
+LET_GO = 1e-3  # of the forces of contact before an increment: they are a measure, too
+EXCUSED = 2e-3  # of a load or of the largest force: the most that rounding may take from it
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,8 @@ class Stored:
 
             self.u = field("displacement", (3,))
             self.supports = field("reaction_force", (3,))
+            self.rotation = field("rotation", (3,))
+            self.moments = field("reaction_moment", (3,))
             self.contact_force = field("contact_force", (3,))
             back = np.empty(count, dtype=int)
             back[self.order] = np.arange(count)
@@ -88,7 +94,9 @@ class Stored:
                     "rows": back[group["node"][:]],
                     "frame": np.broadcast_to(frame, (self.finished, *frame.shape[1:])),
                     **{key: group[key][rows] for key in
-                       ("reaction", "gap", "slip_increment", "status", "resultant")},
+                       ("reaction", "gap", "slip_increment", "status", "resultant",
+                        "moment", "torque", "covered_area", "least_gap") if key in group},
+                    "area": group["area"][:],
                     "friction": float(group.attrs["friction_coefficient"]),
                 }  # fmt: skip
 
@@ -97,14 +105,22 @@ class Judge:
     """Judges the increments of a stored result one after the other."""
 
     def __init__(self, scene, stored, strict=False):
-        self.scene, self.stored = scene, stored
+        self.stored = stored
+        self.settled = scene.points
+        if scene.moves_nodes:
+            self.settled = settled(scene)
+            scene = replace(scene, points=stored.places)
+        self.scene = scene
+        self.ties = Ties(scene)
+        self.surfaces = [Surface(scene, pair) for pair in scene.pairs]
         self.strict = strict  # for own solutions: rounding excuses nothing, and no slack
         self.path = LoadPath(scene)
         self.findings = []
         self.allowed = (1.0 if strict else SLACK) * 10 * scene.tolerance
         self.mesh = np.unique(scene.nodes)
-        self.body_rows = scene.bodies()
+        self.body_rows = scene.tied_bodies()
         self.added = scene.added_gaps()
+        self.pressed_before = np.zeros_like(scene.points)
         self.worst = {}
 
     def note(self, kind, row, found, allowed, where=""):
@@ -123,8 +139,12 @@ class Judge:
                   0 if stored.finished == expected or not complete
                   or (extra and stored.finished > expected) else abs(stored.finished - expected),
                   0.5)  # fmt: skip
-        self.note("coordinates", -1, np.abs(stored.places - scene.points).max(),
-                  16 * EPS * np.abs(scene.points).max())  # fmt: skip
+        self.note(
+            "coordinates",
+            -1,
+            np.abs(stored.places - self.settled).max(),
+            (1e-7 if scene.moves_nodes else 16 * EPS) * np.abs(scene.points).max(),
+        )
         if complete:
             self.note("status of the file", -1, float(stored.status != "finished"), 0)
             self.note("not certified", -1, float(np.sum(stored.certified != 1)), 0)
@@ -135,7 +155,7 @@ class Judge:
         """Judge increment after increment."""
         scene, stored = self.scene, self.stored
         before, time_before, step_start, in_step = np.zeros_like(scene.points), 0.0, 0.0, 0
-        step = -1
+        step, turned_before = -1, np.zeros_like(scene.points)
         for row in range(stored.finished):
             if int(stored.step[row]) - 1 != step:
                 if step >= 0:
@@ -147,7 +167,7 @@ class Judge:
                 self.note("order of steps", row, abs(int(stored.step[row]) - 1 - step), 0)
                 if int(stored.step[row]) - 1 != step:
                     return
-                self.path.begin(step, before)
+                self.path.begin(step, np.hstack([before, turned_before]))
             cards = scene.steps[step]
             in_step += 1
             time = stored.time[row] - step_start
@@ -158,14 +178,19 @@ class Judge:
                 time = asked
             elif abs(time - cards.period) <= 1e-12 * (step_start + cards.period):
                 time = cards.period
-            self.judge_increment(row, time, before)
+            self.judge_increment(row, time, before, turned_before)
             before, time_before = stored.u[row], stored.time[row]
+            turned_before = stored.rotation[row]
         if complete:
             total = sum(s.period for s in scene.steps)
             self.note("end of the run", stored.finished - 1, abs(time_before - total),
                       1e-12 * total)  # fmt: skip
+            if scene.exact is not None:
+                self.note("not the exact displacements", stored.finished - 1,
+                          np.abs(stored.u[-1] - scene.exact)[self.mesh].max(),
+                          scene.exact_to * np.abs(scene.exact).max())  # fmt: skip
 
-    def judge_increment(self, row, time, before):
+    def judge_increment(self, row, time, before, turned_before=None):
         """All laws at the end of one increment."""
         scene, stored = self.scene, self.stored
         u = stored.u[row]
@@ -175,32 +200,54 @@ class Judge:
             return
         supports, loads = self.path.supports(time), self.path.loads(time)
         held = np.zeros(u.shape, dtype=bool)
-        for row_dof in supports:
-            held[row_dof] = True
-        self.check_supports(row, u, supports)
+        for node, dof in supports:
+            if dof < 3:
+                held[node, dof] = True
+        self.check_supports(row, np.hstack([u, stored.rotation[row]]), supports)
+        if turned_before is None:
+            turned_before = np.zeros_like(u)
 
-        points = self.points_of(row, u, before, held)
-        pressed = np.zeros_like(u)
+        points = self.points_of(row, u, before, held, turned_before)
+        pressed, doubt = np.zeros_like(u), 0.0
         for p in points:
             np.add.at(pressed, p["rows"], p["force"])
             if p["reference"] is not None:
                 pressed[p["reference"]] -= p["force"].sum(axis=0)
+            if p["master"] is not None:
+                pressed -= p["master"].T @ p["force"]
+                doubt += (p["doubt"] * np.linalg.norm(p["force"], axis=1)).sum()
+        if any(p["master"] is not None for p in points):
+            # What is on the masters is the file's, after it was found to be that, nearly.
+            self.check_contact_forces(row, pressed, doubt)
+            pressed = np.where(np.isin(np.arange(len(u)), self.mesh)[:, None],
+                               stored.contact_force[row], pressed)  # fmt: skip
         internal = scene.bricks().internal_force(u)
         residual = internal - loads - pressed
+        self.check_ties(row, u, held)
+        residual, self.tie_doubt = self.ties.hand_over(residual, held)
         support = np.where(held, residual, 0.0)
         force = max(
             np.linalg.norm(a[self.mesh], axis=1).max()
-            for a in (pressed, support, loads, internal)
+            for a in (pressed, LET_GO * self.pressed_before, support, loads, internal)
         ) or np.linalg.norm(loads, axis=1).max()  # fmt: skip
+        before_it, self.pressed_before = LET_GO * self.pressed_before, pressed
         spread = max(np.ptp(u[rows], axis=0).max() for rows in self.body_rows)
         length = max(np.linalg.norm(u - before, axis=1).max(), spread, self.moved_alone(pressed))
+        self.least = NOTHING * scene.bricks().node_size().max() * length
+        force = max(force, self.least)
 
+        # What the rounding of places before surfaces makes of forces, where nothing is loaded.
+        rounded = max((p["rounding"].max() for p in points if p["placed"] is not None), default=0)
+        self.places_lost = scene.bricks().node_size() * rounded
         acting = np.max([np.linalg.norm(f, axis=1) for f in (internal, loads, pressed)], axis=0)
         far = np.maximum(np.abs(u), np.abs(before))
         self.check_equilibrium(row, far, residual, held, acting, force)
         self.check_stored_forces(row, u, residual, held, pressed, force)
-        self.check_bodies(row, far, loads, pressed, held)
-        self.check_contact(row, points, self.contact_scale(far, points, acting, force), length)
+        self.check_bodies(row, far, loads, pressed, held, before_it)
+        scale = self.contact_scale(far, points, acting, force)
+        self.check_surfaces(row, points, length)
+        self.check_moments(row, points, u)
+        self.check_contact(row, points, scale, length)
 
     def check_supports(self, row, u, supports):
         """|u - u_prescribed| <= 16 eps max(|u_prescribed|, size of the body)."""
@@ -214,26 +261,32 @@ class Judge:
             self.note("prescribed displacement off by", row, abs(u[node, dof] - value), allowed,
                       f"at node {self.scene.ids[node]}, dof {dof + 1}")  # fmt: skip
 
-    def points_of(self, row, u, before, held):
+    def points_of(self, row, u, before, held, turned_before):
         """What each pair's points do: geometry by the judge, reactions by the file."""
         scene, out = self.scene, []
-        for pair in scene.pairs:
-            obstacle = scene.obstacles[pair.obstacle]
+        rotations = (turned_before, self.stored.rotation[row])
+        for pair, surface in zip(scene.pairs, self.surfaces, strict=True):
             stored = self.stored.pairs[self.name_of(pair)]
+            if surface.has_faces:
+                out.append(self.surface_points(row, surface, u, before, held, rotations))
+                continue
+            obstacle = scene.obstacles[pair.obstacle]
             rows = stored["rows"]
             slaves = scene.side_rows(pair.part, pair.side)
             missing = np.setdiff1d(slaves, rows)
             self.note("slave nodes without a contact point", row, float(len(missing)), 0)
             shift = shift_of(obstacle, u)
-            gap, normal, rounding = locate(
-                obstacle, scene.points[rows], u[rows], shift, self.added[rows]
-            )
-            moved = u[rows] - before[rows]
+            here = obstacle
             if obstacle.reference is not None:
-                moved = moved - (u - before)[obstacle.reference]
-                fixed = held[rows] & held[obstacle.reference]
-            else:
-                fixed = held[rows]
+                here = turned(obstacle, rotations[1][obstacle.reference],
+                              scene.points[obstacle.reference])  # fmt: skip
+            gap, normal, rounding = locate(
+                here, scene.points[rows], u[rows], shift, self.added[rows]
+            )
+            moved = self.motion(obstacle, rows, u, before, rotations)
+            fixed = held[rows]
+            if obstacle.reference is not None:
+                fixed = fixed & held[obstacle.reference]
             frame = stored["frame"][row]
             force = np.einsum("pk,pki->pi", stored["reaction"][row], frame)
             # The way of held directions across the normal: what supports and obstacle make slip.
@@ -241,7 +294,7 @@ class Judge:
             out.append({
                 "pair": pair, "rows": rows, "reference": obstacle.reference, "gap": gap,
                 "normal": normal, "rounding": rounding, "force": force, "frame": frame,
-                "slip": across(moved, normal), "known": known,
+                "slip": across(moved, normal), "known": known, "master": None, "placed": None,
                 # No direction along the normal is free: no reaction there (theory.md, section 2).
                 "blocked": np.linalg.norm(np.where(fixed, 0.0, normal), axis=1) < 1e-9,
                 "held": np.linalg.norm(across_held(fixed, normal), axis=(1, 2)) > 1e-9,
@@ -249,9 +302,179 @@ class Judge:
             })  # fmt: skip
         return out
 
+    def motion(self, obstacle, rows, u, before, rotations):
+        """How points (P, 3) moved in the increment against the material of an obstacle."""
+        moved = u[rows] - before[rows]
+        at = obstacle.reference
+        if at is None:
+            return moved
+        old, new = (r[at] for r in rotations)
+        if np.any(old) or np.any(new):
+            return chords(self.scene.points[rows], before[rows] - before[at], u[rows] - u[at],
+                          self.scene.points[at], old, new)  # fmt: skip
+        return moved - (u - before)[at]
+
+    def surface_points(self, row, surface, u, before, held, rotations):
+        """What the points before a surface do: their gaps and slips by the file.
+
+        How far these are from the judge's own (`off`) is judged by check_surfaces.
+        """
+        scene, pair = self.scene, surface.pair
+        stored = self.stored.pairs[self.name_of(pair)]
+        placed = surface.place(u, rotations[1])
+        rows = placed.rows
+        order = np.argsort(stored["rows"])
+        same = np.array_equal(stored["rows"][order], rows)
+        self.note("slave nodes without a contact point", row, float(not same), 0)
+        if not same:
+            raise Unreadable("the points of a pair are not the slave's nodes")
+
+        def read(name):
+            return stored[name][row][order]
+
+        frame, gap = read("frame"), read("gap")
+        has_row = gap < 1e29
+        force = np.einsum("pk,pki->pi", read("reaction"), frame)
+        slip = np.einsum("pk,pki->pi", read("slip_increment"), frame[:, 1:])
+        gap = np.where(has_row, gap, 0.0)
+        obstacle = None if pair.obstacle is None else scene.obstacles[pair.obstacle]
+        if obstacle is None:
+            master = placed.weights
+            heavy = (np.abs(master) > 0).astype(float)
+            fixed = held[rows] & ~(heavy @ (~held).astype(float) > 0)
+            moved = (u - before)[rows] - master @ (u - before)
+            reference = None
+        else:
+            master, reference = np.zeros((len(rows), len(u))), obstacle.reference
+            fixed = held[rows]
+            if reference is not None:
+                fixed = fixed & held[reference]
+            moved = self.motion(obstacle, rows, u, before, rotations)
+        own = placed.gap + self.added[rows]
+        if pair.small and obstacle is None:
+            own = own + np.einsum("pi,pi->p", placed.normal, u[rows] - master @ u)
+        own_slip = across(moved, placed.normal)
+        if placed.mirror is not None:
+            own_slip = own_slip * (1 - placed.mirror)
+        places = scene.points + u
+        size = np.abs(places[rows]).max(axis=1) + np.abs(places[surface.reached]).max()
+        size = size + np.abs(placed.corners).max()
+        # Weights that add up to 1, but not by their sizes, spread what places are rounded by.
+        rounding = 32 * EPS * size * (1 + np.abs(placed.weights).sum(axis=1))
+        kept = {**stored, **{k: {row: read(k)} for k in ("gap", "slip_increment", "status")}}
+        kept["gap"] = {row: gap}
+        return {
+            "pair": pair, "rows": rows, "reference": reference, "gap": gap,
+            "normal": frame[:, 0], "rounding": rounding,
+            "force": force, "frame": frame, "slip": slip, "known": np.zeros_like(slip),
+            "blocked": np.linalg.norm(np.where(fixed, 0.0, frame[:, 0]), axis=1) < 1e-9,
+            "held": np.linalg.norm(across_held(fixed, frame[:, 0]), axis=(1, 2)) > 1e-9,
+            "stored": kept, "status": read("status"), "has_row": has_row, "master": master,
+            "placed": placed, "own_gap": own, "own_slip": own_slip,
+            "doubt": placed.doubt(size), "area": stored["area"][order],
+            "covered": read("covered_area"), "least": read("least_gap"),
+            "added": self.added[rows], "far": size, "moved": np.abs(moved).max(initial=0.0),
+        }  # fmt: skip
+
+    def check_surfaces(self, row, points, length):
+        """Places of the file before a surface are those of own integrals."""
+        for p in points:
+            placed, has_row = p["placed"], p["has_row"] if p["placed"] is not None else None
+            if placed is None:
+                continue
+            doubt = p["doubt"]
+            size = np.sqrt(placed.area.max())
+            off = np.abs(p["area"] - placed.undeformed) / placed.area
+            # What the file calls the area of a bent face is not that of its projection.
+            self.note("area of a node wrong by", row, off.max(), 1e-6 + 10 * placed.bend**2)
+            off = np.abs(np.where(has_row, p["covered"], placed.covered) - placed.covered)
+            self.note("covered area wrong by", row, (off / placed.area).max(), 1e-6)
+            share = placed.share
+            self.note("node without a place, covered by", row,
+                      share[~has_row & ~p["blocked"]].max(initial=0.0), 1.01e-3)  # fmt: skip
+            self.note("node with a place that nothing covers", row,
+                      float(np.any(has_row & (share < 0.5e-9))), 0)  # fmt: skip
+            self.note("reaction on a node without a place", row,
+                      np.abs(p["force"][~has_row]).max(initial=0.0), 0)  # fmt: skip
+            if not has_row.any():
+                continue
+            seen = has_row & (placed.covered > 0)
+            # Of flat surfaces gaps do not depend on weights.
+            heights = np.where(seen, placed.most - np.where(seen, placed.least, 0.0), 0.0)
+            # Places are as exact as the weights' sum is 1.
+            lost = 4 * p["rounding"] + 1e-13 * p["far"] / np.maximum(placed.share, 1e-12)
+            off = np.abs(p["gap"] - p["own_gap"]) - lost
+            room = self.allowed * length + doubt * (length + heights) + TINY
+            self.note("weighted gap wrong by", row, (off / room)[seen].max(initial=0.0), 1.0)
+            off = np.abs(p["normal"] - placed.normal).max(axis=1)
+            self.note("normal wrong by", row, (off / (1e-6 + doubt))[seen].max(initial=0.0), 1.0)
+            off = np.abs(p["slip"] - p["own_slip"]).max(axis=1) - lost
+            room = 1e-6 * length + doubt * (p["moved"] + length) + TINY
+            self.note("slip wrong by", row, (off / room)[seen].max(initial=0.0), 1.0)
+            if p["pair"].small or not seen.any():
+                continue
+            # Between the points of both quadratures bent faces may be farther away, or nearer.
+            least, most = placed.least[seen], placed.most[seen]
+            told = (p["least"] - p["added"])[seen]
+            room = 1e-6 * (length + size) + 0.3 * min(placed.bend, 1.0) * (most - least)
+            self.note("least gap too small by", row, ((least - told) / room).max(), 1.0)
+            self.note("least gap too large by", row, ((told - most) / room).max(), 1.0)
+
+    def check_contact_forces(self, row, pressed, doubt):
+        """The forces on the nodes of both surfaces are the reactions and their shares."""
+        mesh = self.mesh
+        off = np.abs(self.stored.contact_force[row][mesh] - pressed[mesh]).max()
+        room = doubt + 1e-12 * np.abs(pressed[mesh]).max()
+        self.note("contact force of a node wrong by", row, off, max(room, 1e-300))
+        # Action is reaction: all of a body's pairs with others add up to 0.
+        if all(s.pair.obstacle is None for s in self.surfaces):
+            total = np.abs(self.stored.contact_force[row][mesh].sum(axis=0)).max()
+            self.note("action is not reaction, by", row, total,
+                      max(1e-9 * np.abs(pressed[mesh]).sum(), 1e-300))  # fmt: skip
+
+    def check_moments(self, row, points, u):
+        """Moments and torques in the file are those of the reactions."""
+        on = np.zeros_like(u)
+        for p in points:
+            stored, strength = p["stored"], np.abs(p["force"]).sum()
+            if "moment" not in stored:  # an own solution
+                return
+            arm = self.scene.points[p["rows"]]
+            moment = np.cross(arm, p["force"]).sum(axis=0)
+            reach = np.abs(self.scene.points).max() + np.abs(u).max()
+            self.note("moment wrong by", row, np.abs(stored["moment"][row] - moment).max(),
+                      max(1e-11 * strength * reach, 1e-300))  # fmt: skip
+            if "torque" not in stored:
+                continue
+            arm = arm + u[p["rows"]]
+            if p["reference"] is not None:
+                arm = arm - (self.scene.points + u)[p["reference"]]
+            torque = -np.cross(arm, p["force"]).sum(axis=0)
+            self.note("torque wrong by", row, np.abs(stored["torque"][row] - torque).max(),
+                      max(1e-11 * strength * reach, 1e-300))  # fmt: skip
+            if p["reference"] is not None:
+                on[p["reference"]] += torque
+        for at in self.scene.references():
+            if any(dof > 2 for node, dof in self.path.prescribed if node == at):
+                size = max(1e-11 * np.abs(self.stored.contact_force[row]).sum() * reach, 1e-300)
+                self.note("moment of a support wrong by", row,
+                          np.abs(self.stored.moments[row][at] + on[at]).max(), size)  # fmt: skip
+
+    def check_ties(self, row, u, held):
+        """Tied nodes go where the mean of their masters goes."""
+        for tie in self.ties.all:
+            jump = np.where(held[tie.rows], 0.0, u[tie.rows] - tie.weights @ u)
+            size = np.abs(u[tie.rows]) + np.abs(tie.weights) @ np.abs(u)
+            size = np.maximum(size, self.ties.size)
+            room = 64 * EPS * size + tie.doubt * np.ptp(u[tie.reached], axis=0).max()
+            self.note("tied surfaces part by", row, (np.abs(jump) / room).max(initial=0.0), 1.0)
+
     def name_of(self, pair):
         """The group of a pair in the file."""
         part = self.scene.parts[pair.part]
+        if pair.master is not None:
+            other, side = pair.master
+            return f"{part.name}-{pair.side}:{self.scene.parts[other].name}-{side}"
         return f"{part.name}-{pair.side}:{self.scene.obstacles[pair.obstacle].name}"
 
     def check_equilibrium(self, row, far, residual, held, acting, force):
@@ -260,30 +483,37 @@ class Judge:
         `far`: how far each node has been from its place, at either end of the increment.
         """
         imbalance = np.linalg.norm(np.where(held, 0.0, residual), axis=1)
-        rounding = self.scene.bricks().rounding(far)
+        rounding = self.ties.spread(self.scene.bricks().rounding(far))
         for reference in self.scene.references():
             rounding[reference] = 0.0
         # Bodies that move as a whole have forces of rounding alone. Beside a force that is more
         # than the rounding of its own node, rounding excuses next to nothing.
+        excused = np.minimum(rounding, EXCUSED * force)
+        for rows in self.body_rows:
+            rest = NOISE * rounding[rows] + self.places_lost[rows]
+            if np.all(acting[rows] <= rest):
+                excused[rows] = rest
         if self.strict:
             excused = 0.0
-        elif np.any(acting[self.mesh] > NOISE * rounding[self.mesh]):
-            excused = np.minimum(rounding, EXCUSED * force)
-        else:
-            excused = NOISE * rounding
-        over = imbalance - excused
+        over = imbalance - excused - self.tie_doubt
         at = int(np.argmax(over))
         share = max(0.0, over[at]) / force if force > 0 else over[at]
         # Of a solution near what double precision holds another rounding decides.
         allowed = STRICT * self.allowed if self.strict else self.allowed
-        self.note("out of balance", row, share, allowed,
-                  f"of the largest force {force:.3g} at node {self.scene.ids[at]}")
+        self.note(
+            "out of balance",
+            row,
+            share,
+            allowed,
+            f"of the largest force {force:.3g} at node {self.scene.ids[at]}",
+        )
 
     def check_stored_forces(self, row, u, residual, held, pressed, force):
         """Forces of supports and of contact in the file are those found here."""
         stored = self.stored
-        rounding = 2 * self.scene.bricks().rounding(u)[:, None]
+        rounding = 2 * self.ties.spread(self.scene.bricks().rounding(u))[:, None]
         allowed = self.allowed * max(force, np.abs(stored.supports[row]).max(initial=0)) + rounding
+        allowed = allowed + self.tie_doubt
         free = np.where(held, 0.0, stored.supports[row])
         self.note("support force where nothing is held", row, np.abs(free).max(), 0)
         wrong = np.abs(np.where(held, stored.supports[row] - residual, 0.0)) / np.where(
@@ -291,17 +521,18 @@ class Judge:
         at = np.unravel_index(np.argmax(wrong), wrong.shape)
         self.note("support force wrong by", row, wrong.max(), 1.0,
                   f"times what is allowed at node {self.scene.ids[at[0]]}")  # fmt: skip
-        if self.scene.pairs:
+        if self.scene.pairs and not any(s.has_faces for s in self.surfaces):
             slack = 1e-12 * max(np.abs(pressed).max(), 1e-300)
             mesh = self.mesh
             off = np.abs(stored.contact_force[row][mesh] - pressed[mesh]).max()
             self.note("contact force of a node wrong by", row, off, slack)
 
-    def check_bodies(self, row, far, loads, pressed, held):
+    def check_bodies(self, row, far, loads, pressed, held, before_it):
         """Balance of every body in each of its rigid motions, without internal forces."""
         supports = self.stored.supports[row]
         rounding = self.scene.bricks().rounding(far)
         groups = [(rows, 6) for rows in self.body_rows]
+        # Where forces of a tie act is known as well as its weights are.
         groups += [(np.array([r]), 3) for r in self.scene.references()]
         for number, (rows, motions) in enumerate(groups):
             centre = self.scene.points[rows].mean(axis=0)
@@ -316,14 +547,14 @@ class Judge:
                 parts = [np.sum(f[rows] * motion) for f in (loads, supports, pressed)]
                 sizes = [np.sum(np.abs(f[rows] * motion)) for f in (loads, supports, pressed)]
                 everything = [np.sum(np.abs(f[rows])) for f in (loads, supports, pressed)]
-                lost = sum(rounding[rows]) + 64 * EPS * sum(everything)
+                lost = sum(rounding[rows]) + 64 * EPS * sum(everything) + self.least
                 driven = abs(parts[0])
                 scale = sum(sizes)
                 if driven > 64 * EPS * max(sizes[0], everything[0]):
                     lost = min(lost, EXCUSED * driven)
                 else:
                     # Nothing drives it: what is beside it in other directions is the measure.
-                    scale = sum(everything)
+                    scale = sum(everything) + np.sum(np.abs(before_it[rows]))
                 name = "xyz"[m % 3]
                 self.note("body out of balance by", row, abs(sum(parts)),
                           self.allowed * scale + lost,
@@ -347,7 +578,7 @@ class Judge:
         """
         if not points:
             return force
-        rounding = self.scene.bricks().rounding(far)
+        rounding = self.scene.bricks().rounding(far) + self.places_lost
         if not self.strict and np.all(acting[self.mesh] <= rounding[self.mesh]):
             return np.inf
         slaves = np.concatenate([p["rows"] for p in points])
@@ -357,11 +588,13 @@ class Judge:
         """Signorini's and Coulomb's laws at every slave node."""
         allowed = self.allowed
         total = defect = 0.0
+        farthest = length
         for p in points:
             if len(p["rows"]) == 0:
                 continue
             mu = p["pair"].friction
             rounding = p["rounding"]
+            longest = max(length, np.linalg.norm(p["slip"], axis=1).max(initial=0.0))
             normal_force = np.einsum("pi,pi->p", p["force"], p["normal"])
             friction = across(p["force"], p["normal"])
             size = np.linalg.norm(friction, axis=1)
@@ -387,11 +620,18 @@ class Judge:
             law = np.maximum(0.0, law - mu * np.abs(normal_force) * 4 * rounding)
             defect += law.sum()
             total += np.maximum(np.linalg.norm(p["force"], axis=1), mu * normal_force).sum()
+            if self.turns(p):
+                farthest = max(farthest, longest)
             self.check_stored_points(row, p, gap, force, length, normal_force, size)
         if total > 0 and length > 0:
             # Reactions that are rounding alone have no law.
             total = max(total, 1e-10 * force)
-            self.note("friction law", row, defect / (total * length), allowed)
+            self.note("friction law", row, defect / (total * farthest), allowed)
+
+    def turns(self, p):
+        """Whether the obstacle before points turns."""
+        at = p["reference"]
+        return at is not None and any(n == at and dof > 2 for n, dof in self.path.prescribed)
 
     def check_stored_points(self, row, p, gap, force, length, normal_force, size):
         """What the file says of the points agrees with what was found."""

@@ -1,5 +1,7 @@
 """Gaps, normals and relative motions of points before rigid obstacles."""
 
+from dataclasses import replace
+
 import numpy as np
 from scenes import CYLINDER, EPS, PLANE
 
@@ -15,6 +17,55 @@ def shift_of(obstacle, u):
     return np.zeros(3) if obstacle.reference is None else u[obstacle.reference]
 
 
+def rotation(vector):
+    """The matrix (3, 3) of a rotation vector, in extended precision: the exponential's series."""
+    x, y, z = np.asarray(vector, dtype=np.longdouble)
+    zero = np.longdouble(0)
+    spin = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
+    halvings = 0
+    while np.abs(spin).max() > 0.5:
+        spin, halvings = spin / 2, halvings + 1
+    out = term = np.eye(3, dtype=np.longdouble)
+    for n in range(1, 30):
+        term = term @ spin / n
+        out = out + term
+    for _ in range(halvings):
+        out = out @ out
+    return out
+
+
+def turned(obstacle, vector, hub):
+    """The obstacle (plane, sphere or cylinder) when it has turned about its reference node."""
+    if not np.any(vector):
+        return obstacle
+    r = rotation(vector)
+    point = hub + r @ (np.asarray(obstacle.point, dtype=np.longdouble) - hub)
+    direction = None if obstacle.direction is None else r @ obstacle.direction
+    return replace(obstacle, point=point, direction=direction)
+
+
+def corners_at(obstacle, u, vector, hub):
+    """Where the corners (M, 3) of facets are, the reference node at `hub` displaced by `u`."""
+    if obstacle.reference is None:
+        return obstacle.corners
+    arms = obstacle.corners - hub
+    return (hub + u + arms @ rotation(vector).T).astype(float)
+
+
+def chords(places, old, new, hub, old_vector, new_vector):
+    """How points (P, 3) slip on an obstacle that turns, (9.8) of docs/theory.md.
+
+    `old`, `new`: displacements (P, 3) of the points less those of the reference node, which is at
+    `hub`.
+    """
+    first, last = rotation(old_vector), rotation(new_vector)
+    arms = places.astype(np.longdouble) - hub
+    way = (arms + new) @ last - (arms + old) @ first
+    # Halfway: the mean of both as a rotation.
+    left, _, right = np.linalg.svd((np.eye(3) + last @ first.T).astype(float))
+    return (way @ (left @ right @ first).T).astype(float)
+
+
 def locate(obstacle, places, u, shift, added=0.0):
     """Gap (P,), normal (P, 3) and rounding of the gap (P,) of points displaced by `u` (P, 3)."""
     extended = np.longdouble
@@ -22,7 +73,7 @@ def locate(obstacle, places, u, shift, added=0.0):
         u.astype(extended) - np.asarray(shift, dtype=extended)
     )
     size = np.abs(places).max(axis=1) + np.abs(u).max(axis=1)
-    size = size + np.abs(obstacle.point).max() + np.abs(shift).max() + np.abs(added)
+    size = size + float(np.abs(obstacle.point).max()) + np.abs(shift).max() + np.abs(added)
     if obstacle.kind == PLANE:
         normal = np.asarray(obstacle.direction, dtype=extended)
         normal = normal / np.sqrt(normal @ normal)

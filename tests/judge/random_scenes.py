@@ -6,6 +6,7 @@ import numpy as np
 from bricks import CORNERS, FACES
 from scenes import (
     CYLINDER,
+    FACETS,
     PLANE,
     SPHERE,
     Boundary,
@@ -196,6 +197,31 @@ class Builder:
         if self.chance(0.5):
             normal = normal * self.between(0.5, 3)
         return self.obstacle(PLANE, point, normal, free=free)
+
+    def facets(self, kind, corners, facets, point, fixed=False, back=False, text=False):
+        """Index of a new obstacle of facets, with a reference node at `point`."""
+        corners = np.asarray(corners, dtype=float)
+        rows = None
+        if kind == FACETS:
+            rows = range(len(self.points), len(self.points) + len(corners))
+            self.points += list(corners)
+            self.ids += range(max(self.ids) + 7, max(self.ids) + 7 + len(corners))
+        reference = None
+        if kind == FACETS or not fixed:
+            reference = len(self.points)
+            self.points.append(np.asarray(point, dtype=float))
+            self.ids.append(max(self.ids) + 3)
+        name = f"O{len(self.scene.obstacles)}"
+        self.scene.obstacles.append(
+            Obstacle(name, kind, corners[0], reference=reference, corners=corners, facets=facets,
+                     corner_rows=rows, back=back, text=text)
+        )  # fmt: skip
+        return len(self.scene.obstacles) - 1
+
+    def touch(self, slave, master, friction=None, **options):
+        """A contact pair of two surfaces, (part, side) each."""
+        friction = self.friction() if friction is None else friction
+        self.scene.pairs.append(Pair(*slave, None, friction, master, **options))
 
     def pair(self, part, side, obstacle, friction=None):
         """A contact pair."""

@@ -1,14 +1,17 @@
 """Confirm by other means that what the program refuses has no solution, or find the solution."""
 
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 from bricks import FACES
 from laws import Judge
 from load_path import LoadPath
+from mortar import LEAST_SHARE, place_surface
 from obstacles import locate, shift_of
 from slow_solver import Increment, frame_of, rigid_motions
+from surfaces import Ties, settled
 
 CONFIRMED, REFUTED, OPEN = "confirmed", "refuted", "unconfirmed"
 
@@ -47,12 +50,12 @@ def least_squares_in_cone(columns, right, limit=4000):
     return y, float(np.linalg.norm(left))
 
 
-def unbalanced_share(scene, u, held, loads):
+def unbalanced_share(scene, u, held, loads, increment=None):
     """At least how much of the loads on free motions no reactions balance, 0 to 1.
 
     Reactions are those of pyramids around the cones of friction, at all slave nodes with the
     normals at displacements `u`: what does not balance then does not balance at all. The pyramids
-    are drawn closer where their edges are used.
+    are drawn closer where their edges are used. With surfaces the points are those of `increment`.
     """
     motions = rigid_motions(scene, held)
     work = motions.T @ loads.ravel()
@@ -60,8 +63,8 @@ def unbalanced_share(scene, u, held, loads):
     # Loads that supports or other loads cancel but for rounding drive nothing.
     if motions.shape[1] == 0 or total <= 1e-13 * np.abs(loads).sum():
         return 0.0
-    points = []
-    for pair in scene.pairs:
+    points = [] if increment is None else rows_of_motions(increment, u, motions)
+    for pair in scene.pairs if increment is None else ():
         obstacle = scene.obstacles[pair.obstacle]
         for row in scene.side_rows(pair.part, pair.side):
             _, normal, _ = locate(obstacle, scene.points[[row]], u[[row]], shift_of(obstacle, u))
@@ -107,6 +110,75 @@ def unbalanced_share(scene, u, held, loads):
     return least
 
 
+def rows_of_motions(increment, u, motions):
+    """[(rows (3, m) of the rigid motions at a point, friction)] of an increment placed at `u`."""
+    _, frames, _, counts = increment.place(u)
+    parts = motions.reshape(-1, 3, motions.shape[1])
+    out = []
+    for p, (_, row, _, mu) in enumerate(increment.points):
+        if counts[p, 0]:
+            moved = parts[row] - np.einsum("n,nim->im", increment.partner[p], parts)
+            out.append((frames[p] @ moved, mu))
+    return out
+
+
+def has_surfaces(scene):
+    """Whether anything is placed before faces, tied or turned."""
+    turns = any(one.dof > 2 for step in scene.steps for one in step.boundaries)
+    facets = any(o.has_facets for o in scene.obstacles)
+    return turns or facets or bool(scene.ties) or any(p.master for p in scene.pairs)
+
+
+def is_flat(increment, u):
+    """Whether each pair has one normal: what does not balance on it by far has no solution."""
+    _, frames, _, counts = increment.place(u)
+    index = np.array([i for i, *_ in increment.points])
+    for number in np.unique(index):
+        normals = frames[(index == number) & counts[:, 0], 0]
+        if len(normals) and np.abs(normals - normals[0]).max() > 1e-2:
+            return False
+    return True
+
+
+def largest_strain(scene, loads):
+    """A rough bound: all loads on the smallest side of a body of the softest material."""
+    areas = [np.prod(np.delete(part.size, axis)) for part in scene.parts for axis in range(3)]
+    return np.abs(loads).sum() / (min(m.young for m in scene.materials) * min(areas))
+
+
+def pieces_come_apart(scene, held):
+    """How many motions ties leave to the pieces they join, beyond those of the whole."""
+    bodies, ties = scene.bodies(), Ties(scene).all
+    count = 6 * len(bodies)
+    motions = np.zeros((*scene.points.shape, count))
+    for number, rows in enumerate(bodies):
+        arm = scene.points[rows] - scene.points[rows].mean(axis=0)
+        arm /= np.abs(arm).max()
+        for i in range(3):
+            motions[rows, i, 6 * number + i] = 1.0
+            motions[rows, :, 6 * number + 3 + i] = np.cross(np.eye(3)[i], arm)
+    rows = [motions[held]]
+    for tie in ties:
+        jump = motions[tie.rows] - np.einsum("pn,nim->pim", tie.weights, motions)
+        rows.append(jump[~held[tie.rows]])
+    size = np.linalg.svd(np.vstack([r.reshape(-1, count) for r in rows]), compute_uv=False)
+    free = count - int(np.sum(size > 1e-9 * size.max()))
+    alone = rigid_motions(scene, held).any(axis=0).sum() - 3 * len(scene.references())
+    return free - int(alone)
+
+
+def ties_nothing(scene, message):
+    """Whether the deck is refused for a tie whose slave nodes the master does not cover at all."""
+    if not re.search(r"error: tie .*: no node of .* lies on", message):
+        return False
+    lost = []
+    for tie in scene.ties:
+        slave, master = scene.faces(*tie.slave), scene.faces(*tie.master)
+        placed = place_surface(slave, scene.points, master, scene.points)
+        lost.append(placed.share.max() <= LEAST_SHARE)
+    return any(lost)
+
+
 def missed_depth(scene, increment, solution, divisions=20):
     """How deep a round obstacle is in a slave face of which no neighbour's node touches; 0: none.
 
@@ -116,13 +188,13 @@ def missed_depth(scene, increment, solution, divisions=20):
     s, t = (g.ravel() for g in np.meshgrid(*2 * [np.linspace(-1, 1, divisions + 1)]))
     shapes = np.stack([(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)])
     for pair, force in zip(scene.pairs, solution.forces, strict=True):
-        obstacle = scene.obstacles[pair.obstacle]
-        if obstacle.kind == "PLANE" or obstacle.inner:
+        if pair.obstacle is None:
+            continue
+        obstacle = increment.obstacle_now(scene.obstacles[pair.obstacle])
+        if obstacle.kind == "PLANE" or obstacle.inner or obstacle.has_facets:
             continue
         touching = set(scene.side_rows(pair.part, pair.side)[np.abs(force).max(axis=1) > 0])
-        faces = [
-            scene.nodes[b][list(FACES[f])] for b, f in scene.parts[pair.part].sides[pair.side]
-        ]
+        faces = [scene.nodes[b][list(FACES[f])] for b, f in scene.parts[pair.part].sides[pair.side]]
         for face in faces:
             places, moved, added = (shapes.T @ a[face] / 4 for a in (
                 scene.points, u, increment.added[:, None]))  # fmt: skip
@@ -152,9 +224,10 @@ def path_to(scene, stored, step):
     """A LoadPath that has begun `step`."""
     path = LoadPath(scene)
     for number in range(step + 1):
-        u = np.zeros_like(scene.points)
+        u = np.zeros((len(scene.points), 6))
         if number:
-            u = stored.u[np.flatnonzero(stored.step == number)[-1]]
+            last = np.flatnonzero(stored.step == number)[-1]
+            u = np.hstack([stored.u[last], stored.rotation[last]])
         path.begin(number, u)
     return path
 
@@ -165,6 +238,12 @@ def confirm(scene, stored, message):
     if where is None:
         return OPEN, "every increment is there, and yet the run was refused"
     step, time, start, before = where
+    if scene.moves_nodes:
+        places = settled(scene) if stored is None else stored.places
+        scene = replace(scene, points=places, pairs=[replace(p, adjust=None) for p in scene.pairs])
+    turned_before = np.zeros_like(before)
+    if stored is not None and stored.finished:
+        turned_before = stored.rotation[stored.finished - 1]
     path = path_to(scene, stored, step)
     if not scene.steps[step].direct:
         # Increments end where the load path turns, and what is not balanced there is no solution.
@@ -172,20 +251,40 @@ def confirm(scene, stored, message):
         turns = [t for t in path.kinks() if done - start < t * (1 - 1e-9) and t < time]
         time = min([time, *turns])
     supports, loads = path.supports(time), path.loads(time)
-    increment = Increment(scene, before, supports, loads)
+    increment = Increment(scene, before, supports, loads, None, turned_before)
+    if stored is not None and stored.finished:
+        increment.pressed_before = stored.contact_force[stored.finished - 1]
+    if "the ties of the body" in message:
+        loose = pieces_come_apart(scene, increment.held)
+        if loose > 0:
+            return CONFIRMED, f"the pieces have {loose} motions beside each other"
+        return REFUTED, "the ties hold all pieces together"
     if re.search(r"is prescribed to move", message):
         u = np.where(increment.held, increment.target, before)
         for _, row, obstacle, _ in increment.points:
+            if obstacle is None or obstacle.has_facets:
+                continue
             fixed = increment.held[row]
             if obstacle.reference is not None:
                 fixed = fixed & increment.held[obstacle.reference]
             gap, normal, rounding = locate(
-                obstacle, scene.points[[row]], u[[row]], shift_of(obstacle, u), increment.added[row]
+                increment.obstacle_now(obstacle),
+                scene.points[[row]],
+                u[[row]],
+                shift_of(obstacle, u),
+                increment.added[row],
             )
             if np.linalg.norm(normal[0] * ~fixed) < 1e-9 and gap[0] < -rounding[0]:
                 return CONFIRMED, f"node {scene.ids[row]} is prescribed to a gap of {gap[0]:.2g}"
-    left = unbalanced_share(scene, before, increment.held, loads + prescribed_pull(increment))
-    if left > 1e-9 and all(o.kind == "PLANE" for o in scene.obstacles):
+    loads = loads + prescribed_pull(increment)
+    if has_surfaces(scene):
+        left = unbalanced_share(scene, before, increment.held, loads, increment)
+        # Normals of faces turn as these are bent, by no more than strains.
+        hopeless = left > 1e-6 + 30 * largest_strain(scene, loads) and is_flat(increment, before)
+    else:
+        left = unbalanced_share(scene, before, increment.held, loads)
+        hopeless = left > 1e-9 and all(o.kind == "PLANE" for o in scene.obstacles)
+    if hopeless:
         return CONFIRMED, f"no reactions balance the loads: {left:.1e} of them is left"
     try:
         found = increment.solve(scene.tolerance)
@@ -254,7 +353,7 @@ def largest_wedge(increment, solution):
     rows = np.array([row for _, row, _, _ in increment.points])
     row = rows[np.linalg.norm(forces, axis=1).argmax()]
     there = forces[rows == row]
-    largest = np.linalg.norm(there, axis=1).max()
+    largest = np.linalg.norm(there, axis=1).max() or 1.0
     share = float(np.linalg.norm(there.sum(axis=0)) / largest)
     if len(there) < 2 or share > 1e-2:
         return None
@@ -276,8 +375,16 @@ def judge_solution(scene, path, increment, solution, step, time, start):
     stored = as_stored(scene, increment, solution, step, start + time)
     judge = Judge(scene, stored, strict=True)
     judge.path = path
-    judge.judge_increment(0, time, increment.before)
+    judge.pressed_before = increment.pressed_before
+    judge.judge_increment(0, time, increment.before, increment.rotations[0])
     return judge.findings
+
+
+def tangents(frame, seen):
+    """(P, 2): 0 for tangents across a plane of symmetry, else 1."""
+    if seen.mirror is None:
+        return np.ones((len(frame), 2))
+    return (np.abs(np.einsum("pki,pi->pk", frame[:, 1:], seen.mirror)) < 0.5).astype(float)
 
 
 def as_stored(scene, increment, solution, step, time):
@@ -285,36 +392,45 @@ def as_stored(scene, increment, solution, step, time):
     u = solution.u
     pressed = np.zeros_like(u)
     pairs = {}
-    for index, pair in enumerate(scene.pairs):
-        obstacle = scene.obstacles[pair.obstacle]
-        rows = scene.side_rows(pair.part, pair.side)
-        force = solution.forces[index]
-        np.add.at(pressed, rows, force)
-        if obstacle.reference is not None:
-            pressed[obstacle.reference] -= force.sum(axis=0)
-        gap, normal, _ = locate(
-            obstacle, scene.points[rows], u[rows], shift_of(obstacle, u), increment.added[rows]
+    _, frames, gaps, counts = increment.place(u)
+    relative = increment.relative(u)
+    index = np.array([i for i, *_ in increment.points], dtype=int)
+    for number, pair in enumerate(scene.pairs):
+        at = np.flatnonzero(index == number)
+        rows, force, frame = (
+            scene.side_rows(pair.part, pair.side),
+            solution.forces[number],
+            frames[at],
         )
-        frames = np.array([frame_of(n, np.ones(3, dtype=bool)) for n in normal])
-        moved = u[rows] - increment.before[rows]
-        if obstacle.reference is not None:
-            moved = moved - (u - increment.before)[obstacle.reference]
-        slip = np.einsum("pki,pi->pk", frames, moved)[:, 1:]
-        reaction = np.einsum("pki,pi->pk", frames, force)
+        np.add.at(pressed, rows, force)
+        pressed -= increment.partner[at].T @ force
+        slip = np.einsum("pki,pi->pk", frame, relative[at])[:, 1:]
+        reaction = np.einsum("pki,pi->pk", frame, force)
         limit = pair.friction * reaction[:, 0]
         size = np.linalg.norm(reaction[:, 1:], axis=1)
         status = np.where(reaction[:, 0] <= 0, 0, np.where(size < limit * (1 - 1e-9), 1, 2))
-        part = scene.parts[pair.part]
-        pairs[f"{part.name}-{pair.side}:{obstacle.name}"] = {
-            "rows": rows, "frame": frames[None], "reaction": reaction[None], "gap": gap[None],
-            "slip_increment": slip[None], "status": status[None],
+        group = {
+            "rows": rows, "frame": frame[None], "reaction": reaction[None],
+            "gap": gaps[at][None], "slip_increment": slip[None], "status": status[None],
             "resultant": force.sum(axis=0)[None], "friction": pair.friction,
         }  # fmt: skip
+        surface = increment.surfaces[number]
+        if surface.has_faces:
+            seen = surface.place(u, increment.rotations[1])
+            group["gap"] = np.where(counts[at, 0], gaps[at], 1e30)[None]
+            # Tangents across a plane of symmetry are none.
+            group["slip_increment"] = slip[None] * tangents(frame, seen)[None]
+            group["area"] = surface.area
+            group["covered_area"] = seen.covered[None]
+            group["least_gap"] = (seen.least + increment.added[rows])[None]
+        pairs[Judge.name_of(SimpleNamespace(scene=scene), pair)] = group
     residual = scene.bricks().internal_force(u) - increment.loads - pressed
+    residual, _ = Ties(scene).hand_over(residual, increment.held)
     supports = np.where(increment.held, residual, 0.0)
     contact = pressed.copy()
     return SimpleNamespace(
         finished=1, step=np.array([step + 1]), time=np.array([time]), certified=np.ones(1),
-        status="finished", places=scene.points, u=u[None], supports=supports[None],
+        status="finished", places=scene.points, u=u[None], rotation=increment.rotations[1][None],
+        moments=np.zeros_like(u)[None], supports=supports[None],
         contact_force=contact[None], pairs=pairs,
     )  # fmt: skip

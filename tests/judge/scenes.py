@@ -1,11 +1,13 @@
 """A scene as its generator knows it, and the deck that says the same to the program."""
 
+import struct
 from dataclasses import dataclass, field
 
 import numpy as np
 from bricks import FACES, Bricks
 
 PLANE, SPHERE, CYLINDER = "PLANE", "SPHERE", "CYLINDER"
+FACETS, STL = "FACETS", "STL"
 EPS = np.finfo(float).eps
 
 
@@ -40,7 +42,11 @@ class Part:
 
 @dataclass
 class Obstacle:
-    """A rigid obstacle; `reference` is the row of its reference node, None at rest."""
+    """A rigid obstacle; `reference` is the row of its reference node, None at rest.
+
+    One of facets has `facets` [(3 or 4 corners)], anticlockwise from the side where the body is, of
+    `corners` (M, 3). Those of a *RIGID BODY are nodes: `corner_rows` are their rows.
+    """
 
     name: str
     kind: str
@@ -49,21 +55,45 @@ class Obstacle:
     radius: float = 0.0
     inner: bool = False
     reference: int | None = None
+    corners: np.ndarray | None = None
+    facets: list | None = None
+    corner_rows: range | None = None
+    back: bool = False  # the facets are written the other way round, and the surface with SNEG
+    text: bool = False  # an STL file of text
+
+    @property
+    def has_facets(self):
+        """Whether slave faces lie before its facets."""
+        return self.facets is not None
 
 
 @dataclass
 class Pair:
-    """A slave surface, by part and side, and the index of an obstacle."""
+    """A slave surface, by part and side, and the index of an obstacle or a master (part, side)."""
 
     part: int
     side: str
-    obstacle: int
+    obstacle: int | None
     friction: float
+    master: tuple | None = None
+    small: bool = False
+    adjust: float | None = None
+
+
+@dataclass
+class Tie:
+    """A slave and a master surface, (part, side) each."""
+
+    slave: tuple
+    master: tuple
 
 
 @dataclass
 class Boundary:
-    """Displacements: points (rows), direction 0..2, value, amplitude (index or None)."""
+    """Displacements: points (rows), direction 0..2, value, amplitude (index or None).
+
+    Directions 3 to 5 are the components of a reference node's rotation vector.
+    """
 
     rows: list
     dof: int
@@ -139,6 +169,9 @@ class Scene:
     precision: dict = field(default_factory=dict)
     brick_ids: np.ndarray | None = None
     kind: str = ""
+    ties: list = field(default_factory=list)
+    exact: np.ndarray | None = None  # (N, 3) displacements at the end, where they are known
+    exact_to: float = 1e-8  # of the largest
 
     @property
     def tolerance(self):
@@ -157,6 +190,27 @@ class Scene:
         """The points of a side of a part, sorted."""
         faces = self.parts[part].sides[side]
         return np.unique([self.nodes[b][list(FACES[f])] for b, f in faces])
+
+    def faces(self, part, side):
+        """The faces of a side, four rows each."""
+        return [tuple(int(r) for r in self.nodes[b][list(FACES[f])])
+                for b, f in self.parts[part].sides[side]]  # fmt: skip
+
+    @property
+    def moves_nodes(self):
+        """Whether the deck moves slave nodes onto their masters before anything is computed."""
+        return bool(self.ties) or any(p.adjust is not None for p in self.pairs)
+
+    def tied_bodies(self):
+        """The rows of each body: what bricks and ties connect."""
+        groups = [set(rows.tolist()) for rows in self.bodies()]
+        for tie in self.ties:
+            ends = [int(self.side_rows(*end)[0]) for end in (tie.slave, tie.master)]
+            first, second = (next(g for g in groups if end in g) for end in ends)
+            if first is not second:
+                groups = [g for g in groups if g is not second]
+                first |= second
+        return [np.array(sorted(g)) for g in groups]
 
     def bodies(self):
         """The rows of each body: what bricks connect."""
@@ -279,11 +333,17 @@ class DeckWriter:
     def write_contact(self):
         scene = self.scene
         for one in scene.obstacles:
+            if one.kind == FACETS:
+                self.write_facets(one)
+                continue
             options = f"*OBSTACLE, NAME={one.name}, TYPE={one.kind}"
             if one.inner:
                 options += ", INNER"
             if one.reference is not None:
                 options += f", REF NODE={scene.ids[one.reference]}"
+            if one.kind == STL:
+                self.add(f"{options}, INPUT={self.stl_name(one)}")
+                continue
             data = [*one.point]
             if one.direction is not None:
                 data += [*one.direction]
@@ -294,16 +354,47 @@ class DeckWriter:
             self.add(f"*SURFACE INTERACTION, NAME=I{index}")
             if pair.friction:
                 self.add("*FRICTION", number(pair.friction))
-            self.add(f"*CONTACT PAIR, INTERACTION=I{index}")
+            options = "" if pair.adjust is None else f", ADJUST={number(pair.adjust)}"
+            options += ", SMALL SLIDING" if pair.small else ""
+            self.add(f"*CONTACT PAIR, INTERACTION=I{index}{options}")
             self.add(f"{self.pair_name(pair).replace(':', ', ')}")
+        for index, tie in enumerate(scene.ties):
+            names = [f"{scene.parts[part].name}-{side}" for part, side in (tie.slave, tie.master)]
+            self.add(f"*TIE, NAME=T{index}", ", ".join(names))
         for (part, side), gap in scene.gaps.items():
             self.add("*CONTACT GAP", f"{scene.parts[part].name}-{side}, {number(gap)}")
 
     def pair_name(self, pair):
         """The name of a pair's results."""
-        return f"{self.scene.parts[pair.part].name}-{pair.side}:" + (
-            self.scene.obstacles[pair.obstacle].name
-        )
+        if pair.master is not None:
+            part, side = pair.master
+            master = f"{self.scene.parts[part].name}-{side}"
+        else:
+            master = self.scene.obstacles[pair.obstacle].name
+        return f"{self.scene.parts[pair.part].name}-{pair.side}:{master}"
+
+    def stl_name(self, obstacle):
+        """The STL file of an obstacle, beside the deck."""
+        return f"seed-{self.scene.seed}-{obstacle.name}.stl"
+
+    def write_facets(self, one):
+        """Nodes, facets, rigid body and surface of an obstacle."""
+        scene = self.scene
+        self.add("*NODE")
+        for row in one.corner_rows:
+            self.add(f"{scene.ids[row]}, " + ", ".join(number(x) for x in scene.points[row]))
+        number_of = [o is one for o in scene.obstacles].index(True)
+        first = int(scene.brick_ids.max()) + 1 + 1000 * number_of
+        for size in (3, 4):
+            chosen = [(i, f) for i, f in enumerate(one.facets) if len(f) == size]
+            if chosen:
+                self.add(f"*ELEMENT, TYPE=R3D{size}, ELSET={one.name}-E")
+            for i, f in chosen:
+                order = f[::-1] if one.back else f
+                ids = [str(scene.ids[one.corner_rows[c]]) for c in order]
+                self.add(", ".join([str(first + i), *ids]))
+        self.add(f"*RIGID BODY, ELSET={one.name}-E, REF NODE={scene.ids[one.reference]}")
+        self.add(f"*SURFACE, NAME={one.name}", f"{one.name}-E, {'SNEG' if one.back else 'SPOS'}")
 
     def write_controls(self):
         for keyword, options in (
@@ -365,3 +456,27 @@ class DeckWriter:
 def deck_of(scene):
     """The deck of a scene, as text."""
     return DeckWriter(scene).text()
+
+
+def stl_of(obstacle):
+    """The bytes of an STL file of an obstacle's triangles."""
+    facets = [obstacle.corners[list(f)] for f in obstacle.facets]
+    if obstacle.text:
+        lines = ["solid tool"]
+        for x in facets:
+            lines += ["facet normal 0 0 0", "outer loop"]
+            lines += ["vertex " + " ".join(number(v) for v in corner) for corner in x]
+            lines += ["endloop", "endfacet"]
+        return "\n".join([*lines, "endsolid tool", ""]).encode()
+    parts = [b"random scene".ljust(80), struct.pack("<I", len(facets))]
+    parts += [struct.pack("<12fH", 0, 0, 0, *x.ravel(), 0) for x in facets]
+    return b"".join(parts)
+
+
+def write_deck(scene, path):
+    """Write a deck, and beside it the STL files that it names."""
+    writer = DeckWriter(scene)
+    path.write_text(writer.text())
+    for obstacle in scene.obstacles:
+        if obstacle.kind == STL:
+            (path.parent / writer.stl_name(obstacle)).write_bytes(stl_of(obstacle))

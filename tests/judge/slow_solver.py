@@ -13,7 +13,9 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from obstacles import locate, shift_of
+from mortar import LEAST_KEPT, LEAST_SHARE
+from obstacles import chords, locate, shift_of, turned
+from surfaces import Surface, Ties
 
 EXTENDED = np.longdouble
 
@@ -30,7 +32,10 @@ class Solution:
 
 
 class Body:
-    """The stiffness of a scene with some directions held, and its free rigid motions."""
+    """The stiffness of a scene with some directions held, and its free rigid motions.
+
+    Directions that are tied follow the `free` ones: all of them are `follow` (3N, n) times these.
+    """
 
     def __init__(self, scene, held):
         self.scene = scene
@@ -39,9 +44,18 @@ class Body:
         used = np.zeros(held.shape, dtype=bool)
         used[np.unique(scene.nodes)] = True
         used[scene.references()] = True
+        self.ties = ties = Ties(scene).all
+        self.tied = [~held[tie.rows] for tie in ties]
+        for tie in ties:
+            used[tie.rows] &= held[tie.rows]
         self.free = np.flatnonzero((used & ~held).ravel())
         self.motions = rigid_motions(scene, held)[self.free]  # (n, m), orthonormal
-        k = self.stiffness[np.ix_(self.free, self.free)]
+        self.follow = follow_ties(ties, self.free, held) if ties else None
+        if ties:
+            self.motions, _ = np.linalg.qr(self.motions)
+            k = self.follow.T @ self.stiffness @ self.follow
+        else:
+            k = self.stiffness[np.ix_(self.free, self.free)]
         scale = np.sqrt(np.maximum(np.diag(k), 0))
         typical = np.median(scale[scale > 0]) if np.any(scale > 0) else 1.0
         self.scale = np.where(scale > 0, scale, typical)
@@ -54,6 +68,26 @@ class Body:
         self.condition = float(values.max() / max(values.min(), 1e-300)) if len(values) else 1.0
         self.inverse = np.linalg.pinv(shifted, rcond=1e-15, hermitian=True)
 
+    def reduced(self, force):
+        """Forces (3N, ...) on the free directions, with those of the directions tied to them."""
+        return force[self.free] if self.follow is None else self.follow.T @ force
+
+    def spread(self, motion):
+        """All displacements (3N, ...) of free ones (n, ...)."""
+        if self.follow is not None:
+            return self.follow @ motion
+        out = np.zeros((self.stiffness.shape[0], *motion.shape[1:]))
+        out[self.free] = motion
+        return out
+
+    def complete(self, u):
+        """Displacements (N, 3) in which tied nodes are where their masters take them."""
+        u = u.copy()
+        for _ in self.ties:
+            for tie, moves in zip(self.ties, self.tied, strict=True):
+                u[tie.rows] = np.where(moves, tie.weights @ u, u[tie.rows])
+        return u
+
     def balanced(self, force):
         """`force` (n,) less what `solve` leaves out of it: its part along rigid motions."""
         return force - self.scale * (self.basis @ (self.basis.T @ (force / self.scale)))
@@ -64,10 +98,22 @@ class Body:
         return self.inverse @ (force / scale) / scale
 
 
+def follow_ties(ties, free, held):
+    """All displacements (3N, n) that a unit of each free direction makes, ties included."""
+    out = np.zeros((held.size, len(free)))
+    out[free, np.arange(len(free))] = 1.0
+    for _ in ties:  # chains
+        for tie in ties:
+            for i in range(3):
+                moves = ~held[tie.rows, i]
+                out[3 * tie.rows[moves] + i] = tie.weights[moves] @ out[i::3]
+    return out
+
+
 def rigid_motions(scene, held):
     """Orthonormal (3N, m): motions of bodies and reference nodes that nothing held hinders."""
     columns = []
-    groups = [(rows, 6) for rows in scene.bodies()]
+    groups = [(rows, 6) for rows in scene.tied_bodies()]
     groups += [(np.array([r]), 3) for r in scene.references()]
     for rows, number in groups:
         arm = scene.points[rows] - scene.points[rows].mean(axis=0)
@@ -90,70 +136,121 @@ def rigid_motions(scene, held):
 
 
 class Increment:
-    """One increment: from displacements `before` to the supports and loads at its end."""
+    """One increment: from displacements `before` to the supports and loads at its end.
 
-    def __init__(self, scene, before, supports, loads, body=None):
+    `turned_before`: rotation vectors (N, 3) of reference nodes; those at the end are supports.
+    """
+
+    def __init__(self, scene, before, supports, loads, body=None, turned_before=None):
         self.scene, self.before, self.loads = scene, before, loads
         self.held = np.zeros(before.shape, dtype=bool)
         self.target = np.zeros(before.shape)
-        for key, (value, *_) in supports.items():
-            self.held[key] = True
-            self.target[key] = value
+        none = np.zeros(before.shape)
+        self.rotations = (none if turned_before is None else turned_before, none.copy())
+        for (node, dof), (value, *_) in supports.items():
+            if dof > 2:
+                self.rotations[1][node, dof - 3] = value
+                continue
+            self.held[node, dof] = True
+            self.target[node, dof] = value
         if body is None or not np.array_equal(body.held, self.held):
             body = Body(scene, self.held)
             body.held = self.held
         self.body = body
         self.added = scene.added_gaps()
+        self.pressed_before = np.zeros_like(before)  # forces of contact when it began
         self.points = []  # (pair index, row, obstacle)
+        self.surfaces = [Surface(scene, pair) for pair in scene.pairs]
+        self.kept = set()  # points that had a place on a surface
         for index, pair in enumerate(scene.pairs):
-            obstacle = scene.obstacles[pair.obstacle]
+            obstacle = None if pair.obstacle is None else scene.obstacles[pair.obstacle]
             for row in scene.side_rows(pair.part, pair.side):
                 self.points.append((index, int(row), obstacle, pair.friction))
 
     # -- geometry -----------------------------------------------------------------------------
 
+    def obstacle_now(self, obstacle):
+        """An obstacle, turned as it is at the end of the increment."""
+        at = obstacle.reference
+        if at is None:
+            return obstacle
+        return turned(obstacle, self.rotations[1][at], self.scene.points[at])
+
     def place(self, u):
         """Rows B (3P, n) in frames at `u`, frames, gaps, and which rows count."""
-        free = self.body.free
-        column = np.full(u.size, -1)
-        column[free] = np.arange(len(free))
         count = len(self.points)
-        b = np.zeros((3 * count, len(free)))
+        b = np.zeros((3 * count, u.size))
         frames = np.zeros((count, 3, 3))
         gaps = np.zeros(count)
         counts = np.ones((count, 3), dtype=bool)
-        for p, (_, row, obstacle, mu) in enumerate(self.points):
-            gap, normal, _ = locate(
-                obstacle, self.scene.points[[row]], u[[row]], shift_of(obstacle, u), self.added[row]
-            )
-            gaps[p] = gap[0]
-            movable = ~self.held[row]
-            if obstacle.reference is not None:
-                movable = movable | ~self.held[obstacle.reference]
-            frames[p] = frame_of(normal[0], movable)
+        self.partner = np.zeros((count, len(u)))  # what part each node has in the master's motion
+        self.drag = np.zeros((count, 3))
+        seen = [s.place(u, self.rotations[1]) if s.has_faces else None for s in self.surfaces]
+        for p, (index, row, obstacle, mu) in enumerate(self.points):
+            mirror = np.zeros(3)
+            if obstacle is not None and obstacle.reference is not None:
+                self.partner[p, obstacle.reference] = 1.0
+                self.drag[p] = self.drag_of(obstacle, row, u)
+            if seen[index] is None:
+                gap, normal, _ = locate(
+                    self.obstacle_now(obstacle), self.scene.points[[row]], u[[row]],
+                    shift_of(obstacle, u), self.added[row],
+                )  # fmt: skip
+                gaps[p], normal = gap[0], normal[0]
+            else:
+                gaps[p], normal, mirror, counts[p] = self.before_surface(p, seen[index], u)
+            movable = ~self.held[row] & (mirror == 0)
+            others = np.flatnonzero(self.partner[p])
+            movable = movable | ((~self.held[others]).any(axis=0) & (mirror == 0))
+            frames[p] = frame_of(normal, movable)
             for k in range(3):
-                for i in range(3):
-                    if column[3 * row + i] >= 0:
-                        b[3 * p + k, column[3 * row + i]] += frames[p, k, i]
-                    if obstacle.reference is not None:
-                        at = column[3 * obstacle.reference + i]
-                        if at >= 0:
-                            b[3 * p + k, at] -= frames[p, k, i]
+                b[3 * p + k, 3 * row : 3 * row + 3] += frames[p, k]
+                for other in others:
+                    b[3 * p + k, 3 * other : 3 * other + 3] -= self.partner[p, other] * frames[p, k]
             reach = np.linalg.norm(frames[p] * movable, axis=1) > 1e-9
             if not reach[0]:
                 counts[p] = False
             elif mu == 0:
                 counts[p, 1:] = False
-        return b, frames, gaps, counts
+            counts[p] &= np.abs(frames[p] @ mirror) < 0.5
+        return self.body.reduced(b.T).T, frames, gaps, counts
+
+    def before_surface(self, p, seen, u):
+        """(gap, normal, mirror, whether it counts) of a point before a surface."""
+        index, row, obstacle, _ = self.points[p]
+        at = int(np.flatnonzero(seen.rows == row)[0])
+        share = seen.share[at]
+        counts = share > (LEAST_KEPT if p in self.kept else LEAST_SHARE)
+        mirror = np.zeros(3) if seen.mirror is None else seen.mirror[at]
+        if not counts:
+            return 0.0, np.eye(3)[2], mirror, False
+        self.kept.add(p)
+        gap = seen.gap[at] + self.added[row]
+        if obstacle is None:
+            self.partner[p] = seen.weights[at]
+            if self.scene.pairs[index].small:
+                gap += seen.normal[at] @ (u[row] - seen.weights[at] @ u)
+        return gap, seen.normal[at], mirror, True
+
+    def drag_of(self, obstacle, row, u):
+        """What the turn of an obstacle adds to the way of a point against it, (9.8)."""
+        at = obstacle.reference
+        old, new = (r[at] for r in self.rotations)
+        if not (np.any(old) or np.any(new)):
+            return np.zeros(3)
+        before = self.before
+        way = chords(self.scene.points[[row]], (before[row] - before[at])[None],
+                     (u[row] - u[at])[None], self.scene.points[at], old, new)[0]  # fmt: skip
+        return way - ((u - before)[row] - (u - before)[at])
 
     def relative(self, u):
-        """Motions (P, 3) of the points from the start of the increment, less their obstacle's."""
+        """Motions (P, 3) of the points from the start of the increment, less their masters'.
+
+        As they were placed last.
+        """
         moved = u - self.before
-        out = np.array([moved[row] for _, row, _, _ in self.points]).reshape(-1, 3)
-        for p, (_, _, obstacle, _) in enumerate(self.points):
-            if obstacle.reference is not None:
-                out[p] -= moved[obstacle.reference]
-        return out
+        rows = np.array([row for _, row, _, _ in self.points], dtype=int)
+        return moved[rows] - self.partner @ moved + self.drag
 
     # -- solution -----------------------------------------------------------------------------
 
@@ -163,7 +260,8 @@ class Increment:
         rng = np.random.default_rng(seed)
         u = np.where(self.held, self.target, self.before)
         force = np.zeros((len(self.points), 3))
-        curved = any(o.kind != "PLANE" for _, _, o, _ in self.points)
+        curved = any(o is None or o.kind != "PLANE" for _, _, o, _ in self.points)
+        curved = curved or np.any(self.rotations[1])
         best, close = None, 0
         for _ in range(40 if curved else 4):
             problem = Problem(self, u, force)
@@ -386,19 +484,20 @@ class Problem(Contact):
         b, self.frames, gaps, counts = increment.place(u)
         off = ~counts.ravel()
         self.known = np.where(counts, np.einsum("pki,pi->pk", self.frames, force), 0.0).ravel()
-        pressed = increment.loads.ravel().copy()
-        pressed[body.free] += b.T @ self.known
+        pressed = body.reduced(increment.loads.ravel()) + b.T @ self.known
         # Displacements under loads, supports and these reactions, refined: stiff parts move far.
         base = np.where(increment.held, increment.target, u).ravel()
+        if body.follow is not None:
+            base = body.complete(base.reshape(u.shape)).ravel()
         elastic = bricks.internal_force(base.reshape(u.shape))
-        q = body.motions.T @ (increment.loads - elastic).ravel()[body.free]
+        q = body.motions.T @ body.reduced((increment.loads - elastic).ravel())
         # Less than this is rounding of loads that balance, motion by motion: bodies differ.
-        behind = (np.abs(increment.loads) + np.abs(elastic)).ravel()[body.free]
+        behind = body.reduced((np.abs(increment.loads) + np.abs(elastic)).ravel())
         behind = np.abs(body.motions).T @ behind
         q[np.abs(q) <= 1e-13 * behind] = 0.0
         for _ in range(3):
-            left = pressed - bricks.internal_force(base.reshape(u.shape)).ravel()
-            base[body.free] += body.solve(body.balanced(left[body.free]))
+            left = pressed - body.reduced(bricks.internal_force(base.reshape(u.shape)).ravel())
+            base += body.spread(body.solve(body.balanced(left)))
         self.base = base.reshape(u.shape)
         acting = np.maximum(np.abs(increment.loads), np.abs(bricks.internal_force(self.base)))
         self.response = body.solve(b.T)
@@ -410,7 +509,7 @@ class Problem(Contact):
         # Rows that do not count have no reaction.
         w[off], w[:, off], g[off] = 0, 0, 0
         mu = np.array([mu for *_, mu in increment.points])
-        groups = [*scene.bodies(), *[np.array([r]) for r in scene.references()]]
+        groups = [*scene.tied_bodies(), *[np.array([r]) for r in scene.references()]]
         group = np.full(len(u), -1)
         for number, rows in enumerate(groups):
             group[rows] = number
@@ -456,7 +555,7 @@ class Problem(Contact):
         """All displacements (N, 3)."""
         u = self.base.ravel().copy()
         body = self.increment.body
-        u[body.free] += self.response @ (r - self.known) + body.motions @ a
+        u += body.spread(self.response @ (r - self.known) + body.motions @ a)
         return u.reshape(self.base.shape)
 
     def forces(self, r):

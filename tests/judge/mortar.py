@@ -1,0 +1,216 @@
+"""Surfaces before surfaces: weights, normals and gaps of slave nodes, by integrals of the judge's own.
+
+What is integrated is what docs/theory.md, section 11, says, (11.1) to (11.4). How is another way than
+the program's: overlaps are the hull of corners that lie inside and of crossings of edges, and
+their integrals those of Gauss's product rule, 49 points a triangle, whatever the faces look like.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+TURNED = -0.2  # the cosine of normals of faces that face each other, at most
+LEAST_SHARE = 1e-3  # of a node's area, from which on it has a row
+LEAST_KEPT = 1e-9  # down to which it keeps a row that it had
+
+XI = np.array([-1.0, 1.0, 1.0, -1.0])
+ETA = np.array([-1.0, -1.0, 1.0, 1.0])
+
+
+def product_rule(n):
+    """Points (n*n, 2) and weights of a square folded to the triangle (0,0), (1,0), (1,1)."""
+    x, w = np.polynomial.legendre.leggauss(n)
+    x, w = (x + 1) / 2, w / 2
+    s, t = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+    weight = np.outer(w, w).ravel() * s * 2
+    return np.column_stack([s, s * t]), weight
+
+
+POINTS, WEIGHTS = product_rule(7)
+
+
+def normal_of(x):
+    """The outward unit normal of a face (3 or 4, 3), anticlockwise from outside."""
+    if len(x) == 3:
+        n = np.cross(x[1] - x[0], x[2] - x[0])
+    else:
+        n = np.cross(x[2] - x[0], x[3] - x[1])
+    return n / np.linalg.norm(n)
+
+
+def cross2(a, b):
+    """The third component of a x b."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def inside(points, polygon, slack):
+    """Which points (n, 2) lie in a convex polygon (m, 2) that runs anticlockwise."""
+    edge = np.roll(polygon, -1, axis=0) - polygon
+    length = np.linalg.norm(edge, axis=1)
+    away = cross2(edge[None], points[:, None] - polygon[None]) / np.where(length > 0, length, 1)
+    return np.all(away >= -slack, axis=1)
+
+
+def hull_of_overlap(a, b):
+    """Corners (n, 2) of what two convex polygons share, anticlockwise; empty: nothing."""
+    size = max(np.ptp(a, axis=0).max(), np.ptp(b, axis=0).max())
+    slack = 1e-14 * size
+    found = [a[inside(a, b, slack)], b[inside(b, a, slack)]]
+    da, db = np.roll(a, -1, axis=0) - a, np.roll(b, -1, axis=0) - b
+    across = cross2(da[:, None], db[None])
+    start = b[None] - a[:, None]
+    steep = np.abs(across) > 1e-14 * size**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = cross2(start, np.broadcast_to(db[None], start.shape)) / across
+        t = cross2(start, np.broadcast_to(da[:, None], start.shape)) / across
+    meet = steep & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)
+    at = np.nonzero(meet)
+    found.append(a[at[0]] + s[at][:, None] * da[at[0]])
+    corners = np.vstack(found)
+    if len(corners) < 3:
+        return corners[:0]
+    middle = corners.mean(axis=0)
+    order = np.argsort(np.arctan2(*(corners - middle).T[::-1]))
+    return corners[order]
+
+
+def shapes(flat, points):
+    """Shape functions (n, 3 or 4) of a flat face at points (n, 2) of its plane."""
+    if len(flat) == 3:
+        edges = np.column_stack([flat[1] - flat[0], flat[2] - flat[0]])
+        s, t = np.linalg.solve(edges, (points - flat[0]).T)
+        return np.column_stack([1 - s - t, s, t])
+    xi = np.zeros((len(points), 2))
+    for _ in range(30):
+        s, t = xi.T[:, :, None]
+        values = (1 + s * XI) * (1 + t * ETA) / 4
+        along_s = XI * (1 + t * ETA) / 4 @ flat
+        along_t = ETA * (1 + s * XI) / 4 @ flat
+        left = points - values @ flat
+        determinant = cross2(along_s, along_t)
+        step = np.column_stack([cross2(left, along_t), cross2(along_s, left)])
+        step /= determinant[:, None]
+        xi = xi + step
+        if np.abs(step).max(initial=0.0) < 1e-15:
+            break
+    s, t = xi.T[:, :, None]
+    return (1 + s * XI) * (1 + t * ETA) / 4
+
+
+def bend_of(flat):
+    """How far a face is from a parallelogram, over its size; 0 for triangles."""
+    if len(flat) == 3:
+        return 0.0
+    return float(np.abs(flat[0] - flat[1] + flat[2] - flat[3]).max() / np.ptp(flat, axis=0).max())
+
+
+@dataclass
+class Placed:
+    """Slave nodes before a master surface. P nodes, M vertices of the master."""
+
+    rows: np.ndarray  # (P,)
+    area: np.ndarray  # (P,) of the slave faces about a node
+    covered: np.ndarray  # (P,) of it
+    weights: np.ndarray  # (P, M); 0 where nothing is covered
+    normal: np.ndarray  # (P, 3)
+    apart: np.ndarray  # (P, 3) from the mean place on the master to the node
+    least: np.ndarray  # (P,) least distance in the faces about the node
+    most: np.ndarray  # (P,) largest
+    bend: float  # how far the faces are from parallelograms
+
+    @property
+    def share(self):
+        """What is covered of each node's area."""
+        return self.covered / self.area
+
+    @property
+    def gap(self):
+        """(P,) along the normals."""
+        return np.einsum("pi,pi->p", self.normal, self.apart)
+
+
+def place_surface(slave, x, master, y):
+    """Placed nodes of `slave` faces [(4 rows of x)] before `master` faces [(3 or 4 rows of y)]."""
+    rows = np.unique(slave)
+    number = {int(r): i for i, r in enumerate(rows)}
+    count = len(rows)
+    area, covered = np.zeros(count), np.zeros(count)
+    weights = np.zeros((count, len(y)))
+    normal, bend = np.zeros((count, 3)), 0.0
+    least, most = np.full(count, np.inf), np.full(count, -np.inf)
+    normals = [normal_of(y[list(f)]) for f in master]
+    corners = [y[list(f)] for f in master]
+    for face in slave:
+        face = [int(r) for r in face]
+        at = [number[r] for r in face]
+        places = x[face]
+        n = normal_of(places)
+        first = places[1] - places[0]
+        first = first - n * (n @ first)
+        first /= np.linalg.norm(first)
+        plane = np.column_stack([first, np.cross(n, first)])
+        middle = places.mean(axis=0)
+        flat = (places - middle) @ plane
+        own = integrate(flat, flat, None)
+        area[at] += own[1]
+        bend = max(bend, bend_of(flat), float(np.abs((places - middle) @ n).max()
+                                               / np.ptp(flat, axis=0).max()))  # fmt: skip
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        lumped, mass, mixed = np.zeros(4), np.zeros((4, 4)), []
+        for f, (there, m) in enumerate(zip(corners, normals, strict=True)):
+            if n @ m > TURNED:
+                continue
+            seen = (there - middle) @ plane
+            if np.any(seen.min(axis=0) > high) or np.any(seen.max(axis=0) < low):
+                continue
+            polygon = hull_of_overlap(flat, seen[::-1])
+            if len(polygon) < 3:
+                continue
+            size, lump, own_mass, mix, values = integrate(flat, polygon, seen)
+            if size < 1e-12 * own[0]:
+                continue
+            lumped += lump
+            mass += own_mass
+            mixed.append((f, mix, lump))
+            bend = max(bend, bend_of(seen), float(np.abs((there - there.mean(axis=0)) @ m).max()
+                                                   / np.ptp(seen, axis=0).max()))  # fmt: skip
+            distance = (values[0] @ places - values[1] @ there) @ m
+            least[at] = np.minimum(least[at], distance.min())
+            most[at] = np.maximum(most[at], distance.max())
+        if lumped.sum() < LEAST_KEPT * own[0]:
+            continue
+        dual = lumped[:, None] * np.linalg.inv(mass)  # Phi = dual N, (11.1)
+        covered[at] += lumped
+        for f, mix, lump in mixed:
+            part = dual @ mix
+            for a in range(4):
+                weights[at[a], list(master[f])] += part[a]
+                normal[at[a]] += lump[a] * normals[f]
+    some = covered > 0
+    weights[some] /= covered[some, None]
+    length = np.linalg.norm(normal, axis=1)
+    normal[some] /= length[some, None]
+    apart = np.where(some[:, None], x[rows] - weights @ y, 0.0)
+    return Placed(rows, area, covered, weights, normal, apart, least, most, bend)
+
+
+def integrate(flat, polygon, seen):
+    """Area of a polygon in a slave face, int N, int N N^T, int N N_master^T; values at points.
+
+    `flat` and `seen`: slave and master face in the plane. The corners of the polygon are among the
+    points whose values are returned.
+    """
+    middle = polygon.mean(axis=0)
+    a, b = polygon, np.roll(polygon, -1, axis=0)
+    twice = cross2(a - middle, b - middle)
+    points = (middle + POINTS[None, :, :1] * (a - middle)[:, None]
+              + POINTS[None, :, 1:] * (b - a)[:, None])  # fmt: skip
+    w = (twice[:, None] / 2 * WEIGHTS[None]).ravel()
+    every = np.vstack([points.reshape(-1, 2), polygon])
+    n = shapes(flat, every)
+    inner = n[: len(w)]
+    lump, mass = w @ inner, inner.T @ (w[:, None] * inner)
+    if seen is None:
+        return w.sum(), lump, mass, None, None
+    m = shapes(seen, every)
+    return w.sum(), lump, mass, inner.T @ (w[:, None] * m[: len(w)]), (n, m)
