@@ -65,8 +65,9 @@ def press(runs):
 ## Press fit: `press.inp`
 
 A ring shrunk onto a hub, alike in material, with free ends: radii 10, 20 and 30, interference
-0.0025. Source: Lame, plane stress: {expected:.4f}. Two polygons with different numbers of sides
-touch; the largest error of their pressures is between the largest and the smallest of them.
+0.0025. Source: Lame, plane stress: {expected:.4f}. Polygons with different numbers of sides touch, so
+pressures vary from point to point: the last column is the largest less the smallest, beside the
+mean.
 
 {table(["bricks across a ring", "points", "mean pressure", "error", "largest - smallest"], rows)}
 """
@@ -126,8 +127,8 @@ with linear and 0.13294 with quadratic elements without friction, by 0.12858 and
 {table(heads, rows)}
 
 The circle is a polygon of 4 n sides in a quarter, so a coarse mesh carries less than pi/4 100^2 /
-4 times 100: {25 * math.pi * 2500:.0f}. Friction holds back {100 * effect:.0f} % of what it does in
-the source.
+4 times 100: {25 * math.pi * 2500:.0f}. With n = 6 friction changes the displacement by
+{100 * effect:.0f} % of what it does in the source.
 """
 
 
