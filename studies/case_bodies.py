@@ -65,9 +65,9 @@ def press(runs):
 ## Press fit: `press.inp`
 
 A ring shrunk onto a hub, alike in material, with free ends: radii 10, 20 and 30, interference
-0.0025. Source: Lame, plane stress: {expected:.4f}. Polygons with different numbers of sides touch, so
-pressures vary from point to point: the last column is the largest less the smallest, beside the
-mean.
+0.0025. Source: Lame, plane stress: {expected:.4f}. Polygons with different numbers of sides
+touch, so pressures vary from point to point: the last column is the largest less the smallest,
+beside the mean.
 
 {table(["bricks across a ring", "points", "mean pressure", "error", "largest - smallest"], rows)}
 """
