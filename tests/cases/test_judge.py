@@ -725,6 +725,7 @@ class TamperedBodies(unittest.TestCase):
             ("slip_increment", "slip wrong by"),
             ("covered_area", "covered area wrong by"),
             ("moment", "moment wrong by"),
+            ("moment_left", "moment left of a pair wrong by"),
             ("resultant", "resultant wrong by"),
         ):
             with self.subTest(dataset=dataset):

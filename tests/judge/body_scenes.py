@@ -288,7 +288,7 @@ def patch(b):
             exact[rows, axis] = poisson * e * points[rows, axis]
         base -= e * p.size[stack.axis]
     b.scene.exact = exact
-    b.scene.exact_to = 1e-4 if shaken else 2e-7
+    b.scene.exact_to = 1e-7 if shaken else 2e-8
     return "uniform stress"
 
 
