@@ -1,7 +1,7 @@
 """Random scenes of bodies before bodies, ties, obstacles of facets, and obstacles that turn."""
 
 import numpy as np
-from random_scenes import OUTWARD, SIDES, Builder, add_loads
+from random_scenes import SIDES, Builder, add_loads
 from scenes import CYLINDER, FACETS, PLANE, SPHERE, STL, Boundary, Force, Gravity, Pressure, Tie
 
 

@@ -95,7 +95,8 @@ class Stored:
                     "frame": np.broadcast_to(frame, (self.finished, *frame.shape[1:])),
                     **{key: group[key][rows] for key in
                        ("reaction", "gap", "slip_increment", "status", "resultant",
-                        "moment", "moment_left", "torque", "covered_area", "least_gap") if key in group},
+                        "moment", "moment_left", "torque", "covered_area", "least_gap")
+                       if key in group},
                     "area": group["area"][:],
                     "friction": float(group.attrs["friction_coefficient"]),
                 }  # fmt: skip
