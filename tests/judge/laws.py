@@ -451,8 +451,8 @@ class Judge:
                 room = 1e-11 * strength * reach + (
                     np.linalg.norm(p["force"], axis=1) * (p["doubt"] * np.sqrt(p["area"].max()))
                 ).sum()
-                self.note("moment left of a pair wrong by", row,
-                          np.abs(stored["moment_left"][row] - left).max(), max(room, TINY))  # fmt: skip
+                off = np.abs(stored["moment_left"][row] - left).max()
+                self.note("moment left of a pair wrong by", row, off, max(room, TINY))
             if "torque" not in stored:
                 continue
             arm = arm + u[p["rows"]]
