@@ -1,7 +1,7 @@
 """Random scenes of bodies before bodies, ties, obstacles of facets, and obstacles that turn."""
 
 import numpy as np
-from random_scenes import OUTWARD, SIDES, Builder, add_loads
+from random_scenes import SIDES, Builder, add_loads
 from scenes import CYLINDER, FACETS, PLANE, SPHERE, STL, Boundary, Force, Gravity, Pressure, Tie
 
 
@@ -288,7 +288,7 @@ def patch(b):
             exact[rows, axis] = poisson * e * points[rows, axis]
         base -= e * p.size[stack.axis]
     b.scene.exact = exact
-    b.scene.exact_to = 1e-4 if shaken else 2e-7
+    b.scene.exact_to = 1e-7 if shaken else 2e-8
     return "uniform stress"
 
 

@@ -214,8 +214,8 @@ def main():
         by_kind[verdict.kind, verdict.outcome] += 1
         told = options.only or (options.refusals and verdict.outcome == CONFIRMED)
         if verdict.outcome in FAILURES or told:
-            print(f"{verdict.family} {verdict.seed} ({verdict.kind}): {verdict.outcome}: {verdict.words}\n"
-                  f"    {verdict.deck}", flush=True)  # fmt: skip
+            print(f"{verdict.family} {verdict.seed} ({verdict.kind}): {verdict.outcome}: "
+                  f"{verdict.words}\n    {verdict.deck}", flush=True)  # fmt: skip
     outcomes = (RIGHT, CONFIRMED, WRONG, REFUTED, OPEN, BROKEN)
     print(f"{'':32s}" + "".join(f"{o:>12s}" for o in outcomes))
     for kind in sorted({k for k, _ in by_kind}):

@@ -20,7 +20,7 @@ NOISE = 16.0  # times the rounding of a node: forces that may be rounding alone
 TINY = 1e-300
 NOTHING = 1e-24  # of what it would take to hold a node back: no measure of forces is less
 LET_GO = 1e-3  # of the forces of contact before an increment: they are a measure, too
-EXCUSED = 2e-3  # of a load or of the largest force: the most that rounding may take from it
+EXCUSED = 1e-3  # of a load or of the largest force: the most that rounding may take from it
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,8 @@ class Stored:
                     "frame": np.broadcast_to(frame, (self.finished, *frame.shape[1:])),
                     **{key: group[key][rows] for key in
                        ("reaction", "gap", "slip_increment", "status", "resultant",
-                        "moment", "torque", "covered_area", "least_gap") if key in group},
+                        "moment", "moment_left", "torque", "covered_area", "least_gap")
+                       if key in group},
                     "area": group["area"][:],
                     "friction": float(group.attrs["friction_coefficient"]),
                 }  # fmt: skip
@@ -218,7 +219,7 @@ class Judge:
                 doubt += (p["doubt"] * np.linalg.norm(p["force"], axis=1)).sum()
         if any(p["master"] is not None for p in points):
             # What is on the masters is the file's, after it was found to be that, nearly.
-            self.check_contact_forces(row, pressed, doubt)
+            self.check_contact_forces(row, pressed, doubt, points)
             pressed = np.where(np.isin(np.arange(len(u)), self.mesh)[:, None],
                                stored.contact_force[row], pressed)  # fmt: skip
         internal = scene.bricks().internal_force(u)
@@ -371,7 +372,7 @@ class Judge:
             "held": np.linalg.norm(across_held(fixed, frame[:, 0]), axis=(1, 2)) > 1e-9,
             "stored": kept, "status": read("status"), "has_row": has_row, "master": master,
             "placed": placed, "own_gap": own, "own_slip": own_slip,
-            "doubt": placed.doubt(size), "area": stored["area"][order],
+            "doubt": placed.doubt(size), "apart": placed.apart, "area": stored["area"][order],
             "covered": read("covered_area"), "least": read("least_gap"),
             "added": self.added[rows], "far": size, "moved": np.abs(moved).max(initial=0.0),
         }  # fmt: skip
@@ -420,17 +421,18 @@ class Judge:
             self.note("least gap too small by", row, ((least - told) / room).max(), 1.0)
             self.note("least gap too large by", row, ((told - most) / room).max(), 1.0)
 
-    def check_contact_forces(self, row, pressed, doubt):
+    def check_contact_forces(self, row, pressed, doubt, points):
         """The forces on the nodes of both surfaces are the reactions and their shares."""
         mesh = self.mesh
         off = np.abs(self.stored.contact_force[row][mesh] - pressed[mesh]).max()
         room = doubt + 1e-12 * np.abs(pressed[mesh]).max()
         self.note("contact force of a node wrong by", row, off, max(room, 1e-300))
-        # Action is reaction: all of a body's pairs with others add up to 0.
-        if all(s.pair.obstacle is None for s in self.surfaces):
-            total = np.abs(self.stored.contact_force[row][mesh].sum(axis=0)).max()
-            self.note("action is not reaction, by", row, total,
-                      max(1e-9 * np.abs(pressed[mesh]).sum(), 1e-300))  # fmt: skip
+        # Action is reaction: what is left of all forces on bodies is that of the obstacles.
+        total = self.stored.contact_force[row][mesh].sum(axis=0)
+        total = total - sum(p["force"].sum(axis=0) for p in points if p["pair"].master is None)
+        strength = sum(np.abs(p["force"]).sum() for p in points)
+        self.note("action is not reaction, by", row, np.abs(total).max(),
+                  max(1e-11 * strength, TINY))  # fmt: skip
 
     def check_moments(self, row, points, u):
         """Moments and torques in the file are those of the reactions."""
@@ -444,6 +446,13 @@ class Judge:
             reach = np.abs(self.scene.points).max() + np.abs(u).max()
             self.note("moment wrong by", row, np.abs(stored["moment"][row] - moment).max(),
                       max(1e-11 * strength * reach, 1e-300))  # fmt: skip
+            if p["pair"].master is not None and not p["pair"].small:
+                left = np.cross(p["apart"], p["force"]).sum(axis=0)
+                room = 1e-11 * strength * reach + (
+                    np.linalg.norm(p["force"], axis=1) * (p["doubt"] * np.sqrt(p["area"].max()))
+                ).sum()
+                off = np.abs(stored["moment_left"][row] - left).max()
+                self.note("moment left of a pair wrong by", row, off, max(room, TINY))
             if "torque" not in stored:
                 continue
             arm = arm + u[p["rows"]]

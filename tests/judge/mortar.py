@@ -1,7 +1,7 @@
-"""Surfaces before surfaces: weights, normals and gaps of slave nodes, by integrals of the judge's own.
+"""Surfaces before surfaces: weights, normals and gaps of nodes, by integrals of the judge's own.
 
-What is integrated is what docs/theory.md, section 11, says, (11.1) to (11.4). How is another way than
-the program's: overlaps are the hull of corners that lie inside and of crossings of edges, and
+What is integrated is what docs/theory.md, section 11, says, (11.1) to (11.4). How is another way
+than the program's: overlaps are the hull of corners that lie inside and of crossings of edges, and
 their integrals those of Gauss's product rule, 49 points a triangle, whatever the faces look like.
 """
 
@@ -31,10 +31,8 @@ POINTS, WEIGHTS = product_rule(7)
 
 def normal_of(x):
     """The outward unit normal of a face (3 or 4, 3), anticlockwise from outside."""
-    if len(x) == 3:
-        n = np.cross(x[1] - x[0], x[2] - x[0])
-    else:
-        n = np.cross(x[2] - x[0], x[3] - x[1])
+    # Of a triangle the edges from its first corner, else the diagonals.
+    n = np.cross(x[-2] - x[0], x[-1] - x[-3])
     return n / np.linalg.norm(n)
 
 

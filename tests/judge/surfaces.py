@@ -51,8 +51,8 @@ class Surface:
         """[(axis, rows of the slave on the plane)] of docs/theory.md, section 11."""
         scene, out = self.scene, []
         steps = [held_at_zero(scene, number) for number in range(len(scene.steps))]
-        bodies = [rows for rows in scene.tied_bodies()
-                  if np.isin(rows, self.slave).any() or np.isin(rows, self.master).any()]  # fmt: skip
+        pair = np.concatenate([np.ravel(self.slave), np.ravel(self.master)])
+        bodies = [rows for rows in scene.tied_bodies() if np.isin(rows, pair).any()]
         rows = np.concatenate(bodies)
         slave = np.unique(self.slave)
         size = np.ptp(scene.points[rows], axis=0).max()
