@@ -13,8 +13,10 @@ module condensed_contact_mod
   use rigid_modes_mod, only: free_motions_t
   use placement_mod, only: placement_t
   use transfer_mod, only: transfer_t, make_transfer, compliance_of_rows, movable, rows_of_points, &
-    motions_at_rows, stiffness_left
-  use compliance_mod, only: compliance_t, take_matrix, get_matrix, add_single_copy
+    motions_at_rows, stiffness_left, stiffness_left_nearby, give_way
+  use solutions_map_mod, only: map_of_rows
+  use compliance_map_mod, only: compliance_map_t
+  use compliance_mod, only: compliance_t, take_matrix, take_map, get_matrix, add_single_copy, is_map
   use problem_mod, only: contact_problem_t, make_problem
   use floating_mod, only: floating_t, free_the_motions
   implicit none
@@ -133,7 +135,11 @@ contains
     call rows_of_points(movable(scene, body%prescribed), points, placement%weights, &
       placement%frame, rows%row)
     call make_transfer(body%inverse%map, points, placement%weights, rows%transfer)
-    rows%left = stiffness_left(body%inverse%map, points, rows%transfer, body%inverse%compliance)
+    if (body%inverse%is_condensed) then
+      rows%left = stiffness_left(body%inverse%map, points, rows%transfer, body%inverse%compliance)
+    else
+      rows%left = stiffness_left_nearby(body%inverse%map, points, rows%transfer, body%flexibility)
+    end if
     do i = 1, size(contact%group)
       if (only_curved .and. .not. any(points%is_curved(contact%group(i)%point))) cycle
       call condense_group(scene, points, body, undeformed, placement, rows, &
@@ -151,7 +157,9 @@ contains
     type(contact_group_t), intent(inout) :: group
     real(wp), allocatable :: w(:, :), g(:, :), undeformed_g(:, :)
     type(compliance_t) :: compliance
+    class(compliance_map_t), allocatable :: map
     type(near_stiffness_t) :: near
+    real(wp) :: block(3, 3, points%n)
     integer :: row(3, points%n), i, a, n
 
     row = 0
@@ -163,8 +171,13 @@ contains
         row(a, group%point(i)) = n
       end do
     end do
-    call compliance_of_rows(rows%transfer, placement%frame, row, body%inverse%compliance, w)
-    call take_matrix(w, compliance)
+    if (body%inverse%is_condensed) then
+      call compliance_of_rows(rows%transfer, placement%frame, row, body%inverse%compliance, w)
+      call take_matrix(w, compliance)
+    else
+      call map_of_rows(body%inverse, rows%transfer, placement%frame, row, map)
+      call take_map(map, n, compliance)
+    end if
     group%active = pack(group%point, row(1, group%point) > 0)
     if (size(group%motion) > 0) then
       g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
@@ -175,7 +188,13 @@ contains
       call free_the_motions(g(:, group%motion), undeformed_g(:, group%motion), compliance, &
         group%floating)
     end if
-    if (any(depends_on_others(body, points%node(group%active)))) then
+    if (.not. body%inverse%is_condensed) then
+      block = give_way(rows%transfer, placement%frame, body%flexibility)
+      near = turn_near(body%stiffness, placement%frame, group%active)
+      call scale_near(near, rows%left(points%pair(group%active)))
+      call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
+        near, block(:, :, group%active))
+    else if (any(depends_on_others(body, points%node(group%active)))) then
       ! The Schur complement says nothing of these: their stiffness is that of W.
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem)
     else
@@ -224,6 +243,7 @@ contains
 
     n = 0.0_wp
     do i = 1, size(contact%group)
+      if (is_map(contact%group(i)%problem%compliance)) cycle
       n = n + real(contact%group(i)%problem%n_rows, wp)**2
     end do
   end function count_matrix_entries

@@ -102,7 +102,7 @@ contains
 
     allocate (trial%u_contact(3, scene%mesh%n_nodes), trial%applied_reaction(3, points%n), &
       trial%applied_force(3, scene%mesh%n_nodes), source=0.0_wp)
-    if (is_exact(scene%precision)) return
+    if (is_exact(scene%precision) .or. .not. solver%body%inverse%is_condensed) return
     call sum_patterns(scene, solver%response, increment%begin, &
       increment%begin*scene%steps(increment%step)%period, loaded, external)
     associate (prescribed => solver%body%prescribed)
