@@ -19,7 +19,8 @@ module body_solver_mod
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: factorise, is_analysed, analysed_order
   use stiffness_inverse_mod, only: stiffness_inverse_t, solve_equations
-  use near_elimination_mod, only: eliminate_nearby
+  use near_elimination_mod, only: elimination_t, begin_elimination, test_forces, fit_elimination, &
+    blocks_nearby
   use tied_pieces_mod, only: check_pieces
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   implicit none
@@ -149,7 +150,8 @@ contains
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     integer :: index(3, points%n), i
     type(norm_estimate_t) :: norm
-    real(wp), allocatable :: x(:), b(:, :)
+    type(elimination_t) :: elimination
+    real(wp), allocatable :: x(:), b(:, :), force(:, :)
 
     associate (inverse => body%inverse, n => body%inverse%map%n_interface)
       if (k%is_shared) call assemble_stiffness(scene%mesh, scene%materials, inverse%map, start, &
@@ -157,11 +159,19 @@ contains
       do i = 1, points%n
         index(:, i) = interface_equations_of(inverse%map, points%node(i))
       end do
-      call eliminate_nearby(k, n, index, body%stiffness, body%flexibility)
       if (.not. is_exact(scene%precision)) then
         inverse%mesh = scene%mesh
         inverse%materials = scene%materials
       end if
+      call begin_elimination(k, n, elimination)
+      call test_forces(elimination, force)
+      allocate (b(inverse%map%n_free, size(force, 2)), source=0.0_wp)
+      b(size(b, 1) - n + 1:, :) = force
+      call solve_equations(inverse, b, .true., error)
+      if (allocated(error)) return
+      call fit_elimination(elimination, b(size(b, 1) - n + 1:, :))
+      deallocate (b)
+      call blocks_nearby(elimination, index, body%stiffness, body%flexibility)
       allocate (x(n), b(inverse%map%n_free, 1))
       do while (norm%goes_on(x))
         b = 0.0_wp
