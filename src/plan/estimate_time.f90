@@ -11,7 +11,8 @@ module estimate_time_mod
   use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness, nodal_force
   use mesh_forces_mod, only: internal_force
-  use count_sizes_mod, only: sizes_t, iterations_of_increment, products_of_increment, solutions
+  use count_sizes_mod, only: sizes_t, iterations_of_increment, products_of_increment, &
+    solutions, solutions_of_product
   use estimate_file_mod, only: file_size_t
   implicit none
   private
@@ -36,6 +37,8 @@ module estimate_time_mod
   real(wp), parameter :: squeeze_rate = 60.0e6_wp    !! of numbers that vary [bytes/s]
   real(wp), parameter :: squeeze_zeros = 400.0e6_wp  !! of zeros [bytes/s]
   real(wp), parameter :: keep_rate = 1.0e9_wp        !! of numbers that are not squeezed [bytes/s]
+  real(wp), parameter :: near_interface = 5.0e5_wp
+  !! operations for what is near an unknown of the interface, at the rate of dense products
   real(wp), parameter :: visit_of_sweep = 0.5_wp     !! of a point, in internal forces of a brick
 
   !> Seconds of the phases of a run.
@@ -53,7 +56,8 @@ contains
     real(wp), intent(in) :: ordering !! [s]
     type(seconds_t) :: seconds
     type(machine_speed_t) :: speed
-    real(wp) :: stiffness_time, force_time, body_time, product, plain, passes, scratch_time
+    real(wp) :: stiffness_time, force_time, body_time, product, plain, passes, scratch_time, &
+      n_recovered
 
     call measure_speed(nint(sizes%front), nint(sizes%rows), int(sizes%word*sizes%factor, i8), speed)
     call time_brick(scene, stiffness_time, force_time)
@@ -75,11 +79,19 @@ contains
     product = product + 400.0_wp*sizes%rows/speed%bytes
     if (scene%contact%solver == solver_sweeps) product = 8.0_wp*sizes%rows**2/speed%bytes + &
       sizes%points*visit_of_sweep*force_time
+    n_recovered = solutions(scene, sizes)
+    if (.not. sizes%is_dense) then
+      seconds%condense = sizes%factorisations*(near_interface*sizes%interface/speed%flops)
+      product = solutions_of_product(scene)*passes_to_solve*sizes%word*sizes%factor/speed%bytes
+      n_recovered = n_recovered - sizes%increments*products_of_increment(scene, sizes)* &
+        solutions_of_product(scene)
+    end if
     seconds%contact = sizes%increments*products_of_increment(scene, sizes)*product
     passes = passes_to_solve
     if (sizes%columns > 1.0_wp) passes = passes_ahead
-    seconds%recover = solutions(scene, sizes)*(passes*sizes%word*sizes%factor + &
-      8.0_wp*sizes%interface**2)/speed%bytes + 2.0_wp*solutions(scene, sizes)*scratch_time + &
+    seconds%recover = n_recovered*(passes*sizes%word*sizes%factor + &
+      merge(8.0_wp*sizes%interface**2, 0.0_wp, sizes%is_dense))/speed%bytes + &
+      2.0_wp*solutions(scene, sizes)*scratch_time + &
       sizes%increments*(start_of_increment*plain + &
       2.0_wp*iterations_of_increment(scene)*body_time)
     seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &

@@ -60,9 +60,11 @@ contains
     call take_accuracy(options, scene)
     call make_plan(scene, plan, error)
     if (allocated(error)) return
-    if (goes_on(options, scene)) call take_arithmetic(result_path(options, scene), scene%precision)
+    if (goes_on(options, scene)) call take_arithmetic(result_path(options, scene), &
+      scene%precision, scene%contact%compliance)
     call begin_body_solver(solver%body)
-    call estimate_costs(scene, result_path(options, scene), plan, solver%body%inverse%factor, error)
+    call estimate_costs(scene, result_path(options, scene), options%exported /= '', plan, &
+      solver%body%inverse%factor, error)
     if (allocated(error)) return
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
