@@ -5,7 +5,8 @@
 !> blocks between groups, and each is solved to a tolerance measured by its own forces, however
 !> stiff or heavily loaded the others are. docs/theory.md section 2.
 module condensed_contact_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
+  use resource_limits_mod, only: has_memory
   use scene_mod, only: scene_t
   use near_stiffness_mod, only: near_stiffness_t, turn_near, scale_near
   use contact_points_mod, only: contact_points_t, master_nodes
@@ -23,7 +24,8 @@ module condensed_contact_mod
   private
 
   public :: condensed_contact_t, contact_group_t, find_groups, condense_contact, count_points, &
-    count_rows, count_matrix_entries, neutral_motions, whole_problem
+    count_rows, count_matrix_entries, neutral_motions, whole_problem, form_compliance, &
+    dense_bytes
 
   !> Points that contact couples, and the rigid motions that it sees there.
   type :: contact_group_t
@@ -206,6 +208,30 @@ contains
     if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
   end subroutine condense_group
+
+  !> The problem of a group whose W is known by its products, with W as an array: what sweeps and
+  !> files need, as many solutions as it has rows.
+  subroutine form_compliance(problem, dense, formed)
+    type(contact_problem_t), intent(in) :: problem
+    type(contact_problem_t), intent(out) :: dense
+    logical, intent(out) :: formed !! false: there is no memory for it
+    real(wp), allocatable :: w(:, :)
+
+    formed = has_memory(dense_bytes(problem%n_rows))
+    if (.not. formed) return
+    allocate (w(problem%n_rows, problem%n_rows))
+    call get_matrix(problem%compliance, w)
+    call make_problem(problem%row, problem%mu, w, dense)
+    dense%driven = problem%driven
+    dense%is_proximal = problem%is_proximal
+  end subroutine form_compliance
+
+  !> What W as an array takes, with its copy in single precision and its inverse.
+  pure integer(i8) function dense_bytes(n_rows)
+    integer, intent(in) :: n_rows
+
+    dense_bytes = int(20.0_wp*real(n_rows, wp)**2, i8)
+  end function dense_bytes
 
   !> Which nodes depend on others by constraints.
   pure function depends_on_others(body, nodes) result(depends)

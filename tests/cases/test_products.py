@@ -1,0 +1,154 @@
+"""Contact by products with the compliance finds the forces that contact with a dense one finds."""
+
+import os
+import resource
+import unittest
+
+import numpy as np
+from program import PROGRAM, Run
+from two_bodies import block, pair
+
+HEAD = """*HEADING
+A plate of three layers before an obstacle
+{blocks}{obstacle}*SURFACE INTERACTION, NAME=I
+*FRICTION
+{mu}
+*CONTACT PAIR, INTERACTION=I
+{surfaces}
+*CONTACT SOLVER, COMPLIANCE={compliance}, TOLERANCE={tolerance}{options}
+*PRECISION, {precision}
+"""
+PLANE = "*OBSTACLE, NAME=FLOOR, TYPE=PLANE\n0., 0., 0.,  0., 0., 1.\n"
+SPHERE = "*OBSTACLE, NAME=FLOOR, TYPE=SPHERE\n0.5, 0.5, -1.,  1.\n"
+# Pressed by its upper side, then pushed along x.
+PRESS = """*STEP
+*STATIC, DIRECT
+0.5, 1.
+*BOUNDARY
+A-ZMAX, 1, 2, 0.
+A-ZMAX, 3, 3, -2e-4
+*END STEP
+*STEP
+*STATIC, DIRECT
+0.5, 1.
+*BOUNDARY
+A-ZMAX, 1, 1, 0.0004
+*END STEP
+"""
+# The same, but contact alone holds it along z.
+LOAD = """*STEP
+*STATIC, DIRECT
+0.5, 1.
+*BOUNDARY
+A-ZMAX, 1, 2, 0.
+*DSLOAD
+A-ZMAX, P, 100.
+*END STEP
+*STEP
+*STATIC, DIRECT
+0.5, 1.
+*BOUNDARY
+A-ZMAX, 1, 1, 0.0004
+*END STEP
+"""
+
+
+def plate(name, n, low=0.0, young=210000.0, x=0.0, length=1.0):
+    """Return the cards of a plate of n x n x 3 bricks on the height `low`."""
+    return block(name, (n, n, 3), (x, 0.0, low), (length, 1.0, 0.1), young)
+
+
+def deck(compliance, **changes):
+    """Return the deck of a plate, its steps PRESS if nothing else is said."""
+    words = {
+        "blocks": plate("A", 8),
+        "obstacle": PLANE,
+        "surfaces": "A-ZMIN, FLOOR",
+        "mu": 0.3,
+        "tolerance": "1e-9",
+        "options": "",
+        "precision": "OUT OF CORE=NO",
+        "steps": PRESS,
+        **changes,
+    }
+    return HEAD.format(compliance=compliance, **words) + words["steps"]
+
+
+class Products(unittest.TestCase):
+    def solved(self, compliance, *options, **changes):
+        """Run such a deck, which must be solved and certified."""
+        run = Run(deck(compliance, **changes), *options, name="plate")
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertTrue(np.all(result.history("certified") == 1))
+        return run
+
+    def agree(self, limit=1e-7, **changes):
+        """The forces of all increments are the same with W and without; without, none is formed."""
+        runs = [self.solved(word, **changes) for word in ("DENSE", "PRODUCTS")]
+        with runs[0].result() as dense, runs[1].result() as products:
+            for a, b in zip(dense.pairs, products.pairs, strict=True):
+                largest = abs(a.reaction).max()
+                self.assertGreater(largest, 0.0)
+                np.testing.assert_allclose(b.reaction, a.reaction, rtol=0, atol=limit * largest)
+            a, b = (r.field("displacement", -1) for r in (dense, products))
+            np.testing.assert_allclose(b, a, rtol=0, atol=limit * abs(a).max())
+            self.assertGreater(dense.counters["contact_matrix_bytes"], 0)
+            self.assertEqual(products.counters["contact_matrix_bytes"], 0)
+            self.assertEqual(products.counters["compliance_bytes"], 0)
+            # Every product is a solution.
+            self.assertGreaterEqual(
+                products.counters["solutions"], products.counters["compliance_products"]
+            )
+        self.assertNotIn("the plan said", runs[1].output + runs[1].errors)
+        return runs[1]
+
+    def test_plate(self):
+        for n in (8, 12):
+            self.agree(blocks=plate("A", n))
+
+    def test_plate_without_friction(self):
+        self.agree(mu=0.0)
+
+    def test_free_plate(self):
+        self.agree(steps=LOAD)
+
+    def test_thin_body_on_a_sphere(self):
+        steps = PRESS.replace("-2e-4", "-2e-3")
+        for mu in (0.0, 0.3):
+            self.agree(obstacle=SPHERE, mu=mu, steps=steps)
+
+    def test_two_plates(self):
+        held = "*BOUNDARY\nB-ZMIN, 1, 3, 0.\n"
+        self.agree(
+            blocks=plate("A", 8) + plate("B", 6, -0.1),
+            obstacle="",
+            surfaces="A-ZMIN, B-ZMAX",
+            steps=held + PRESS,
+        )
+
+    def test_plate_between_plane_and_plate(self):
+        self.agree(
+            blocks=plate("A", 8, 0.1) + plate("B", 6),
+            surfaces="A-ZMIN, B-ZMAX\n" + "",
+            obstacle=PLANE,
+            options="\n" + pair("B-ZMIN, FLOOR", 0.2, number=2).rstrip(),
+            precision="OUT OF CORE=NO",
+        )
+
+    def test_tied_plates(self):
+        self.agree(
+            blocks=plate("A", 6) + plate("B", 4, x=1.0, length=0.5),
+            surfaces="A-ZMIN, FLOOR\nB-ZMIN, FLOOR",
+            options="\n*TIE, NAME=SEAM\nB-XMIN, A-XMAX",
+        )
+
+    def test_inexact_factors(self):
+        for precision in ("FACTOR=SINGLE", "FACTOR=SINGLE, BLOCK LOW RANK=1e-4"):
+            with self.subTest(precision=precision):
+                self.agree(precision=precision)
+        self.agree(precision="FACTOR=SINGLE", obstacle=SPHERE, steps=PRESS.replace("-2e-4", "-2e-3"))
+
+
+if __name__ == "__main__":
+    unittest.main()
