@@ -30,7 +30,8 @@ module estimate_costs_mod
   use alternatives_mod, only: alternatives, where_in_words
   use count_sizes_mod, only: sizes_t, count_sizes, products_of_increment, solutions, flops_of_run
   use estimate_file_mod, only: file_size_t, size_of_file
-  use estimate_time_mod, only: seconds_t, seconds_of_run, total_seconds
+  use estimate_time_mod, only: seconds_t, seconds_of_run, seconds_of_contact, &
+    total_seconds
   use make_plan_mod, only: forget_compliance
   use plan_table_mod, only: add_line, describe_choice, describe_products, bytes_in_words, time_in_words
   implicit none
@@ -139,31 +140,29 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(precision_controls_t) :: given
     type(sizes_t) :: of_dense, bare
-    type(seconds_t) :: seconds
     real(wp) :: by_dense, by_products, spent
     character(:), allocatable :: why
 
     bare = sizes
     why = 'as the deck asks for'
+    if (scene%contact%compliance == compliance_auto .and. sizes%interface < least_interface) &
+      scene%contact%compliance = compliance_dense
     if (scene%contact%compliance == compliance_auto) then
       scene%contact%compliance = compliance_dense
-      if (sizes%interface < least_interface) then
-        continue
-      else if (8.0_wp*(sizes%interface**2 + sizes%rows**2) > enough*real(plan%memory_left, wp)) then
+      if (8.0_wp*(sizes%interface**2 + sizes%rows**2) > enough*real(plan%memory_left, wp)) then
         scene%contact%compliance = compliance_products
         why = 'dense it does not fit'
       else
         given = scene%precision
         call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
         if (allocated(error) .or. .not. plan%is_analysed) return
-        seconds = seconds_of_run(scene, sizes, file, ordering)
-        by_dense = costs_of_contact(seconds)
+        by_dense = seconds_of_contact(scene, sizes)
         of_dense = sizes
         sizes%is_dense = .false.
         ! Without numbers yet: the factor of the interior, which is the least of it.
         sizes%factor = least_factor*sizes%factor
-        seconds = seconds_of_run(scene, sizes, file, ordering)
-        by_products = seconds%contact
+        sizes%flops = 0.0_wp
+        by_products = seconds_of_contact(scene, sizes)
         sizes = of_dense
         if (by_products >= by_dense) return
         spent = ordering
@@ -172,13 +171,12 @@ contains
         sizes = bare
         call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
         if (allocated(error)) return
-        seconds = seconds_of_run(scene, sizes, file, ordering)
-        by_products = costs_of_contact(seconds)
+        by_products = seconds_of_contact(scene, sizes)
         ordering = ordering + spent
         if (by_products < by_dense) then
           call forget_compliance(plan)
-          call describe_products(plan, 'about '//time_in_words(by_products)//' instead of '// &
-            time_in_words(by_dense))
+          call describe_products(plan, 'a share of '//to_text(by_products/by_dense, 2)// &
+            ' of the time that it takes dense')
           return
         end if
         scene%precision = given
@@ -190,15 +188,6 @@ contains
     if (scene%contact%compliance /= compliance_products) return
     call forget_compliance(plan)
     call describe_products(plan, why)
-
-  contains
-
-    pure real(wp) function costs_of_contact(seconds)
-      type(seconds_t), intent(in) :: seconds
-
-      costs_of_contact = seconds%factorise + seconds%condense + seconds%contact + seconds%recover
-    end function costs_of_contact
-
   end subroutine choose_compliance
 
   !> Order the equations of the first step and analyse their elimination, in the first arithmetic

@@ -1,7 +1,5 @@
 """Contact by products with the compliance finds the forces that contact with a dense one finds."""
 
-import os
-import resource
 import unittest
 
 import numpy as np
@@ -130,16 +128,15 @@ class Products(unittest.TestCase):
     def test_plate_between_plane_and_plate(self):
         self.agree(
             blocks=plate("A", 8, 0.1) + plate("B", 6),
-            surfaces="A-ZMIN, B-ZMAX\n" + "",
-            obstacle=PLANE,
+            surfaces="A-ZMIN, B-ZMAX",
             options="\n" + pair("B-ZMIN, FLOOR", 0.2, number=2).rstrip(),
-            precision="OUT OF CORE=NO",
         )
 
-    def test_tied_plates(self):
+    def test_points_that_hang_on_a_tied_plate(self):
+        # Only one of both is before the plane, or reactions along the seam would not be unique.
         self.agree(
             blocks=plate("A", 6) + plate("B", 4, x=1.0, length=0.5),
-            surfaces="A-ZMIN, FLOOR\nB-ZMIN, FLOOR",
+            surfaces="B-ZMIN, FLOOR",
             options="\n*TIE, NAME=SEAM\nB-XMIN, A-XMAX",
         )
 
@@ -148,6 +145,53 @@ class Products(unittest.TestCase):
             with self.subTest(precision=precision):
                 self.agree(precision=precision)
         self.agree(precision="FACTOR=SINGLE", obstacle=SPHERE, steps=PRESS.replace("-2e-4", "-2e-3"))
+
+
+    def test_sweeps_form_it(self):
+        """Sweeps read W by rows: it is formed, whatever the deck says."""
+        run = self.solved("PRODUCTS", options=", SOLVER=SWEEPS")
+        with run.result() as result:
+            self.assertGreater(result.counters["contact_matrix_bytes"], 0)
+        self.assertIn("dense, double precision", run.output)
+
+    def test_files_hold_it(self):
+        """A contact problem that is written to a file has its W, and is solved like the deck."""
+        run = self.solved("PRODUCTS", "--export-fclib", "2")
+        with run.result() as result:
+            self.assertGreater(result.counters["contact_matrix_bytes"], 0)
+        problem = Run(next(run.folder.glob("*.fclib.hdf5")))
+        self.assertEqual(problem.status, 0, problem.errors)
+
+    def test_what_does_not_fit_is_refused(self):
+        """Where memory has no room for W, products run, and what needs W says what it takes."""
+        big = {"blocks": plate("A", 56), "tolerance": "1e-6", "steps": PRESS[: PRESS.rindex("*STEP")]}
+
+        def limited(compliance, options=""):
+            """Plan such a deck with 900 MB of addresses."""
+            return Run(
+                deck(compliance, options=options, **big),
+                "--plan",
+                name="plate",
+                command=("/bin/sh", "-c", 'ulimit -v 900000; exec "$0" "$@"', PROGRAM),
+            )
+
+        self.assertEqual(limited("PRODUCTS").status, 0)
+        automatic = limited("AUTO")
+        self.assertEqual(automatic.status, 0, automatic.errors)
+        self.assertIn("not formed", automatic.output)
+        for refused in (limited("DENSE"), limited("PRODUCTS", ", SOLVER=SWEEPS")):
+            self.assertEqual(refused.status, 3)
+            self.assertRegex(refused.errors, "the run needs (about|more than) .* of memory")
+
+    def test_auto_chooses_by_the_figures(self):
+        """A cube has its W, a plate of many contact points and few increments has not."""
+        cube = Run(deck("AUTO", blocks=block("A", 8, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 210000.0)),
+                   "--plan", name="plate")
+        self.assertEqual(cube.status, 0, cube.errors)
+        self.assertIn("dense, double precision", cube.output)
+        thin = Run(deck("AUTO", blocks=plate("A", 48)), "--plan", name="plate")
+        self.assertEqual(thin.status, 0, thin.errors)
+        self.assertIn("not formed: each product with it is a solution", thin.output)
 
 
 if __name__ == "__main__":
