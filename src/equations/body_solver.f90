@@ -26,8 +26,8 @@ module body_solver_mod
   implicit none
   private
 
-  public :: body_solver_t, solver_work_t, begin_body_solver, make_body_solver, change_obstacle_supports, &
-    invert_schur, point_stiffness, lap
+  public :: body_solver_t, solver_work_t, begin_body_solver, make_body_solver, &
+    change_obstacle_supports, invert_schur, point_stiffness, lap
 
   real(wp), parameter :: few = 3.0_wp !! times its diagonal: a row of the condensed stiffness [-]
 

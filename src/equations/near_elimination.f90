@@ -1,6 +1,6 @@
 !> The stiffness of the contact points as far as it is near, without a Schur complement.
 !>
-!> The inverse of the stiffness of the interior i, which the Schur complement has on the interface c,
+!> The inverse of the interior's stiffness K_ii, which the Schur complement has on the interface c,
 !> is taken for two terms of a polynomial in its diagonal D,
 !>
 !>     S ~ K_cc - a_1 E_1 - a_2 E_2,    E_1 = K_ci D^-1 K_ic,    E_2 = K_ci D^-1 K_ii D^-1 K_ic,

@@ -40,7 +40,7 @@ contains
     !! (n_free) 1..n_free; the interface keeps the last places, where it is last
     type(error_t), allocatable, intent(out) :: error !! METIS failed (memory)
     integer, intent(in), optional :: n_last
-    !! how many are eliminated last, or not at all: those of the interface where it is left out, or 0
+    !! how many are eliminated last, or not at all: those of the interface where it is left out
     integer, allocatable :: vertex(:), node_of(:), node_order(:)
     integer :: n_interior, node, i, n, position
 

@@ -146,8 +146,8 @@ contains
     call to_nodes(inverse%map, b(:, 1), displacement)
   end subroutine finish_inverse
 
-  !> K^-1 b where nothing is condensed, several at once. Unless some digits are enough solutions with
-  !> an inexact factor are refined by the internal forces of what they leave, until that gains
+  !> K^-1 b where nothing is condensed, several at once. Unless some digits are enough, solutions
+  !> with an inexact factor are refined by the internal forces of what they leave, until that gains
   !> nothing: what contact sees is linear then, and reactions do what the bodies do.
   subroutine solve_equations(inverse, b, roughly, error)
     type(stiffness_inverse_t), intent(inout) :: inverse

@@ -33,7 +33,8 @@ module estimate_costs_mod
   use estimate_time_mod, only: seconds_t, seconds_of_run, seconds_of_contact, &
     total_seconds
   use make_plan_mod, only: forget_compliance
-  use plan_table_mod, only: add_line, describe_choice, describe_products, bytes_in_words, time_in_words
+  use plan_table_mod, only: add_line, describe_choice, describe_products, bytes_in_words, &
+    time_in_words
   implicit none
   private
 
@@ -45,7 +46,8 @@ module estimate_costs_mod
   ! What must be left whenever a library is called (resource_limits_mod) [bytes].
   real(wp), parameter :: granted = 32.0e6_wp
 
-  real(wp), parameter :: near_interface = 3.0e3_wp !! a number of the interface, where W is not formed
+  real(wp), parameter :: near_interface = 3.0e3_wp
+  !! a number of the interface, where W is not formed [bytes]
 
   real(wp), parameter :: least_interface = 1000.0_wp !! numbers of it from which on W has a price
   real(wp), parameter :: least_factor = 0.7_wp !! of that with the interface last: the least without
@@ -145,9 +147,9 @@ contains
 
     bare = sizes
     why = 'as the deck asks for'
-    if (scene%contact%compliance == compliance_auto .and. sizes%interface < least_interface) &
+    if (scene%contact%compliance == compliance_auto .and. sizes%interface < least_interface) then
       scene%contact%compliance = compliance_dense
-    if (scene%contact%compliance == compliance_auto) then
+    else if (scene%contact%compliance == compliance_auto) then
       scene%contact%compliance = compliance_dense
       if (8.0_wp*(sizes%interface**2 + sizes%rows**2) > enough*real(plan%memory_left, wp)) then
         scene%contact%compliance = compliance_products
@@ -395,8 +397,8 @@ contains
     real(wp), parameter :: most_dense = 1000.0_wp ! rows, of global_newton
 
     bytes = 8.0_wp*40.0_wp*sizes%rows + 1.3e6_wp*min(1.0_wp, sizes%rows/100.0_wp)
-    if (sizes%motions > 0.0_wp .and. sizes%rows <= most_dense .and. sizes%is_dense) bytes = bytes + &
-      16.0_wp*sizes%rows**2
+    if (sizes%motions > 0.0_wp .and. sizes%rows <= most_dense .and. sizes%is_dense) bytes = &
+      bytes + 16.0_wp*sizes%rows**2
   end function krylov_bytes
 
   !> The costs in the table.

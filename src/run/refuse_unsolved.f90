@@ -5,8 +5,8 @@ module refuse_unsolved_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
   use scene_mod, only: scene_t
-  use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_in_words, is_exact, &
-    compliance_products
+  use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_in_words, &
+    is_exact, compliance_products
   use contact_points_mod, only: contact_points_t
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t

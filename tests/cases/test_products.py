@@ -144,7 +144,8 @@ class Products(unittest.TestCase):
         for precision in ("FACTOR=SINGLE", "FACTOR=SINGLE, BLOCK LOW RANK=1e-4"):
             with self.subTest(precision=precision):
                 self.agree(precision=precision)
-        self.agree(precision="FACTOR=SINGLE", obstacle=SPHERE, steps=PRESS.replace("-2e-4", "-2e-3"))
+        steps = PRESS.replace("-2e-4", "-2e-3")
+        self.agree(precision="FACTOR=SINGLE", obstacle=SPHERE, steps=steps)
 
 
     def test_sweeps_form_it(self):
@@ -164,7 +165,7 @@ class Products(unittest.TestCase):
 
     def test_what_does_not_fit_is_refused(self):
         """Where memory has no room for W, products run, and what needs W says what it takes."""
-        big = {"blocks": plate("A", 56), "tolerance": "1e-6", "steps": PRESS[: PRESS.rindex("*STEP")]}
+        big = {"blocks": plate("A", 56), "steps": PRESS[: PRESS.rindex("*STEP")]}
 
         def limited(compliance, options=""):
             """Plan such a deck with 900 MB of addresses."""
