@@ -277,12 +277,12 @@ contains
     type(contact_report_t), intent(out) :: report
     type(contact_problem_t) :: dense
     type(drift_t) :: began
-    real(wp) :: x_before(size(x_free)), r_before(size(r, 1), size(r, 2))
+    real(wp), allocatable :: x_before(:), r_before(:, :)
     logical :: formed
 
     began = drift
-    x_before = x_free
-    r_before = r
+    allocate (x_before, source=x_free)
+    allocate (r_before, source=r)
     call solve(group%problem)
     if (report%converged .or. .not. is_map(group%problem%compliance)) return
     if (report%ending /= ended_unbalanced .and. report%residual <= scene%contact%tolerance) return
