@@ -7,7 +7,7 @@ module near_stiffness_mod
   implicit none
   private
 
-  public :: near_stiffness_t, find_near, turn_near, scale_near, times_near
+  public :: near_stiffness_t, find_near, keep_near, turn_near, scale_near, times_near
 
   real(wp), parameter :: negligible = 0.01_wp !! of a block beside those of its two points alone [-]
   integer,  parameter :: most_blocks = 40     !! a point, on average
@@ -73,6 +73,41 @@ contains
     end function is_near
 
   end subroutine find_near
+
+  !> Of some blocks those that are not negligible. The first of each point is its own.
+  pure subroutine keep_near(all, near)
+    type(near_stiffness_t), intent(in) :: all
+    type(near_stiffness_t), intent(out) :: near
+    real(wp) :: own(size(all%start) - 1), limit !! roots of the sizes of the points' own blocks
+    integer :: i, k, n, pass
+
+    own = [(sqrt(maxval(abs(all%block(:, :, all%start(i))))), i=1, size(own))]
+    allocate (near%start(size(own) + 1))
+    limit = negligible
+    pass = 1
+    do
+      n = 0
+      do i = 1, size(own)
+        near%start(i) = n + 1
+        do k = all%start(i), all%start(i + 1) - 1
+          if (k > all%start(i) .and. maxval(abs(all%block(:, :, k))) <= &
+            limit*own(i)*own(all%other(k))) cycle
+          n = n + 1
+          if (pass == 1) cycle
+          near%other(n) = all%other(k)
+          near%block(:, :, n) = all%block(:, :, k)
+        end do
+      end do
+      near%start(size(own) + 1) = n + 1
+      if (pass == 2) return
+      if (n <= most_blocks*size(own)) then
+        allocate (near%other(n), near%block(3, 3, n))
+        pass = 2
+      else
+        limit = 2.0_wp*limit
+      end if
+    end do
+  end subroutine keep_near
 
   !> The largest entry of a block.
   pure function largest(s, row, column) result(size_of_largest)

@@ -5,7 +5,8 @@
 !> blocks between groups, and each is solved to a tolerance measured by its own forces, however
 !> stiff or heavily loaded the others are. docs/theory.md section 2.
 module condensed_contact_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
+  use resource_limits_mod, only: has_memory
   use scene_mod, only: scene_t
   use near_stiffness_mod, only: near_stiffness_t, turn_near, scale_near
   use contact_points_mod, only: contact_points_t, master_nodes
@@ -13,15 +14,18 @@ module condensed_contact_mod
   use rigid_modes_mod, only: free_motions_t
   use placement_mod, only: placement_t
   use transfer_mod, only: transfer_t, make_transfer, compliance_of_rows, movable, rows_of_points, &
-    motions_at_rows, stiffness_left
-  use compliance_mod, only: compliance_t, take_matrix, get_matrix, add_single_copy
+    motions_at_rows, stiffness_left, stiffness_left_nearby, give_way
+  use solutions_map_mod, only: map_of_rows
+  use compliance_map_mod, only: compliance_map_t
+  use compliance_mod, only: compliance_t, take_matrix, take_map, get_matrix, add_single_copy, is_map
   use problem_mod, only: contact_problem_t, make_problem
   use floating_mod, only: floating_t, free_the_motions
   implicit none
   private
 
   public :: condensed_contact_t, contact_group_t, find_groups, condense_contact, count_points, &
-    count_rows, count_matrix_entries, neutral_motions, whole_problem
+    count_rows, count_matrix_entries, neutral_motions, whole_problem, form_compliance, &
+    dense_bytes
 
   !> Points that contact couples, and the rigid motions that it sees there.
   type :: contact_group_t
@@ -133,7 +137,11 @@ contains
     call rows_of_points(movable(scene, body%prescribed), points, placement%weights, &
       placement%frame, rows%row)
     call make_transfer(body%inverse%map, points, placement%weights, rows%transfer)
-    rows%left = stiffness_left(body%inverse%map, points, rows%transfer, body%inverse%compliance)
+    if (body%inverse%is_condensed) then
+      rows%left = stiffness_left(body%inverse%map, points, rows%transfer, body%inverse%compliance)
+    else
+      rows%left = stiffness_left_nearby(body%inverse%map, points, rows%transfer, body%flexibility)
+    end if
     do i = 1, size(contact%group)
       if (only_curved .and. .not. any(points%is_curved(contact%group(i)%point))) cycle
       call condense_group(scene, points, body, undeformed, placement, rows, &
@@ -151,7 +159,9 @@ contains
     type(contact_group_t), intent(inout) :: group
     real(wp), allocatable :: w(:, :), g(:, :), undeformed_g(:, :)
     type(compliance_t) :: compliance
+    class(compliance_map_t), allocatable :: map
     type(near_stiffness_t) :: near
+    real(wp) :: block(3, 3, points%n)
     integer :: row(3, points%n), i, a, n
 
     row = 0
@@ -163,8 +173,13 @@ contains
         row(a, group%point(i)) = n
       end do
     end do
-    call compliance_of_rows(rows%transfer, placement%frame, row, body%inverse%compliance, w)
-    call take_matrix(w, compliance)
+    if (body%inverse%is_condensed) then
+      call compliance_of_rows(rows%transfer, placement%frame, row, body%inverse%compliance, w)
+      call take_matrix(w, compliance)
+    else
+      call map_of_rows(body%inverse, rows%transfer, placement%frame, row, map)
+      call take_map(map, n, compliance)
+    end if
     group%active = pack(group%point, row(1, group%point) > 0)
     if (size(group%motion) > 0) then
       g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
@@ -175,7 +190,13 @@ contains
       call free_the_motions(g(:, group%motion), undeformed_g(:, group%motion), compliance, &
         group%floating)
     end if
-    if (any(depends_on_others(body, points%node(group%active)))) then
+    if (.not. body%inverse%is_condensed) then
+      block = give_way(rows%transfer, placement%frame, body%flexibility)
+      near = turn_near(body%stiffness, placement%frame, group%active)
+      call scale_near(near, rows%left(points%pair(group%active)))
+      call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
+        near, block(:, :, group%active))
+    else if (any(depends_on_others(body, points%node(group%active)))) then
       ! The Schur complement says nothing of these: their stiffness is that of W.
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem)
     else
@@ -187,6 +208,30 @@ contains
     if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
   end subroutine condense_group
+
+  !> The problem of a group whose W is known by its products, with W as an array: what sweeps and
+  !> files need, as many solutions as it has rows.
+  subroutine form_compliance(problem, dense, formed)
+    type(contact_problem_t), intent(in) :: problem
+    type(contact_problem_t), intent(out) :: dense
+    logical, intent(out) :: formed !! false: there is no memory for it
+    real(wp), allocatable :: w(:, :)
+
+    formed = has_memory(dense_bytes(problem%n_rows))
+    if (.not. formed) return
+    allocate (w(problem%n_rows, problem%n_rows))
+    call get_matrix(problem%compliance, w)
+    call make_problem(problem%row, problem%mu, w, dense)
+    dense%driven = problem%driven
+    dense%is_proximal = problem%is_proximal
+  end subroutine form_compliance
+
+  !> What W as an array takes, with its copy in single precision and its inverse.
+  pure integer(i8) function dense_bytes(n_rows)
+    integer, intent(in) :: n_rows
+
+    dense_bytes = int(20.0_wp*real(n_rows, wp)**2, i8)
+  end function dense_bytes
 
   !> Which nodes depend on others by constraints.
   pure function depends_on_others(body, nodes) result(depends)
@@ -224,6 +269,7 @@ contains
 
     n = 0.0_wp
     do i = 1, size(contact%group)
+      if (is_map(contact%group(i)%problem%compliance)) cycle
       n = n + real(contact%group(i)%problem%n_rows, wp)**2
     end do
   end function count_matrix_entries

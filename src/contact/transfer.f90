@@ -25,7 +25,8 @@ module transfer_mod
   private
 
   public :: relative_motion, nodal_forces, gap_at, movable, rows_of_points, motion_of_point, &
-    motions_at_rows, transfer_t, make_transfer, compliance_of_rows, stiffness_left
+    motions_at_rows, transfer_t, make_transfer, compliance_of_rows, stiffness_left, &
+    give_way, stiffness_left_nearby
 
   real(wp), parameter :: rounding = 1.0e-12_wp !! of a motion, whose pin moves by 1: none
 
@@ -373,5 +374,66 @@ contains
       if (n > 0) left(pair) = left(pair)/real(n, wp)
     end do
   end function stiffness_left
+
+  !> How far the rows of the points give way to their own unknowns alone, those of the master among
+  !> them: a bound of W_ii from what stands near, in the frames.
+  pure function give_way(transfer, frame, flexibility) result(block)
+    type(transfer_t), intent(in) :: transfer
+    real(wp), intent(in) :: frame(:, :, :)     !! (3,3,n_points)
+    real(wp), intent(in) :: flexibility(:)     !! (n_interface) [length/force]
+    real(wp) :: block(3, 3, size(frame, 3))    !! [length/force]
+    real(wp) :: along(3)
+    integer :: i, a
+
+    do i = 1, size(frame, 3)
+      along = flexibility_of_point(transfer, flexibility, i)
+      do a = 1, 3
+        block(:, a, i) = matmul(transpose(frame(:, :, i)), along*frame(:, a, i))
+      end do
+    end do
+  end function give_way
+
+  !> Along x, y, z. The unknowns that a point hangs on move together, as neighbours do.
+  pure function flexibility_of_point(transfer, flexibility, i) result(along)
+    type(transfer_t), intent(in) :: transfer
+    real(wp), intent(in) :: flexibility(:)     !! (n_interface) [length/force]
+    integer, intent(in) :: i
+    real(wp) :: along(3)                       !! [length/force]
+    integer :: a
+
+    do a = 1, 3
+      associate (first => transfer%first(3*(i - 1) + a), &
+                 last => transfer%first(3*(i - 1) + a + 1) - 1)
+        along(a) = sum(abs(transfer%coefficient(first:last))* &
+          flexibility(transfer%equation(first:last)))
+      end associate
+    end do
+  end function flexibility_of_point
+
+  !> `stiffness_left` where there is no compliance, by what stands near.
+  pure function stiffness_left_nearby(map, points, transfer, flexibility) result(left)
+    type(dof_map_t), intent(in) :: map
+    type(contact_points_t), intent(in) :: points
+    type(transfer_t), intent(in) :: transfer
+    real(wp), intent(in) :: flexibility(:)     !! (n_interface) [length/force]
+    real(wp) :: left(size(points%first) - 1)   !! (n_pairs) [-]
+    real(wp) :: of_slave, of_both
+    integer :: pair, i, n, equation(3)
+
+    left = 1.0_wp
+    do pair = 1, size(left)
+      n = 0
+      do i = points%first(pair), points%first(pair + 1) - 1
+        equation = interface_equations_of(map, points%node(i))
+        of_slave = sum(flexibility(pack(equation, equation > 0)))
+        of_both = sum(flexibility_of_point(transfer, flexibility, i), mask=equation > 0)
+        if (.not. min(of_slave, of_both) > 0.0_wp) cycle
+        if (n == 0) left(pair) = 0.0_wp
+        n = n + 1
+        left(pair) = left(pair) + of_slave/of_both
+      end do
+      if (n > 0) left(pair) = left(pair)/real(n, wp)
+    end do
+  end function stiffness_left_nearby
 
 end module transfer_mod

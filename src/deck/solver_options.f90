@@ -4,7 +4,8 @@
 !>     *CONTACT SOLVER, SOLVER=SWEEPS, MAX SWEEPS=100
 !>     bipot PROBLEM.hdf5 --solver sweeps --max-sweeps 100
 module solver_options_mod
-  use controls_mod, only: contact_controls_t, formulation_bipotential, &
+  use controls_mod, only: compliance_auto, compliance_dense, compliance_products, &
+    contact_controls_t, formulation_bipotential, &
     formulation_pseudopotential, linear_auto, linear_direct, linear_gmres, local_exact, &
     local_newton, local_newton6, local_uzawa, solver_auto, solver_global_newton, solver_sweeps, &
     stop_at_change, stop_at_residual
@@ -17,9 +18,9 @@ module solver_options_mod
 
   public :: solver_options, set_solver_option
 
-  !> Those that have a value, as a deck writes them. The last two are of decks alone.
-  character(*), parameter :: solver_options(9) = [character(11) :: 'SOLVER', 'FORMULATION', &
-    'LOCAL', 'RHO', 'RELAXATION', 'TOLERANCE', 'MAX SWEEPS', 'STOP', 'LINEAR']
+  !> Those that have a value, as a deck writes them. The last three are of decks alone.
+  character(*), parameter :: solver_options(10) = [character(11) :: 'SOLVER', 'FORMULATION', &
+    'LOCAL', 'RHO', 'RELAXATION', 'TOLERANCE', 'MAX SWEEPS', 'STOP', 'LINEAR', 'COMPLIANCE']
 
 contains
 
@@ -52,6 +53,9 @@ contains
     case ('LINEAR')
       call choose([character(6) :: 'AUTO', 'DIRECT', 'GMRES'], &
         [linear_auto, linear_direct, linear_gmres], controls%linear)
+    case ('COMPLIANCE')
+      call choose([character(8) :: 'AUTO', 'DENSE', 'PRODUCTS'], &
+        [compliance_auto, compliance_dense, compliance_products], controls%compliance)
     case ('STOP')
       call choose([character(8) :: 'RESIDUAL', 'CHANGE'], [stop_at_residual, stop_at_change], &
         controls%stop_rule)

@@ -5,34 +5,45 @@ module body_solver_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use system_mod, only: wall_seconds
   use dense_mod, only: norm_1, invert_spd
+  use norm_estimate_mod, only: norm_estimate_t
   use near_stiffness_mod, only: near_stiffness_t, find_near
   use constraints_mod, only: constraints_t, active_constraints
   use linked_nodes_mod, only: coupled_nodes
   use obstacles_mod, only: ref_nodes
   use contact_points_mod, only: contact_points_t, contact_nodes
-  use controls_mod, only: is_exact, precision_in_words
+  use controls_mod, only: is_exact, precision_in_words, compliance_products
   use scene_mod, only: scene_t
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of
-  use assembly_mod, only: triplets_t, diagonal_ratio
+  use assembly_mod, only: triplets_t, diagonal_ratio, assemble_stiffness
   use mesh_parts_mod, only: assemble_parts
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: factorise, is_analysed, analysed_order
-  use stiffness_inverse_mod, only: stiffness_inverse_t
+  use stiffness_inverse_mod, only: stiffness_inverse_t, solve_equations
+  use near_elimination_mod, only: elimination_t, begin_elimination, test_forces, fit_elimination, &
+    blocks_nearby
   use tied_pieces_mod, only: check_pieces
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   implicit none
   private
 
-  public :: body_solver_t, solver_work_t, make_body_solver, change_obstacle_supports, &
-    invert_schur, point_stiffness, lap
+  public :: body_solver_t, solver_work_t, begin_body_solver, make_body_solver, &
+    change_obstacle_supports, invert_schur, point_stiffness, lap
+
+  real(wp), parameter :: few = 3.0_wp !! times its diagonal: a row of the condensed stiffness [-]
 
   !> What depends on the supports and the interface, and on nothing else.
   type :: body_solver_t
     logical, allocatable :: prescribed(:, :)      !! (3,n_nodes) reference nodes included
     type(constraints_t) :: constraints            !! those that hold with these supports
     type(free_motions_t) :: motions               !! rigid motions that supports leave free
-    type(stiffness_inverse_t) :: inverse          !! with the motions pinned
+    type(stiffness_inverse_t), pointer :: inverse => null()
+    !! with the motions pinned; a pointer, for compliances that are products solve with it
     type(near_stiffness_t) :: stiffness           !! of the Schur complement at the points, x, y, z
+    real(wp), allocatable :: flexibility(:)
+    !! (n_interface) of the unknowns of the interface, each alone, where nothing is condensed
+    !! [length/force]
+  contains
+    final :: release_inverse
   end type body_solver_t
 
   !> What solving for bodies and loads has taken, summed over a run.
@@ -61,8 +72,9 @@ contains
     type(triplets_t) :: k
     integer, allocatable :: start(:), neighbours(:), order(:)
     real(wp) :: clock, condensed
-    integer :: n_stiffnesses
+    integer :: n_stiffnesses, n_schur
 
+    if (.not. associated(body%inverse)) call begin_body_solver(body)
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
       contact_nodes(points), body%motions, error, scene%constraints)
     if (allocated(error)) return
@@ -80,17 +92,25 @@ contains
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
       call lap(clock, work%assemble)
       inverse%factor%precision = scene%precision
-      if (is_analysed(inverse%factor, k, inverse%map%n_interface)) then
+      inverse%is_condensed = scene%contact%compliance /= compliance_products
+      n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
+      if (is_analysed(inverse%factor, k, n_schur)) then
         order = analysed_order(inverse%factor) ! by the plan
       else
-        call order_equations(inverse%map, start, neighbours, order, error)
+        call order_equations(inverse%map, start, neighbours, order, error, n_schur)
         if (allocated(error)) return
       end if
       call lap(clock, work%order)
-      call factorise(k, order, inverse%map%n_interface, inverse%factor, inverse%compliance, error)
+      call factorise(k, order, n_schur, inverse%factor, inverse%compliance, error)
       if (allocated(error)) return
       work%n_factorisations = work%n_factorisations + 1
       call lap(clock, work%factorise)
+      if (.not. inverse%is_condensed) then
+        deallocate (inverse%compliance)
+        call look_nearby(scene, points, start, neighbours, k, body, error)
+        call lap(clock, work%condense)
+        return
+      end if
       body%stiffness = point_stiffness(inverse%map, points%node, inverse%compliance)
       condensed = norm_1(inverse%compliance)
       call invert_schur(inverse%compliance, error)
@@ -104,6 +124,68 @@ contains
     end associate
     call lap(clock, work%condense)
   end subroutine make_body_solver
+
+  !> An inverse for the factor to be in, once.
+  subroutine begin_body_solver(body)
+    type(body_solver_t), intent(inout) :: body
+
+    allocate (body%inverse)
+  end subroutine begin_body_solver
+
+  !> Give the inverse back, and the factor with it.
+  subroutine release_inverse(body)
+    type(body_solver_t), intent(inout) :: body
+
+    if (associated(body%inverse)) deallocate (body%inverse)
+  end subroutine release_inverse
+
+  !> What is known of the interface without its compliance: the stiffness near the points, and the
+  !> condition of the whole, estimated by some solutions.
+  subroutine look_nearby(scene, points, start, neighbours, k, body, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: start(:), neighbours(:) !! of the nodes, as of coupled_nodes
+    type(triplets_t), intent(inout) :: k           !! with its values; made anew where it is shared
+    type(body_solver_t), intent(inout) :: body
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    integer :: index(3, points%n), i
+    type(norm_estimate_t) :: norm
+    type(elimination_t) :: elimination
+    real(wp), allocatable :: x(:), b(:, :), force(:, :)
+
+    associate (inverse => body%inverse, n => body%inverse%map%n_interface)
+      if (k%is_distributed) call assemble_stiffness(scene%mesh, scene%materials, inverse%map, start, &
+        neighbours, k)
+      do i = 1, points%n
+        index(:, i) = interface_equations_of(inverse%map, points%node(i))
+      end do
+      if (.not. is_exact(scene%precision)) then
+        inverse%mesh = scene%mesh
+        inverse%materials = scene%materials
+      end if
+      call begin_elimination(k, n, elimination)
+      call test_forces(elimination, force)
+      allocate (b(inverse%map%n_free, size(force, 2)), source=0.0_wp)
+      b(size(b, 1) - n + 1:, :) = force
+      call solve_equations(inverse, b, .true., error)
+      if (allocated(error)) return
+      call fit_elimination(elimination, b(size(b, 1) - n + 1:, :))
+      deallocate (b)
+      call blocks_nearby(elimination, index, body%stiffness, body%flexibility)
+      allocate (x(n), b(inverse%map%n_free, 1))
+      do while (norm%goes_on(x))
+        b = 0.0_wp
+        b(size(b, 1) - n + 1:, 1) = x
+        call solve_equations(inverse, b, .true., error)
+        if (allocated(error)) return
+        x = b(size(b, 1) - n + 1:, 1)
+      end do
+      ! A row of the condensed stiffness has at most some times its diagonal.
+      inverse%condition = diagonal_ratio(k)
+      if (n > 0) inverse%condition = max(inverse%condition, few*norm%estimate/ &
+        minval(body%flexibility))
+    end associate
+  end subroutine look_nearby
 
   !> Other supports of obstacles alone: the factor stays, the free motions do not.
   subroutine change_obstacle_supports(scene, points, prescribed, body, error)

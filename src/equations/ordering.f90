@@ -32,17 +32,20 @@ module ordering_mod
 contains
 
   !> The position of every equation in the order of elimination.
-  subroutine order_equations(map, start, neighbours, position, error)
+  subroutine order_equations(map, start, neighbours, position, error, n_last)
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: start(:)      !! (n_nodes+1) lists of neighbours, as from node_neighbours
     integer, intent(in) :: neighbours(:)
     integer, allocatable, intent(out) :: position(:)
-    !! (n_free) 1..n_free; the interface keeps the last ones
+    !! (n_free) 1..n_free; the interface keeps the last ones, where it is last
     type(error_t), allocatable, intent(out) :: error !! METIS failed (memory)
+    integer, intent(in), optional :: n_last
+    !! how many are eliminated last, or not at all: those of the interface where it is left out
     integer, allocatable :: vertex(:), node_of(:), node_order(:)
     integer :: n_interior, node, i, n, next
 
     n_interior = map%n_free - map%n_interface
+    if (present(n_last)) n_interior = map%n_free - n_last
     position = [(i, i=1, map%n_free)]
 
     ! Vertices: the nodes that own an interior equation.

@@ -2,10 +2,18 @@
 !>
 !> A solution goes down to the interface, through its compliance, and back to all unknowns; the two
 !> halves can be had apart, for what the interface gets may be needed before its answer is known.
+!>
+!> Or nothing is condensed: where the compliance of the interface would be too large the factor is
+!> that of all unknowns, every product with the compliance is a solution with it, and a solution has
+!> no halves. An inexact factor is refined then, until its solutions are those of the stiffness.
 module stiffness_inverse_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_machine
   use dense_mod, only: times_symmetric
+  use controls_mod, only: is_exact
+  use mesh_mod, only: mesh_t
+  use scene_mod, only: material_t
+  use mesh_forces_mod, only: internal_force
   use dof_map_mod, only: dof_map_t, to_equations, to_nodes
   use sparse_factor_mod, only: sparse_factor_t
   implicit none
@@ -13,6 +21,7 @@ module stiffness_inverse_mod
 
   public :: stiffness_inverse_t, apply_inverse, begin_inverse, finish_inverse, abandon_inverse
   public :: answer_of_interface, at_interface, recover_columns, at_nodes
+  public :: solve_equations
 
   !> The stiffness of the free degrees of freedom, factorised and condensed.
   type :: stiffness_inverse_t
@@ -20,6 +29,11 @@ module stiffness_inverse_mod
     type(sparse_factor_t) :: factor
     real(wp), allocatable :: compliance(:, :)  !! (n_interface,n_interface) [length/force]
     real(wp) :: condition = 1.0_wp             !! of the stiffness, at least [-]
+    logical :: is_condensed = .true.           !! there is such a compliance
+    type(error_t), allocatable :: failure
+    !! what made a product with the compliance fail, where that is a solution; it holds for good
+    type(mesh_t), allocatable :: mesh          !! of the stiffness, where solutions are refined
+    type(material_t), allocatable :: materials(:)
     logical, private :: is_begun = .false.
     !! the factor holds the first half of a solution, whose second half must come next
   end type stiffness_inverse_t
@@ -42,7 +56,7 @@ contains
       do g = 1, size(force, 3)
         call to_equations(map, force(:, :, g), b(:, g))
       end do
-      if (map%n_interface == 0) then
+      if (map%n_interface == 0 .or. .not. inverse%is_condensed) then
         call inverse%factor%solve(b, error)
       else
         call inverse%factor%condense(b, reduced, error)
@@ -60,7 +74,7 @@ contains
     end associate
   end subroutine apply_inverse
 
-  !> First half of K^-1 f: what f does to the interface; without one all of it.
+  !> First half of K^-1 f: what f does to the interface; where nothing is condensed all of it.
   !>
   !> The rest is kept in the factor until `finish_inverse`, the next use of the factor unless
   !> `abandon_inverse` comes first.
@@ -75,9 +89,9 @@ contains
 
     call refuse_begun(inverse, error)
     if (allocated(error)) return
-    allocate (begun(inverse%map%n_interface))
+    allocate (begun(merge(inverse%map%n_interface, 0, inverse%is_condensed)))
     call to_equations(inverse%map, force, b(:, 1))
-    if (inverse%map%n_interface == 0) then
+    if (inverse%map%n_interface == 0 .or. .not. inverse%is_condensed) then
       call inverse%factor%solve(b, error)
     else
       call inverse%factor%condense(b, reduced, error)
@@ -108,6 +122,14 @@ contains
       if (allocated(begun)) deallocate (begun)
       return
     end if
+    if (.not. inverse%is_condensed) then
+      if (allocated(begun)) deallocate (begun)
+      call to_equations(inverse%map, force, b(:, 1))
+      call solve_equations(inverse, b, .false., error)
+      if (allocated(error)) return
+      call to_nodes(inverse%map, b(:, 1), displacement)
+      return
+    end if
     answer(:, 1) = answer_of_interface(inverse, force)
     if (allocated(begun)) then
       reduced(:, 1) = begun + answer(:, 1)
@@ -123,6 +145,59 @@ contains
     b(inverse%map%n_free - inverse%map%n_interface + 1:, 1) = answer(:, 1)
     call to_nodes(inverse%map, b(:, 1), displacement)
   end subroutine finish_inverse
+
+  !> K^-1 b where nothing is condensed, several at once. Unless some digits are enough, solutions
+  !> with an inexact factor are refined by the internal forces of what they leave, until that gains
+  !> nothing: what contact sees is linear then, and reactions do what the bodies do.
+  subroutine solve_equations(inverse, b, roughly, error)
+    type(stiffness_inverse_t), intent(inout) :: inverse
+    real(wp), contiguous, intent(inout) :: b(:, :)   !! (n_free,m) [force] in, [length] out
+    logical, intent(in) :: roughly
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    integer, parameter :: most = 20
+    real(wp), parameter :: enough = 1.0e-14_wp !! of the forces
+    real(wp), allocatable :: x(:, :), left(:, :), last(:)
+    logical, allocatable :: goes_on(:)
+    integer :: i, g
+
+    if (roughly .or. is_exact(inverse%factor%precision)) then
+      call inverse%factor%solve(b, error)
+      return
+    end if
+    allocate (left, source=b)
+    allocate (x(size(b, 1), size(b, 2)), source=0.0_wp)
+    allocate (last(size(b, 2)), source=huge(1.0_wp))
+    allocate (goes_on(size(b, 2)), source=.true.)
+    do i = 1, most
+      call inverse%factor%solve(left, error)
+      if (allocated(error)) return
+      do g = 1, size(b, 2)
+        if (goes_on(g)) x(:, g) = x(:, g) + left(:, g)
+        left(:, g) = b(:, g) - forces_of(x(:, g))
+        goes_on(g) = goes_on(g) .and. norm2(left(:, g)) > enough*norm2(b(:, g)) .and. &
+          norm2(left(:, g)) < 0.5_wp*last(g)
+        last(g) = norm2(left(:, g))
+        if (.not. goes_on(g)) left(:, g) = 0.0_wp
+      end do
+      if (.not. any(goes_on)) exit
+    end do
+    b = x
+
+  contains
+
+    !> K x.
+    function forces_of(x) result(forces)
+      real(wp), intent(in) :: x(:)
+      real(wp) :: forces(size(x))
+      real(wp), allocatable :: u(:, :), f(:, :)
+
+      allocate (u(3, inverse%mesh%n_nodes), f(3, inverse%mesh%n_nodes))
+      call to_nodes(inverse%map, x, u)
+      call internal_force(inverse%mesh, inverse%materials, u, f)
+      call to_equations(inverse%map, f, forces)
+    end function forces_of
+
+  end subroutine solve_equations
 
   !> Forget a solution that was begun.
   pure subroutine abandon_inverse(inverse)

@@ -78,6 +78,10 @@ contains
       if (.not. trial%is_foreseen) call solve_sharply(scene, points, solver, old, &
         size(follow%node) > 0, trial, new%reaction, report)
       trial%is_foreseen = .false.
+      if (allocated(solver%body%inverse%failure)) then
+        error = solver%body%inverse%failure
+        return
+      end if
       if (report%ending == ended_unbalanced) then
         if (allocated(begun)) call abandon_inverse(solver%body%inverse)
         return

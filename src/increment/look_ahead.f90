@@ -68,7 +68,7 @@ contains
     type(step_solver_t), intent(in) :: solver
 
     can_look_ahead = is_exact(scene%precision) .and. .not. any(points%is_curved) .and. &
-      solver%body%inverse%map%n_interface > 0
+      solver%body%inverse%map%n_interface > 0 .and. solver%body%inverse%is_condensed
   end function can_look_ahead
 
   !> Whether an increment of the run is among those that were foreseen.

@@ -19,7 +19,8 @@ module trial_mod
   use describe_motions_mod, only: free_in_words, motion_in_words, unresisted_part
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: relative_motion, nodal_forces, gap_at
-  use condensed_contact_mod, only: contact_group_t, count_points
+  use condensed_contact_mod, only: contact_group_t, count_points, form_compliance
+  use compliance_mod, only: is_map
   use stiffness_inverse_mod, only: answer_of_interface, at_interface
   use load_response_mod, only: sum_patterns, prescribed_displacement
   use turns_mod, only: rotation_at
@@ -102,7 +103,7 @@ contains
 
     allocate (trial%u_contact(3, scene%mesh%n_nodes), trial%applied_reaction(3, points%n), &
       trial%applied_force(3, scene%mesh%n_nodes), source=0.0_wp)
-    if (is_exact(scene%precision)) return
+    if (is_exact(scene%precision) .or. .not. solver%body%inverse%is_condensed) return
     call sum_patterns(scene, solver%response, increment%begin, &
       increment%begin*scene%steps(increment%step)%period, loaded, external)
     associate (prescribed => solver%body%prescribed)
@@ -238,14 +239,13 @@ contains
       group%problem%driven = driven_slips(scene, group%problem, x, max(maxval(norm2(trial%u_free - &
         old%displacement, dim=1)), maxval(norm2(trial%placement%drag, dim=1))), &
         trial%controls%tolerance)
-      if (size(group%motion) == 0) then
-        call solve_contact(group%problem, x_free, trial%controls, r, of_group)
-      else
+      if (size(group%motion) > 0) then
         drift%load = load(group%motion)
         drift%rounding = rounding(group%motion)
         drift%a = trial%motion(group%motion)
-        call solve_floating(group%problem, group%floating, x_free, trial%controls, drift, r, &
-          of_group)
+      end if
+      call solve_with_or_without(scene, group, trial%controls, x_free, drift, r, of_group)
+      if (size(group%motion) > 0) then
         trial%motion(group%motion) = drift%a
         trial%neutral_residual = [trial%neutral_residual, drift%turned]
         rows = resisting_rows(group%problem, group%floating, r, x_free, of_group%converged)
@@ -264,6 +264,49 @@ contains
     end subroutine solve_group
 
   end subroutine solve_reactions
+
+  !> The reactions and motions of a group. Where its W is known by its products, and these do not
+  !> lead to the deck's tolerance, W is formed for the other solvers if there is memory for it.
+  subroutine solve_with_or_without(scene, group, controls, x_free, drift, r, report)
+    type(scene_t), intent(in) :: scene
+    type(contact_group_t), intent(in) :: group
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: x_free(:)         !! (n_rows) as of solve_floating [length]
+    type(drift_t), intent(inout) :: drift
+    real(wp), intent(inout) :: r(:, :)           !! (3,n_active) n, t1, t2 [force]
+    type(contact_report_t), intent(out) :: report
+    type(contact_problem_t) :: dense
+    type(drift_t) :: began
+    real(wp), allocatable :: x_before(:), r_before(:, :)
+    logical :: formed
+
+    began = drift
+    allocate (x_before, source=x_free)
+    allocate (r_before, source=r)
+    call solve(group%problem)
+    if (report%converged .or. .not. is_map(group%problem%compliance)) return
+    if (report%ending /= ended_unbalanced .and. report%residual <= scene%contact%tolerance) return
+    call form_compliance(group%problem, dense, formed)
+    if (.not. formed) return
+    drift = began
+    x_free = x_before
+    r = r_before
+    call solve(dense)
+    report%stages = report%stages + 1
+
+  contains
+
+    subroutine solve(problem)
+      type(contact_problem_t), intent(in) :: problem
+
+      if (size(group%motion) == 0) then
+        call solve_contact(problem, x_free, controls, r, report)
+      else
+        call solve_floating(problem, group%floating, x_free, controls, drift, r, report)
+      end if
+    end subroutine solve
+
+  end subroutine solve_with_or_without
 
   !> Gaps and slips of a group that u_free alone would give, and the reactions to start from.
   pure subroutine gaps_without_contact(points, trial, old, group, start, x, r)

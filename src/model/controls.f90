@@ -12,6 +12,7 @@ module controls_mod
   public :: local_uzawa, local_newton, local_newton6, local_exact
   public :: stop_at_residual, stop_at_change
   public :: linear_auto, linear_direct, linear_gmres
+  public :: compliance_auto, compliance_dense, compliance_products
 
   ! The first three are what /history/solver stores.
   integer, parameter :: solver_none = 0
@@ -34,6 +35,11 @@ module controls_mod
   integer, parameter :: linear_direct = 2
   integer, parameter :: linear_gmres = 3
 
+  ! The last two are what /run says of a result.
+  integer, parameter :: compliance_auto = 0     !! the plan chooses
+  integer, parameter :: compliance_dense = 1    !! W, by the Schur complement
+  integer, parameter :: compliance_products = 2 !! each product with W a solution with the factor
+
   !> *CONTACT SOLVER.
   type :: contact_controls_t
     integer  :: solver = solver_auto
@@ -46,6 +52,7 @@ module controls_mod
     integer  :: stop_rule = stop_at_residual
     integer  :: linear = linear_auto  !! linear systems of the global Newton
     integer  :: max_sweeps = 20000
+    integer  :: compliance = compliance_auto !! of the contact rows; once planned no longer AUTO
   end type contact_controls_t
 
   !> *PRECISION: residuals, forces and displacements are double whatever is chosen.

@@ -7,7 +7,7 @@ module plan_mod
   private
 
   public :: plan_t, figure_t, bound_fixed, bound_at_most, bound_about, bound_in_words, &
-    add_figure, find_breaches
+    add_figure, change_figure, find_breaches
 
   integer, parameter :: bound_fixed = 1   !! the run does exactly this
   integer, parameter :: bound_at_most = 2 !! the run stays below
@@ -65,6 +65,18 @@ contains
     longer(n + 1)%bound = bound
     call move_alloc(longer, plan%figures)
   end subroutine add_figure
+
+  !> Give a number of the plan another value.
+  pure subroutine change_figure(plan, name, value)
+    type(plan_t), intent(inout) :: plan
+    character(*), intent(in) :: name  !! one that was added
+    real(wp), intent(in) :: value
+    integer :: i
+
+    do i = 1, size(plan%figures)
+      if (plan%figures(i)%name == name) plan%figures(i)%value = value
+    end do
+  end subroutine change_figure
 
   !> How a number of the plan is meant.
   pure function bound_in_words(bound) result(words)

@@ -11,15 +11,18 @@ module count_sizes_mod
   private
 
   public :: sizes_t, count_sizes, iterations_of_increment, products_of_increment, solutions, &
-    flops_of_run
+    solutions_of_product, flops_of_run
 
   ! Typical counts of an increment (docs/studies/solvers.md).
   real(wp), parameter :: products_with_friction = 30.0_wp !! of W with a vector, by global Newton
   real(wp), parameter :: products_without = 10.0_wp
   real(wp), parameter :: solves_for_motions = 3.0_wp      !! contact problems where bodies are free
+  real(wp), parameter :: bending_freely = 5.0_wp !! times as many where W is not formed
   real(wp), parameter :: newton_raphson_curved = 3.0_wp   !! before round obstacles
   real(wp), parameter :: newton_raphson_refined = 2.0_wp  !! where the factor is not exact
   real(wp), parameter :: refinements = 4.0_wp             !! of a load's response, then
+  real(wp), parameter :: solutions_beside = 15.0_wp
+  !! of a factor without W: what is near the points, and the condition
   real(wp), parameter :: sweeps_a_digit = 1.3_wp          !! and a point along the surface's side
 
   !> Sizes that costs are made of.
@@ -35,6 +38,7 @@ module count_sizes_mod
     real(wp) :: word = 8.0_wp !! of the factor, a number [bytes]
     real(wp) :: copy = 0.0_wp !! of W in single precision, a number [bytes]
     real(wp) :: scratch = 0.0_wp !! of the factor, on the disk [bytes]
+    logical :: is_dense = .true. !! W is formed; else its products are solutions with the factor
     logical :: keeps_scratch = .false. !! the system has memory for it beside the run
   end type sizes_t
 
@@ -96,6 +100,8 @@ contains
     if (scene%contact%solver == solver_sweeps) n = -sweeps_a_digit*sqrt(sizes%points)* &
       log10(scene%contact%tolerance)
     if (sizes%motions > 0.0_wp) n = n*solves_for_motions
+    ! What is near says little of bodies that bend freely.
+    if (sizes%motions > 0.0_wp .and. .not. sizes%is_dense) n = n*bending_freely
     n = n*iterations_of_increment(scene)
     if (sizes%rows <= 0.0_wp) n = 0.0_wp
   end function products_of_increment
@@ -107,6 +113,8 @@ contains
     real(wp) :: n
 
     n = 2.0_wp*sizes%steps + sizes%increments*iterations_of_increment(scene)
+    if (.not. sizes%is_dense) n = n + sizes%increments*products_of_increment(scene, sizes)* &
+      solutions_of_product(scene) + sizes%factorisations*solutions_beside
     if (.not. is_exact(scene%precision)) n = n + 2.0_wp*refinements*sizes%steps
   end function solutions
 
@@ -116,9 +124,24 @@ contains
     type(sizes_t), intent(in) :: sizes
     real(wp) :: flops
 
+    if (.not. sizes%is_dense) then
+      flops = sizes%factorisations*sizes%flops + solutions(scene, sizes)*4.0_wp*sizes%factor
+      return
+    end if
     flops = sizes%factorisations*(sizes%flops + sizes%interface**3) + &
       solutions(scene, sizes)*(4.0_wp*sizes%factor + 2.0_wp*sizes%interface**2) + &
       2.0_wp*sizes%increments*products_of_increment(scene, sizes)*sizes%rows**2
   end function flops_of_run
+
+  !> Solutions that a product with the compliance takes where W is not formed: most are for
+  !> directions and need no refinement.
+  pure function solutions_of_product(scene) result(n)
+    type(scene_t), intent(in) :: scene
+    real(wp) :: n
+    real(wp), parameter :: refined = 1.6_wp
+
+    n = 1.0_wp
+    if (.not. is_exact(scene%precision)) n = refined
+  end function solutions_of_product
 
 end module count_sizes_mod

@@ -16,7 +16,8 @@ module estimate_costs_mod
   use obstacles_mod, only: ref_nodes
   use contact_points_mod, only: contact_nodes
   use scene_mod, only: scene_t
-  use controls_mod, only: is_exact, precision_controls_t
+  use controls_mod, only: is_exact, precision_controls_t, solver_sweeps, compliance_auto, &
+    compliance_dense, compliance_products
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most, bound_about
   use dof_map_mod, only: dof_map_t, make_dof_map
   use assembly_mod, only: triplets_t
@@ -29,8 +30,11 @@ module estimate_costs_mod
   use alternatives_mod, only: alternatives, where_in_words
   use count_sizes_mod, only: sizes_t, count_sizes, products_of_increment, solutions, flops_of_run
   use estimate_file_mod, only: file_size_t, size_of_file
-  use estimate_time_mod, only: seconds_t, seconds_of_run, total_seconds
-  use plan_table_mod, only: add_line, describe_choice, bytes_in_words, time_in_words
+  use estimate_time_mod, only: seconds_t, seconds_of_run, seconds_of_contact, &
+    total_seconds
+  use make_plan_mod, only: forget_compliance
+  use plan_table_mod, only: add_line, describe_choice, describe_products, bytes_in_words, &
+    time_in_words
   implicit none
   private
 
@@ -42,6 +46,12 @@ module estimate_costs_mod
   ! What must be left whenever a library is called (resource_limits_mod) [bytes].
   real(wp), parameter :: granted = 32.0e6_wp
 
+  real(wp), parameter :: near_interface = 3.0e3_wp
+  !! a number of the interface, where W is not formed [bytes]
+
+  real(wp), parameter :: least_interface = 1000.0_wp !! numbers of it from which on W has a price
+  real(wp), parameter :: least_factor = 0.7_wp !! of that with the interface last: the least without
+
   ! Of the memory that is left, what a plan with an alternative may take: estimates are that good.
   real(wp), parameter :: enough = 0.9_wp
 
@@ -50,6 +60,7 @@ module estimate_costs_mod
     type(triplets_t) :: k             !! rows and columns of one triangle
     integer, allocatable :: position(:)  !! of every equation in the elimination
     integer :: n_interface = 0        !! equations on contact nodes
+    integer :: n_schur = 0            !! of them, those that are condensed to: all or none
     integer :: motions = 0            !! rigid motions that the supports leave
     real(wp) :: ordering = 0.0_wp     !! time it took to order [s]
   end type pattern_t
@@ -61,9 +72,10 @@ contains
   !>
   !> `factor` keeps the symbolic analysis for the first factorisation. Where even the analysis has
   !> no room the memory is a lower bound, and the plan has no time.
-  subroutine estimate_costs(scene, path, plan, factor, error)
-    type(scene_t), intent(inout) :: scene !! its precision as it is chosen
+  subroutine estimate_costs(scene, path, needs_matrix, plan, factor, error)
+    type(scene_t), intent(inout) :: scene !! its precision and compliance as they are chosen
     character(*), intent(in) :: path !! of the result file
+    logical, intent(in) :: needs_matrix !! W itself is wanted, for a file say
     type(plan_t), intent(inout) :: plan
     type(sparse_factor_t), intent(inout) :: factor
     type(error_t), allocatable, intent(out) :: error !! METIS, LAPACK or MUMPS failed
@@ -84,7 +96,11 @@ contains
     sizes%fraction_here = sizes%ranks/real(n_ranks(), wp)
     call count_sizes(scene, plan, sizes)
     file = size_of_file(scene, plan, sizes)
-    call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+    if (scene%contact%compliance /= compliance_dense .and. (needs_matrix .or. &
+      sizes%rows <= 0.0_wp .or. scene%contact%solver == solver_sweeps)) then
+      scene%contact%compliance = compliance_dense
+    end if
+    call choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)
     if (allocated(error)) return
     if (plan%is_analysed) call look_at_later_steps(scene, plan, sizes, error)
     if (allocated(error)) return
@@ -110,6 +126,72 @@ contains
     if (reasons /= '') call describe_choice(scene, reasons, plan)
   end subroutine estimate_costs
 
+  !> Whether W is formed: where the deck leaves it open, as its figures say.
+  !>
+  !> A product by the factor cannot cost less than the factor of the interior alone takes to read:
+  !> where so many readings already take longer than all that W costs, that is the answer, and the
+  !> other order of elimination is not looked for.
+  subroutine choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)
+    type(scene_t), intent(inout) :: scene  !! its precision and compliance as they are chosen
+    type(file_size_t), intent(in) :: file
+    type(plan_t), intent(inout) :: plan
+    type(sparse_factor_t), intent(inout) :: factor
+    type(sizes_t), intent(inout) :: sizes
+    real(wp), intent(out) :: ordering      !! [s]
+    character(:), allocatable, intent(out) :: reasons
+    type(error_t), allocatable, intent(out) :: error
+    type(precision_controls_t) :: given
+    type(sizes_t) :: of_dense, bare
+    real(wp) :: by_dense, by_products, spent
+    character(:), allocatable :: why
+
+    bare = sizes
+    why = 'as the deck asks for'
+    if (scene%contact%compliance == compliance_auto .and. sizes%interface < least_interface) then
+      scene%contact%compliance = compliance_dense
+    else if (scene%contact%compliance == compliance_auto) then
+      scene%contact%compliance = compliance_dense
+      if (8.0_wp*(sizes%interface**2 + sizes%rows**2) > enough*real(plan%memory_left, wp)) then
+        scene%contact%compliance = compliance_products
+        why = 'dense it does not fit'
+      else
+        given = scene%precision
+        call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+        if (allocated(error) .or. .not. plan%is_analysed) return
+        by_dense = seconds_of_contact(scene, sizes)
+        of_dense = sizes
+        sizes%is_dense = .false.
+        ! Without numbers yet: the factor of the interior, which is the least of it.
+        sizes%factor = least_factor*sizes%factor
+        sizes%flops = 0.0_wp
+        by_products = seconds_of_contact(scene, sizes)
+        sizes = of_dense
+        if (by_products >= by_dense) return
+        spent = ordering
+        scene%precision = given
+        scene%contact%compliance = compliance_products
+        sizes = bare
+        call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+        if (allocated(error)) return
+        by_products = seconds_of_contact(scene, sizes)
+        ordering = ordering + spent
+        if (by_products < by_dense) then
+          call forget_compliance(plan)
+          call describe_products(plan, 'a share of '//to_text(by_products/by_dense, 2)// &
+            ' of the time that it takes dense')
+          return
+        end if
+        scene%precision = given
+        scene%contact%compliance = compliance_dense
+        sizes = bare
+      end if
+    end if
+    call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+    if (scene%contact%compliance /= compliance_products) return
+    call forget_compliance(plan)
+    call describe_products(plan, why)
+  end subroutine choose_compliance
+
   !> Order the equations of the first step and analyse their elimination, in the first arithmetic
   !> that fits; where none does, in the one that needs least.
   subroutine look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
@@ -130,6 +212,7 @@ contains
 
     ordering = 0.0_wp
     reasons = ''
+    sizes%is_dense = scene%contact%compliance /= compliance_products
     list = alternatives(scene%precision)
     ! The least that any of them needs.
     call take_precision(list(size(list)), sizes)
@@ -173,7 +256,7 @@ contains
       type(precision_controls_t), intent(in) :: precision
 
       factor%precision = precision
-      call analyse(first%k, first%position, first%n_interface, factor, error)
+      call analyse(first%k, first%position, first%n_schur, factor, error)
       if (allocated(error)) return
       call take_precision(precision, sizes)
       sizes%factor = real(factor%predicted%entries, wp)
@@ -219,7 +302,7 @@ contains
       call make_pattern(scene, plan, prescribed, start, neighbours, pattern, error)
       if (allocated(error)) return
       factor%precision = scene%precision
-      call analyse(pattern%k, pattern%position, pattern%n_interface, factor, error)
+      call analyse(pattern%k, pattern%position, pattern%n_schur, factor, error)
       if (allocated(error)) return
       entries = size(pattern%k%row, kind=i8)
       if (pattern%k%is_distributed) entries = sizes%ranks*entries
@@ -257,8 +340,10 @@ contains
     if (active%n > 0 .or. .not. allocated(start)) call coupled_nodes(scene%mesh, active, start, &
       neighbours)
     pattern%n_interface = map%n_interface
+    pattern%n_schur = map%n_interface
+    if (scene%contact%compliance == compliance_products) pattern%n_schur = 0
     pattern%ordering = cpu_seconds()
-    call order_equations(map, start, neighbours, pattern%position, error)
+    call order_equations(map, start, neighbours, pattern%position, error, pattern%n_schur)
     if (allocated(error)) return
     pattern%ordering = cpu_seconds() - pattern%ordering
     call list_parts(scene%mesh, scene%materials, map, start, neighbours, pattern%k)
@@ -272,7 +357,7 @@ contains
     sizes%word = merge(4.0_wp, 8.0_wp, precision%single_factor)
     sizes%copy = 2.0_wp + merge(4.0_wp, 0.0_wp, precision%single_compliance) ! panels, and rows
     sizes%columns = 0.0_wp
-    if (is_exact(precision)) sizes%columns = sizes%most_columns
+    if (is_exact(precision) .and. sizes%is_dense) sizes%columns = sizes%most_columns
     sizes%workspace = sizes%fraction_here*sizes%word*sizes%factor
     if (precision%out_of_core) sizes%workspace = 0.0_wp
   end subroutine take_precision
@@ -283,18 +368,22 @@ contains
     type(sizes_t), intent(in) :: sizes
     type(file_size_t), intent(in) :: file
     real(wp) :: bytes                   !! [bytes]
-    real(wp) :: matrix, mesh, factorising, running
+    real(wp) :: matrix, mesh, factorising, running, square
 
     ! Row, column and value of every entry, ours and MUMPS's copy; neighbours, numbers of the
     ! unknowns, their order.
     matrix = (24.0_wp + sizes%word)*sizes%entries
     mesh = 4.0_wp*sizes%neighbours + 24.0_wp*sizes%nodes + 12.0_wp*sizes%equations
     ! The Schur complement beside MUMPS's fronts.
-    factorising = matrix + mesh + sizes%workspace + sizes%word*sizes%interface**2
+    square = merge(1.0_wp, 0.0_wp, sizes%is_dense)
+    factorising = matrix + mesh + sizes%workspace + square*sizes%word*sizes%interface**2
+    ! The parts of the stiffness beside the interface, and the blocks near its points.
+    if (.not. sizes%is_dense) factorising = factorising + near_interface*sizes%interface
     ! The factor stays; compliance and W; responses and loads of two patterns, old and new state,
     ! forces and fields of a step: some thirty vectors over the nodes; the columns of the increments
     ! ahead, ours and MUMPS's; HDF5's chunks.
-    running = sizes%workspace + 8.0_wp*sizes%interface**2 + (8.0_wp + sizes%copy)*sizes%rows**2 + &
+    running = sizes%workspace + square*(8.0_wp*sizes%interface**2 + &
+      (8.0_wp + sizes%copy)*sizes%rows**2) + (1.0_wp - square)*near_interface*sizes%interface + &
       30.0_wp*24.0_wp*sizes%nodes + 16.0_wp*sizes%equations*sizes%columns + krylov_bytes(sizes) + &
       file%cache
     bytes = sizes%ranks*libraries + max(factorising, running)
@@ -308,8 +397,8 @@ contains
     real(wp), parameter :: most_dense = 1000.0_wp ! rows, of global_newton
 
     bytes = 8.0_wp*40.0_wp*sizes%rows + 1.3e6_wp*min(1.0_wp, sizes%rows/100.0_wp)
-    if (sizes%motions > 0.0_wp .and. sizes%rows <= most_dense) bytes = bytes + &
-      16.0_wp*sizes%rows**2
+    if (sizes%motions > 0.0_wp .and. sizes%rows <= most_dense .and. sizes%is_dense) bytes = &
+      bytes + 16.0_wp*sizes%rows**2
   end function krylov_bytes
 
   !> The costs in the table.

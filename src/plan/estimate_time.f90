@@ -8,15 +8,17 @@ module estimate_time_mod
   use machine_speed_mod, only: machine_speed_t, measure_speed
   use scene_mod, only: scene_t
   use controls_mod, only: solver_sweeps
+  use obstacle_shapes_mod, only: has_fixed_normals
   use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness, nodal_force
   use mesh_forces_mod, only: internal_force
-  use count_sizes_mod, only: sizes_t, iterations_of_increment, products_of_increment, solutions
+  use count_sizes_mod, only: sizes_t, iterations_of_increment, products_of_increment, &
+    solutions, solutions_of_product
   use estimate_file_mod, only: file_size_t
   implicit none
   private
 
-  public :: seconds_t, seconds_of_run, total_seconds
+  public :: seconds_t, seconds_of_run, seconds_of_contact, total_seconds
 
   ! Passes over the factor, in memory, while it is made: fronts are cleared, assembled, eliminated
   ! panel by panel, and copied.
@@ -36,11 +38,14 @@ module estimate_time_mod
   real(wp), parameter :: squeeze_rate = 60.0e6_wp    !! of numbers that vary [bytes/s]
   real(wp), parameter :: squeeze_zeros = 400.0e6_wp  !! of zeros [bytes/s]
   real(wp), parameter :: keep_rate = 1.0e9_wp        !! of numbers that are not squeezed [bytes/s]
+  real(wp), parameter :: near_interface = 5.0e5_wp
+  !! operations for what is near an unknown of the interface, at the rate of dense products
   real(wp), parameter :: visit_of_sweep = 0.5_wp     !! of a point, in internal forces of a brick
 
   !> Seconds of the phases of a run.
   type :: seconds_t
-    real(wp) :: prepare, factorise, condense, contact, recover, write
+    real(wp) :: prepare = 0.0_wp, factorise = 0.0_wp, condense = 0.0_wp, contact = 0.0_wp, &
+      recover = 0.0_wp, write = 0.0_wp
   end type seconds_t
 
 contains
@@ -53,7 +58,7 @@ contains
     real(wp), intent(in) :: ordering !! [s]
     type(seconds_t) :: seconds
     type(machine_speed_t) :: speed
-    real(wp) :: stiffness_time, force_time, body_time, product, plain, passes, scratch_time
+    real(wp) :: stiffness_time, force_time, body_time, plain, scratch_time
 
     call measure_speed(nint(sizes%front), nint(sizes%rows), int(sizes%word*sizes%factor, i8), speed)
     call time_brick(scene, stiffness_time, force_time)
@@ -64,6 +69,23 @@ contains
     ! The first order is the plan's, which is spent already.
     seconds%prepare = start_of_run*plain + (sizes%factorisations - 1.0_wp)*ordering + &
       sizes%factorisations*(sizes%bricks*1.5_wp*stiffness_time + body_time)
+    call time_solver(scene, sizes, speed, force_time, scratch_time, seconds)
+    seconds%recover = seconds%recover + sizes%increments*(start_of_increment*plain + &
+      2.0_wp*iterations_of_increment(scene)*body_time)
+    seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
+      file%zeros/squeeze_zeros + file%dense/keep_rate)
+  end function seconds_of_run
+
+  !> The phases of the factor and of contact, on a machine of given rates.
+  pure subroutine time_solver(scene, sizes, speed, force_time, scratch_time, seconds)
+    type(scene_t), intent(in) :: scene
+    type(sizes_t), intent(in) :: sizes
+    type(machine_speed_t), intent(in) :: speed
+    real(wp), intent(in) :: force_time   !! internal force of a brick [s]
+    real(wp), intent(in) :: scratch_time !! to read a factor on the disk once [s]
+    type(seconds_t), intent(inout) :: seconds !! gets factorise, condense, contact, recover
+    real(wp) :: product, passes, n_recovered
+
     ! Numbers of half the size are worked on twice as fast.
     seconds%factorise = sizes%factorisations*sizes%word/8.0_wp*(sizes%flops/speed%flops + &
       passes_to_factorise*8.0_wp*sizes%factor/speed%bytes) + scratch_time
@@ -75,16 +97,44 @@ contains
     product = product + 400.0_wp*sizes%rows/speed%bytes
     if (scene%contact%solver == solver_sweeps) product = 8.0_wp*sizes%rows**2/speed%bytes + &
       sizes%points*visit_of_sweep*force_time
+    n_recovered = solutions(scene, sizes)
+    if (.not. sizes%is_dense) then
+      seconds%condense = sizes%factorisations*(near_interface*sizes%interface/speed%flops)
+      product = solutions_of_product(scene)*passes_to_solve*sizes%word*sizes%factor/speed%bytes
+      n_recovered = n_recovered - sizes%increments*products_of_increment(scene, sizes)* &
+        solutions_of_product(scene)
+    end if
     seconds%contact = sizes%increments*products_of_increment(scene, sizes)*product
     passes = passes_to_solve
     if (sizes%columns > 1.0_wp) passes = passes_ahead
-    seconds%recover = solutions(scene, sizes)*(passes*sizes%word*sizes%factor + &
-      8.0_wp*sizes%interface**2)/speed%bytes + 2.0_wp*solutions(scene, sizes)*scratch_time + &
-      sizes%increments*(start_of_increment*plain + &
-      2.0_wp*iterations_of_increment(scene)*body_time)
-    seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
-      file%zeros/squeeze_zeros + file%dense/keep_rate)
-  end function seconds_of_run
+    seconds%recover = n_recovered*(passes*sizes%word*sizes%factor + &
+      merge(8.0_wp*sizes%interface**2, 0.0_wp, sizes%is_dense))/speed%bytes + &
+      2.0_wp*solutions(scene, sizes)*scratch_time
+  end subroutine time_solver
+
+  !> What the factor and contact take on a machine of fixed rates: whether W is formed follows from
+  !> the deck alone, or no run would compute the same twice.
+  pure real(wp) function seconds_of_contact(scene, sizes) result(total)
+    type(scene_t), intent(in) :: scene
+    type(sizes_t), intent(in) :: sizes
+    type(machine_speed_t) :: reference
+    type(seconds_t) :: seconds
+    real(wp), parameter :: passes_to_place = 24.0_wp !! bytes an entry of W that moves
+    integer :: i
+
+    reference%flops = 5.0e10_wp
+    reference%bytes = 1.0e10_wp
+    reference%entries = 2.5e9_wp
+    call time_solver(scene, sizes, reference, reference_brick, sizes%scratch/disk_rate, seconds)
+    total = seconds%factorise + seconds%condense + seconds%contact + seconds%recover
+    if (.not. sizes%is_dense) return
+    do i = 1, size(scene%pairs)
+      if (has_fixed_normals(scene, i)) cycle
+      total = total + sizes%increments*iterations_of_increment(scene)*passes_to_place* &
+        sizes%rows**2/reference%bytes
+      exit
+    end do
+  end function seconds_of_contact
 
   !> How long a brick of the scene takes: its stiffness, and its internal force.
   subroutine time_brick(scene, stiffness_time, force_time)

@@ -13,7 +13,8 @@ module make_plan_mod
   use step_fields_mod, only: fields_due
   use kinks_mod, only: most_events
   use turns_mod, only: count_cuts
-  use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most
+  use controls_mod, only: compliance_products
+  use plan_mod, only: plan_t, add_figure, change_figure, bound_fixed, bound_at_most
   use dof_map_mod, only: dof_map_t, make_dof_map
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use placement_mod, only: placement_t, place_undeformed
@@ -25,7 +26,7 @@ module make_plan_mod
   implicit none
   private
 
-  public :: make_plan, revise_plan
+  public :: make_plan, revise_plan, forget_compliance
 
 contains
 
@@ -162,6 +163,14 @@ contains
     end associate
   end subroutine count_rows
 
+  !> No compliance is formed.
+  pure subroutine forget_compliance(plan)
+    type(plan_t), intent(inout) :: plan
+
+    call change_figure(plan, 'compliance_bytes', 0.0_wp)
+    call change_figure(plan, 'contact_matrix_bytes', 0.0_wp)
+  end subroutine forget_compliance
+
   !> What the run is held against.
   subroutine list_figures(scene, plan)
     type(scene_t), intent(in) :: scene
@@ -183,6 +192,7 @@ contains
     call add_figure(plan, 'compliance_bytes', 8.0_wp*real(plan%n_interface, wp)**2, bound)
     call add_figure(plan, 'contact_matrix_bytes', 8.0_wp*real(sum(plan%rows), wp)**2, &
       bound_at_most)
+    if (scene%contact%compliance == compliance_products) call forget_compliance(plan)
   end subroutine list_figures
 
 end module make_plan_mod

@@ -18,10 +18,12 @@ module plan_table_mod
   implicit none
   private
 
-  public :: describe, describe_choice, bound_of_increments, add_line, bytes_in_words, time_in_words
+  public :: describe, describe_choice, describe_products, bound_of_increments, add_line, &
+    bytes_in_words, time_in_words
 
   integer, parameter :: most_listed = 6 !! bodies or pairs that get a line of their own
   character(*), parameter :: factorisations = 'factorisations'
+  character(*), parameter :: compliance_line = 'compliance'
   integer, parameter :: name_width = 16, bound_width = 9 !! of a line's first two columns
 
 contains
@@ -46,7 +48,7 @@ contains
     if (sum(plan%rows) > 0) then
       copy = merge(4.0_wp, 0.0_wp, scene%precision%single_compliance) + &
         merge(2.0_wp, 0.0_wp, sum(plan%rows) >= rows_worth_rounding)
-      call add_line(plan, 'compliance', bound, to_text(plan%n_interface)//' x '// &
+      call add_line(plan, compliance_line, bound, to_text(plan%n_interface)//' x '// &
         to_text(plan%n_interface)//' on contact nodes, '//to_text(sum(plan%rows))//' x '// &
         to_text(sum(plan%rows))//' in contact rows: dense, double precision'// &
         trim(merge(' and a copy of the rows in single precision', repeat(' ', 43), &
@@ -98,6 +100,22 @@ contains
     if (scene%accuracy%of_energy) words = percent(scene%accuracy%wanted)//' of the energies'
     words = words//', at the end of each step'
   end function accuracy_in_words
+
+  !> Where W is not formed: that in the table, and why.
+  subroutine describe_products(plan, why)
+    type(plan_t), intent(inout) :: plan
+    character(*), intent(in) :: why !! in words
+    integer :: i
+
+    do i = 1, size(plan%lines)
+      if (index(plan%lines(i)%text, compliance_line//' ') /= 1) cycle
+      plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
+        to_text(sum(plan%rows))//' x '//to_text(sum(plan%rows))// &
+        ' in contact rows, not formed: each product with it is a solution with the factor ('// &
+        why//'; dense it would take '//bytes_in_words(8.0_wp*real(plan%n_interface, wp)**2 + &
+        8.0_wp*real(sum(plan%rows), wp)**2)//')'
+    end do
+  end subroutine describe_products
 
   !> Where the plan has chosen how the stiffness is factorised: that in the table, and why.
   subroutine describe_choice(scene, reasons, plan)

@@ -175,19 +175,20 @@ contains
 
   !> Choose the arithmetic in which a run began that is to be continued; nothing where the file does
   !> not tell, which is refused later.
-  subroutine take_arithmetic(path, precision)
+  subroutine take_arithmetic(path, precision, compliance)
     character(*), intent(in) :: path
     type(precision_controls_t), intent(inout) :: precision
+    integer, intent(inout) :: compliance !! compliance_dense, ...
     type(child_t) :: child
     character(:), allocatable :: answer, fate
     integer(i8) :: bits
     logical :: single, out_of_core
 
     call begin_look(path, child)
-    if (is_child(child)) call end_child(child, arithmetic_of(path, precision))
+    if (is_child(child)) call end_child(child, arithmetic_of(path, precision, compliance))
     call wait_for(child, answer, fate)
     if (answer == '') return
-    read (answer, *) single, out_of_core, bits
+    read (answer, *) single, out_of_core, bits, compliance
     precision%single_factor = single
     precision%out_of_core = out_of_core
     precision%block_low_rank = transfer(bits, 1.0_wp)
@@ -197,23 +198,26 @@ contains
   end subroutine take_arithmetic
 
   !> The arithmetic of a file's run for `take_arithmetic`; empty where it cannot be read.
-  function arithmetic_of(path, given) result(answer)
+  function arithmetic_of(path, given, given_compliance) result(answer)
     character(*), intent(in) :: path
     type(precision_controls_t), intent(in) :: given
+    integer, intent(in) :: given_compliance
     character(:), allocatable :: answer
     type(precision_controls_t) :: precision
     type(hdf5_file_t) :: hdf5
     type(error_t), allocatable :: error
+    integer :: compliance
     character(80) :: line
 
     answer = ''
     precision = given
     if (look_at_file(path) /= file_readable) return
     call open_file(path, .false., hdf5, error)
-    call read_arithmetic(hdf5, precision, error)
+    compliance = given_compliance
+    call read_arithmetic(hdf5, precision, compliance, error)
     if (allocated(error)) return
-    write (line, '(2(l1,1x),i0)') precision%single_factor, precision%out_of_core, &
-      transfer(precision%block_low_rank, 0_i8)
+    write (line, '(2(l1,1x),i0,1x,i0)') precision%single_factor, precision%out_of_core, &
+      transfer(precision%block_low_rank, 0_i8), compliance
     answer = trim(line)
   end function arithmetic_of
 

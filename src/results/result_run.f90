@@ -64,7 +64,7 @@ contains
     call write_attribute(hdf5, '/run', 'ranks', int(provenance%ranks, i8), error)
     call write_attribute(hdf5, '/run', 'command', text_of(provenance%command), error)
     call write_attribute(hdf5, '/run', 'started', text_of(provenance%started), error)
-    call write_arithmetic(hdf5, scene%precision, error)
+    call write_arithmetic(hdf5, scene%precision, scene%contact%compliance, error)
     call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
     call write_attribute(hdf5, '/run', 'continued', repeat(achar(0), room_for_sessions), error)
     if (allocated(provenance%counters)) call write_counters(hdf5, provenance%counters, error)
@@ -86,9 +86,10 @@ contains
 
   !> Keep what was chosen by what the machine had left, so that a continued run, perhaps on another
   !> or at another time, computes in the same arithmetic.
-  subroutine write_arithmetic(hdf5, precision, error)
+  subroutine write_arithmetic(hdf5, precision, compliance, error)
     type(hdf5_file_t), intent(in) :: hdf5
     type(precision_controls_t), intent(in) :: precision
+    integer, intent(in) :: compliance !! compliance_dense, ...
     type(error_t), allocatable, intent(inout) :: error
 
     call write_attribute(hdf5, '/run', 'single_factor', merge(1_i8, 0_i8, &
@@ -96,20 +97,24 @@ contains
     call write_attribute(hdf5, '/run', 'block_low_rank', precision%block_low_rank, error)
     call write_attribute(hdf5, '/run', 'out_of_core', merge(1_i8, 0_i8, precision%out_of_core), &
       error)
+    call write_attribute(hdf5, '/run', 'compliance', int(compliance, i8), error)
   end subroutine write_arithmetic
 
   !> The arithmetic that a file names.
-  subroutine read_arithmetic(hdf5, precision, error)
+  subroutine read_arithmetic(hdf5, precision, compliance, error)
     type(hdf5_file_t), intent(in) :: hdf5
     type(precision_controls_t), intent(inout) :: precision
+    integer, intent(inout) :: compliance !! compliance_dense, ...
     type(error_t), allocatable, intent(inout) :: error
-    integer(i8) :: single, out_of_core
+    integer(i8) :: single, out_of_core, kind_of_compliance
     real(wp) :: block_low_rank
 
     call read_attribute(hdf5, '/run', 'single_factor', single, error)
     call read_attribute(hdf5, '/run', 'block_low_rank', block_low_rank, error)
     call read_attribute(hdf5, '/run', 'out_of_core', out_of_core, error)
+    call read_attribute(hdf5, '/run', 'compliance', kind_of_compliance, error)
     if (allocated(error)) return
+    compliance = int(kind_of_compliance)
     precision%single_factor = single == 1
     precision%block_low_rank = block_low_rank
     precision%out_of_core = out_of_core == 1

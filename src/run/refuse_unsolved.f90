@@ -1,15 +1,19 @@
 !> What ends a run that found no solution, in words.
 module refuse_unsolved_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
+  use resource_limits_mod, only: has_memory
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
   use scene_mod, only: scene_t
-  use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_in_words, is_exact
+  use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_in_words, &
+    is_exact, compliance_products
   use contact_points_mod, only: contact_points_t
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, &
     ended_at_limit, ended_stalled, ended_unbalanced, ended_moving
+  use condensed_contact_mod, only: dense_bytes
+  use plan_table_mod, only: bytes_in_words
   use faces_between_nodes_mod, only: entries_t, entered_on_way, entered_and_left
   use console_mod, only: solver_name
   implicit none
@@ -94,10 +98,23 @@ contains
       where_and_what = where_and_what//tolerance_in_reach(0.1_wp*worst_entry(report%certificate), &
         scene%contact%tolerance)
     end if
+    if (scene%contact%compliance == compliance_products .and. .not. report%converged .and. &
+      report%ending /= ended_moving) where_and_what = where_and_what// &
+      missing_in_words(dense_bytes(sum(plan%rows)))
     if (report%ending /= ended_unbalanced) where_and_what = where_and_what// &
       wedge_in_words(scene, plan%points, report%contact)
     call raise(error, exit_not_solved, where_and_what)
   end subroutine refuse_unsolved
+
+  !> What the dense compliance would take, which other solvers need, where that is not there.
+  function missing_in_words(bytes) result(words)
+    integer(i8), intent(in) :: bytes
+    character(:), allocatable :: words
+
+    words = ''
+    if (.not. has_memory(bytes)) words = '; other solvers need the dense compliance, '// &
+      bytes_in_words(real(bytes, wp))//' of memory'
+  end function missing_in_words
 
   !> Where the largest reactions belong to one node and balance one another, in words; else ''.
   !>

@@ -14,6 +14,7 @@ module run_mod
   use initial_overlaps_mod, only: overlaps
   use held_normals_mod, only: held_normals
   use sparse_factor_mod, only: sparse_factor_t
+  use body_solver_mod, only: begin_body_solver
   use step_solver_mod, only: step_solver_t
   use meet_accuracy_mod, only: choose_arithmetic, set_contact_tolerance
   use fresh_file_mod, only: beginning_of
@@ -59,8 +60,11 @@ contains
     call take_accuracy(options, scene)
     call make_plan(scene, plan, error)
     if (allocated(error)) return
-    if (goes_on(options, scene)) call take_arithmetic(result_path(options, scene), scene%precision)
-    call estimate_costs(scene, result_path(options, scene), plan, solver%body%inverse%factor, error)
+    if (goes_on(options, scene)) call take_arithmetic(result_path(options, scene), &
+      scene%precision, scene%contact%compliance)
+    call begin_body_solver(solver%body)
+    call estimate_costs(scene, result_path(options, scene), options%exported /= '', plan, &
+      solver%body%inverse%factor, error)
     if (allocated(error)) return
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return

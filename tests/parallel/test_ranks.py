@@ -129,6 +129,16 @@ class SameForces(unittest.TestCase):
                 deck = with_card("block.inp", f"*PRECISION, {card}")
                 self.check((2,), deck, name="block", **settings)
 
+    def test_contact_by_products_with_the_compliance(self):
+        settings = {"n": 6, "steps": 10, **AUTO}
+        for card in ("FACTOR=DOUBLE", "FACTOR=SINGLE"):
+            with self.subTest(card=card):
+                deck = with_card("block.inp", f"*PRECISION, {card}")
+                deck = deck.replace("*CONTACT SOLVER,", "*CONTACT SOLVER, COMPLIANCE=PRODUCTS,")
+                alone, (two,) = self.check((2,), deck, name="block", **settings)
+                for run in (alone, two):
+                    self.assertEqual(counters(run)["contact_matrix_bytes"], 0)
+
     def test_no_contact_at_all(self):
         self.check((2, 3), INPUT / "cantilever.inp")
 

@@ -85,6 +85,21 @@ class Memory(Folder):
         self.assertEqual(status, 0, words)
         self.assertEqual(whole.differences(folder / NAME), [])
 
+    def test_products_with_the_compliance(self):
+        case = Case(HERE / "plate.inp")
+        folder = self.fresh("whole")
+        n = case.count_changes(folder)
+        whole = Whole(folder / NAME)
+        with h5py.File(folder / NAME) as file:
+            self.assertEqual(file["run"].attrs["compliance"], 2)
+        folder = self.fresh("killed")
+        self.assertTrue(case.kill_at(folder, int(0.7 * n)))
+        status, words = case.run(folder, "--continue")
+        self.assertEqual(status, 0, words)
+        with h5py.File(folder / NAME) as file:
+            self.assertEqual(file["run"].attrs["compliance"], 2)
+        self.assertEqual(whole.differences(folder / NAME), [])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,15 +1,18 @@
 !> The compliance W of a contact problem. Its entries are private: whoever solves asks for products,
-!> columns and blocks, so that W may one day be something else than an array.
+!> columns and blocks, for W may be no array: where it would be too large it is a map that says what
+!> reactions do, and has neither blocks nor a diagonal. docs/theory.md section 4.
 module compliance_mod
   use kinds_mod, only: wp, sp
   use blas_mod, only: ddot, sdot, dgemm
   use dense_mod, only: invert_spd, times_symmetric
+  use norm_estimate_mod, only: norm_estimate_t
   use single_panels_mod, only: single_panels_t, make_panels, times_panels
   use couplings_mod, only: couplings_t, find_couplings
+  use compliance_map_mod, only: compliance_map_t
   implicit none
   private
 
-  public :: compliance_t, take_matrix, take_compliance, rows_worth_rounding
+  public :: compliance_t, take_matrix, take_map, take_compliance, is_map, rows_worth_rounding
   public :: product_with, product_of_columns, rough_product, coupled_product, row_product, &
     single_row_product
   public :: get_matrix, get_column, block_of, diagonal_of, get_inverse, couplings_of, &
@@ -18,12 +21,16 @@ module compliance_mod
     has_single, rough_rows
 
   integer, parameter :: rows_worth_rounding = 300 !! from here on a product waits for memory
+  integer, parameter :: columns_at_once = 32      !! of a map that is asked for its columns
 
   !> Symmetric positive semi-definite, both triangles.
   type :: compliance_t
     private
     integer :: n = 0
-    real(wp), allocatable :: w(:, :)          !! (n,n) [length/force]
+    real(wp), allocatable :: w(:, :)          !! (n,n) [length/force]; or
+    class(compliance_map_t), allocatable :: map
+    !! W - left right^T, known by its products
+    real(wp), allocatable :: left(:, :), right(:, :) !! (n,k) what was added to a map
     type(single_panels_t) :: rough
     !! the same in single precision, where it is large, for products of few digits
     real(sp), allocatable :: single_w(:, :)   !! (n,n) W/unit, for sweeps, where chosen [-]
@@ -42,13 +49,37 @@ contains
     call move_alloc(w, compliance%w)
   end subroutine take_matrix
 
+  !> Make it of a map.
+  subroutine take_map(map, n, compliance)
+    class(compliance_map_t), allocatable, intent(inout) :: map !! moved into the compliance
+    integer, intent(in) :: n                                   !! rows
+    type(compliance_t), intent(out) :: compliance
+
+    compliance%n = n
+    call move_alloc(map, compliance%map)
+    allocate (compliance%left(n, 0), compliance%right(n, 0))
+  end subroutine take_map
+
   !> Move it, without its copies in single precision.
   subroutine take_compliance(from, to)
     type(compliance_t), intent(inout) :: from
     type(compliance_t), intent(out) :: to
 
-    call take_matrix(from%w, to)
+    if (is_map(from)) then
+      call take_map(from%map, from%n, to)
+      call move_alloc(from%left, to%left)
+      call move_alloc(from%right, to%right)
+    else
+      call take_matrix(from%w, to)
+    end if
   end subroutine take_compliance
+
+  !> Whether it is known by its products alone.
+  pure logical function is_map(compliance)
+    type(compliance_t), intent(in) :: compliance
+
+    is_map = allocated(compliance%map)
+  end function is_map
 
   ! ------------------------------------------------------------------ products
 
@@ -58,8 +89,36 @@ contains
     real(wp), contiguous, intent(in) :: v(:) !! (n) [force]
     real(wp) :: w_v(size(v))                 !! [length]
 
-    w_v = times_symmetric(compliance%w, v)
+    if (is_map(compliance)) then
+      w_v = mapped_product(compliance, v, .false.)
+    else
+      w_v = times_symmetric(compliance%w, v)
+    end if
   end function product_with
+
+  !> The same of a map.
+  function mapped_product(compliance, v, roughly) result(w_v)
+    type(compliance_t), intent(in) :: compliance
+    real(wp), intent(in) :: v(:)             !! (n) [force]
+    logical, intent(in) :: roughly           !! some digits are enough
+    real(wp) :: w_v(size(v))                 !! [length]
+    real(wp) :: column(size(v), 1), answer(size(v), 1)
+
+    column(:, 1) = v
+    call mapped_columns(compliance, column, roughly, answer)
+    w_v = answer(:, 1)
+  end function mapped_product
+
+  subroutine mapped_columns(compliance, v, roughly, w_v)
+    type(compliance_t), intent(in) :: compliance
+    real(wp), intent(in) :: v(:, :)          !! (n,m) [force]
+    logical, intent(in) :: roughly
+    real(wp), intent(out) :: w_v(:, :)       !! (n,m) [length]
+
+    call compliance%map%press(v, roughly, w_v)
+    if (size(compliance%left, 2) > 0) w_v = w_v + matmul(compliance%left, &
+      matmul(transpose(compliance%right), v))
+  end subroutine mapped_columns
 
   !> W V, several columns at once.
   subroutine product_of_columns(compliance, v, w_v)
@@ -67,6 +126,10 @@ contains
     real(wp), contiguous, intent(in) :: v(:, :)    !! (n,m) [force]
     real(wp), contiguous, intent(inout) :: w_v(:, :) !! (n,m) out [length]
 
+    if (is_map(compliance)) then
+      call mapped_columns(compliance, v, .false., w_v)
+      return
+    end if
     associate (n => compliance%n)
       call dgemm('N', 'N', n, size(v, 2), n, 1.0_wp, compliance%w, n, v, n, 0.0_wp, w_v, n)
     end associate
@@ -78,7 +141,9 @@ contains
     real(wp), contiguous, intent(in) :: v(:) !! (n) [force]
     real(wp) :: w_v(size(v))                 !! [length]
 
-    if (compliance%rough%n > 0) then
+    if (is_map(compliance)) then
+      w_v = mapped_product(compliance, v, .true.)
+    else if (compliance%rough%n > 0) then
       w_v = times_panels(compliance%rough, v)
     else
       w_v = product_with(compliance, v)
@@ -127,20 +192,47 @@ contains
 
   ! ------------------------------------------------------------------ parts
 
-  !> All entries, as they are written to files.
-  pure subroutine get_matrix(compliance, w)
+  !> All entries, as they are written to files; of a map they are found by as many products.
+  subroutine get_matrix(compliance, w)
     type(compliance_t), intent(in) :: compliance
     real(wp), intent(out) :: w(:, :)          !! (n,n) [length/force]
+    real(wp), allocatable :: units(:, :), columns(:, :)
+    integer :: first, n, j
 
-    w = compliance%w
+    if (.not. is_map(compliance)) then
+      w = compliance%w
+      return
+    end if
+    allocate (units(compliance%n, columns_at_once), columns(compliance%n, columns_at_once))
+    do first = 1, compliance%n, columns_at_once
+      n = min(columns_at_once, compliance%n - first + 1)
+      units = 0.0_wp
+      do j = 1, n
+        units(first + j - 1, j) = 1.0_wp
+      end do
+      call mapped_columns(compliance, units(:, :n), .false., columns(:, :n))
+      w(:, first:first + n - 1) = columns(:, :n)
+    end do
+    ! What rounding leaves of symmetry.
+    do j = 1, compliance%n
+      w(j, j + 1:) = 0.5_wp*(w(j, j + 1:) + w(j + 1:, j))
+      w(j + 1:, j) = w(j, j + 1:)
+    end do
   end subroutine get_matrix
 
-  pure subroutine get_column(compliance, j, column)
+  subroutine get_column(compliance, j, column)
     type(compliance_t), intent(in) :: compliance
     integer, intent(in) :: j
     real(wp), intent(out) :: column(:)        !! (n) [length/force]
+    real(wp) :: unit(compliance%n)
 
-    column = compliance%w(:, j)
+    if (is_map(compliance)) then
+      unit = 0.0_wp
+      unit(j) = 1.0_wp
+      column = mapped_product(compliance, unit, .false.)
+    else
+      column = compliance%w(:, j)
+    end if
   end subroutine get_column
 
   !> The block of two points, 0 where a row or a column is missing.
@@ -185,12 +277,24 @@ contains
     call find_couplings(rows, compliance%w, couplings)
   end subroutine couplings_of
 
-  !> The largest sum of magnitudes in a row: how far unit forces can move one.
-  pure real(wp) function largest_row_sum(compliance) result(largest)
+  !> The largest sum of magnitudes in a row: how far unit forces can move one. Of a map it is
+  !> estimated, from below, by some products.
+  real(wp) function largest_row_sum(compliance) result(largest)
     type(compliance_t), intent(in) :: compliance
+    type(norm_estimate_t) :: norm
+    real(wp) :: v(compliance%n)
 
     largest = 0.0_wp
-    if (compliance%n > 0) largest = maxval(sum(abs(compliance%w), dim=1))
+    if (compliance%n == 0) return
+    if (.not. is_map(compliance)) then
+      largest = maxval(sum(abs(compliance%w), dim=1))
+      return
+    end if
+    ! Symmetric: the sums of rows are those of columns.
+    do while (norm%goes_on(v))
+      v = mapped_product(compliance, v, .true.)
+    end do
+    largest = norm%estimate
   end function largest_row_sum
 
   ! ------------------------------------------------------------------ changes
@@ -219,6 +323,13 @@ contains
     real(wp), intent(in) :: factor
     real(wp), contiguous, intent(in) :: a(:, :), b(:, :) !! (n,m)
 
+    if (is_map(compliance)) then
+      compliance%left = reshape([compliance%left, factor*a], [compliance%n, &
+        size(compliance%left, 2) + size(a, 2)])
+      compliance%right = reshape([compliance%right, b], [compliance%n, &
+        size(compliance%right, 2) + size(b, 2)])
+      return
+    end if
     associate (n => compliance%n)
       call dgemm('N', 'T', n, n, size(a, 2), factor, a, n, b, n, 1.0_wp, compliance%w, n)
     end associate
@@ -241,6 +352,7 @@ contains
   subroutine add_rough_copy(compliance)
     type(compliance_t), intent(inout) :: compliance
 
+    if (is_map(compliance)) return
     if (compliance%n >= rows_worth_rounding) call make_panels(compliance%w, compliance%rough)
   end subroutine add_rough_copy
 
@@ -257,6 +369,7 @@ contains
     real(wp) :: largest
     integer :: i
 
+    if (is_map(compliance)) return
     largest = 0.0_wp
     do i = 1, compliance%n
       largest = max(largest, compliance%w(i, i))

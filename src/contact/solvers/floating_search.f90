@@ -19,6 +19,7 @@ module floating_search_mod
   use dense_mod, only: solve_least_squares
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton
   use increment_report_mod, only: ended_unbalanced, ended_stalled
+  use compliance_mod, only: is_map
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows
   use global_newton_mod, only: response_to_shifts
   use floating_mod, only: floating_t, shift_of
@@ -129,6 +130,7 @@ contains
       call choose_centre(problem, floating, x_free, controls, search)
     end do recentre
     if (.not. report%converged .and. problem%n_rows <= largest_joint .and. &
+      .not. is_map(problem%compliance) .and. &
       .not. (search%now%is_solved .and. sees_nothing(search%now))) call try_jointly(problem, &
       floating, controls, drift, search, x_free, report)
 

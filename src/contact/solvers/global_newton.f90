@@ -9,6 +9,7 @@ module global_newton_mod
   use kinds_mod, only: wp
   use controls_mod, only: contact_controls_t, solver_global_newton, linear_direct
   use increment_report_mod, only: ended_at_limit, ended_stalled
+  use compliance_mod, only: is_map
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
     pack_rows, unpack_rows, measure
   use newton_iterate_mod, only: iterate_t, start_at, evaluate
@@ -23,6 +24,7 @@ module global_newton_mod
   real(wp), parameter :: tightest_inner = 1.0e-3_wp  !! residuals of GMRES, relative [-]
   real(wp), parameter :: loosest_inner = 1.0e-1_wp
   real(wp), parameter :: shortest_step = 1.0e-3_wp
+  real(wp), parameter :: worth_judging = 3.0_wp !! times the tolerance: of iterates of a map
   integer,  parameter :: max_stalled = 12       !! iterations without a tenth of progress
 
 contains
@@ -42,6 +44,7 @@ contains
     real(wp), allocatable :: dr(:)
     real(wp) :: forcing, last_merit
     integer :: stalled
+    logical :: is_rough !! measured before its projection
 
     last_merit = 0.0_wp
     r_start = r
@@ -52,9 +55,17 @@ contains
     newton: do
       ! Judged is what is returned: the projections, on the cone to rounding, 0 where open.
       projected = now%r - now%z
-      call measure(problem, x_free, relative_gaps(problem, x_free, projected), projected, &
-        r_start, here)
-      report%products = report%products + 1
+      is_rough = is_map(problem%compliance)
+      if (is_rough) then
+        ! A product that only tells of an iterate how bad it is can be saved.
+        call measure(problem, x_free, now%x, now%r, r_start, here)
+        is_rough = here%residual > worth_judging*controls%tolerance
+      end if
+      if (.not. is_rough) then
+        call measure(problem, x_free, relative_gaps(problem, x_free, projected), projected, &
+          r_start, here)
+        report%products = report%products + 1
+      end if
       stalled = stalled + 1
       if (here%residual < 0.9_wp*report%residual) stalled = 0
       if (here%residual < report%residual) then
@@ -62,7 +73,7 @@ contains
         report%worst_point = here%worst_point
         r = unpack_rows(problem, projected)
       end if
-      report%converged = report%residual <= controls%tolerance
+      report%converged = report%residual <= controls%tolerance .and. .not. is_rough
       if (report%converged .or. stalled > max_stalled .or. &
         report%iterations >= max_iterations) exit newton
 

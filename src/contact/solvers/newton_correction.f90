@@ -10,7 +10,7 @@ module newton_correction_mod
   use controls_mod, only: contact_controls_t, linear_auto, linear_gmres
   use near_stiffness_mod, only: times_near
   use problem_mod, only: contact_problem_t, rough_product_with_w, pack_rows, unpack_rows
-  use compliance_mod, only: block_of, get_column
+  use compliance_mod, only: block_of, get_column, is_map
   use gmres_mod, only: linear_map_t, solve_by_gmres
   use newton_iterate_mod, only: iterate_t, start_at
   implicit none
@@ -64,7 +64,7 @@ contains
       if (reached) return
     end if
     call find_moving(problem, now, moving)
-    if (controls%linear == linear_gmres .or. &
+    if (controls%linear == linear_gmres .or. is_map(problem%compliance) .or. &
         (controls%linear == linear_auto .and. .not. is_cheap(size(moving), problem%n_rows))) then
       near%problem => problem
       near%at => now
@@ -73,7 +73,7 @@ contains
       dr = near%precondition(dr)
       products = products + inner
       ! A system that GMRES does not solve is factorised, as far as that can be paid for.
-      if (reached .or. controls%linear == linear_gmres) return
+      if (reached .or. controls%linear == linear_gmres .or. is_map(problem%compliance)) return
       if (problem%n_rows > largest_dense) return
     end if
     map%problem => problem

@@ -10,7 +10,7 @@ module problem_mod
   use increment_report_mod, only: ended_well
   use near_stiffness_mod, only: near_stiffness_t, find_near
   use couplings_mod, only: couplings_t
-  use compliance_mod, only: compliance_t, take_matrix, take_compliance, product_with, &
+  use compliance_mod, only: compliance_t, take_matrix, take_compliance, is_map, product_with, &
     rough_product, coupled_product, rough_rows, block_of, get_inverse, couplings_of, add_rough_copy
   use law_mod, only: project_on_cone, project_prediction, driven_friction
   implicit none
@@ -82,13 +82,16 @@ contains
     call problem_of_compliance(row, mu, compliance, problem, near)
   end subroutine problem_of_matrix
 
-  !> The same, the compliance moved into the problem.
-  subroutine problem_of_compliance(row, mu, compliance, problem, near)
+  !> The same, the compliance moved into the problem. Of one that is a map the blocks have to be
+  !> told, and what is near.
+  subroutine problem_of_compliance(row, mu, compliance, problem, near, block)
     integer,  intent(in) :: row(:, :)   !! (3,n_points) as in the type; the first is never 0
     real(wp), intent(in) :: mu(:)       !! (n_points) [-]
     type(compliance_t), intent(inout) :: compliance
     type(contact_problem_t), intent(out) :: problem
     type(near_stiffness_t), intent(in), optional :: near !! blocks of W^-1, where known
+    real(wp), intent(in), optional :: block(:, :, :)
+    !! (3,3,n_points) what stands for W_ii where W is a map [length/force]
     integer :: i
 
     problem%n_points = size(mu)
@@ -98,7 +101,7 @@ contains
     allocate (problem%driven(2, size(mu)), source=0.0_wp)
     call take_compliance(compliance, problem%compliance)
     call add_rough_copy(problem%compliance)
-    call set_blocks(problem)
+    call set_blocks(problem, block)
     allocate (problem%rho_map(size(mu)))
     do i = 1, size(mu)
       associate (block => problem%block(:, :, i), has => row(:, i) > 0)
@@ -108,6 +111,7 @@ contains
     end do
     if (present(near)) then
       problem%near = near
+      if (present(block)) call stand_alone(problem)
     else
       call couplings_of(problem%compliance, row, problem%couplings)
       call invert_near(problem)
@@ -116,8 +120,9 @@ contains
   end subroutine problem_of_compliance
 
   !> Blocks of W on its diagonal, and the rho of the local solvers.
-  pure subroutine set_blocks(problem)
+  pure subroutine set_blocks(problem, blocks)
     type(contact_problem_t), intent(inout) :: problem
+    real(wp), intent(in), optional :: blocks(:, :, :) !! (3,3,n_points) what stands for them
     real(wp) :: tangential(3, 3), smallest
     integer :: i, a, n
 
@@ -127,7 +132,16 @@ contains
     end if
     do i = 1, n
       associate (block => problem%block(:, :, i), row => problem%row(:, i))
-        block = block_of(problem%compliance, row, row)
+        if (present(blocks)) then
+          block = blocks(:, :, i)
+          do a = 2, 3
+            if (row(a) > 0) cycle
+            block(a, :) = 0.0_wp
+            block(:, a) = 0.0_wp
+          end do
+        else
+          block = block_of(problem%compliance, row, row)
+        end if
         ! A positive diagonal keeps the 3x3 systems regular and the missing reaction at 0; the
         ! smallest of the others does not enter the largest eigenvalues.
         smallest = minval([(block(a, a), a=1, 3)], mask=row > 0)
@@ -143,6 +157,23 @@ contains
       end associate
     end do
   end subroutine set_blocks
+
+  !> Rows of which nothing near is known, for their points hang on others, are as stiff as they are
+  !> alone.
+  pure subroutine stand_alone(problem)
+    type(contact_problem_t), intent(inout) :: problem
+    real(wp), parameter :: nothing = 1.0e-6_wp
+    integer :: i, a
+
+    do i = 1, problem%n_points
+      associate (s => problem%near%block(:, :, problem%near%start(i)))
+        do a = 1, 3
+          if (problem%row(a, i) == 0) cycle
+          if (s(a, a)*problem%block(a, a, i) < nothing) s(a, a) = 1.0_wp/problem%block(a, a, i)
+        end do
+      end associate
+    end do
+  end subroutine stand_alone
 
   !> Blocks of W^-1 from W; none where W is singular.
   subroutine invert_near(problem)
@@ -272,7 +303,7 @@ contains
     real(wp), contiguous, intent(in) :: v(:) !! (n_rows) [force]
     real(wp) :: w_v(problem%n_rows)     !! [length]
 
-    if (rough_rows(problem%compliance) > 0) then
+    if (rough_rows(problem%compliance) > 0 .or. is_map(problem%compliance)) then
       w_v = rough_product(problem%compliance, v)
     else
       w_v = product_with_w(problem, v)

@@ -12,7 +12,7 @@ module proximal_newton_mod
   use near_stiffness_mod, only: near_stiffness_t
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
                          pack_rows, unpack_rows
-  use compliance_mod, only: block_of, diagonal_of, get_inverse, shift_diagonal
+  use compliance_mod, only: is_map, block_of, diagonal_of, get_inverse, shift_diagonal
   use global_newton_mod, only: solve_by_global_newton
   implicit none
   private
@@ -104,7 +104,7 @@ contains
     type(contact_problem_t), intent(in) :: problem
 
     needs_proximal_steps = .false.
-    if (problem%n_rows > largest_proximal) return
+    if (problem%n_rows > largest_proximal .or. is_map(problem%compliance)) return
     needs_proximal_steps = .not. allocated(problem%near%block)
     if (needs_proximal_steps) return
     ! rho_n = sqrt(S_nn/W_nn)

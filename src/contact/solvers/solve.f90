@@ -11,7 +11,8 @@
 !>
 !> and all of it once more from no reactions, where those of the last increment led nowhere.
 !>
-!> Global Newton alone takes proximal steps where W is singular.
+!> Global Newton alone takes proximal steps where W is singular. Where W is known by its products
+!> alone global Newton is all there is; whoever can may form W then.
 !>
 !> docs/theory.md section 4.
 module solve_mod
@@ -19,6 +20,7 @@ module solve_mod
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
                           formulation_bipotential, local_exact, stop_at_residual
   use problem_mod, only: contact_problem_t, contact_report_t
+  use compliance_mod, only: is_map
   use sweeps_mod, only: solve_by_sweeps
   use global_newton_mod, only: solve_by_global_newton
   use proximal_newton_mod, only: solve_by_proximal_newton, needs_proximal_steps, &
@@ -55,6 +57,13 @@ contains
       report%converged = .true.
       return
     end if
+    if (is_map(problem%compliance)) then
+      ! Sweeps, proximal steps and all that may follow read W.
+      call solve_by_global_newton(problem, x_free, controls, r, report)
+      if (report%converged .or. .not. is_warm) return
+      call start_newton_anew(problem, x_free, controls, r, report)
+      return
+    end if
     select case (controls%solver)
     case (solver_global_newton)
       if (needs_proximal_steps(problem)) then
@@ -86,6 +95,18 @@ contains
     if (here%residual < report%residual) r = trial
     call take_over(here, report)
   end subroutine start_anew
+
+  !> Global Newton once more, from no reactions.
+  subroutine start_newton_anew(problem, x_free, controls, r, report)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x_free(:)                 !! (n_rows) [length]
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: r(:, :)                !! (3,n_points) [force]
+    type(contact_report_t), intent(inout) :: report
+
+    report%stages = 1
+    call stage(problem, x_free, controls, by_newton, r, report, from_nothing=.true.)
+  end subroutine start_newton_anew
 
   !> The stages of AUTO.
   subroutine solve_automatically(problem, x_free, controls, r, report)
@@ -161,17 +182,19 @@ contains
   end subroutine sweep_and_try
 
   !> One stage: its counts add up, its reactions stay only if they are better.
-  subroutine stage(problem, x_free, controls, kind, r, report)
+  subroutine stage(problem, x_free, controls, kind, r, report, from_nothing)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)
     type(contact_controls_t), intent(in) :: controls
     integer, intent(in) :: kind                !! by_newton, ...
     real(wp), intent(inout) :: r(:, :)
     type(contact_report_t), intent(inout) :: report
+    logical, intent(in), optional :: from_nothing !! not from the last reactions
     type(contact_report_t) :: here
     real(wp) :: trial(3, problem%n_points)
 
     trial = r
+    if (present(from_nothing)) trial = 0.0_wp
     select case (kind)
     case (by_newton)
       call solve_by_global_newton(problem, x_free, controls, trial, here)
