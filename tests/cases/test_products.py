@@ -3,7 +3,7 @@
 import unittest
 
 import numpy as np
-from program import PROGRAM, Run
+from program import INPUT, PROGRAM, Run
 from two_bodies import block, pair
 
 HEAD = """*HEADING
@@ -147,6 +147,19 @@ class Products(unittest.TestCase):
         steps = PRESS.replace("-2e-4", "-2e-3")
         self.agree(precision="FACTOR=SINGLE", obstacle=SPHERE, steps=steps)
 
+
+    def test_it_is_formed_where_newton_fails(self):
+        """A cube that friction alone holds on a slope needs the other solvers, which read W."""
+        text = (INPUT / "slope.inp").read_text()
+        runs = []
+        for word in ("DENSE", "PRODUCTS"):
+            card = f"*CONTACT SOLVER, COMPLIANCE={word},"
+            runs.append(Run(text.replace("*CONTACT SOLVER,", card), name="slope", n=4))
+            self.assertEqual(runs[-1].status, 0, runs[-1].errors)
+        with runs[0].result() as dense, runs[1].result() as products:
+            self.assertGreater(products.counters["solver_fallbacks"], 0)
+            a, b = (r.pairs[0].reaction for r in (dense, products))
+            np.testing.assert_allclose(b, a, rtol=0, atol=1e-7 * abs(a).max())
 
     def test_sweeps_form_it(self):
         """Sweeps read W by rows: it is formed, whatever the deck says."""
