@@ -154,8 +154,8 @@ contains
     real(wp), allocatable :: x(:), b(:, :), force(:, :)
 
     associate (inverse => body%inverse, n => body%inverse%map%n_interface)
-      if (k%is_distributed) call assemble_stiffness(scene%mesh, scene%materials, inverse%map, start, &
-        neighbours, k)
+      if (k%is_distributed) call assemble_stiffness(scene%mesh, scene%materials, inverse%map, &
+        start, neighbours, k)
       do i = 1, points%n
         index(:, i) = interface_equations_of(inverse%map, points%node(i))
       end do

@@ -136,7 +136,7 @@ contains
     real(wp), allocatable, intent(out) :: flexibility(:) !! (n_interface) 1/S_ee [length/force]
     type(near_stiffness_t) :: all
     integer :: i, a, n, n_points, n_interface
-    integer, allocatable :: head(:, :), next(:, :), place(:)
+    integer, allocatable :: head(:, :), next(:, :), position(:)
 
     n_points = size(index, 2)
     n_interface = size(work%row%value)
@@ -149,7 +149,7 @@ contains
     ! The points that have an unknown as their first, second or third.
     allocate (head(n_interface, 3), source=0)
     allocate (next(3, n_points), source=0)
-    allocate (place(n_points), source=0)
+    allocate (position(n_points), source=0)
     do i = n_points, 1, -1
       do a = 1, 3
         if (index(a, i) == 0) cycle
@@ -184,8 +184,8 @@ contains
               ! Points that share unknowns hold each other in a way that no block says.
               if (other == point .or. .not. any(index(:, other) > 0 .and. &
                 index(:, other) == index(:, point))) then
-                if (place(other) < all%start(point)) call take_block(other)
-                all%block(b, c, place(other)) = work%row%value(work%row%listed(e))
+                if (position(other) < all%start(point)) call take_block(other)
+                all%block(b, c, position(other)) = work%row%value(work%row%listed(e))
               end if
               other = next(c, other)
             end do
@@ -211,7 +211,7 @@ contains
       n = n + 1
       all%other(n) = other
       all%block(:, :, n) = 0.0_wp
-      place(other) = n
+      position(other) = n
     end subroutine take_block
 
   end subroutine blocks_nearby

@@ -99,10 +99,10 @@ contains
     real(wp), intent(inout) :: dr(:)     !! (n_rows) [force]
     logical, intent(out) :: solved       !! not where the band is wide, or the system singular
     real(wp), allocatable :: j(:, :), b(:)
-    integer :: place(problem%n_rows), points(problem%n_points), m, n, width, i, k, a, column, c
+    integer :: position(problem%n_rows), points(problem%n_points), m, n, width, i, k, a, column, c
     real(wp) :: of_point(3), block(3, 3)
 
-    call place_moving(problem, now, place, points, m, n, width)
+    call place_moving(problem, now, position, points, m, n, width)
     solved = widths_worth_it*width <= m
     if (.not. solved) return
     allocate (j(3*width + 1, m), b(m))
@@ -117,44 +117,44 @@ contains
             block = block_of(problem%compliance, row, other)
             do c = 1, 3
               if (other(c) == 0) cycle
-              if (place(other(c)) == 0) of_point = of_point + block(:, c)*dr(other(c))
+              if (position(other(c)) == 0) of_point = of_point + block(:, c)*dr(other(c))
             end do
-            if (place(other(1)) == 0) cycle
+            if (position(other(1)) == 0) cycle
             block = matmul(p, block)
             if (problem%couplings%other(k) == points(i)) then
               block = block + now%dz_dr(:, :, points(i))
             end if
             do c = 1, 3
               if (other(c) == 0) cycle
-              column = place(other(c))
+              column = position(other(c))
               do a = 1, 3
-                if (row(a) > 0) j(2*width + 1 + place(row(a)) - column, column) = block(a, c)
+                if (row(a) > 0) j(2*width + 1 + position(row(a)) - column, column) = block(a, c)
               end do
             end do
           end associate
         end do
         of_point = matmul(p, of_point)
         do a = 1, 3
-          if (row(a) > 0) b(place(row(a))) = -now%z(row(a)) - of_point(a)
+          if (row(a) > 0) b(position(row(a))) = -now%z(row(a)) - of_point(a)
         end do
       end associate
     end do
     call solve_band(j, width, b, solved)
     do i = 1, problem%n_rows
-      if (place(i) > 0) dr(i) = b(place(i))
+      if (position(i) > 0) dr(i) = b(position(i))
     end do
   end subroutine solve_as_band
 
   !> Where the moving rows stand in the order of the couplings, and how wide the band is.
-  subroutine place_moving(problem, now, place, points, m, n, width)
+  subroutine place_moving(problem, now, position, points, m, n, width)
     type(contact_problem_t), intent(in) :: problem
     type(iterate_t), intent(in) :: now
-    integer, intent(out) :: place(:)    !! (n_rows) 0 where the point projects to 0
+    integer, intent(out) :: position(:)    !! (n_rows) 0 where the point projects to 0
     integer, intent(out) :: points(:)   !! (n_points) the first n of them move
     integer, intent(out) :: m, n, width !! rows, points, largest distance of coupled rows
     integer :: i, k, a
 
-    place = 0
+    position = 0
     m = 0
     n = 0
     do i = 1, problem%n_points
@@ -165,7 +165,7 @@ contains
         do a = 1, 3
           if (problem%row(a, point) == 0) cycle
           m = m + 1
-          place(problem%row(a, point)) = m
+          position(problem%row(a, point)) = m
         end do
       end associate
     end do
@@ -174,9 +174,9 @@ contains
       do k = problem%couplings%start(points(i)), problem%couplings%start(points(i) + 1) - 1
         associate (row => problem%row(:, points(i)), &
                    other => problem%row(:, problem%couplings%other(k)))
-          if (place(other(1)) == 0) cycle
+          if (position(other(1)) == 0) cycle
           ! The normal stands first, and a point has three rows at most.
-          width = max(width, abs(place(row(1)) - place(other(1))) + 2)
+          width = max(width, abs(position(row(1)) - position(other(1))) + 2)
         end associate
       end do
     end do
@@ -214,22 +214,22 @@ contains
     integer, intent(in) :: moving(:)
     real(wp), allocatable, intent(out) :: j(:, :)
     real(wp) :: w(problem%n_rows) !! a column [length/force]
-    integer :: place(problem%n_rows), i, a, b, column
+    integer :: position(problem%n_rows), i, a, b, column
 
-    place = 0
+    position = 0
     do i = 1, size(moving)
-      place(moving(i)) = i
+      position(moving(i)) = i
     end do
     allocate (j(size(moving), size(moving)), source=0.0_wp)
     do column = 1, size(moving)
       call get_column(problem%compliance, moving(column), w)
       do i = 1, problem%n_points
         associate (row => problem%row(:, i), d => now%dz_dx(:, :, i))
-          if (place(row(1)) == 0) cycle
+          if (position(row(1)) == 0) cycle
           do b = 1, 3
             if (row(b) == 0) cycle
             do a = 1, 3
-              if (row(a) > 0) j(place(row(a)), column) = j(place(row(a)), column) + &
+              if (row(a) > 0) j(position(row(a)), column) = j(position(row(a)), column) + &
                 d(a, b)*w(row(b))
             end do
           end do
@@ -238,12 +238,13 @@ contains
     end do
     do i = 1, problem%n_points
       associate (row => problem%row(:, i))
-        if (place(row(1)) == 0) cycle
+        if (position(row(1)) == 0) cycle
         do b = 1, 3
           if (row(b) == 0) cycle
           do a = 1, 3
             if (row(a) > 0) then
-              j(place(row(a)), place(row(b))) = j(place(row(a)), place(row(b))) + now%dz_dr(a, b, i)
+              j(position(row(a)), position(row(b))) = j(position(row(a)), &
+                position(row(b))) + now%dz_dr(a, b, i)
             end if
           end do
         end do
