@@ -21,20 +21,20 @@ def brick_mesh(nx, ny, nz):
     return points, first[:, None] + np.concatenate([corners, corners + layer])
 
 
-def write(path, size=(2, 1, 1), finished=3, field_increments=None, stress_on=("Cell",)):
+def write(path, size=(2, 1, 1), finished=3, field_increments=None, stress_on=("Cell",), tool=0):
     """Write a body of unit cubes on the plane z = 0, pressed down and pushed along x.
 
     In increment i (from 1) every node of height z has the displacement i (0.01 z, 0, -0.01 z), and
     every contact point the local reaction i (10, 2.5, 0). Points slide where x > 0. The deck's id
     of point p is 100 + p. `field_increments` lists the rows that have fields (default: all). The
     stress of increment i is -10 i along z on elements ("Cell" in `stress_on`), twice that on nodes
-    ("Point").
+    ("Point"). With `tool` an obstacle's reference node, far above, comes last and goes so far down.
     """
     points, bricks = brick_mesh(*size)
     rows = finished + UNFINISHED
     stored = list(range(finished) if field_increments is None else field_increments)
     with h5py.File(path, "w") as file:
-        write_grid(file, points, bricks, stored, stress_on)
+        write_grid(file, points, bricks, stored, stress_on, tool)
         write_history(file, rows, finished)
         run = file.create_group("run")
         run.attrs.update({"program": "bipot", "version": "0.1.0", "status": np.bytes_("finished")})
@@ -49,8 +49,13 @@ def with_unfinished(rows, shape=(), kind=float):
     return values
 
 
-def write_grid(file, points, bricks, stored, stress_on):
+def write_grid(file, points, bricks, stored, stress_on, tool):
     """Write the VTKHDF part with the fields of the rows in `stored` and one that is unfinished."""
+    height = points[:, 2]
+    shape = np.stack([0.01 * height, 0 * height, -0.01 * height], axis=1)
+    if tool:
+        points = np.append(points, [[0, 0, 50]], axis=0)
+        shape = np.append(shape, [[0, 0, -tool]], axis=0)
     grid = file.create_group("VTKHDF")
     grid.attrs["Version"] = np.array([2, 0], dtype="i8")
     grid.attrs.create("Type", np.bytes_("UnstructuredGrid"))
@@ -62,8 +67,6 @@ def write_grid(file, points, bricks, stored, stress_on):
     grid["Offsets"] = np.arange(0, bricks.size + 1, 8)
     grid["Types"] = np.full(len(bricks), 12, dtype="u1")
 
-    height = points[:, 2]
-    shape = np.stack([0.01 * height, 0 * height, -0.01 * height], axis=1)
     displacement = [(row + 1) * shape for row in stored] + [0 * shape + 99] * UNFINISHED
     grid["PointData/displacement"] = np.concatenate(displacement)
     grid["PointData/node_id"] = (100 + np.arange(len(points))).astype("i8")

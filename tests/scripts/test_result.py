@@ -154,6 +154,15 @@ class ShowTest(WithFolder):
         self.assertEqual(made, expected)
         self.assertEqual(len(done.stdout.split()), len(expected))
 
+    def test_a_tool_that_moves_far_changes_no_picture_of_the_body(self):
+        pictures = []
+        for tool in (0, 20):
+            synthetic_result.write(self.path, tool=tool)
+            done = self.show("small.vtkhdf", "--no-animation")
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            pictures.append((self.folder / "small-pictures" / "deformed.png").read_bytes())
+        self.assertEqual(*pictures)
+
     def test_one_increment_is_enough(self):
         synthetic_result.write(self.path, finished=1)
         done = self.show("small.vtkhdf")
