@@ -10,6 +10,7 @@ module read_deck_mod
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
     mistakes_as_error, notes_as_list, quoted
   use errors_mod, only: error_t
+  use flat_deck_mod, only: flat_deck
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
   use name_table_mod, only: name_table_t
@@ -46,15 +47,17 @@ module read_deck_mod
 contains
 
   !> Read the deck at `path`.
-  subroutine read_deck(path, overrides, scene, error)
+  subroutine read_deck(path, overrides, scene, error, flat)
     character(*), intent(in) :: path
     type(string_t), intent(in) :: overrides(:)   !! name=value, in place of the deck's parameters
     type(scene_t), intent(out) :: scene
     type(error_t), allocatable, intent(out) :: error !! every mistake, one after the other
+    type(string_t), intent(out), optional :: flat
+    !! the deck as one text without parameters and blocks
     type(reader_t) :: reader
 
     call read_source(path, reader%source, reader%diagnostics)
-    call read_scene(reader, overrides, scene, error)
+    call read_scene(reader, overrides, scene, error, flat)
     scene%name = name_of(path)
   end subroutine read_deck
 
@@ -73,11 +76,12 @@ contains
   end subroutine read_deck_text
 
   !> The scene of a deck whose source is there.
-  subroutine read_scene(reader, overrides, scene, error)
+  subroutine read_scene(reader, overrides, scene, error, flat)
     type(reader_t), intent(inout) :: reader
     type(string_t), intent(in) :: overrides(:)
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
+    type(string_t), intent(out), optional :: flat
 
     call take_overrides(overrides, reader%parameters, reader%diagnostics, scene%overrides)
     ! Without its full text a deck is not worth reading: what follows would be guesses.
@@ -85,7 +89,7 @@ contains
       call find_cards(reader)
       call read_parameters(reader)
       call check_overrides(reader)
-      call read_cards(reader, scene)
+      call read_cards(reader, scene, flat)
       call check_parameter_use(reader)
     end if
     call mistakes_as_error(reader%diagnostics, error)
@@ -115,9 +119,10 @@ contains
   end subroutine add_files_of_obstacles
 
   !> Everything but the parameters.
-  subroutine read_cards(reader, scene)
+  subroutine read_cards(reader, scene, flat)
     type(reader_t), intent(inout) :: reader
     type(scene_t), intent(inout) :: scene
+    type(string_t), intent(out), optional :: flat
     type(model_t) :: model
     type(surface_list_t) :: surfaces
     type(rigid_bodies_t) :: bodies
@@ -129,6 +134,7 @@ contains
 
     call read_heading(reader, scene%title)
     call read_mesh_cards(reader, model)
+    if (present(flat)) call flat_deck(reader, model%mesh, flat)
     call connect_mesh(reader, model%mesh)
     call mark_used_nodes(model)
     call read_obstacles(reader, model, scene%obstacles, obstacles)

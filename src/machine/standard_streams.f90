@@ -7,7 +7,7 @@ module standard_streams_mod
   implicit none
   private
 
-  public :: open_standard_streams, write_to, standard_output, standard_error
+  public :: open_standard_streams, write_to, write_most, standard_output, standard_error
 
   integer, parameter :: standard_output = 1, standard_error = 2
   integer(c_int), parameter :: epipe = 32 !! on Linux: nobody reads the pipe any more
@@ -36,30 +36,38 @@ contains
   subroutine write_to(stream, text)
     integer, intent(in) :: stream      !! standard_output or standard_error
     character(*), intent(in) :: text
+    integer :: written
+
+    call write_most(stream, text, written)
+    if (stream == standard_error) return
+    call write_most(standard_error, text(written + 1:), written)
+  end subroutine write_to
+
+  !> Write `text` as far as a stream takes it; what nobody reads any more counts as written.
+  subroutine write_most(stream, text, n_written)
+    integer, intent(in) :: stream      !! standard_output or standard_error
+    character(*), intent(in) :: text
+    integer, intent(out) :: n_written  !! [byte]
     integer, parameter :: patience = 100 !! writes that take nothing, as signals may cause
     integer(c_intptr_t) :: written
     integer(c_int) :: error
-    integer :: first, to, failures
+    integer :: failures
 
-    to = stream
-    first = 1
+    n_written = 0
     failures = 0
-    do while (first <= len(text))
-      written = c_write(int(to, c_int), text(first:), len(text(first:), c_size_t))
+    do while (n_written < len(text) .and. failures < patience)
+      written = c_write(int(stream, c_int), text(n_written + 1:), &
+        int(len(text) - n_written, c_size_t))
       if (written > 0) then
-        first = first + int(written)
+        n_written = n_written + int(written)
       else
         error = 0
         if (written < 0) call get_last_error(error)
-        if (error == epipe) return
+        if (error == epipe) n_written = len(text)
         failures = failures + 1
-        if (failures < patience) cycle
-        if (to == standard_error) return
-        to = standard_error
-        failures = 0
       end if
     end do
-  end subroutine write_to
+  end subroutine write_most
 
   !> The number of the error that the last call of the system ended with.
   subroutine get_last_error(number)

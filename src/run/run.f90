@@ -3,6 +3,7 @@ module run_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_not_solved, exit_machine, exit_signal
   use text_mod, only: string_t, to_text, percent
+  use standard_streams_mod, only: standard_output, write_most
   use system_mod, only: wall_seconds, catch_signals
   use resource_limits_mod, only: check_library_room
   use scene_mod, only: scene_t
@@ -52,6 +53,10 @@ contains
     type(step_solver_t) :: solver
     real(wp) :: read_time
 
+    if (options%flat) then
+      call print_flat(options, error)
+      return
+    end if
     console = open_console(options%quiet)
     call read_deck(options%deck, options%overrides, scene, error)
     if (allocated(error)) return
@@ -78,6 +83,21 @@ contains
     if (allocated(error) .or. options%plan) return
     call run_scene(options, scene, plan, exports, solver, console, read_time, error)
   end subroutine run_deck
+
+  !> Print the deck without includes, parameters and blocks.
+  subroutine print_flat(options, error)
+    type(options_t), intent(in) :: options
+    type(error_t), allocatable, intent(out) :: error
+    type(scene_t) :: scene
+    type(string_t) :: flat
+    integer :: written
+
+    call read_deck(options%deck, options%overrides, scene, error, flat)
+    if (allocated(error)) return
+    call write_most(standard_output, flat%text, written)
+    if (written < len(flat%text)) call raise(error, exit_machine, &
+      'bipot: error: standard output did not take all of the deck; is the disk full?')
+  end subroutine print_flat
 
   !> The accuracy of the command line wins over the deck's.
   subroutine take_accuracy(options, scene)

@@ -140,7 +140,7 @@ class Flat(unittest.TestCase):
         tight = Path(folder) / deck.name
         tight.write_text(with_tolerance(deck.read_text(), "1e-12"))
         with run(tight, folder, *words) as result:
-            scene = read_flat(deck, overrides)
+            scene = read_flat(PROGRAM, deck, overrides)
             scene.take_mesh(result)
             expected = forces(result, [f"{p.slave}:{p.master}" for p in scene.pairs])
         flat = Path(folder) / "flat.inp"
@@ -171,7 +171,7 @@ class Flat(unittest.TestCase):
     def test_another_mesh_is_noticed(self):
         with tempfile.TemporaryDirectory() as folder:
             with run(INPUT / "block.inp", folder, "--set", "n=2", "--set", "steps=5") as result:
-                scene = read_flat(INPUT / "block.inp", {"n": "3"})
+                scene = read_flat(PROGRAM, INPUT / "block.inp", {"n": "3"})
                 with self.assertRaises(DeckError):
                     scene.take_mesh(result)
 
@@ -183,12 +183,12 @@ class Translation(unittest.TestCase):
         for name, words in (("tool", "SPHERE"), ("hertz", "CONTACT GAP"),
                             ("cantilever", "CONTACT PAIR")):
             with self.assertRaisesRegex(DeckError, words):
-                check_translatable(read_flat(INPUT / f"{name}.inp", {}))
+                check_translatable(read_flat(PROGRAM, INPUT / f"{name}.inp", {}))
         with self.assertRaisesRegex(DeckError, "C3D8B"):
-            check_translatable(read_flat(INPUT / "block.inp", {"element": "C3D8B"}))
+            check_translatable(read_flat(PROGRAM, INPUT / "block.inp", {"element": "C3D8B"}))
 
     def test_master_faces_lie_on_the_planes(self):
-        scene = read_flat(INPUT / "corner.inp", {})
+        scene = read_flat(PROGRAM, INPUT / "corner.inp", {})
         for plane, normal in zip(make_masters(scene), np.eye(3), strict=True):
             upper = plane.places[plane.bricks[0, 4:]]
             np.testing.assert_allclose(upper @ normal, 0, atol=1e-12)
@@ -198,7 +198,7 @@ class Translation(unittest.TestCase):
 
     def test_master_faces_lie_on_the_cylinder(self):
         for name, towards in (("pipe", -1), ("roller", 1)):
-            scene = read_flat(INPUT / f"{name}.inp", {})
+            scene = read_flat(PROGRAM, INPUT / f"{name}.inp", {})
             ring, = make_masters(scene)
             numbers = next(iter(scene.obstacles.values())).numbers
             axis = np.array(numbers[3:6]) / np.linalg.norm(numbers[3:6])
@@ -212,7 +212,7 @@ class Translation(unittest.TestCase):
             self.assertTrue((np.linalg.det(edges) > 0).all())
 
     def test_two_bodies_touch_surface_to_surface(self):
-        scene = read_flat(INPUT / "foundation.inp", {"n": "2", "base": "3"})
+        scene = read_flat(PROGRAM, INPUT / "foundation.inp", {"n": "2", "base": "3"})
         for kind in (SURFACES, MORTAR):
             lines = deck_lines(scene, Penalty(1e7, 1e6, 0.0, kind))
             self.assertIn(f"*CONTACT PAIR, INTERACTION=CONTACT1, TYPE={kind}", lines)
@@ -273,7 +273,8 @@ class Translation(unittest.TestCase):
         self.assertEqual(whole.whole_seconds, 120)
 
     def test_every_load_has_its_set(self):
-        lines = deck_lines(read_flat(INPUT / "ssnv128.inp", {"n": "4"}), Penalty(1e15, 1e14, 1.0))
+        scene = read_flat(PROGRAM, INPUT / "ssnv128.inp", {"n": "4"})
+        lines = deck_lines(scene, Penalty(1e15, 1e14, 1.0))
         cards = [line for line in lines if line.startswith("*")]
         self.assertTrue(any(card.startswith("*DSLOAD") for card in cards))
         for k, line in enumerate(lines):
@@ -293,7 +294,7 @@ class ForGetFEM(unittest.TestCase):
             ("cantilever", {}, "no \\*CONTACT PAIR"), ("block", {"element": "C3D8I"}, "C3D8I"),
         ):
             with self.assertRaisesRegex(DeckError, words, msg=name):
-                problem_arrays(read_flat(INPUT / f"{name}.inp", overrides))
+                problem_arrays(read_flat(PROGRAM, INPUT / f"{name}.inp", overrides))
 
     def test_what_moves_is_named(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -301,10 +302,10 @@ class ForGetFEM(unittest.TestCase):
             deck = Path(folder) / "odd.inp"
             deck.write_text(ODD)
             with self.assertRaisesRegex(DeckError, "REF NODE.*DSLOAD.*AMPLITUDE"):
-                problem_arrays(read_flat(deck, {}))
+                problem_arrays(read_flat(PROGRAM, deck, {}))
 
     def test_the_block_as_arrays(self):
-        scene = read_flat(INPUT / "block.inp", {"n": "2", "steps": "10", "theta": "0."})
+        scene = read_flat(PROGRAM, INPUT / "block.inp", {"n": "2", "steps": "10", "theta": "0."})
         arrays = problem_arrays(scene)
         self.assertEqual(arrays["points"].shape, (27, 3))
         corners = arrays["points"][arrays["bricks"][0]]
@@ -319,7 +320,7 @@ class ForGetFEM(unittest.TestCase):
         self.assertAlmostEqual(arrays["augmentation"], 0.5)
 
     def test_held_values_grow_within_a_step(self):
-        scene = read_flat(INPUT / "block.inp", {"n": "1", "steps": "10", "theta": "0."})
+        scene = read_flat(PROGRAM, INPUT / "block.inp", {"n": "1", "steps": "10", "theta": "0."})
         row_of = {node: row for row, node in enumerate(scene.nodes)}
         held, values = held_values(scene, row_of)
         self.assertEqual(values.shape, (10, 12))
@@ -330,7 +331,7 @@ class ForGetFEM(unittest.TestCase):
         np.testing.assert_allclose(push[-1], 0.4)
 
     def test_what_a_later_step_holds_is_refused(self):
-        scene = read_flat(INPUT / "block.inp", {"n": "1"})
+        scene = read_flat(PROGRAM, INPUT / "block.inp", {"n": "1"})
         first = scene.steps[0].cards[0]
         first.loads = [load for load in first.loads if load.words[0] != "1"]
         row_of = {node: row for row, node in enumerate(scene.nodes)}

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.peers.flat_deck import DeckError, Load, LoadCard, id_lines
+from bipot.peers.flat_deck import DeckError, Load, LoadCard, id_lines, number
 
 ELEMENTS = {"C3D8": "C3D8", "C3D8I": "C3D8I"}
 NODES, SURFACES, MORTAR = "NODE TO SURFACE", "SURFACE TO SURFACE", "MORTAR"
@@ -262,7 +262,12 @@ def load_lines(card, targets):
     yield f"*{card.keyword}{options}"
     for load in card.loads:
         name = targets.name(card.keyword, load.target) if targets else load.target
-        yield ", ".join([name, *load.words])
+        yield ", ".join([name, *map(short, load.words)])
+
+
+def short(word):
+    """Return a number in the 20 letters that ccx reads of it; other words as they are."""
+    return word if len(word) <= 20 else f"{number(word):.12g}"
 
 
 def deck_lines(scene, penalty):

@@ -1,17 +1,16 @@
-"""Read a bipot deck into a flat scene: ids instead of parameters, *BLOCKs, sets and includes.
+"""A bipot deck as a scene of ids, from what `bipot --flat` prints of it.
 
-    scene = read_flat(Path("input/block.inp"), {"n": "8"})
+    scene = read_flat(program, Path("input/block.inp"), {"n": "8"})
     scene.take_mesh(result)          # coordinates as the program had them, *ADJUST and all
     lines = scene.model_lines()      # *NODE to *SOLID SECTION in the common dialect
 
-It is for programs that read the Abaqus dialect but not our cards. It trusts that bipot has run the
-deck, so mistakes are not looked for, and holds its mesh against the one in the result file.
+It is for programs that read the Abaqus dialect but not our cards. The program has found all that
+is wrong in the deck, so mistakes are not looked for here.
 """
 
-import ast
 import math
-import operator
 import re
+import subprocess
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,11 +18,6 @@ import numpy as np
 BRICKS = {"C3D8": "C3D8", "C3D8I": "C3D8I", "C3D8B": "C3D8B"} | dict.fromkeys(
     ("C3D8R", "C3D8H", "C3D8RH"), "C3D8"
 )
-# Sides of a *BLOCK: axis, whether its far end, and the bricks' face there.
-SIDES = {
-    "XMIN": (0, False, 6), "XMAX": (0, True, 4), "YMIN": (1, False, 3),
-    "YMAX": (1, True, 5), "ZMIN": (2, False, 1), "ZMAX": (2, True, 2),
-}
 FACE_CORNERS = np.array(
     [[1, 4, 3, 2], [5, 6, 7, 8], [1, 2, 6, 5], [2, 3, 7, 6], [3, 4, 8, 7], [4, 1, 5, 8]]
 ) - 1
@@ -34,15 +28,8 @@ HELD = {
 NOTHING = {  # what asks for output or for a way of solving, and says nothing about the scene
     "HEADING", "CONTACT SOLVER", "PRECISION", "ACCURACY", "NODE FILE", "EL FILE", "CONTACT FILE",
     "NODE PRINT", "EL PRINT", "CONTACT PRINT", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT",
-    "CONTACT OUTPUT", "CONTROLS", "SURFACE BEHAVIOR", "PREPRINT", "RESTART", "PARAMETER",
-    "END STEP",
+    "CONTACT OUTPUT", "CONTROLS", "SURFACE BEHAVIOR", "PREPRINT", "RESTART", "END STEP",
 }
-OPERATORS = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.USub: operator.neg, ast.UAdd: operator.pos,
-}
-FUNCTIONS = {"SQRT": math.sqrt, "SIN": math.sin, "COS": math.cos, "TAN": math.tan}
-
 
 class DeckError(Exception):
     """The deck holds something that has no place in a flat scene."""
@@ -123,95 +110,20 @@ def number(text):
     return float(f"{exponent[1]}E{exponent[2]}" if exponent else text)
 
 
-def arithmetic(text, names):
-    """Return the value of an expression with the parameters `names`; ValueError where none."""
-
-    def value(node):
-        match node:
-            case ast.Expression(body=body):
-                return value(body)
-            case ast.Constant(value=int() | float() as found):
-                return float(found)
-            case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
-                return OPERATORS[type(op)](value(left), value(right))
-            case ast.UnaryOp(op=op, operand=operand) if type(op) in OPERATORS:
-                return OPERATORS[type(op)](value(operand))
-            case ast.Call(func=ast.Name(id=name), args=[one]) if name.upper() in FUNCTIONS:
-                return FUNCTIONS[name.upper()](value(one))
-            case ast.Name(id=name) if isinstance(names.get(name.upper()), float):
-                return names[name.upper()]
-            case ast.Name(id=name) if name.upper() == "PI":
-                return math.pi
-        raise ValueError(f"not arithmetic: {text}")
-
-    try:
-        tree = ast.parse(text.strip(), mode="eval")
-    except SyntaxError as error:
-        raise ValueError(f"not arithmetic: {text}") from error
-    return value(tree)
-
-
-def parameter_value(text, names):
-    """Return a number where the text is one or is arithmetic, else the word it is."""
-    text = text.strip()
-    if text[:1] in ("'", '"'):
-        return text.strip("'\"")
-    for read in (number, lambda words: arithmetic(words, names)):
-        try:
-            return read(text)
-        except ValueError:
-            continue
-    return text
-
-
-def put_in(line, names):
-    """Return a line with its <expressions> replaced."""
-
-    def text(match):
-        words = match[1].strip()
-        found = names.get(words.upper())
-        if found is None:
-            found = arithmetic(words, names)
-        if isinstance(found, str):
-            return found
-        return str(int(found)) if found == int(found) and abs(found) < 1e15 else repr(found)
-
-    return re.sub(r"<([^<>]*)>", text, line)
-
-
-def lines_of(path, above=()):
-    """Give the lines of a deck, those of included files in their place, without comments."""
-    for line in path.read_text(encoding="utf-8-sig").splitlines():
-        line = line.strip()
-        if not line or line.startswith("**"):
-            continue
-        include = re.fullmatch(r"\*INCLUDE\s*,\s*INPUT\s*=\s*(.*)", line, re.IGNORECASE)
-        if include is None:
-            yield line
-            continue
-        name = include[1].strip().strip("\"'")
-        found = next((p for p in (path.parent / name, path.cwd() / name) if p.is_file()), None)
-        if found is None or found in above:
-            raise DeckError(f"*INCLUDE: cannot read {name}")
-        yield from lines_of(found, (*above, path))
-
-
 def words_of(line):
     """Return the words of a line between commas, names in capitals and without quotes."""
     parts = re.split(r',(?=(?:[^"]*"[^"]*")*[^"]*$)', line)
     return [part.strip().strip('"').upper() for part in parts]
 
 
-def cards_of(path, overrides):
-    """Give the cards of a deck, the parameters replaced; `overrides` as --set takes them."""
-    names = {name.upper(): parameter_value(text, {}) for name, text in overrides.items()}
-    fixed = set(names)
+def cards_of(lines):
+    """Give the cards of a flat deck."""
     card, goes_on = None, False
-    for line in lines_of(path):
-        if line.startswith("*") or goes_on:
-            words = words_of(put_in(line, names))
-            goes_on_now = line.endswith(",")
-            words = [word for word in words if word]
+    for line in lines:
+        if line.startswith("**") or not line.strip():
+            continue
+        if line.lstrip().startswith("*") or goes_on:
+            words = [word for word in words_of(line) if word]
             if not goes_on:
                 if card is not None:
                     yield card
@@ -220,16 +132,9 @@ def cards_of(path, overrides):
             for word in words:
                 option, _, value = word.partition("=")
                 card.options[" ".join(option.split())] = value.strip().strip('"')
-            goes_on = goes_on_now
-        elif card is None or card.keyword == "HEADING":
-            continue
-        elif card.keyword == "PARAMETER":
-            name, _, text = line.partition("=")
-            name = name.strip().upper()
-            if name not in fixed:
-                names[name] = parameter_value(text, names)
-        else:
-            card.rows.append(words_of(put_in(line, names)))
+            goes_on = line.rstrip().endswith(",")
+        elif card.keyword != "HEADING":
+            card.rows.append(words_of(line))
     if card is not None:
         yield card
 
@@ -384,51 +289,6 @@ def read_elements(card, scene):
         scene.add(scene.element_sets, card.options["ELSET"], [name for name, *_ in rows])
 
 
-def read_block(card, scene):
-    """Add a *BLOCK with its sets and sides; its coordinates are those of an ungraded one."""
-    shape = [int(float(card.name(axis))) for axis in ("NX", "NY", "NZ")]
-    numbers = [number(word) for row in card.rows[:2] for word in row if is_number(word)][:6]
-    corner, size = np.array(numbers[:3]), np.array(numbers[3:])
-    first_node = max(scene.nodes, default=0) + 1
-    first_brick = max([0, *scene.elements, *scene.skipped]) + 1
-    planes = [n + 1 for n in shape]
-    for k in np.ndindex(planes[2], planes[1], planes[0]):
-        place = np.array(k[::-1]) / shape
-        scene.nodes[first_node + flat(k, planes)] = (corner + size * place).tolist()
-    row, layer = planes[0], planes[0] * planes[1]
-    kind = BRICKS[card.options.get("TYPE", "C3D8")]
-    bricks = {}
-    for k in np.ndindex(shape[2], shape[1], shape[0]):
-        base = first_node + flat(k, planes)
-        lower = [base, base + 1, base + 1 + row, base + row]
-        name = first_brick + flat(k, shape)
-        bricks[name] = k
-        scene.elements[name] = (kind, lower + [node + layer for node in lower])
-    block = card.name("NAME")
-    for name in {block, card.options.get("ELSET", block)}:
-        scene.add(scene.element_sets, name, bricks)
-    scene.add(scene.node_sets, block, range(first_node, first_node + math.prod(planes)))
-    for side, (axis, far, face) in SIDES.items():
-        where = shape[axis] - 1 if far else 0
-        name = f"{block}-{side}"
-        scene.faces[name] = [(e, face) for e, k in bricks.items() if k[2 - axis] == where]
-        scene.add(scene.node_sets, name, sorted(scene.nodes_on(name)))
-
-
-def flat(k, shape):
-    """Return the place of (z, y, x) in a grid of (x, y, z) points, x fastest."""
-    return k[2] + shape[0] * (k[1] + shape[1] * k[0])
-
-
-def is_number(word):
-    """Whether a word is a number."""
-    try:
-        number(word)
-    except ValueError:
-        return False
-    return True
-
-
 def read_surface(card, scene):
     """Add a surface of faces or nodes."""
     name = card.name("NAME")
@@ -472,11 +332,23 @@ def boundary_words(words):
     return [[str(first), str(min(last, 3)), value]] if first <= 3 else []
 
 
-def read_flat(path, overrides):
+def flat_lines(program, path, overrides):
+    """Return the lines of a deck without includes, parameters and blocks; DeckError with the
+    program's words where it is wrong."""
+    words = [word for name, value in overrides.items() for word in ("--set", f"{name}={value}")]
+    found = subprocess.run(
+        [program, path, "--flat", *words], capture_output=True, text=True, check=False
+    )
+    if found.returncode != 0:
+        raise DeckError(found.stderr.strip())
+    return found.stdout.splitlines()
+
+
+def read_flat(program, path, overrides):
     """Return the flat scene of a deck; DeckError where it holds a card that is not known here."""
     scene, step, before = Scene(), None, Step()
     material = interaction = None
-    for card in cards_of(path, overrides):
+    for card in cards_of(flat_lines(program, path, overrides)):
         match card.keyword:
             case "NODE":
                 for row in card.rows:
@@ -486,8 +358,6 @@ def read_flat(path, overrides):
                     scene.add(scene.node_sets, card.options["NSET"], ids)
             case "ELEMENT":
                 read_elements(card, scene)
-            case "BLOCK":
-                read_block(card, scene)
             case "NSET" | "ELSET":
                 read_set(card, scene)
             case "SURFACE":

@@ -332,7 +332,7 @@ def compare(program, deck, overrides, penalties, folder, options):
     not installed, or cannot be given the deck, is named in `skipped`.
     """
     deck = deck.resolve()
-    scene = read_flat(deck, overrides)
+    scene = read_flat(program, deck, overrides)
     check_translatable(scene)
     reference, tolerance = converged(program, deck, overrides, folder)
     scene.take_mesh(reference)

@@ -225,18 +225,18 @@ contains
     spells = upper(text) == 'NAN' .or. upper(text) == 'INF' .or. upper(text) == 'INFINITY'
   end function spells_no_number
 
-  !> `value` as text that reads back to the same bits; whole numbers without point and exponent.
+  !> `value` as the shortest text that reads back to the same bits.
   pure function number_text(value) result(text)
     real(wp), intent(in) :: value !! |value| <= largest_number
     character(:), allocatable :: text
-    character(32) :: buffer
+    real(wp) :: again
+    integer :: digits
 
-    if (abs(value) < 1.0e9_wp .and. abs(value - anint(value)) <= 0.0_wp) then
-      write (buffer, '(i0)') nint(value)
-    else
-      write (buffer, '(es25.16e3)') value
-    end if
-    text = trim(adjustl(buffer))
+    do digits = 15, 17
+      text = to_text(value, digits)
+      read (text, *) again
+      if (abs(again - value) <= 0.0_wp) return
+    end do
   end function number_text
 
   !> The length of the number without sign at the beginning of `text`; 0: there is none.
