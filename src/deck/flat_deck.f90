@@ -53,6 +53,8 @@ contains
           call add_lines(reader, line, card%header, flat)
           call copy_lines(reader%source, card%header + 1, card%last, flat)
           line = card%last + 1
+        case default
+          cycle
         end select
       end associate
     end do

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "cases"))
-from program import INPUT, PROGRAM, Run  # noqa: E402
+from program import INPUT, PROGRAM, Run
 
 # Everything that a flat deck writes out anew: includes, parameters in names, words and numbers,
 # blocks with a set of their own and with letters that need quotes, a title that is no parameter.
