@@ -19,8 +19,7 @@ module body_solver_mod
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: factorise, is_analysed, analysed_order
   use stiffness_inverse_mod, only: stiffness_inverse_t, solve_equations
-  use near_elimination_mod, only: elimination_t, begin_elimination, test_forces, fit_elimination, &
-    blocks_nearby
+  use near_schur_mod, only: near_schur_t, probe_schur, blocks_nearby
   use tied_pieces_mod, only: check_pieces
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   implicit none
@@ -87,13 +86,13 @@ contains
       inverse%map = make_dof_map(scene%mesh%body, hold_pins(body%motions, prescribed), interface, &
         body%constraints)
       call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
+      inverse%is_condensed = scene%contact%compliance /= compliance_products
+      n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
       call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
         n_stiffnesses)
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
       call lap(clock, work%assemble)
       inverse%factor%precision = scene%precision
-      inverse%is_condensed = scene%contact%compliance /= compliance_products
-      n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
       if (is_analysed(inverse%factor, k, n_schur)) then
         order = analysed_order(inverse%factor) ! by the plan
       else
@@ -101,13 +100,22 @@ contains
         if (allocated(error)) return
       end if
       call lap(clock, work%order)
+      if (.not. inverse%is_condensed) then
+        ! Before the factor of the whole, so that one is there at a time.
+        call look_nearby(scene, points, start, neighbours, order, k, body, error)
+        if (allocated(error)) return
+        ! Ranks give up their parts with every factor.
+        if (k%is_distributed) call assemble_parts(scene%mesh, scene%materials, inverse%map, start, &
+          neighbours, k, n_stiffnesses)
+        call lap(clock, work%condense)
+      end if
       call factorise(k, order, n_schur, inverse%factor, inverse%compliance, error)
       if (allocated(error)) return
       work%n_factorisations = work%n_factorisations + 1
       call lap(clock, work%factorise)
       if (.not. inverse%is_condensed) then
         deallocate (inverse%compliance)
-        call look_nearby(scene, points, start, neighbours, k, body, error)
+        call estimate_condition(scene, k, body, error)
         call lap(clock, work%condense)
         return
       end if
@@ -139,39 +147,50 @@ contains
     if (associated(body%inverse)) deallocate (body%inverse)
   end subroutine release_inverse
 
-  !> What is known of the interface without its compliance: the stiffness near the points, and the
-  !> condition of the whole, estimated by some solutions.
-  subroutine look_nearby(scene, points, start, neighbours, k, body, error)
+  !> The stiffness near the points, without a Schur complement.
+  subroutine look_nearby(scene, points, start, neighbours, order, k, body, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: start(:), neighbours(:) !! of the nodes, as of coupled_nodes
-    type(triplets_t), intent(inout) :: k           !! with its values; made anew where it is shared
+    integer, intent(in) :: order(:)                !! (n_free) of elimination
+    type(triplets_t), intent(in) :: k              !! with its values; made anew where it is shared
     type(body_solver_t), intent(inout) :: body
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    type(triplets_t) :: whole
+    type(near_schur_t) :: schur
     integer :: index(3, points%n), i
+
+    associate (map => body%inverse%map)
+      if (k%is_distributed) then
+        call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, whole)
+        call probe_schur(whole, map%n_interface, map%node, order, start, neighbours, &
+          scene%precision, schur, error)
+      else
+        call probe_schur(k, map%n_interface, map%node, order, start, neighbours, &
+          scene%precision, schur, error)
+      end if
+      if (allocated(error)) return
+      do i = 1, points%n
+        index(:, i) = interface_equations_of(map, points%node(i))
+      end do
+      call blocks_nearby(schur, index, body%stiffness, body%flexibility)
+    end associate
+  end subroutine look_nearby
+
+  !> The condition of the whole without a Schur complement, by some solutions.
+  subroutine estimate_condition(scene, k, body, error)
+    type(scene_t), intent(in) :: scene
+    type(triplets_t), intent(in) :: k     !! with its values
+    type(body_solver_t), intent(inout) :: body
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     type(norm_estimate_t) :: norm
-    type(elimination_t) :: elimination
-    real(wp), allocatable :: x(:), b(:, :), force(:, :)
+    real(wp), allocatable :: x(:), b(:, :)
 
     associate (inverse => body%inverse, n => body%inverse%map%n_interface)
-      if (k%is_distributed) call assemble_stiffness(scene%mesh, scene%materials, inverse%map, &
-        start, neighbours, k)
-      do i = 1, points%n
-        index(:, i) = interface_equations_of(inverse%map, points%node(i))
-      end do
       if (.not. is_exact(scene%precision)) then
         inverse%mesh = scene%mesh
         inverse%materials = scene%materials
       end if
-      call begin_elimination(k, n, elimination)
-      call test_forces(elimination, force)
-      allocate (b(inverse%map%n_free, size(force, 2)), source=0.0_wp)
-      b(size(b, 1) - n + 1:, :) = force
-      call solve_equations(inverse, b, .true., error)
-      if (allocated(error)) return
-      call fit_elimination(elimination, b(size(b, 1) - n + 1:, :))
-      deallocate (b)
-      call blocks_nearby(elimination, index, body%stiffness, body%flexibility)
       allocate (x(n), b(inverse%map%n_free, 1))
       do while (norm%goes_on(x))
         b = 0.0_wp
@@ -185,7 +204,7 @@ contains
       if (n > 0) inverse%condition = max(inverse%condition, few*norm%estimate/ &
         minval(body%flexibility))
     end associate
-  end subroutine look_nearby
+  end subroutine estimate_condition
 
   !> Other supports of obstacles alone: the factor stays, the free motions do not.
   subroutine change_obstacle_supports(scene, points, prescribed, body, error)

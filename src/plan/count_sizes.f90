@@ -17,12 +17,12 @@ module count_sizes_mod
   real(wp), parameter :: products_with_friction = 30.0_wp !! of W with a vector, by global Newton
   real(wp), parameter :: products_without = 10.0_wp
   real(wp), parameter :: solves_for_motions = 3.0_wp      !! contact problems where bodies are free
-  real(wp), parameter :: bending_freely = 5.0_wp !! times as many where W is not formed
+  real(wp), parameter :: answers_of_motions = 2.0_wp
+  !! times as many where W is not formed: how reactions answer the motions is not factorised then
   real(wp), parameter :: newton_raphson_curved = 3.0_wp   !! before round obstacles
   real(wp), parameter :: newton_raphson_refined = 2.0_wp  !! where the factor is not exact
   real(wp), parameter :: refinements = 4.0_wp             !! of a load's response, then
-  real(wp), parameter :: solutions_beside = 15.0_wp
-  !! of a factor without W: what is near the points, and the condition
+  real(wp), parameter :: solutions_beside = 6.0_wp !! of a factor without W: the condition
   real(wp), parameter :: sweeps_a_digit = 1.3_wp          !! and a point along the surface's side
 
   !> Sizes that costs are made of.
@@ -100,8 +100,7 @@ contains
     if (scene%contact%solver == solver_sweeps) n = -sweeps_a_digit*sqrt(sizes%points)* &
       log10(scene%contact%tolerance)
     if (sizes%motions > 0.0_wp) n = n*solves_for_motions
-    ! What is near says little of bodies that bend freely.
-    if (sizes%motions > 0.0_wp .and. .not. sizes%is_dense) n = n*bending_freely
+    if (sizes%motions > 0.0_wp .and. .not. sizes%is_dense) n = n*answers_of_motions
     n = n*iterations_of_increment(scene)
     if (sizes%rows <= 0.0_wp) n = 0.0_wp
   end function products_of_increment

@@ -377,7 +377,7 @@ contains
     ! The Schur complement beside MUMPS's fronts.
     square = merge(1.0_wp, 0.0_wp, sizes%is_dense)
     factorising = matrix + mesh + sizes%workspace + square*sizes%word*sizes%interface**2
-    ! The parts of the stiffness beside the interface, and the blocks near its points.
+    ! What is near the points, and their blocks of it.
     if (.not. sizes%is_dense) factorising = factorising + near_interface*sizes%interface
     ! The factor stays; compliance and W; responses and loads of two patterns, old and new state,
     ! forces and fields of a step: some thirty vectors over the nodes; the columns of the increments

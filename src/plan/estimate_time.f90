@@ -38,8 +38,8 @@ module estimate_time_mod
   real(wp), parameter :: squeeze_rate = 60.0e6_wp    !! of numbers that vary [bytes/s]
   real(wp), parameter :: squeeze_zeros = 400.0e6_wp  !! of zeros [bytes/s]
   real(wp), parameter :: keep_rate = 1.0e9_wp        !! of numbers that are not squeezed [bytes/s]
-  real(wp), parameter :: near_interface = 5.0e5_wp
-  !! operations for what is near an unknown of the interface, at the rate of dense products
+  real(wp), parameter :: probes = 90.0_wp !! of what is near the points, where W is not formed
+  real(wp), parameter :: passes_of_probe = 0.5_wp !! over the factor of the interior, many at once
   real(wp), parameter :: visit_of_sweep = 0.5_wp     !! of a point, in internal forces of a brick
 
   !> Seconds of the phases of a run.
@@ -99,7 +99,9 @@ contains
       sizes%points*visit_of_sweep*force_time
     n_recovered = solutions(scene, sizes)
     if (.not. sizes%is_dense) then
-      seconds%condense = sizes%factorisations*(near_interface*sizes%interface/speed%flops)
+      ! The factor of the interior is about as large as that of the whole.
+      seconds%condense = seconds%factorise + sizes%factorisations*probes*passes_of_probe* &
+        sizes%word*sizes%factor/speed%bytes
       product = solutions_of_product(scene)*passes_to_solve*sizes%word*sizes%factor/speed%bytes
       n_recovered = n_recovered - sizes%increments*products_of_increment(scene, sizes)* &
         solutions_of_product(scene)
