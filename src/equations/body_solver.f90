@@ -163,11 +163,9 @@ contains
     associate (map => body%inverse%map)
       if (k%is_distributed) then
         call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, whole)
-        call probe_schur(whole, map%n_interface, map%node, order, start, neighbours, &
-          scene%precision, schur, error)
+        call probe_schur(whole, map, order, start, neighbours, scene%precision, schur, error)
       else
-        call probe_schur(k, map%n_interface, map%node, order, start, neighbours, &
-          scene%precision, schur, error)
+        call probe_schur(k, map, order, start, neighbours, scene%precision, schur, error)
       end if
       if (allocated(error)) return
       do i = 1, points%n

@@ -12,6 +12,7 @@ module near_schur_mod
   use controls_mod, only: precision_controls_t
   use near_stiffness_mod, only: near_stiffness_t, keep_near
   use sparse_rows_mod, only: rows_t, find_entry, times, times_transposed
+  use dof_map_mod, only: dof_map_t
   use assembly_mod, only: triplets_t
   use near_nodes_mod, only: near_nodes_t, find_near_nodes
   use sparse_factor_mod, only: sparse_factor_t, factorise
@@ -33,10 +34,9 @@ module near_schur_mod
 contains
 
   !> Factorise the interior and probe the interface.
-  subroutine probe_schur(k, n_interface, node, order, start, neighbours, precision, schur, error)
+  subroutine probe_schur(k, map, order, start, neighbours, precision, schur, error)
     type(triplets_t), intent(in) :: k     !! with its values, not distributed
-    integer, intent(in) :: n_interface    !! the last unknowns
-    integer, intent(in) :: node(:)        !! (n) mesh node of each unknown
+    type(dof_map_t), intent(in) :: map
     integer, intent(in) :: order(:)       !! (n) place of each unknown in the elimination
     integer, intent(in) :: start(:), neighbours(:) !! of the mesh nodes, as of coupled_nodes
     type(precision_controls_t), intent(in) :: precision
@@ -47,11 +47,12 @@ contains
     type(triplets_t) :: ii
     type(rows_t) :: cc, ci
     real(wp), allocatable :: none(:, :), probe(:, :), x(:, :)
-    integer :: n_interior, first, last, i
+    integer :: n_interior, n_interface, first, last, i
 
-    n_interior = k%n - n_interface
+    n_interface = map%n_interface
+    n_interior = map%n_free - n_interface
     call split(k, n_interior, ii, cc, ci)
-    call find_near_nodes(node(n_interior + 1:), start, neighbours, reach, nodes)
+    call find_near_nodes(map%node(n_interior + 1:), start, neighbours, reach, nodes)
     call begin_rows(nodes, n_interface, schur%s)
     if (n_interior > 0) then
       factor%precision = precision
