@@ -180,15 +180,15 @@ contains
     type(trial_t), intent(inout) :: trial !! gets its motion
     type(state_t), intent(inout) :: new   !! gets displacement
     real(wp) :: moved(3, scene%mesh%n_nodes), way(size(led))
+    real(wp), allocatable :: neutral(:, :)
 
     associate (motions => solver%body%motions)
       if (motions%n == 0) return
-      associate (neutral => neutral_motions(solver%contact, motions%n))
-        if (size(neutral, 2) == 0) return
-        moved = new%displacement - old%displacement
-        call add_motions(motions, scene%mesh, -led, moved)
-        way = way_to_rest(scene, motions, neutral, moved)
-      end associate
+      allocate (neutral, source=neutral_motions(solver%contact, motions%n))
+      if (size(neutral, 2) == 0) return
+      moved = new%displacement - old%displacement
+      call add_motions(motions, scene%mesh, -led, moved)
+      way = way_to_rest(scene, motions, neutral, moved)
       trial%motion = trial%motion + way
       call add_motions(motions, scene%mesh, way, new%displacement)
     end associate

@@ -1,0 +1,341 @@
+"""Equations between displacements, and couplings: what must hold whatever the numbers are."""
+
+import unittest
+
+import numpy as np
+from program import Run
+from test_ties import GROUND, PUSH, at_end, gravity, heavy, tie
+from two_bodies import block, deck, pair, solved, step
+
+SIDES = "".join(f"*EQUATION\n2\nUP-ZMIN, {i}, 1., LOW-ZMAX, {i}, -1.\n" for i in (1, 2, 3))
+STRESS = "*EL FILE, POSITION=INTEGRATION POINTS\nS\n"
+
+
+def node(number, *place):
+    """Return the card of a node."""
+    return f"*NODE\n{number}, " + ", ".join(map(repr, place)) + "\n"
+
+
+def equations(*lines):
+    """Return the cards of equations, each given by its terms."""
+    cards = [f"{len(line.split(',')) // 3}\n{line}\n" for line in lines]
+    return "*EQUATION\n" + "".join(cards)
+
+
+def loaded(lines, increments=1, more=""):
+    """Return a *STEP with concentrated forces."""
+    return f"*STEP\n*STATIC, DIRECT\n{1 / increments!r}, 1.\n*CLOAD\n{lines}\n{more}*END STEP\n"
+
+
+def of_node(result, number, field):
+    """Return a field at a node by its number in the deck, at the end."""
+    numbers = result.file["VTKHDF/PointData/node_id"][:]
+    return at_end(result, field)[list(numbers[: len(at_end(result, field))]).index(number)]
+
+
+class Periodic(unittest.TestCase):
+    """Opposite sides move alike but for what a single node says."""
+
+    def strip(self, *cards):
+        """A strip without supports, and node 900 whose displacement is its elongation."""
+        text = deck(
+            node(900, 5.0, 5.0, 5.0),
+            block("A", (4, 2, 3), (0, 0, 0), (2, 1, 1)),
+            equations(
+                "A-XMAX, 1, 1., A-XMIN, 1, -1., 900, 1, -1.",
+                "A-XMAX, 2, 1., A-XMIN, 2, -1.",
+                "A-XMAX, 3, 1., A-XMIN, 3, -1.",
+            ),
+            *cards,
+            tolerance=1e-12,
+        )
+        return solved(self, text.replace("*END STEP", STRESS + "*END STEP"))
+
+    def stress_error(self, result, wanted):
+        stress = result.file["VTKHDF/CellData/stress_gauss_points"][:].reshape(-1, 6)
+        return np.abs(stress - [wanted, 0, 0, 0, 0, 0]).max() / abs(wanted)
+
+    def test_a_prescribed_elongation_is_a_uniform_stress(self):
+        result = self.strip(step("900, 1, 1, 0.02"))
+        self.assertLess(self.stress_error(result, 10), 1e-12)
+        self.assertAlmostEqual(of_node(result, 900, "reaction_force")[0], 10, delta=1e-10)
+        # It is held by nothing. Its sides move alike, so that it turns about its axis alone.
+        self.assertRegex(result.output, r"free motions +at most +4 of body 1 \(of node 901\)")
+        self.assertIn("translation along z, rotation about x", result.output)
+
+    def test_a_force_on_the_node_is_carried(self):
+        result = self.strip(loaded("900, 1, 5."))
+        self.assertLess(self.stress_error(result, 5), 1e-12)
+        self.assertAlmostEqual(of_node(result, 900, "displacement")[0], 0.01, delta=1e-13)
+
+    def test_shear(self):
+        """Sides that are held apart along another axis: simple shear."""
+        text = deck(
+            node(900, 5.0, 5.0, 5.0),
+            block("A", (4, 2, 3), (0, 0, 0), (2, 1, 1)),
+            equations(
+                "A-XMAX, 2, 1., A-XMIN, 2, -1.",
+                "A-XMAX, 3, 1., A-XMIN, 3, -1., 900, 3, -1.",
+            ),
+            step("900, 3, 3, 0.02", 1),
+            held="A-ZMIN, 1\nA-ZMAX, 1\nA-XMIN, 1\nA-XMAX, 1",
+            tolerance=1e-12,
+        )
+        result = solved(self, text.replace("*END STEP", STRESS + "*END STEP"))
+        stress = result.file["VTKHDF/CellData/stress_gauss_points"][:].reshape(-1, 6)
+        shear = 0.01 * 1000 / 2.6
+        self.assertLess(np.abs(stress - [0, 0, 0, 0, 0, shear]).max(), 1e-12 * shear)
+
+
+class AgainstTies(unittest.TestCase):
+    """On matching nodes a tie is an equation for each degree of freedom."""
+
+    def blocks(self, joint, *cards, **more):
+        text = deck(
+            heavy(block("LOW", 2, (0, 0, -1), (1, 1, 1))),
+            heavy(block("UP", 2, (0, 0, 0), (1, 1, 1), young=3000.0)),
+            GROUND,
+            joint,
+            pair("LOW-ZMIN, GROUND", 0.3),
+            *cards,
+            tolerance=1e-12,
+            **more,
+        )
+        return solved(self, text)
+
+    def alike(self, one, other, fields=("displacement", "contact_force", "reaction_force")):
+        for field in fields:
+            a, b = at_end(one, field), at_end(other, field)
+            self.assertLess(np.abs(a - b).max(), 1e-12 * max(1e-9, np.abs(a).max()), field)
+
+    def test_pushed(self):
+        cards = [step(PUSH.format("UP"), 2)]
+        one = self.blocks(tie("UP-ZMIN, LOW-ZMAX"), *cards)
+        other = self.blocks(SIDES, *cards)
+        self.alike(one, other)
+        self.assertRegex(other.output, r"bodies +fixed +1, held by its supports")
+
+    def test_free_bodies(self):
+        """Blocks that friction alone holds under their weight and a push."""
+        cards = [gravity("LOW", "UP").replace("*END", "*CLOAD\nUP-ZMAX, 1, 0.1\n*END")]
+        one = self.blocks(tie("UP-ZMIN, LOW-ZMAX"), *cards)
+        other = self.blocks(SIDES, *cards)
+        for result in (one, other):
+            force = at_end(result, "contact_force").sum(axis=0)
+            np.testing.assert_allclose(force, [-0.9, 0, 20], atol=1e-8)
+        u, v = at_end(one, "displacement"), at_end(other, "displacement")
+        # Which node stands for a free motion is another: that is rounding of the way.
+        self.assertLess(np.abs(u - v).max(), 1e-9 * np.abs(u).max())
+        self.assertRegex(other.output, r"free motions +at most +6 of body 1 ")
+
+    def test_chains_and_the_order_of_terms(self):
+        """A middle node between the two sides, and the other side as the dependent one."""
+        cards = [step(PUSH.format("UP"), 2)]
+        one = self.blocks(SIDES, *cards)
+        turned = self.blocks(
+            equations(*(f"LOW-ZMAX, {i}, -2., UP-ZMIN, {i}, 2." for i in (1, 2, 3))), *cards
+        )
+        self.alike(one, turned)
+        middle = "".join(node(900 + i, 0.0, 0.0, 0.0) for i in range(9))
+        chained = self.blocks(
+            middle
+            + "*NSET, NSET=MIDDLE, GENERATE\n900, 908\n"
+            + equations(
+                *(f"UP-ZMIN, {i}, 1., MIDDLE, {i}, 3." for i in (1, 2, 3)),
+                *(f"MIDDLE, {i}, 3., LOW-ZMAX, {i}, 1." for i in (1, 2, 3)),
+            ),
+            *cards,
+        )
+        u = at_end(one, "displacement")
+        numbers = chained.file["VTKHDF/PointData/node_id"][: len(u) + 9]
+        v = at_end(chained, "displacement")[(numbers < 900) | (numbers > 908)]
+        self.assertLess(np.abs(u - v).max(), 1e-12 * np.abs(u).max())
+
+
+class Joints(unittest.TestCase):
+    """Equations that leave bodies some of their motions."""
+
+    def blocks(self, *cards, held="LOW-ZMIN, 1, 3"):
+        return deck(
+            block("LOW", 2, (0, 0, -1), (1, 1, 1)),
+            block("UP", 2, (0, 0, 0), (1, 1, 1)),
+            equations("UP-ZMIN, 3, 1., LOW-ZMAX, 3, -1."),
+            *cards,
+            held=held,
+        )
+
+    def test_a_smooth_joint_carries_pressure_alone(self):
+        run = Run(self.blocks(loaded("UP-ZMAX, 3, -1.")), name="deck")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertRegex(run.output, r"free motions +at most +3 of body 1 ")
+        self.assertIn("translation along x, translation along y, rotation about z", run.output)
+        result = run.result()
+        self.addCleanup(result.close)
+        np.testing.assert_allclose(
+            at_end(result, "reaction_force").sum(axis=0), [0, 0, 9], atol=1e-10
+        )
+
+    def test_what_it_does_not_carry_is_refused(self):
+        run = Run(self.blocks(loaded("UP-ZMAX, 1, 1.")), name="deck")
+        self.assertEqual(run.status, 2)
+        self.assertIn("nothing balances the loads along part of node", run.errors)
+        self.assertIn("translation along x", run.errors)
+
+    def test_contact_holds_the_rest(self):
+        """Pushed against a wall, without friction."""
+        wall = "*OBSTACLE, NAME=WALL, TYPE=PLANE\n1.01, 0., 0.,  -1., 0., 0.\n"
+        result = solved(
+            self, self.blocks(wall, pair("UP-XMAX, WALL"), loaded("UP-ZMAX, 1, 1.\nUP-ZMAX, 3, -1."))
+        )
+        force = at_end(result, "contact_force").sum(axis=0)
+        np.testing.assert_allclose(force, [-9, 0, 0], atol=1e-7)
+        np.testing.assert_allclose(
+            at_end(result, "reaction_force").sum(axis=0), [0, 0, 9], atol=1e-7
+        )
+
+
+class Levers(unittest.TestCase):
+    """Coefficients are ratios of displacements, and of forces the other way round."""
+
+    def test_a_lever(self):
+        text = deck(
+            node(900, 5.0, 5.0, 5.0),
+            block("A", 2, (0, 0, 0), (1, 1, 1), nu=0.0),
+            equations("A-ZMAX, 3, 2., 900, 1, -1."),
+            step("900, 1, 1, -0.02"),
+            held="A-ZMIN, 1, 3",
+            tolerance=1e-12,
+        )
+        result = solved(self, text)
+        force = at_end(result, "reaction_force")
+        # The block takes half of the way and twice the force.
+        self.assertAlmostEqual(of_node(result, 900, "reaction_force")[0], -5, delta=1e-10)
+        x = result.file["VTKHDF/Points"][:]
+        below = np.abs(x[:, 2]) < 1e-9
+        np.testing.assert_allclose(force[below].sum(axis=0), [0, 0, 10], atol=1e-10)
+
+    def test_a_balance_beam(self):
+        """Two free blocks on the ground, one pressed by the other's weight through a lever."""
+        text = deck(
+            heavy(block("A", 2, (0, 0, -1), (1, 1, 1))),
+            heavy(block("B", 2, (3, 0, -1), (1, 1, 1))),
+            GROUND,
+            pair("A-ZMIN, GROUND", 0.3),
+            pair("B-ZMIN, GROUND", 0.3, number=2),
+            equations("A-ZMAX, 3, 1., B-ZMAX, 3, 3."),
+            gravity("A", "B"),
+        )
+        result = solved(self, text)
+        force = at_end(result, "contact_force")
+        x = result.file["VTKHDF/Points"][:]
+        on_a, on_b = force[x[:, 0] < 2].sum(axis=0)[2], force[x[:, 0] > 2].sum(axis=0)[2]
+        # 10 of each; what the lever takes from one the other feels a third of, or three times.
+        self.assertAlmostEqual((on_b - 10) / (on_a - 10), 3, delta=1e-6)
+
+
+class RigidLids(unittest.TestCase):
+    """Contact points and faces whose nodes depend on others."""
+
+    def test_a_lid_under_a_force_is_one_that_is_prescribed(self):
+        cards = [
+            block("A", 3, (0, 0, -1), (1, 1, 1)),
+            GROUND,
+            pair("A-ZMIN, GROUND", 0.3),
+        ]
+        joined = deck(
+            node(900, 5.0, 5.0, 5.0),
+            *cards,
+            equations("A-ZMAX, 3, 1., 900, 3, -1."),
+            loaded("900, 3, -30.", 2),
+            held="A-ZMAX, 1, 2",
+            tolerance=1e-12,
+        )
+        one = solved(self, joined)
+        way = of_node(one, 900, "displacement")[2]
+        other = solved(
+            self,
+            deck(
+                *cards,
+                step(f"A-ZMAX, 3, 3, {float(way)!r}", 2),
+                held="A-ZMAX, 1, 2",
+                tolerance=1e-12,
+            ),
+        )
+        a, b = at_end(one, "contact_force")[1:], at_end(other, "contact_force")
+        self.assertLess(np.abs(a - b).max(), 1e-9 * np.abs(b).max())
+        self.assertAlmostEqual(a.sum(axis=0)[2], 30, delta=1e-8)
+
+    def test_a_foot_that_cannot_spread(self):
+        """Points of contact that move along the ground together, before other bodies too."""
+        for ground in (True, False):
+            base = [GROUND] if ground else [block("BASE", 3, (-0.5, -0.5, -2), (2, 2, 1))]
+            below = "GROUND" if ground else "BASE-ZMAX"
+            text = deck(
+                node(900, 5.0, 5.0, 5.0),
+                heavy(block("A", 2, (0, 0, -1), (1, 1, 1))),
+                *base,
+                pair(f"A-ZMIN, {below}", 0.5),
+                equations("A-ZMIN, 1, 1., 900, 1, -1.", "A-ZMIN, 2, 1., 900, 2, -1."),
+                gravity("A").replace("*END", "*CLOAD\n900, 1, 3.\n*END"),
+                held="" if ground else "BASE-ZMIN, 1, 3",
+            )
+            for solver in ("GLOBAL NEWTON", "SWEEPS"):
+                with self.subTest(ground=ground, solver=solver):
+                    result = solved(
+                        self,
+                        text.replace("*CONTACT SOLVER", f"*CONTACT SOLVER, SOLVER={solver}"),
+                    )
+                    force = at_end(result, "contact_force")
+                    x = result.file["VTKHDF/Points"][:]
+                    foot = force[(np.abs(x[:, 2] + 1) < 1e-9) & (x[:, 0] < 2)]
+                    if ground:
+                        np.testing.assert_allclose(foot.sum(axis=0), [-3, 0, 10], atol=1e-6)
+                    moved = at_end(result, "displacement")[1:28]
+                    low = np.abs(x[1:28, 2] + 1) < 1e-9
+                    self.assertLess(np.ptp(moved[low][:, :2], axis=0).max(), 1e-15)
+
+
+class Arithmetic(unittest.TestCase):
+    """Other ways to the same numbers."""
+
+    TEXT = deck(
+        node(900, 5.0, 5.0, 5.0),
+        heavy(block("LOW", 3, (0, 0, -1), (1, 1, 1))),
+        heavy(block("UP", 3, (0, 0, 0), (1, 1, 1), young=3000.0)),
+        GROUND,
+        pair("LOW-ZMIN, GROUND", 0.3),
+        equations(
+            "UP-ZMIN, 3, 1., LOW-ZMAX, 3, -1.",
+            "UP-ZMIN, 1, 1., LOW-ZMAX, 1, -1., 900, 1, -0.1",
+            "UP-ZMIN, 2, 1., LOW-ZMAX, 2, -1.",
+        ),
+        gravity("LOW", "UP").replace("*END", "*BOUNDARY\n900, 1, 1, 0.1\n*END"),
+        step("UP-ZMAX, 3, 3, -0.03\nUP-ZMAX, 1, 1, 0.02\nUP-ZMAX, 2, 2, 0.", 4),
+    )
+
+    def field(self, change=str, *options, name="displacement"):
+        run = Run(change(self.TEXT), *options, name="deck")
+        self.assertEqual(run.status, 0, run.errors)
+        result = run.result()
+        self.addCleanup(result.close)
+        self.assertTrue(result.history("certified").all())
+        return at_end(result, name)
+
+    def test_products_and_single_factors(self):
+        u = self.field()
+        for change in (
+            lambda t: t.replace("*CONTACT SOLVER", "*CONTACT SOLVER, COMPLIANCE=PRODUCTS"),
+            lambda t: t.replace("*BOUNDARY", "*PRECISION, FACTOR=SINGLE\n*BOUNDARY", 1)
+            if t.index("*BOUNDARY") < t.index("*STEP")
+            else t.replace("*STEP", "*PRECISION, FACTOR=SINGLE\n*STEP", 1),
+            lambda t: t.replace("*CONTACT SOLVER", "*CONTACT SOLVER, SOLVER=SWEEPS"),
+        ):
+            v = self.field(change)
+            self.assertLess(np.abs(u - v).max(), 1e-6 * np.abs(u).max())
+
+    def test_an_accuracy_is_met(self):
+        self.field(lambda t: t.replace(", DIRECT", ""), "--accuracy", "0.2")
+
+
+if __name__ == "__main__":
+    unittest.main()
