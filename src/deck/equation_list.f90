@@ -17,7 +17,7 @@ module equation_list_mod
   private
 
   public :: equation_list_t, add_equation, join_equations, refuse_held, refuse_loose, &
-    mark_named
+    mark_named, dof_in_words
 
   !> All of a deck, one after the other; constraints without order.
   type :: equation_list_t
@@ -49,8 +49,9 @@ contains
     type(model_t), intent(in) :: model
     type(equation_list_t), intent(in) :: equations
     type(constraints_t), intent(inout) :: constraints !! of ties in, all out
-    integer :: number(3, model%mesh%n_nodes), c, n_ties
+    integer :: number(3, model%mesh%n_nodes), c, n_ties, told
 
+    told = 0
     if (equations%list%n == 0) return
     n_ties = constraints%n
     number = constraint_of(constraints, model%mesh%n_nodes)
@@ -60,7 +61,9 @@ contains
                    last => all%first(c + 1) - 1)
           if (number(dof, node) > 0) then
             if (.not. keep_reading(reader)) return
-            call report(reader, equations%position(c), dof_in_words(model, node, dof)// &
+            if (told == equations%position(c)) cycle ! of a set the first is enough
+            told = equations%position(c)
+            call report(reader, told, dof_in_words(model, node, dof)// &
               ' depends on others already, by '//trim(merge('a tie      ', 'an equation', &
               number(dof, node) <= n_ties))//': it can be the first term of one equation only')
             cycle

@@ -295,6 +295,145 @@ class RigidLids(unittest.TestCase):
                     self.assertLess(np.ptp(moved[low][:, :2], axis=0).max(), 1e-15)
 
 
+class Couplings(unittest.TestCase):
+    """Faces that go with a reference node, or that it is the mean of."""
+
+    def coupled(self, kind, *cards, place=(0.5, 0.5, 1.0), n=(2, 2, 3), held="A-ZMIN, 1, 3"):
+        text = deck(
+            node(900, *place),
+            block("A", n, (0, 0, 0), (1, 1, 1)),
+            f"*COUPLING, CONSTRAINT NAME=GRIP, REF NODE=900, SURFACE=A-ZMAX\n{kind}\n",
+            *cards,
+            held=held,
+            tolerance=1e-12,
+        )
+        return solved(self, text.replace("*END STEP", STRESS + "*END STEP"))
+
+    def moment(self, result, where, about):
+        """The moment of the reaction forces where a mask says, about a point."""
+        x = result.file["VTKHDF/Points"][:]
+        force = at_end(result, "reaction_force")
+        return np.cross(x[where] - about, force[where]).sum(axis=0)
+
+    def test_a_turn_is_that_of_every_node(self):
+        """A kinematic coupling that turns: the same as the displacements that it means."""
+        place, turn, shift = np.array([0.3, 0.6, 1.4]), [0.01, -0.02, 0.03], [0.001, 0.0, -0.002]
+        prescribed = "".join(f"900, {i + 1}, {i + 1}, {v}\n" for i, v in enumerate([*shift, *turn]))
+        one = self.coupled("*KINEMATIC\n1, 3", step(prescribed.strip()), place=place.tolist())
+        x = one.file["VTKHDF/Points"][:]
+        top = np.abs(x[:, 2] - 1) < 1e-9
+        wanted = np.array(shift) + np.cross(turn, x[top] - place)
+        np.testing.assert_allclose(at_end(one, "displacement")[top], wanted, atol=1e-15)
+        numbers = one.file["VTKHDF/PointData/node_id"][: len(x)]
+        lines = "\n".join(
+            f"{number}, {i + 1}, {i + 1}, {float(v)!r}"
+            for number, u in zip(numbers[top], wanted, strict=True)
+            for i, v in enumerate(u)
+        )
+        other = solved(
+            self,
+            deck(
+                node(900, *place.tolist()),
+                block("A", (2, 2, 3), (0, 0, 0), (1, 1, 1)),
+                step(lines),
+                held="A-ZMIN, 1, 3",
+                tolerance=1e-12,
+            ),
+        )
+        low = np.abs(x[:, 2]) < 1e-9
+        a = at_end(one, "reaction_force")[low]
+        b = at_end(other, "reaction_force")[low[: len(at_end(other, "reaction_force"))]]
+        self.assertLess(np.abs(a - b).max(), 1e-12 * np.abs(a).max())
+        # Force and moment that the reference node takes: those at the other end, turned round.
+        np.testing.assert_allclose(
+            of_node(one, 900, "reaction_force"), -a.sum(axis=0), atol=1e-11 * np.abs(a).max()
+        )
+        arm = np.linalg.norm(x[top] - place, axis=1).max()
+        at_rotation = at_end(one, "reaction_force")[-1] * arm
+        np.testing.assert_allclose(
+            at_rotation, -self.moment(one, low, place), atol=1e-10 * np.abs(a).max()
+        )
+
+    def test_a_moment_turns_it_as_far_as_the_turn_asks_for_a_moment(self):
+        turned = self.coupled("*KINEMATIC", step("900, 6, 6, 0.01\n900, 1, 3\n900, 4, 5"))
+        low = np.abs(turned.file["VTKHDF/Points"][:][:, 2]) < 1e-9
+        moment = -self.moment(turned, low, [0.5, 0.5, 1.0])
+        self.assertGreater(moment[2], 0)
+        loaded_by = self.coupled("*KINEMATIC", loaded(f"900, 6, {float(moment[2])!r}"))
+        arm = np.sqrt(0.5)
+        self.assertAlmostEqual(
+            at_end(loaded_by, "displacement")[-1][2] / arm, 0.01, delta=1e-13
+        )
+        self.assertIn(f"divided by {arm:.6g}"[:20], loaded_by.output)
+
+    def test_a_sliding_coupling_lets_the_face_spread(self):
+        """Only dof 3 is coupled: a uniform stress."""
+        result = self.coupled(
+            "*KINEMATIC\n3, 3",
+            loaded("900, 3, -10."),
+            held="A-ZMIN, 3\nA-XMIN, 1\nA-YMIN, 2",
+        )
+        stress = result.file["VTKHDF/CellData/stress_gauss_points"][:].reshape(-1, 6)
+        self.assertLess(np.abs(stress - [0, 0, -10, 0, 0, 0]).max(), 1e-11)
+
+    def test_a_force_is_distributed(self):
+        """In the middle: a uniform stress, whatever the faces' sizes; elsewhere with its moment."""
+        result = self.coupled(
+            "*DISTRIBUTING",
+            loaded("900, 3, -10."),
+            held="A-ZMIN, 3\nA-XMIN, 1\nA-YMIN, 2",
+        )
+        stress = result.file["VTKHDF/CellData/stress_gauss_points"][:].reshape(-1, 6)
+        self.assertLess(np.abs(stress - [0, 0, -10, 0, 0, 0]).max(), 1e-11)
+        self.assertAlmostEqual(of_node(result, 900, "displacement")[2], -0.01, delta=1e-13)
+        place = [1.5, -0.5, 2.0]
+        result = self.coupled(
+            "*DISTRIBUTING", loaded("900, 1, 2.\n900, 2, -1.\n900, 3, -5.\n900, 5, 0.7"), place=place
+        )
+        low = np.abs(result.file["VTKHDF/Points"][:][:, 2]) < 1e-9
+        force = at_end(result, "reaction_force")[low].sum(axis=0)
+        np.testing.assert_allclose(force, [-2, 1, 5], atol=1e-11)
+        np.testing.assert_allclose(self.moment(result, low, place), [0, -0.7, 0], atol=1e-10)
+
+    def test_a_distributing_node_goes_with_the_mean(self):
+        """A rigid motion of the face is that of the reference node."""
+        place, turn = np.array([1.5, -0.5, 2.0]), np.array([0.01, -0.02, 0.03])
+        text = deck(
+            node(900, *place.tolist()),
+            node(901, 0.0, 0.0, 0.0),
+            block("A", (2, 3, 1), (0, 0, 0), (1, 1, 1)),
+            "*COUPLING, CONSTRAINT NAME=GRIP, REF NODE=900, SURFACE=A-ZMAX\n*DISTRIBUTING\n",
+            "*COUPLING, CONSTRAINT NAME=TURN, REF NODE=901, SURFACE=A-ZMAX\n*KINEMATIC\n",
+            step("901, 1, 3\n901, 4, 4, 0.01\n901, 5, 5, -0.02\n901, 6, 6, 0.03"),
+            tolerance=1e-12,
+        )
+        result = solved(self, text)
+        np.testing.assert_allclose(
+            of_node(result, 900, "displacement"), np.cross(turn, place), atol=1e-14
+        )
+        arm = np.linalg.norm(np.array([0, 1, 1]) - place)
+        np.testing.assert_allclose(at_end(result, "displacement")[-2] / arm, turn, atol=1e-14)
+
+    def test_a_free_body_in_a_grip(self):
+        """Its reference node is held, the block is pressed on a plane and turned about z."""
+        result = self.coupled(
+            "*KINEMATIC",
+            "*OBSTACLE, NAME=GROUND, TYPE=PLANE\n0., 0., 0.,  0., 0., 1.\n",
+            pair("A-ZMIN, GROUND", 0.3),
+            step("900, 1, 2\n900, 3, 3, -0.01\n900, 4, 5\n900, 6, 6, 0.0", 1),
+            step("900, 6, 6, 0.05", 4),
+            held="",
+        )
+        force = at_end(result, "contact_force").sum(axis=0)
+        self.assertGreater(force[2], 1)
+        np.testing.assert_allclose(of_node(result, 900, "reaction_force"), -force, atol=1e-8)
+        x = result.file["VTKHDF/Points"][:]
+        torque = np.cross(x - [0.5, 0.5, 0], at_end(result, "contact_force")).sum(axis=0)[2]
+        arm = np.sqrt(0.5)
+        self.assertAlmostEqual(at_end(result, "reaction_force")[-1][2] * arm, -torque, delta=1e-8)
+        self.assertLess(torque, -0.1)
+
+
 class Arithmetic(unittest.TestCase):
     """Other ways to the same numbers."""
 

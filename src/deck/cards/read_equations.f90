@@ -149,7 +149,7 @@ contains
     logical, intent(out) :: ok
     type(reference_t) :: reference
     logical :: each(3)
-    integer :: k
+    integer :: k, before
 
     allocate (term%nodes(0))
     call reference_field(reader, fields, i, 'a node or a set of nodes', reference, each(1))
@@ -158,9 +158,10 @@ contains
     term%position = reference%position
     ok = all(each)
     if (.not. each(1)) return
+    before = reader%diagnostics%n_mistakes
     call referenced_nodes(reader, model, reference, term%nodes)
     if (size(term%nodes) == 0) ok = .false.
-    if (size(term%nodes) == 0 .and. reference%id == 0) call report(reader, reference%position, &
+    if (size(term%nodes) == 0 .and. reader%diagnostics%n_mistakes == before) call report(reader, reference%position, &
       'node set '//quoted(reference%name)//' has no nodes for an equation')
     if (.not. ok) return
     do k = 1, size(term%nodes)

@@ -11,6 +11,7 @@
 module read_loads_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use diagnostics_mod, only: quoted
+  use equation_list_mod, only: dof_in_words
   use fields_mod, only: field_position, field_text, fields_t, integer_field, is_empty_field, &
     limit_fields, looks_like_id, name_field, next_data_line, real_field, reference_field, &
     reference_t
@@ -400,9 +401,9 @@ contains
     if (.not. abs(value) > 0.0_wp) return
     do i = 1, size(nodes)
       if (.not. model%joined(nodes(i)) .or. model%named(dof, nodes(i))) cycle
-      call report(reader, reference%position, 'no equation and no coupling has this degree of '// &
-        'freedom of node '//to_text(model%mesh%node_id(nodes(i)))//', which belongs to no '// &
-        'element: nothing carries a force along it')
+      call report(reader, reference%position, 'no equation and no coupling has '// &
+        dof_in_words(model, nodes(i), dof)//', which belongs to no element: nothing carries a '// &
+        'force along it')
       return
     end do
   end subroutine check_named
