@@ -1,9 +1,13 @@
 """Equations between displacements, and couplings: what must hold whatever the numbers are."""
 
+import subprocess
+import tempfile
 import unittest
+from pathlib import Path
 
+import h5py
 import numpy as np
-from program import Run
+from program import PROGRAM, Run
 from test_ties import GROUND, PUSH, at_end, gravity, heavy, tie
 from two_bodies import block, deck, pair, solved, step
 
@@ -464,13 +468,53 @@ class Arithmetic(unittest.TestCase):
         u = self.field()
         for change in (
             lambda t: t.replace("*CONTACT SOLVER", "*CONTACT SOLVER, COMPLIANCE=PRODUCTS"),
-            lambda t: t.replace("*BOUNDARY", "*PRECISION, FACTOR=SINGLE\n*BOUNDARY", 1)
-            if t.index("*BOUNDARY") < t.index("*STEP")
-            else t.replace("*STEP", "*PRECISION, FACTOR=SINGLE\n*STEP", 1),
+            lambda t: t.replace("*STEP", "*PRECISION, FACTOR=SINGLE\n*STEP", 1),
             lambda t: t.replace("*CONTACT SOLVER", "*CONTACT SOLVER, SOLVER=SWEEPS"),
         ):
             v = self.field(change)
             self.assertLess(np.abs(u - v).max(), 1e-6 * np.abs(u).max())
+
+    def test_a_run_cut_in_two_is_the_same(self):
+        """Ended by a signal after a few increments and continued: the same bits."""
+        text = self.TEXT.replace("0.25, 1.", f"{1 / 64!r}, 1.")
+        whole = Run(text, name="deck")
+        self.assertEqual(whole.status, 0, whole.errors)
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "deck.inp").write_text(text)
+            with subprocess.Popen(
+                [PROGRAM, "deck.inp"],
+                cwd=folder,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                text=True,
+            ) as running:
+                for line in running.stdout:
+                    if line.split()[:2] == ["2", "3"]:
+                        running.terminate()
+                running.wait()
+            done = subprocess.run(
+                [PROGRAM, "deck.inp", "--continue"],
+                cwd=folder,
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with h5py.File(Path(folder) / "deck.vtkhdf") as one, h5py.File(whole.file) as other:
+                for name in ("displacement", "reaction_force", "contact_force"):
+                    name = f"VTKHDF/PointData/{name}"
+                    self.assertTrue(np.array_equal(one[name][()], other[name][()]), name)
+
+    def test_an_exported_problem_has_these_reactions(self):
+        run = Run(self.TEXT, "--export-fclib", "4", name="deck")
+        self.assertEqual(run.status, 0, run.errors)
+        exported = run.folder / "deck-4.fclib.hdf5"
+        with run.result() as result, h5py.File(exported) as file:
+            reaction = result.pairs[0].reaction[3]
+            r = file["solution/r"][()].reshape(-1, 3)
+            np.testing.assert_allclose(r, reaction, rtol=0, atol=1e-12 * np.abs(reaction).max())
+        again = Run(exported)
+        self.assertEqual(again.status, 0, again.errors)
 
     def test_an_accuracy_is_met(self):
         self.field(lambda t: t.replace(", DIRECT", ""), "--accuracy", "0.2")
