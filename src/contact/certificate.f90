@@ -158,7 +158,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(increment_forces_t), intent(in) :: forces
     type(acting_t), intent(in) :: acting      !! contact with the forces of constraints
-    real(wp), intent(in) :: rounding(:)       !! (n_nodes) of forces, those of constraints too [force]
+    real(wp), intent(in) :: rounding(:)       !! (n_nodes) those of constraints too [force]
     real(wp), intent(in) :: f(0:)             !! (0:n_bodies) of each body [force]
     type(mesh_t) :: apart
     logical :: carries(3, mesh%n_nodes)       !! rounding

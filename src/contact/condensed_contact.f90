@@ -211,8 +211,8 @@ contains
   !> turned them.
   !>
   !> What a surface covers of the undeformed mesh says nothing of what it covers now, and a point
-  !> that has gone to faces of another slope is held as these are. Where it is still on the same ones
-  !> a normal turns by no more than strains: what that holds is of second order.
+  !> that has gone to faces of another slope is held as these are. Where it is still on the same
+  !> ones a normal turns by no more than strains: what that holds is of second order.
   pure function before_it_turned(points, list, undeformed, placement) result(placed)
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: list(:)         !! the points of a group
@@ -231,8 +231,9 @@ contains
         if (.not. points%on_surface(i)) then
           placed%frame(:, :, i) = undeformed%frame(:, :, i)
         else if (is_covered(points, undeformed%weights, i)) then
-          if (dot_product(undeformed%frame(:, 1, i), placement%frame(:, 1, i)) > same_faces) &
+          if (dot_product(undeformed%frame(:, 1, i), placement%frame(:, 1, i)) > same_faces) then
             placed%frame(:, :, i) = undeformed%frame(:, :, i)
+          end if
         end if
       end associate
     end do

@@ -10,7 +10,8 @@ module read_deck_mod
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
     mistakes_as_error, notes_as_list, quoted
   use face_couplings_mod, only: couple, coupling_t, mark_coupled
-  use equation_list_mod, only: equation_list_t, join_equations, mark_named, refuse_held, refuse_loose
+  use equation_list_mod, only: equation_list_t, join_equations, mark_named, refuse_held, &
+    refuse_loose
   use errors_mod, only: error_t
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
@@ -142,8 +143,9 @@ contains
     call read_obstacles(reader, model, scene%obstacles, obstacles)
     call read_rigid_bodies(reader, model, bodies)
     ! Nodes that equations alone name may be named by sets.
-    if (.not. any(reader%cards(:reader%n_cards)%keyword == 'EQUATION')) &
+    if (.not. any(reader%cards(:reader%n_cards)%keyword == 'EQUATION')) then
       call note_unused_nodes(reader, model)
+    end if
     call check_bricks(reader, model%mesh)
     call read_sets(reader, model)
     call read_equations(reader, model, equations)

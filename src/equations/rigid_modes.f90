@@ -234,48 +234,24 @@ contains
     type(error_t), allocatable, intent(out) :: error !! too many pieces; LAPACK failed
     integer, parameter :: most = 900         ! columns: whose singular values take seconds
     type(pieces_t) :: pieces
-    real(wp), allocatable :: seen(:, :), each(:, :), v(:, :), s(:), z(:, :), row(:)
+    real(wp), allocatable :: z(:, :)
     integer, allocatable :: pin_node(:), pin_dof(:)
-    integer :: n, n_seen, node, i, j, k, m, c, p
+    integer :: j, k, m, p
     logical :: ok
 
     call several_pieces(mesh, nodes, pieces, ok)
-    n = count_columns(pieces)
-    if (ok .and. n > most) then
+    if (ok .and. count_columns(pieces) > most) then
       call raise(error, exit_not_solved, 'equations join '//to_text(size(pieces%extents))// &
-        ' bodies and single nodes to one, with '//to_text(n)//' motions: at most '// &
-        to_text(most)//' can be looked through')
+        ' bodies and single nodes to one, with '//to_text(count_columns(pieces))// &
+        ' motions: at most '//to_text(most)//' can be looked through')
       return
     end if
-    allocate (seen(3*n + 64, n), each(n, n), v(n, n), s(n), row(n))
-    each = identity(n)
-    n_seen = 0
-    do m = 1, size(nodes)
-      node = nodes(m)
-      do i = 1, 3
-        if (ok .and. prescribed(i, node)) call add(modes_of(pieces, mesh, node, i, each))
-      end do
-    end do
-    do c = 1, constraints%n
-      associate (first => constraints%first(c), last => constraints%first(c + 1) - 1)
-        if (mesh%body(constraints%node(c)) /= mesh%body(nodes(1))) cycle
-        if (.not. ok .or. prescribed(constraints%dof(c), constraints%node(c))) cycle
-        row = modes_of(pieces, mesh, constraints%node(c), constraints%dof(c), each)
-        do k = first, last
-          row = row - constraints%weight(k)*modes_of(pieces, mesh, constraints%master(k), &
-            constraints%master_dof(k), each)
-        end do
-        ! Beside what is added up: what rounding leaves of a motion that satisfies it is none.
-        call add(row/(1.0_wp + sum(abs(constraints%weight(first:last)))))
-      end associate
-    end do
-    if (ok) call singular_values(seen(:n_seen, :), s, v, ok)
+    if (ok) call leave_free(mesh, nodes, pieces, prescribed, constraints, z, ok)
     k = 0
-    if (ok) k = count(s <= rank_tolerance*max(s(1), tiny(1.0_wp)))
+    if (ok) k = size(z, 2)
     if (ok .and. k == 0) return
     if (ok) then
-      allocate (z(n, k), pin_node(k), pin_dof(k))
-      z = v(:, n - k + 1:)
+      allocate (pin_node(k), pin_dof(k))
       call choose_pins(mesh, nodes, pieces, barred, preferred, z, pin_node, pin_dof)
       call scale_to_pins(mesh, pieces, pin_node, pin_dof, z, ok)
     end if
@@ -300,6 +276,49 @@ contains
         end do
       end associate
     end do
+  end subroutine find_joined_motions
+
+  !> The combinations of the motions of the pieces that supports do not see, and that satisfy all
+  !> constraints.
+  subroutine leave_free(mesh, nodes, pieces, prescribed, constraints, z, ok)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: nodes(:)          !! of the body
+    type(pieces_t), intent(in) :: pieces
+    logical, intent(in) :: prescribed(:, :)
+    type(constraints_t), intent(in) :: constraints !! of the scene
+    real(wp), allocatable, intent(out) :: z(:, :)  !! (columns,k) orthonormal
+    logical, intent(out) :: ok                     !! false: LAPACK did not converge
+    real(wp), allocatable :: seen(:, :), each(:, :), v(:, :), s(:), row(:)
+    integer :: n, n_seen, i, k, m, c
+
+    n = count_columns(pieces)
+    allocate (seen(3*n + 64, n), each(n, n), v(n, n), s(n), row(n))
+    each = identity(n)
+    ok = .true.
+    n_seen = 0
+    do m = 1, size(nodes)
+      do i = 1, 3
+        if (ok .and. prescribed(i, nodes(m))) call add(modes_of(pieces, mesh, nodes(m), i, each))
+      end do
+    end do
+    do c = 1, constraints%n
+      associate (first => constraints%first(c), last => constraints%first(c + 1) - 1)
+        if (mesh%body(constraints%node(c)) /= mesh%body(nodes(1))) cycle
+        if (.not. ok .or. prescribed(constraints%dof(c), constraints%node(c))) cycle
+        row = modes_of(pieces, mesh, constraints%node(c), constraints%dof(c), each)
+        do k = first, last
+          row = row - constraints%weight(k)*modes_of(pieces, mesh, constraints%master(k), &
+            constraints%master_dof(k), each)
+        end do
+        ! Beside what is added up: what rounding leaves of a motion that satisfies it is none.
+        call add(row/(1.0_wp + sum(abs(constraints%weight(first:last)))))
+      end associate
+    end do
+    if (ok) call singular_values(seen(:n_seen, :), s, v, ok)
+    k = 0
+    if (ok) k = count(s <= rank_tolerance*max(s(1), tiny(1.0_wp)))
+    allocate (z(n, k))
+    z = v(:, n - k + 1:)
 
   contains
 
@@ -320,7 +339,7 @@ contains
       seen(n_seen, :) = of_motions
     end subroutine add
 
-  end subroutine find_joined_motions
+  end subroutine leave_free
 
   pure function identity(n)
     integer, intent(in) :: n

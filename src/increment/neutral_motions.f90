@@ -57,8 +57,8 @@ contains
     a = matmul(neutral, solve_least_squares(stiffness, residual))
   end function neutral_step
 
-  !> How far the neutral motions go until bodies are, on the average of their nodes, where they were:
-  !> deformed about one pin, a body that is pressed in its middle would no longer lie there.
+  !> How far the neutral motions go until bodies are, on the average of their nodes, where they
+  !> were: deformed about one pin, a body that is pressed in its middle would no longer lie there.
   function way_to_rest(scene, motions, neutral, moved) result(a)
     type(scene_t), intent(in) :: scene
     type(free_motions_t), intent(in) :: motions

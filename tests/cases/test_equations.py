@@ -188,9 +188,8 @@ class Joints(unittest.TestCase):
     def test_contact_holds_the_rest(self):
         """Pushed against a wall, without friction."""
         wall = "*OBSTACLE, NAME=WALL, TYPE=PLANE\n1.01, 0., 0.,  -1., 0., 0.\n"
-        result = solved(
-            self, self.blocks(wall, pair("UP-XMAX, WALL"), loaded("UP-ZMAX, 1, 1.\nUP-ZMAX, 3, -1."))
-        )
+        push = loaded("UP-ZMAX, 1, 1.\nUP-ZMAX, 3, -1.")
+        result = solved(self, self.blocks(wall, pair("UP-XMAX, WALL"), push))
         force = at_end(result, "contact_force").sum(axis=0)
         np.testing.assert_allclose(force, [-9, 0, 0], atol=1e-7)
         np.testing.assert_allclose(
@@ -391,9 +390,8 @@ class Couplings(unittest.TestCase):
         self.assertLess(np.abs(stress - [0, 0, -10, 0, 0, 0]).max(), 1e-11)
         self.assertAlmostEqual(of_node(result, 900, "displacement")[2], -0.01, delta=1e-13)
         place = [1.5, -0.5, 2.0]
-        result = self.coupled(
-            "*DISTRIBUTING", loaded("900, 1, 2.\n900, 2, -1.\n900, 3, -5.\n900, 5, 0.7"), place=place
-        )
+        loads = "900, 1, 2.\n900, 2, -1.\n900, 3, -5.\n900, 5, 0.7"
+        result = self.coupled("*DISTRIBUTING", loaded(loads), place=place)
         low = np.abs(result.file["VTKHDF/Points"][:][:, 2]) < 1e-9
         force = at_end(result, "reaction_force")[low].sum(axis=0)
         np.testing.assert_allclose(force, [-2, 1, 5], atol=1e-11)

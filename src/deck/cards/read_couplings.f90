@@ -121,16 +121,17 @@ contains
       if (.not. all(both)) cycle
       if (last > 6 .or. first > last) then
         ok = .false.
-        call report(reader, field_position(reader, fields, 1), 'expected a first and a last dof '// &
-          'from 1 to 6, found '//to_text(first)//' and '//to_text(last))
+        call report(reader, field_position(reader, fields, 1), 'expected a first and a last '// &
+          'dof from 1 to 6, found '//to_text(first)//' and '//to_text(last))
         cycle
       end if
       coupling%dofs(first:last) = .true.
     end do
     if (.not. any_line) coupling%dofs = .true.
-    if (ok .and. .not. coupling%distributes .and. .not. any(coupling%dofs(:3))) &
-      call report(reader, card%position, '*KINEMATIC couples none of dofs 1 to 3, and the nodes '// &
-      'of bricks have no others')
+    if (ok .and. .not. coupling%distributes .and. .not. any(coupling%dofs(:3))) then
+      call report(reader, card%position, '*KINEMATIC couples none of dofs 1 to 3, and the '// &
+        'nodes of bricks have no others')
+    end if
   end subroutine read_dofs
 
   !> Find the faces of every coupling.

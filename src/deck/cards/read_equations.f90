@@ -19,7 +19,7 @@ module read_equations_mod
   public :: read_equations
 
   integer, parameter :: most_terms = 20000   !! of an equation
-  integer(i8), parameter :: max_work = 50000000 !! terms of all equations, each node of a set counted
+  integer(i8), parameter :: max_work = 50000000 !! terms of all equations, node by node
   integer, parameter :: on_a_line = 4           !! terms
 
   !> A term: nodes that share dof and coefficient, one for each equation that its line means, or one
@@ -84,8 +84,8 @@ contains
         return
       end if
     end do
-    if (is_first) call report(reader, card%position, '*EQUATION needs data lines: the number of '// &
-      'terms, then node, dof, coefficient of each')
+    if (is_first) call report(reader, card%position, '*EQUATION needs data lines: the number '// &
+      'of terms, then node, dof, coefficient of each')
   end subroutine read_card
 
   !> The terms of an equation, up to four a line.
@@ -108,8 +108,8 @@ contains
       call next_data_line(reader, card, fields, found, 3*on_a_line, &
         'up to four terms: node or set, dof, coefficient')
       if (.not. found) then
-        if (keep_reading(reader)) call report(reader, position, 'an equation of '//to_text(n)// &
-          ' terms has '//to_text(done)//': node or set, dof, coefficient of each')
+        if (keep_reading(reader)) call report(reader, position, 'an equation of '// &
+          to_text(n)//' terms has '//to_text(done)//': node or set, dof, coefficient of each')
         return
       end if
       do i = 1, on_a_line
@@ -160,9 +160,11 @@ contains
     if (.not. each(1)) return
     before = reader%diagnostics%n_mistakes
     call referenced_nodes(reader, model, reference, term%nodes)
-    if (size(term%nodes) == 0) ok = .false.
-    if (size(term%nodes) == 0 .and. reader%diagnostics%n_mistakes == before) call report(reader, reference%position, &
-      'node set '//quoted(reference%name)//' has no nodes for an equation')
+    if (size(term%nodes) == 0) then
+      ok = .false.
+      if (reader%diagnostics%n_mistakes == before) call report(reader, reference%position, &
+        'node set '//quoted(reference%name)//' has no nodes for an equation')
+    end if
     if (.not. ok) return
     do k = 1, size(term%nodes)
       associate (node => term%nodes(k))

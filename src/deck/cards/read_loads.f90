@@ -130,8 +130,8 @@ contains
     end do lines
   end subroutine read_boundary
 
-  !> Prescribe a rotation of reference nodes of couplings: a displacement of the nodes that stand for
-  !> it.
+  !> Prescribe a rotation of reference nodes of couplings: a displacement of the nodes that stand
+  !> for it.
   subroutine add_rotations(reader, model, nodes, dof, value, draft)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
