@@ -66,6 +66,7 @@ contains
     type(certificate_t) :: certificate
     real(wp) :: f, u, way, x(3, points%n), reaction(3, points%n), scale(0:mesh%n_bodies)
     real(wp), dimension(3, mesh%n_nodes) :: pressed, pressed_before, residual, support
+    real(wp), dimension(3, mesh%n_nodes) :: joining !! forces of constraints
     real(wp) :: rounding(mesh%n_nodes)
     logical :: is_mesh(mesh%n_nodes), at_rest(0:mesh%n_bodies)
     integer :: i, k
@@ -88,7 +89,9 @@ contains
     end do
     residual = forces%internal - forces%external - pressed
     rounding = forces%rounding
+    joining = residual
     call hand_over(forces%constraints, forces%prescribed, residual, rounding)
+    joining = joining - residual
     support = merge(residual, 0.0_wp, forces%prescribed)
     residual = residual - support
     ! Of an obstacle's reference node the forces are resultants, not those of a node. Reactions of
@@ -134,13 +137,55 @@ contains
     scale = max(forces_of_bodies(mesh, forces, pressed, pressed_before, support), nothing* &
       maxval(forces%rounding))
     scale(0) = f
-    certificate%balance = worst_balance(mesh, acting_t(forces%external, pressed, support), &
-      forces%prescribed, rounding, scale)
+    if (forces%constraints%n_equations == 0) then
+      certificate%balance = worst_balance(mesh, acting_t(forces%external, pressed, support), &
+        forces%prescribed, rounding, scale)
+    else
+      certificate%balance = balance_of_pieces(mesh, forces, acting_t(forces%external, pressed + &
+        joining, support), rounding, scale)
+    end if
     certificate%equilibrium = worst_imbalance(mesh, residual, forces, rounding, at_rest, scale, &
       10.0_wp*tolerance)
     certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance .and. &
       certificate%support <= held
   end function certify
+
+  !> The worst balance of what bricks alone connect, forces of constraints among those that act.
+  !>
+  !> Equations need not leave action equal to reaction, as ties do: what they join does not balance
+  !> as a whole, each piece does.
+  pure real(wp) function balance_of_pieces(mesh, forces, acting, rounding, f) result(worst)
+    type(mesh_t), intent(in) :: mesh
+    type(increment_forces_t), intent(in) :: forces
+    type(acting_t), intent(in) :: acting      !! contact with the forces of constraints
+    real(wp), intent(in) :: rounding(:)       !! (n_nodes) those of constraints too [force]
+    real(wp), intent(in) :: f(0:)             !! (0:n_bodies) of each body [force]
+    type(mesh_t) :: apart
+    logical :: carries(3, mesh%n_nodes)       !! rounding
+    real(wp) :: f_of_piece(0:mesh%n_pieces)
+    integer :: c, k, node
+
+    apart%n_nodes = mesh%n_nodes
+    apart%coordinates = mesh%coordinates
+    apart%body = mesh%piece
+    apart%n_bodies = mesh%n_pieces
+    carries = forces%prescribed
+    associate (all => forces%constraints)
+      do c = 1, all%n
+        carries(all%dof(c), all%node(c)) = .true.
+        do k = all%first(c), all%first(c + 1) - 1
+          carries(all%master_dof(k), all%master(k)) = .true.
+        end do
+      end do
+    end associate
+    f_of_piece = f(0)
+    do node = 1, mesh%n_nodes
+      if (mesh%piece(node) > 0) f_of_piece(mesh%piece(node)) = f(mesh%body(node))
+      ! Nodes without bricks balance by themselves: that is equilibrium.
+      if (mesh%piece(node) == 0 .and. mesh%body(node) > 0) carries(:, node) = .true.
+    end do
+    worst = worst_balance(apart, acting, carries, max(rounding, forces%rounding), f_of_piece)
+  end function balance_of_pieces
 
   !> By what rounding of places grows in the gap of a point: before an obstacle by nothing, before a
   !> surface by what its weights add up to, and by the integrals that they are made of.

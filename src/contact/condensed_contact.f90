@@ -9,7 +9,7 @@ module condensed_contact_mod
   use resource_limits_mod, only: has_memory
   use scene_mod, only: scene_t
   use near_stiffness_mod, only: near_stiffness_t, turn_near, scale_near
-  use contact_points_mod, only: contact_points_t, master_nodes
+  use contact_points_mod, only: contact_points_t, master_nodes, is_covered
   use body_solver_mod, only: body_solver_t
   use rigid_modes_mod, only: free_motions_t
   use placement_mod, only: placement_t
@@ -183,10 +183,8 @@ contains
     group%active = pack(group%point, row(1, group%point) > 0)
     if (size(group%motion) > 0) then
       g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
-      undeformed_g = g
-      ! What a surface covers of the undeformed mesh says nothing of what it covers now.
-      if (.not. any(points%on_surface(group%point))) undeformed_g = motions_at_rows(scene%mesh, &
-        points, undeformed, body%motions, row)
+      undeformed_g = motions_at_rows(scene%mesh, points, before_it_turned(points, group%point, &
+        undeformed, placement), body%motions, row)
       call free_the_motions(g(:, group%motion), undeformed_g(:, group%motion), compliance, &
         group%floating)
     end if
@@ -208,6 +206,38 @@ contains
     if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
   end subroutine condense_group
+
+  !> The placement as far as the undeformed mesh says how points lie: normals before deformation
+  !> turned them.
+  !>
+  !> What a surface covers of the undeformed mesh says nothing of what it covers now, and a point
+  !> that has gone to faces of another slope is held as these are. Where it is still on the same
+  !> ones a normal turns by no more than strains: what that holds is of second order.
+  pure function before_it_turned(points, list, undeformed, placement) result(placed)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: list(:)         !! the points of a group
+    type(placement_t), intent(in) :: undeformed, placement
+    type(placement_t) :: placed
+    real(wp), parameter :: same_faces = 0.995_wp !! cosine: 6 degrees
+    integer :: k
+
+    if (.not. any(points%on_surface(list))) then
+      placed = undeformed
+      return
+    end if
+    placed = placement
+    do k = 1, size(list)
+      associate (i => list(k))
+        if (.not. points%on_surface(i)) then
+          placed%frame(:, :, i) = undeformed%frame(:, :, i)
+        else if (is_covered(points, undeformed%weights, i)) then
+          if (dot_product(undeformed%frame(:, 1, i), placement%frame(:, 1, i)) > same_faces) then
+            placed%frame(:, :, i) = undeformed%frame(:, :, i)
+          end if
+        end if
+      end associate
+    end do
+  end function before_it_turned
 
   !> The problem of a group whose W is known by its products, with W as an array: what sweeps and
   !> files need, as many solutions as it has rows.

@@ -65,7 +65,7 @@ contains
         bodies(mesh%body(masters)) = 1
         of_pair = .false.
         do j = 1, mesh%n_nodes
-          if (mesh%body(j) > 0) of_pair(j) = bodies(mesh%body(j)) == 1
+          if (mesh%piece(j) > 0) of_pair(j) = bodies(mesh%body(j)) == 1
         end do
         on_plane = abs(mesh%coordinates(axis, :) - place) <= close_by .and. of_pair
         if (.not. all(held(axis, :) .or. .not. on_plane)) return

@@ -29,7 +29,7 @@ contains
     end do
   end subroutine mark_used_nodes
 
-  !> Note the nodes that neither an element nor an obstacle has.
+  !> Note the nodes that neither an element nor an obstacle has, and no equation names.
   !>
   !> They, as an *ELEMENT card without data does, say that elements were taken out of the deck.
   subroutine note_unused_nodes(reader, model)
@@ -40,7 +40,7 @@ contains
     n = 0
     first = 0
     do i = 1, model%mesh%n_nodes
-      if (model%used(i) .or. model%reference(i) .or. model%rigid(i)) cycle
+      if (model%used(i) .or. model%reference(i) .or. model%rigid(i) .or. model%joined(i)) cycle
       n = n + 1
       if (first == 0) first = i
     end do

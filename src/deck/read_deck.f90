@@ -9,6 +9,9 @@ module read_deck_mod
   use cards_mod, only: find_cards, is_data_line, note, read_parameters, reader_t, report
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
     mistakes_as_error, notes_as_list, quoted
+  use face_couplings_mod, only: couple, coupling_t, mark_coupled
+  use equation_list_mod, only: equation_list_t, join_equations, mark_named, refuse_held, &
+    refuse_loose
   use errors_mod, only: error_t
   use flat_deck_mod, only: flat_deck
   use kinds_mod, only: wp
@@ -22,6 +25,8 @@ module read_deck_mod
   use read_contact_mod, only: read_contact
   use read_controls_mod, only: read_contact_controls, read_output_controls
   use read_gaps_mod, only: read_gaps
+  use read_couplings_mod, only: find_coupled_surfaces, read_couplings
+  use read_equations_mod, only: read_equations
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
   use read_obstacles_mod, only: read_obstacles
   use read_precision_mod, only: read_precision
@@ -130,18 +135,27 @@ contains
     type(name_table_t) :: obstacles, materials
     type(adjust_t), allocatable :: adjusts(:)
     type(tie_t), allocatable :: ties(:)
+    type(coupling_t), allocatable :: couplings(:)
+    type(equation_list_t) :: equations
     integer, allocatable :: material(:)
 
     call read_heading(reader, scene%title)
     call read_mesh_cards(reader, model)
     if (present(flat)) call flat_deck(reader, model%mesh, flat)
     call connect_mesh(reader, model%mesh)
+    call read_couplings(reader, model, couplings)
     call mark_used_nodes(model)
+    call mark_coupled(model)
     call read_obstacles(reader, model, scene%obstacles, obstacles)
     call read_rigid_bodies(reader, model, bodies)
-    call note_unused_nodes(reader, model)
+    ! Nodes that equations alone name may be named by sets.
+    if (.not. any(reader%cards(:reader%n_cards)%keyword == 'EQUATION')) then
+      call note_unused_nodes(reader, model)
+    end if
     call check_bricks(reader, model%mesh)
     call read_sets(reader, model)
+    call read_equations(reader, model, equations)
+    if (equations%list%n > 0) call note_unused_nodes(reader, model)
     call find_facets(reader, model, bodies)
     call read_surfaces(reader, model, surfaces)
     call make_obstacles(reader, model, bodies, surfaces, scene%obstacles)
@@ -149,6 +163,7 @@ contains
     call read_sections(reader, model, materials, material)
     call find_weights(scene%materials, material, model%weighs)
     call read_ties(reader, model, surfaces, ties)
+    call find_coupled_surfaces(reader, model, surfaces, couplings)
     if (.not. any_mistakes(reader%diagnostics)) then
       call move_tied_nodes(reader, model, surfaces%list(:surfaces%n), ties)
     end if
@@ -159,6 +174,11 @@ contains
       call refuse_tied_pairs(reader, surfaces%list(:surfaces%n), ties, scene%pairs)
       call make_constraints(reader, model, surfaces%list(:surfaces%n), ties, scene%constraints)
     end if
+    if (.not. any_mistakes(reader%diagnostics)) then
+      call couple(reader, model, surfaces%list(:surfaces%n), couplings, equations)
+      call join_equations(reader, model, equations, scene%constraints)
+    end if
+    call mark_named(model, equations)
     call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
     call read_contact_controls(reader, scene%contact)
     call read_precision(reader, scene%precision)
@@ -176,7 +196,9 @@ contains
     scene%surfaces = surfaces%list(:surfaces%n)
     call move_alloc(amplitudes%list, scene%amplitudes)
     call note_held(reader, scene%constraints, model%mesh%n_nodes, scene%steps)
+    call refuse_held(reader, model, equations, scene%steps)
     call build_mesh(model%mesh, material, scene%constraints, scene%mesh)
+    call refuse_loose(reader, equations, scene%mesh)
     call check_turns(reader, scene)
   end subroutine read_cards
 

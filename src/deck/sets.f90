@@ -3,6 +3,7 @@ module sets_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: guess, quoted
   use fields_mod, only: reference_t
+  use kinds_mod, only: wp
   use lookup_mod, only: find_id, find_name, name_lookup_t
   use mesh_draft_mod, only: mesh_draft_t, set_of_nodes
   use sorting_mod, only: sort_unique
@@ -44,6 +45,14 @@ module sets_mod
     logical, allocatable :: reference(:) !! (n_nodes) whether an obstacle moves with the node
     logical, allocatable :: rigid(:)
     !! (n_nodes) whether a facet has the node that a rigid body may take
+    integer, allocatable :: rotation_of(:, :)
+    !! (2,k) reference nodes of couplings, and the nodes that stand for their rotations
+    integer, allocatable :: rotation_node(:) !! (n_nodes) the same of each node, 0 of others
+    real(wp), allocatable :: rotation_arm(:)
+    !! (n_nodes) by which rotations of reference nodes are multiplied [length]
+    logical, allocatable :: joined(:)
+    !! (n_nodes) nodes that no element has and an equation or a coupling names
+    logical, allocatable :: named(:, :) !! (3,n_nodes) degrees of freedom that equations name
     logical, allocatable :: weighs(:)    !! (n_elements) whether its material has a density
   end type model_t
 

@@ -343,6 +343,7 @@ contains
 
     if (constraints%n == 0) return
     number = constraint_of(constraints, n_nodes)
+    where (number > constraints%n - constraints%n_equations) number = 0
     held = .false.
     do step = 1, size(steps)
       if (.not. allocated(steps(step)%boundary)) cycle

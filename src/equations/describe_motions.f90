@@ -4,7 +4,7 @@ module describe_motions_mod
   use text_mod, only: to_text
   use dense_mod, only: singular_values, null_space
   use mesh_mod, only: mesh_t
-  use rigid_modes_mod, only: free_motions_t
+  use rigid_modes_mod, only: free_motions_t, is_joined
   implicit none
   private
 
@@ -52,7 +52,8 @@ contains
     words = span_of_bodies(mesh, motions, reshape(coefficient, [size(coefficient), 1]), minor)
   end function motion_in_words
 
-  !> Combinations of motions of several bodies may be coupled; each body's part of them is named.
+  !> Combinations of motions of several bodies may be coupled; each body's part of them is named,
+  !> and of a body that equations join that of each of its parts.
   function span_of_bodies(mesh, motions, coefficients, least) result(words)
     type(mesh_t), intent(in) :: mesh
     type(free_motions_t), intent(in) :: motions
@@ -60,13 +61,26 @@ contains
     real(wp), intent(in) :: least        !! part of the largest that is worth naming [-]
     character(:), allocatable :: words
     real(wp) :: six(6, size(coefficients, 2)), all_of_it(size(coefficients, 2))
-    integer :: first, last, k, n
+    integer :: first, last, k, n, node
+    logical, allocatable :: done(:) !! (n_parts)
 
     words = ''
     all_of_it = norm2(coefficients, dim=1)
     first = 1
     do while (first <= motions%n)
       last = first + motions_together(motions, first) - 1
+      if (is_joined(motions, motions%body(first))) then
+        allocate (done(size(motions%part_extent)), source=.false.)
+        do node = 1, mesh%n_nodes
+          if (mesh%body(node) /= motions%body(first)) cycle
+          if (done(motions%part(node))) cycle
+          done(motions%part(node)) = .true.
+          call add_part(node)
+        end do
+        deallocate (done)
+        first = last + 1
+        cycle
+      end if
       n = 0
       do k = 1, size(coefficients, 2)
         if (norm2(coefficients(first:last, k)) <= least*all_of_it(k)) cycle
@@ -78,6 +92,28 @@ contains
         span_in_words(six(:, :n)))
       first = last + 1
     end do
+
+  contains
+
+    !> What moves the part that a node belongs to.
+    subroutine add_part(node)
+      integer, intent(in) :: node
+      real(wp) :: farthest
+
+      n = 0
+      do k = 1, size(coefficients, 2)
+        farthest = norm2(coefficients(first:last, k))
+        if (farthest <= least*all_of_it(k)) cycle
+        six(:, n + 1) = twist_of_part(motions, motions%part(node), first, last, &
+          coefficients(first:last, k))
+        if (norm2(six(:, n + 1)) <= least*farthest) cycle
+        n = n + 1
+        where (abs(six(:, n)) <= least*maxval(abs(six(:, n)))) six(:, n) = 0.0_wp
+      end do
+      if (n > 0) call append(words, 'part of node '//to_text(mesh%node_id(node))//' of '// &
+        body_in_words(mesh, motions, first)//': '//span_in_words(six(:, :n)))
+    end subroutine add_part
+
   end function span_of_bodies
 
   !> How many motions, from `first` on, are of one body or obstacle.
@@ -108,6 +144,22 @@ contains
       six(4:) = six(4:) + coefficient(j - first + 1)*motions%extent(j)*motions%rotation(:, j)
     end do
   end function twist_of
+
+  !> The same of a part of a body that equations join.
+  pure function twist_of_part(motions, part, first, last, coefficient) result(six)
+    type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: part, first, last
+    real(wp), intent(in) :: coefficient(:)
+    real(wp) :: six(6)
+    integer :: j
+
+    six = 0.0_wp
+    do j = first, last
+      six(:3) = six(:3) + coefficient(j - first + 1)*motions%part_translation(:, part, j)
+      six(4:) = six(4:) + coefficient(j - first + 1)*motions%part_extent(part)* &
+        motions%part_rotation(:, part, j)
+    end do
+  end function twist_of_part
 
   !> A space of motions: the axes that lie in it, else its vectors.
   function span_in_words(six) result(words)
@@ -189,7 +241,9 @@ contains
       return
     end if
     do node = 1, mesh%n_nodes
-      if (mesh%body(node) == motions%body(j)) exit
+      if (mesh%body(node) /= motions%body(j)) cycle
+      if (.not. allocated(mesh%piece)) exit
+      if (mesh%piece(node) > 0) exit ! of a brick, not one that equations join to it
     end do
     words = 'body '//to_text(motions%body(j))//' (of node '//to_text(mesh%node_id(node))//')'
   end function body_in_words

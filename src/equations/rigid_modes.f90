@@ -5,23 +5,26 @@
 !> and the other pins of the body not at all: the displacement of the pin is how far the motion has
 !> gone. The stiffness is factorised with the pins held (statically determinate, so that nothing
 !> is held too much); docs/theory.md section 9.
+!>
+!> A body that equations join has the motions of its pieces that satisfy them: any number, in each
+!> of which every piece goes its own way. docs/theory.md section 11.
 module rigid_modes_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t, raise, exit_machine
+  use errors_mod, only: error_t, raise, exit_machine, exit_not_solved
   use constraints_mod, only: constraints_t
-  use mesh_mod, only: mesh_t
+  use mesh_mod, only: mesh_t, joined_nodes
   use small_matrix_mod, only: cross
-  use dense_mod, only: singular_values, symmetric_eigenvectors, invert_general
+  use dense_mod, only: singular_values, invert_general
+  use text_mod, only: to_text
+  use piece_modes_mod, only: pieces_t, one_piece, several_pieces, count_columns, modes_of, alike
   implicit none
   private
 
   public :: free_motions_t, find_free_motions, motion_at, hold_pins, generalised_loads, &
-    add_motions
+    add_motions, is_joined
 
   ! of the largest singular value: sines of 1e-8 count as held, as at the edge of a thin plate
   real(wp), parameter :: rank_tolerance = 1.0e-9_wp
-
-  real(wp), parameter :: alike = 1.0e-9_wp !! of two numbers: equal but for rounding
 
   !> Motions u(x) = translation + rotation x (x - centre).
   type :: free_motions_t
@@ -32,15 +35,15 @@ module rigid_modes_mod
     real(wp), allocatable :: rotation(:, :)    !! (3,n) [1/length]
     real(wp), allocatable :: centre(:, :)      !! (3,n) of the body [length]
     real(wp), allocatable :: extent(:)         !! (n) of the body, 0 of an obstacle [length]
+    logical,  allocatable :: is_joined(:)
+    !! (n_bodies) whether equations join it: then its parts have translations and rotations
+    integer,  allocatable :: part(:)
+    !! (n_nodes) part of joined bodies that the node belongs to, else 0; not allocated: none
+    real(wp), allocatable :: part_translation(:, :, :) !! (3,n_parts,n) [-]
+    real(wp), allocatable :: part_rotation(:, :, :)    !! (3,n_parts,n) [1/length]
+    real(wp), allocatable :: part_centre(:, :)         !! (3,n_parts) [length]
+    real(wp), allocatable :: part_extent(:)            !! (n_parts) [length]
   end type free_motions_t
-
-  !> The size of a body, for motions that compare.
-  type :: extents_t
-    real(wp) :: centre(3) = 0.0_wp    !! of its box [length]
-    real(wp) :: largest = 0.0_wp      !! side of its box [length]
-    real(wp) :: turn(3, 3) = 0.0_wp
-    !! columns: rotation about each principal axis that moves no node by more than 1 [1/length]
-  end type extents_t
 
 contains
 
@@ -60,7 +63,7 @@ contains
     integer, allocatable :: first(:), nodes(:)
 
     ! Room for all there can be; what is not used is given back at the end.
-    k = 6*mesh%n_bodies + 3*size(ref_nodes)
+    k = 6*max(mesh%n_bodies, mesh%n_pieces) + 3*count(joined_nodes(mesh)) + 3*size(ref_nodes)
     allocate (motions%body(k), motions%node(k), motions%dof(k), motions%extent(k))
     allocate (motions%translation(3, k), motions%rotation(3, k), motions%centre(3, k), &
       source=0.0_wp)
@@ -72,10 +75,23 @@ contains
         barred(constraints%dof(k), constraints%node(k)) = .true.
       end do
     end if
+    allocate (motions%is_joined(mesh%n_bodies), source=.false.)
+    if (present(constraints)) then
+      do k = constraints%n - constraints%n_equations + 1, constraints%n
+        motions%is_joined(mesh%body(constraints%node(k))) = .true.
+      end do
+    end if
+    if (any(motions%is_joined)) call begin_parts(mesh, motions)
     call list_nodes(mesh, first, nodes)
     do body = 1, mesh%n_bodies
-      call find_body_motions(mesh, nodes(first(body):first(body + 1) - 1), prescribed, barred, &
-        preferred, motions, error)
+      associate (of_body => nodes(first(body):first(body + 1) - 1))
+        if (motions%is_joined(body)) then
+          call find_joined_motions(mesh, of_body, prescribed, barred, preferred, constraints, &
+            motions, error)
+        else
+          call find_body_motions(mesh, of_body, prescribed, barred, preferred, motions, error)
+        end if
+      end associate
       if (allocated(error)) return
     end do
     do k = 1, size(ref_nodes)
@@ -93,7 +109,34 @@ contains
     motions%translation = motions%translation(:, :k)
     motions%rotation = motions%rotation(:, :k)
     motions%centre = motions%centre(:, :k)
+    if (.not. allocated(motions%part)) return
+    motions%part_translation = motions%part_translation(:, :, :k)
+    motions%part_rotation = motions%part_rotation(:, :, :k)
   end subroutine find_free_motions
+
+  !> Number the parts of joined bodies, and make room for what motions do to them.
+  pure subroutine begin_parts(mesh, motions)
+    type(mesh_t), intent(in) :: mesh
+    type(free_motions_t), intent(inout) :: motions
+    integer :: index_of(mesh%n_pieces), node, n
+
+    allocate (motions%part(mesh%n_nodes), source=0)
+    index_of = 0
+    n = 0
+    do node = 1, mesh%n_nodes
+      if (mesh%body(node) == 0) cycle
+      if (.not. motions%is_joined(mesh%body(node))) cycle
+      associate (p => mesh%piece(node))
+        if (p > 0) motions%part(node) = index_of(p)
+        if (motions%part(node) > 0) cycle
+        n = n + 1
+        motions%part(node) = n
+        if (p > 0) index_of(p) = n
+      end associate
+    end do
+    allocate (motions%part_translation(3, n, size(motions%body)), motions%part_rotation(3, n, &
+      size(motions%body)), motions%part_centre(3, n), motions%part_extent(n), source=0.0_wp)
+  end subroutine begin_parts
 
   !> The nodes of every body, ascending.
   pure subroutine list_nodes(mesh, first, nodes)
@@ -134,24 +177,25 @@ contains
     type(free_motions_t), intent(inout) :: motions
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: seen(:, :), z(:, :)
-    real(wp) :: s(6), v(6, 6)
-    type(extents_t) :: extents
+    real(wp) :: s(6), v(6, 6), each(6, 6)
+    type(pieces_t) :: pieces
     integer :: pin_node(6), pin_dof(6), node, i, j, k, m
     logical :: ok
 
-    call measure_body(mesh, nodes, extents, ok)
+    call one_piece(mesh, nodes, pieces, ok)
     if (.not. ok) then
       call raise(error, exit_machine, 'LAPACK failed on the principal axes of a body')
       return
     end if
     allocate (seen(count(prescribed(:, nodes)), 6))
+    each = identity(6)
     k = 0
     do m = 1, size(nodes)
       node = nodes(m)
       do i = 1, 3
         if (.not. prescribed(i, node)) cycle
         k = k + 1
-        seen(k, :) = rigid_mode(extents, mesh%coordinates(:, node), i)
+        seen(k, :) = modes_of(pieces, mesh, node, i, each)
       end do
     end do
     call singular_values(seen, s, v, ok)
@@ -160,88 +204,163 @@ contains
     if (ok) then
       allocate (z(6, k))
       z = v(:, 7 - k:) ! singular values descend
-      call choose_pins(mesh, nodes, extents, barred, preferred, z, pin_node, pin_dof)
-      call scale_to_pins(mesh, extents, pin_node(:k), pin_dof(:k), z, ok)
+      call choose_pins(mesh, nodes, pieces, barred, preferred, z, pin_node, pin_dof)
+      call scale_to_pins(mesh, pieces, pin_node(:k), pin_dof(:k), z, ok)
     end if
     if (.not. ok) then
       call raise(error, exit_machine, 'LAPACK failed on the rigid motions of a body')
       return
     end if
-    do j = 1, k
-      call add_motion(motions, mesh%body(nodes(1)), pin_node(j), pin_dof(j), extents%centre, &
-        extents%largest)
-      motions%translation(:, motions%n) = z(:3, j)
-      motions%rotation(:, motions%n) = matmul(extents%turn, z(4:, j))
-    end do
+    associate (extents => pieces%extents(1))
+      do j = 1, k
+        call add_motion(motions, mesh%body(nodes(1)), pin_node(j), pin_dof(j), extents%centre, &
+          extents%largest)
+        motions%translation(:, motions%n) = z(:3, j)
+        motions%rotation(:, motions%n) = matmul(extents%turn, z(4:, j))
+      end do
+    end associate
   end subroutine find_body_motions
 
-  !> Centre, largest side and principal axes of a body, with how far its nodes reach from each axis.
-  subroutine measure_body(mesh, nodes, extents, ok)
+  !> The motions of a body that equations join: those of its pieces that supports do not see, and
+  !> that satisfy all constraints.
+  subroutine find_joined_motions(mesh, nodes, prescribed, barred, preferred, constraints, motions, &
+    error)
     type(mesh_t), intent(in) :: mesh
-    integer, intent(in) :: nodes(:) !! of the body
-    type(extents_t), intent(out) :: extents
-    logical, intent(out) :: ok !! false: LAPACK did not converge
-    real(wp) :: low(3), high(3), axis(3, 3), spread_of_axis(3), arm(3), reach(3)
-    integer :: node, k, m
+    integer, intent(in) :: nodes(:)          !! of the body
+    logical, intent(in) :: prescribed(:, :)
+    logical, intent(in) :: barred(:, :), preferred(:) !! from being pins
+    type(constraints_t), intent(in) :: constraints !! of the scene
+    type(free_motions_t), intent(inout) :: motions
+    type(error_t), allocatable, intent(out) :: error !! too many pieces; LAPACK failed
+    integer, parameter :: most = 900         ! columns: whose singular values take seconds
+    type(pieces_t) :: pieces
+    real(wp), allocatable :: z(:, :)
+    integer, allocatable :: pin_node(:), pin_dof(:)
+    integer :: j, k, m, p
+    logical :: ok
 
-    low = huge(1.0_wp)
-    high = -huge(1.0_wp)
-    do m = 1, size(nodes)
-      node = nodes(m)
-      low = min(low, mesh%coordinates(:, node))
-      high = max(high, mesh%coordinates(:, node))
+    call several_pieces(mesh, nodes, pieces, ok)
+    if (ok .and. count_columns(pieces) > most) then
+      call raise(error, exit_not_solved, 'equations join '//to_text(size(pieces%extents))// &
+        ' bodies and single nodes to one, with '//to_text(count_columns(pieces))// &
+        ' motions: at most '//to_text(most)//' can be looked through')
+      return
+    end if
+    if (ok) call leave_free(mesh, nodes, pieces, prescribed, constraints, z, ok)
+    k = 0
+    if (ok) k = size(z, 2)
+    if (ok .and. k == 0) return
+    if (ok) then
+      allocate (pin_node(k), pin_dof(k))
+      call choose_pins(mesh, nodes, pieces, barred, preferred, z, pin_node, pin_dof)
+      call scale_to_pins(mesh, pieces, pin_node, pin_dof, z, ok)
+    end if
+    if (.not. ok) then
+      call raise(error, exit_machine, 'LAPACK failed on the motions of bodies that equations join')
+      return
+    end if
+    do j = 1, k
+      call add_motion(motions, mesh%body(nodes(1)), pin_node(j), pin_dof(j), &
+        mesh%coordinates(:, pin_node(j)), 0.0_wp)
     end do
-    extents%centre = 0.5_wp*(low + high)
-    extents%largest = maxval(high - low)
-    axis = 0.0_wp
     do m = 1, size(nodes)
-      node = nodes(m)
-      arm = (mesh%coordinates(:, node) - extents%centre)/extents%largest
-      axis = axis + spread(arm, 2, 3)*spread(arm, 1, 3)
+      p = pieces%of_node(nodes(m))
+      associate (part => motions%part(nodes(m)), last => pieces%column(p + 1) - 1, &
+                 first => pieces%column(p), extents => pieces%extents(p))
+        motions%part_centre(:, part) = extents%centre
+        motions%part_extent(part) = extents%largest
+        do j = 1, k
+          motions%part_translation(:, part, motions%n - k + j) = z(first:first + 2, j)
+          if (last > first + 2) motions%part_rotation(:, part, motions%n - k + j) = &
+            matmul(extents%turn, z(first + 3:last, j))
+        end do
+      end associate
     end do
-    ! Rounding must not turn the axes of a body that has no preferred ones.
-    where (abs(axis) <= alike*maxval(abs(axis))) axis = 0.0_wp
-    call symmetric_eigenvectors(axis, spread_of_axis, ok)
-    if (.not. ok) return
-    reach = 0.0_wp
+  end subroutine find_joined_motions
+
+  !> The combinations of the motions of the pieces that supports do not see, and that satisfy all
+  !> constraints.
+  subroutine leave_free(mesh, nodes, pieces, prescribed, constraints, z, ok)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: nodes(:)          !! of the body
+    type(pieces_t), intent(in) :: pieces
+    logical, intent(in) :: prescribed(:, :)
+    type(constraints_t), intent(in) :: constraints !! of the scene
+    real(wp), allocatable, intent(out) :: z(:, :)  !! (columns,k) orthonormal
+    logical, intent(out) :: ok                     !! false: LAPACK did not converge
+    real(wp), allocatable :: seen(:, :), each(:, :), v(:, :), s(:), row(:)
+    integer :: n, n_seen, i, k, m, c
+
+    n = count_columns(pieces)
+    allocate (seen(3*n + 64, n), each(n, n), v(n, n), s(n), row(n))
+    each = identity(n)
+    ok = .true.
+    n_seen = 0
     do m = 1, size(nodes)
-      node = nodes(m)
-      arm = mesh%coordinates(:, node) - extents%centre
-      do k = 1, 3
-        reach(k) = max(reach(k), norm2(cross(axis(:, k), arm)))
+      do i = 1, 3
+        if (ok .and. prescribed(i, nodes(m))) call add(modes_of(pieces, mesh, nodes(m), i, each))
       end do
     end do
-    do k = 1, 3
-      extents%turn(:, k) = axis(:, k)/reach(k)
+    do c = 1, constraints%n
+      associate (first => constraints%first(c), last => constraints%first(c + 1) - 1)
+        if (mesh%body(constraints%node(c)) /= mesh%body(nodes(1))) cycle
+        if (.not. ok .or. prescribed(constraints%dof(c), constraints%node(c))) cycle
+        row = modes_of(pieces, mesh, constraints%node(c), constraints%dof(c), each)
+        do k = first, last
+          row = row - constraints%weight(k)*modes_of(pieces, mesh, constraints%master(k), &
+            constraints%master_dof(k), each)
+        end do
+        ! Beside what is added up: what rounding leaves of a motion that satisfies it is none.
+        call add(row/(1.0_wp + sum(abs(constraints%weight(first:last)))))
+      end associate
     end do
-  end subroutine measure_body
+    if (ok) call singular_values(seen(:n_seen, :), s, v, ok)
+    k = 0
+    if (ok) k = count(s <= rank_tolerance*max(s(1), tiny(1.0_wp)))
+    allocate (z(n, k))
+    z = v(:, n - k + 1:)
 
-  !> What the six rigid motions (translations along x, y, z; rotations about the principal axes,
-  !> each of at most 1) do to degree of freedom `i` of a point of the body.
-  pure function rigid_mode(extents, x, i) result(mode)
-    type(extents_t), intent(in) :: extents
-    real(wp), intent(in) :: x(3) !! [length]
-    integer, intent(in) :: i     !! 1, 2, 3
-    real(wp) :: mode(6), moved(3)
-    integer :: k
+  contains
 
-    mode = 0.0_wp
-    mode(i) = 1.0_wp
-    do k = 1, 3
-      moved = cross(extents%turn(:, k), x - extents%centre)
-      mode(3 + k) = moved(i)
+    !> One more of what is seen. When there is no more room, what all see together takes its place.
+    subroutine add(of_motions)
+      real(wp), intent(in) :: of_motions(:)
+      integer :: l
+
+      if (n_seen == size(seen, 1)) then
+        call singular_values(seen, s, v, ok)
+        if (.not. ok) return
+        do l = 1, n
+          seen(l, :) = s(l)*v(:, l)
+        end do
+        n_seen = n
+      end if
+      n_seen = n_seen + 1
+      seen(n_seen, :) = of_motions
+    end subroutine add
+
+  end subroutine leave_free
+
+  pure function identity(n)
+    integer, intent(in) :: n
+    real(wp) :: identity(n, n)
+    integer :: i
+
+    identity = 0.0_wp
+    do i = 1, n
+      identity(i, i) = 1.0_wp
     end do
-  end function rigid_mode
+  end function identity
 
   !> Choose as many degrees of freedom as there are motions, one after the other the one that the
   !> motions not yet pinned move most.
-  pure subroutine choose_pins(mesh, nodes, extents, barred, preferred, z, pin_node, pin_dof)
+  pure subroutine choose_pins(mesh, nodes, pieces, barred, preferred, z, pin_node, pin_dof)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)                    !! of the body
-    type(extents_t), intent(in) :: extents
+    type(pieces_t), intent(in) :: pieces
     logical, intent(in) :: barred(:, :), preferred(:)
-    real(wp), intent(in) :: z(:, :)                    !! (6,k) the free motions, orthonormal
-    integer, intent(out) :: pin_node(:), pin_dof(:)    !! (6) the first k are set
+    real(wp), intent(in) :: z(:, :)                    !! (columns,k) the free motions, orthonormal
+    integer, intent(out) :: pin_node(:), pin_dof(:)    !! the first k are set
     real(wp), parameter :: reluctance = 0.1_wp         ! weight of nodes that are less preferred
     real(wp), dimension(size(z, 2), size(z, 2)) :: chosen
     real(wp) :: row(size(z, 2)), best_row(size(z, 2)), weight, best
@@ -256,7 +375,7 @@ contains
         node = nodes(m)
         do i = 1, 3
           if (barred(i, node)) cycle
-          row = matmul(rigid_mode(extents, mesh%coordinates(:, node), i), z)
+          row = modes_of(pieces, mesh, node, i, z)
           do l = 1, j - 1
             row = row - dot_product(row, chosen(:, l))*chosen(:, l)
           end do
@@ -274,17 +393,17 @@ contains
   end subroutine choose_pins
 
   !> Combine the motions so that each moves its own pin by 1 and the others not at all.
-  subroutine scale_to_pins(mesh, extents, pin_node, pin_dof, z, ok)
+  subroutine scale_to_pins(mesh, pieces, pin_node, pin_dof, z, ok)
     type(mesh_t), intent(in) :: mesh
-    type(extents_t), intent(in) :: extents
+    type(pieces_t), intent(in) :: pieces
     integer, intent(in) :: pin_node(:), pin_dof(:) !! (k)
-    real(wp), intent(inout) :: z(:, :)             !! (6,k)
+    real(wp), intent(inout) :: z(:, :)             !! (columns,k)
     logical, intent(out) :: ok                     !! false: the pins do not hold the body
     real(wp) :: p(size(z, 2), size(z, 2))
     integer :: j
 
     do j = 1, size(z, 2)
-      p(j, :) = matmul(rigid_mode(extents, mesh%coordinates(:, pin_node(j)), pin_dof(j)), z)
+      p(j, :) = modes_of(pieces, mesh, pin_node(j), pin_dof(j), z)
     end do
     call invert_general(p, ok)
     if (ok) z = matmul(z, p)
@@ -317,6 +436,15 @@ contains
     end do
   end function hold_pins
 
+  !> Whether equations join a body, so that its parts move by themselves.
+  pure logical function is_joined(motions, body)
+    type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: body
+
+    is_joined = .false.
+    if (body > 0 .and. allocated(motions%is_joined)) is_joined = motions%is_joined(body)
+  end function is_joined
+
   !> What motion `j` does to a node.
   pure function motion_at(motions, mesh, j, node) result(u)
     type(free_motions_t), intent(in) :: motions
@@ -328,6 +456,14 @@ contains
     if (motions%body(j) == 0) then
       if (node == motions%node(j)) u = motions%translation(:, j)
     else if (mesh%body(node) == motions%body(j)) then
+      if (allocated(motions%part)) then
+        associate (part => motions%part(node))
+          if (part > 0) u = motions%part_translation(:, part, j) + &
+            cross(motions%part_rotation(:, part, j), mesh%coordinates(:, node) - &
+            motions%part_centre(:, part))
+          if (part > 0) return
+        end associate
+      end if
       u = motions%translation(:, j) + cross(motions%rotation(:, j), &
         mesh%coordinates(:, node) - motions%centre(:, j))
     end if

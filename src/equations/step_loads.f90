@@ -10,6 +10,7 @@ module step_loads_mod
   use kinks_mod, only: find_kinks, used_amplitudes
   use turns_mod, only: turns_t, turns_of_step
   use constraints_mod, only: constraints_t, active_constraints, follow_masters
+  use mesh_mod, only: joined_nodes
   use scene_mod, only: scene_t
   use mesh_forces_mod, only: pressure_force, gravity_force
   implicit none
@@ -32,7 +33,8 @@ module step_loads_mod
 
 contains
 
-  !> The degrees of freedom that supports hold during a step.
+  !> The degrees of freedom that supports hold during a step, and those of nodes without elements
+  !> that no equation names: nothing moves these.
   pure function prescribed_dofs(scene, step) result(prescribed)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
@@ -48,7 +50,27 @@ contains
         end associate
       end do
     end do
+    if (scene%constraints%n_equations > 0) call hold_idle(scene, prescribed)
   end function prescribed_dofs
+
+  !> Hold what no equation names of nodes that only equations join to a body.
+  pure subroutine hold_idle(scene, prescribed)
+    type(scene_t), intent(in) :: scene
+    logical, intent(inout) :: prescribed(:, :) !! (3,n_nodes)
+    logical :: is_idle(3, scene%mesh%n_nodes)
+    integer :: c, k
+
+    is_idle = spread(joined_nodes(scene%mesh), 1, 3)
+    associate (all => scene%constraints)
+      do c = 1, all%n
+        is_idle(all%dof(c), all%node(c)) = .false.
+        do k = all%first(c), all%first(c + 1) - 1
+          is_idle(all%master_dof(k), all%master(k)) = .false.
+        end do
+      end do
+    end associate
+    prescribed = prescribed .or. is_idle
+  end subroutine hold_idle
 
   !> The patterns of a step that starts from displacement `u`.
   pure subroutine resolve_loads(scene, step, u, loads)

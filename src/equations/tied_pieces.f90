@@ -11,7 +11,7 @@ module tied_pieces_mod
   use dense_mod, only: symmetric_eigenvectors
   use constraints_mod, only: constraints_t
   use mesh_mod, only: mesh_t, find_bodies
-  use rigid_modes_mod, only: free_motions_t
+  use rigid_modes_mod, only: free_motions_t, is_joined
   implicit none
   private
 
@@ -44,6 +44,7 @@ contains
       if (apart%body(n) > 0) of_body(apart%body(n)) = mesh%body(n)
     end do
     do body = 1, mesh%n_bodies
+      if (is_joined(motions, body)) cycle ! by equations: motions of the pieces are free motions
       pieces = pack([(piece, piece=1, apart%n_bodies)], of_body == body)
       if (size(pieces) < 2 .or. size(pieces) > most_pieces) cycle
       call check_body(mesh, apart%body, pieces, active, prescribed, count(motions%body == body), &

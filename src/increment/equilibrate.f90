@@ -25,7 +25,7 @@ module equilibrate_mod
   use transfer_mod, only: nodal_forces
   use condensed_contact_mod, only: condense_contact, neutral_motions
   use step_solver_mod, only: step_solver_t
-  use neutral_motions_mod, only: neutral_step
+  use neutral_motions_mod, only: neutral_step, way_to_rest
   use trial_mod, only: trial_t, displacement_of, solve_reactions
   implicit none
   private
@@ -52,6 +52,7 @@ contains
     real(wp) :: correction(3, size(trial%u_free, 2)) !! [length]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
+    real(wp) :: led(solver%body%motions%n)  !! by these steps so far [length]
     type(placement_t) :: undeformed
     integer :: i
     logical :: balanced, settled, is_turned
@@ -61,6 +62,7 @@ contains
     new%rotation = trial%rotation
     undeformed = turned_undeformed(scene, points, solver, trial)
     follow = begin_following(scene, points, trial%controls%tolerance)
+    led = 0.0_wp
     last_imbalance = huge(1.0_wp)
     last_moved = huge(1.0_wp)
     newton_raphson: do i = 1, max_newton_raphson
@@ -90,6 +92,7 @@ contains
       ! 4. Displacement
       call displace(scene, points, solver, trial, new, begun, pressed, error)
       if (allocated(error)) return
+      if (size(follow%node) > 0) call rest(scene, solver, old, led, trial, new)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
       call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal)
@@ -111,9 +114,13 @@ contains
       if (balanced .and. settled) exit newton_raphson
       last_imbalance = imbalance
       last_moved = moved
+      ! What a placement that still moves leaves on them says nothing.
+      if (size(follow%node) > 0) is_turned = is_turned .and. any(abs(trial%neutral_residual) > &
+        moved*maxval(abs(new%reaction)))
       if (is_turned) then
         step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
           solver%body%motions%n), trial%placement, new, trial%neutral_residual)
+        led = led + step
         trial%motion = trial%motion + step
         call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
       end if
@@ -162,6 +169,30 @@ contains
     end if
     new%displacement = displacement_of(scene, solver, trial, trial%u_contact)
   end subroutine displace
+
+  !> Let neutral motions go where their bodies were when the increment began, but for what turned
+  !> normals led them.
+  subroutine rest(scene, solver, old, led, trial, new)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: old
+    real(wp), intent(in) :: led(:)        !! (n_motions) [length]
+    type(trial_t), intent(inout) :: trial !! gets its motion
+    type(state_t), intent(inout) :: new   !! gets displacement
+    real(wp) :: moved(3, scene%mesh%n_nodes), way(size(led))
+    real(wp), allocatable :: neutral(:, :)
+
+    associate (motions => solver%body%motions)
+      if (motions%n == 0) return
+      allocate (neutral, source=neutral_motions(solver%contact, motions%n))
+      if (size(neutral, 2) == 0) return
+      moved = new%displacement - old%displacement
+      call add_motions(motions, scene%mesh, -led, moved)
+      way = way_to_rest(scene, motions, neutral, moved)
+      trial%motion = trial%motion + way
+      call add_motions(motions, scene%mesh, way, new%displacement)
+    end associate
+  end subroutine rest
 
   !> The points of the undeformed mesh before obstacles as they stand at the end of the increment.
   pure function turned_undeformed(scene, points, solver, trial) result(undeformed)

@@ -11,7 +11,7 @@ module neutral_motions_mod
   implicit none
   private
 
-  public :: neutral_step
+  public :: neutral_step, way_to_rest
 
   real(wp), parameter :: difference = 1.0e-4_wp !! of the size of the mesh
 
@@ -56,5 +56,29 @@ contains
     end do
     a = matmul(neutral, solve_least_squares(stiffness, residual))
   end function neutral_step
+
+  !> How far the neutral motions go until bodies are, on the average of their nodes, where they
+  !> were: deformed about one pin, a body that is pressed in its middle would no longer lie there.
+  function way_to_rest(scene, motions, neutral, moved) result(a)
+    type(scene_t), intent(in) :: scene
+    type(free_motions_t), intent(in) :: motions
+    real(wp), intent(in) :: neutral(:, :)   !! (n,k) orthonormal [-]
+    real(wp), intent(in) :: moved(:, :)     !! (3,n_nodes) since bodies were there [length]
+    real(wp) :: a(motions%n)                !! [length]
+    real(wp) :: field(3, scene%mesh%n_nodes, size(neutral, 2))
+    real(wp) :: product(size(neutral, 2), size(neutral, 2)), along(size(neutral, 2))
+    integer :: k, l
+
+    field = 0.0_wp
+    do k = 1, size(neutral, 2)
+      call add_motions(motions, scene%mesh, neutral(:, k), field(:, :, k))
+      along(k) = -sum(field(:, :, k)*moved)
+      do l = 1, k
+        product(k, l) = sum(field(:, :, k)*field(:, :, l))
+        product(l, k) = product(k, l)
+      end do
+    end do
+    a = matmul(neutral, solve_least_squares(product, along))
+  end function way_to_rest
 
 end module neutral_motions_mod

@@ -18,6 +18,9 @@ module constraints_mod
   !> ones of a *STEP, in which none does.
   type :: constraints_t
     integer :: n = 0
+    integer :: n_equations = 0
+    !! of the scene's: the last so many are equations, which rigid motions need not satisfy; those
+    !! before them are of ties, which rigid motions of both surfaces satisfy
     integer, allocatable :: node(:), dof(:)     !! (n) that depends; dof 1, 2, 3
     integer, allocatable :: first(:)            !! (n+1) where the masters of each begin
     integer, allocatable :: master(:)           !! (n_entries) node; there may be more room

@@ -5,7 +5,7 @@ module mesh_mod
   implicit none
   private
 
-  public :: mesh_t, find_bodies, elements_at_nodes, kind_c3d8, kind_c3d8i, &
+  public :: mesh_t, find_bodies, joined_nodes, elements_at_nodes, kind_c3d8, kind_c3d8i, &
     kind_c3d8b
 
   integer, parameter :: kind_c3d8 = 1  !! full integration
@@ -21,20 +21,24 @@ module mesh_mod
     integer,  allocatable :: element_id(:)      !! (n_elements) the deck's ids
     integer,  allocatable :: element_kind(:)    !! (n_elements) kind_c3d8 and its kin
     integer,  allocatable :: material(:)        !! (n_elements) index into the scene's materials
-    integer,  allocatable :: body(:) !! (n_nodes) body of each node, 0 where no element uses it
+    integer,  allocatable :: body(:)
+    !! (n_nodes) body of each node, 0 where no element uses it and no constraint joins it to one
+    integer,  allocatable :: piece(:)
+    !! (n_nodes) what elements alone connect, 0 where none uses the node
     integer :: n_nodes = 0
     integer :: n_elements = 0
     integer :: n_bodies = 0
+    integer :: n_pieces = 0
   end type mesh_t
 
 contains
 
-  !> Number the bodies (pieces of the mesh connected through elements, and through constraints) in
-  !> `mesh%body`.
+  !> Number the pieces of the mesh that elements connect in `mesh%piece`, and the bodies (pieces
+  !> connected through constraints, with the nodes that these join to them) in `mesh%body`.
   pure subroutine find_bodies(mesh, constraints)
     type(mesh_t), intent(inout) :: mesh
     type(constraints_t), intent(in), optional :: constraints !! none where left out
-    integer :: parent(mesh%n_nodes), e, k, c, node, root
+    integer :: parent(mesh%n_nodes), e, k, c, node
 
     parent = [(node, node = 1, mesh%n_nodes)]
     do e = 1, mesh%n_elements
@@ -42,6 +46,7 @@ contains
         call join(parent, mesh%connectivity(1, e), mesh%connectivity(k, e))
       end do
     end do
+    call number_trees(mesh, parent, mesh%piece, mesh%n_pieces)
     if (present(constraints)) then
       do c = 1, constraints%n
         do k = constraints%first(c), constraints%first(c + 1) - 1
@@ -49,21 +54,49 @@ contains
         end do
       end do
     end if
-    if (allocated(mesh%body)) deallocate (mesh%body)
-    allocate (mesh%body(mesh%n_nodes), source=0)
-    mesh%n_bodies = 0
+    call number_trees(mesh, parent, mesh%body, mesh%n_bodies)
+    if (.not. present(constraints)) return
+    do c = 1, constraints%n
+      call find_root(parent, constraints%node(c), node)
+      mesh%body(constraints%node(c)) = mesh%body(node)
+      do k = constraints%first(c), constraints%first(c + 1) - 1
+        mesh%body(constraints%master(k)) = mesh%body(node)
+      end do
+    end do
+  end subroutine find_bodies
+
+  !> Number the trees that have elements, in the order of these.
+  pure subroutine number_trees(mesh, parent, number, n)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(inout) :: parent(:)              !! (n_nodes) paths are made shorter
+    integer, allocatable, intent(inout) :: number(:) !! (n_nodes) made anew
+    integer, intent(out) :: n
+    integer :: e, k, node, root
+
+    if (allocated(number)) deallocate (number)
+    allocate (number(mesh%n_nodes), source=0)
+    n = 0
     do e = 1, mesh%n_elements
       do k = 1, 8
         node = mesh%connectivity(k, e)
         call find_root(parent, node, root)
-        if (mesh%body(root) == 0) then
-          mesh%n_bodies = mesh%n_bodies + 1
-          mesh%body(root) = mesh%n_bodies
+        if (number(root) == 0) then
+          n = n + 1
+          number(root) = n
         end if
-        mesh%body(node) = mesh%body(root)
+        number(node) = number(root)
       end do
     end do
-  end subroutine find_bodies
+  end subroutine number_trees
+
+  !> Nodes that no element has and that equations join to a body.
+  pure function joined_nodes(mesh) result(joined)
+    type(mesh_t), intent(in) :: mesh
+    logical :: joined(mesh%n_nodes)
+
+    joined = .false.
+    if (allocated(mesh%piece)) joined = mesh%body > 0 .and. mesh%piece == 0
+  end function joined_nodes
 
   pure subroutine join(parent, a, b)
     integer, intent(inout) :: parent(:)

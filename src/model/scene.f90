@@ -61,7 +61,7 @@ module scene_mod
     character(:), allocatable :: overrides
     !! of the command line, one a line: name=value, --accuracy value
     type(mesh_t) :: mesh
-    type(constraints_t) :: constraints      !! of *TIE; no degree of freedom depends on itself
+    type(constraints_t) :: constraints      !! of *TIE, *EQUATION, *COUPLING; no cycles
     type(material_t),     allocatable :: materials(:)
     type(surface_t),      allocatable :: surfaces(:)
     type(obstacle_t),     allocatable :: obstacles(:)

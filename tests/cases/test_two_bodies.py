@@ -242,6 +242,30 @@ class FreeBodies(unittest.TestCase):
                 of_pair(result, "UP-ZMIN:LOW-ZMAX", "resultant")[-1][2], 8, delta=1e-6
             )
 
+    def test_a_block_pressed_in_its_middle_stays_there_without_friction(self):
+        """Slopes of the deformed faces do not drive it: it lies where the other is symmetric."""
+        for surfaces in ("LOW-ZMAX, UP-ZMIN", "UP-ZMIN, LOW-ZMAX"):
+            for increments in (1, 4):
+                text = deck(
+                    block("LOW", (1, 2, 1), (0, 0, -0.501), (1, 1, 0.5)),
+                    block("UP", (2, 2, 2), (0, 0, 0), (1, 1, 0.5)),
+                    pair(surfaces, 0),
+                    f"*STEP\n*STATIC, DIRECT\n{1 / increments}, 1.\n*DSLOAD\nUP-ZMAX, P, 1.\n"
+                    "*END STEP\n",
+                    held="LOW-ZMIN, 1, 3",
+                    tolerance=1e-8,
+                )
+                with self.subTest(surfaces=surfaces, increments=increments):
+                    result = solved(self, text)
+                    name = surfaces.replace(", ", ":")
+                    force = result.file[f"contact/{name}/resultant"][-1]
+                    self.assertLess(np.abs(np.abs(force) - [0, 0, 1]).max(), 1e-6)
+                    at = result.file["VTKHDF/Points"][:]
+                    shape = (-1, *at.shape)
+                    moved = result.file["VTKHDF/PointData/displacement"][:].reshape(shape)[-1]
+                    middle = moved[at[:, 2] > -1e-3].mean(axis=0)
+                    self.assertLess(np.abs(middle[:2]).max(), 1e-9)
+
     def test_a_body_that_nothing_is_below_falls(self):
         text = deck(
             block("LOW", 2, (0, 0, -1), (1, 1, 1)),

@@ -152,6 +152,26 @@ class SameForces(unittest.TestCase):
     def test_tied_bodies(self):
         self.check((2, 3), INPUT / "bracket.inp", tolerance=1e-12)
 
+    def test_bodies_that_equations_join(self):
+        """A block turned in a grip on another that a lever lifts, on the ground."""
+        deck = (
+            "*NODE\n900, 0.5, 0.5, 1.5\n901, 3., 0., 0.\n"
+            "*BLOCK, NAME=LOW, NX=3, NY=3, NZ=2\n0., 0., -1.,  1., 1., 1.\n"
+            "*BLOCK, NAME=UP, NX=3, NY=3, NZ=3\n0., 0., 0.,  1., 1., 1.\n"
+            "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n"
+            "*SOLID SECTION, ELSET=LOW, MATERIAL=M\n*SOLID SECTION, ELSET=UP, MATERIAL=M\n"
+            "*OBSTACLE, NAME=GROUND, TYPE=PLANE\n0., 0., -1.,  0., 0., 1.\n"
+            "*SURFACE INTERACTION, NAME=DRY\n*FRICTION\n0.3\n"
+            "*CONTACT PAIR, INTERACTION=DRY\nLOW-ZMIN, GROUND\n"
+            "*EQUATION\n2\nUP-ZMIN, 1, 1., LOW-ZMAX, 1, -1.\n2\nUP-ZMIN, 2, 1., LOW-ZMAX, 2, -1.\n"
+            "3\nUP-ZMIN, 3, 1., LOW-ZMAX, 3, -1., 901, 3, 0.5\n"
+            "*COUPLING, CONSTRAINT NAME=GRIP, REF NODE=900, SURFACE=UP-ZMAX\n*KINEMATIC\n"
+            "*CONTACT SOLVER, TOLERANCE=1e-12\n"
+            "*STEP\n*STATIC, DIRECT\n0.25, 1.\n*BOUNDARY\n901, 3, 3, 0.01\n900, 1, 2\n900, 4, 5\n"
+            "900, 3, 3, -0.02\n900, 6, 6, 0.05\n*END STEP\n"
+        )
+        self.check((2, 3), deck, name="joined")
+
     def test_fewer_bricks_than_ranks(self):
         self.check((3,), INPUT / "block.inp", n=1, steps=10, **AUTO)
 

@@ -11,6 +11,7 @@
 module read_loads_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use diagnostics_mod, only: quoted
+  use equation_list_mod, only: dof_in_words
   use fields_mod, only: field_position, field_text, fields_t, integer_field, is_empty_field, &
     limit_fields, looks_like_id, name_field, next_data_line, real_field, reference_field, &
     reference_t
@@ -116,8 +117,11 @@ contains
       call check_rotations(reader, model, fields, nodes, with, value%value)
       do i = 1, 3
         if (with(i)) call add_values(reader, model, nodes, i, value, draft%boundary, draft%work)
-        if (with(3 + i)) call add_values(reader, model, pack(nodes, .not. model%used(nodes)), i, &
-          value, draft%rotations, draft%work)
+        if (with(3 + i)) then
+          call add_values(reader, model, pack(nodes, .not. (model%used(nodes) .or. &
+            model%rotation_node(nodes) > 0)), i, value, draft%rotations, draft%work)
+          call add_rotations(reader, model, nodes, i, value, draft)
+        end if
       end do
       if (draft%work > max_work) then
         call report(reader, fields%start, 'the deck prescribes too many values')
@@ -125,6 +129,27 @@ contains
       end if
     end do lines
   end subroutine read_boundary
+
+  !> Prescribe a rotation of reference nodes of couplings: a displacement of the nodes that stand
+  !> for it.
+  subroutine add_rotations(reader, model, nodes, dof, value, draft)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: nodes(:)
+    integer, intent(in) :: dof                !! 1, 2, 3: about x, y, z
+    type(nodal_value_t), intent(in) :: value  !! [rad]
+    type(load_draft_t), intent(inout) :: draft
+    type(nodal_value_t) :: of_node
+    integer :: i
+
+    do i = 1, size(nodes)
+      if (model%rotation_node(nodes(i)) == 0) cycle
+      of_node = value
+      of_node%value = value%value*model%rotation_arm(nodes(i))
+      call add_values(reader, model, [model%rotation_node(nodes(i))], dof, of_node, &
+        draft%boundary, draft%work)
+    end do
+  end subroutine add_rotations
 
   !> Which dofs a line of *BOUNDARY means.
   subroutine read_dofs(reader, fields, with, ok)
@@ -220,7 +245,7 @@ contains
     logical :: of_bricks
 
     if (.not. any(with(4:))) return
-    of_bricks = any(model%used(nodes))
+    of_bricks = any(model%used(nodes) .and. model%rotation_node(nodes) == 0)
     if (of_bricks .and. .not. any(with(:3))) then
       if (is_empty_field(fields, 3)) then
         call report_rotation(reader, fields, 2, 'the dof')
@@ -245,9 +270,9 @@ contains
     logical, intent(inout) :: replace !! set by OP=NEW
     type(fields_t) :: fields
     type(reference_t) :: reference
-    type(nodal_value_t) :: value
+    type(nodal_value_t) :: value, moment
     integer, allocatable :: nodes(:)
-    integer :: dof
+    integer :: dof, most, i
     logical :: found, ok(3)
 
     call allow_options(reader, card, ['AMPLITUDE', 'OP       '])
@@ -257,13 +282,28 @@ contains
       call next_data_line(reader, card, fields, found, 3, 'a set or node, dof, force')
       if (.not. found) exit
       call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, ok(1))
-      call read_dof(reader, fields, 2, 'the dof', 3, dof, ok(2))
+      if (ok(1)) call referenced_nodes(reader, model, reference, nodes)
+      most = 3
+      if (ok(1)) then
+        if (size(nodes) > 0 .and. all(model%rotation_node(nodes) > 0)) most = max_dof
+      end if
+      call read_dof(reader, fields, 2, 'the dof', most, dof, ok(2))
       call real_field(reader, fields, 3, 'the force', value%value, ok(3))
-      if (.not. ok(1)) cycle
-      call referenced_nodes(reader, model, reference, nodes)
       if (.not. all(ok)) cycle
       call check_moves(reader, model, reference, nodes, value%value, model%mesh%empty_card)
-      call add_values(reader, model, nodes, dof, value, draft%forces, draft%work, sum_up=.true.)
+      do i = 1, merge(size(nodes), 0, dof > 3)
+        ! A moment: a force at the arm by which the rotation is multiplied.
+        moment = value
+        moment%value = value%value/model%rotation_arm(nodes(i))
+        nodes(i) = model%rotation_node(nodes(i))
+        call check_named(reader, model, reference, nodes(i:i), dof - 3, value%value)
+        call add_values(reader, model, nodes(i:i), dof - 3, moment, draft%forces, draft%work, &
+          sum_up=.true.)
+      end do
+      if (dof <= 3) then
+        call check_named(reader, model, reference, nodes, dof, value%value)
+        call add_values(reader, model, nodes, dof, value, draft%forces, draft%work, sum_up=.true.)
+      end if
       if (draft%work > max_work) then
         call report(reader, fields%start, 'the deck prescribes too many values')
         return
@@ -338,7 +378,7 @@ contains
     character(:), allocatable :: what
 
     if (abs(value) <= 0.0_wp .or. size(nodes) == 0 .or. left_over) return
-    if (any(model%used(nodes) .or. model%reference(nodes))) return
+    if (any(model%used(nodes) .or. model%reference(nodes) .or. model%joined(nodes))) return
     if (reference%id > 0) then
       what = 'node '//to_text(reference%id)//' belongs to no element and is'
     else
@@ -347,6 +387,26 @@ contains
     call report(reader, reference%position, what//' not the reference node of an obstacle: '// &
       'this moves nothing', 'an obstacle is moved through the node named by its REF NODE=')
   end subroutine check_moves
+
+  !> Report a force on nodes without elements along what no equation names: nothing carries it.
+  subroutine check_named(reader, model, reference, nodes, dof, value)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(reference_t), intent(in) :: reference
+    integer, intent(in) :: nodes(:)
+    integer, intent(in) :: dof       !! 1, 2, 3
+    real(wp), intent(in) :: value    !! [force]
+    integer :: i
+
+    if (.not. abs(value) > 0.0_wp) return
+    do i = 1, size(nodes)
+      if (.not. model%joined(nodes(i)) .or. model%named(dof, nodes(i))) cycle
+      call report(reader, reference%position, 'no equation and no coupling has '// &
+        dof_in_words(model, nodes(i), dof)//', which belongs to no element: nothing carries a '// &
+        'force along it')
+      return
+    end do
+  end subroutine check_named
 
   !> Prescribe a value on one dof of several nodes.
   !>
@@ -367,7 +427,7 @@ contains
     if (work > max_work .or. .not. keep_reading(reader)) return
     do i = 1, size(nodes)
       node = nodes(i)
-      if (.not. (model%used(node) .or. model%reference(node))) then
+      if (.not. (model%used(node) .or. model%reference(node) .or. model%joined(node))) then
         call note(reader, 'values prescribed on nodes that belong to no element are ignored')
         cycle
       end if

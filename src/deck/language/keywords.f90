@@ -43,6 +43,10 @@ module keywords_mod
     keyword_t('FRICTION', in_model, is_read), &
     keyword_t('CONTACT PAIR', in_model, is_read), &
     keyword_t('TIE', in_model, is_read), &
+    keyword_t('EQUATION', in_model, is_read), &
+    keyword_t('COUPLING', in_model, is_read), &
+    keyword_t('KINEMATIC', in_model, is_read), &
+    keyword_t('DISTRIBUTING', in_model, is_read), &
     keyword_t('CONTACT GAP', in_model, is_read), &
     keyword_t('CONTACT SOLVER', in_model, is_read), &
     keyword_t('PRECISION', in_model, is_read), &
@@ -91,9 +95,7 @@ module keywords_mod
     keyword_t('SYSTEM', anywhere, is_missing), &
     keyword_t('TRANSFORM', anywhere, is_missing), &
     keyword_t('ORIENTATION', anywhere, is_missing), &
-    keyword_t('EQUATION', anywhere, is_missing), &
     keyword_t('MPC', anywhere, is_missing), &
-    keyword_t('COUPLING', anywhere, is_missing), &
     keyword_t('INITIAL CONDITIONS', anywhere, is_missing), &
     keyword_t('TEMPERATURE', anywhere, is_missing), &
     keyword_t('PLASTIC', anywhere, is_missing), &

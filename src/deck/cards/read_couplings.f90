@@ -1,0 +1,168 @@
+!> Faces that are coupled to a reference node.
+!>
+!>     *COUPLING, CONSTRAINT NAME=GRIP, REF NODE=900, SURFACE=BODY-ZMAX
+!>     *KINEMATIC
+!>     1, 3                           first dof, last dof; no line: all
+!>     *COUPLING, CONSTRAINT NAME=HANG, REF NODE=901, SURFACE=BODY-ZMIN
+!>     *DISTRIBUTING
+!>     1, 6
+module read_couplings_mod
+  use cards_mod, only: reader_t, report
+  use face_couplings_mod, only: add_rotation_node, coupling_t
+  use diagnostics_mod, only: any_mistakes, quoted
+  use fields_mod, only: field_position, fields_t, integer_field, is_empty_field, next_data_line
+  use lookup_mod, only: find_id
+  use options_mod, only: allow_no_data, allow_options, card_t, has_option, integer_option, &
+    name_option, open_card, option_position
+  use sets_mod, only: model_t
+  use surface_list_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: read_couplings, find_coupled_surfaces
+
+contains
+
+  !> Read all *COUPLING cards with the *KINEMATIC or *DISTRIBUTING below each, as far as they build
+  !> on nodes alone: these get nodes for their rotations.
+  subroutine read_couplings(reader, model, couplings)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model
+    type(coupling_t), allocatable, intent(out) :: couplings(:)
+    type(card_t) :: card
+    type(coupling_t) :: coupling
+    integer :: k
+    logical :: below, ok
+
+    allocate (couplings(0))
+    below = .false.
+    do k = 1, reader%n_cards
+      select case (reader%cards(k)%keyword)
+      case ('COUPLING')
+        if (below) call report(reader, card%position, '*COUPLING needs a *KINEMATIC or a '// &
+          '*DISTRIBUTING below it')
+        call open_card(reader, k, card)
+        call read_coupling(reader, card, model, coupling, ok)
+        below = .true.
+      case ('KINEMATIC', 'DISTRIBUTING')
+        call open_card(reader, k, card)
+        if (.not. below) then
+          call report(reader, card%position, '*'//card%keyword//' must stand below a *COUPLING')
+          cycle
+        end if
+        below = .false.
+        coupling%distributes = card%keyword == 'DISTRIBUTING'
+        call read_dofs(reader, card, coupling, ok)
+        if (coupling%node == 0) cycle
+        couplings = [couplings, coupling]
+        call add_rotation_node(reader, model, couplings(size(couplings)))
+      case default
+        if (below) call report(reader, card%position, '*COUPLING needs a *KINEMATIC or a '// &
+          '*DISTRIBUTING below it')
+        below = .false.
+      end select
+    end do
+    if (below) call report(reader, card%position, '*COUPLING needs a *KINEMATIC or a '// &
+      '*DISTRIBUTING below it')
+  end subroutine read_couplings
+
+  !> *COUPLING, CONSTRAINT NAME=, REF NODE=, SURFACE=
+  subroutine read_coupling(reader, card, model, coupling, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(model_t), intent(in) :: model
+    type(coupling_t), intent(out) :: coupling !! its node is 0 after a mistake
+    logical, intent(out) :: ok
+    integer :: id
+
+    call allow_options(reader, card, ['CONSTRAINT NAME', 'REF NODE       ', 'SURFACE        '])
+    call allow_no_data(reader, card)
+    coupling%position = card%position
+    call name_option(reader, card, 'CONSTRAINT NAME', .false., coupling%name, ok)
+    call name_option(reader, card, 'SURFACE', .true., coupling%surface_name, ok)
+    coupling%surface_position = option_position(card, 'SURFACE')
+    coupling%node_position = option_position(card, 'REF NODE')
+    id = 0
+    call integer_option(reader, card, 'REF NODE', 1, huge(id), id, ok)
+    if (.not. has_option(card, 'REF NODE')) call report(reader, card%position, &
+      '*COUPLING needs REF NODE=')
+    if (.not. ok) return
+    coupling%node = find_id(model%mesh%nodes, model%mesh%node_id, id)
+    if (coupling%node == 0) call report(reader, coupling%node_position, 'node '//to_text(id)// &
+      ' is not defined')
+    if (len(coupling%name) == 0) coupling%name = 'of node '//to_text(id)
+  end subroutine read_coupling
+
+  !> Lines of first dof, last dof; no line: all.
+  subroutine read_dofs(reader, card, coupling, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(coupling_t), intent(inout) :: coupling
+    logical, intent(out) :: ok
+    type(fields_t) :: fields
+    integer :: first, last
+    logical :: found, any_line, both(2)
+
+    call allow_options(reader, card, [character(1) ::])
+    coupling%dofs = .false.
+    any_line = .false.
+    ok = .true.
+    do
+      call next_data_line(reader, card, fields, found, 2, 'a first and a last dof')
+      if (.not. found) exit
+      any_line = .true.
+      call integer_field(reader, fields, 1, 'the first dof', 1, first, both(1))
+      last = first
+      both(2) = .true.
+      if (.not. is_empty_field(fields, 2)) call integer_field(reader, fields, 2, 'the last dof', &
+        1, last, both(2))
+      ok = ok .and. all(both)
+      if (.not. all(both)) cycle
+      if (last > 6 .or. first > last) then
+        ok = .false.
+        call report(reader, field_position(reader, fields, 1), 'expected a first and a last '// &
+          'dof from 1 to 6, found '//to_text(first)//' and '//to_text(last))
+        cycle
+      end if
+      coupling%dofs(first:last) = .true.
+    end do
+    if (.not. any_line) coupling%dofs = .true.
+    if (ok .and. .not. coupling%distributes .and. .not. any(coupling%dofs(:3))) then
+      call report(reader, card%position, '*KINEMATIC couples none of dofs 1 to 3, and the '// &
+        'nodes of bricks have no others')
+    end if
+  end subroutine read_dofs
+
+  !> Find the faces of every coupling.
+  subroutine find_coupled_surfaces(reader, model, surfaces, couplings)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(inout) :: surfaces
+    type(coupling_t), intent(inout) :: couplings(:)
+    integer :: k
+
+    do k = 1, size(couplings)
+      associate (of => couplings(k), node => couplings(k)%node)
+        if (model%reference(node) .or. (model%rigid(node) .and. .not. model%used(node))) then
+          call report(reader, of%node_position, 'node '//to_text(model%mesh%node_id(node))// &
+            ' belongs to an obstacle or to facets: it cannot be the reference node of a coupling')
+        end if
+        if (len(of%surface_name) == 0) cycle
+        call find_surface_or_set(reader, model, of%surface_position, of%surface_name, surfaces, &
+          of%surface)
+        if (of%surface == 0) cycle
+        call find_faces_of_nodes(reader, model, surfaces, of%surface)
+        if (surfaces%flawed(of%surface) .or. any_mistakes(reader%diagnostics)) cycle
+        if (size(surfaces%list(of%surface)%nodes) == 0) then
+          call report(reader, of%surface_position, 'surface '//quoted(of%surface_name)// &
+            ' has no nodes to be coupled')
+        else if (of%distributes .and. size(surfaces%list(of%surface)%faces, 2) == 0) then
+          call report(reader, of%surface_position, 'surface '//quoted(of%surface_name)// &
+            ' has no faces: *DISTRIBUTING weighs nodes by their areas')
+        end if
+      end associate
+    end do
+  end subroutine find_coupled_surfaces
+
+end module read_couplings_mod

@@ -1,0 +1,274 @@
+!> Couplings of faces to a reference node, as equations.
+!>
+!> The rotation of a reference node is that of a node of its own, at the same place: its
+!> displacement is rotation vector times a length, the farthest that a coupled node is away, so that
+!> all unknowns are lengths and all forces forces. docs/theory.md section 11.
+module face_couplings_mod
+  use cards_mod, only: note, reader_t, report
+  use dense_mod, only: invert_general
+  use diagnostics_mod, only: quoted
+  use equation_list_mod, only: add_equation, equation_list_t
+  use face4_mod, only: face_node_areas
+  use kinds_mod, only: wp
+  use mesh_draft_mod, only: reserve_nodes
+  use sets_mod, only: model_t
+  use surfaces_mod, only: nodes_of, surface_t
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: coupling_t, add_rotation_node, mark_coupled, couple
+
+  real(wp), parameter :: nothing = 1.0e-14_wp !! of the length: an arm of rounding [-]
+
+  !> A *COUPLING with what stands below it.
+  type :: coupling_t
+    character(:), allocatable :: name, surface_name
+    integer :: node = 0                    !! reference node
+    integer :: rotation_node = 0
+    integer :: surface = 0
+    logical :: distributes = .false.       !! else kinematic
+    logical :: dofs(6) = .true.            !! that are coupled
+    integer :: position = 0, node_position = 0, surface_position = 0 !! in the deck
+  end type coupling_t
+
+contains
+
+  !> Add the node that stands for the rotation of a reference node; several couplings of one share
+  !> it.
+  subroutine add_rotation_node(reader, model, coupling)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model
+    type(coupling_t), intent(inout) :: coupling
+    integer :: i
+    logical :: ok
+
+    if (.not. allocated(model%rotation_of)) allocate (model%rotation_of(2, 0))
+    do i = 1, size(model%rotation_of, 2)
+      if (model%rotation_of(1, i) == coupling%node) coupling%rotation_node = model%rotation_of(2, i)
+    end do
+    if (coupling%rotation_node > 0) return
+    associate (mesh => model%mesh)
+      call reserve_nodes(mesh, 1, ok)
+      if (ok) ok = mesh%highest_node < huge(mesh%highest_node)
+      if (.not. ok) then
+        call report(reader, coupling%position, 'there is no room for another node')
+        return
+      end if
+      mesh%highest_node = mesh%highest_node + 1
+      mesh%n_nodes = mesh%n_nodes + 1
+      mesh%node_id(mesh%n_nodes) = mesh%highest_node
+      mesh%node_position(mesh%n_nodes) = coupling%position
+      mesh%coordinates(:, mesh%n_nodes) = mesh%coordinates(:, coupling%node)
+      coupling%rotation_node = mesh%n_nodes
+      model%rotation_of = reshape([model%rotation_of, coupling%node, coupling%rotation_node], &
+        [2, size(model%rotation_of, 2) + 1])
+    end associate
+  end subroutine add_rotation_node
+
+  !> Mark the nodes that couplings join to their faces.
+  subroutine mark_coupled(model)
+    type(model_t), intent(inout) :: model
+    integer :: i
+
+    allocate (model%rotation_node(model%mesh%n_nodes), source=0)
+    allocate (model%rotation_arm(model%mesh%n_nodes), source=1.0_wp)
+    allocate (model%joined(model%mesh%n_nodes), source=.false.)
+    if (.not. allocated(model%rotation_of)) return
+    do i = 1, size(model%rotation_of, 2)
+      associate (node => model%rotation_of(1, i), rotation => model%rotation_of(2, i))
+        model%rotation_node(node) = rotation
+        model%joined([node, rotation]) = .not. model%used([node, rotation])
+      end associate
+    end do
+  end subroutine mark_coupled
+
+  !> The equations of all couplings, where all nodes are at last, behind those of the deck, whose
+  !> rotations get their lengths.
+  subroutine couple(reader, model, surfaces, couplings, equations)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model
+    type(surface_t), intent(in) :: surfaces(:)
+    type(coupling_t), intent(in) :: couplings(:)
+    type(equation_list_t), intent(inout) :: equations
+    integer :: k
+
+    if (size(couplings) == 0) return
+    call measure_arms(model, surfaces, couplings)
+    call scale_rotations(model, equations)
+    do k = 1, size(couplings)
+      associate (of => couplings(k))
+        if (of%distributes .and. any(surfaces(of%surface)%nodes == of%node)) then
+          call report(reader, of%node_position, 'node '//to_text(model%mesh%node_id(of%node))// &
+            ' is one of the nodes that it is the mean of: *DISTRIBUTING needs another')
+        else if (of%distributes) then
+          call distribute(reader, model, surfaces(of%surface), of, equations)
+        else
+          call carry(model, surfaces(of%surface), of, equations)
+        end if
+        call note(reader, 'coupling '//quoted(of%name)//': the rotation of node '// &
+          to_text(model%mesh%node_id(of%node))//' is the displacement of node '// &
+          to_text(model%mesh%node_id(of%rotation_node))//', which is in the deck by no other '// &
+          'name, divided by '//to_text(model%rotation_arm(of%node), 6))
+      end associate
+    end do
+  end subroutine couple
+
+  !> How far coupled nodes are from their reference nodes, at most.
+  subroutine measure_arms(model, surfaces, couplings)
+    type(model_t), intent(inout) :: model
+    type(surface_t), intent(in) :: surfaces(:)
+    type(coupling_t), intent(in) :: couplings(:)
+    integer :: k, i
+
+    do k = 1, size(couplings)
+      model%rotation_arm(couplings(k)%node) = 0.0_wp
+    end do
+    do k = 1, size(couplings)
+      associate (node => couplings(k)%node, nodes => surfaces(couplings(k)%surface)%nodes, &
+                 x => model%mesh%coordinates)
+        do i = 1, size(nodes)
+          model%rotation_arm(node) = max(model%rotation_arm(node), norm2(x(:, nodes(i)) - &
+            x(:, node)))
+        end do
+      end associate
+    end do
+    where (.not. model%rotation_arm > 0.0_wp) model%rotation_arm = 1.0_wp
+  end subroutine measure_arms
+
+  !> Equations of the deck speak of rotations, their nodes of rotations times lengths.
+  subroutine scale_rotations(model, equations)
+    type(model_t), intent(in) :: model
+    type(equation_list_t), intent(inout) :: equations
+    real(wp) :: length(model%mesh%n_nodes)
+    integer :: i, c
+
+    length = 1.0_wp
+    do i = 1, size(model%rotation_of, 2)
+      length(model%rotation_of(2, i)) = model%rotation_arm(model%rotation_of(1, i))
+    end do
+    associate (all => equations%list)
+      do c = 1, all%n
+        associate (first => all%first(c), last => all%first(c + 1) - 1)
+          all%weight(first:last) = all%weight(first:last)*length(all%node(c))/ &
+            length(all%master(first:last))
+        end associate
+      end do
+    end associate
+  end subroutine scale_rotations
+
+  !> Kinematic: nodes move as the reference node and its rotation carry them,
+  !> u = u_ref + rotation x arm.
+  subroutine carry(model, surface, coupling, equations)
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: surface
+    type(coupling_t), intent(in) :: coupling
+    type(equation_list_t), intent(inout) :: equations
+    real(wp) :: turn(3, 3)
+    integer :: i, a
+
+    do i = 1, size(surface%nodes)
+      associate (node => surface%nodes(i), ref => coupling%node)
+        if (node == ref) cycle
+        turn = -cross_matrix((model%mesh%coordinates(:, node) - model%mesh%coordinates(:, ref))/ &
+          model%rotation_arm(ref))
+        where (abs(turn) <= nothing) turn = 0.0_wp
+        do a = 1, 3
+          if (coupling%dofs(a)) call add_equation(equations, coupling%position, [node, ref, &
+            spread(coupling%rotation_node, 1, 3)], [a, a, 1, 2, 3], [1.0_wp, turn(a, :)])
+        end do
+      end associate
+    end do
+  end subroutine carry
+
+  !> Distributing: the reference node moves as the mean of the nodes does, weighed by their areas,
+  !> and turns as they do in the mean of least squares. A force on it is spread over them.
+  subroutine distribute(reader, model, surface, coupling, equations)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: surface
+    type(coupling_t), intent(in) :: coupling
+    type(equation_list_t), intent(inout) :: equations
+    real(wp), allocatable :: weight(:), moved(:, :, :), turned(:, :, :)
+    real(wp) :: middle(3), inertia(3, 3), arm(3)
+    integer :: i, a, m
+    logical :: ok
+
+    m = size(surface%nodes)
+    allocate (weight(m), moved(3, 3, m), turned(3, 3, m))
+    weight = shares(model, surface)
+    associate (x => model%mesh%coordinates(:, surface%nodes), ref => coupling%node)
+      middle = matmul(x, weight)
+      inertia = 0.0_wp
+      do i = 1, m
+        arm = x(:, i) - middle
+        inertia = inertia - weight(i)*matmul(cross_matrix(arm), cross_matrix(arm))
+      end do
+      call invert_general(inertia, ok)
+      if (.not. ok) then
+        call report(reader, coupling%surface_position, 'the nodes of '// &
+          quoted(coupling%surface_name)//' lie on a line: how they turn about it is not known')
+        return
+      end if
+      arm = model%mesh%coordinates(:, ref) - middle
+      do i = 1, m
+        turned(:, :, i) = weight(i)*matmul(inertia, cross_matrix(x(:, i) - middle))
+        moved(:, :, i) = -matmul(cross_matrix(arm), turned(:, :, i))
+        do a = 1, 3
+          moved(a, a, i) = moved(a, a, i) + weight(i)
+        end do
+      end do
+      turned = turned*model%rotation_arm(ref)
+    end associate
+    do a = 1, 3
+      if (coupling%dofs(a)) call add_equation(equations, coupling%position, [coupling%node, &
+        all_nodes()], [a, all_dofs()], reshape(moved(a, :, :), [3*m]))
+    end do
+    do a = 1, 3
+      if (coupling%dofs(3 + a)) call add_equation(equations, coupling%position, &
+        [coupling%rotation_node, all_nodes()], [a, all_dofs()], reshape(turned(a, :, :), [3*m]))
+    end do
+
+  contains
+
+    function all_nodes() result(nodes)
+      integer :: nodes(3*m)
+
+      nodes = reshape(spread(surface%nodes, 1, 3), [3*m])
+    end function all_nodes
+
+    function all_dofs() result(dofs)
+      integer :: dofs(3*m)
+      integer :: l
+
+      dofs = [(modulo(l, 3) + 1, l=0, 3*m - 1)]
+    end function all_dofs
+
+  end subroutine distribute
+
+  !> The part of a surface's area that belongs to each of its nodes.
+  function shares(model, surface) result(share)
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: surface
+    real(wp) :: share(size(surface%nodes))
+    real(wp) :: area(model%mesh%n_nodes)
+    integer :: faces(4, size(surface%faces, 2)), f
+
+    faces = nodes_of(surface%faces, model%mesh%connectivity)
+    area = 0.0_wp
+    do f = 1, size(faces, 2)
+      area(faces(:, f)) = area(faces(:, f)) + face_node_areas(model%mesh%coordinates(:, &
+        faces(:, f)))
+    end do
+    share = area(surface%nodes)/sum(area(surface%nodes))
+  end function shares
+
+  !> What takes a vector to `v` x the vector.
+  pure function cross_matrix(v) result(matrix)
+    real(wp), intent(in) :: v(3)
+    real(wp) :: matrix(3, 3)
+
+    matrix = reshape([0.0_wp, v(3), -v(2), -v(3), 0.0_wp, v(1), v(2), -v(1), 0.0_wp], [3, 3])
+  end function cross_matrix
+
+end module face_couplings_mod
