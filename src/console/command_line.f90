@@ -357,10 +357,14 @@ contains
       '  --solver auto|sweeps|global-newton   --formulation bipotential|pseudopotential'//nl// &
       '  --local uzawa|newton|newton6|exact   --rho X   --relaxation X   --acceleration'//nl// &
       '  --tolerance X   --max-sweeps N   -o FILE (default: PROBLEM.solution.hdf5)'//nl//nl// &
-      'exit status: 0 every increment certified; 1 wrong command line or deck;'//nl// &
-      '2 an increment did not converge or was not certified;'//nl// &
-      '3 the machine failed (memory, disk, a library); 130, 143 stopped by '// &
-      'SIGINT, SIGTERM.'//nl//'docs/deck.md, docs/results.md and docs/fclib.md describe the files.'
+      'exit status:'//nl// &
+      '    0  every increment certified'//nl// &
+      '    1  wrong command line or deck: nothing was computed'//nl// &
+      '    2  an increment was not solved or not certified, or the accuracy asked for not '// &
+      'reached'//nl// &
+      '    3  the machine failed: memory, disk, a library'//nl// &
+      '  130  stopped by SIGINT (Ctrl-C); 143: by SIGTERM (kill)'//nl//nl// &
+      'docs/deck.md, docs/results.md and docs/fclib.md describe the files.'
   end function help_text
 
 end module command_line_mod
