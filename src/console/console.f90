@@ -14,8 +14,8 @@ module console_mod
   implicit none
   private
 
-  public :: console_t, open_console, count_from, say, print_lines, print_increment, print_warning, clear_bar, &
-    seconds_in_words, solver_name
+  public :: console_t, open_console, count_from, say, print_lines, print_increment, &
+    print_warning, clear_bar, seconds_in_words, solver_name
 
   !> Where and how to print.
   type :: console_t

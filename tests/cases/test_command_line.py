@@ -69,7 +69,7 @@ class CommandLine(unittest.TestCase):
 
 
 def on_terminal(folder, *words, **environment):
-    """Run the program with a terminal as its standard output; return its status and all it wrote."""
+    """Run the program with a terminal as its output; return its status and what it wrote."""
     ours, theirs = pty.openpty()
     with subprocess.Popen(
         [PROGRAM, *map(str, words)], cwd=folder, stdin=subprocess.DEVNULL, stdout=theirs,
