@@ -1,6 +1,6 @@
 !> The command line.
 !>
-!>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--plan] [--force]
+!>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--plan | --check] [--force]
 !>                [--export-fclib STEPS] [--overwrite | --continue] [--quiet]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite] [--quiet]
 !>     bipot --help | --version
@@ -29,6 +29,7 @@ module command_line_mod
     character(:), allocatable :: solver_option   !! one that set them, empty for none
     real(wp) :: accuracy = 0.0_wp                !! --accuracy; 0: the deck's [-]
     logical :: plan = .false.
+    logical :: check = .false.                   !! --check: tell the deck's mistakes, and stop
     logical :: force = .false.                   !! run what does not fit the machine
     logical :: overwrite = .false.
     logical :: continues = .false.               !! --continue: goes on with a stopped run
@@ -64,6 +65,8 @@ contains
         options%version = .true.
       case ('--plan')
         options%plan = .true.
+      case ('--check')
+        options%check = .true.
       case ('--force')
         options%force = .true.
       case ('--overwrite')
@@ -127,6 +130,7 @@ contains
     if (is_problem) then
       misplaced = ''
       if (options%plan) misplaced = '--plan'
+      if (options%check) misplaced = '--check'
       if (options%force) misplaced = '--force'
       if (options%accuracy > 0.0_wp) misplaced = '--accuracy'
       if (options%continues) misplaced = '--continue'
@@ -232,7 +236,8 @@ contains
 
     if (word(:min(1, len(word))) == '-') then
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
-        '--force', '--overwrite', '--continue', '--accuracy', '--quiet', '--output', '--set', &
+        '--check', '--force', '--overwrite', '--continue', '--accuracy', '--quiet', '--output', &
+        '--set', &
         '--export-fclib', '--acceleration', as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
     else if (options%deck /= '') then
@@ -344,6 +349,7 @@ contains
       '                      does no more than that takes, and says where it is not reached'// &
       nl// &
       '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
+      '  --check             only check the deck: each mistake in a line, as editors read it'//nl// &
       '  --force             run even what does not fit in memory or on the disk'//nl// &
       '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32'//nl// &
       '                      or all, to NAME-<increment>.fclib.hdf5'//nl// &

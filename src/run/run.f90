@@ -53,8 +53,8 @@ contains
     real(wp) :: read_time
 
     console = open_console(options%quiet)
-    call read_deck(options%deck, options%overrides, scene, error)
-    if (allocated(error)) return
+    call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check)
+    if (allocated(error) .or. options%check) return
     if (.not. options%plan) call keep_deck(options, scene, error)
     if (allocated(error)) return
     call take_accuracy(options, scene)

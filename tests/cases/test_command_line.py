@@ -35,6 +35,8 @@ class CommandLine(unittest.TestCase):
         for words, expected in (
             ((), "no deck"),
             (("--plans", "x.inp"), "--plan"),
+            (("--chek", "x.inp"), "--check"),
+            (("--check", "x.hdf5"), "--check applies to decks"),
             (("-o",), "needs a value"),
             (("a.inp", "b.inp"), "one deck"),
             (("--set", "n", "a.inp"), "name=value"),
