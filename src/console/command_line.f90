@@ -1,7 +1,8 @@
 !> The command line.
 !>
-!>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--plan] [--flat] [--force]
-!>                [--export-fclib STEPS] [--overwrite | --continue] [--quiet]
+!>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X]
+!>                [--plan | --check | --flat] [--force] [--export-fclib STEPS]
+!>                [--overwrite | --continue] [--quiet]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite] [--quiet]
 !>     bipot --help | --version
 module command_line_mod
@@ -29,6 +30,7 @@ module command_line_mod
     character(:), allocatable :: solver_option   !! one that set them, empty for none
     real(wp) :: accuracy = 0.0_wp                !! --accuracy; 0: the deck's [-]
     logical :: plan = .false.
+    logical :: check = .false.                   !! --check: tell the deck's mistakes, and stop
     logical :: flat = .false.                    !! print the deck without parameters and blocks
     logical :: force = .false.                   !! run what does not fit the machine
     logical :: overwrite = .false.
@@ -65,6 +67,8 @@ contains
         options%version = .true.
       case ('--plan')
         options%plan = .true.
+      case ('--check')
+        options%check = .true.
       case ('--flat')
         options%flat = .true.
       case ('--force')
@@ -107,6 +111,11 @@ contains
         '--overwrite exclude each other')
       return
     end if
+    if (count([options%plan, options%check, options%flat]) > 1) then
+      call raise(error, exit_wrong_input, 'bipot: error: --plan, --check and --flat exclude '// &
+        'each other')
+      return
+    end if
     if (sweeps_option /= '') then
       ! What only sweeps know means sweeps.
       if (options%controls%solver == solver_global_newton) call raise(error, exit_wrong_input, &
@@ -130,6 +139,7 @@ contains
     if (is_problem) then
       misplaced = ''
       if (options%plan) misplaced = '--plan'
+      if (options%check) misplaced = '--check'
       if (options%flat) misplaced = '--flat'
       if (options%force) misplaced = '--force'
       if (options%accuracy > 0.0_wp) misplaced = '--accuracy'
@@ -236,8 +246,9 @@ contains
 
     if (word(:min(1, len(word))) == '-') then
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
-        '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--quiet', '--output', &
-        '--set', '--export-fclib', '--acceleration', as_option(solver_options(:n_solver_options))]))
+        '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--quiet', &
+        '--output', '--set', '--export-fclib', '--acceleration', &
+        as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
     else if (options%deck /= '') then
       call raise(error, exit_wrong_input, "bipot: error: one deck per run, found '"// &
@@ -348,6 +359,7 @@ contains
       '                      does no more than that takes, and says where it is not reached'// &
       nl// &
       '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
+      '  --check             only check the deck: each mistake in a line, for editors'//nl// &
       '  --flat              print the deck as one text, without includes, parameters and'//nl// &
       '                      blocks, for other programs, and stop'//nl// &
       '  --force             run even what does not fit in memory or on the disk'//nl// &
@@ -363,10 +375,14 @@ contains
       '  --solver auto|sweeps|global-newton   --formulation bipotential|pseudopotential'//nl// &
       '  --local uzawa|newton|newton6|exact   --rho X   --relaxation X   --acceleration'//nl// &
       '  --tolerance X   --max-sweeps N   -o FILE (default: PROBLEM.solution.hdf5)'//nl//nl// &
-      'exit status: 0 every increment certified; 1 wrong command line or deck;'//nl// &
-      '2 an increment did not converge or was not certified;'//nl// &
-      '3 the machine failed (memory, disk, a library); 130, 143 stopped by '// &
-      'SIGINT, SIGTERM.'//nl//'docs/deck.md, docs/results.md and docs/fclib.md describe the files.'
+      'exit status:'//nl// &
+      '    0  every increment certified'//nl// &
+      '    1  wrong command line or deck: nothing was computed'//nl// &
+      '    2  an increment was not solved or not certified, or the accuracy asked for not '// &
+      'reached'//nl// &
+      '    3  the machine failed: memory, disk, a library'//nl// &
+      '  130  stopped by SIGINT (Ctrl-C); 143: by SIGTERM (kill)'//nl//nl// &
+      'docs/deck.md, docs/results.md and docs/fclib.md describe the files.'
   end function help_text
 
 end module command_line_mod

@@ -1,5 +1,6 @@
-!> What a run prints: the plan, a line an increment, the closing sentence. On a terminal also a
-!> progress bar.
+!> What a run prints: the plan, a line an increment, the closing sentence. How far it is and how
+!> long it will still take stands below the lines on a terminal, with a bar, and else in them. There
+!> are no colours.
 module console_mod
   use kinds_mod, only: wp, i8
   use text_mod, only: string_t, to_text, percent
@@ -13,8 +14,8 @@ module console_mod
   implicit none
   private
 
-  public :: console_t, open_console, say, print_lines, print_increment, print_warning, clear_bar, &
-    seconds_in_words, solver_name
+  public :: console_t, open_console, count_from, say, print_lines, print_increment, &
+    print_warning, clear_bar, seconds_in_words, solver_name
 
   !> Where and how to print.
   type :: console_t
@@ -22,6 +23,9 @@ module console_mod
     logical  :: terminal = .false.
     real(wp) :: started = 0.0_wp
     logical  :: headed = .false.
+    integer  :: total = 0              !! increments of the deck, over the run
+    real(wp) :: counted = 0.0_wp       !! of them done where the time left is counted from
+    real(wp) :: counted_at = 0.0_wp    !! on the clock [s]
   end type console_t
 
   integer, parameter :: bar_width = 30
@@ -40,6 +44,17 @@ contains
     ! mpirun gives its processes a terminal of their own, wherever it writes itself.
     if (has_launcher()) console%terminal = .false.
   end function open_console
+
+  !> Count the time left from here.
+  subroutine count_from(console, done, total)
+    type(console_t), intent(inout) :: console
+    real(wp), intent(in) :: done !! increments of the deck
+    integer, intent(in) :: total !! of them in the run
+
+    console%total = total
+    console%counted = done
+    console%counted_at = wall_seconds()
+  end subroutine count_from
 
   !> Print one line, even when quiet.
   subroutine say(text)
@@ -69,17 +84,20 @@ contains
     call say('warning: '//text)
   end subroutine print_warning
 
-  !> One line for an increment and, on a terminal, the bar with the time left.
+  !> One line for an increment, how much of the run is done, and the time left.
   subroutine print_increment(console, increment, done, report)
     type(console_t), intent(inout) :: console
     type(increment_t), intent(in) :: increment
-    real(wp), intent(in) :: done  !! of the run, 0 to 1
+    real(wp), intent(in) :: done  !! increments of the deck, over the run
     type(increment_report_t), intent(in) :: report
     character(160) :: line
-    real(wp) :: elapsed
+    character(:), allocatable :: progress
 
     if (console%quiet) return
     call clear_bar(console)
+    progress = progress_in_words(console, done)
+    ! The first one has the factorisation in it, which those that follow do not.
+    if (.not. console%headed) call count_from(console, done, console%total)
     if (.not. console%headed) call say( &
       'step   inc        time    open   stick   slide  iterations   residual  worst error'// &
       '      s  solver')
@@ -95,13 +113,27 @@ contains
     if (report%solver_stages > 2) line = trim(line)//', after '// &
       to_text(report%solver_stages - 1)//' that missed the tolerance'
     if (.not. report%certificate%certified) line = trim(line)//'  not certified'
-    call say(trim(line))
+    if (console%terminal) then
+      call say(trim(line))
+    else
+      call say(trim(line)//'  '//progress)
+    end if
     if (report%errors%mesh >= 0.0_wp) call say('      estimated error: '// &
       errors_in_words(report%errors))
-    if (.not. console%terminal .or. done >= 1.0_wp) return
-    elapsed = wall_seconds() - console%started
-    call draw_bar(done, elapsed*(1.0_wp - done)/done)
+    if (console%terminal .and. done < console%total) call draw_bar(done/console%total, progress)
   end subroutine print_increment
+
+  !> 7 of 50, 3 min 20 s left.
+  function progress_in_words(console, done) result(words)
+    type(console_t), intent(in) :: console
+    real(wp), intent(in) :: done !! increments of the deck
+    character(:), allocatable :: words
+
+    words = to_text(int(done))//' of '//to_text(console%total)
+    if (done >= console%total .or. done <= console%counted) return
+    words = words//', '//seconds_in_words((wall_seconds() - console%counted_at)* &
+      (console%total - done)/(done - console%counted))//' left'
+  end function progress_in_words
 
   !> Mesh 0.6 %, load steps 0.01 %, contact 2e-10, arithmetic 1e-12.
   pure function errors_in_words(errors) result(words)
@@ -129,14 +161,14 @@ contains
     end select
   end function solver_name
 
-  subroutine draw_bar(fraction, left)
+  subroutine draw_bar(fraction, words)
     real(wp), intent(in) :: fraction !! done, 0 to 1
-    real(wp), intent(in) :: left  !! [s]
+    character(*), intent(in) :: words !! that follow the bar
     integer :: done
 
     done = int(fraction*bar_width)
     call write_to(standard_output, '['//repeat('#', done)//repeat('.', bar_width - done)//'] '// &
-      to_text(int(100.0_wp*fraction))//' %, '//seconds_in_words(left)//' left')
+      words)
   end subroutine draw_bar
 
   !> Wipe the bar off the terminal's last line.

@@ -3,6 +3,7 @@
 module contact_interface_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
+  use loads_mod, only: amplitude_range
   use obstacles_mod, only: ref_nodes
   use surfaces_mod, only: nodes_of
   use obstacle_shapes_mod, only: least_gap, normal_along, turns_in_place, has_meshed_master
@@ -253,8 +254,7 @@ contains
       do i = 1, size(scene%steps(step)%boundary)
         associate (b => scene%steps(step)%boundary(i))
           values = b%value
-          if (b%amplitude > 0) values = b%value*[minval(scene%amplitudes(b%amplitude)%value), &
-            maxval(scene%amplitudes(b%amplitude)%value)]
+          if (b%amplitude > 0) values = b%value*amplitude_range(scene%amplitudes(b%amplitude))
           lowest(b%dof, b%node) = min(lowest(b%dof, b%node), minval(values))
           highest(b%dof, b%node) = max(highest(b%dof, b%node), maxval(values))
         end associate

@@ -91,6 +91,7 @@ contains
       if (scene%steps(step)%replace_boundary) here = .false.
       do i = 1, size(scene%steps(step)%boundary)
         associate (b => scene%steps(step)%boundary(i))
+          if (b%fixed .and. step > 1) cycle ! it stays what it was
           here(b%dof, b%node) = .not. abs(b%value) > 0.0_wp
         end associate
       end do

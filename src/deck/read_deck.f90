@@ -52,17 +52,23 @@ module read_deck_mod
 contains
 
   !> Read the deck at `path`.
-  subroutine read_deck(path, overrides, scene, error, flat)
+  subroutine read_deck(path, overrides, scene, error, in_lines, flat)
     character(*), intent(in) :: path
     type(string_t), intent(in) :: overrides(:)   !! name=value, in place of the deck's parameters
     type(scene_t), intent(out) :: scene
     type(error_t), allocatable, intent(out) :: error !! every mistake, one after the other
+    logical, intent(in), optional :: in_lines !! tell each mistake in one line, for editors
     type(string_t), intent(out), optional :: flat
     !! the deck as one text without parameters and blocks
     type(reader_t) :: reader
 
     call read_source(path, reader%source, reader%diagnostics)
     call read_scene(reader, overrides, scene, error, flat)
+    if (.not. present(in_lines) .or. .not. allocated(error)) then
+      continue
+    else if (in_lines) then
+      call mistakes_as_error(reader%diagnostics, error, path)
+    end if
     scene%name = name_of(path)
   end subroutine read_deck
 

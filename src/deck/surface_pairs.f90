@@ -8,7 +8,8 @@ module surface_pairs_mod
   use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, face_each_other
   use facet_mortar_mod, only: face_facets, facet_pair_t, facets_face, join_facets, &
     reach_of_all_facets, reach_of_facets
-  use obstacle_shapes_mod, only: is_meshed
+  use face4_mod, only: face_area_vectors
+  use obstacle_shapes_mod, only: holds_turned_away, how_to_turn_round, is_meshed
   use obstacles_mod, only: obstacle_t
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
@@ -18,7 +19,9 @@ module surface_pairs_mod
   implicit none
   private
 
-  public :: check_surface_pair, check_facet_pair
+  public :: check_surface_pair, check_obstacle_pair
+
+  real(wp), parameter :: much_coarser = 1.5_wp !! edges of slave faces over those of the master [-]
 
 contains
 
@@ -57,10 +60,10 @@ contains
     if (.not. ok) pair%master_surface = 0
   end subroutine check_surface_pair
 
-  !> Report what keeps a surface from being the slave before an obstacle, if that consists of
-  !> facets: `pair` loses its master then.
-  subroutine check_facet_pair(reader, model, surfaces, obstacle, slave_position, master_position, &
-    pair)
+  !> Report what keeps a surface from being the slave before an obstacle: `pair` loses its master
+  !> then.
+  subroutine check_obstacle_pair(reader, model, surfaces, obstacle, slave_position, &
+    master_position, pair)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(surface_list_t), intent(in) :: surfaces
@@ -69,15 +72,45 @@ contains
     type(contact_pair_t), intent(inout) :: pair
     logical :: ok
 
-    if (.not. is_meshed(obstacle)) return
     ok = .not. surfaces%flawed(pair%surface)
+    if (.not. is_meshed(obstacle)) then
+      if (ok) call check_side(reader, model, surfaces%list(pair%surface), obstacle, &
+        master_position, ok)
+      if (.not. ok) pair%master = 0
+      return
+    end if
     associate (slave => surfaces%list(pair%surface))
       if (ok) call check_faces(reader, model, slave, slave_position, 'the slave '// &
         quoted(slave%name)//' before facets of an obstacle', ok)
       if (ok) call check_facet_sides(reader, model, slave, obstacle, master_position, pair, ok)
     end associate
     if (.not. ok) pair%master = 0
-  end subroutine check_facet_pair
+  end subroutine check_obstacle_pair
+
+  !> Report a slave all of whose faces lie inside an obstacle, turned away from its surface.
+  subroutine check_side(reader, model, slave, obstacle, position, ok)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: slave
+    type(obstacle_t), intent(in) :: obstacle
+    integer, intent(in) :: position         !! of the master in the deck
+    logical, intent(inout) :: ok            !! false where it does
+    real(wp) :: corner(3, 4), normal(3)
+    integer :: f
+
+    if (.not. allocated(slave%faces)) return
+    if (size(slave%faces, 2) == 0) return
+    do f = 1, size(slave%faces, 2)
+      corner = model%mesh%coordinates(:, pack(nodes_of(slave%faces(:, f:f), &
+        model%mesh%connectivity), .true.))
+      normal = sum(face_area_vectors(corner), 2)
+      if (.not. holds_turned_away(obstacle, corner, normal/norm2(normal))) return
+    end do
+    ok = .false.
+    call report(reader, position, quoted(slave%name)//' lies inside the obstacle '// &
+      quoted(obstacle%name)//', turned away from its surface: the body is on the wrong side', &
+      how_to_turn_round(obstacle))
+  end subroutine check_side
 
   !> A surface that is placed by its faces consists of faces, and all of its nodes are theirs.
   subroutine check_faces(reader, model, surface, position, what, ok)
@@ -178,6 +211,7 @@ contains
         behind=0.999_wp*thickness(model, [slave%nodes(1), master%nodes(1)]))
       if (any(mortar%area > 0.0_wp)) then
         pair%overlap = max(0.0_wp, -minval(mortar%least_gap, mask=mortar%area > 0.0_wp))
+        call note_coarse_slave(reader, slave, master, slaves, masters, x, mortar)
         return
       end if
       call make_mortar(slaves, masters, s, x, far, mortar)
@@ -191,6 +225,48 @@ contains
         quoted(slave%name)//': the surfaces of a contact pair must be turned towards each other')
     end if
   end subroutine check_sides
+
+  !> Note where the slave's faces are larger than those of the master that they lie opposite.
+  subroutine note_coarse_slave(reader, slave, master, slaves, masters, x, mortar)
+    type(reader_t), intent(inout) :: reader
+    type(surface_t), intent(in) :: slave, master
+    integer, intent(in) :: slaves(:, :), masters(:, :) !! (4,n) nodes of the faces
+    real(wp), intent(in) :: x(:, :)                    !! (3,n_nodes) [length]
+    type(mortar_t), intent(in) :: mortar
+    logical :: takes_part(size(x, 2))
+    real(wp) :: slave_edge, master_edge
+
+    takes_part = .false.
+    takes_part(pack(slave%nodes, mortar%area > 0.0_wp)) = .true.
+    takes_part(mortar%weights%node) = .true.
+    slave_edge = mean_edge(slaves)
+    master_edge = mean_edge(masters)
+    if (slave_edge <= much_coarser*master_edge .or. .not. master_edge > 0.0_wp) return
+    call note(reader, 'contact pair '//slave%name//':'//master%name//': the faces of the slave '// &
+      'are larger than those of the master (edges of about '//to_text(slave_edge, 2)//' and '// &
+      to_text(master_edge, 2)//'); the finer mesh is the better slave: '//master%name//', '// &
+      slave%name)
+
+  contains
+
+    !> The edge of a square as large as the mean of the faces that take part with all nodes; 0: none
+    !> does.
+    real(wp) function mean_edge(faces)
+      integer, intent(in) :: faces(:, :)
+      real(wp) :: area
+      integer :: f, n
+
+      area = 0.0_wp
+      n = 0
+      do f = 1, size(faces, 2)
+        if (.not. all(takes_part(faces(:, f)))) cycle
+        area = area + norm2(sum(face_area_vectors(x(:, faces(:, f))), 2))
+        n = n + 1
+      end do
+      mean_edge = sqrt(area/max(n, 1))
+    end function mean_edge
+
+  end subroutine note_coarse_slave
 
   !> The smallest extent of the bodies that some nodes belong to.
   pure real(wp) function thickness(model, nodes)

@@ -6,8 +6,8 @@
 !> no solution for x_free.
 module step_loads_mod
   use kinds_mod, only: wp, i8
-  use loads_mod, only: amplitude_value
-  use kinks_mod, only: find_kinks, used_amplitudes
+  use loads_mod, only: amplitude_value, start_of_step
+  use kinks_mod, only: find_kinks, followed_amplitudes
   use turns_mod, only: turns_t, turns_of_step
   use constraints_mod, only: constraints_t, active_constraints, follow_masters
   use mesh_mod, only: joined_nodes
@@ -23,6 +23,7 @@ module step_loads_mod
   !> The patterns of one *STEP; those that are zero throughout are left out.
   type :: step_loads_t
     integer :: n_patterns = 0
+    real(wp) :: start = 0.0_wp       !! of the step, in the time of the run
     integer,  allocatable :: kind(:) !! (n_patterns) pattern_hold, pattern_ramp or an amplitude
     real(wp), allocatable :: displacement(:, :, :)
     !! (3,n_nodes,n_patterns) prescribed, and of what depends on such alone or among others [length]
@@ -79,7 +80,7 @@ contains
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) at the start of the step [length]
     type(step_loads_t), intent(out) :: loads
     real(wp), allocatable :: displacement(:, :, :), force(:, :, :)
-    logical, allocatable :: used(:)
+    logical, allocatable :: used(:), followed(:)
     integer :: g, n
 
     n = size(scene%amplitudes)
@@ -88,15 +89,22 @@ contains
     call resolve_boundary(scene, step, u, displacement)
     call resolve_forces(scene, step, force)
     loads%turns = turns_of_step(scene, step)
-    call find_kinks(pack(scene%amplitudes, used_amplitudes(scene%amplitudes, scene%steps(step))), &
-      scene%steps(step), loads%kinks)
-
+    loads%start = start_of_step(scene%steps, step)
     allocate (used(pattern_hold:n))
     do g = pattern_hold, n
       used(g) = any(abs(displacement(:, :, g)) > 0.0_wp) .or. any(abs(force(:, :, g)) > 0.0_wp)
     end do
     loads%kind = pack([(g, g=pattern_hold, n)], used)
     loads%n_patterns = size(loads%kind)
+    followed = followed_amplitudes(scene%amplitudes, scene%steps, step)
+    do g = 1, n
+      if (.not. scene%amplitudes(g)%total .or. .not. followed(g)) cycle
+      ! Unless all that an earlier step named is named again.
+      followed(g) = used(g)
+      if (allocated(loads%turns%by_amplitude)) followed(g) = followed(g) .or. &
+        any(abs(loads%turns%by_amplitude(:, :, g)) > 0.0_wp)
+    end do
+    call find_kinks(pack(scene%amplitudes, followed), scene%steps(step), loads%kinks, loads%start)
     loads%displacement = displacement(:, :, loads%kind)
     loads%force = force(:, :, loads%kind)
   end subroutine resolve_loads
@@ -117,12 +125,13 @@ contains
       case (pattern_ramp)
         factor(g) = fraction
       case default
-        factor(g) = amplitude_value(scene%amplitudes(loads%kind(g)), step_time)
+        factor(g) = amplitude_value(scene%amplitudes(loads%kind(g)), step_time, loads%start)
       end select
     end do
   end function pattern_factors
 
-  !> Prescribed displacements: held where they are, unless this step names them.
+  !> Prescribed displacements: held where they are, unless this step names them, or an earlier one
+  !> has named them with an amplitude over the time of the run.
   pure subroutine resolve_boundary(scene, step, u, displacement)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
@@ -130,26 +139,44 @@ contains
     real(wp), intent(inout) :: displacement(:, :, pattern_hold:)
     logical :: prescribed(3, scene%mesh%n_nodes)
     type(constraints_t) :: active
-    integer :: g, i
+    integer :: g, i, k, first
 
     prescribed = prescribed_dofs(scene, step)
     displacement(:, :, pattern_hold) = merge(u, 0.0_wp, prescribed)
-    do i = 1, size(scene%steps(step)%boundary)
-      associate (b => scene%steps(step)%boundary(i))
-        displacement(b%dof, b%node, :) = 0.0_wp ! of several values the last counts
-        if (b%amplitude > 0) then
-          displacement(b%dof, b%node, b%amplitude) = b%value
-        else
-          displacement(b%dof, b%node, pattern_hold) = u(b%dof, b%node)
-          displacement(b%dof, b%node, pattern_ramp) = b%value - u(b%dof, b%node)
-        end if
-      end associate
+    first = step
+    if (any(scene%amplitudes%total)) first = 1
+    do k = first, step
+      if (k > 1 .and. scene%steps(k)%replace_boundary) then
+        displacement = 0.0_wp
+        displacement(:, :, pattern_hold) = merge(u, 0.0_wp, prescribed)
+      end if
+      do i = 1, size(scene%steps(k)%boundary)
+        associate (b => scene%steps(k)%boundary(i))
+          displacement(b%dof, b%node, :) = 0.0_wp ! of several values the last counts
+          if (b%amplitude > 0 .and. (k == step .or. follows_on(scene, b%amplitude))) then
+            displacement(b%dof, b%node, b%amplitude) = b%value
+          else
+            displacement(b%dof, b%node, pattern_hold) = u(b%dof, b%node)
+            if (k == step .and. .not. b%fixed) displacement(b%dof, b%node, pattern_ramp) = &
+              b%value - u(b%dof, b%node)
+          end if
+        end associate
+      end do
     end do
     active = active_constraints(scene%constraints, prescribed)
     do g = pattern_hold, ubound(displacement, 3)
       call follow_masters(active, displacement(:, :, g))
     end do
   end subroutine resolve_boundary
+
+  !> Whether what follows an amplitude goes on doing so in later steps.
+  pure logical function follows_on(scene, amplitude)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: amplitude !! 0: none
+
+    follows_on = .false.
+    if (amplitude > 0) follows_on = scene%amplitudes(amplitude)%total
+  end function follows_on
 
   !> The nodal forces of the step: concentrated forces, pressures and weights turned into forces.
   pure subroutine resolve_forces(scene, step, force)
@@ -158,6 +185,7 @@ contains
     real(wp), intent(inout) :: force(:, :, pattern_hold:) !! (3,n_nodes,patterns) [force]
     real(wp), allocatable, dimension(:, :) :: concentrated, pressure, face_pressure
     real(wp), allocatable :: gravity(:, :, :)
+    real(wp) :: now(size(scene%amplitudes)) !! values as step k begins, of those that follow on
     integer :: k, g, i, n
 
     ! Level by level from the first step: what a step starts from is what the one before it ended
@@ -177,15 +205,18 @@ contains
             call settle(scene, k - 1, gravity(:, :, i))
           end do
         end if
+        do g = 1, n
+          now(g) = amplitude_value(scene%amplitudes(g), 0.0_wp, start_of_step(scene%steps, k))
+        end do
         call change_levels([(3*s%forces(i)%node - 3 + s%forces(i)%dof, i=1, size(s%forces))], &
-                           s%forces%value, s%forces%amplitude, s%replace_forces, concentrated)
+                           s%forces%value, s%forces%amplitude, s%replace_forces, now, concentrated)
         call change_levels(s%pressures%surface, s%pressures%value, s%pressures%amplitude, &
-          s%replace_pressures, pressure)
+          s%replace_pressures, now, pressure)
         call change_levels(s%face_pressures%surface, s%face_pressures%value, &
-          s%face_pressures%amplitude, s%replace_element_loads, face_pressure)
+          s%face_pressures%amplitude, s%replace_element_loads, now, face_pressure)
         do i = 1, 3
           call change_levels(s%gravity%region, s%gravity%acceleration(i), s%gravity%amplitude, &
-            s%replace_element_loads, gravity(:, :, i))
+            s%replace_element_loads, now, gravity(:, :, i))
         end do
       end associate
     end do
@@ -206,7 +237,7 @@ contains
     end do
   end subroutine resolve_forces
 
-  !> Bring the levels of a step to its end and hold them there.
+  !> Bring the levels of a step to its end and hold them there, but for those that follow on.
   pure subroutine settle(scene, step, level)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
@@ -216,6 +247,7 @@ contains
     level(:, pattern_hold) = level(:, pattern_hold) + level(:, pattern_ramp)
     level(:, pattern_ramp) = 0.0_wp
     do g = 1, ubound(level, 2)
+      if (follows_on(scene, g)) cycle
       level(:, pattern_hold) = level(:, pattern_hold) &
         + amplitude_value(scene%amplitudes(g), scene%steps(step)%period)*level(:, g)
       level(:, g) = 0.0_wp
@@ -226,14 +258,16 @@ contains
   !> up.
   !>
   !> With `replace` (OP=NEW) the loads that are not named ramp to 0.
-  pure subroutine change_levels(load, value, amplitude, replace, level)
+  pure subroutine change_levels(load, value, amplitude, replace, now, level)
     integer,  intent(in) :: load(:)      !! which load each card names
     real(wp), intent(in) :: value(:)
     integer,  intent(in) :: amplitude(:)  !! 0: ramp
     logical,  intent(in) :: replace
-    real(wp), intent(inout) :: level(:, pattern_hold:) !! (loads,patterns), held on entry
+    real(wp), intent(in) :: now(:)       !! value of each amplitude as the step begins [-]
+    real(wp), intent(inout) :: level(:, pattern_hold:)
+    !! (loads,patterns), on entry held, or following on
     logical :: named(size(level, 1)), ramped(size(level, 1))
-    integer :: i
+    integer :: i, g
 
     named = .false.
     ramped = .false.
@@ -243,6 +277,13 @@ contains
     end do
     if (replace) ramped = ramped .or. .not. named
     named = named .or. replace
+    ! What followed an amplitude so far begins where that is.
+    do g = 1, size(now)
+      where (named)
+        level(:, pattern_hold) = level(:, pattern_hold) + now(g)*level(:, g)
+        level(:, g) = 0.0_wp
+      end where
+    end do
     where (named .and. ramped) level(:, pattern_ramp) = -level(:, pattern_hold)
     ! amplitudes alone are followed at once
     where (named .and. .not. ramped) level(:, pattern_hold) = 0.0_wp

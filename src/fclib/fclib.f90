@@ -110,6 +110,11 @@ contains
     group = local_group
     problem%is_global = exists(file, global_group)
     if (problem%is_global) group = global_group
+    if (exists(file, '/VTKHDF') .and. .not. exists(file, group)) then
+      call blame(error, file, 'this is a result, not a deck: scripts/show and ParaView show '// &
+        'it; bipot DECK --continue goes on with a run')
+      return
+    end if
     if (.not. exists(file, group)) then
       call blame(error, file, 'neither /fclib_local nor /fclib_global is in it, so it is no '// &
         'FCLIB problem')

@@ -18,6 +18,7 @@ module trial_mod
   use floating_search_mod, only: drift_t, solve_floating
   use describe_motions_mod, only: free_in_words, motion_in_words, unresisted_part
   use placement_mod, only: placement_t, place_curved
+  use pull_off_mod, only: pulls_off
   use transfer_mod, only: relative_motion, nodal_forces, gap_at
   use condensed_contact_mod, only: contact_group_t, count_points, form_compliance
   use compliance_mod, only: is_map
@@ -208,8 +209,12 @@ contains
       do i = 1, size(solver%contact%group)
         call solve_group(solver%contact%group(i))
       end do
-      if (contact%ending == ended_unbalanced) report%unbalanced = motion_in_words(scene%mesh, &
-        motions, unresisted_part(resisting(:n_resisting, :), unbalanced))
+      if (contact%ending == ended_unbalanced) then
+        unbalanced = unresisted_part(resisting(:n_resisting, :), unbalanced)
+        report%unbalanced = motion_in_words(scene%mesh, motions, unbalanced)
+        report%pulls_off = pulls_off(scene%mesh, points, trial%placement, motions, unbalanced, &
+          trial%forces%external)
+      end if
       if (contact%converged .and. motions%n > 0) call free_in_words(scene%mesh, motions, &
         resisting(:n_resisting, :), report%n_unheld, report%unheld)
     end associate

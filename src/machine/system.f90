@@ -95,8 +95,10 @@ contains
   !> Whether standard output goes to a terminal.
   function output_is_terminal() result(terminal)
     logical :: terminal
+    character(8) :: kind
 
-    terminal = c_isatty(1_c_int) == 1
+    call get_environment_variable('TERM', kind)
+    terminal = c_isatty(1_c_int) == 1 .and. kind /= '' .and. kind /= 'dumb'
   end function output_is_terminal
 
   !> Date and time as in 2026-03-01T12:00:00Z.

@@ -101,6 +101,7 @@ module increment_report_mod
     integer  :: n_unheld = 0            !! rigid motions that nothing resists
     character(:), allocatable :: unheld     !! those, in words
     character(:), allocatable :: unbalanced !! motions that nothing balances, in words
+    logical  :: pulls_off = .false.     !! these motions close no contact, and open some
     real(wp), allocatable :: x_free(:)
     !! (n_rows) of the last contact problem: gaps and slips without reactions [length]
     real(wp), allocatable :: mesh_error(:)

@@ -5,12 +5,12 @@
 !> docs/theory.md section 1.
 module kinks_mod
   use kinds_mod, only: wp, i8
-  use loads_mod, only: amplitude_t, load_step_t
+  use loads_mod, only: amplitude_t, load_step_t, start_of_step
   use increments_mod, only: whole_increment, smallest_increment
   implicit none
   private
 
-  public :: find_kinks, used_amplitudes, has_too_many, most_touches, &
+  public :: find_kinks, used_amplitudes, followed_amplitudes, has_too_many, most_touches, &
     most_events, count_between, most_kinks
 
   integer,  parameter :: most_kinks = 10         !! in an increment, on the average
@@ -23,13 +23,16 @@ contains
   !>
   !> Points on the line through their neighbours are none. At a jump there are two: the smallest
   !> increment before it, as far as the way there goes, and the jump itself.
-  pure subroutine find_kinks(amplitudes, step, kinks)
+  !> A Fourier series has one where it begins.
+  pure subroutine find_kinks(amplitudes, step, kinks, step_start)
     type(amplitude_t), intent(in) :: amplitudes(:)   !! that the step follows
     type(load_step_t), intent(in) :: step
     integer(i8), allocatable, intent(out) :: kinks(:) !! (n)
+    real(wp), intent(in), optional :: step_start     !! time of the run; 0 if left out
     integer(i8), allocatable :: positions(:)
     integer(i8) :: position
     real(wp) :: least !! departure from a line that counts
+    real(wp) :: time  !! of the step
     integer :: k, i, n
 
     n = 0
@@ -42,11 +45,13 @@ contains
       associate (a => amplitudes(k))
         least = straight*maxval(abs(a%value))
         do i = 1, size(a%time)
-          if (a%time(i) <= 0.0_wp .or. a%time(i) > step%period) cycle
+          time = a%time(i)
+          if (present(step_start) .and. a%total) time = time - step_start
+          if (time <= 0.0_wp .or. time > step%period) cycle
           if (jumps_at(a, i, least)) then
-            position = position_of(step, a%time(i))
+            position = position_of(step, time)
             ! At the jump itself the later value counts.
-            do while (time_at(step, position) < a%time(i) .and. modulo(position, &
+            do while (time_at(step, position) < time .and. modulo(position, &
               whole_increment) /= 0)
               position = position + 1
             end do
@@ -54,7 +59,7 @@ contains
             n = n + 2
           else if (turns_at(a, i, least)) then
             n = n + 1
-            positions(n) = position_of(step, a%time(i))
+            positions(n) = position_of(step, time)
           end if
         end do
       end associate
@@ -84,6 +89,21 @@ contains
     end do
   end function used_amplitudes
 
+  !> Of the scene's amplitudes those that a step follows: what its cards name, and what an earlier
+  !> step has named over the time of the run.
+  pure function followed_amplitudes(amplitudes, steps, step) result(is_followed)
+    type(amplitude_t), intent(in) :: amplitudes(:)
+    type(load_step_t), intent(in) :: steps(:)
+    integer, intent(in) :: step
+    logical :: is_followed(size(amplitudes))
+    integer :: k
+
+    is_followed = used_amplitudes(amplitudes, steps(step))
+    do k = 1, step - 1
+      is_followed = is_followed .or. (amplitudes%total .and. used_amplitudes(amplitudes, steps(k)))
+    end do
+  end function followed_amplitudes
+
   !> Whether a step has so many kinks that its increments do not end at them.
   pure logical function has_too_many(kinks, step)
     integer(i8), intent(in) :: kinks(:)
@@ -103,17 +123,19 @@ contains
   end function most_touches
 
   !> How many increments at most end at events of a step, beside the deck's.
-  pure integer function most_events(amplitudes, step, has_contact)
+  pure integer function most_events(amplitudes, steps, step, has_contact)
     type(amplitude_t), intent(in) :: amplitudes(:) !! of the scene
-    type(load_step_t), intent(in) :: step
+    type(load_step_t), intent(in) :: steps(:)
+    integer, intent(in) :: step
     logical, intent(in) :: has_contact
     integer(i8), allocatable :: kinks(:)
 
     most_events = 0
-    if (step%direct) return
-    call find_kinks(pack(amplitudes, used_amplitudes(amplitudes, step)), step, kinks)
-    if (.not. has_too_many(kinks, step)) most_events = size(kinks)
-    if (has_contact) most_events = most_events + most_touches(kinks, step)
+    if (steps(step)%direct) return
+    call find_kinks(pack(amplitudes, followed_amplitudes(amplitudes, steps, step)), steps(step), &
+      kinks, start_of_step(steps, step))
+    if (.not. has_too_many(kinks, steps(step))) most_events = size(kinks)
+    if (has_contact) most_events = most_events + most_touches(kinks, steps(step))
   end function most_events
 
   !> How many of ascending positions are after `first` and before `last`.
@@ -132,6 +154,10 @@ contains
     integer :: first
 
     jumps_at = .false.
+    if (allocated(a%cosine)) then
+      jumps_at = abs(sum(a%cosine)) > straight*sum(abs(a%cosine))
+      return
+    end if
     if (i == 1) return
     if (i < size(a%time)) then
       if (a%time(i + 1) <= a%time(i)) return
@@ -153,7 +179,8 @@ contains
     real(wp) :: chord, fraction
     integer :: before, after
 
-    turns_at = .false.
+    turns_at = allocated(a%cosine)
+    if (turns_at) return
     before = i
     do while (before > 1 .and. a%time(before) >= a%time(i))
       before = before - 1

@@ -4,13 +4,21 @@ module loads_mod
   implicit none
   private
 
-  public :: amplitude_t, nodal_value_t, pressure_t, gravity_t, load_step_t, amplitude_value
+  public :: amplitude_t, nodal_value_t, pressure_t, gravity_t, load_step_t, amplitude_value, &
+    amplitude_range, start_of_step
 
-  !> A table of values over a step's own time, linear between its points, constant outside.
+  !> Values over time: a table, linear between its points and constant outside; or a Fourier series
+  !>
+  !>     value(1) + sum over n of cosine(n) cos(n frequency s) + sine(n) sin(n frequency s),
+  !>
+  !> s = time - time(1), from time(1) on, and value(1) before.
   type :: amplitude_t
     character(:), allocatable :: name
-    real(wp), allocatable :: time(:)   !! ascending
-    real(wp), allocatable :: value(:)
+    logical  :: total = .false.        !! over the time of the run, not of each step
+    real(wp), allocatable :: time(:)   !! ascending; of a series where it begins
+    real(wp), allocatable :: value(:)  !! the same number; of a series what it begins with
+    real(wp) :: frequency = 0.0_wp     !! of a series, circular [rad/time]
+    real(wp), allocatable :: cosine(:), sine(:) !! (n) of a series; not allocated: a table
   end type amplitude_t
 
   !> A displacement or a force of one degree of freedom.
@@ -19,6 +27,7 @@ module loads_mod
     integer  :: dof = 0             !! 1, 2, 3
     real(wp) :: value = 0.0_wp      !! at the end of the step, or times the amplitude
     integer  :: amplitude = 0 !! index into the scene's amplitudes; 0: ramp from the last value
+    logical  :: fixed = .false. !! of a displacement: it stays what it is as the step begins
   end type nodal_value_t
 
   !> A pressure on a surface of faces, positive into the body.
@@ -56,13 +65,33 @@ module loads_mod
 
 contains
 
-  !> The value of `amplitude` at `time` (of the step).
-  pure function amplitude_value(amplitude, time) result(value)
+  !> The time of the run at which a step begins.
+  pure real(wp) function start_of_step(steps, step) result(start)
+    type(load_step_t), intent(in) :: steps(:)
+    integer, intent(in) :: step
+
+    start = sum(steps(:step - 1)%period)
+  end function start_of_step
+
+  !> The value of `amplitude` at a time of a step.
+  pure function amplitude_value(amplitude, step_time, step_start) result(value)
     type(amplitude_t), intent(in) :: amplitude
-    real(wp), intent(in) :: time
-    real(wp) :: value, fraction
+    real(wp), intent(in) :: step_time            !! from the start of the step
+    real(wp), intent(in), optional :: step_start !! where the step begins; 0 if left out
+    real(wp) :: value, fraction, time, angle
     integer :: n, i
 
+    time = step_time
+    if (present(step_start) .and. amplitude%total) time = step_start + step_time
+    if (allocated(amplitude%cosine)) then
+      value = amplitude%value(1)
+      if (time < amplitude%time(1)) return
+      angle = amplitude%frequency*(time - amplitude%time(1))
+      do i = 1, size(amplitude%cosine)
+        value = value + amplitude%cosine(i)*cos(i*angle) + amplitude%sine(i)*sin(i*angle)
+      end do
+      return
+    end if
     n = size(amplitude%time)
     if (time <= amplitude%time(1)) then
       value = amplitude%value(1)
@@ -76,5 +105,17 @@ contains
       return
     end do
   end function amplitude_value
+
+  !> Bounds of the values of `amplitude`: of a table the least and the largest.
+  pure function amplitude_range(amplitude) result(bounds)
+    type(amplitude_t), intent(in) :: amplitude
+    real(wp) :: bounds(2)
+    real(wp) :: swing
+
+    bounds = [minval(amplitude%value), maxval(amplitude%value)]
+    if (.not. allocated(amplitude%cosine)) return
+    swing = sum(hypot(amplitude%cosine, amplitude%sine))
+    bounds = bounds + [-swing, swing]
+  end function amplitude_range
 
 end module loads_mod

@@ -2,7 +2,7 @@
 !> section 9.
 module turns_mod
   use kinds_mod, only: wp, i8
-  use loads_mod, only: amplitude_value
+  use loads_mod, only: amplitude_value, start_of_step
   use increments_mod, only: whole_increment, smallest_increment
   use scene_mod, only: scene_t
   implicit none
@@ -20,6 +20,7 @@ module turns_mod
   !> The rotation vectors of the obstacles in one *STEP, as its loads are made up. Not allocated
   !> where no obstacle turns.
   type :: turns_t
+    real(wp) :: start = 0.0_wp !! of the step, in the time of the run
     real(wp), allocatable :: held(:, :)            !! (3,n_obstacles) [rad]
     real(wp), allocatable :: ramp(:, :)            !! (3,n_obstacles) times the fraction [rad]
     real(wp), allocatable :: by_amplitude(:, :, :) !! (3,n_obstacles,n_amplitudes) [rad]
@@ -33,28 +34,42 @@ contains
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
     type(turns_t) :: turns
+    real(wp), allocatable :: now(:, :) !! (3,n_obstacles) as a step begins [rad]
     integer :: n, k, i, o
 
     if (.not. any(scene%obstacles%turns)) return
     n = size(scene%obstacles)
     allocate (turns%held(3, n), turns%ramp(3, n), source=0.0_wp)
     allocate (turns%by_amplitude(3, n, size(scene%amplitudes)), source=0.0_wp)
+    allocate (now(3, n), source=0.0_wp)
     do k = 1, step
       if (k > 1) then
-        turns%held = rotation_at(scene, turns, 1.0_wp, scene%steps(k - 1)%period)
+        now = rotation_at(scene, turns, 1.0_wp, scene%steps(k - 1)%period)
+        turns%held = now
         turns%ramp = 0.0_wp
-        turns%by_amplitude = 0.0_wp
+        turns%start = start_of_step(scene%steps, k)
+        do i = 1, size(scene%amplitudes)
+          if (scene%amplitudes(i)%total) then
+            ! What follows an amplitude over the time of the run goes on doing so.
+            turns%held = turns%held - amplitude_value(scene%amplitudes(i), 0.0_wp, turns%start)* &
+              turns%by_amplitude(:, :, i)
+          else
+            turns%by_amplitude(:, :, i) = 0.0_wp
+          end if
+        end do
       end if
       if (.not. allocated(scene%steps(k)%rotations)) cycle
       do i = 1, size(scene%steps(k)%rotations)
         associate (r => scene%steps(k)%rotations(i))
           do o = 1, n
             if (r%node /= scene%obstacles(o)%ref_node) cycle
+            turns%by_amplitude(r%dof, o, :) = 0.0_wp
+            turns%held(r%dof, o) = now(r%dof, o)
             if (r%amplitude > 0) then
               turns%held(r%dof, o) = 0.0_wp
               turns%by_amplitude(r%dof, o, r%amplitude) = r%value
-            else
-              turns%ramp(r%dof, o) = r%value - turns%held(r%dof, o)
+            else if (.not. r%fixed) then
+              turns%ramp(r%dof, o) = r%value - now(r%dof, o)
             end if
           end do
         end associate
@@ -76,7 +91,7 @@ contains
     rotation = turns%held + fraction*turns%ramp
     do g = 1, size(turns%by_amplitude, 3)
       if (.not. any(abs(turns%by_amplitude(:, :, g)) > 0.0_wp)) cycle
-      rotation = rotation + amplitude_value(scene%amplitudes(g), step_time)* &
+      rotation = rotation + amplitude_value(scene%amplitudes(g), step_time, turns%start)* &
         turns%by_amplitude(:, :, g)
     end do
   end function rotation_at

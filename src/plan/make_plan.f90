@@ -117,7 +117,7 @@ contains
 
     count_events = 0
     do step = 1, size(scene%steps)
-      count_events = count_events + most_events(scene%amplitudes, scene%steps(step), &
+      count_events = count_events + most_events(scene%amplitudes, scene%steps, step, &
         size(scene%pairs) > 0)
     end do
   end function count_events

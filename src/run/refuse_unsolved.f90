@@ -61,7 +61,8 @@ contains
     if (is_solved(scene, report)) return
     where_and_what = 'step '//to_text(increment%step)//', increment '//to_text(increment%number)
     if (report%ending == ended_unbalanced) then
-      where_and_what = where_and_what//': nothing balances the loads along '//report%unbalanced
+      where_and_what = where_and_what//': nothing balances the loads along '// &
+        report%unbalanced//new_line('a')//'  '//what_would_balance(scene, report%pulls_off)
     else if (report%ending == ended_moving) then
       where_and_what = where_and_what//': the contact points on '//moving_in_words(scene, &
         plan%points, report%moved_point)//' do not settle '// &
@@ -105,6 +106,22 @@ contains
       wedge_in_words(scene, plan%points, report%contact)
     call raise(error, exit_not_solved, where_and_what)
   end subroutine refuse_unsolved
+
+  !> What to look at where loads are not balanced.
+  pure function what_would_balance(scene, pulls_off) result(words)
+    type(scene_t), intent(in) :: scene
+    logical, intent(in) :: pulls_off
+    character(:), allocatable :: words
+
+    if (pulls_off) then
+      words = 'they pull the body off what it touches: a pressure is positive into the body, '// &
+        'and forces point along the axes; is a sign wrong?'
+    else if (size(scene%pairs) > 0) then
+      words = 'supports (*BOUNDARY), contact or friction must hold this motion'
+    else
+      words = 'supports (*BOUNDARY) or a *CONTACT PAIR must hold this motion'
+    end if
+  end function what_would_balance
 
   !> What the dense compliance would take, which other solvers need, where that is not there.
   function missing_in_words(bytes) result(words)

@@ -58,8 +58,8 @@ contains
       return
     end if
     console = open_console(options%quiet)
-    call read_deck(options%deck, options%overrides, scene, error)
-    if (allocated(error)) return
+    call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check)
+    if (allocated(error) .or. options%check) return
     if (.not. options%plan) call keep_deck(options, scene, error)
     if (allocated(error)) return
     call take_accuracy(options, scene)
@@ -92,7 +92,7 @@ contains
     type(string_t) :: flat
     integer :: written
 
-    call read_deck(options%deck, options%overrides, scene, error, flat)
+    call read_deck(options%deck, options%overrides, scene, error, flat=flat)
     if (allocated(error)) return
     call write_most(standard_output, flat%text, written)
     if (written < len(flat%text)) call raise(error, exit_machine, &

@@ -15,7 +15,7 @@ module run_increments_mod
   use result_file_mod, only: result_file_t, append_increment
   use tally_mod, only: add_increment
   use export_problems_mod, only: exports_t, export_increment
-  use console_mod, only: console_t, say, print_increment, print_warning, clear_bar
+  use console_mod, only: console_t, count_from, say, print_increment, print_warning, clear_bar
   use checkpoint_mod, only: progress_t, save_checkpoint
   use increment_notes_mod, only: note_t
   use solve_next_mod, only: solved_t, watch_t, begin_watch, solve_next, judge_increment
@@ -43,6 +43,8 @@ contains
     character(:), allocatable :: missed !! accuracy, and by what
 
     call begin_watch(scene, watch)
+    call count_from(console, increments_done(progress%state%step, progress%state%position), &
+      plan%n_increments)
     scene%contact%tolerance = progress%tolerance
     increments: do
       allocate (notes(0))
@@ -58,20 +60,22 @@ contains
       if (allocated(error)) exit increments
       call write_increment(scene, plan, solved, file, console%started, progress, missed, error)
       if (allocated(error)) exit increments
-      call print_increment(console, solved%increment, fraction_done(), solved%report)
+      call print_increment(console, solved%increment, &
+        increments_done(solved%increment%step, solved%increment%position), solved%report)
       if (missed /= '') call print_warning(console, missed)
       deallocate (notes)
     end do increments
 
   contains
 
-    !> The part of the run that is done, 0 to 1.
-    real(wp) function fraction_done()
-      associate (increment => solved%increment)
-        fraction_done = (real(sum(scene%steps(:increment%step - 1)%n_increments), wp) + &
-          real(increment%position, wp)/real(whole_increment, wp))/real(plan%n_increments, wp)
-      end associate
-    end function fraction_done
+    !> Increments of the deck that are done at a position in a *STEP, over the run.
+    real(wp) function increments_done(step, position)
+      integer, intent(in) :: step         !! 0: before the first
+      integer(i8), intent(in) :: position !! in parts of the deck's increments
+
+      increments_done = real(sum(scene%steps(:step - 1)%n_increments), wp) + &
+        real(position, wp)/real(whole_increment, wp)
+    end function increments_done
 
   end subroutine run_increments
 

@@ -1,6 +1,7 @@
 """The command line, the exit statuses, and what happens to result files."""
 
 import os
+import pty
 import re
 import subprocess
 import unittest
@@ -24,6 +25,8 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(answer.returncode, 0)
         for option in ("--set", "--plan", "--overwrite", "--quiet", "--output"):
             self.assertIn(option, answer.stdout)
+        for status in (0, 1, 2, 3, 130):
+            self.assertRegex(answer.stdout, rf"(?m)^ +{status}  \w")
         project = (SOURCE / "CMakeLists.txt").read_text()
         declared = re.search(r"project\(bipot VERSION (\S+)", project)
         self.assertEqual(self.call("--version").stdout.strip(), f"bipot {declared[1]}")
@@ -32,11 +35,14 @@ class CommandLine(unittest.TestCase):
         for words, expected in (
             ((), "no deck"),
             (("--plans", "x.inp"), "--plan"),
+            (("--chek", "x.inp"), "--check"),
+            (("--check", "x.hdf5"), "--check applies to decks"),
             (("-o",), "needs a value"),
             (("a.inp", "b.inp"), "one deck"),
             (("--set", "n", "a.inp"), "name=value"),
             (("nowhere.inp",), "nowhere.inp"),
             ((str(INPUT),), "input"),
+            (("--plan", "--flat", str(BLOCK)), "exclude each other"),
         ):
             with self.subTest(words=words):
                 answer = self.call(*words)
@@ -63,6 +69,73 @@ class CommandLine(unittest.TestCase):
         run = Run(BLOCK, "--plan")
         self.assertEqual(run.status, 0)
         self.assertFalse(run.file.exists())
+
+
+def on_terminal(folder, *words, **environment):
+    """Run the program with a terminal as its output; return its status and what it wrote."""
+    ours, theirs = pty.openpty()
+    with subprocess.Popen(
+        [PROGRAM, *map(str, words)], cwd=folder, stdin=subprocess.DEVNULL, stdout=theirs,
+        stderr=theirs, env={**os.environ, "TERM": "xterm", **environment},
+    ) as process:
+        os.close(theirs)
+        written = b""
+        try:
+            while piece := os.read(ours, 65536):
+                written += piece
+        except OSError:  # the other end is closed
+            pass
+        status = process.wait(timeout=600)
+    os.close(ours)
+    return status, written.decode().replace("\r\n", "\n")
+
+
+class Progress(unittest.TestCase):
+    """How much of a run is done, on a terminal and elsewhere."""
+
+    def test_lines_in_a_pipe_count_the_increments(self):
+        run = Run(BLOCK, n=1, steps=50)
+        self.assertEqual(run.status, 0, run.errors)
+        found = re.findall(r"^ +[12] .* (\d+) of 50(?:, (.+) left)?$", run.output, re.MULTILINE)
+        self.assertEqual([int(done) for done, _ in found], list(range(1, 51)))
+        # Only of the end there is nothing left.
+        self.assertEqual([not left for _, left in found], [False] * 49 + [True])
+        for _, left in found[:-1]:
+            self.assertRegex(left, r"^(\d+(\.\d+)? s|\d+ min \d+ s|\d+ h \d+ min)$")
+        self.assertNotRegex(run.output, r"[\x00-\x09\x0b-\x1f\x7f]")
+
+    def test_a_terminal_shows_a_bar_and_the_same_words(self):
+        run = Run(BLOCK, "--plan")
+        words = (BLOCK, "--set", "n=1", "--set", "steps=10", "--overwrite")
+        status, text = on_terminal(run.folder, *words)
+        self.assertEqual(status, 0, text)
+        bars = re.findall(r"\[(#*)(\.*)\] (\d+) of 10, [^\[\r\n]+ left\r\x1b\[K", text)
+        self.assertEqual([int(done) for *_, done in bars], list(range(1, 10)))
+        for full, empty, done in bars:
+            self.assertEqual((len(full), len(full + empty)), (3 * int(done), 30))
+        # Nothing but the bar, and no colour.
+        self.assertEqual(set(re.findall(r"\x1b\[[^A-Za-z]*[A-Za-z]", text)), {"\x1b[K"})
+        self.assertNotIn(" of 10", re.sub(r"\[#.*?\x1b\[K", "", text).split("10 of 10")[0])
+        # A terminal that cannot wipe a line is written to as a pipe is.
+        for environment in ({"TERM": "dumb"}, {"TERM": ""}):
+            status, text = on_terminal(run.folder, *words, **environment)
+            self.assertEqual(status, 0, text)
+            self.assertNotRegex(text, r"[\r\x1b]")
+            self.assertIn("9 of 10, ", text)
+
+    def test_increments_between_the_decks_count_no_more(self):
+        """Contact that begins inside the first of two increments ends one more there."""
+        deck = BLOCK.read_text().replace(
+            "*CONTACT SOLVER", "*CONTACT GAP\nBODY-ZMIN, 0.02\n*CONTACT SOLVER", 1
+        )
+        deck = re.sub(r", DIRECT", "", deck)
+        run = Run(deck, name="late", n=1, steps=10)
+        self.assertEqual(run.status, 0, run.errors)
+        counts = re.findall(r"^ +[12] .* (\d+ of 10)\b", run.output, re.MULTILINE)
+        with run.result() as result:
+            self.assertGreater(result.finished, 10)
+            whole = [not extra for extra in result.history("extra")]
+        self.assertEqual(counts, [f"{sum(whole[:i + 1])} of 10" for i in range(len(whole))])
 
 
 class ResultFiles(unittest.TestCase):

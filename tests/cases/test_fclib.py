@@ -161,7 +161,7 @@ CUBE, GRAV, 1., 1., 0., 0.
         run = Run(deck, "--export-fclib", "2", name="pushed")
         self.assertEqual(run.status, 2)
         self.assertIn("nothing balances the loads", run.errors)
-        self.assertEqual(len(run.errors.splitlines()), 2, run.errors)
+        self.assertEqual(len(run.errors.splitlines()), 3, run.errors)
         with h5py.File(run.folder / "pushed-2.fclib.hdf5") as file:
             guess = file["guesses/1/r"][()].reshape(-1, 3)
         # The increment before it carries the weight.

@@ -155,6 +155,93 @@ class LoadPaths(unittest.TestCase):
         np.testing.assert_allclose(self.rows["time"], [0.25, 0.35, 0.5, 0.75, 1.0], rtol=1e-9)
         self.assertEqual(self.written, 2)
 
+    # The top follows the amplitude, unnamed in the steps behind the first: E = 1000, edges of 1.
+    THREE = (
+        "*STEP\n*STATIC\n{h}, 1.\n*BOUNDARY\nB, 1, 2\n*BOUNDARY, AMPLITUDE=A\n"
+        "B-ZMAX, 3, 3, -0.01\n*END STEP\n*STEP\n*STATIC\n{h}, 0.5\n*END STEP\n"
+        "*STEP\n*STATIC\n{h}, 1.\n{third}*END STEP\n"
+    )
+
+    def test_amplitudes_over_the_time_of_the_run(self):
+        body = BODY.replace("NAME=A\n", "NAME=A, TIME=TOTAL TIME\n")
+        points = ((0.0, 0.0), (0.75, 1.0), (1.25, 0.4), (2.0, 0.8), (2.25, 0.2))
+        table = ", ".join(f"{time}, {value}" for time, value in points)
+        steps = self.THREE.replace("{third}", "")
+        self.solve(steps, amplitude=table, h=0.25, body=body)
+        time = self.rows["time"]
+        np.testing.assert_allclose(time, np.arange(0.25, 2.6, 0.25), rtol=1e-9)
+        expected = 10 * np.interp(time, *np.transpose(points))
+        np.testing.assert_allclose(self.rows["resultant"][:, 2], expected, rtol=0, atol=1e-7)
+        # Increments end at its kinks in every step, which are kinks of the run's time.
+        self.solve(steps, amplitude=table, h=0.5, body=body)
+        np.testing.assert_allclose(
+            self.rows["time"], [0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.25, 2.5], rtol=1e-9
+        )
+        expected = 10 * np.interp(self.rows["time"], *np.transpose(points))
+        np.testing.assert_allclose(self.rows["resultant"][:, 2], expected, rtol=0, atol=1e-7)
+        self.assertEqual(self.counters["increments_at_events"], 3)
+        self.assertGreaterEqual(self.estimates["increments_at_events"], 3)
+        # What is named again ramps from where it was, 0.4 + 0.25/0.75*0.4.
+        third = "*BOUNDARY\nB-ZMAX, 3, 3, -0.02\n"
+        self.solve(self.THREE.replace("{third}", third), amplitude=table, h=0.5, body=body)
+        np.testing.assert_allclose(
+            self.rows["resultant"][-2:, 2], [(16 / 3 + 20) / 2, 20], rtol=0, atol=1e-7
+        )
+
+    def test_periodic_amplitudes(self):
+        # A0 = 0.5, from t = 0.25 on 0.3 sin(2 pi s) - 0.1 cos(4 pi s) beside it, in the time of
+        # each step: what follows is held.
+        series = f"2, {2 * np.pi:.15f}, 0.25, 0.5\n0., 0.3, -0.1, 0."
+        body = BODY.replace("NAME=A\n", "NAME=A, DEFINITION=PERIODIC\n")
+        steps = self.THREE.replace("{third}", "")
+
+        def expected(time):
+            s = time - 0.25
+            wave = 0.3 * np.sin(2 * np.pi * s) - 0.1 * np.cos(4 * np.pi * s)
+            return 10 * (0.5 + np.where(s >= -1e-12, wave, 0))
+
+        self.solve(steps, amplitude=series, h=0.0625, body=body)
+        time = self.rows["time"]
+        np.testing.assert_allclose(
+            self.rows["resultant"][:, 2], expected(np.minimum(time, 1.0)), rtol=0, atol=1e-7
+        )
+        self.assertNotIn("straight lines", self.run_of_result.output)
+        body = body.replace("PERIODIC", "PERIODIC, TIME=TOTAL TIME")
+        self.solve(steps, amplitude=series, h=0.125, body=body)
+        time = self.rows["time"]
+        np.testing.assert_allclose(
+            self.rows["resultant"][:, 2], expected(time), rtol=0, atol=1e-7
+        )
+        # Its second term has 4 increments a period.
+        self.assertIn(
+            "amplitude 'A' has a period of 0.5 and the increments of the step are 0.125: they take "
+            "loads in straight lines, and fewer than 8 a period miss much of it",
+            self.run_of_result.output,
+        )
+
+    def test_fixed_displacements(self):
+        """What a pressure has pushed down stays there without it, and pulls as much."""
+        steps = (
+            "*STEP\n*STATIC\n1., 1.\n*BOUNDARY\nB, 1, 2\n*DSLOAD\nB-ZMAX, P, 10.\n*END STEP\n"
+            "*STEP\n*STATIC\n0.5, 1.\n*BOUNDARY, FIXED\nB-ZMAX, 3, 3, 7.\n*DSLOAD, OP=NEW\n"
+            "*END STEP\n"
+            "*STEP\n*STATIC\n1., 1.\n*BOUNDARY\nB-ZMAX, 3, 3, -0.005\n*END STEP\n"
+        )
+        self.solve(steps)
+        np.testing.assert_allclose(
+            self.rows["resultant"][:, 2], [10, 10, 10, 5], rtol=0, atol=1e-7
+        )
+        self.assertIn("the values of *BOUNDARY, FIXED are ignored", self.run_of_result.output)
+        result = self.run_of_result.result()
+        self.addCleanup(result.close)
+        for step, force in ((1, -5), (2, -10), (3, -5)):
+            support = result.field("reaction_force", step)[:, 2]
+            np.testing.assert_allclose(support.sum(), force, rtol=0, atol=1e-7)
+        top = result.file["VTKHDF/Points"][:, 2] == 1
+        before, after = (result.field("displacement", step)[top, 2] for step in (0, 2))
+        np.testing.assert_allclose(before, -0.01, rtol=1e-9)
+        np.testing.assert_array_equal(after, before)
+
 
 if __name__ == "__main__":
     unittest.main()

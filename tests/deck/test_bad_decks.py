@@ -75,6 +75,61 @@ for path in sorted(DECKS.glob("*.inp")):
     add_test(path)
 
 
+class Checked(unittest.TestCase):
+    """--check: each mistake in a line of its own, as editors read them, and nothing else."""
+
+    LINE = re.compile(
+        r"^(?P<file>[^:]+):(?P<line>[1-9]\d*):(?P<column>[1-9]\d*): error: (?P<text>.+)$"
+    )
+
+    def check(self, path, *words):
+        """Check a deck; return the status, and of each line its matches."""
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run(
+                [BIPOT, "--check", str(path), *words],
+                cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False,
+            )
+            self.assertEqual(os.listdir(folder), [])
+        self.assertEqual(done.stdout, "")
+        found = [self.LINE.match(line) for line in done.stderr.splitlines()]
+        self.assertNotIn(None, found, done.stderr)
+        return done.returncode, found
+
+    def test_the_same_mistakes_are_told(self):
+        for deck in sorted(DECKS.glob("*.inp")):
+            with self.subTest(deck=deck.name):
+                _, told, text, _ = run(deck)
+                status, found = self.check(deck)
+                self.assertEqual(status, 1)
+                self.assertEqual(len(found), len(told), text)
+                for match, (line, message) in zip(found, told, strict=True):
+                    self.assertTrue(pathlib.Path(match["file"]).is_file())
+                    self.assertEqual(int(match["line"]), max(line, 1))
+                    self.assertTrue(match["text"].startswith(message), (match["text"], message))
+
+    def test_hints_follow_their_mistake(self):
+        _, (match,) = self.check(DECKS / "poisson_half.inp")
+        self.assertRegex(match["text"], "0.5'; nearly incompressible: ")
+
+    def test_a_deck_without_mistakes(self):
+        deck = DECKS.parent / "odd" / "cube_on_slab.inp"
+        self.assertEqual(self.check(deck), (0, []))
+
+    def test_what_has_no_place_is_told_at_the_first_letter(self):
+        status, (match,) = self.check("/no/such/deck.inp")
+        self.assertEqual((status, match["line"], match["column"]), (1, "1", "1"))
+        deck = DECKS / "poisson_half.inp"
+        status, found = self.check(deck, "--set", "q=1")
+        self.assertEqual([match["line"] for match in found], ["1", "6"])
+
+    def test_all_mistakes_are_told_however_many(self):
+        with tempfile.TemporaryDirectory() as folder:
+            deck = pathlib.Path(folder) / "many.inp"
+            deck.write_text("*NODE\n" + "1, x, 0., 0.\n" * 80)
+            _, found = self.check(deck)
+        self.assertGreaterEqual(len(found), 80)
+
+
 class OtherInput(unittest.TestCase):
     """What is wrong before or beside the text of a deck."""
 

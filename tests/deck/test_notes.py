@@ -105,6 +105,15 @@ class Notes(unittest.TestCase):
             "thickness of *SURFACE INTERACTION is ignored", self.plan((card, card + "1.,\n"))
         )
 
+    def test_tables_of_gmsh_that_meshio_writes_as_sets(self):
+        tables = (
+            "*ELSET, ELSET=gmsh:bounding_entities\n-3,10,9,-10\n*NSET, NSET=gmsh:x\n0.5, word\n"
+            "*ELSET, ELSET=gmsh:bounding_entities\n42,45\n*MATERIAL"
+        )
+        printed = self.plan(("*MATERIAL", tables))
+        self.assertIn("set 'GMSH:BOUNDING_ENTITIES' is skipped", printed)
+        self.assertIn("set 'GMSH:X' is skipped", printed)
+
     def test_what_is_held_at_0_on_a_node_of_nothing(self):
         note = "values prescribed on nodes that belong to no element are ignored"
         self.assertIn(note, self.plan(("B-ZMAX, 1, 3, 0.\n", "B-ZMAX, 1, 3, 0.\n99, 1, 6\n")))

@@ -17,7 +17,8 @@ module obstacle_shapes_mod
 
   public :: known_kinds, check_shapes, shift_of, turned, locate_point, least_gap, is_flat, &
     is_meshed, has_meshed_master, is_before_faces, has_fixed_normals, has_round_master, &
-    turns_in_place, normal_along, enters_faces, get_core, extent_of
+    turns_in_place, normal_along, enters_faces, get_core, extent_of, holds_turned_away, &
+    how_to_turn_round
 
   integer, parameter :: known_kinds(4) = [obstacle_plane, obstacle_sphere, obstacle_cylinder, &
     obstacle_facets]
@@ -108,6 +109,45 @@ contains
     gap = -gap
     normal = -normal
   end subroutine locate_point
+
+  !> Whether a face lies inside an obstacle at rest, and is turned away from its surface: its body
+  !> is on the wrong side. (One that only overlaps has its faces turned towards the obstacle.)
+  pure logical function holds_turned_away(obstacle, corner, normal) result(holds)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in) :: corner(3, 4) !! of the face [length]
+    real(wp), intent(in) :: normal(3)    !! unit vector out of its body [-]
+    real(wp), parameter :: at_rest(3) = 0.0_wp
+    real(wp), parameter :: away = 0.2_wp        !! cosine of normals that do not face each other
+    real(wp), parameter :: rounding = 1.0e-6_wp !! of the face: a gap that is none [-]
+    real(wp) :: gap, along(3)
+    integer :: i
+
+    call locate_point(obstacle, at_rest, sum(corner, 2)/4.0_wp, gap, along)
+    holds = dot_product(along, normal) > away
+    do i = 1, 4
+      if (.not. holds) return
+      call locate_point(obstacle, at_rest, corner(:, i), gap, along)
+      holds = gap <= rounding*norm2(corner(:, 3) - corner(:, 1))
+    end do
+  end function holds_turned_away
+
+  !> How a deck puts the body on the other side of an obstacle; empty where it cannot.
+  pure function how_to_turn_round(obstacle) result(words)
+    type(obstacle_t), intent(in) :: obstacle
+    character(:), allocatable :: words
+
+    select case (obstacle%kind)
+    case (obstacle_plane)
+      words = 'the normal of a PLANE points to the side where the body is: '// &
+        to_text(0.0_wp - obstacle%normal(1))//', '//to_text(0.0_wp - obstacle%normal(2))//', '// &
+        to_text(0.0_wp - obstacle%normal(3))//' would'
+    case (obstacle_sphere, obstacle_cylinder)
+      words = 'a body that lies inside a SPHERE or a CYLINDER needs INNER'
+      if (obstacle%inner) words = 'INNER is for a body that lies inside; this one lies around'
+    case default
+      words = ''
+    end select
+  end function how_to_turn_round
 
   !> A unit vector perpendicular to `axis`, whatever that is.
   pure function any_perpendicular(axis) result(normal)

@@ -22,9 +22,9 @@ module read_contact_mod
   use obstacles_mod, only: obstacle_t
   use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, has_facets, &
     surface_list_t
-  use surface_pairs_mod, only: check_facet_pair, check_surface_pair
+  use surface_pairs_mod, only: check_obstacle_pair, check_surface_pair
   use scene_mod, only: contact_pair_t
-  use sets_mod, only: model_t
+  use sets_mod, only: find_set, model_t
   use text_mod, only: string_t, to_text
   implicit none
   private
@@ -178,11 +178,11 @@ contains
         call report(reader, card%position, '*CONTACT PAIR needs a data line: slave, master')
         cycle
       end if
-      call find_slave(reader, model, fields, surfaces, pair)
+      call find_slave(reader, model, fields, surfaces, obstacles, pair)
       call find_master(reader, fields, surfaces, obstacles, pair)
       if (is_sound .and. pair%surface > 0 .and. pair%master_surface > 0) call check_surface_pair( &
         reader, model, surfaces, fields%start, field_position(reader, fields, 2), pair)
-      if (is_sound .and. pair%surface > 0 .and. pair%master > 0) call check_facet_pair(reader, &
+      if (is_sound .and. pair%surface > 0 .and. pair%master > 0) call check_obstacle_pair(reader, &
         model, surfaces, shapes(pair%master), fields%start, field_position(reader, fields, 2), pair)
       if (pair%surface > 0 .and. pair%master + pair%master_surface > 0) then
         if (pair%master > 0) then
@@ -207,11 +207,12 @@ contains
   end subroutine read_pairs
 
   !> The slave: a surface, or else a set of nodes.
-  subroutine find_slave(reader, model, fields, surfaces, pair)
+  subroutine find_slave(reader, model, fields, surfaces, obstacles, pair)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(fields_t), intent(in) :: fields
     type(surface_list_t), intent(inout) :: surfaces
+    type(name_table_t), intent(in) :: obstacles
     type(contact_pair_t), intent(inout) :: pair
     character(:), allocatable :: name
     logical :: ok
@@ -219,6 +220,12 @@ contains
     pair%surface = 0
     call name_field(reader, fields, 1, 'the slave surface', name, ok)
     if (.not. ok) return
+    if (find_name(obstacles%lookup, obstacles%names, name) > 0 .and. find_surface(surfaces, &
+      name) == 0 .and. find_set(model%node_sets, name) == 0) then
+      call report(reader, fields%start, quoted(name)//' is an obstacle: it can only be a master', &
+        'the surface of the body, the slave, stands first, and the obstacle behind it')
+      return
+    end if
     call find_surface_or_set(reader, model, fields%start, name, surfaces, pair%surface)
     if (pair%surface == 0) return
     if (has_facets(surfaces, pair%surface)) then

@@ -1,6 +1,6 @@
 !> What a step prescribes.
 !>
-!>     *BOUNDARY[, AMPLITUDE=name][, OP=MOD|NEW]
+!>     *BOUNDARY[, AMPLITUDE=name][, OP=MOD|NEW][, FIXED]
 !>     BODY-ZMAX, 1, 2, 0.            set or node, first dof, last dof, displacement
 !>     BODY-XMIN, XSYMM               or XSYMM, YSYMM, ZSYMM, PINNED, ENCASTRE
 !>     900, 5, 5, 0.17                dofs 4 to 6: rotation vector of a reference node
@@ -17,7 +17,8 @@ module read_loads_mod
     reference_t
   use kinds_mod, only: i8, wp
   use loads_mod, only: load_step_t, nodal_value_t, pressure_t
-  use options_mod, only: allow_options, card_t, choice_option
+  use options_mod, only: allow_options, card_t, choice_option, flag_option, has_option, &
+    option_position
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
   use surface_list_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
   use sets_mod, only: model_t, referenced_nodes
@@ -96,11 +97,15 @@ contains
     integer :: i, choice
     logical :: found, ok, with(max_dof)
 
-    call allow_options(reader, card, ['AMPLITUDE', 'OP       ', 'TYPE     '])
+    call allow_options(reader, card, ['AMPLITUDE', 'OP       ', 'TYPE     ', 'FIXED    '])
+    call flag_option(reader, card, 'FIXED', value%fixed)
     choice = 1
     call choice_option(reader, card, 'TYPE', ['DISPLACEMENT'], choice, ok)
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, value%amplitude)
+    if (value%fixed .and. has_option(card, 'AMPLITUDE')) call report(reader, &
+      option_position(card, 'AMPLITUDE'), 'FIXED holds displacements where they are: there is '// &
+      'nothing that an AMPLITUDE could lead')
     lines: do
       call next_data_line(reader, card, fields, found, 4, &
         'a set or node, first dof, last dof, value')
@@ -110,6 +115,11 @@ contains
       value%value = 0.0_wp
       if (.not. is_empty_field(fields, 4)) then
         call real_field(reader, fields, 4, 'the displacement', value%value, ok)
+        if (value%fixed .and. abs(value%value) > 0.0_wp) then
+          call note(reader, 'the values of *BOUNDARY, FIXED are ignored: displacements stay '// &
+            'what they are')
+          value%value = 0.0_wp
+        end if
       end if
       if (.not. found) cycle lines
       call referenced_nodes(reader, model, reference, nodes)
@@ -437,6 +447,7 @@ contains
           if (.not. present(sum_up)) then
             list%values(at)%value = value%value
             list%values(at)%amplitude = value%amplitude
+            list%values(at)%fixed = value%fixed
             cycle
           else if (list%values(at)%amplitude == value%amplitude) then
             list%values(at)%value = list%values(at)%value + value%value
@@ -447,7 +458,7 @@ contains
       if (list%n == size(list%values)) list%values = [list%values, list%values]
       list%n = list%n + 1
       list%values(list%n) = nodal_value_t(node=node, dof=dof, value=value%value, &
-        amplitude=value%amplitude)
+        amplitude=value%amplitude, fixed=value%fixed)
       list%slot(dof, node) = list%n
     end do
   end subroutine add_values

@@ -134,10 +134,31 @@ contains
         words(2)%text = 'C3D8I'
         words(3)%text = 'C3D8B'
         call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
-          ' is not available; C3D8, C3D8I and C3D8B are', guess(name, words))
+          ' is not available; C3D8, C3D8I and C3D8B are', how_to_get_bricks(name, words))
       end if
     end select
   end subroutine check_element_type
+
+  !> How a mesh of elements that are not available is made one of bricks.
+  pure function how_to_get_bricks(name, known) result(hint)
+    character(*), intent(in) :: name !! of the type that is not available
+    type(string_t), intent(in) :: known(:)
+    character(:), allocatable :: hint
+    character(*), parameter :: any_shape = 'Mesh.SubdivisionAlgorithm=2 cuts tetrahedra of any '// &
+      'shape into bricks; extruded ones (Layers, Recombine) and transfinite ones are better'
+
+    select case (name)
+    case ('C3D4', 'C3D4H', 'C3D6', 'C3D6H')
+      hint = 'bricks from Gmsh: '//any_shape
+    case ('C3D10', 'C3D10M', 'C3D10H', 'C3D10MH', 'C3D10T', 'C3D10HS', 'C3D10I', 'C3D15', &
+      'C3D15H', 'C3D15V')
+      hint = 'bricks with 8 nodes from Gmsh: Mesh.ElementOrder=1, and '//any_shape
+    case ('C3D20', 'C3D20R', 'C3D20H', 'C3D20RH', 'C3D20RI', 'C3D27', 'C3D27R', 'C3D27H')
+      hint = 'bricks with 8 nodes from Gmsh: Mesh.ElementOrder=1; C3D8I bends as quadratic ones do'
+    case default
+      hint = guess(name, known)
+    end select
+  end function how_to_get_bricks
 
   !> Whether a type is one of facets, of which rigid bodies consist, and how many corners it has.
   pure subroutine find_facet(name, facet, corners)

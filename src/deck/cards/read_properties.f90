@@ -94,11 +94,22 @@ contains
     call real_field(reader, fields, 2, "Poisson's ratio", material%poisson, ok)
     if (ok .and. (material%poisson <= -1.0_wp .or. material%poisson >= 0.5_wp)) then
       call report(reader, field_position(reader, fields, 2), &
-      "Poisson's ratio must lie between -1 and 0.5, not "//quoted(field_text(reader, fields, 2)))
+      "Poisson's ratio must lie between -1 and 0.5, not "//quoted(field_text(reader, fields, 2)), &
+      hint_at(material%poisson))
     end if
     call end_data(reader, card, fields, &
       'properties that depend on temperature are not available: one line E, nu')
   end subroutine read_elastic
+
+  !> What may have been meant by a Poisson's ratio that is none; may be empty.
+  pure function hint_at(poisson) result(hint)
+    real(wp), intent(in) :: poisson
+    character(:), allocatable :: hint
+
+    hint = ''
+    if (abs(poisson - 0.5_wp) < 0.01_wp) hint = 'nearly incompressible: 0.499 or 0.4999, with '// &
+      'elements of TYPE=C3D8B'
+  end function hint_at
 
   !> *DENSITY: a number greater than 0.
   subroutine read_density(reader, card, density)

@@ -33,6 +33,7 @@ module read_sets_mod
   !> Members of all sets together, and ids looked up on the way: more than any real deck needs.
   integer(i8), parameter :: max_work = 400000000
   integer, parameter :: max_wrong = 5 !! undefined ids of one card that are told
+  character(*), parameter :: of_gmsh = 'GMSH:' !! begins names of meshio's tables of Gmsh's model
 
 contains
 
@@ -85,7 +86,13 @@ contains
         call allow_options(reader, card, ['ELSET   ', 'GENERATE'], ['UNSORTED', 'INTERNAL'])
       end if
       call name_option(reader, card, keyword, .true., name, ok)
-      if (ok) call add(name, card%position, k, 0)
+      if (.not. ok) cycle
+      if (index(name, of_gmsh) == 1) then
+        call note(reader, 'set '//quoted(name)//' is skipped: meshio writes numbers of '// &
+          'entities there, not ids')
+      else
+        call add(name, card%position, k, 0)
+      end if
     end do
     call make_name_lookup(sets%names, sets%n, sets%lookup)
 

@@ -38,7 +38,7 @@ contains
 
     call read_whole_file(path, max_deck_length, raw, problem)
     if (allocated(problem)) then
-      call add_plain_mistake(diagnostics, path//': error: '//problem, 0)
+      call add_plain_mistake(diagnostics, path//': error: '//problem//deck_beside(path), 0)
       return
     end if
     chain(1)%text = path
@@ -47,6 +47,24 @@ contains
       call add_plain_mistake(diagnostics, path//': error: the deck has no lines', 0)
     end if
   end subroutine read_source
+
+  !> Of a path that is no file, whether it is one with the ending of a deck, in words.
+  function deck_beside(path) result(words)
+    character(*), intent(in) :: path
+    character(:), allocatable :: words
+    character(*), parameter :: ending = '.inp'
+    logical :: exists
+    integer :: last
+
+    words = ''
+    inquire (file=path, exist=exists)
+    if (exists .or. len_trim(path) == 0) return
+    ! Shells complete a name up to the point.
+    last = len(path)
+    if (path(last:) == '.') last = last - 1
+    inquire (file=path(:last)//ending, exist=exists)
+    if (exists) words = '; did you mean '//quoted(path(:last)//ending)//'?'
+  end function deck_beside
 
   !> Make a source of `text` as if it were the file `path`.
   subroutine source_from_text(text, path, source, diagnostics)
@@ -145,7 +163,8 @@ contains
         'more than '//to_text(max_files)//' files are included'
       if (.not. allocated(problem)) then
         call read_whole_file(path, max_deck_length, inner, problem)
-        if (allocated(problem)) problem = 'cannot include '//quoted(path)//': '//problem
+        if (allocated(problem)) problem = 'cannot include '//quoted(path)//': '//problem// &
+          deck_beside(path)
       end if
       if (allocated(problem)) then
         call report_include(card, line, problem)

@@ -14,6 +14,7 @@ module read_steps_mod
   use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
     next_data_line, real_field
   use kinds_mod, only: wp
+  use kinks_mod, only: used_amplitudes
   use loads_mod, only: load_step_t
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
     open_card, option_position
@@ -102,6 +103,9 @@ contains
     end do
     call finish_step()
     call check_released(reader, model, steps, renewed)
+    do s = 1, size(steps)
+      call note_fast_series(reader, amplitudes, steps(s))
+    end do
     regions = element_draft%regions(:element_draft%n_regions)
 
   contains
@@ -125,6 +129,37 @@ contains
     end subroutine finish_step
 
   end subroutine read_steps
+
+  !> Note Fourier series that the increments of a step cannot follow: each takes its loads in a
+  !> straight line.
+  subroutine note_fast_series(reader, amplitudes, step)
+    type(reader_t), intent(inout) :: reader
+    type(amplitude_list_t), intent(in) :: amplitudes
+    type(load_step_t), intent(in) :: step
+    real(wp), parameter :: whole_turn = 2.0_wp*acos(-1.0_wp)
+    real(wp), parameter :: enough = 8.0_wp !! increments a period
+    logical :: is_used(size(amplitudes%list))
+    real(wp) :: period
+    integer :: k, i, last
+
+    if (.not. allocated(step%boundary)) return
+    is_used = used_amplitudes(amplitudes%list, step)
+    do k = 1, size(is_used)
+      associate (a => amplitudes%list(k))
+        if (.not. is_used(k) .or. .not. allocated(a%cosine)) cycle
+        last = 0
+        do i = 1, size(a%cosine)
+          if (abs(a%cosine(i)) + abs(a%sine(i)) > 0.0_wp) last = i
+        end do
+        if (last == 0 .or. .not. a%frequency > 0.0_wp) cycle
+        period = whole_turn/(last*a%frequency)
+        if (period >= enough*step%increment*(1.0_wp - 1.0e-9_wp)) cycle
+        call note(reader, 'amplitude '//quoted(a%name)//' has a period of '//to_text(period, 3)// &
+          ' and the increments of the step are '//to_text(step%increment, 3)//': they take '// &
+          'loads in straight lines, and fewer than 8 a period miss much of it')
+      end associate
+    end do
+  end subroutine note_fast_series
 
   !> Report obstacles that have turned and whose rotation a step lets go of: none turns freely.
   subroutine check_released(reader, model, steps, renewed)

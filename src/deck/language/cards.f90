@@ -102,7 +102,8 @@ contains
         call open_keyword(line)
       else if (kind == data_line .and. .not. inside) then
         call split_line(reader%source, line, pieces)
-        call report(reader, pieces%first(1), 'this line belongs to no keyword')
+        call report(reader, pieces%first(1), 'this line belongs to no keyword', &
+          other_format(reader%source%text(pieces%first(1):reader%source%first(line + 1) - 2)))
         inside = .true. ! say it once
       end if
       if (.not. keep_reading(reader)) return
@@ -176,6 +177,23 @@ contains
     end subroutine close_card
 
   end subroutine find_cards
+
+  !> What a file is whose first line begins like this, where it is no deck; may be empty.
+  pure function other_format(line) result(hint)
+    character(*), intent(in) :: line
+    character(:), allocatable :: hint
+
+    hint = ''
+    if (index(line, '$MeshFormat') == 1) then
+      hint = "this is Gmsh's own format: gmsh -3 -format inp writes a mesh that a deck can include"
+    else if (index(line, '# vtk DataFile') == 1 .or. index(line, '<VTKFile') == 1) then
+      hint = 'this is a file of VTK, not a deck'
+    else if (index(line, '<?xml') == 1 .or. index(line, '<Xdmf') == 1) then
+      hint = 'this is XML, as the .xdmf beside a result, not a deck'
+    else if (index(line, 'solid ') == 1) then
+      hint = 'this is an STL file: *OBSTACLE, TYPE=STL, INPUT= takes it into a deck'
+    end if
+  end function other_format
 
   subroutine unknown_keyword(reader, star, word)
     type(reader_t), intent(inout) :: reader

@@ -25,6 +25,7 @@ module diagnostics_mod
   type :: mistake_t
     integer :: position = 0 !! place in the deck; 0: before all others
     character(:), allocatable :: text
+    character(:), allocatable :: hint !! the last line of the text; not allocated: none
   end type mistake_t
 
   !> What was found so far.
@@ -47,8 +48,10 @@ contains
     character(*), intent(in), optional :: hint !! what would have been right; may be empty
     character(:), allocatable :: text
     type(place_t) :: place
+    integer :: before
 
     if (.not. wants_more(diagnostics)) return
+    before = diagnostics%n_mistakes
     if (position < 1 .or. position > source%length) then
       text = 'error: '//message
       if (source%n_files > 0) text = source%files(1)%text//': '//text
@@ -61,6 +64,8 @@ contains
       if (len(hint) > 0) text = text//new_line('a')//'  '//hint
     end if
     call add_plain_mistake(diagnostics, text, position)
+    if (.not. present(hint) .or. diagnostics%n_mistakes == before) return
+    if (len(hint) > 0) diagnostics%mistakes(diagnostics%n_mistakes)%hint = hint
   end subroutine add_mistake
 
   !> Record a mistake whose text is complete.
@@ -116,12 +121,14 @@ contains
   end function wants_more
 
   !> All mistakes in the order of the deck, as one error; not allocated when there are none.
-  subroutine mistakes_as_error(diagnostics, error)
+  subroutine mistakes_as_error(diagnostics, error, checked)
     type(diagnostics_t), intent(in) :: diagnostics
     type(error_t), allocatable, intent(out) :: error
+    character(*), intent(in), optional :: checked
+    !! path of the deck: each mistake is one line then, as editors read them
     character(:), allocatable :: text
     integer, allocatable :: order(:)
-    integer :: i, j, k
+    integer :: i, j, k, most
 
     if (diagnostics%n_mistakes == 0) return
     allocate (order(diagnostics%n_mistakes))
@@ -136,11 +143,19 @@ contains
       order(j + 1) = i
     end do
     text = ''
-    do k = 1, min(size(order), max_printed)
+    most = max_printed
+    if (present(checked)) most = max_collected
+    do k = 1, min(size(order), most)
       if (k > 1) text = text//new_line('a')
-      text = text//diagnostics%mistakes(order(k))%text
+      if (present(checked)) then
+        text = text//in_one_line(diagnostics%mistakes(order(k)), checked)
+      else
+        text = text//diagnostics%mistakes(order(k))%text
+      end if
     end do
-    if (size(order) >= max_collected) then
+    if (present(checked)) then
+      continue
+    else if (size(order) >= max_collected) then
       text = text//new_line('a')//'and more: stopped after '//to_text(size(order))// &
         ' mistakes'
     else if (size(order) > max_printed) then
@@ -148,6 +163,42 @@ contains
     end if
     call raise(error, exit_wrong_input, text)
   end subroutine mistakes_as_error
+
+  !> A mistake as compilers write theirs: path:line:column: error: what is wrong; the hint. What has
+  !> no place is told at the first letter.
+  pure function in_one_line(mistake, deck) result(line)
+    type(mistake_t), intent(in) :: mistake
+    character(*), intent(in) :: deck !! path
+    character(:), allocatable :: line
+    character(*), parameter :: mark = 'error: '
+    integer :: last, at
+
+    last = index(mistake%text, new_line('a')) - 1
+    if (last < 0) last = len(mistake%text)
+    at = index(mistake%text(:last), mark)
+    if (at == 1) then
+      line = deck//':1:1: '//mistake%text(:last)
+    else if (has_place(mistake%text(:at - 3))) then
+      line = mistake%text(:last)
+    else
+      line = mistake%text(:at - 3)//':1:1: '//mistake%text(at:last)
+    end if
+    if (allocated(mistake%hint)) line = line//'; '//mistake%hint
+  end function in_one_line
+
+  !> Whether a text ends like path:line:column.
+  pure logical function has_place(text)
+    character(*), intent(in) :: text
+    integer :: column, line
+
+    has_place = .false.
+    column = verify(text, '0123456789', back=.true.)
+    if (column < 2 .or. column == len(text)) return
+    if (text(column:column) /= ':') return
+    line = verify(text(:column - 1), '0123456789', back=.true.)
+    if (line < 1 .or. line == column - 1) return
+    has_place = text(line:line) == ':'
+  end function has_place
 
   !> The notes, in the order they were made.
   subroutine notes_as_list(diagnostics, notes)
