@@ -14,9 +14,9 @@ module loads_mod
   !> s = time - time(1), from time(1) on, and value(1) before.
   type :: amplitude_t
     character(:), allocatable :: name
-    logical  :: total = .false.        !! over the time of the run, not of each step
     real(wp), allocatable :: time(:)   !! ascending; of a series where it begins
     real(wp), allocatable :: value(:)  !! the same number; of a series what it begins with
+    logical  :: total = .false.        !! over the time of the run, not of each step
     real(wp) :: frequency = 0.0_wp     !! of a series, circular [rad/time]
     real(wp), allocatable :: cosine(:), sine(:) !! (n) of a series; not allocated: a table
   end type amplitude_t
