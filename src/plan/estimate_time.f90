@@ -32,6 +32,8 @@ module estimate_time_mod
 
   ! Seconds on a machine that makes a brick's internal force in 1e-6 s [s].
   real(wp), parameter :: reference_brick = 1.0e-6_wp
+  real(wp), parameter :: stiffness_of_brick = 30.0_wp !! in internal forces of one
+  real(wp), parameter :: brief = 0.5_wp               !! runs that need no measurements [s]
   real(wp), parameter :: start_of_run = 0.01_wp      !! opening the file, loading code
   real(wp), parameter :: start_of_increment = 0.25e-3_wp
   real(wp), parameter :: write_of_increment = 0.4e-3_wp !! some 50 small datasets, a flush
@@ -58,22 +60,36 @@ contains
     real(wp), intent(in) :: ordering !! [s]
     type(seconds_t) :: seconds
     type(machine_speed_t) :: speed
-    real(wp) :: stiffness_time, force_time, body_time, plain, scratch_time
+    real(wp) :: stiffness_time, force_time
 
+    ! What is soon done is not worth measurements.
+    speed = reference_speed()
+    call sum_up(reference_brick, stiffness_of_brick*reference_brick, sizes%bricks*reference_brick)
+    if (total_seconds(seconds) < brief) return
     call measure_speed(nint(sizes%front), nint(sizes%rows), int(sizes%word*sizes%factor, i8), speed)
     call time_brick(scene, stiffness_time, force_time)
-    body_time = time_of_forces(scene)
-    plain = force_time/reference_brick
-    scratch_time = sizes%scratch/merge(kept_rate, disk_rate, sizes%keeps_scratch)
+    call sum_up(force_time, stiffness_time, time_of_forces(scene))
 
-    ! The first order is the plan's, which is spent already.
-    seconds%prepare = start_of_run*plain + (sizes%factorisations - 1.0_wp)*ordering + &
-      sizes%factorisations*(sizes%bricks*1.5_wp*stiffness_time + body_time)
-    call time_solver(scene, sizes, speed, force_time, scratch_time, seconds)
-    seconds%recover = seconds%recover + sizes%increments*(start_of_increment*plain + &
-      2.0_wp*iterations_of_increment(scene)*body_time)
-    seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
-      file%zeros/squeeze_zeros + file%dense/keep_rate)
+  contains
+
+    !> All phases, bricks and bodies taking so long.
+    subroutine sum_up(force_time, stiffness_time, body_time)
+      real(wp), intent(in) :: force_time, stiffness_time, body_time !! [s]
+      real(wp) :: plain, scratch_time
+
+      plain = force_time/reference_brick
+      scratch_time = sizes%scratch/merge(kept_rate, disk_rate, sizes%keeps_scratch)
+      seconds = seconds_t()
+      ! The first order is the plan's, which is spent already.
+      seconds%prepare = start_of_run*plain + (sizes%factorisations - 1.0_wp)*ordering + &
+        sizes%factorisations*(sizes%bricks*1.5_wp*stiffness_time + body_time)
+      call time_solver(scene, sizes, speed, force_time, scratch_time, seconds)
+      seconds%recover = seconds%recover + sizes%increments*(start_of_increment*plain + &
+        2.0_wp*iterations_of_increment(scene)*body_time)
+      seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
+        file%zeros/squeeze_zeros + file%dense/keep_rate)
+    end subroutine sum_up
+
   end function seconds_of_run
 
   !> The phases of the factor and of contact, on a machine of given rates.
@@ -124,9 +140,7 @@ contains
     real(wp), parameter :: passes_to_place = 24.0_wp !! bytes an entry of W that moves
     integer :: i
 
-    reference%flops = 5.0e10_wp
-    reference%bytes = 1.0e10_wp
-    reference%entries = 2.5e9_wp
+    reference = reference_speed()
     call time_solver(scene, sizes, reference, reference_brick, sizes%scratch/disk_rate, seconds)
     total = seconds%factorise + seconds%condense + seconds%contact + seconds%recover
     if (.not. sizes%is_dense) return
@@ -137,6 +151,15 @@ contains
       exit
     end do
   end function seconds_of_contact
+
+  !> Fixed rates of one thread, about those of a processor of today.
+  pure function reference_speed() result(speed)
+    type(machine_speed_t) :: speed
+
+    speed%flops = 5.0e10_wp
+    speed%bytes = 1.0e10_wp
+    speed%entries = 2.5e9_wp
+  end function reference_speed
 
   !> How long a brick of the scene takes: its stiffness, and its internal force.
   subroutine time_brick(scene, stiffness_time, force_time)
