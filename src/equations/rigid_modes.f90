@@ -36,13 +36,13 @@ module rigid_modes_mod
     real(wp), allocatable :: centre(:, :)      !! (3,n) of the body [length]
     real(wp), allocatable :: extent(:)         !! (n) of the body, 0 of an obstacle [length]
     logical,  allocatable :: is_joined(:)
-    !! (n_bodies) whether equations join it: then its parts have translations and rotations
-    integer,  allocatable :: part(:)
-    !! (n_nodes) part of joined bodies that the node belongs to, else 0; not allocated: none
-    real(wp), allocatable :: part_translation(:, :, :) !! (3,n_parts,n) [-]
-    real(wp), allocatable :: part_rotation(:, :, :)    !! (3,n_parts,n) [1/length]
-    real(wp), allocatable :: part_centre(:, :)         !! (3,n_parts) [length]
-    real(wp), allocatable :: part_extent(:)            !! (n_parts) [length]
+    !! (n_bodies) whether equations join it: then its pieces have translations and rotations
+    integer,  allocatable :: piece(:)
+    !! (n_nodes) piece of joined bodies that the node belongs to, else 0; not allocated: none
+    real(wp), allocatable :: piece_translation(:, :, :) !! (3,n_pieces,n) [-]
+    real(wp), allocatable :: piece_rotation(:, :, :)    !! (3,n_pieces,n) [1/length]
+    real(wp), allocatable :: piece_centre(:, :)         !! (3,n_pieces) [length]
+    real(wp), allocatable :: piece_extent(:)            !! (n_pieces) [length]
   end type free_motions_t
 
 contains
@@ -63,7 +63,10 @@ contains
     integer, allocatable :: first(:), nodes(:)
 
     ! Room for all there can be; what is not used is given back at the end.
-    k = 6*max(mesh%n_bodies, mesh%n_pieces) + 3*count(joined_nodes(mesh)) + 3*size(ref_nodes)
+    k = 6*max(mesh%n_bodies, mesh%n_pieces) + 3*size(ref_nodes)
+    if (present(constraints)) then
+      if (constraints%n_equations > 0) k = k + 3*count(joined_nodes(mesh))
+    end if
     allocate (motions%body(k), motions%node(k), motions%dof(k), motions%extent(k))
     allocate (motions%translation(3, k), motions%rotation(3, k), motions%centre(3, k), &
       source=0.0_wp)
@@ -81,7 +84,7 @@ contains
         motions%is_joined(mesh%body(constraints%node(k))) = .true.
       end do
     end if
-    if (any(motions%is_joined)) call begin_parts(mesh, motions)
+    if (any(motions%is_joined)) call begin_pieces(mesh, motions)
     call list_nodes(mesh, first, nodes)
     do body = 1, mesh%n_bodies
       associate (of_body => nodes(first(body):first(body + 1) - 1))
@@ -109,34 +112,35 @@ contains
     motions%translation = motions%translation(:, :k)
     motions%rotation = motions%rotation(:, :k)
     motions%centre = motions%centre(:, :k)
-    if (.not. allocated(motions%part)) return
-    motions%part_translation = motions%part_translation(:, :, :k)
-    motions%part_rotation = motions%part_rotation(:, :, :k)
+    if (.not. allocated(motions%piece)) return
+    motions%piece_translation = motions%piece_translation(:, :, :k)
+    motions%piece_rotation = motions%piece_rotation(:, :, :k)
   end subroutine find_free_motions
 
-  !> Number the parts of joined bodies, and make room for what motions do to them.
-  pure subroutine begin_parts(mesh, motions)
+  !> Number the pieces of joined bodies, single nodes among them, and make room for what motions do
+  !> to them.
+  pure subroutine begin_pieces(mesh, motions)
     type(mesh_t), intent(in) :: mesh
     type(free_motions_t), intent(inout) :: motions
     integer :: index_of(mesh%n_pieces), node, n
 
-    allocate (motions%part(mesh%n_nodes), source=0)
+    allocate (motions%piece(mesh%n_nodes), source=0)
     index_of = 0
     n = 0
     do node = 1, mesh%n_nodes
       if (mesh%body(node) == 0) cycle
       if (.not. motions%is_joined(mesh%body(node))) cycle
       associate (p => mesh%piece(node))
-        if (p > 0) motions%part(node) = index_of(p)
-        if (motions%part(node) > 0) cycle
+        if (p > 0) motions%piece(node) = index_of(p)
+        if (motions%piece(node) > 0) cycle
         n = n + 1
-        motions%part(node) = n
+        motions%piece(node) = n
         if (p > 0) index_of(p) = n
       end associate
     end do
-    allocate (motions%part_translation(3, n, size(motions%body)), motions%part_rotation(3, n, &
-      size(motions%body)), motions%part_centre(3, n), motions%part_extent(n), source=0.0_wp)
-  end subroutine begin_parts
+    allocate (motions%piece_translation(3, n, size(motions%body)), motions%piece_rotation(3, n, &
+      size(motions%body)), motions%piece_centre(3, n), motions%piece_extent(n), source=0.0_wp)
+  end subroutine begin_pieces
 
   !> The nodes of every body, ascending.
   pure subroutine list_nodes(mesh, first, nodes)
@@ -265,13 +269,13 @@ contains
     end do
     do m = 1, size(nodes)
       p = pieces%of_node(nodes(m))
-      associate (part => motions%part(nodes(m)), last => pieces%column(p + 1) - 1, &
+      associate (piece => motions%piece(nodes(m)), last => pieces%column(p + 1) - 1, &
                  first => pieces%column(p), extents => pieces%extents(p))
-        motions%part_centre(:, part) = extents%centre
-        motions%part_extent(part) = extents%largest
+        motions%piece_centre(:, piece) = extents%centre
+        motions%piece_extent(piece) = extents%largest
         do j = 1, k
-          motions%part_translation(:, part, motions%n - k + j) = z(first:first + 2, j)
-          if (last > first + 2) motions%part_rotation(:, part, motions%n - k + j) = &
+          motions%piece_translation(:, piece, motions%n - k + j) = z(first:first + 2, j)
+          if (last > first + 2) motions%piece_rotation(:, piece, motions%n - k + j) = &
             matmul(extents%turn, z(first + 3:last, j))
         end do
       end associate
@@ -436,7 +440,7 @@ contains
     end do
   end function hold_pins
 
-  !> Whether equations join a body, so that its parts move by themselves.
+  !> Whether equations join a body, so that its pieces move by themselves.
   pure logical function is_joined(motions, body)
     type(free_motions_t), intent(in) :: motions
     integer, intent(in) :: body
@@ -456,12 +460,12 @@ contains
     if (motions%body(j) == 0) then
       if (node == motions%node(j)) u = motions%translation(:, j)
     else if (mesh%body(node) == motions%body(j)) then
-      if (allocated(motions%part)) then
-        associate (part => motions%part(node))
-          if (part > 0) u = motions%part_translation(:, part, j) + &
-            cross(motions%part_rotation(:, part, j), mesh%coordinates(:, node) - &
-            motions%part_centre(:, part))
-          if (part > 0) return
+      if (allocated(motions%piece)) then
+        associate (piece => motions%piece(node))
+          if (piece > 0) u = motions%piece_translation(:, piece, j) + &
+            cross(motions%piece_rotation(:, piece, j), mesh%coordinates(:, node) - &
+            motions%piece_centre(:, piece))
+          if (piece > 0) return
         end associate
       end if
       u = motions%translation(:, j) + cross(motions%rotation(:, j), &
