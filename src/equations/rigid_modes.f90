@@ -16,15 +16,13 @@ module rigid_modes_mod
   use small_matrix_mod, only: cross
   use dense_mod, only: singular_values, invert_general
   use text_mod, only: to_text
-  use piece_modes_mod, only: pieces_t, one_piece, several_pieces, count_columns, modes_of, alike
+  use piece_modes_mod, only: pieces_t, one_piece, several_pieces, moving_columns, leave_free, &
+    modes_of, alike, rank_tolerance
   implicit none
   private
 
   public :: free_motions_t, find_free_motions, motion_at, hold_pins, generalised_loads, &
     add_motions, is_joined
-
-  ! of the largest singular value: sines of 1e-8 count as held, as at the edge of a thin plate
-  real(wp), parameter :: rank_tolerance = 1.0e-9_wp
 
   !> Motions u(x) = translation + rotation x (x - centre).
   type :: free_motions_t
@@ -192,7 +190,10 @@ contains
       return
     end if
     allocate (seen(count(prescribed(:, nodes)), 6))
-    each = identity(6)
+    each = 0.0_wp
+    do k = 1, 6
+      each(k, k) = 1.0_wp
+    end do
     k = 0
     do m = 1, size(nodes)
       node = nodes(m)
@@ -239,18 +240,19 @@ contains
     integer, parameter :: most = 900         ! columns: whose singular values take seconds
     type(pieces_t) :: pieces
     real(wp), allocatable :: z(:, :)
-    integer, allocatable :: pin_node(:), pin_dof(:)
+    integer, allocatable :: pin_node(:), pin_dof(:), columns(:)
     integer :: j, k, m, p
     logical :: ok
 
     call several_pieces(mesh, nodes, pieces, ok)
-    if (ok .and. count_columns(pieces) > most) then
+    columns = moving_columns(mesh, nodes, pieces, prescribed)
+    if (ok .and. size(columns) > most) then
       call raise(error, exit_not_solved, 'equations join '//to_text(size(pieces%extents))// &
-        ' bodies and single nodes to one, with '//to_text(count_columns(pieces))// &
-        ' motions: at most '//to_text(most)//' can be looked through')
+        ' bodies and single nodes to one, with '//to_text(size(columns))//' motions: at most '// &
+        to_text(most)//' can be looked through')
       return
     end if
-    if (ok) call leave_free(mesh, nodes, pieces, prescribed, constraints, z, ok)
+    if (ok) call leave_free(mesh, nodes, pieces, columns, prescribed, constraints, z, ok)
     k = 0
     if (ok) k = size(z, 2)
     if (ok .and. k == 0) return
@@ -281,80 +283,6 @@ contains
       end associate
     end do
   end subroutine find_joined_motions
-
-  !> The combinations of the motions of the pieces that supports do not see, and that satisfy all
-  !> constraints.
-  subroutine leave_free(mesh, nodes, pieces, prescribed, constraints, z, ok)
-    type(mesh_t), intent(in) :: mesh
-    integer, intent(in) :: nodes(:)          !! of the body
-    type(pieces_t), intent(in) :: pieces
-    logical, intent(in) :: prescribed(:, :)
-    type(constraints_t), intent(in) :: constraints !! of the scene
-    real(wp), allocatable, intent(out) :: z(:, :)  !! (columns,k) orthonormal
-    logical, intent(out) :: ok                     !! false: LAPACK did not converge
-    real(wp), allocatable :: seen(:, :), each(:, :), v(:, :), s(:), row(:)
-    integer :: n, n_seen, i, k, m, c
-
-    n = count_columns(pieces)
-    allocate (seen(3*n + 64, n), each(n, n), v(n, n), s(n), row(n))
-    each = identity(n)
-    ok = .true.
-    n_seen = 0
-    do m = 1, size(nodes)
-      do i = 1, 3
-        if (ok .and. prescribed(i, nodes(m))) call add(modes_of(pieces, mesh, nodes(m), i, each))
-      end do
-    end do
-    do c = 1, constraints%n
-      associate (first => constraints%first(c), last => constraints%first(c + 1) - 1)
-        if (mesh%body(constraints%node(c)) /= mesh%body(nodes(1))) cycle
-        if (.not. ok .or. prescribed(constraints%dof(c), constraints%node(c))) cycle
-        row = modes_of(pieces, mesh, constraints%node(c), constraints%dof(c), each)
-        do k = first, last
-          row = row - constraints%weight(k)*modes_of(pieces, mesh, constraints%master(k), &
-            constraints%master_dof(k), each)
-        end do
-        ! Beside what is added up: what rounding leaves of a motion that satisfies it is none.
-        call add(row/(1.0_wp + sum(abs(constraints%weight(first:last)))))
-      end associate
-    end do
-    if (ok) call singular_values(seen(:n_seen, :), s, v, ok)
-    k = 0
-    if (ok) k = count(s <= rank_tolerance*max(s(1), tiny(1.0_wp)))
-    allocate (z(n, k))
-    z = v(:, n - k + 1:)
-
-  contains
-
-    !> One more of what is seen. When there is no more room, what all see together takes its place.
-    subroutine add(of_motions)
-      real(wp), intent(in) :: of_motions(:)
-      integer :: l
-
-      if (n_seen == size(seen, 1)) then
-        call singular_values(seen, s, v, ok)
-        if (.not. ok) return
-        do l = 1, n
-          seen(l, :) = s(l)*v(:, l)
-        end do
-        n_seen = n
-      end if
-      n_seen = n_seen + 1
-      seen(n_seen, :) = of_motions
-    end subroutine add
-
-  end subroutine leave_free
-
-  pure function identity(n)
-    integer, intent(in) :: n
-    real(wp) :: identity(n, n)
-    integer :: i
-
-    identity = 0.0_wp
-    do i = 1, n
-      identity(i, i) = 1.0_wp
-    end do
-  end function identity
 
   !> Choose as many degrees of freedom as there are motions, one after the other the one that the
   !> motions not yet pinned move most.
