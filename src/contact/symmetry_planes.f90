@@ -4,6 +4,7 @@
 !> none of the plane's: there the normal has no part, and no friction acts.
 module symmetry_planes_mod
   use kinds_mod, only: wp
+  use mesh_mod, only: joined_nodes
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   implicit none
@@ -20,12 +21,15 @@ contains
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points !! gets across
     logical, allocatable :: held(:, :)
+    logical :: is_single(scene%mesh%n_nodes) !! without bricks: its place says nothing
     real(wp) :: side(2), close_by
     integer :: pair, axis, i, k
 
     points%across = .false.
     if (.not. any(points%on_surface)) return
     held = held_at_rest(scene)
+    is_single = .false.
+    if (scene%constraints%n_equations > 0) is_single = joined_nodes(scene%mesh)
     associate (x => scene%mesh%coordinates)
       close_by = rounding*maxval(maxval(x, dim=2) - minval(x, dim=2))
       do pair = 1, size(scene%pairs)
@@ -65,7 +69,7 @@ contains
         bodies(mesh%body(masters)) = 1
         of_pair = .false.
         do j = 1, mesh%n_nodes
-          if (mesh%piece(j) > 0) of_pair(j) = bodies(mesh%body(j)) == 1
+          if (mesh%body(j) > 0 .and. .not. is_single(j)) of_pair(j) = bodies(mesh%body(j)) == 1
         end do
         on_plane = abs(mesh%coordinates(axis, :) - place) <= close_by .and. of_pair
         if (.not. all(held(axis, :) .or. .not. on_plane)) return

@@ -106,10 +106,10 @@ contains
         else
           call carry(model, surfaces(of%surface), of, equations)
         end if
-        call note(reader, 'coupling '//quoted(of%name)//': the rotation of node '// &
-          to_text(model%mesh%node_id(of%node))//' is the displacement of node '// &
-          to_text(model%mesh%node_id(of%rotation_node))//', which is in the deck by no other '// &
-          'name, divided by '//to_text(model%rotation_arm(of%node), 6))
+        call note(reader, 'rotation of reference node '//to_text(model%mesh%node_id(of%node))// &
+          ' ('//of%name//'): in the result file it is the displacement of node '// &
+          to_text(model%mesh%node_id(of%rotation_node))//' divided by '// &
+          to_text(model%rotation_arm(of%node), 6))
       end associate
     end do
   end subroutine couple

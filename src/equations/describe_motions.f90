@@ -53,7 +53,7 @@ contains
   end function motion_in_words
 
   !> Combinations of motions of several bodies may be coupled; each body's part of them is named,
-  !> and of a body that equations join that of each of its parts.
+  !> and of a body that equations join that of each of its pieces.
   function span_of_bodies(mesh, motions, coefficients, least) result(words)
     type(mesh_t), intent(in) :: mesh
     type(free_motions_t), intent(in) :: motions
@@ -62,7 +62,7 @@ contains
     character(:), allocatable :: words
     real(wp) :: six(6, size(coefficients, 2)), all_of_it(size(coefficients, 2))
     integer :: first, last, k, n, node
-    logical, allocatable :: done(:) !! (n_parts)
+    logical, allocatable :: done(:) !! (n_pieces)
 
     words = ''
     all_of_it = norm2(coefficients, dim=1)
@@ -70,12 +70,12 @@ contains
     do while (first <= motions%n)
       last = first + motions_together(motions, first) - 1
       if (is_joined(motions, motions%body(first))) then
-        allocate (done(size(motions%part_extent)), source=.false.)
+        allocate (done(size(motions%piece_extent)), source=.false.)
         do node = 1, mesh%n_nodes
           if (mesh%body(node) /= motions%body(first)) cycle
-          if (done(motions%part(node))) cycle
-          done(motions%part(node)) = .true.
-          call add_part(node)
+          if (done(motions%piece(node))) cycle
+          done(motions%piece(node)) = .true.
+          call add_piece(node)
         end do
         deallocate (done)
         first = last + 1
@@ -95,8 +95,8 @@ contains
 
   contains
 
-    !> What moves the part that a node belongs to.
-    subroutine add_part(node)
+    !> What moves the piece that a node belongs to.
+    subroutine add_piece(node)
       integer, intent(in) :: node
       real(wp) :: farthest
 
@@ -104,15 +104,15 @@ contains
       do k = 1, size(coefficients, 2)
         farthest = norm2(coefficients(first:last, k))
         if (farthest <= least*all_of_it(k)) cycle
-        six(:, n + 1) = twist_of_part(motions, motions%part(node), first, last, &
+        six(:, n + 1) = twist_of_piece(motions, motions%piece(node), first, last, &
           coefficients(first:last, k))
         if (norm2(six(:, n + 1)) <= least*farthest) cycle
         n = n + 1
         where (abs(six(:, n)) <= least*maxval(abs(six(:, n)))) six(:, n) = 0.0_wp
       end do
-      if (n > 0) call append(words, 'part of node '//to_text(mesh%node_id(node))//' of '// &
+      if (n > 0) call append(words, 'piece of node '//to_text(mesh%node_id(node))//' of '// &
         body_in_words(mesh, motions, first)//': '//span_in_words(six(:, :n)))
-    end subroutine add_part
+    end subroutine add_piece
 
   end function span_of_bodies
 
@@ -145,21 +145,21 @@ contains
     end do
   end function twist_of
 
-  !> The same of a part of a body that equations join.
-  pure function twist_of_part(motions, part, first, last, coefficient) result(six)
+  !> The same of a piece of a body that equations join.
+  pure function twist_of_piece(motions, piece, first, last, coefficient) result(six)
     type(free_motions_t), intent(in) :: motions
-    integer, intent(in) :: part, first, last
+    integer, intent(in) :: piece, first, last
     real(wp), intent(in) :: coefficient(:)
     real(wp) :: six(6)
     integer :: j
 
     six = 0.0_wp
     do j = first, last
-      six(:3) = six(:3) + coefficient(j - first + 1)*motions%part_translation(:, part, j)
-      six(4:) = six(4:) + coefficient(j - first + 1)*motions%part_extent(part)* &
-        motions%part_rotation(:, part, j)
+      six(:3) = six(:3) + coefficient(j - first + 1)*motions%piece_translation(:, piece, j)
+      six(4:) = six(4:) + coefficient(j - first + 1)*motions%piece_extent(piece)* &
+        motions%piece_rotation(:, piece, j)
     end do
-  end function twist_of_part
+  end function twist_of_piece
 
   !> A space of motions: the axes that lie in it, else its vectors.
   function span_in_words(six) result(words)

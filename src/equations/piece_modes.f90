@@ -4,15 +4,20 @@
 !> its own, and a node without bricks three.
 module piece_modes_mod
   use kinds_mod, only: wp
+  use constraints_mod, only: constraints_t
   use mesh_mod, only: mesh_t
   use small_matrix_mod, only: cross
-  use dense_mod, only: symmetric_eigenvectors
+  use dense_mod, only: symmetric_eigenvectors, singular_values
   implicit none
   private
 
-  public :: pieces_t, extents_t, one_piece, several_pieces, count_columns, modes_of, alike
+  public :: pieces_t, one_piece, several_pieces, moving_columns, leave_free, modes_of, alike, &
+    rank_tolerance
 
   real(wp), parameter :: alike = 1.0e-9_wp !! of two numbers: equal but for rounding
+
+  ! of the largest singular value: sines of 1e-8 count as held, as at the edge of a thin plate
+  real(wp), parameter :: rank_tolerance = 1.0e-9_wp
 
   !> The size of a body, for motions that compare.
   type :: extents_t
@@ -113,6 +118,93 @@ contains
       row = matmul(mode(:last - first + 1), z(first:last, :))
     end associate
   end function modes_of
+
+  !> The motions of the pieces but those of single nodes that supports hold: many of these are.
+  pure function moving_columns(mesh, nodes, pieces, prescribed) result(columns)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: nodes(:)          !! of the body
+    type(pieces_t), intent(in) :: pieces
+    logical, intent(in) :: prescribed(:, :)
+    integer, allocatable :: columns(:)
+    logical :: moves(count_columns(pieces))
+    integer :: m, c
+
+    moves = .true.
+    do m = 1, size(nodes)
+      if (mesh%piece(nodes(m)) > 0) cycle
+      c = pieces%column(pieces%of_node(nodes(m)))
+      moves(c:c + 2) = .not. prescribed(:, nodes(m))
+    end do
+    columns = pack([(c, c=1, size(moves))], moves)
+  end function moving_columns
+
+  !> The combinations of the motions of the pieces that supports do not see, and that satisfy all
+  !> constraints.
+  subroutine leave_free(mesh, nodes, pieces, columns, prescribed, constraints, z, ok)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: nodes(:)          !! of the body
+    type(pieces_t), intent(in) :: pieces
+    integer, intent(in) :: columns(:)        !! of the motions that are looked through
+    logical, intent(in) :: prescribed(:, :)
+    type(constraints_t), intent(in) :: constraints !! of the scene
+    real(wp), allocatable, intent(out) :: z(:, :)  !! (columns,k) orthonormal
+    logical, intent(out) :: ok                     !! false: LAPACK did not converge
+    real(wp), allocatable :: seen(:, :), each(:, :), v(:, :), s(:), row(:)
+    integer :: n, n_seen, i, k, m, c
+
+    n = size(columns)
+    allocate (seen(8*n + 256, n), each(count_columns(pieces), n), v(n, n), s(n), row(n))
+    each = 0.0_wp
+    do k = 1, n
+      each(columns(k), k) = 1.0_wp
+    end do
+    ok = .true.
+    n_seen = 0
+    do m = 1, size(nodes)
+      do i = 1, 3
+        if (ok .and. prescribed(i, nodes(m))) call add(modes_of(pieces, mesh, nodes(m), i, each))
+      end do
+    end do
+    do c = 1, constraints%n
+      associate (first => constraints%first(c), last => constraints%first(c + 1) - 1)
+        if (mesh%body(constraints%node(c)) /= mesh%body(nodes(1))) cycle
+        if (.not. ok .or. prescribed(constraints%dof(c), constraints%node(c))) cycle
+        row = modes_of(pieces, mesh, constraints%node(c), constraints%dof(c), each)
+        do k = first, last
+          row = row - constraints%weight(k)*modes_of(pieces, mesh, constraints%master(k), &
+            constraints%master_dof(k), each)
+        end do
+        ! Beside what is added up: what rounding leaves of a motion that satisfies it is none.
+        call add(row/(1.0_wp + sum(abs(constraints%weight(first:last)))))
+      end associate
+    end do
+    if (ok) call singular_values(seen(:n_seen, :), s, v, ok)
+    k = 0
+    if (ok) k = count(s <= rank_tolerance*max(s(1), tiny(1.0_wp)))
+    allocate (z(count_columns(pieces), k), source=0.0_wp)
+    z(columns, :) = v(:, n - k + 1:)
+
+  contains
+
+    !> One more of what is seen. When there is no more room, what all see together takes its place.
+    subroutine add(of_motions)
+      real(wp), intent(in) :: of_motions(:)
+      integer :: l
+
+      if (.not. any(abs(of_motions) > 0.0_wp)) return
+      if (n_seen == size(seen, 1)) then
+        call singular_values(seen, s, v, ok)
+        if (.not. ok) return
+        do l = 1, n
+          seen(l, :) = s(l)*v(:, l)
+        end do
+        n_seen = n
+      end if
+      n_seen = n_seen + 1
+      seen(n_seen, :) = of_motions
+    end subroutine add
+
+  end subroutine leave_free
 
   !> Centre, largest side and principal axes of a body, with how far its nodes reach from each axis.
   subroutine measure_body(mesh, nodes, extents, ok)

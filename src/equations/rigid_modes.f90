@@ -16,15 +16,13 @@ module rigid_modes_mod
   use small_matrix_mod, only: cross
   use dense_mod, only: singular_values, invert_general
   use text_mod, only: to_text
-  use piece_modes_mod, only: pieces_t, one_piece, several_pieces, count_columns, modes_of, alike
+  use piece_modes_mod, only: pieces_t, one_piece, several_pieces, moving_columns, leave_free, &
+    modes_of, alike, rank_tolerance
   implicit none
   private
 
   public :: free_motions_t, find_free_motions, motion_at, hold_pins, generalised_loads, &
     add_motions, is_joined
-
-  ! of the largest singular value: sines of 1e-8 count as held, as at the edge of a thin plate
-  real(wp), parameter :: rank_tolerance = 1.0e-9_wp
 
   !> Motions u(x) = translation + rotation x (x - centre).
   type :: free_motions_t
@@ -36,13 +34,13 @@ module rigid_modes_mod
     real(wp), allocatable :: centre(:, :)      !! (3,n) of the body [length]
     real(wp), allocatable :: extent(:)         !! (n) of the body, 0 of an obstacle [length]
     logical,  allocatable :: is_joined(:)
-    !! (n_bodies) whether equations join it: then its parts have translations and rotations
-    integer,  allocatable :: part(:)
-    !! (n_nodes) part of joined bodies that the node belongs to, else 0; not allocated: none
-    real(wp), allocatable :: part_translation(:, :, :) !! (3,n_parts,n) [-]
-    real(wp), allocatable :: part_rotation(:, :, :)    !! (3,n_parts,n) [1/length]
-    real(wp), allocatable :: part_centre(:, :)         !! (3,n_parts) [length]
-    real(wp), allocatable :: part_extent(:)            !! (n_parts) [length]
+    !! (n_bodies) whether equations join it: then its pieces have translations and rotations
+    integer,  allocatable :: piece(:)
+    !! (n_nodes) piece of joined bodies that the node belongs to, else 0; not allocated: none
+    real(wp), allocatable :: piece_translation(:, :, :) !! (3,n_pieces,n) [-]
+    real(wp), allocatable :: piece_rotation(:, :, :)    !! (3,n_pieces,n) [1/length]
+    real(wp), allocatable :: piece_centre(:, :)         !! (3,n_pieces) [length]
+    real(wp), allocatable :: piece_extent(:)            !! (n_pieces) [length]
   end type free_motions_t
 
 contains
@@ -63,7 +61,10 @@ contains
     integer, allocatable :: first(:), nodes(:)
 
     ! Room for all there can be; what is not used is given back at the end.
-    k = 6*max(mesh%n_bodies, mesh%n_pieces) + 3*count(joined_nodes(mesh)) + 3*size(ref_nodes)
+    k = 6*max(mesh%n_bodies, mesh%n_pieces) + 3*size(ref_nodes)
+    if (present(constraints)) then
+      if (constraints%n_equations > 0) k = k + 3*count(joined_nodes(mesh))
+    end if
     allocate (motions%body(k), motions%node(k), motions%dof(k), motions%extent(k))
     allocate (motions%translation(3, k), motions%rotation(3, k), motions%centre(3, k), &
       source=0.0_wp)
@@ -81,7 +82,7 @@ contains
         motions%is_joined(mesh%body(constraints%node(k))) = .true.
       end do
     end if
-    if (any(motions%is_joined)) call begin_parts(mesh, motions)
+    if (any(motions%is_joined)) call begin_pieces(mesh, motions)
     call list_nodes(mesh, first, nodes)
     do body = 1, mesh%n_bodies
       associate (of_body => nodes(first(body):first(body + 1) - 1))
@@ -109,34 +110,35 @@ contains
     motions%translation = motions%translation(:, :k)
     motions%rotation = motions%rotation(:, :k)
     motions%centre = motions%centre(:, :k)
-    if (.not. allocated(motions%part)) return
-    motions%part_translation = motions%part_translation(:, :, :k)
-    motions%part_rotation = motions%part_rotation(:, :, :k)
+    if (.not. allocated(motions%piece)) return
+    motions%piece_translation = motions%piece_translation(:, :, :k)
+    motions%piece_rotation = motions%piece_rotation(:, :, :k)
   end subroutine find_free_motions
 
-  !> Number the parts of joined bodies, and make room for what motions do to them.
-  pure subroutine begin_parts(mesh, motions)
+  !> Number the pieces of joined bodies, single nodes among them, and make room for what motions do
+  !> to them.
+  pure subroutine begin_pieces(mesh, motions)
     type(mesh_t), intent(in) :: mesh
     type(free_motions_t), intent(inout) :: motions
     integer :: index_of(mesh%n_pieces), node, n
 
-    allocate (motions%part(mesh%n_nodes), source=0)
+    allocate (motions%piece(mesh%n_nodes), source=0)
     index_of = 0
     n = 0
     do node = 1, mesh%n_nodes
       if (mesh%body(node) == 0) cycle
       if (.not. motions%is_joined(mesh%body(node))) cycle
       associate (p => mesh%piece(node))
-        if (p > 0) motions%part(node) = index_of(p)
-        if (motions%part(node) > 0) cycle
+        if (p > 0) motions%piece(node) = index_of(p)
+        if (motions%piece(node) > 0) cycle
         n = n + 1
-        motions%part(node) = n
+        motions%piece(node) = n
         if (p > 0) index_of(p) = n
       end associate
     end do
-    allocate (motions%part_translation(3, n, size(motions%body)), motions%part_rotation(3, n, &
-      size(motions%body)), motions%part_centre(3, n), motions%part_extent(n), source=0.0_wp)
-  end subroutine begin_parts
+    allocate (motions%piece_translation(3, n, size(motions%body)), motions%piece_rotation(3, n, &
+      size(motions%body)), motions%piece_centre(3, n), motions%piece_extent(n), source=0.0_wp)
+  end subroutine begin_pieces
 
   !> The nodes of every body, ascending.
   pure subroutine list_nodes(mesh, first, nodes)
@@ -188,7 +190,10 @@ contains
       return
     end if
     allocate (seen(count(prescribed(:, nodes)), 6))
-    each = identity(6)
+    each = 0.0_wp
+    do k = 1, 6
+      each(k, k) = 1.0_wp
+    end do
     k = 0
     do m = 1, size(nodes)
       node = nodes(m)
@@ -235,18 +240,19 @@ contains
     integer, parameter :: most = 900         ! columns: whose singular values take seconds
     type(pieces_t) :: pieces
     real(wp), allocatable :: z(:, :)
-    integer, allocatable :: pin_node(:), pin_dof(:)
+    integer, allocatable :: pin_node(:), pin_dof(:), columns(:)
     integer :: j, k, m, p
     logical :: ok
 
     call several_pieces(mesh, nodes, pieces, ok)
-    if (ok .and. count_columns(pieces) > most) then
+    columns = moving_columns(mesh, nodes, pieces, prescribed)
+    if (ok .and. size(columns) > most) then
       call raise(error, exit_not_solved, 'equations join '//to_text(size(pieces%extents))// &
-        ' bodies and single nodes to one, with '//to_text(count_columns(pieces))// &
-        ' motions: at most '//to_text(most)//' can be looked through')
+        ' bodies and single nodes to one, with '//to_text(size(columns))//' motions: at most '// &
+        to_text(most)//' can be looked through')
       return
     end if
-    if (ok) call leave_free(mesh, nodes, pieces, prescribed, constraints, z, ok)
+    if (ok) call leave_free(mesh, nodes, pieces, columns, prescribed, constraints, z, ok)
     k = 0
     if (ok) k = size(z, 2)
     if (ok .and. k == 0) return
@@ -265,92 +271,18 @@ contains
     end do
     do m = 1, size(nodes)
       p = pieces%of_node(nodes(m))
-      associate (part => motions%part(nodes(m)), last => pieces%column(p + 1) - 1, &
+      associate (piece => motions%piece(nodes(m)), last => pieces%column(p + 1) - 1, &
                  first => pieces%column(p), extents => pieces%extents(p))
-        motions%part_centre(:, part) = extents%centre
-        motions%part_extent(part) = extents%largest
+        motions%piece_centre(:, piece) = extents%centre
+        motions%piece_extent(piece) = extents%largest
         do j = 1, k
-          motions%part_translation(:, part, motions%n - k + j) = z(first:first + 2, j)
-          if (last > first + 2) motions%part_rotation(:, part, motions%n - k + j) = &
+          motions%piece_translation(:, piece, motions%n - k + j) = z(first:first + 2, j)
+          if (last > first + 2) motions%piece_rotation(:, piece, motions%n - k + j) = &
             matmul(extents%turn, z(first + 3:last, j))
         end do
       end associate
     end do
   end subroutine find_joined_motions
-
-  !> The combinations of the motions of the pieces that supports do not see, and that satisfy all
-  !> constraints.
-  subroutine leave_free(mesh, nodes, pieces, prescribed, constraints, z, ok)
-    type(mesh_t), intent(in) :: mesh
-    integer, intent(in) :: nodes(:)          !! of the body
-    type(pieces_t), intent(in) :: pieces
-    logical, intent(in) :: prescribed(:, :)
-    type(constraints_t), intent(in) :: constraints !! of the scene
-    real(wp), allocatable, intent(out) :: z(:, :)  !! (columns,k) orthonormal
-    logical, intent(out) :: ok                     !! false: LAPACK did not converge
-    real(wp), allocatable :: seen(:, :), each(:, :), v(:, :), s(:), row(:)
-    integer :: n, n_seen, i, k, m, c
-
-    n = count_columns(pieces)
-    allocate (seen(3*n + 64, n), each(n, n), v(n, n), s(n), row(n))
-    each = identity(n)
-    ok = .true.
-    n_seen = 0
-    do m = 1, size(nodes)
-      do i = 1, 3
-        if (ok .and. prescribed(i, nodes(m))) call add(modes_of(pieces, mesh, nodes(m), i, each))
-      end do
-    end do
-    do c = 1, constraints%n
-      associate (first => constraints%first(c), last => constraints%first(c + 1) - 1)
-        if (mesh%body(constraints%node(c)) /= mesh%body(nodes(1))) cycle
-        if (.not. ok .or. prescribed(constraints%dof(c), constraints%node(c))) cycle
-        row = modes_of(pieces, mesh, constraints%node(c), constraints%dof(c), each)
-        do k = first, last
-          row = row - constraints%weight(k)*modes_of(pieces, mesh, constraints%master(k), &
-            constraints%master_dof(k), each)
-        end do
-        ! Beside what is added up: what rounding leaves of a motion that satisfies it is none.
-        call add(row/(1.0_wp + sum(abs(constraints%weight(first:last)))))
-      end associate
-    end do
-    if (ok) call singular_values(seen(:n_seen, :), s, v, ok)
-    k = 0
-    if (ok) k = count(s <= rank_tolerance*max(s(1), tiny(1.0_wp)))
-    allocate (z(n, k))
-    z = v(:, n - k + 1:)
-
-  contains
-
-    !> One more of what is seen. When there is no more room, what all see together takes its place.
-    subroutine add(of_motions)
-      real(wp), intent(in) :: of_motions(:)
-      integer :: l
-
-      if (n_seen == size(seen, 1)) then
-        call singular_values(seen, s, v, ok)
-        if (.not. ok) return
-        do l = 1, n
-          seen(l, :) = s(l)*v(:, l)
-        end do
-        n_seen = n
-      end if
-      n_seen = n_seen + 1
-      seen(n_seen, :) = of_motions
-    end subroutine add
-
-  end subroutine leave_free
-
-  pure function identity(n)
-    integer, intent(in) :: n
-    real(wp) :: identity(n, n)
-    integer :: i
-
-    identity = 0.0_wp
-    do i = 1, n
-      identity(i, i) = 1.0_wp
-    end do
-  end function identity
 
   !> Choose as many degrees of freedom as there are motions, one after the other the one that the
   !> motions not yet pinned move most.
@@ -436,7 +368,7 @@ contains
     end do
   end function hold_pins
 
-  !> Whether equations join a body, so that its parts move by themselves.
+  !> Whether equations join a body, so that its pieces move by themselves.
   pure logical function is_joined(motions, body)
     type(free_motions_t), intent(in) :: motions
     integer, intent(in) :: body
@@ -456,12 +388,12 @@ contains
     if (motions%body(j) == 0) then
       if (node == motions%node(j)) u = motions%translation(:, j)
     else if (mesh%body(node) == motions%body(j)) then
-      if (allocated(motions%part)) then
-        associate (part => motions%part(node))
-          if (part > 0) u = motions%part_translation(:, part, j) + &
-            cross(motions%part_rotation(:, part, j), mesh%coordinates(:, node) - &
-            motions%part_centre(:, part))
-          if (part > 0) return
+      if (allocated(motions%piece)) then
+        associate (piece => motions%piece(node))
+          if (piece > 0) u = motions%piece_translation(:, piece, j) + &
+            cross(motions%piece_rotation(:, piece, j), mesh%coordinates(:, node) - &
+            motions%piece_centre(:, piece))
+          if (piece > 0) return
         end associate
       end if
       u = motions%translation(:, j) + cross(motions%rotation(:, j), &

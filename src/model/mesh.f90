@@ -91,11 +91,10 @@ contains
 
   !> Nodes that no element has and that equations join to a body.
   pure function joined_nodes(mesh) result(joined)
-    type(mesh_t), intent(in) :: mesh
+    type(mesh_t), intent(in) :: mesh !! of find_bodies
     logical :: joined(mesh%n_nodes)
 
-    joined = .false.
-    if (allocated(mesh%piece)) joined = mesh%body > 0 .and. mesh%piece == 0
+    joined = mesh%body > 0 .and. mesh%piece == 0
   end function joined_nodes
 
   pure subroutine join(parent, a, b)

@@ -182,7 +182,7 @@ class Joints(unittest.TestCase):
     def test_what_it_does_not_carry_is_refused(self):
         run = Run(self.blocks(loaded("UP-ZMAX, 1, 1.")), name="deck")
         self.assertEqual(run.status, 2)
-        self.assertIn("nothing balances the loads along part of node", run.errors)
+        self.assertIn("nothing balances the loads along piece of node", run.errors)
         self.assertIn("translation along x", run.errors)
 
     def test_contact_holds_the_rest(self):

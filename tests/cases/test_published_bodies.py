@@ -11,10 +11,39 @@ from pathlib import Path
 
 import numpy as np
 from program import INPUT, Run
-from two_bodies import block, deck, pair, solved, step
+from two_bodies import block, deck, pair, quarter_ring, solved, step
 
 from studies.case_bodies import fit_line_contact, lame, line_contact, sinks  # found through program
-from studies.meshes import mesh_file
+from studies.meshes import Mesh, mesh_file
+
+
+def rings_in_rings(theta, radii=(0.2, 0.6, 1.0), young=1e9, nu=0.2, mean=1e7, second=1e5):
+    """Return pressure and radial displacement where two rings touch without friction, plane strain.
+
+    The outer one is pressed by `mean` + `second` cos 2 theta. The mean is Lame's; the rest follows
+    from the stress function (A r^2 + B r^4 + C/r^2 + D) cos 2 theta of each ring (Michell).
+    """
+    a, b, c = radii
+    shear, kappa = young / (2 + 2 * nu), 3 - 4 * nu
+
+    def normal(r):
+        return np.array([-2, 0, -6 / r**4, -4 / r**2])
+
+    def tangential(r):
+        return np.array([2, 6 * r**2, -6 / r**4, -2 / r**2])
+
+    def way(r):
+        return np.array([-2 * r, (kappa - 3) * r**3, 2 / r**3, (kappa + 1) / r]) / (2 * shear)
+
+    none = np.zeros(4)
+    rows = [(normal(a), none), (tangential(a), none), (tangential(b), none), (none, tangential(b)),
+            (none, tangential(c)), (normal(b), -normal(b)), (way(b), -way(b)), (none, normal(c))]
+    inner = np.linalg.solve([np.concatenate(row) for row in rows], [0] * 7 + [-second])[:4]
+    share = mean * c**2 / (c**2 - a**2)  # Lame: both rings are one
+    lame_way = -share * b * (1 + nu) / young * (1 - 2 * nu + a**2 / b**2)
+    cosine = np.cos(2 * theta)
+    return (share * (1 - a**2 / b**2) - inner @ normal(b) * cosine,
+            lame_way + inner @ way(b) * cosine)
 
 
 class Decks(unittest.TestCase):
@@ -108,6 +137,94 @@ class Blocks(unittest.TestCase):
                                    held="LOW-ZMIN, 1, 3\nUP-ZMAX, 1, 2"))
         touching = result.pairs[0]
         np.testing.assert_allclose(touching.reaction[-1][:, 0] / touching.area, 1e4, rtol=1e-10)
+
+    def rings(self, around, second):
+        """SSNP167 of Code_Aster: rings in one another, pressed by 1e7 + 1e5 cos 2 theta (`second`).
+
+        Return errors of contact pressure, point by point and on the whole, and of the radial
+        displacement where they touch, beside the largest of each.
+        """
+        across, height = 10, 0.05
+        load, angle = [], 0.5 * np.pi / around[1]
+        for k in range(2):
+            for j in range(around[1] + 1):
+                theta = j * angle
+                share = angle * height / 2 * (0.5 if j in (0, around[1]) else 1.0)
+                force = -share * (1e7 + second * np.cos(2 * theta))
+                number = 20001 + (k * (around[1] + 1) + j + 1) * (across + 1) - 1
+                load += [f"{number}, 1, {float(force * np.cos(theta))!r}",
+                         f"{number}, 2, {float(force * np.sin(theta))!r}"]
+        cards = "\n".join(load)
+        text = deck(
+            quarter_ring("I", 1, (0.2, 0.6), (across, around[0]), height),
+            quarter_ring("O", 20001, (0.6, 1.0), (across, around[1]), height),
+            "*MATERIAL, NAME=M\n*ELASTIC\n1e9, 0.2\n"
+            "*SOLID SECTION, ELSET=I, MATERIAL=M\n*SOLID SECTION, ELSET=O, MATERIAL=M\n",
+            pair("I-OUT, O-IN"),
+            f"*STEP\n*STATIC, DIRECT\n1., 1.\n*CLOAD\n{cards}\n*END STEP\n",
+            held="I-X, 1\nI-Y, 2\nO-X, 1\nO-Y, 2\nI-ALL, 3\nO-ALL, 3",
+        )
+        result = solved(self, text)
+        touching = result.pairs[0]
+        theta = np.arctan2(touching.coordinates[:, 1], touching.coordinates[:, 0])
+        pressure, way = rings_in_rings(theta, second=second)
+        force = touching.reaction[-1][:, 0]
+        nodes = [result.nearest_node(place) for place in touching.coordinates]
+        moved = result.field("displacement", -1)[nodes]
+        radial = moved[:, 0] * np.cos(theta) + moved[:, 1] * np.sin(theta)
+        # Of the pressure also what all points say together: its mean, its part with cos 2 theta.
+        waves = np.array([np.ones(theta.size), np.cos(2 * theta)])
+        largest = (waves @ (touching.area * pressure))[0]
+        return (np.abs(force / touching.area - pressure).max() / pressure.max(),
+                np.abs(waves @ (force - touching.area * pressure)) / largest,
+                np.abs(radial - way).max() / np.abs(way).max())
+
+    def test_rings_under_a_pressure_that_varies(self):
+        """Michell's solution, each value within the source's 2 %; and with ten times the variation.
+
+        Where the polygons do not match their corners overlap by a tenth of the displacement: there
+        single pressures say how they lie on each other.
+        """
+        _, way = rings_in_rings(np.linspace(0, 0.5 * np.pi, 91))
+        self.assertAlmostEqual(np.abs(way).max(), 5.5e-3, delta=0.05e-3)  # as the source says
+        for around, second in itertools.product(((32, 32), (32, 24), (24, 36)), (1e5, 1e6)):
+            with self.subTest(around=around, second=second):
+                pressure, waves, way = self.rings(around, second)
+                if around[0] == around[1]:
+                    self.assertLess(pressure, 0.01)
+                self.assertLess(waves.max(), 0.008)
+                self.assertLess(way, 0.02 if second < 1e6 else 0.025)
+
+    def wedge(self, mu):
+        """NAFEMS' CGS-4: a wedge under a weight on a slope of a tenth, pushed up it at its side.
+
+        Return the push beside the weight once all of it slides.
+        """
+        base, upper = Mesh("BASE"), Mesh("WEDGE", 10001)
+        base.grid((12, 2, 3), lambda a, b, c: (6 * a, b, c * (1 + 0.6 * a)), SLOPE="k+")
+        upper.grid((7, 3, 4), lambda a, b, c: (1 + 4 * a, b, (1 - c) * (1.1 + 0.4 * a) + 3 * c),
+                   SOLE="k-", TOP="k+")
+        cards = [
+            base.cards(FLOOR=lambda x, y, z: z == 0),
+            upper.cards(SIDE=lambda x, y, z: x == 1, FLANK=lambda x, y, z: y == 0),
+            "*MATERIAL, NAME=M\n*ELASTIC\n1e6, 0.3\n*SOLID SECTION, ELSET=BASE, MATERIAL=M\n"
+            "*SOLID SECTION, ELSET=WEDGE, MATERIAL=M\n",
+            pair("WEDGE-SOLE, BASE-SLOPE", mu),
+            step("WEDGE-SIDE, 1, 1, 0.01").replace("*END", "*DSLOAD\nWEDGE-TOP, P, 1.\n*END"),
+        ]
+        text = deck(*cards, held="BASE-FLOOR, 1, 3\nWEDGE-FLANK, 2").replace(
+            "*NODE", "*PARAMETER\nelement = C3D8\n*NODE", 1)
+        result = solved(self, text)
+        self.assertTrue(np.all(result.pairs[0].status[-1] == 2))
+        force = result.pairs[0].resultant[-1]
+        self.assertAlmostEqual(force[2] / 4, 1, delta=1e-8)
+        return -force[0] / force[2]
+
+    def test_a_wedge_is_pushed_up_a_slope(self):
+        """F/G = (tan a + mu)/(1 - mu tan a)."""
+        for mu, published in ((0.0, 0.1), (0.1, 0.20202), (0.2, 0.306122), (0.3, 0.412371)):
+            with self.subTest(mu=mu):
+                self.assertAlmostEqual(self.wedge(mu) / published, 1, delta=1e-5)
 
     def pad(self, side):
         """SSNV503 of Code_Aster: a pad under 300 on a base, mu = 0.3, pushed at one side.

@@ -91,7 +91,7 @@ contains
     coupling%node = find_id(model%mesh%nodes, model%mesh%node_id, id)
     if (coupling%node == 0) call report(reader, coupling%node_position, 'node '//to_text(id)// &
       ' is not defined')
-    if (len(coupling%name) == 0) coupling%name = 'of node '//to_text(id)
+    if (len(coupling%name) == 0) coupling%name = 'coupling of '//coupling%surface_name
   end subroutine read_coupling
 
   !> Lines of first dof, last dof; no line: all.
