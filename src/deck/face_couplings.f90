@@ -4,20 +4,21 @@
 !> displacement is rotation vector times a length, the farthest that a coupled node is away, so that
 !> all unknowns are lengths and all forces forces. docs/theory.md section 11.
 module face_couplings_mod
-  use cards_mod, only: note, reader_t, report
+  use cards_mod, only: reader_t, report
   use dense_mod, only: invert_general
   use diagnostics_mod, only: quoted
   use equation_list_mod, only: add_equation, equation_list_t
   use face4_mod, only: face_node_areas
   use kinds_mod, only: wp
   use mesh_draft_mod, only: reserve_nodes
+  use scene_mod, only: coupled_rotation_t
   use sets_mod, only: model_t
   use surfaces_mod, only: nodes_of, surface_t
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: coupling_t, add_rotation_node, mark_coupled, couple
+  public :: coupling_t, add_rotation_node, mark_coupled, couple, rotations_of
 
   real(wp), parameter :: nothing = 1.0e-14_wp !! of the length: an arm of rounding [-]
 
@@ -106,13 +107,19 @@ contains
         else
           call carry(model, surfaces(of%surface), of, equations)
         end if
-        call note(reader, 'rotation of reference node '//to_text(model%mesh%node_id(of%node))// &
-          ' ('//of%name//'): in the result file it is the displacement of node '// &
-          to_text(model%mesh%node_id(of%rotation_node))//' divided by '// &
-          to_text(model%rotation_arm(of%node), 6))
       end associate
     end do
   end subroutine couple
+
+  !> The reference nodes of couplings with the nodes of their rotations.
+  function rotations_of(model) result(rotations)
+    type(model_t), intent(in) :: model
+    type(coupled_rotation_t) :: rotations(size(model%rotation_of, 2))
+
+    rotations%node = model%rotation_of(1, :)
+    rotations%rotation_node = model%rotation_of(2, :)
+    rotations%length = model%rotation_arm(model%rotation_of(1, :))
+  end function rotations_of
 
   !> How far coupled nodes are from their reference nodes, at most.
   subroutine measure_arms(model, surfaces, couplings)

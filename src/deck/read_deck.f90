@@ -9,7 +9,7 @@ module read_deck_mod
   use cards_mod, only: find_cards, is_data_line, note, read_parameters, reader_t, report
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
     mistakes_as_error, notes_as_list, quoted
-  use face_couplings_mod, only: couple, coupling_t, mark_coupled
+  use face_couplings_mod, only: couple, coupling_t, mark_coupled, rotations_of
   use equation_list_mod, only: equation_list_t, join_equations, mark_named, refuse_held, &
     refuse_loose
   use errors_mod, only: error_t
@@ -200,6 +200,7 @@ contains
     if (any_mistakes(reader%diagnostics)) return
 
     scene%surfaces = surfaces%list(:surfaces%n)
+    if (size(couplings) > 0) scene%rotations = rotations_of(model)
     call move_alloc(amplitudes%list, scene%amplitudes)
     call note_held(reader, scene%constraints, model%mesh%n_nodes, scene%steps)
     call refuse_held(reader, model, equations, scene%steps)

@@ -12,7 +12,8 @@ module scene_mod
   implicit none
   private
 
-  public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t, master_name, pair_turns
+  public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t, coupled_rotation_t, &
+    master_name, pair_turns
 
   !> Isotropic linear elasticity.
   type :: material_t
@@ -52,6 +53,13 @@ module scene_mod
     !! before a surface: how deep in it slave faces are in the deck, at most [length]
   end type contact_pair_t
 
+  !> A reference node of couplings, and the node whose displacement is its rotation times a length.
+  type :: coupled_rotation_t
+    integer  :: node = 0
+    integer  :: rotation_node = 0
+    real(wp) :: length = 1.0_wp
+  end type coupled_rotation_t
+
   !> A validated scene: nothing below this type needs to doubt it.
   type :: scene_t
     character(:), allocatable :: title
@@ -67,6 +75,7 @@ module scene_mod
     type(obstacle_t),     allocatable :: obstacles(:)
     type(contact_pair_t), allocatable :: pairs(:)
     type(contact_gap_t),  allocatable :: gaps(:)
+    type(coupled_rotation_t), allocatable :: rotations(:) !! not allocated: none
     type(region_t),       allocatable :: regions(:)
     type(amplitude_t),    allocatable :: amplitudes(:)
     type(load_step_t),    allocatable :: steps(:)

@@ -37,13 +37,13 @@ contains
       if (asked%reaction) call add_field(list, field_t('PointData/reaction_force', of_real, &
         [3, n], 'force', 'of the supports on the body, x, y, z', every_time, at_supports, &
         compute=reaction_force))
-      if (any(scene%obstacles%turns)) then
+      if (any(scene%obstacles%turns) .or. allocated(scene%rotations)) then
         if (asked%displacement) call add_field(list, field_t('PointData/rotation', of_real, &
-          [3, n], 'angle', 'rotation vectors of the reference nodes of obstacles, x, y, z', &
+          [3, n], 'angle', 'rotation vectors of reference nodes, x, y, z', &
           every_time, at_supports, compute=rotation))
         if (asked%reaction) call add_field(list, field_t('PointData/reaction_moment', of_real, &
-          [3, n], 'moment', 'of the supports on obstacles that turn, about their reference '// &
-          'nodes, x, y, z', every_time, at_supports, compute=reaction_moment))
+          [3, n], 'moment', 'of the supports on obstacles that turn and on coupled faces, '// &
+          'about their reference nodes, x, y, z', every_time, at_supports, compute=reaction_moment))
       end if
       if (asked%contact .and. has_contact) then
         call add_field(list, field_t('PointData/contact_force', of_real, [3, n], 'force', &
@@ -116,6 +116,12 @@ contains
         if (obstacle%turns) values(:, obstacle%ref_node) = source%state%rotation(:, i)
       end associate
     end do
+    if (.not. allocated(source%scene%rotations)) return
+    do i = 1, size(source%scene%rotations)
+      associate (of => source%scene%rotations(i))
+        values(:, of%node) = source%state%displacement(:, of%rotation_node)/of%length
+      end associate
+    end do
   end subroutine rotation
 
   !> What holds the torques of the contact forces; obstacles that share a node add up.
@@ -133,6 +139,12 @@ contains
           values(:, ref_node) = values(:, ref_node) + cross(x(:, node) + u(:, node) - &
             x(:, ref_node) - u(:, ref_node), source%state%reaction(:, i))
         end associate
+      end associate
+    end do
+    if (.not. allocated(source%scene%rotations)) return
+    do i = 1, size(source%scene%rotations)
+      associate (of => source%scene%rotations(i))
+        values(:, of%node) = source%state%support_force(:, of%rotation_node)*of%length
       end associate
     end do
   end subroutine reaction_moment
