@@ -349,7 +349,7 @@ contains
       '                      does no more than that takes, and says where it is not reached'// &
       nl// &
       '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
-      '  --check             only check the deck: each mistake in a line, as editors read it'//nl// &
+      '  --check             only check the deck: each mistake in a line, as editors read'//nl// &
       '  --force             run even what does not fit in memory or on the disk'//nl// &
       '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32'//nl// &
       '                      or all, to NAME-<increment>.fclib.hdf5'//nl// &
