@@ -331,14 +331,17 @@ contains
   !> Work, strain energy and dissipation up to the end of the increment, and what is left over.
   !>
   !> External work by the trapezoidal rule on loads and supports, and on the torques that turn
-  !> obstacles; the reaction of the end dissipates over the slip.
-  pure subroutine energy_balance(contact, old, new, internal_force, energy, of_torques)
+  !> obstacles; the reaction of the end dissipates over the slip. What the forces of thermal
+  !> expansion do is in the work of the loads, and so far also in the strain energy, that of the
+  !> total strain: both lose what the two differ by from work and energy of the stresses.
+  pure subroutine energy_balance(contact, old, new, internal_force, energy, of_torques, of_heat)
     type(contact_fields_t), intent(in) :: contact
     type(state_t), intent(in) :: old
     type(state_t), intent(inout) :: new            !! gets external_work and dissipation
     real(wp), intent(in) :: internal_force(:, :)   !! (3,n_nodes) [force]
     type(energy_t), intent(out) :: energy
     real(wp), intent(in), optional :: of_torques   !! in the increment, 0 where left out [energy]
+    real(wp), intent(in), optional :: of_heat      !! what both lose, 0 where left out [energy]
 
     new%external_work = old%external_work + 0.5_wp*sum((new%displacement - old%displacement)* &
       (old%external_force + old%support_force + new%external_force + new%support_force))
@@ -346,6 +349,10 @@ contains
     new%dissipation = old%dissipation - sum(contact%reaction(2:, :)*contact%slip_increment)
     energy%external_work = new%external_work
     energy%strain = 0.5_wp*sum(internal_force*new%displacement)
+    if (present(of_heat)) then
+      energy%external_work = energy%external_work - of_heat
+      energy%strain = energy%strain - of_heat
+    end if
     energy%dissipation = new%dissipation
     energy%balance = energy%external_work - energy%strain - energy%dissipation
   end subroutine energy_balance

@@ -90,7 +90,7 @@ contains
     end associate
   end function sweeps
 
-  !> The bodies on which loads act: how far they go is not known before.
+  !> The bodies on which loads act, or that become warmer: how far they go is not known before.
   pure subroutine mark_loaded(scene, loose_body)
     type(scene_t), intent(in) :: scene
     logical, intent(inout) :: loose_body(:)      !! (n_bodies)
@@ -112,6 +112,7 @@ contains
           loose_body(mesh%body(mesh%connectivity(1, &
             scene%regions(s%gravity(i)%region)%elements))) = .true.
         end do
+        if (allocated(s%temperatures)) loose_body(mesh%body(s%temperatures%node)) = .true.
       end associate
     end do
   end subroutine mark_loaded

@@ -35,6 +35,7 @@ module read_deck_mod
   use read_properties_mod, only: find_weights, read_materials, read_sections
   use read_sets_mod, only: read_sets
   use read_source_mod, only: read_source, source_from_text
+  use read_temperatures_mod, only: read_first_temperatures
   use read_steps_mod, only: read_steps
   use read_surfaces_mod, only: read_surfaces
   use read_ties_mod, only: read_ties
@@ -191,8 +192,10 @@ contains
     call read_accuracy(reader, scene%accuracy)
     call read_output_controls(reader, scene%output)
     call read_amplitudes(reader, amplitudes)
+    call read_first_temperatures(reader, model, scene%first_temperature)
     call read_steps(reader, model, amplitudes, surfaces, scene%steps, scene%regions)
     call mark_turning(scene%steps, scene%obstacles)
+    call note_useless_temperatures(reader, scene)
     if (model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) then
       call report(reader, 0, 'the deck has no elements (*ELEMENT or *BLOCK)')
     end if
@@ -208,6 +211,16 @@ contains
     call refuse_loose(reader, equations, scene%mesh)
     call check_turns(reader, scene)
   end subroutine read_cards
+
+  !> Note temperatures where nothing expands.
+  subroutine note_useless_temperatures(reader, scene)
+    type(reader_t), intent(inout) :: reader
+    type(scene_t), intent(in) :: scene
+
+    if (any(abs(scene%materials%expansion) > 0.0_wp)) return
+    if (any(reader%cards(:reader%n_cards)%keyword == 'TEMPERATURE')) call note(reader, &
+      '*TEMPERATURE changes nothing: no material has an *EXPANSION')
+  end subroutine note_useless_temperatures
 
   !> Find the obstacles that rotations of their reference nodes turn.
   pure subroutine mark_turning(steps, obstacles)

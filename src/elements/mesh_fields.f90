@@ -20,13 +20,15 @@ contains
   !>
   !> A node's value is the plain average over all bricks at the node, whatever their material, of
   !> what each extrapolates; 0 where no brick uses the node.
-  pure subroutine fill_tensor_fields(mesh, materials, u, strain, stress)
+  pure subroutine fill_tensor_fields(mesh, materials, u, strain, stress, thermal)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)                !! (3,n_nodes) displacement [length]
     type(tensor_field_t), intent(inout) :: strain  !! [-]
     type(tensor_field_t), intent(inout) :: stress  !! [force/length^2]
-    real(wp) :: x(3, 8), values(6, 8), lambda, shear
+    real(wp), intent(in), optional :: thermal(:)
+    !! (n_elements) as of thermal_stress; none where left out [force/length^2]
+    real(wp) :: x(3, 8), values(6, 8), stresses(6, 8), lambda, shear
     integer :: e, nodes(8)
 
     if (allocated(strain%at_nodes)) strain%at_nodes = 0.0_wp
@@ -39,7 +41,9 @@ contains
       end associate
       values = gauss_strain(mesh%element_kind(e), x, u(:, nodes), lambda, shear)
       call store_brick(e, nodes, x, values, strain)
-      call store_brick(e, nodes, x, stress_of(values, lambda, shear), stress)
+      stresses = stress_of(values, lambda, shear)
+      if (present(thermal)) stresses(:3, :) = stresses(:3, :) - thermal(e)
+      call store_brick(e, nodes, x, stresses, stress)
     end do
     if (allocated(strain%at_nodes)) call divide_by_bricks(mesh, strain%at_nodes)
     if (allocated(stress%at_nodes)) call divide_by_bricks(mesh, stress%at_nodes)

@@ -9,6 +9,7 @@ module recovered_error_mod
   use brick8_mod, only: lame_constants, stress_of, jacobian_determinants, volume_mean, xi_node, &
     eta_node, zeta_node, gauss
   use elements_mod, only: gauss_strain
+  use expansion_mod, only: thermal_energy
   use patch_recovery_mod, only: recover_at_nodes
   implicit none
   private
@@ -21,13 +22,16 @@ contains
   !> the energy of the stresses.
   !>
   !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 33 (1992) 1331-1364.
-  subroutine estimate_mesh_error(mesh, materials, u, of_bricks, relative)
+  subroutine estimate_mesh_error(mesh, materials, u, of_bricks, relative, thermal)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
     real(wp), allocatable, intent(out) :: of_bricks(:)
     !! (n_elements) int d : C^-1 : d, d the stresses less the smooth ones [energy]
     real(wp), intent(out) :: relative      !! their sum over int sigma : C^-1 : sigma [-]
+    real(wp), intent(in), optional :: thermal(:)
+    !! (n_elements) as of thermal_stress; none where left out [force/length^2]
+    real(wp), parameter :: rounding = 1.0e-20_wp !! of the energy of thermal stresses: none left
     real(wp), allocatable :: stress(:, :, :), means(:, :), smooth(:, :)
     real(wp) :: weight(16), lambda, shear, energy
     integer :: material, e, nodes(8)
@@ -42,6 +46,7 @@ contains
         nodes = mesh%connectivity(:, e)
         stress(:, :, e) = stress_of(gauss_strain(mesh%element_kind(e), mesh%coordinates(:, nodes), &
           u(:, nodes), lambda, shear), lambda, shear)
+        if (present(thermal)) stress(:3, :, e) = stress(:3, :, e) - thermal(e)
         means(:, e) = volume_mean(mesh%coordinates(:, nodes), stress(:, :, e))
       end do
       call recover_at_nodes(mesh, material, means, smooth)
@@ -55,6 +60,9 @@ contains
       end do
     end do
     relative = 0.0_wp
+    if (present(thermal)) then
+      if (energy <= rounding*thermal_energy(mesh, materials, thermal)) return
+    end if
     if (energy > 0.0_wp) relative = sum(of_bricks)/energy
   end subroutine estimate_mesh_error
 

@@ -12,7 +12,9 @@ module step_loads_mod
   use constraints_mod, only: constraints_t, active_constraints, follow_masters
   use mesh_mod, only: joined_nodes
   use scene_mod, only: scene_t
+  use warming_mod, only: warming_t, warms, warming_of_step
   use mesh_forces_mod, only: pressure_force, gravity_force
+  use expansion_mod, only: thermal_stress, thermal_force
   implicit none
   private
 
@@ -88,6 +90,7 @@ contains
     allocate (force(3, scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
     call resolve_boundary(scene, step, u, displacement)
     call resolve_forces(scene, step, force)
+    if (warms(scene)) call resolve_warming(scene, step, force)
     loads%turns = turns_of_step(scene, step)
     loads%start = start_of_step(scene%steps, step)
     allocate (used(pattern_hold:n))
@@ -236,6 +239,33 @@ contains
       end do
     end do
   end subroutine resolve_forces
+
+  !> Add the forces by which warmer bodies expand.
+  pure subroutine resolve_warming(scene, step, force)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    real(wp), intent(inout) :: force(:, :, pattern_hold:) !! (3,n_nodes,patterns) [force]
+    type(warming_t) :: warming
+    integer :: g
+
+    warming = warming_of_step(scene, step)
+    call add(warming%held, force(:, :, pattern_hold))
+    call add(warming%ramp, force(:, :, pattern_ramp))
+    do g = 1, ubound(force, 3)
+      call add(warming%by_amplitude(:, g), force(:, :, g))
+    end do
+
+  contains
+
+    pure subroutine add(rise, f)
+      real(wp), intent(in) :: rise(:)
+      real(wp), intent(inout) :: f(:, :)
+
+      if (any(abs(rise) > 0.0_wp)) call thermal_force(scene%mesh, thermal_stress(scene%mesh, &
+        scene%materials, rise), f)
+    end subroutine add
+
+  end subroutine resolve_warming
 
   !> Bring the levels of a step to its end and hold them there, but for those that follow on.
   pure subroutine settle(scene, step, level)

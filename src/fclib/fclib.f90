@@ -110,14 +110,14 @@ contains
     group = local_group
     problem%is_global = exists(file, global_group)
     if (problem%is_global) group = global_group
-    if (exists(file, '/VTKHDF') .and. .not. exists(file, group)) then
-      call blame(error, file, 'this is a result, not a deck: scripts/show and ParaView show '// &
-        'it; bipot DECK --continue goes on with a run')
-      return
-    end if
     if (.not. exists(file, group)) then
-      call blame(error, file, 'neither /fclib_local nor /fclib_global is in it, so it is no '// &
-        'FCLIB problem')
+      if (exists(file, '/VTKHDF')) then
+        call blame(error, file, 'this is a result, not a deck: scripts/show and ParaView show '// &
+          'it; bipot DECK --continue goes on with a run')
+      else
+        call blame(error, file, 'neither /fclib_local nor /fclib_global is in it, so it is no '// &
+          'FCLIB problem')
+      end if
       return
     end if
     call read_count(file, group//'/spacedim', 2_i8, 3_i8, dimensions, error)

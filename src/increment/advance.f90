@@ -24,6 +24,8 @@ module advance_mod
     ended_out_of_reach, ended_stalled
   use mesh_forces_mod, only: nodal_stiffness
   use certificate_mod, only: certify, energy_balance
+  use warming_mod, only: warms, warming_at
+  use expansion_mod, only: thermal_stress, thermal_force, thermal_energy
   use turned_slips_mod, only: work_of_torques, slips_of_turns
   use drag_points_mod, only: drag_points
   use follow_points_mod, only: rounding_of_places, carried_slip
@@ -199,8 +201,25 @@ contains
     call give_to_masters(solver%body%constraints, new%support_force)
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
     call energy_balance(report%contact, old, new, trial%forces%internal, report%energy, &
-      work_of_torques(scene, points, old, new))
+      work_of_torques(scene, points, old, new), energy_of_heat(scene, new))
   end subroutine finish
+
+  !> By how much the energy of the total strain is more than that of the stresses where bodies have
+  !> become warmer: f . u - C, f the forces of thermal expansion, C their energy in bricks that
+  !> cannot expand. docs/theory.md (8.13).
+  pure real(wp) function energy_of_heat(scene, state) result(energy)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: state
+    real(wp) :: stress(scene%mesh%n_elements), force(3, scene%mesh%n_nodes)
+
+    energy = 0.0_wp
+    if (.not. warms(scene)) return
+    stress = thermal_stress(scene%mesh, scene%materials, warming_at(scene, state%step, &
+      state%position))
+    force = 0.0_wp
+    call thermal_force(scene%mesh, stress, force)
+    energy = sum(force*state%displacement) - thermal_energy(scene%mesh, scene%materials, stress)
+  end function energy_of_heat
 
   !> A node without a reaction must not end inside its master: where its motion is prescribed that
   !> is an error; where it was taken to be out of reach the report says so. So it does where a point

@@ -83,6 +83,8 @@ contains
         any(step%face_pressures%amplitude == k .and. &
             abs(step%face_pressures%value) > 0.0_wp) .or. &
         any(step%gravity%amplitude == k)
+      if (allocated(step%temperatures)) is_used(k) = is_used(k) .or. &
+        any(step%temperatures%amplitude == k)
       if (.not. allocated(step%rotations)) cycle
       is_used(k) = is_used(k) .or. any(step%rotations%amplitude == k .and. &
         abs(step%rotations%value) > 0.0_wp)

@@ -54,6 +54,7 @@ module loads_mod
     logical  :: replace_forces = .false.
     logical  :: replace_pressures = .false.
     logical  :: replace_element_loads = .false. !! OP=NEW of *DLOAD
+    logical  :: replace_temperatures = .false.  !! OP=NEW: others go back to the first ones
     type(nodal_value_t), allocatable :: boundary(:)  !! of one node and dof the last counts
     type(nodal_value_t), allocatable :: rotations(:)
     !! of reference nodes: dof 1, 2, 3 are the components of a rotation vector [rad]
@@ -61,6 +62,8 @@ module loads_mod
     type(pressure_t),    allocatable :: pressures(:) !! *DSLOAD; of one surface they add up
     type(pressure_t),    allocatable :: face_pressures(:) !! *DLOAD P1..P6; they add up as well
     type(gravity_t),     allocatable :: gravity(:)   !! *DLOAD GRAV; of one region they add up
+    type(nodal_value_t), allocatable :: temperatures(:)
+    !! of one node the last counts; dof is 1; not allocated: none
   end type load_step_t
 
 contains

@@ -21,6 +21,7 @@ module scene_mod
     real(wp) :: young = 0.0_wp    !! Young's modulus E > 0 [force/length^2]
     real(wp) :: poisson = 0.0_wp  !! Poisson's ratio nu, -1 < nu < 0.5 [-]
     real(wp) :: density = 0.0_wp  !! > 0 where gravity acts, 0 where not given [mass/length^3]
+    real(wp) :: expansion = 0.0_wp !! coefficient of thermal expansion [1/temperature]
   end type material_t
 
   !> Elements that a load names.
@@ -79,6 +80,7 @@ module scene_mod
     type(region_t),       allocatable :: regions(:)
     type(amplitude_t),    allocatable :: amplitudes(:)
     type(load_step_t),    allocatable :: steps(:)
+    real(wp), allocatable :: first_temperature(:) !! (n_nodes) where nothing expands; else 0
     type(contact_controls_t) :: contact
     type(output_controls_t)  :: output
     type(precision_controls_t) :: precision

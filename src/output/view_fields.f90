@@ -6,6 +6,8 @@ module view_fields_mod
   use scene_mod, only: scene_t, pair_turns
   use step_fields_mod, only: tensor_field_t
   use small_matrix_mod, only: cross
+  use warming_mod, only: warms, warming_at
+  use expansion_mod, only: thermal_stress
   use mesh_fields_mod, only: fill_tensor_fields
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     compute_field, every_time, at_start, at_supports, at_contact
@@ -282,8 +284,14 @@ contains
     associate (scene => source%scene)
       if (scene%output%stress) call allocate_tensors(scene, source%stress)
       if (scene%output%strain) call allocate_tensors(scene, source%strain)
-      call fill_tensor_fields(scene%mesh, scene%materials, source%state%displacement, &
-        source%strain, source%stress)
+      if (warms(scene)) then
+        call fill_tensor_fields(scene%mesh, scene%materials, source%state%displacement, &
+          source%strain, source%stress, thermal_stress(scene%mesh, scene%materials, &
+          warming_at(scene, source%state%step, source%state%position)))
+      else
+        call fill_tensor_fields(scene%mesh, scene%materials, source%state%displacement, &
+          source%strain, source%stress)
+      end if
     end associate
   end subroutine make_tensors
 

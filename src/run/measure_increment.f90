@@ -6,6 +6,8 @@ module measure_increment_mod
   use increments_mod, only: ends_step, asked_number
   use increment_report_mod, only: increment_report_t
   use step_fields_mod, only: fields_due
+  use warming_mod, only: warms, warming_at
+  use expansion_mod, only: thermal_stress
   use mesh_fields_mod, only: find_largest_deformation
   use recovered_error_mod, only: estimate_mesh_error
   implicit none
@@ -26,8 +28,14 @@ contains
     due = scene%output%mesh_error
     if (due) due = fields_due(scene%output%frequency, asked_number(state%position), is_last)
     if (.not. (is_last .or. due)) return
-    call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, report%mesh_error, &
-      report%errors%mesh)
+    if (warms(scene)) then
+      call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, &
+        report%mesh_error, report%errors%mesh, thermal_stress(scene%mesh, scene%materials, &
+        warming_at(scene, state%step, state%position)))
+    else
+      call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, &
+        report%mesh_error, report%errors%mesh)
+    end if
   end subroutine estimate_mesh
 
   !> How far the increment leaves linear theory: at the end of a step, and where fields are written.

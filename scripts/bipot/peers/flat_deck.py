@@ -318,6 +318,8 @@ def read_load(card, scene, step):
             if given and given[0] == "GRAV":
                 given += ["0."] * (5 - len(given))
             loads.append(Load(target, given))
+    if "FIXED" in card.options:
+        raise DeckError("FIXED of *BOUNDARY has no translation")
     options = {name: card.options[name] for name in ("AMPLITUDE", "OP") if name in card.options}
     step.cards.append(LoadCard(card.keyword, options, loads))
 
@@ -387,6 +389,9 @@ def read_flat(program, path, overrides):
             case "CONTACT GAP":
                 scene.gaps = True
             case "AMPLITUDE":
+                for option in ("TIME", "DEFINITION"):
+                    if card.options.get(option, "TABULAR").upper() not in ("STEP TIME", "TABULAR"):
+                        raise DeckError(f"{option} of *AMPLITUDE has no translation")
                 words = [word for row in card.rows for word in row if word]
                 scene.amplitudes[card.name("NAME")] = [number(word) for word in words]
             case "STEP":

@@ -5,6 +5,8 @@
 !>     210000., 0.3                  Young's modulus > 0, Poisson's ratio between -1 and 0.5
 !>     *DENSITY
 !>     7.8e-9
+!>     *EXPANSION
+!>     1.2e-5
 !>     *SOLID SECTION, ELSET=BODY, MATERIAL=STEEL
 module read_properties_mod
   use cards_mod, only: note, reader_t, report
@@ -26,22 +28,23 @@ module read_properties_mod
 
 contains
 
-  !> *MATERIAL with the *ELASTIC and *DENSITY below it.
+  !> *MATERIAL with the *ELASTIC, *DENSITY and *EXPANSION below it.
   subroutine read_materials(reader, materials, names)
     type(reader_t), intent(inout) :: reader
     type(material_t), allocatable, intent(out) :: materials(:)
     type(name_table_t), intent(out) :: names
     type(card_t) :: card
     character(:), allocatable :: name
-    logical, allocatable :: elastic(:), dense(:)
+    logical, allocatable :: elastic(:), dense(:), expands(:)
     integer :: k, n
     logical :: ok
 
     n = count(reader%cards(:reader%n_cards)%keyword == 'MATERIAL')
     call open_directory('material', n, names)
-    allocate (materials(n), elastic(n), dense(n))
+    allocate (materials(n), elastic(n), dense(n), expands(n))
     elastic = .false.
     dense = .false.
+    expands = .false.
     do k = 1, reader%n_cards
       select case (reader%cards(k)%keyword)
       case ('MATERIAL')
@@ -59,6 +62,10 @@ contains
         call open_card(reader, k, card)
         call find_owner(reader, names, 'MATERIAL', card, dense, n)
         if (n > 0) call read_density(reader, card, materials(n)%density)
+      case ('EXPANSION')
+        call open_card(reader, k, card)
+        call find_owner(reader, names, 'MATERIAL', card, expands, n)
+        if (n > 0) call read_expansion(reader, card, materials(n)%expansion)
       case default
         cycle
       end select
@@ -131,6 +138,30 @@ contains
     call end_data(reader, card, fields, &
       'a density that depends on temperature is not available: one line')
   end subroutine read_density
+
+  !> *EXPANSION[, TYPE=ISO][, ZERO=temperature]: a coefficient, which does not depend on the
+  !> temperature: so what it counts from does not matter.
+  subroutine read_expansion(reader, card, expansion)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    real(wp), intent(inout) :: expansion !! [1/temperature]
+    type(fields_t) :: fields
+    integer :: kind
+    logical :: found, ok
+
+    call allow_options(reader, card, ['TYPE'], ['ZERO'])
+    kind = 1
+    call choice_option(reader, card, 'TYPE', ['ISO      ', 'ISOTROPIC'], kind, ok)
+    call next_data_line(reader, card, fields, found, 1, 'the coefficient of thermal expansion '// &
+      '(and no temperature)')
+    if (.not. found) then
+      call report(reader, card%position, '*EXPANSION needs a data line')
+      return
+    end if
+    call real_field(reader, fields, 1, 'the coefficient of thermal expansion', expansion, ok)
+    call end_data(reader, card, fields, &
+      'an expansion that depends on temperature is not available: one line')
+  end subroutine read_expansion
 
   !> *SOLID SECTION, ELSET=set, MATERIAL=name: the material of every element.
   subroutine read_sections(reader, model, materials, material)

@@ -23,6 +23,8 @@ module read_steps_mod
     start_element_loads
   use read_loads_mod, only: close_step, load_draft_t, read_boundary, read_cload, read_dsload, &
     start_step
+  use read_temperatures_mod, only: close_temperatures, read_temperature, start_temperatures, &
+    temperature_draft_t
   use surface_list_mod, only: surface_list_t
   use scene_mod, only: region_t
   use sets_mod, only: model_t
@@ -46,6 +48,7 @@ contains
     type(region_t), allocatable, intent(out) :: regions(:) !! elements whose weight counts
     type(load_draft_t) :: draft
     type(element_load_draft_t) :: element_draft
+    type(temperature_draft_t) :: temperatures
     type(card_t) :: card
     integer :: k, s, static_of, position
     integer :: renewed(reader%n_steps) !! where a step says *BOUNDARY, OP=NEW first, or 0
@@ -58,6 +61,7 @@ contains
     position = 0
     call start_step(draft, model%mesh%n_nodes)
     call start_element_loads(element_draft, model)
+    call start_temperatures(temperatures, model%mesh%n_nodes)
     do k = 1, reader%n_cards
       if (.not. keep_reading(reader)) exit
       call open_if_needed(k)
@@ -73,6 +77,7 @@ contains
         else
           call start_step(draft, model%mesh%n_nodes)
           call start_element_loads(element_draft, model)
+          call start_temperatures(temperatures, model%mesh%n_nodes)
         end if
       case ('STATIC')
         if (static_of == s) call report(reader, card%position, 'a second *STATIC in this step')
@@ -94,6 +99,9 @@ contains
       case ('DSLOAD')
         call read_dsload(reader, card, model, amplitudes, surfaces, draft, &
           steps(s)%replace_pressures)
+      case ('TEMPERATURE')
+        call read_temperature(reader, card, model, amplitudes, temperatures, &
+          steps(s)%replace_temperatures)
       case ('DLOAD')
         call read_dload(reader, card, model, amplitudes, surfaces, element_draft, &
           steps(s)%replace_element_loads)
@@ -114,7 +122,7 @@ contains
       integer, intent(in) :: k
 
       select case (reader%cards(k)%keyword)
-      case ('STEP', 'STATIC', 'END STEP', 'BOUNDARY', 'CLOAD', 'DLOAD', 'DSLOAD')
+      case ('STEP', 'STATIC', 'END STEP', 'BOUNDARY', 'CLOAD', 'DLOAD', 'DSLOAD', 'TEMPERATURE')
         call open_card(reader, k, card)
       case default
         return
@@ -125,6 +133,7 @@ contains
       if (s == 0) return
       call close_step(draft, steps(s))
       call close_element_loads(element_draft, steps(s))
+      call close_temperatures(temperatures, steps(s))
       if (static_of /= s) call report(reader, position, 'this step has no *STATIC')
     end subroutine finish_step
 

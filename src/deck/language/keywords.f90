@@ -38,6 +38,7 @@ module keywords_mod
     keyword_t('MATERIAL', in_model, is_read), &
     keyword_t('ELASTIC', in_model, is_read), &
     keyword_t('DENSITY', in_model, is_read), &
+    keyword_t('EXPANSION', in_model, is_read), &
     keyword_t('SOLID SECTION', in_model, is_read), &
     keyword_t('SURFACE INTERACTION', in_model, is_read), &
     keyword_t('FRICTION', in_model, is_read), &
@@ -52,6 +53,7 @@ module keywords_mod
     keyword_t('PRECISION', in_model, is_read), &
     keyword_t('ACCURACY', in_model, is_read), &
     keyword_t('AMPLITUDE', in_model, is_read), &
+    keyword_t('INITIAL CONDITIONS', in_model, is_read), &
     keyword_t('STEP', anywhere, is_read), &
     keyword_t('STATIC', in_step, is_read), &
     keyword_t('END STEP', in_step, is_read), &
@@ -59,6 +61,7 @@ module keywords_mod
     keyword_t('CLOAD', in_step, is_read), &
     keyword_t('DLOAD', in_step, is_read), &
     keyword_t('DSLOAD', in_step, is_read), &
+    keyword_t('TEMPERATURE', in_step, is_read), &
     keyword_t('NODE FILE', in_step, is_read), &
     keyword_t('EL FILE', in_step, is_read), &
     keyword_t('CONTACT FILE', in_step, is_read), &
@@ -83,7 +86,6 @@ module keywords_mod
     keyword_t('MONITOR', anywhere, is_ignored), &
     keyword_t('TIME POINTS', anywhere, is_ignored), &
     keyword_t('RESTART', anywhere, is_ignored), &
-    keyword_t('EXPANSION', anywhere, is_ignored), &
     keyword_t('CONDUCTIVITY', anywhere, is_ignored), &
     keyword_t('SPECIFIC HEAT', anywhere, is_ignored), &
     keyword_t('PART', anywhere, is_missing), &
@@ -96,8 +98,6 @@ module keywords_mod
     keyword_t('TRANSFORM', anywhere, is_missing), &
     keyword_t('ORIENTATION', anywhere, is_missing), &
     keyword_t('MPC', anywhere, is_missing), &
-    keyword_t('INITIAL CONDITIONS', anywhere, is_missing), &
-    keyword_t('TEMPERATURE', anywhere, is_missing), &
     keyword_t('PLASTIC', anywhere, is_missing), &
     keyword_t('HYPERELASTIC', anywhere, is_missing), &
     keyword_t('SHELL SECTION', anywhere, is_missing), &
