@@ -1,6 +1,7 @@
 !> Motions that contact does not see until normals have turned. docs/theory.md section 9.
 module neutral_motions_mod
   use kinds_mod, only: wp
+  use small_matrix_mod, only: cross
   use dense_mod, only: solve_least_squares
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
@@ -59,26 +60,99 @@ contains
 
   !> How far the neutral motions go until bodies are, on the average of their nodes, where they
   !> were: deformed about one pin, a body that is pressed in its middle would no longer lie there.
+  !>
+  !> The rigid motion that fits best is made up of neutral motions and, where these say nothing, of
+  !> translations and rotations of the body: what leads it elsewhere is no neutral motion. Nothing
+  !> where obstacles move freely, or where equations join bodies.
   function way_to_rest(scene, motions, neutral, moved) result(a)
     type(scene_t), intent(in) :: scene
     type(free_motions_t), intent(in) :: motions
     real(wp), intent(in) :: neutral(:, :)   !! (n,k) orthonormal [-]
     real(wp), intent(in) :: moved(:, :)     !! (3,n_nodes) since bodies were there [length]
     real(wp) :: a(motions%n)                !! [length]
-    real(wp) :: field(3, scene%mesh%n_nodes, size(neutral, 2))
-    real(wp) :: product(size(neutral, 2), size(neutral, 2)), along(size(neutral, 2))
-    integer :: k, l
+    integer :: before(scene%mesh%n_bodies)  !! parameters of other bodies; -1: it does not move
+    real(wp), allocatable :: basis(:, :), fitted(:), share(:)
+    integer :: j, n, k
 
-    field = 0.0_wp
-    do k = 1, size(neutral, 2)
-      call add_motions(motions, scene%mesh, neutral(:, k), field(:, :, k))
-      along(k) = -sum(field(:, :, k)*moved)
-      do l = 1, k
-        product(k, l) = sum(field(:, :, k)*field(:, :, l))
-        product(l, k) = product(k, l)
-      end do
+    a = 0.0_wp
+    if (any(motions%body == 0) .or. allocated(motions%piece)) return
+    before = -1
+    n = 0
+    do j = 1, motions%n
+      if (before(motions%body(j)) >= 0) cycle
+      before(motions%body(j)) = n
+      n = n + 6
     end do
-    a = matmul(neutral, solve_least_squares(product, along))
+    k = size(neutral, 2)
+    allocate (basis(n, n), fitted(n), source=0.0_wp)
+    do j = 1, motions%n
+      associate (first => before(motions%body(j)) + 1, extent => motions%extent(j))
+        basis(first:first + 5, :k) = basis(first:first + 5, :k) + spread([motions%translation(:, &
+          j), extent*motions%rotation(:, j)], 2, k)*spread(neutral(j, :), 1, 6)
+        if (all(abs(fitted(first:first + 5)) <= 0.0_wp)) fitted(first:first + 5) = &
+          best_fit(scene, motions%body(j), motions%centre(:, j), extent, moved)
+      end associate
+    end do
+    call complete_basis(basis, k)
+    allocate (share(n), source=solve_least_squares(basis, fitted))
+    a = -matmul(neutral, share(:k))
   end function way_to_rest
+
+  !> Translation of a body's centre, and rotation times its extent, that fit displacements best.
+  function best_fit(scene, body, centre, extent, moved) result(six)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: body
+    real(wp), intent(in) :: centre(3), extent !! [length]
+    real(wp), intent(in) :: moved(:, :)       !! (3,n_nodes) [length]
+    real(wp) :: six(6)                        !! [length]
+    real(wp) :: field(3, 6), product(6, 6), along(6)
+    integer :: node, i
+
+    product = 0.0_wp
+    along = 0.0_wp
+    field = 0.0_wp
+    do i = 1, 3
+      field(i, i) = 1.0_wp
+    end do
+    do node = 1, scene%mesh%n_nodes
+      if (scene%mesh%body(node) /= body) cycle
+      do i = 1, 3
+        field(:, 3 + i) = cross(field(:, i), (scene%mesh%coordinates(:, node) - centre)/extent)
+      end do
+      product = product + matmul(transpose(field), field)
+      along = along + matmul(moved(:, node), field)
+    end do
+    six = solve_least_squares(product, along)
+  end function best_fit
+
+  !> Make a basis of the first columns and of unit vectors, the first that are independent of what
+  !> is there.
+  pure subroutine complete_basis(basis, k)
+    real(wp), intent(inout) :: basis(:, :) !! (n,n) the first `k` columns given
+    integer, intent(in) :: k
+    real(wp), parameter :: independent = 1.0e-3_wp !! of a column: what is left of it [-]
+    real(wp) :: q(size(basis, 1), size(basis, 1)), column(size(basis, 1))
+    integer :: m, i, l, candidate
+
+    m = 0
+    do candidate = 1, k + size(basis, 1)
+      if (m == size(basis, 1)) return
+      if (candidate <= k) then
+        column = basis(:, candidate)
+      else
+        column = 0.0_wp
+        column(candidate - k) = 1.0_wp
+      end if
+      basis(:, m + 1) = column
+      do i = 1, 2
+        do l = 1, m
+          column = column - dot_product(column, q(:, l))*q(:, l)
+        end do
+      end do
+      if (candidate > k .and. norm2(column) <= independent) cycle
+      m = m + 1
+      q(:, m) = column/max(norm2(column), tiny(1.0_wp))
+    end do
+  end subroutine complete_basis
 
 end module neutral_motions_mod
