@@ -63,7 +63,8 @@ class DerivedFields(unittest.TestCase):
         for ending, on in PLACES:
             for step in (0, 1):
                 stress = self.tensors("stress", ending, on, step)
-                deviator = stress - np.trace(stress, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3
+                mean = np.trace(stress, axis1=1, axis2=2) / 3
+                deviator = stress - mean[:, None, None] * np.eye(3)
                 want = np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2)))
                 found = self.result.field("von_mises" + ending, step, on=on).reshape(-1)
                 np.testing.assert_allclose(found, want, rtol=1e-12, atol=1e-12)
