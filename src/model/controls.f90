@@ -84,6 +84,11 @@ module controls_mod
     logical :: stress = .false.       !! *EL FILE, S
     logical :: strain = .false.       !! *EL FILE, E
     logical :: mesh_error = .false.   !! *EL FILE, ERR
+    logical :: mises = .false.            !! *EL FILE, MISES
+    logical :: principal_stress = .false. !! *EL FILE, SP
+    logical :: principal_strain = .false. !! *EL FILE, EP
+    logical :: loads = .false.            !! *NODE FILE, CF: applied_force
+    logical :: penetration = .false.      !! *CONTACT FILE, COPEN: contact_penetration
     logical :: at_centroids = .true.  !! of stress and strain: the mean of a brick
     logical :: at_nodes = .false.     !! extrapolated from the Gauss points, averaged over bricks
     logical :: at_gauss_points = .false. !! eight tensors a brick

@@ -8,6 +8,7 @@ module view_fields_mod
   use small_matrix_mod, only: cross
   use warming_mod, only: warms, warming_at
   use expansion_mod, only: thermal_stress
+  use invariants_mod, only: von_mises, principal_values
   use mesh_fields_mod, only: fill_tensor_fields
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     compute_field, every_time, at_start, at_supports, at_contact
@@ -18,6 +19,8 @@ module view_fields_mod
 
   character(*), parameter :: tensor_order = 'XX, YY, ZZ, XY, YZ, XZ'
   character(*), parameter :: as_components = ' as tensor components'
+  character(*), parameter :: largest_first = 'the largest first'
+  character(*), parameter :: of_averages = '; of the average at the node'
   character(*), parameter :: at_gauss_points = &
     ' at each of the eight Gauss points, placed like the nodes'
   character(*), parameter :: from_gauss_points = &
@@ -39,6 +42,9 @@ contains
       if (asked%reaction) call add_field(list, field_t('PointData/reaction_force', of_real, &
         [3, n], 'force', 'of the supports on the body, x, y, z', every_time, at_supports, &
         compute=reaction_force))
+      if (asked%loads) call add_field(list, field_t('PointData/applied_force', of_real, [3, n], &
+        'force', 'of the loads on the bodies, thermal expansion included, x, y, z', &
+        compute=applied_force))
       if (any(scene%obstacles%turns) .or. allocated(scene%rotations)) then
         if (asked%displacement) call add_field(list, field_t('PointData/rotation', of_real, &
           [3, n], 'angle', 'rotation vectors of reference nodes, x, y, z', &
@@ -58,17 +64,31 @@ contains
           '0: open, 1: stick, 2: slide, -1: no slave node', every_time, at_contact, &
           compute=contact_status))
       end if
-      if (asked%at_nodes) call add_tensors('PointData/', '', [6, n], from_gauss_points, &
-        nodal_stress, nodal_strain)
+      if (asked%penetration .and. has_contact) call add_field(list, &
+        field_t('PointData/contact_penetration', of_real, [n], 'length', &
+        'of the node, or the deepest of the faces about it before a master of faces; 0: none', &
+        every_time, at_contact, compute=contact_penetration))
+      if (asked%at_nodes) then
+        call add_tensors('PointData/', '', [6, n], from_gauss_points, nodal_stress, nodal_strain)
+        call add_invariants('PointData/', '', [1, n], of_averages, nodal_mises, &
+          nodal_principal_stress, nodal_principal_strain)
+      end if
       call add_field(list, field_t('PointData/node_id', of_long, [n], 'number', &
         'ids of the nodes in the deck', at_start, compute=node_id))
     end associate
 
     associate (n => scene%mesh%n_elements, asked => scene%output)
-      if (asked%at_centroids) call add_tensors('CellData/', '', [6, n], '; mean of the brick', &
-        mean_stress, mean_strain)
-      if (asked%at_gauss_points) call add_tensors('CellData/', '_gauss_points', [48, n], &
-        at_gauss_points, gauss_stress, gauss_strain)
+      if (asked%at_centroids) then
+        call add_tensors('CellData/', '', [6, n], '; mean of the brick', mean_stress, mean_strain)
+        call add_invariants('CellData/', '', [1, n], '; of the mean of the brick', mean_mises, &
+          mean_principal_stress, mean_principal_strain)
+      end if
+      if (asked%at_gauss_points) then
+        call add_tensors('CellData/', '_gauss_points', [48, n], at_gauss_points, gauss_stress, &
+          gauss_strain)
+        call add_invariants('CellData/', '_gauss_points', [8, n], at_gauss_points, gauss_mises, &
+          gauss_principal_stress, gauss_principal_strain)
+      end if
       if (asked%mesh_error) call add_field(list, field_t('CellData/mesh_error', of_real, [n], &
         'energy', 'error of the stresses in the energy norm, squared, by recovery', &
         compute=mesh_error))
@@ -91,6 +111,27 @@ contains
       if (scene%output%strain) call add_field(list, field_t(group//'strain'//ending, of_real, &
         extents, 'strain', tensor_order//as_components//place, compute=compute_strain))
     end subroutine add_tensors
+
+    !> What follows from the tensors at one kind of place, as the deck asks for it.
+    subroutine add_invariants(group, ending, extents, place, compute_mises, compute_stress, &
+      compute_strain)
+      character(*), intent(in) :: group, ending !! of the names
+      integer, intent(in) :: extents(2)         !! of one number at each place
+      character(*), intent(in) :: place !! in words
+      procedure(compute_field) :: compute_mises, compute_stress, compute_strain
+      integer, allocatable :: of_one(:)
+
+      of_one = extents
+      if (extents(1) == 1) of_one = extents(2:)
+      if (scene%output%mises) call add_field(list, field_t(group//'von_mises'//ending, of_real, &
+        of_one, 'pressure', 'von Mises stress'//place, compute=compute_mises))
+      if (scene%output%principal_stress) call add_field(list, field_t(group// &
+        'principal_stress'//ending, of_real, [3*extents(1), extents(2)], 'pressure', &
+        largest_first//place, compute=compute_stress))
+      if (scene%output%principal_strain) call add_field(list, field_t(group// &
+        'principal_strain'//ending, of_real, [3*extents(1), extents(2)], 'strain', &
+        largest_first//place, compute=compute_strain))
+    end subroutine add_invariants
 
   end subroutine list_view_fields
 
@@ -248,6 +289,114 @@ contains
     values = reshape(source%strain%at_gauss_points, shape(values))
   end subroutine gauss_strain
 
+  subroutine nodal_mises(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
+
+    call make_tensors(source)
+    values(1, :) = von_mises(source%stress%at_nodes)
+  end subroutine nodal_mises
+
+  subroutine nodal_principal_stress(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+
+    call make_tensors(source)
+    call principal_values(source%stress%at_nodes, values)
+  end subroutine nodal_principal_stress
+
+  subroutine nodal_principal_strain(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+
+    call make_tensors(source)
+    call principal_values(source%strain%at_nodes, values)
+  end subroutine nodal_principal_strain
+
+  subroutine mean_mises(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, n_elements)
+
+    call make_tensors(source)
+    values(1, :) = von_mises(source%stress%at_centroids)
+  end subroutine mean_mises
+
+  subroutine mean_principal_stress(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_elements)
+
+    call make_tensors(source)
+    call principal_values(source%stress%at_centroids, values)
+  end subroutine mean_principal_stress
+
+  subroutine mean_principal_strain(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_elements)
+
+    call make_tensors(source)
+    call principal_values(source%strain%at_centroids, values)
+  end subroutine mean_principal_strain
+
+  subroutine gauss_mises(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (8, n_elements)
+    integer :: e
+
+    call make_tensors(source)
+    do e = 1, size(values, 2)
+      values(:, e) = von_mises(source%stress%at_gauss_points(:, :, e))
+    end do
+  end subroutine gauss_mises
+
+  subroutine gauss_principal_stress(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (24, n_elements)
+
+    call make_tensors(source)
+    call at_each_point(source%stress%at_gauss_points, values)
+  end subroutine gauss_principal_stress
+
+  subroutine gauss_principal_strain(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (24, n_elements)
+
+    call make_tensors(source)
+    call at_each_point(source%strain%at_gauss_points, values)
+  end subroutine gauss_principal_strain
+
+  !> Principal values of eight tensors a brick, one point after the other.
+  subroutine at_each_point(tensor, values)
+    real(wp), intent(in) :: tensor(:, :, :)   !! (6, 8, n_elements)
+    real(wp), intent(inout) :: values(:, :)   !! (24, n_elements)
+    real(wp) :: of_brick(3, 8)
+    integer :: e
+
+    do e = 1, size(values, 2)
+      call principal_values(tensor(:, :, e), of_brick)
+      values(:, e) = reshape(of_brick, [24])
+    end do
+  end subroutine at_each_point
+
+  subroutine applied_force(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+
+    values = source%state%external_force
+  end subroutine applied_force
+
+  !> Of points that share a node the deepest.
+  subroutine contact_penetration(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
+    integer :: i
+
+    do i = 1, source%points%n
+      associate (node => source%points%node(i))
+        values(1, node) = max(values(1, node), -source%report%contact%least_gap(i))
+      end associate
+    end do
+  end subroutine contact_penetration
+
   !> The run estimates it wherever it is due, as it enters the report.
   subroutine mesh_error(source, values)
     type(field_source_t), intent(inout) :: source
@@ -282,8 +431,14 @@ contains
 
     if (is_made(source%stress) .or. is_made(source%strain)) return
     associate (scene => source%scene)
-      if (scene%output%stress) call allocate_tensors(scene, source%stress)
-      if (scene%output%strain) call allocate_tensors(scene, source%strain)
+      associate (asked => scene%output)
+        if (asked%stress .or. asked%mises .or. asked%principal_stress) then
+          call allocate_tensors(scene, source%stress)
+        end if
+        if (asked%strain .or. asked%principal_strain) then
+          call allocate_tensors(scene, source%strain)
+        end if
+      end associate
       if (warms(scene)) then
         call fill_tensor_fields(scene%mesh, scene%materials, source%state%displacement, &
           source%strain, source%stress, thermal_stress(scene%mesh, scene%materials, &

@@ -123,9 +123,10 @@ contains
       named%contact = .true.
     end if
     controls = named
-    if (named%stress .or. named%strain) return
+    if (named%stress .or. named%strain .or. named%mises .or. named%principal_stress .or. &
+      named%principal_strain) return
     if (named%at_gauss_points .or. named%at_nodes) call note(reader, &
-      'POSITION of *EL FILE is ignored: neither S nor E is written')
+      'POSITION of *EL FILE is ignored: neither S nor E nor what follows from them is written')
     ! Without stresses and strains it does not matter where they are.
     controls%at_centroids = .true.
   end subroutine read_output_controls
@@ -193,6 +194,16 @@ contains
           controls%strain = .true.
         case ('EL FILE ERR')
           controls%mesh_error = .true.
+        case ('EL FILE MISES')
+          controls%mises = .true.
+        case ('EL FILE SP')
+          controls%principal_stress = .true.
+        case ('EL FILE EP')
+          controls%principal_strain = .true.
+        case ('NODE FILE CF')
+          controls%loads = .true.
+        case ('CONTACT FILE COPEN')
+          controls%penetration = .true.
         case ('CONTACT FILE CDIS', 'CONTACT FILE CSTR', 'CONTACT FILE CDISP', &
           'CONTACT FILE CSTRESS', 'CONTACT FILE CFORCE', 'CONTACT FILE CSTATUS')
           continue ! gaps, slips, forces, pressures and states: the contact results, all of them
