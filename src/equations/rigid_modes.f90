@@ -260,6 +260,12 @@ contains
       allocate (pin_node(k), pin_dof(k))
       call choose_pins(mesh, nodes, pieces, barred, preferred, z, pin_node, pin_dof)
       call scale_to_pins(mesh, pieces, pin_node, pin_dof, z, ok)
+      if (.not. ok) then
+        call raise(error, exit_not_solved, 'the coefficients of equations that join node '// &
+          to_text(mesh%node_id(nodes(1)))//' to others are too far apart: a motion that they '// &
+          'leave free moves nothing but what depends, as far as rounding lets see')
+        return
+      end if
     end if
     if (.not. ok) then
       call raise(error, exit_machine, 'LAPACK failed on the motions of bodies that equations join')
