@@ -150,6 +150,7 @@ contains
     real(wp), allocatable, intent(out) :: z(:, :)  !! (columns,k) orthonormal
     logical, intent(out) :: ok                     !! false: LAPACK did not converge
     real(wp), allocatable :: seen(:, :), each(:, :), v(:, :), s(:), row(:)
+    real(wp) :: total
     integer :: n, n_seen, i, k, m, c
 
     n = size(columns)
@@ -170,12 +171,15 @@ contains
         if (mesh%body(constraints%node(c)) /= mesh%body(nodes(1))) cycle
         if (.not. ok .or. prescribed(constraints%dof(c), constraints%node(c))) cycle
         row = modes_of(pieces, mesh, constraints%node(c), constraints%dof(c), each)
+        total = 1.0_wp
         do k = first, last
+          if (prescribed(constraints%master_dof(k), constraints%master(k))) cycle
           row = row - constraints%weight(k)*modes_of(pieces, mesh, constraints%master(k), &
             constraints%master_dof(k), each)
+          total = total + abs(constraints%weight(k))
         end do
         ! Beside what is added up: what rounding leaves of a motion that satisfies it is none.
-        call add(row/(1.0_wp + sum(abs(constraints%weight(first:last)))))
+        call add(row/total)
       end associate
     end do
     if (ok) call singular_values(seen(:n_seen, :), s, v, ok)

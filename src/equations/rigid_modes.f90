@@ -238,6 +238,7 @@ contains
     type(free_motions_t), intent(inout) :: motions
     type(error_t), allocatable, intent(out) :: error !! too many pieces; LAPACK failed
     integer, parameter :: most = 900         ! columns: whose singular values take seconds
+    real(wp), parameter :: nothing = 1.0e-13_wp ! of the largest part of a motion
     type(pieces_t) :: pieces
     real(wp), allocatable :: z(:, :)
     integer, allocatable :: pin_node(:), pin_dof(:), columns(:)
@@ -260,6 +261,16 @@ contains
       allocate (pin_node(k), pin_dof(k))
       call choose_pins(mesh, nodes, pieces, barred, preferred, z, pin_node, pin_dof)
       call scale_to_pins(mesh, pieces, pin_node, pin_dof, z, ok)
+      if (.not. ok) then
+        call raise(error, exit_not_solved, 'the coefficients of equations that join node '// &
+          to_text(mesh%node_id(nodes(1)))//' to others are too far apart: a motion that they '// &
+          'leave free moves nothing but what depends, as far as rounding lets see')
+        return
+      end if
+      ! Beside what goes far, rounding would be a motion of what stays.
+      do j = 1, k
+        where (abs(z(:, j)) <= nothing*maxval(abs(z(:, j)))) z(:, j) = 0.0_wp
+      end do
     end if
     if (.not. ok) then
       call raise(error, exit_machine, 'LAPACK failed on the motions of bodies that equations join')

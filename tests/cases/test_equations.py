@@ -236,6 +236,35 @@ class Levers(unittest.TestCase):
         self.assertAlmostEqual((on_b - 10) / (on_a - 10), 3, delta=1e-6)
 
 
+    def test_coefficients_that_are_far_apart(self):
+        """A ratio of 1e11: carried where one side is prescribed, refused where both are free."""
+        cards = [
+            node(900, 5.0, 5.0, 5.0),
+            block("A", 2, (0, 0, 0), (1, 1, 1), nu=0.0),
+            equations("A-ZMAX, 3, 1., 900, 1, -1e11"),
+        ]
+        result = solved(
+            self, deck(*cards, step("900, 1, 1, -1e-13"), held="A-ZMIN, 1, 3", tolerance=1e-12)
+        )
+        self.assertAlmostEqual(of_node(result, 900, "reaction_force")[0] / -1e12, 1, delta=1e-9)
+        # Nodes that hang on a corner, 902, one going 1e16 times as far: what could hold them does
+        # not move as far as rounding lets see.
+        loose = deck(
+            node(900, 5.0, 5.0, 5.0),
+            node(901, 5.0, 5.0, 5.0),
+            block("A", 2, (0, 0, 0), (1, 1, 1)),
+            equations("900, 1, 1., 901, 1, -1e16, 902, 3, -1."),
+            loaded("A-ZMAX, 3, 1."),
+            held="A-ZMIN, 3",
+        )
+        run = Run(loose, name="deck")
+        self.assertEqual(run.status, 2, run.output)
+        self.assertIn("too far apart", run.errors)
+        run = Run(loose.replace("1e16", "1e5"), name="deck")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertRegex(run.output, "left as they are: .*piece of node 900")
+
+
 class RigidLids(unittest.TestCase):
     """Contact points and faces whose nodes depend on others."""
 
