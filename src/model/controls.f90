@@ -89,6 +89,7 @@ module controls_mod
     logical :: principal_strain = .false. !! *EL FILE, EP
     logical :: loads = .false.            !! *NODE FILE, CF: applied_force
     logical :: penetration = .false.      !! *CONTACT FILE, COPEN: contact_penetration
+    logical :: contact_table = .false.    !! *CONTACT PRINT: totals of the pairs, also as a table
     logical :: at_centroids = .true.  !! of stress and strain: the mean of a brick
     logical :: at_nodes = .false.     !! extrapolated from the Gauss points, averaged over bricks
     logical :: at_gauss_points = .false. !! eight tensors a brick

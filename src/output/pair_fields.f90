@@ -5,6 +5,7 @@ module pair_fields_mod
   use small_matrix_mod, only: cross
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
+  use increment_report_mod, only: status_open
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, first_time, at_start
   implicit none
@@ -20,6 +21,7 @@ contains
     integer, intent(in) :: i, n
     type(field_t), allocatable, intent(out) :: fields(:)
     type(field_list_t) :: list
+    integer :: one_number(0)
     integer :: of_frame
 
     of_frame = every_time
@@ -64,8 +66,47 @@ contains
         'moment of the contact forces on the obstacle about its reference node, where both are '// &
         '(the origin where it has none), x, y, z', compute=torque))
     end if
+    if (scene%output%contact_table) then
+      call add_field(list, field_t('contact_area', of_real, one_number, 'area', &
+        'of the points that do not stand open, as far as the master covers it', &
+        compute=contact_area))
+      call add_field(list, field_t('largest_pressure', of_real, one_number, 'pressure', &
+        'normal reaction over the area of its point, the largest', compute=largest_pressure))
+      call add_field(list, field_t('largest_slip', of_real, one_number, 'length', &
+        'sum of the slip increments of a point, the longest', compute=largest_slip))
+    end if
     call get_fields(list, fields)
   end subroutine list_pair_fields
+
+  subroutine contact_area(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 1)
+
+    associate (contact => source%report%contact, first => source%first, last => source%last)
+      values = sum(contact%covered_area(first:last), mask=contact%status(first:last) /= status_open)
+    end associate
+  end subroutine contact_area
+
+  subroutine largest_pressure(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 1)
+    integer :: i
+
+    associate (contact => source%report%contact)
+      do i = source%first, source%last
+        if (contact%covered_area(i) > 0.0_wp) values = max(values, &
+          contact%reaction(1, i)/contact%covered_area(i))
+      end do
+    end associate
+  end subroutine largest_pressure
+
+  subroutine largest_slip(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 1)
+
+    if (source%last >= source%first) values = maxval(norm2(source%state%slip(:, &
+      source%first:source%last), dim=1))
+  end subroutine largest_slip
 
   subroutine node(source, values)
     type(field_source_t), intent(inout) :: source

@@ -2,7 +2,7 @@
 module result_contact_mod
   use kinds_mod, only: i8
   use errors_mod, only: error_t
-  use text_mod, only: to_text
+  use text_mod, only: string_t, to_text
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use output_field_mod, only: field_t, field_source_t, at_start
@@ -13,7 +13,7 @@ module result_contact_mod
   implicit none
   private
 
-  public :: pair_rows_t, create_contact, append_contact
+  public :: pair_rows_t, create_contact, append_contact, pair_groups
 
   !> The open datasets of a pair.
   type :: pair_rows_t
@@ -100,6 +100,18 @@ contains
       path = '/contact/'//plain//'-'//to_text(n)
     end do
   end function free_path
+
+  !> The paths of the pairs' groups.
+  pure subroutine pair_groups(pairs, groups)
+    type(pair_rows_t), intent(in) :: pairs(:)
+    type(string_t), allocatable, intent(out) :: groups(:)
+    integer :: i
+
+    allocate (groups(size(pairs)))
+    do i = 1, size(pairs)
+      groups(i)%text = pairs(i)%path
+    end do
+  end subroutine pair_groups
 
   !> Append a row to every pair.
   subroutine append_contact(pairs, source, checksum, error)

@@ -25,7 +25,7 @@ module result_file_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_ok, exit_wrong_input, exit_machine
   use child_process_mod, only: child_t, is_child, end_child, wait_for
-  use text_mod, only: to_text
+  use text_mod, only: string_t, to_text
   use resource_limits_mod, only: file_limit, no_limit
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
@@ -41,7 +41,7 @@ module result_file_mod
   use hdf5_attributes_mod, only: read_attribute, write_attribute
   use hdf5_datasets_mod, only: read_dataset
   use result_history_mod, only: history_t, create_history, append_history, finish_row
-  use result_contact_mod, only: pair_rows_t, create_contact, append_contact
+  use result_contact_mod, only: pair_rows_t, create_contact, append_contact, pair_groups
   use result_view_mod, only: view_t, create_view, append_step, count_step, finish_view
   use result_state_mod, only: slots_t, create_state, write_state, read_state
   use result_checksums_mod, only: checksums_t, create_checksums, append_checksum, seal_contents, &
@@ -52,6 +52,7 @@ module result_file_mod
   use fresh_file_mod, only: beginning_of, take_place, delete_file, settle, folder_lock_t, &
     lock_folder, unlock_folder
   use xdmf_mod, only: write_xdmf, xdmf_path
+  use contact_table_mod, only: contact_table_path, list_contact_table, write_contact_table
   implicit none
   private
 
@@ -391,9 +392,11 @@ contains
     file%hdf5%path = file%path
     ! An older sidecar would lead readers beyond the end of the new file.
     call delete_file(xdmf_path(file%path))
+    call delete_file(contact_table_path(file%path))
   end subroutine publish
 
-  !> Close the file, saying how the run ended, and write its XDMF sidecar.
+  !> Close the file, saying how the run ended, and write what stands beside it: the table of the
+  !> contact pairs, the XDMF sidecar.
   !>
   !> A file without a complete increment is removed. One that could not be written is left as it is,
   !> like that of a killed run: to close it HDF5 would write again, and where a limit on files keeps
@@ -405,6 +408,7 @@ contains
     !! [bytes]; empty where the run began without
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: time(:)
+    type(string_t), allocatable :: groups(:), table(:)
 
     if (.not. is_open(file%hdf5)) return
     if (file%n_rows == 0) then
@@ -415,10 +419,14 @@ contains
     call finish_view(file%view, error)
     call end_run(file%hdf5, status, counters, error)
     call read_dataset(file%hdf5, '/VTKHDF/Steps/Values', time, error)
+    call pair_groups(file%pairs, groups)
+    call list_contact_table(file%hdf5, groups, file%n_rows, table, error)
     call close_file(file%hdf5, error)
-    if (allocated(error) .or. file%view%n_steps == 0) return
+    if (allocated(error) .or. (size(table) == 0 .and. file%view%n_steps == 0)) return
     call check_in_place(file, error)
     if (allocated(error)) return
+    call write_contact_table(contact_table_path(file%path), table, error)
+    if (allocated(error) .or. file%view%n_steps == 0) return
     call write_xdmf(file%path, time, file%view%fields, file%mesh_size, error)
   end subroutine finish_result
 

@@ -132,13 +132,15 @@ U, RF
 S, E
 *CONTACT FILE
 CDIS
+*CONTACT PRINT
+CF
 *END STEP
 """
 MORE = "*NSET, NSET=FOOTNODES\n101, 102, 103, 104\n"
 
 # Cards whose lines are titles, and those whose lines are lists of names, of any length.
 TITLES = ("HEADING", "STEP")
-RESULTS = ("NODE FILE", "EL FILE", "CONTACT FILE")
+RESULTS = ("NODE FILE", "EL FILE", "CONTACT FILE", "CONTACT PRINT")
 LISTS = ("NSET", "ELSET", *RESULTS)
 
 # Options that these keywords have in Abaqus or CalculiX.

@@ -113,6 +113,12 @@ contains
         if (card%keyword == 'EL FILE') call read_position(reader, card, named)
         nodal = nodal .or. card%keyword /= 'EL FILE'
         call read_variables(reader, card, named)
+      case ('CONTACT PRINT')
+        call open_card(reader, k, card)
+        call allow_options(reader, card, [character(1) ::], [character(13) :: 'FREQUENCY', &
+          'FREQUENCYF', 'SLAVE', 'MASTER', 'NSET', 'ELSET', 'TOTALS', 'TIME POINTS', 'SUMMARY'])
+        named%contact_table = .true.
+        call read_variables(reader, card, named)
       case default
         cycle
       end select
@@ -207,6 +213,10 @@ contains
         case ('CONTACT FILE CDIS', 'CONTACT FILE CSTR', 'CONTACT FILE CDISP', &
           'CONTACT FILE CSTRESS', 'CONTACT FILE CFORCE', 'CONTACT FILE CSTATUS')
           continue ! gaps, slips, forces, pressures and states: the contact results, all of them
+        case ('CONTACT PRINT CF', 'CONTACT PRINT CFN', 'CONTACT PRINT CFS', &
+          'CONTACT PRINT CSTR', 'CONTACT PRINT CDIS', 'CONTACT PRINT CSTRESS', &
+          'CONTACT PRINT CDISP')
+          continue ! the table has all columns, whatever is named
         case default
           call note(reader, '*'//card%keyword//': '//quoted(name)//' is not written')
         end select
