@@ -86,13 +86,13 @@ contains
   pure function find_nodes(node) result(nodes)
     integer, intent(in) :: node(:)      !! (n_interface) mesh node of each unknown
     type(near_nodes_t) :: nodes
-    integer :: first(size(node) + 1), i, n
+    integer :: first(size(node) + 1), i, n, before
 
     n = 0
+    before = 0
     do i = 1, size(node)
-      if (i > 1) then
-        if (node(i) == node(i - 1)) cycle
-      end if
+      if (node(i) == before) cycle
+      before = node(i)
       n = n + 1
       first(n) = i
     end do
