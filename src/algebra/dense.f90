@@ -5,9 +5,8 @@ module dense_mod
   implicit none
   private
 
-  public :: invert_spd, times_symmetric, solve_dense, solve_least_squares, invert_general, &
-    symmetric_eigenvectors, &
-    singular_values, null_space, norm_1
+  public :: begin_blas, invert_spd, times_symmetric, solve_dense, solve_least_squares, &
+    invert_general, symmetric_eigenvectors, singular_values, null_space, norm_1
 
   real(wp), parameter :: singular = 1.0e-14_wp !! reciprocal condition taken for 0 [-]
 
@@ -113,6 +112,14 @@ module dense_mod
   end interface solve_least_squares
 
 contains
+
+  !> Have the linear algebra library take its memory. It does so when it is first used, and waits
+  !> for ever for what it does not get; so that is while there is some (check_blas_room).
+  subroutine begin_blas()
+    real(wp) :: x(1)
+
+    x = times_symmetric(reshape([1.0_wp], [1, 1]), [1.0_wp])
+  end subroutine begin_blas
 
   !> Replace a matrix by its inverse, both triangles; only the lower one is read.
   subroutine invert_spd(a, positive_definite)

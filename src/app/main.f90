@@ -7,6 +7,7 @@ program bipot
   use standard_streams_mod, only: open_standard_streams, write_to, standard_error
   use runtime_failures_mod, only: meet_runtime_failures
   use blas_core_mod, only: choose_blas_core, check_blas_room
+  use dense_mod, only: begin_blas
   use resource_limits_mod, only: check_stack_room
   use system_mod, only: catch_signals
   use parallel_mod, only: start_ranks, end_ranks, is_host
@@ -80,6 +81,7 @@ contains
 
     call check_stack_room(error)
     if (.not. allocated(error)) call check_blas_room(error)
+    if (.not. allocated(error)) call begin_blas()
   end subroutine check_room
 
 end program bipot

@@ -8,7 +8,7 @@ module body_solver_mod
   use norm_estimate_mod, only: norm_estimate_t
   use near_stiffness_mod, only: near_stiffness_t, find_near
   use constraints_mod, only: constraints_t, active_constraints
-  use linked_nodes_mod, only: coupled_nodes
+  use linked_nodes_mod, only: coupled_nodes, node_neighbours
   use obstacles_mod, only: ref_nodes
   use contact_points_mod, only: contact_points_t, contact_nodes
   use controls_mod, only: is_exact, precision_in_words, compliance_products
@@ -158,14 +158,17 @@ contains
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     type(triplets_t) :: whole
     type(near_schur_t) :: schur
+    integer, allocatable :: first(:), sharing(:)
     integer :: index(3, points%n), i
 
+    ! Constraints couple what may be far apart, a whole face to one node.
+    call node_neighbours(scene%mesh, first, sharing)
     associate (map => body%inverse%map)
       if (k%is_distributed) then
         call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, whole)
-        call probe_schur(whole, map, order, start, neighbours, scene%precision, schur, error)
+        call probe_schur(whole, map, order, first, sharing, scene%precision, schur, error)
       else
-        call probe_schur(k, map, order, start, neighbours, scene%precision, schur, error)
+        call probe_schur(k, map, order, first, sharing, scene%precision, schur, error)
       end if
       if (allocated(error)) return
       do i = 1, points%n

@@ -38,7 +38,7 @@ contains
     type(triplets_t), intent(in) :: k     !! with its values, not distributed
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: order(:)       !! (n) place of each unknown in the elimination
-    integer, intent(in) :: start(:), neighbours(:) !! of the mesh nodes, as of coupled_nodes
+    integer, intent(in) :: start(:), neighbours(:) !! of the mesh nodes, by bricks they share
     type(precision_controls_t), intent(in) :: precision
     type(near_schur_t), intent(out) :: schur
     type(error_t), allocatable, intent(out) :: error !! no memory; not positive definite
@@ -51,9 +51,10 @@ contains
 
     n_interface = map%n_interface
     n_interior = map%n_free - n_interface
-    call split(k, n_interior, ii, cc, ci)
+    call split(k, n_interior, start(map%node + 1) == start(map%node), ii, cc, ci)
     call find_near_nodes(map%node(n_interior + 1:), start, neighbours, reach, nodes)
     call begin_rows(nodes, n_interface, schur%s)
+    if (n_interface == 0) return
     if (n_interior > 0) then
       factor%precision = precision
       call factorise(ii, ranks_of(order(:n_interior)), 0, factor, none, error)
@@ -167,22 +168,26 @@ contains
 
   end subroutine blocks_nearby
 
-  !> K_ii, K_cc (both triangles) and K_ci.
-  subroutine split(k, n_interior, ii, cc, ci)
+  !> K_ii, K_cc (both triangles) and K_ci. Nodes without bricks, to which couplings tie whole faces,
+  !> are held: what they do is the same everywhere, so that colours would not tell it apart.
+  subroutine split(k, n_interior, is_loose, ii, cc, ci)
     type(triplets_t), intent(in) :: k
     integer, intent(in) :: n_interior
+    logical, intent(in) :: is_loose(:) !! (n) whether the node of an unknown has no brick
     type(triplets_t), intent(out) :: ii
     type(rows_t), intent(out) :: cc, ci
-    logical, allocatable :: is_interior(:)
+    logical, allocatable :: is_interior(:), is_kept(:)
     integer(i8) :: entry
     integer :: pass, c, other
 
     ! One triangle: the row is the later unknown.
     allocate (is_interior(size(k%row, kind=i8)), source=k%row <= n_interior)
+    allocate (is_kept(size(k%row, kind=i8)), source=k%row == k%column .or. .not. &
+      (is_loose(k%row) .or. is_loose(k%column)))
     ii%n = n_interior
-    ii%row = pack(k%row, is_interior)
-    ii%column = pack(k%column, is_interior)
-    ii%value = pack(k%value, is_interior)
+    ii%row = pack(k%row, is_interior .and. is_kept)
+    ii%column = pack(k%column, is_interior .and. is_kept)
+    ii%value = pack(k%value, is_interior .and. is_kept)
     allocate (cc%first(k%n - n_interior + 1), source=0)
     allocate (ci%first(k%n - n_interior + 1), source=0)
     do pass = 1, 2
@@ -191,7 +196,7 @@ contains
         c = k%row(entry) - n_interior
         other = k%column(entry)
         if (other <= n_interior) then
-          call add(ci, c, other)
+          if (is_kept(entry)) call add(ci, c, other)
         else
           call add(cc, c, other - n_interior)
           if (other - n_interior /= c) call add(cc, other - n_interior, c)

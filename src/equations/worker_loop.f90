@@ -1,9 +1,8 @@
 !> What the ranks do that do not run the program: their part of assembly and factor, as the host
 !> announces it.
 module worker_loop_mod
-  use kinds_mod, only: wp, i8
+  use kinds_mod, only: i8
   use errors_mod, only: error_t
-  use dense_mod, only: times_symmetric
   use parallel_mod, only: next_task, task_length, task_usage, task_pattern, &
     task_stiffness, task_double, task_single, tell_usage
   use assembly_mod, only: triplets_t
@@ -24,11 +23,7 @@ contains
     type(double_factor_t), allocatable :: double(:)
     type(single_factor_t), allocatable :: single(:)
     integer(i8) :: task(task_length)
-    real(wp) :: x(1)
 
-    ! The linear algebra library takes its memory when it is first used, and waits for ever for what
-    ! it does not get: now it is there.
-    x = times_symmetric(reshape([1.0_wp], [1, 1]), [1.0_wp])
     do
       call next_task(task)
       select case (task(1))
