@@ -15,7 +15,8 @@ module hdf5_attributes_mod
   implicit none
   private
 
-  public :: write_attribute, write_and_flush, read_attribute, describe, describe_group
+  public :: write_attribute, write_attributes, write_and_flush, read_attribute, describe, &
+    describe_group
 
   integer, parameter :: longest_attribute = 60000 !! the classic format ends at 64 KiB
 
@@ -98,6 +99,29 @@ contains
       [integer ::], error, flushed=.true.)
   end subroutine write_and_flush
 
+  !> Write several whole numbers of an object, each an attribute of its own.
+  subroutine write_attributes(file, object, names, values, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: object, names(:)
+    integer(i8), intent(in) :: values(:)
+    type(error_t), allocatable, intent(inout) :: error
+    integer(i8), target :: copy(size(values))
+    integer(hid_t) :: object_id
+    integer :: i, status, ignored
+
+    if (allocated(error)) return
+    copy = values
+    call h5oopen_f(file%id, object, object_id, status)
+    if (status < 0) object_id = no_id
+    do i = 1, size(values)
+      call put_in(object_id, trim(names(i)), [type_in_file(of_long), type_in_memory(of_long)], &
+        c_loc(copy(i)), [integer ::], status)
+      if (status < 0) call fail_to_put(error, file, object, trim(names(i)))
+      if (allocated(error)) exit
+    end do
+    if (object_id /= no_id) call h5oclose_f(object_id, ignored)
+  end subroutine write_attributes
+
   subroutine write_longs_attribute(file, object, name, value, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
@@ -155,31 +179,51 @@ contains
     integer, intent(in) :: extents(:)
     type(error_t), allocatable, intent(inout) :: error
     logical, intent(in), optional :: flushed !! at once, with all of the object; no if absent
-    integer(hid_t) :: object_id, attribute
+    integer(hid_t) :: object_id
     integer :: status, ignored
-    logical :: there
 
     if (allocated(error)) return
-    attribute = no_id
     ! The object first, then its attribute: h5aopen_by_name_f fails for writing.
     call h5oopen_f(file%id, object, object_id, status)
     if (status < 0) object_id = no_id
-    if (status >= 0) then
-      call h5aexists_f(object_id, name, there, status)
-      if (status >= 0 .and. there) call h5aopen_f(object_id, name, attribute, status)
-      if (status >= 0 .and. .not. there) then
-        call new_attribute(object_id, name, types(1), extents, attribute, status)
-      end if
-      if (status >= 0) call h5awrite_f(attribute, types(2), address, status)
-    end if
-    if (status < 0) then
-      call fail(error, "cannot write the attribute '"//name//"' of '"//object//"' in '"// &
-                file%path//"'")
-    end if
+    call put_in(object_id, name, types, address, extents, status)
+    if (status < 0) call fail_to_put(error, file, object, name)
     if (present(flushed)) call flush_object(file, object, object_id, error)
-    if (attribute /= no_id) call h5aclose_f(attribute, ignored)
     if (object_id /= no_id) call h5oclose_f(object_id, ignored)
   end subroutine put
+
+  !> An attribute of an object that is open.
+  subroutine put_in(object_id, name, types, address, extents, status)
+    integer(hid_t), intent(in) :: object_id !! no_id: nothing is done
+    character(*), intent(in) :: name
+    integer(hid_t), intent(in) :: types(2)  !! in the file, in memory
+    type(c_ptr), intent(in) :: address
+    integer, intent(in) :: extents(:)
+    integer, intent(out) :: status          !! negative: not written
+    integer(hid_t) :: attribute
+    integer :: ignored
+    logical :: there
+
+    status = -1
+    if (object_id == no_id) return
+    attribute = no_id
+    call h5aexists_f(object_id, name, there, status)
+    if (status >= 0 .and. there) call h5aopen_f(object_id, name, attribute, status)
+    if (status >= 0 .and. .not. there) then
+      call new_attribute(object_id, name, types(1), extents, attribute, status)
+    end if
+    if (status >= 0) call h5awrite_f(attribute, types(2), address, status)
+    if (attribute /= no_id) call h5aclose_f(attribute, ignored)
+  end subroutine put_in
+
+  subroutine fail_to_put(error, file, object, name)
+    type(error_t), allocatable, intent(inout) :: error
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: object, name
+
+    call fail(error, "cannot write the attribute '"//name//"' of '"//object//"' in '"// &
+      file%path//"'")
+  end subroutine fail_to_put
 
   subroutine new_attribute(object, name, type_id, extents, attribute, status)
     integer(hid_t), intent(in) :: object, type_id

@@ -5,7 +5,8 @@ module hdf5_rows_mod
     h5dopen_f, h5dset_extent_f, h5dwrite_f, h5pclose_f, h5pcreate_f, h5pget_chunk_f, &
     h5pset_chunk_f, h5pset_deflate_f, h5pset_fletcher32_f, h5pset_shuffle_f, h5sclose_f, &
     h5screate_simple_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
-    h5sselect_hyperslab_f, H5P_DATASET_CREATE_F, H5S_SELECT_SET_F, H5S_UNLIMITED_F
+    h5sselect_hyperslab_f, h5sset_extent_simple_f, H5P_DATASET_CREATE_F, H5S_SELECT_SET_F, &
+    H5S_UNLIMITED_F
   use checksum_mod, only: checksum_of, extended
   use dataset_kinds_mod, only: of_real, of_integer, of_long, bytes_of
   use errors_mod, only: error_t, raise, exit_machine
@@ -26,6 +27,8 @@ module hdf5_rows_mod
   type :: rows_t
     private
     integer(hid_t) :: id = no_id
+    integer(hid_t) :: in_file = no_id, in_memory = no_id
+    !! spaces of all rows and of one: making them each time takes as long as writing a short row
     integer :: kind = of_real                 !! of its numbers in the file
     integer(hsize_t), allocatable :: fixed(:) !! extents before the one that grows
     integer(hsize_t) :: step = 1              !! how far a row reaches along the one that grows
@@ -373,12 +376,10 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer, intent(in), optional :: n_rows !! that they are; 1 if absent
     integer(i8), intent(inout), optional :: checksum !! to which theirs is added
-    integer(hid_t) :: memory, space
     integer(hsize_t) :: start(size(rows%fixed) + 1), count(size(rows%fixed) + 1), longer
-    integer :: status, ignored
+    integer :: status
 
     if (allocated(error)) return
-    memory = no_id
     longer = rows%step
     if (present(n_rows)) longer = n_rows*rows%step
     count = [rows%fixed, longer]
@@ -391,16 +392,19 @@ contains
     end if
     call h5dset_extent_f(rows%id, [rows%fixed, rows%length + longer], status)
     if (status >= 0 .and. n > 0) then
-      memory = new_space(count)
-      call h5dget_space_f(rows%id, space, status)
-      call h5sselect_hyperslab_f(space, H5S_SELECT_SET_F, start, count, status)
-      call h5dwrite_f(rows%id, type_in_memory(rows%kind), address, status, memory, space)
+      if (rows%in_file == no_id) then
+        rows%in_memory = new_space(count)
+        rows%in_file = new_space([rows%fixed, rows%length + longer])
+      else
+        call h5sset_extent_simple_f(rows%in_memory, size(count), count, count, status)
+        call h5sset_extent_simple_f(rows%in_file, size(count), start + count, start + count, &
+          status)
+      end if
+      call h5sselect_hyperslab_f(rows%in_file, H5S_SELECT_SET_F, start, count, status)
+      call h5dwrite_f(rows%id, type_in_memory(rows%kind), address, status, rows%in_memory, &
+        rows%in_file)
     end if
     if (status < 0) call fail(error, "cannot write '"//rows%name//"'")
-    if (memory /= no_id) then
-      call h5sclose_f(space, ignored)
-      call h5sclose_f(memory, ignored)
-    end if
     rows%length = rows%length + longer
     if (present(checksum)) checksum = checksum + checksum_of_row(rows%name, address, &
       int(n, i8)*bytes_of(rows%kind))

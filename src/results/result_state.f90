@@ -9,7 +9,7 @@ module result_state_mod
   use errors_mod, only: error_t, raise, exit_wrong_input
   use text_mod, only: to_text
   use hdf5_files_mod, only: hdf5_file_t, exists
-  use hdf5_attributes_mod, only: write_attribute, read_attribute, describe_group
+  use hdf5_attributes_mod, only: write_attributes, read_attribute, describe_group
   use hdf5_datasets_mod, only: dataset_extents, read_dataset
   use hdf5_store_mod, only: create_store, write_store
   implicit none
@@ -118,9 +118,8 @@ contains
     integer(i8), intent(in) :: bits
     type(error_t), allocatable, intent(inout) :: error
 
-    call write_attribute(file, slot(i), 'row', int(row, i8), error)
-    call write_attribute(file, slot(i), 'length', int(length, i8), error)
-    call write_attribute(file, slot(i), 'bits', bits, error)
+    call write_attributes(file, slot(i), [character(6) :: 'row', 'length', 'bits'], &
+      [int(row, i8), int(length, i8), bits], error)
   end subroutine label
 
   !> A number that changes with every bit of the numbers, with their order and with the increment.

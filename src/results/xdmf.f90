@@ -15,7 +15,14 @@ module xdmf_mod
 
   public :: write_xdmf, xdmf_path
 
+  character, parameter :: mark = achar(1) !! in no text of a file of XML
   character(2), parameter :: component(6) = ['XX', 'YY', 'ZZ', 'XY', 'YZ', 'XZ'] !! of a tensor
+
+  !> A part of an increment's XML that is the same in all, and what follows it.
+  type :: piece_t
+    character(:), allocatable :: text
+    integer(i8) :: rows = -1 !! of a block, whose begin follows; -1: the time follows
+  end type piece_t
 
 contains
 
@@ -44,7 +51,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: path, source
     character(200) :: reason
-    integer :: unit, status, step, i, closed
+    type(piece_t), allocatable :: pieces(:)
+    integer :: unit, status, step, closed
     integer(i8) :: given, written
 
     path = xdmf_path(result_path)
@@ -58,21 +66,9 @@ contains
       call line('<Xdmf Version="2.0">')
       call line('<Domain>')
       call line('<Grid Name="'//source//'" GridType="Collection" CollectionType="Temporal">')
+      call split(increment(fields, size(time), source, mesh_size), pieces)
       do step = 1, size(time)
-        call line('<Grid Name="'//source//'" GridType="Uniform">')
-        call line('<Time Value="'//to_text(time(step), 17)//'"/>')
-        call line('<Topology TopologyType="Hexahedron" NumberOfElements="'// &
-                  to_text(mesh_size(2))//'">')
-        call line(item(to_text(mesh_size(2))//' 8', of_long, source//':/VTKHDF/Connectivity'))
-        call line('</Topology>')
-        call line('<Geometry GeometryType="XYZ">')
-        call line(item(to_text(mesh_size(1))//' 3', of_real, source//':/VTKHDF/Points'))
-        call line('</Geometry>')
-        do i = 1, size(fields)
-          if (n_components(fields(i)) > size(component)) cycle
-          call line(attribute_element(fields(i), step, size(time), source))
-        end do
-        call line('</Grid>')
+        call line(at_time(pieces, step, time(step)))
       end do
       call line('</Grid>')
       call line('</Domain>')
@@ -103,13 +99,100 @@ contains
 
   end subroutine write_xdmf
 
+  !> The XML of any increment, as of `split`.
+  function increment(fields, n_steps, source, mesh_size) result(xml)
+    type(field_t), intent(in) :: fields(:)
+    integer, intent(in) :: n_steps
+    character(*), intent(in) :: source   !! name of the result file, escaped
+    integer, intent(in) :: mesh_size(2)  !! nodes, elements
+    character(:), allocatable :: xml
+    character(*), parameter :: end_of_line = new_line('a')
+    integer :: i
+
+    xml = '<Grid Name="'//source//'" GridType="Uniform">'//end_of_line// &
+      '<Time Value="'//mark//mark//'"/>'//end_of_line// &
+      '<Topology TopologyType="Hexahedron" NumberOfElements="'//to_text(mesh_size(2))//'">'// &
+      end_of_line//item(to_text(mesh_size(2))//' 8', of_long, source//':/VTKHDF/Connectivity')// &
+      end_of_line//'</Topology>'//end_of_line//'<Geometry GeometryType="XYZ">'//end_of_line// &
+      item(to_text(mesh_size(1))//' 3', of_real, source//':/VTKHDF/Points')//end_of_line// &
+      '</Geometry>'//end_of_line
+    do i = 1, size(fields)
+      if (n_components(fields(i)) > size(component)) cycle
+      xml = xml//attribute_element(fields(i), n_steps, source)//end_of_line
+    end do
+    xml = xml//'</Grid>'
+  end function increment
+
+  !> Cut an increment's XML where something follows that differs from one to the next. A mark, the
+  !> rows of a block and a mark stand for where the block begins; two marks for the time.
+  pure subroutine split(xml, pieces)
+    character(*), intent(in) :: xml
+    type(piece_t), allocatable, intent(out) :: pieces(:)
+    type(piece_t) :: piece
+    integer :: begin, first, last
+
+    allocate (pieces(0))
+    begin = 1
+    do
+      first = index(xml(begin:), mark)
+      if (first == 0) exit
+      first = begin + first - 1
+      last = first + index(xml(first + 1:), mark)
+      piece%text = xml(begin:first - 1)
+      piece%rows = -1
+      if (last > first + 1) read (xml(first + 1:last - 1), *) piece%rows
+      pieces = [pieces, piece]
+      begin = last + 1
+    end do
+    pieces = [pieces, piece_t(xml(begin:))]
+  end subroutine split
+
+  !> The XML of one increment.
+  function at_time(pieces, step, time) result(xml)
+    type(piece_t), intent(in) :: pieces(:)
+    integer, intent(in) :: step
+    real(wp), intent(in) :: time
+    character(:), allocatable :: xml
+    integer, parameter :: longest_number = 30
+    character(:), allocatable :: room, number
+    integer :: i, n, length
+
+    length = longest_number*size(pieces)
+    do i = 1, size(pieces)
+      length = length + len(pieces(i)%text)
+    end do
+    allocate (character(length) :: room)
+    n = 0
+    do i = 1, size(pieces)
+      call add(pieces(i)%text)
+      if (i == size(pieces)) exit
+      if (pieces(i)%rows < 0) then
+        number = to_text(time, 17)
+      else
+        number = to_text((step - 1)*pieces(i)%rows)
+      end if
+      call add(number)
+    end do
+    xml = room(:n)
+
+  contains
+
+    subroutine add(text)
+      character(*), intent(in) :: text
+
+      room(n + 1:n + len(text)) = text
+      n = n + len(text)
+    end subroutine add
+
+  end function at_time
+
   !> The XML of a field in an increment: its block of the dataset.
   !>
   !> Readers disagree about more than three components ("Tensor6" has an order of its own, "Matrix"
   !> is read in several ways), so a stress or strain becomes six scalars.
-  function attribute_element(field, step, n_steps, source) result(xml)
+  function attribute_element(field, n_steps, source) result(xml)
     type(field_t), intent(in) :: field
-    integer, intent(in) :: step, n_steps
+    integer, intent(in) :: n_steps
     character(*), intent(in) :: source !! name of the result file, escaped
     character(:), allocatable :: xml, name
     integer :: i, n
@@ -118,14 +201,14 @@ contains
     n = n_components(field)
     select case (n)
     case (1)
-      xml = named_block(field, step, n_steps, source, name, 'Scalar', [0, n])
+      xml = named_block(field, n_steps, source, name, 'Scalar', [0, n])
     case (3)
-      xml = named_block(field, step, n_steps, source, name, 'Vector', [0, n])
+      xml = named_block(field, n_steps, source, name, 'Vector', [0, n])
     case default
       xml = ''
       do i = 1, n
         if (i > 1) xml = xml//new_line('a')
-        xml = xml//named_block(field, step, n_steps, source, name//'_'//component(i), 'Scalar', &
+        xml = xml//named_block(field, n_steps, source, name//'_'//component(i), 'Scalar', &
           [i - 1, 1])
       end do
     end select
@@ -141,25 +224,24 @@ contains
 
   !> One attribute of the XML: some components of a field's block. Blocks stand one behind the
   !> other; of what is not written every time there is one.
-  function named_block(field, step, n_steps, source, name, shape_name, components) result(xml)
+  function named_block(field, n_steps, source, name, shape_name, components) result(xml)
     type(field_t), intent(in) :: field
-    integer, intent(in) :: step, n_steps
+    integer, intent(in) :: n_steps
     character(*), intent(in) :: source, name, shape_name
     integer, intent(in) :: components(2) !! first, from 0, and how many
     character(:), allocatable :: xml, center, location, start, stride, count, all
     character(*), parameter :: end_of_line = new_line('a')
     integer :: rank, n(2)
-    integer(i8) :: before, blocks
+    integer(i8) :: blocks
 
     rank = size(field%extents)
     n = block_shape(field)
-    before = step - 1
     blocks = n_steps
+    start = mark//to_text(n(2))//mark
     if (field%written /= every_time) then
-      before = 0
       blocks = 1
+      start = '0'
     end if
-    start = to_text(before*n(2))
     stride = '1'
     count = to_text(n(2))
     all = to_text(blocks*n(2))
