@@ -4,42 +4,34 @@
 module meet_accuracy_mod
   use kinds_mod, only: wp
   use text_mod, only: to_text, percent
+  use controls_mod, only: solver_sweeps
   use scene_mod, only: scene_t
   use mesh_mod, only: mesh_t
-  use increments_mod, only: count_increments
   use brick8_mod, only: volume
   use increment_report_mod, only: error_parts_t, total_error
   implicit none
   private
 
-  public :: choose_arithmetic, set_contact_tolerance, accuracy_shortfall
+  public :: choose_copy, set_contact_tolerance, accuracy_shortfall
 
   ! The contact tolerance, beside the accuracy: the certificate allows ten times as much.
   real(wp), parameter :: least_fraction = 0.02_wp
   real(wp), parameter :: largest_fraction = 0.05_wp
   real(wp), parameter :: of_discretisation = 0.1_wp !! of the error of mesh and load steps
-  ! Where a factor in single precision pays (docs/arithmetic.md).
-  real(wp), parameter :: roughest_for_single = 1.0e-3_wp
-  !! accuracy from which on its errors, some 1e-5, need no refinement [-]
-  integer, parameter :: many_equations = 20000, few_increments = 20
+  real(wp), parameter :: sharpest_for_single = 1.0e-3_wp
+  !! accuracy from which on sweeps may read W in single precision [-]
   real(wp), parameter :: order_of_mesh = 4.0_wp/3.0_wp
   !! of its error in the size of the bricks: 1 to 2 where it was measured
 
 contains
 
-  !> Factorise in single precision where that is accurate enough without refinement and pays, unless
-  !> the deck says otherwise.
-  subroutine choose_arithmetic(scene)
+  !> Let sweeps read the compliance in single precision where that is accurate enough.
+  subroutine choose_copy(scene)
     type(scene_t), intent(inout) :: scene
 
-    associate (precision => scene%precision)
-      if (scene%accuracy%wanted < roughest_for_single .or. precision%factor_is_given) return
-      if (3*scene%mesh%n_nodes < many_equations) return
-      if (count_increments(scene%steps) > few_increments) return
-      precision%single_factor = .true.
-      precision%single_compliance = .true.
-    end associate
-  end subroutine choose_arithmetic
+    if (scene%accuracy%wanted >= sharpest_for_single .and. &
+      scene%contact%solver == solver_sweeps) scene%precision%single_compliance = .true.
+  end subroutine choose_copy
 
   !> Choose the contact tolerance, a tenth of the error that mesh and load steps make anyway.
   subroutine set_contact_tolerance(scene, errors)

@@ -11,9 +11,11 @@ module step_solver_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
   use system_mod, only: wall_seconds
+  use blas_core_mod, only: use_threads
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
+  use stiffness_inverse_mod, only: abandon_inverse
   use body_solver_mod, only: body_solver_t, solver_work_t, make_body_solver, &
     change_obstacle_supports, lap
   use contact_interface_mod, only: interface_dofs
@@ -24,7 +26,7 @@ module step_solver_mod
   implicit none
   private
 
-  public :: step_solver_t, set_supports, prepare_step, widen_interface
+  public :: step_solver_t, set_supports, forget_supports, prepare_step, widen_interface
 
   type :: step_solver_t
     type(body_solver_t) :: body
@@ -59,6 +61,15 @@ contains
     end if
     call make_all(scene, points, prescribed, solver, work, error)
   end subroutine set_supports
+
+  !> Let the next `set_supports` make everything anew.
+  subroutine forget_supports(solver)
+    type(step_solver_t), intent(inout) :: solver
+
+    if (allocated(solver%body%prescribed)) deallocate (solver%body%prescribed)
+    if (allocated(solver%body%inverse%failure)) deallocate (solver%body%inverse%failure)
+    call abandon_inverse(solver%body%inverse)
+  end subroutine forget_supports
 
   !> Take the whole of the slave surfaces into the interface, in the middle of a *STEP.
   subroutine widen_interface(scene, points, solver, work, error)
@@ -97,8 +108,10 @@ contains
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
 
+    if (scene%precision%threads > 1) call use_threads(scene%precision%threads)
     call make_body_solver(scene, points, prescribed, interface_dofs(scene, points), solver%body, &
       work, error)
+    if (scene%precision%threads > 1) call use_threads(1)
     if (allocated(error)) return
     call make_contact(scene, points, solver, work)
   end subroutine make_all

@@ -17,11 +17,15 @@ module blas_core_mod
   implicit none
   private
 
-  public :: choose_blas_core, check_blas_room, blas_core_name, blas_version, wanted_core
+  public :: choose_blas_core, check_blas_room, blas_core_name, blas_version, wanted_core, &
+    use_threads, threads_are_given
 
   character(*), parameter :: core_variable = 'OPENBLAS_CORETYPE'
   ! Set before the second start: there is never a third.
   character(*), parameter :: guard_variable = 'BIPOT_BLAS_CORE'
+  character(*), parameter :: with_one_thread = 'chosen, with one thread' !! which nobody asked for
+  character(*), parameter :: thread_variables(2) = &
+    [character(20) :: 'OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS']
 
   abstract interface
     function text_function() result(text) bind(c)
@@ -71,8 +75,8 @@ contains
     character(:), allocatable :: core
     logical :: threads_given, worked
 
-    threads_given = any_set([character(20) :: 'OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS'])
-    if (.not. threads_given) call use_one_thread()
+    threads_given = threads_are_given()
+    if (.not. threads_given) call use_threads(1)
     core = blas_core_name()
     if (core == '') return
     if (any_set([character(20) :: guard_variable])) return
@@ -80,7 +84,8 @@ contains
     core = wanted_core(core, processor_flags())
     if (any_set([character(20) :: core_variable])) core = ''
     if (core == '' .and. threads_given) return
-    call set_environment(guard_variable, 'chosen', .true., worked)
+    call set_environment(guard_variable, trim(merge('chosen'//repeat(' ', 17), with_one_thread, &
+      threads_given)), .true., worked)
     if (.not. worked) return
     if (core /= '') call set_environment(core_variable, core, .true., worked)
     if (.not. worked) return
@@ -162,17 +167,26 @@ contains
 
   end function wanted_core
 
-  !> With more threads a busy machine becomes many times slower; who wants them sets
-  !> OPENBLAS_NUM_THREADS.
-  subroutine use_one_thread()
+  !> Whether the user has said how many threads there are to be.
+  function threads_are_given() result(answer)
+    logical :: answer
+    character(len(with_one_thread)) :: guard
+
+    call get_environment_variable(guard_variable, guard)
+    answer = any_set(thread_variables) .and. guard /= with_one_thread
+  end function threads_are_given
+
+  !> From now on so many threads work in OpenBLAS; with another BLAS nothing happens.
+  subroutine use_threads(n)
+    integer, intent(in) :: n
     type(c_funptr) :: address
     procedure(set_threads_function), pointer :: set_threads
 
     address = c_dlsym(c_null_ptr, c_text('openblas_set_num_threads'))
     if (.not. c_associated(address)) return
     call c_f_procpointer(address, set_threads)
-    call set_threads(1_c_int)
-  end subroutine use_one_thread
+    call set_threads(int(n, c_int))
+  end subroutine use_threads
 
   !> Whether valgrind (which does not know all instructions) or a sanitizer watches.
   function watched() result(answer)

@@ -8,7 +8,8 @@ module resource_limits_mod
   use errors_mod, only: error_t, raise, exit_machine
   use kinds_mod, only: i8
   use libc_mod, only: c_free, c_getrlimit, c_statvfs, real_malloc
-  use text_mod, only: to_text
+  use text_mod, only: string_t, to_text
+  use control_groups_mod, only: list_groups
   implicit none
   private
 
@@ -153,41 +154,22 @@ contains
     bytes = 1024_i8*max(0_i8, number_after('/proc/self/status', 'VmRSS:'))
   end function resident_bytes
 
-  !> The control groups of the process and all above it: version 2, and the memory of version 1.
+  !> The memory of the process's control groups.
   subroutine look_at_groups(root, bytes)
     character(*), intent(in) :: root
     integer(i8), intent(inout) :: bytes
-    character(1024) :: line
-    character(:), allocatable :: folder
-    integer :: unit, status, first
+    type(string_t), allocatable :: of_version_2(:), of_version_1(:)
+    integer :: i
 
-    open (newunit=unit, file=root//'/proc/self/cgroup', action='read', status='old', &
-      iostat=status)
-    if (status /= 0) return
-    do
-      read (unit, '(a)', iostat=status) line
-      if (status /= 0) exit
-      if (line(:3) == '0::') then
-        folder = trim(line(4:))
-        do
-          call look_at_group(root//'/sys/fs/cgroup'//folder//'/', 'memory.max', &
-            'memory.current', 'inactive_file', bytes)
-          if (folder == '') exit
-          folder = folder(:index(folder, '/', back=.true.) - 1)
-        end do
-      end if
-      first = index(line, ':memory:')
-      if (first > 0) then
-        folder = trim(line(first + 8:))
-        do
-          call look_at_group(root//'/sys/fs/cgroup/memory'//folder//'/', &
-            'memory.limit_in_bytes', 'memory.usage_in_bytes', 'total_inactive_file', bytes)
-          if (folder == '') exit
-          folder = folder(:index(folder, '/', back=.true.) - 1)
-        end do
-      end if
+    call list_groups(root, 'memory', of_version_2, of_version_1)
+    do i = 1, size(of_version_2)
+      call look_at_group(of_version_2(i)%text, 'memory.max', 'memory.current', 'inactive_file', &
+        bytes)
     end do
-    close (unit)
+    do i = 1, size(of_version_1)
+      call look_at_group(of_version_1(i)%text, 'memory.limit_in_bytes', 'memory.usage_in_bytes', &
+        'total_inactive_file', bytes)
+    end do
   end subroutine look_at_groups
 
   !> One group: what it may have less what it has, files apart that can be dropped.

@@ -6,7 +6,7 @@ module controls_mod
   private
 
   public :: contact_controls_t, output_controls_t, precision_controls_t, accuracy_controls_t, &
-    is_exact, precision_in_words
+    is_exact, take_double, precision_in_words
   public :: solver_none, solver_auto, solver_sweeps, solver_global_newton
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
@@ -66,6 +66,11 @@ module controls_mod
     logical  :: factor_is_given = .false.   !! single_factor
     logical  :: low_rank_is_given = .false. !! block_low_rank
     logical  :: core_is_given = .false.     !! out_of_core
+    ! What the plan says.
+    integer  :: threads = 1
+    !! of the linear algebra library while the stiffness is factorised; 1: as many as elsewhere
+    logical  :: saves_time = .false.
+    !! single_factor was chosen to save time: what it does not hold, double precision does
     character(:), allocatable :: scratch
     !! folder of a factor out of core, with its last slash; not allocated: MUMPS's own choice
   end type precision_controls_t
@@ -104,6 +109,15 @@ contains
 
     is_exact = .not. precision%single_factor .and. precision%block_low_rank <= 0.0_wp
   end function is_exact
+
+  !> Double precision where single was chosen to save time.
+  pure subroutine take_double(precision)
+    type(precision_controls_t), intent(inout) :: precision
+
+    if (.not. precision%saves_time) return
+    precision%saves_time = .false.
+    precision%single_factor = .false.
+  end subroutine take_double
 
   !> double precision; single precision, block low rank 1e-6.
   function precision_in_words(precision) result(words)

@@ -20,7 +20,10 @@ module count_sizes_mod
   real(wp), parameter :: answers_of_motions = 2.0_wp
   !! times as many where W is not formed: how reactions answer the motions is not factorised then
   real(wp), parameter :: newton_raphson_curved = 3.0_wp   !! before round obstacles
-  real(wp), parameter :: newton_raphson_refined = 2.0_wp  !! where the factor is not exact
+  real(wp), parameter :: newton_raphson_refined = 2.0_wp
+  !! times as many where the factor is not exact
+  real(wp), parameter :: roughest_unrefined = 1.0e-4_wp
+  !! tolerance from which on forces balance well enough by a factor that is not exact [-]
   real(wp), parameter :: refinements = 4.0_wp             !! of a load's response, then
   real(wp), parameter :: solutions_beside = 6.0_wp !! of a factor without W: the condition
   real(wp), parameter :: sweeps_a_digit = 1.3_wp          !! and a point along the surface's side
@@ -83,10 +86,11 @@ contains
     integer :: i
 
     n = 1.0_wp
-    if (.not. is_exact(scene%precision)) n = newton_raphson_refined
     do i = 1, size(scene%pairs)
       if (.not. has_fixed_normals(scene, i)) n = newton_raphson_curved
     end do
+    if (is_exact(scene%precision) .or. scene%contact%tolerance >= roughest_unrefined) return
+    n = n*newton_raphson_refined
   end function iterations_of_increment
 
   !> Products of W with a vector in an increment; a sweep is one.

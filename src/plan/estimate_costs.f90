@@ -14,6 +14,7 @@ module estimate_costs_mod
   use constraints_mod, only: constraints_t, active_constraints
   use linked_nodes_mod, only: coupled_nodes
   use obstacles_mod, only: ref_nodes
+  use obstacle_shapes_mod, only: has_fixed_normals
   use contact_points_mod, only: contact_nodes
   use scene_mod, only: scene_t
   use controls_mod, only: is_exact, precision_controls_t, solver_sweeps, compliance_auto, &
@@ -51,6 +52,9 @@ module estimate_costs_mod
 
   real(wp), parameter :: least_interface = 1000.0_wp !! numbers of it from which on W has a price
   real(wp), parameter :: least_factor = 0.7_wp !! of that with the interface last: the least without
+
+  ! From what time in double precision on [s], and for what share of it, single precision is chosen.
+  real(wp), parameter :: least_to_save = 0.2_wp, worthwhile = 0.85_wp
 
   ! Of the memory that is left, what a plan with an alternative may take: estimates are that good.
   real(wp), parameter :: enough = 0.9_wp
@@ -120,7 +124,8 @@ contains
       call add_figure(plan, 'compliance_products', sizes%increments* &
         products_of_increment(scene, sizes), bound_about)
       call add_figure(plan, 'operations', flops_of_run(scene, sizes), bound_about)
-      call add_figure(plan, 'cpu_seconds', cpu_seconds() + total_seconds(seconds), bound_about)
+      plan%seconds = cpu_seconds() + total_seconds(seconds)
+      call add_figure(plan, 'cpu_seconds', plan%seconds, bound_about)
     end if
     call describe_costs(plan, sizes, file, memory, seconds)
     if (reasons /= '') call describe_choice(scene, reasons, plan)
@@ -247,6 +252,8 @@ contains
       i = best
     end if
     scene%precision = list(i)
+    if (i == 1 .and. size(list) > 1) call take_single_if_faster(list(2))
+    if (allocated(error)) return
     if (sizes%scratch < real(plan%memory_left, wp) - need(i)) sizes%keeps_scratch = .true.
 
   contains
@@ -266,6 +273,34 @@ contains
       sizes%scratch = 0.0_wp
       if (precision%out_of_core) sizes%scratch = sizes%fraction_here*sizes%word*sizes%factor
     end subroutine analyse_in
+
+    !> Single precision where double precision fits and takes longer: few increments, that is, of
+    !> many equations. Not before round obstacles and other bodies, where each placement of the
+    !> points would be refined.
+    subroutine take_single_if_faster(single)
+      type(precision_controls_t), intent(in) :: single !! the alternative to double precision
+      type(sizes_t) :: in_double
+      real(wp) :: seconds_in_double, seconds_in_single
+      integer :: pair
+
+      if (.not. (is_exact(scene%precision) .and. single%single_factor .and. sizes%is_dense)) return
+      if (.not. all([(has_fixed_normals(scene, pair), pair=1, size(scene%pairs))])) return
+      seconds_in_double = seconds_of_contact(scene, sizes)
+      if (seconds_in_double < least_to_save) return
+      in_double = sizes
+      scene%precision = single
+      call take_precision(single, sizes)
+      seconds_in_single = seconds_of_contact(scene, sizes)
+      if (seconds_in_single > worthwhile*seconds_in_double) then
+        scene%precision = list(1)
+        sizes = in_double
+        return
+      end if
+      call analyse_in(single)
+      scene%precision%saves_time = .true.
+      reasons = 'a share of '//to_text(seconds_in_single/seconds_in_double, 2)// &
+        ' of the time that double precision takes'
+    end subroutine take_single_if_faster
 
     !> Why the choice does not do, in words.
     function reason_against(choice) result(words)

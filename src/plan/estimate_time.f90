@@ -130,8 +130,9 @@ contains
       2.0_wp*solutions(scene, sizes)*scratch_time
   end subroutine time_solver
 
-  !> What the factor and contact take on a machine of fixed rates: whether W is formed follows from
-  !> the deck alone, or no run would compute the same twice.
+  !> What the factor, contact and internal forces take on a machine of fixed rates: whether W is
+  !> formed, and in what arithmetic, follows from the deck alone, or no run would compute the same
+  !> twice.
   pure real(wp) function seconds_of_contact(scene, sizes) result(total)
     type(scene_t), intent(in) :: scene
     type(sizes_t), intent(in) :: sizes
@@ -142,7 +143,8 @@ contains
 
     reference = reference_speed()
     call time_solver(scene, sizes, reference, reference_brick, sizes%scratch/disk_rate, seconds)
-    total = seconds%factorise + seconds%condense + seconds%contact + seconds%recover
+    total = seconds%factorise + seconds%condense + seconds%contact + seconds%recover + &
+      2.0_wp*sizes%increments*iterations_of_increment(scene)*sizes%bricks*reference_brick
     if (.not. sizes%is_dense) return
     do i = 1, size(scene%pairs)
       if (has_fixed_normals(scene, i)) cycle

@@ -94,6 +94,9 @@ contains
 
     call write_attribute(hdf5, '/run', 'single_factor', merge(1_i8, 0_i8, &
       precision%single_factor), error)
+    call write_attribute(hdf5, '/run', 'single_factor_saves_time', merge(1_i8, 0_i8, &
+      precision%saves_time), error)
+    call write_attribute(hdf5, '/run', 'factor_threads', int(precision%threads, i8), error)
     call write_attribute(hdf5, '/run', 'block_low_rank', precision%block_low_rank, error)
     call write_attribute(hdf5, '/run', 'out_of_core', merge(1_i8, 0_i8, precision%out_of_core), &
       error)
@@ -106,16 +109,20 @@ contains
     type(precision_controls_t), intent(inout) :: precision
     integer, intent(inout) :: compliance !! compliance_dense, ...
     type(error_t), allocatable, intent(inout) :: error
-    integer(i8) :: single, out_of_core, kind_of_compliance
+    integer(i8) :: single, saves_time, threads, out_of_core, kind_of_compliance
     real(wp) :: block_low_rank
 
     call read_attribute(hdf5, '/run', 'single_factor', single, error)
+    call read_attribute(hdf5, '/run', 'single_factor_saves_time', saves_time, error)
+    call read_attribute(hdf5, '/run', 'factor_threads', threads, error)
     call read_attribute(hdf5, '/run', 'block_low_rank', block_low_rank, error)
     call read_attribute(hdf5, '/run', 'out_of_core', out_of_core, error)
     call read_attribute(hdf5, '/run', 'compliance', kind_of_compliance, error)
     if (allocated(error)) return
     compliance = int(kind_of_compliance)
     precision%single_factor = single == 1
+    precision%saves_time = saves_time == 1
+    precision%threads = int(threads)
     precision%block_low_rank = block_low_rank
     precision%out_of_core = out_of_core == 1
   end subroutine read_arithmetic

@@ -39,6 +39,8 @@ module checkpoint_mod
     integer :: entered = 0              !! *STEP that the solver is made for; 0: none yet
     integer :: widened_in = 0
     !! *STEP in which the whole of the slave surfaces became candidates; 0: not
+    integer :: in_double = 0
+    !! 1: a single factor, chosen to save time, did not hold the scene
     integer :: touched_in = 0
     !! the last *STEP of which it was told that contact begins inside an increment; 0: none
     real(wp), allocatable :: begun(:, :)
@@ -83,7 +85,8 @@ contains
     end if
     file%n_outputs = progress%tally%outputs
     progress%entered = 0 ! by this session
-    if (progress%widened_in == 0) return
+    if (progress%in_double > 0) call revise_plan(scene, plan, error)
+    if (allocated(error) .or. progress%widened_in == 0) return
     call reach_everything(scene, plan%points)
     call revise_plan(scene, plan, error)
   end subroutine restore_checkpoint
@@ -115,6 +118,7 @@ contains
     call carry_ahead(list, progress%ahead)
     call archive(list, progress%tolerance)
     call archive(list, progress%widened_in)
+    call archive(list, progress%in_double)
     call archive(list, progress%touched_in)
     call archive(list, progress%begun)
     call carry_tally(list, progress%tally)

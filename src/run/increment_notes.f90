@@ -15,7 +15,7 @@ module increment_notes_mod
   private
 
   public :: note_t, note_cut, note_widened, note_unheld, note_entries, &
-    note_small_contacts, note_kinks, note_touch, note_turn
+    note_small_contacts, note_kinks, note_touch, note_turn, note_double
 
   !> A line for the console.
   type :: note_t
@@ -49,6 +49,15 @@ contains
     call add_note(notes, increment, .true., ' (to time '// &
       to_text(increment%time)//') was not solved: half of it is tried')
   end subroutine note_cut
+
+  !> A single factor that was chosen to save time does not hold the scene.
+  pure subroutine note_double(increment, notes)
+    type(increment_t), intent(in) :: increment
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    call add_note(notes, increment, .false., ': a factor in single precision, chosen to save '// &
+      'time, does not hold this scene; it is factorised in double precision from here on')
+  end subroutine note_double
 
   !> A node went further than the plan had it go.
   pure subroutine note_widened(scene, points, increment, point, notes)

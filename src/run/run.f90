@@ -6,10 +6,12 @@ module run_mod
   use standard_streams_mod, only: standard_output, write_most
   use system_mod, only: wall_seconds, catch_signals
   use resource_limits_mod, only: check_library_room
+  use idle_processors_mod, only: processor_time_t, processor_time
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t, find_breaches
   use read_deck_mod, only: read_deck
   use make_plan_mod, only: make_plan
+  use choose_threads_mod, only: choose_threads
   use estimate_costs_mod, only: estimate_costs
   use fit_machine_mod, only: exceeds_machine
   use initial_overlaps_mod, only: overlaps
@@ -17,7 +19,7 @@ module run_mod
   use sparse_factor_mod, only: sparse_factor_t
   use body_solver_mod, only: begin_body_solver
   use step_solver_mod, only: step_solver_t
-  use meet_accuracy_mod, only: choose_arithmetic, set_contact_tolerance
+  use meet_accuracy_mod, only: choose_copy, set_contact_tolerance
   use fresh_file_mod, only: beginning_of
   use output_names_mod, only: keep_inputs, output_name
   use xdmf_mod, only: xdmf_path
@@ -52,8 +54,10 @@ contains
     type(console_t) :: console
     type(exports_t) :: exports
     type(step_solver_t) :: solver
+    type(processor_time_t) :: began
     real(wp) :: read_time
 
+    began = processor_time()
     if (options%flat) then
       call print_flat(options, error)
       return
@@ -72,6 +76,7 @@ contains
     call estimate_costs(scene, result_path(options, scene), options%exported /= '', plan, &
       solver%body%inverse%factor, error)
     if (allocated(error)) return
+    if (.not. goes_on(options, scene)) call choose_threads(began, scene%precision, plan)
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
     read_time = wall_seconds() - console%started
@@ -110,7 +115,7 @@ contains
       if (scene%overrides /= '') scene%overrides = scene%overrides//new_line('a')
       scene%overrides = scene%overrides//'--accuracy '//to_text(options%accuracy)
     end if
-    call choose_arithmetic(scene)
+    call choose_copy(scene)
     call set_contact_tolerance(scene)
   end subroutine take_accuracy
 

@@ -4,6 +4,7 @@ module run_increments_mod
   use errors_mod, only: error_t
   use system_mod, only: wall_seconds
   use resource_limits_mod, only: check_library_room
+  use controls_mod, only: take_double
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
   use increments_mod, only: whole_increment, asked_number
@@ -28,7 +29,8 @@ contains
 
   !> From where the run stands to its end.
   subroutine run_increments(scene, plan, exports, solver, file, console, progress, error)
-    type(scene_t), intent(inout) :: scene        !! its contact tolerance follows the accuracy
+    type(scene_t), intent(inout) :: scene
+    !! its contact tolerance follows the accuracy; its precision is double where single does not do
     type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
     type(step_solver_t), intent(inout) :: solver
@@ -46,6 +48,7 @@ contains
     call count_from(console, increments_done(progress%state%step, progress%state%position), &
       plan%n_increments)
     scene%contact%tolerance = progress%tolerance
+    if (progress%in_double > 0) call take_double(scene%precision)
     increments: do
       allocate (notes(0))
       call solve_next(scene, plan, solver, progress, solved, found, notes, error)

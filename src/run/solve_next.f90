@@ -2,8 +2,9 @@
 !> printed or written here; what there is to say goes into notes.
 module solve_next_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t
+  use errors_mod, only: error_t, exit_not_solved
   use system_mod, only: wall_seconds
+  use controls_mod, only: take_double
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t, next_increment, is_extra
@@ -11,7 +12,7 @@ module solve_next_mod
   use increment_report_mod, only: increment_report_t, ended_out_of_reach
   use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
-  use step_solver_mod, only: step_solver_t, widen_interface
+  use step_solver_mod, only: step_solver_t, forget_supports, widen_interface
   use advance_mod, only: advance, advance_along
   use kinks_mod, only: count_between
   use load_events_mod, only: first_touch, no_event
@@ -25,7 +26,7 @@ module solve_next_mod
   use measure_increment_mod, only: estimate_mesh, measure_deformation
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, is_solved
   use increment_notes_mod, only: note_t, note_cut, note_widened, note_unheld, note_entries, &
-    note_small_contacts, note_kinks, note_touch, note_turn
+    note_small_contacts, note_kinks, note_touch, note_turn, note_double
   implicit none
   private
 
@@ -58,8 +59,9 @@ contains
   !> Solve the next increment, cut as often as it takes; `found` is false where the run is complete.
   !> Whether it is solved, the report says.
   subroutine solve_next(scene, plan, solver, progress, solved, found, notes, error)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(inout) :: plan         !! revised where a point gets further than it says
+    type(scene_t), intent(inout) :: scene       !! its precision, where single does not do
+    type(plan_t), intent(inout) :: plan
+    !! revised where a point gets further than it says, or for a factor in double precision
     type(step_solver_t), intent(inout) :: solver
     type(progress_t), intent(inout) :: progress    !! its sizes, *STEP and tally
     type(solved_t), intent(out) :: solved
@@ -76,6 +78,8 @@ contains
       if (.not. found) return
       if (increment%step /= progress%entered) then
         call enter_step(scene, plan, increment, progress, solver, error)
+        if (needs_double(scene, error)) call turn_to_double(scene, plan, increment, solver, &
+          progress, notes, error)
         if (allocated(error)) return
         if (increment%first_of_step) call note_turn(scene, increment, notes)
       end if
@@ -85,6 +89,11 @@ contains
         call choose_increment(scene, plan%points, solver, progress%state, progress%size, &
           increment, is_plain)
         call advance_or_widen(scene, plan, solver, progress, is_plain, solved, notes, error)
+        if (needs_double(scene, error, solved%report)) then
+          call turn_to_double(scene, plan, increment, solver, progress, notes, error)
+          if (allocated(error)) return
+          cycle sizes
+        end if
         if (allocated(error)) return
         call note_sizes(solver, progress%tally)
         if (is_solved(scene, solved%report)) return
@@ -95,6 +104,43 @@ contains
       end do sizes
     end associate
   end subroutine solve_next
+
+  !> Whether something is not solved that a factor in double precision may solve.
+  pure logical function needs_double(scene, error, report)
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(in) :: error
+    type(increment_report_t), intent(in), optional :: report !! where there is no error
+
+    needs_double = .false.
+    if (.not. scene%precision%saves_time) return
+    if (allocated(error)) then
+      needs_double = error%exit_status == exit_not_solved
+    else if (present(report)) then
+      needs_double = .not. is_solved(scene, report) .and. report%ending /= ended_out_of_reach
+    end if
+  end function needs_double
+
+  !> Enter the *STEP again, with a factor in double precision for the rest of the run.
+  subroutine turn_to_double(scene, plan, increment, solver, progress, notes, error)
+    type(scene_t), intent(inout) :: scene       !! its precision
+    type(plan_t), intent(inout) :: plan
+    type(increment_t), intent(in) :: increment
+    type(step_solver_t), intent(inout) :: solver
+    type(progress_t), intent(inout) :: progress
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    type(error_t), allocatable, intent(inout) :: error !! of single precision; of double precision
+
+    if (allocated(error)) deallocate (error)
+    call take_double(scene%precision)
+    call note_double(increment, notes)
+    call revise_plan(scene, plan, error)
+    if (allocated(error)) return
+    progress%tally%plan_revisions = progress%tally%plan_revisions + 1
+    progress%in_double = 1
+    progress%entered = 0
+    call forget_supports(solver)
+    call enter_step(scene, plan, increment, progress, solver, error)
+  end subroutine turn_to_double
 
   !> Advance by one increment; once more, with every slave node a candidate, where a node went
   !> further than the plan had it go.

@@ -158,6 +158,33 @@ class Foreseen(unittest.TestCase):
                     self.assertLess(ratio, within, name)
 
 
+class Threads(unittest.TestCase):
+    """Idle processors factorise, unless somebody has said how many threads there are to be."""
+
+    def plan(self, processors=None, **environment):
+        words = [PROGRAM, INPUT / "block.inp", "--plan"]
+        for name, value in {"n": 24, **AUTO}.items():
+            words += ["--set", f"{name}={value}"]
+        variables = {k: v for k, v in os.environ.items() if not k.endswith("_NUM_THREADS")}
+        done = subprocess.run(
+            words, capture_output=True, text=True, check=False, env={**variables, **environment},
+            preexec_fn=processors and (lambda: os.sched_setaffinity(0, processors)),
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return re.findall(r"\nthreads +fixed +(\d+) while the stiffness", done.stdout)
+
+    def test_the_environment_has_the_say(self):
+        for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+            for number in ("1", "2"):
+                self.assertEqual(self.plan(**{variable: number}), [])
+
+    def test_no_more_than_the_process_may_use(self):
+        allowed = sorted(os.sched_getaffinity(0))
+        self.assertEqual(self.plan(processors=allowed[:1]), [])
+        for number in self.plan():
+            self.assertIn(int(number), range(2, len(allowed) + 1))
+
+
 class Limited(unittest.TestCase):
     def limited(self, kind, megabytes, *words, folder=None):
         """Run the program with a limit of its own on addresses or on the size of files."""

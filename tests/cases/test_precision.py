@@ -1,10 +1,13 @@
 """Whatever the arithmetic, the certificate is that of double precision; or the run says why not."""
 
 import os
+import subprocess
+import tempfile
 import unittest
+from pathlib import Path
 
 import numpy as np
-from program import INPUT, Run
+from program import INPUT, PROGRAM, Result, Run
 
 CHOICES = (
     "FACTOR=SINGLE",
@@ -122,6 +125,105 @@ class Precision(unittest.TestCase):
         plain = solve("block", "")
         self.assertRegex(plain.output, r"factorisations .*LDL\^T, double precision, in core\n")
         self.assertNotRegex(plain.output, r"single precision")
+
+
+class FewIncrements(unittest.TestCase):
+    """Where increments are few single precision is the plan's choice, and double where it fails."""
+
+    # As many bricks as it takes for the factor to cost more than anything else.
+    DECK = """*HEADING
+A block pressed on a plane
+*PARAMETER
+nu = 0.3
+*BLOCK, NAME=BODY, ELSET=BODY, TYPE=C3D8, NX=14, NY=14, NZ=14
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=RUBBER
+*ELASTIC
+100., <nu>
+*SOLID SECTION, ELSET=BODY, MATERIAL=RUBBER
+*OBSTACLE, NAME=GROUND, TYPE=PLANE
+0., 0., 0.,  0., 0., 1.
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+{mu}
+*CONTACT PAIR, INTERACTION=DRY
+BODY-ZMIN, GROUND
+*CONTACT SOLVER, TOLERANCE={tolerance}
+*STEP
+*STATIC, DIRECT
+{size}, 1.
+*BOUNDARY
+BODY-ZMAX, 1, 2, 0.
+BODY-ZMAX, 3, 3, -0.01
+*END STEP
+"""
+    HELD = DECK.format(mu=0.3, tolerance=1e-9, size=1.0)
+    ROUGH = DECK.format(mu=0.0, tolerance=2e-4, size=0.25)
+
+    def in_double(self, text, **settings):
+        text = text.replace("*STEP\n", "*PRECISION, FACTOR=DOUBLE\n*STEP\n", 1)
+        run = Run(text, name="deck", **settings)
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertNotIn("chosen ", run.output)
+        return run
+
+    def test_they_are_solved_in_single_precision(self):
+        run = Run(self.HELD, name="deck")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertRegex(run.output, r"chosen +single precision, in core: a share of 0\.\d+ of the")
+        with run.result() as one, self.in_double(self.HELD).result() as other:
+            self.assertEqual(one.run["single_factor"], 1)
+            self.assertEqual(other.run["single_factor"], 0)
+            self.assertTrue(np.all(one.history("certified") == 1))
+            a, b = (r.pairs[0].reaction for r in (one, other))
+            np.testing.assert_allclose(a, b, rtol=0, atol=1e-6 * abs(b).max())
+
+    def test_more_increments_are_not(self):
+        text = self.HELD.replace("1.0, 1.", "0.1, 1.")
+        run = Run(text, "--plan", name="deck")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertNotIn("chosen ", run.output)
+
+    def test_double_precision_takes_over(self):
+        """What single precision does not hold is that of FACTOR=DOUBLE, to the last bit."""
+        for nu in ("0.49999999", "0.499999999"):
+            run = Run(self.ROUGH, name="deck", nu=nu)
+            self.assertEqual(run.status, 0, run.errors)
+            self.assertRegex(run.output, r"chosen +single precision")
+            self.assertIn("it is factorised in double precision from here on", run.output)
+            self.assertNotIn("the plan said", run.output)
+            with run.result() as one, self.in_double(self.ROUGH, nu=nu).result() as other:
+                self.assertEqual(one.counters["plan_revisions"], 1)
+                a, b = (r.pairs[0].reaction for r in (one, other))
+                np.testing.assert_array_equal(a, b)
+
+    def test_it_goes_on_in_a_run_that_is_continued(self):
+        """Killed between its increments: the rest has the same bits."""
+        whole = Run(self.ROUGH, name="deck", nu="0.49999999")
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "deck.inp").write_text(self.ROUGH)
+            command = [PROGRAM, "deck.inp", "--set", "nu=0.49999999", "-o", "r.vtkhdf"]
+
+            def run(*options, **environment):
+                return subprocess.run(
+                    [*command, *options], cwd=folder, capture_output=True, text=True, check=False,
+                    env={**os.environ, **environment},
+                )
+
+            library = os.environ["BIPOT_KILL_LIBRARY"]
+            run(LD_PRELOAD=library, KILL_COUNT=str(Path(folder) / "changes"))
+            changes = int((Path(folder) / "changes").read_text())
+            run("--overwrite", LD_PRELOAD=library, KILL_AT_WRITE=str(changes * 9 // 10))
+            with Result(Path(folder) / "r.vtkhdf") as killed:
+                self.assertIn(killed.finished, (1, 2, 3))
+            done = run("--continue")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("continued ", done.stdout)
+            self.assertNotIn("from here on", done.stdout)
+            with Result(Path(folder) / "r.vtkhdf") as one, whole.result() as other:
+                self.assertEqual(one.finished, 4)
+                a, b = (r.pairs[0].reaction for r in (one, other))
+                np.testing.assert_array_equal(a, b)
 
 
 if __name__ == "__main__":

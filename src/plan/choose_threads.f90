@@ -1,0 +1,48 @@
+!> How many threads of the linear algebra library factorise the stiffness.
+!>
+!> One is the default: on a busy machine more take up to twice as long. Where the factorisation is
+!> worth it, processors that stand idle take part; in nothing else, so that no more than seconds
+!> depend on their staying idle.
+module choose_threads_mod
+  use kinds_mod, only: wp
+  use text_mod, only: to_text
+  use resource_limits_mod, only: address_space_left, data_left, no_limit
+  use idle_processors_mod, only: processor_time_t, processor_time, idle_processors
+  use blas_core_mod, only: threads_are_given
+  use parallel_mod, only: n_ranks
+  use controls_mod, only: precision_controls_t
+  use plan_mod, only: plan_t, bound_fixed
+  use plan_table_mod, only: add_line
+  implicit none
+  private
+
+  public :: choose_threads
+
+  real(wp), parameter :: long_enough = 3.0_wp !! run with one processor [s]
+  integer, parameter :: most_threads = 8
+  real(wp), parameter :: of_thread = 50.0e6_wp !! memory of one more [bytes]
+
+contains
+
+  !> Choose the threads of a run that begins, and say so in its table.
+  !>
+  !> Not where the environment says how many, several ranks share the machine, or a limit on
+  !> addresses could keep the library from its buffers, for which it would wait for ever.
+  subroutine choose_threads(began, precision, plan)
+    type(processor_time_t), intent(in) :: began !! when the program did
+    type(precision_controls_t), intent(inout) :: precision !! gets threads
+    type(plan_t), intent(inout) :: plan         !! with its costs
+    integer :: idle
+
+    precision%threads = 1
+    if (plan%seconds < long_enough .or. threads_are_given() .or. n_ranks() > 1) return
+    if (min(address_space_left(''), data_left('')) < no_limit) return
+    idle = min(idle_processors(began, processor_time()), most_threads - 1)
+    if (idle < 1) return
+    if (plan%more_memory + idle*of_thread > real(plan%memory_left, wp)) return
+    precision%threads = 1 + idle
+    call add_line(plan, 'threads', bound_fixed, to_text(precision%threads)// &
+      ' while the stiffness is factorised: so many processors are idle')
+  end subroutine choose_threads
+
+end module choose_threads_mod
