@@ -21,9 +21,9 @@ import numpy as np
 
 from bipot.figures import BLUE, GREEN, ORANGE, PURPLE, RED, new_axes, save
 from bipot.program import ROOT, script_options
-from bipot.report import machine, table
+from bipot.report import table
 from studies.pages import PAGES, StudyError, claim
-from studies.speed import medians, read_rows, seconds_of
+from studies.speed import machines, medians, read_rows, seconds_of
 
 SMALLEST = 16  # below, fixed costs hide the growth
 CHECKED = 2    # the largest runs, foretold from the others
@@ -360,7 +360,8 @@ def page(rows, program):
     model = make_model(rows)
     return [
         "# How it grows", "",
-        f"By `studies/run scaling` from the runs in `studies/data/runs.csv` on {machine()}: the",
+        "By `studies/run scaling` from the runs in `studies/data/runs.csv` on "
+        f"{machines(rows)}: the",
         f"paper's block with n bricks along an edge, {INCREMENTS} increments, one thread, "
         f"automatic",
         "solver ([speed](speed.md)). N is the number of equations, 3 n (n + 1)^2.", "",

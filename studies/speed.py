@@ -41,13 +41,18 @@ PAGE = PAGES / "speed.md"
 SCENES = {
     "block": (ROOT / "input" / "block.inp", {"solver": "AUTO", "local": "AUTO"}),
     "plate": (ROOT / "studies" / "plate.inp", {}),
+    "plate-dense": (ROOT / "studies" / "plate.inp", {"compliance": "DENSE"}),
 }
 # Columns that are no numbers. Runs of one command share `made`, when it began; "" is not known.
-WORDS = ("scene", "arithmetic", "made")
+WORDS = ("scene", "arithmetic", "made", "machine")
 PHASES = (
     "read", "assemble", "order", "factorise", "condense", "loads", "contact", "recover", "estimate",
     "write",
 )
+PLATES = {
+    "plate": "As the plan has it: from n = 26 on the compliance of the contact is not formed.",
+    "plate-dense": "With the dense compliance (`COMPLIANCE=DENSE`).",
+}
 COUNTERS = (
     "equations", "contact_points", "contact_rows", "interface_equations", "increments",
     "factor_entries", "solutions", "compliance_products", "contact_iterations",
@@ -57,7 +62,7 @@ LIMITS = ("dgemm", "read", "dsymv")
 COLUMNS = (
     "scene", "n", "steps", "threads", "arithmetic", "cpu", "total", "memory", "worst", "certified",
     "factor_flops", *(f"seconds_{phase}" for phase in PHASES), *COUNTERS,
-    *(f"limit_{name}" for name in LIMITS), "made",
+    *(f"limit_{name}" for name in LIMITS), "made", "machine",
 )
 ONCE_FROM = 32
 
@@ -89,7 +94,7 @@ def run(options, n, threads):
     deck, settings = SCENES[options.scene]
     with tempfile.TemporaryDirectory(dir=options.scratch) as folder:
         row = {"scene": options.scene, "n": n, "steps": options.steps, "threads": threads,
-               "made": options.made}
+               "made": options.made, "machine": machine()}
         found = limits(options.limits, threads)
         row |= {f"limit_{name}": found[name] for name in LIMITS}
         path = Path(folder) / "run.vtkhdf"
@@ -112,18 +117,17 @@ def take(path):
             name: float(re.search(rf"^\s*{name}\s*=\s*([\d.]+)", words, re.MULTILINE)[1])
             for name in ("n", "steps")
         }
-        row = {"scene": scene, **value, "threads": 1, "made": ""}
+        row = {"scene": scene, **value, "threads": 1, "made": "", "machine": machine()}
         return row | {f"limit_{name}": math.nan for name in LIMITS} | row_of(result)
 
 
 def read_rows(path=RUNS):
-    """Return the rows of the file, numbers as such; older files do not tell when runs were made."""
+    """Return the rows of the file, numbers as such."""
     if not path.is_file():
         return []
     with path.open(encoding="utf-8", newline="") as file:
         return [
-            {"made": ""}
-            | {name: text if name in WORDS else float(text) for name, text in row.items()}
+            {name: text if name in WORDS else float(text) for name, text in row.items()}
             for row in csv.DictReader(file)
         ]
 
@@ -307,10 +311,10 @@ def page(rows, products=DATA / PRODUCTS):
     runs = [row for row in rows if row["scene"] == "block"]
     every = medians(rows)
     rows = [row for row in every if row["scene"] == "block"]
-    plates = [row for row in every if row["scene"] == "plate"]
+    plates = [row for row in every if row["scene"].startswith("plate")]
     lines = [
         "# Time and memory of the block by phase", "",
-        f"By `studies/run speed` on {machine()}: the paper's block, automatic solver, tolerance",
+        f"By `studies/run speed` on {machines(rows)}: the paper's block, automatic solver, tolerance",
         f"1e-10; {runs_in_words(rows)}.",
         *seconds_in_words(rows),
         "`total` is wall time, `processor` that of the whole process, `MB` the peak of memory. All",
@@ -334,9 +338,24 @@ def page(rows, products=DATA / PRODUCTS):
                   "", *threads, ""]
     if plates:
         lines += ["## A plate with many contact points", "",
-                  f"`studies/plate.inp`, three layers of bricks; {runs_in_words(plates)}.", "",
-                  *time_table(plates), ""]
+                  f"`studies/plate.inp`, three layers of bricks, on {machines(plates)}, whose dense",
+                  f"products ran at {rate_in_words(plates)}; {runs_in_words(plates)}.", ""]
+        for scene, words in PLATES.items():
+            found = [row for row in plates if row["scene"] == scene]
+            if found:
+                lines += [words, "", *time_table(found), ""]
     return lines
+
+
+def machines(rows):
+    """Name the machines of runs."""
+    return " and ".join(dict.fromkeys(row["machine"] for row in rows))
+
+
+def rate_in_words(rows):
+    """Say how fast dense products were beside runs, the least and the most."""
+    rates = [row["limit_dgemm"] / 1e9 for row in rows]
+    return f"{min(rates):.0f} to {max(rates):.0f} Gflop/s"
 
 
 def whole_numbers(text):
@@ -389,7 +408,7 @@ def main():
             rows = [row for row in rows if not any(same_setting(row, one) for one in new)] + new
             write_rows(rows, options.runs)
         meter = options.limits.with_name("compliance_products")
-        if meter.is_file():
+        if meter.is_file() and options.scene == "block":
             products.write_text(subprocess.run(
                 [meter], env=with_threads(1), check=True, capture_output=True, text=True).stdout)
     if not rows:

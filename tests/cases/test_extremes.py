@@ -1,4 +1,6 @@
-"""The matrix of extremes by AUTO: solved and right, or refused with the cause; nothing else.
+"""Extremes by AUTO: solved and right, or refused with the cause; nothing else.
+
+Of the matrix it is every second scene; `scripts/test --full` has all of it, by all solvers.
 
 The judge is tried first: results made wrong by hand must not pass it.
 """
@@ -110,6 +112,7 @@ class Matrix(unittest.TestCase):
     def test_auto_is_right_or_says_why_not(self):
         scenes = all_scenes()
         self.assertGreaterEqual(len(scenes), 120)
+        scenes = scenes[::2]
         with tempfile.TemporaryDirectory(prefix="extremes-") as folder:
             outcomes = run_matrix(scenes, ["AUTO"], PROGRAM, Path(folder), limit=PATIENCE, jobs=2)
         for one in outcomes:

@@ -918,11 +918,11 @@ class Decks(unittest.TestCase):
 
     def test_random_decks(self):
         # The same in both builds would take minutes with the checks at run time.
-        decks, seed = ("200", "1") if RELEASE else ("40", "1001")
+        decks, seed = ("100", "1") if RELEASE else ("30", "1001")
         self.judge("one", "--decks", decks, "--seed", seed)
 
     def test_random_decks_of_bodies(self):
-        decks, seed = ("40", "1") if RELEASE else ("8", "1001")
+        decks, seed = ("24", "1") if RELEASE else ("6", "1001")
         self.judge("bodies", "--decks", decks, "--seed", seed)
 
 

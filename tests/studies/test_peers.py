@@ -47,7 +47,7 @@ class Peers(unittest.TestCase):
     """The page, and the file of runs behind it."""
 
     def test_the_page_names_every_peer(self):
-        text = "\n".join(peers.page({8: block()}, {"quarter": block()}, {8: alone()}))
+        text = "\n".join(peers.page({8: block()}, {"quarter": block()}, {8: alone()}, "a machine"))
         for words in (
             "| GetFEM | augmentation 1 E h | 4 | 8 | 80 | 1.0e-11 |",
             "n = 8: GetFEM takes 8 times the processor time",
@@ -61,7 +61,7 @@ class Peers(unittest.TestCase):
     def test_a_peer_that_did_not_run_is_left_out(self):
         comparison = block()
         comparison.runs.pop()
-        text = "\n".join(peers.page({8: comparison}, {}, {}))
+        text = "\n".join(peers.page({8: comparison}, {}, {}, "a machine"))
         self.assertNotIn("GetFEM takes", text)
         self.assertNotIn("Siconos' solvers", text)
 
@@ -75,7 +75,7 @@ class Peers(unittest.TestCase):
 
     def test_another_answer_of_getfem_stops_the_page(self):
         with self.assertRaisesRegex(StudyError, "GetFEM takes"):
-            peers.page({8: block(error=1e-3)}, {}, {})
+            peers.page({8: block(error=1e-3)}, {}, {}, "a machine")
 
     def test_runs_are_kept_and_read_again(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -31,7 +31,8 @@ def cube(n, **changes):
     equations = 3 * n * (n + 1) ** 2
     row = dict.fromkeys(speed.COLUMNS, 1.0) | {
         "scene": "block", "n": float(n), "steps": 50.0, "threads": 1.0, "repeats": 1,
-        "arithmetic": "double precision, in core", "equations": equations, "increments": 50.0,
+        "arithmetic": "double precision, in core", "machine": "a machine",
+        "equations": equations, "increments": 50.0,
         "contact_points": (n + 1) ** 2, "contact_rows": 3 * (n + 1) ** 2,
         "interface_equations": 3 * (n + 1) ** 2, "factor_entries": 2.0 * equations ** (4 / 3),
         "factor_flops": 5.0 * equations**2, "compliance_products": 50 * 10 * equations**0.1,
@@ -129,17 +130,12 @@ class Runs(unittest.TestCase):
                 self.assertIn(f"| {n} | 50 | 1 | {count} | double, in core |", text)
 
     def test_a_page_of_plates_alone_is_written(self):
-        text = "\n".join(speed.page([cube(8, scene="plate")]))
-        self.assertIn("three layers of bricks; each line is one run.", text)
-
-    def test_older_files_do_not_tell_when_runs_were_made(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "runs.csv"
-            speed.write_rows([cube(8, made="")], path)
-            lines = [line.rpartition(",")[0] for line in path.read_text().splitlines()]
-            path.write_text("\n".join(lines))
-            (row,) = speed.read_rows(path)
-        self.assertEqual((row["made"], row["n"]), ("", 8.0))
+        rows = [cube(8, scene=scene, machine=f"a {scene}'s")
+                for scene in ("plate", "plate-dense")]
+        text = "\n".join(speed.page(rows))
+        self.assertIn("three layers of bricks, on a plate's and a plate-dense's, whose", text)
+        self.assertIn("; each line is one run.", text)
+        self.assertIn("With the dense compliance", text)
 
 
 class Scaling(unittest.TestCase):
