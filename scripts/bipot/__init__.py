@@ -1,9 +1,39 @@
-"""What the commands in scripts/ share, for your own scripts too.
+"""Run bipot, read its results, and build decks in Python; docs/python.md is the page.
 
-result      read a result file into numpy arrays
-program     run the program on a deck
-report      tables, the machine's name, a progress bar
-figures     the look of figures
-tradeoff    scripts/tradeoff: what accuracy costs
-peers       scripts/compare: the same deck in CalculiX and GetFEM
+    import bipot
+
+    result = bipot.run("input/block.inp", n=8, mu=0.2)
+    print(result.pairs["BODY-ZMIN:GROUND"].resultant[-1])
+
+run, plan, check, flat   what the command line does, as functions
+read                     open a result file
+Deck                     build a deck, and write it as text
+Result                   what read and run return: histories, pairs, fields as numpy arrays
+
+What the commands in scripts/ share stands in modules beside: program, report, figures, pictures,
+tradeoff (scripts/tradeoff) and peers (scripts/compare).
 """
+
+from bipot.deck import Deck
+from bipot.errors import (
+    BipotError,
+    DeckError,
+    MachineError,
+    MeshError,
+    Message,
+    NotSolvedError,
+    ProgramMissingError,
+    RefusedError,
+    ResultError,
+    RunError,
+    RunTimeoutError,
+    StoppedError,
+)
+from bipot.result import Pair, Result
+from bipot.running import Plan, check, flat, plan, read, run
+
+__all__ = (
+    "BipotError", "Deck", "DeckError", "MachineError", "MeshError", "Message", "NotSolvedError",
+    "Pair", "Plan", "ProgramMissingError", "RefusedError", "Result", "ResultError", "RunError",
+    "RunTimeoutError", "StoppedError", "check", "flat", "plan", "read", "run",
+)

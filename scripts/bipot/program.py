@@ -1,4 +1,4 @@
-"""Run the program: options of a command line, words of a command, one run."""
+"""What the scripts of a clone run the program with: options, words of a command, one run."""
 
 import argparse
 import os
@@ -6,19 +6,21 @@ import shlex
 import subprocess
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+from bipot.errors import RunError
+from bipot.executable import ROOT, built_program, program_path
+
+__all__ = (
+    "DECK", "ROOT", "RunError", "block_words", "built_program", "command_text", "program_options",
+    "run_block", "run_deck", "run_words", "script_options", "set_words", "with_threads",
+)
 # The block of the paper, for who asks for no other deck.
 DECK = ROOT / "input" / "block.inp"
-
-
-class RunError(Exception):
-    """There is no program to run, or it did not end well."""
 
 
 def program_options(description):
     """Return a parser of the option of all scripts that run the program: --bipot, a path."""
     parser = argparse.ArgumentParser(description=description.split("\n", 1)[0])
-    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot", help="the program")
+    parser.add_argument("--bipot", type=Path, default=program_path(), help="the program")
     return parser
 
 
@@ -30,13 +32,6 @@ def script_options(description, folder, what):
         "-o", dest="folder", type=Path, default=folder, help=f"where {what} ({shown})"
     )
     return parser
-
-
-def built_program(path):
-    """Return the program's full path; raise RunError where there is none."""
-    if not path.is_file():
-        raise RunError(f"no program at {path}; scripts/run builds it")
-    return path.resolve()
 
 
 def set_words(settings):
