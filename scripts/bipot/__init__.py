@@ -8,6 +8,7 @@
 run, plan, check, flat   what the command line does, as functions
 read                     open a result file
 Deck                     build a deck, and write it as text
+study                    many runs of one deck, some at a time, resumed where they were
 Result                   what read and run return: histories, pairs, fields as numpy arrays
 
 What the commands in scripts/ share stands in modules beside: program, report, figures, pictures,
@@ -29,11 +30,12 @@ from bipot.errors import (
     RunTimeoutError,
     StoppedError,
 )
+from bipot.parameter_study import Study, study
 from bipot.result import Pair, Result
 from bipot.running import Plan, check, flat, plan, read, run
 
 __all__ = (
     "BipotError", "Deck", "DeckError", "MachineError", "MeshError", "Message", "NotSolvedError",
     "Pair", "Plan", "ProgramMissingError", "RefusedError", "Result", "ResultError", "RunError",
-    "RunTimeoutError", "StoppedError", "check", "flat", "plan", "read", "run",
+    "RunTimeoutError", "StoppedError", "Study", "check", "flat", "plan", "read", "run", "study",
 )

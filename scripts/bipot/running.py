@@ -16,7 +16,7 @@ import re
 import subprocess
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -311,6 +311,8 @@ class Process:
             [str(word) for word in words], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.PIPE, encoding="utf-8", errors="replace",
             env=None if threads is None else with_threads(threads),
+            # Ctrl-C reaches it by `stop` alone: a second signal would cost the increment.
+            start_new_session=True,
         )
         self.readers = [
             threading.Thread(target=self._read, args=(stream, kept, told), daemon=True)
@@ -353,11 +355,11 @@ class Process:
         return [line.removeprefix("note: ") for line in marked if line.startswith("note: ")]
 
 
-class _Progress:
+class Progress:
     """A bar of tqdm on a terminal or in a notebook; nothing where tqdm is not installed."""
 
-    def __init__(self, what: str, wanted: bool):
-        self.what, self.bar, self.make = what, None, None
+    def __init__(self, what: str, wanted: bool, unit: str = "increment"):
+        self.what, self.unit, self.bar, self.make = what, unit, None, None
         if wanted:
             try:
                 from tqdm.auto import tqdm
@@ -369,7 +371,7 @@ class _Progress:
         if self.make is None:
             return
         if self.bar is None:
-            self.bar = self.make(total=total, desc=self.what, unit="increment", disable=None)
+            self.bar = self.make(total=total, desc=self.what, unit=self.unit, disable=None)
         self.bar.update(done - self.bar.n)
 
     def close(self) -> None:
@@ -444,20 +446,46 @@ def run(
     A KeyboardInterrupt stops the run, which keeps what is done, and is raised again.
     """
     path = result_path(deck, output, directory)
-    words = [built_program(program), "-o", path, *_set_words(parameters, values)]
-    words += [word for word, wanted in (
-        ("--overwrite", overwrite), ("--continue", resume), ("--force", force),
-    ) if wanted]
-    if accuracy is not None:
-        words += ["--accuracy", accuracy]
+    words = command_words(
+        {**(parameters or {}), **values}, accuracy, overwrite=overwrite, resume=resume, force=force
+    )
     path.parent.mkdir(parents=True, exist_ok=True)
     if isinstance(deck, Deck):
         deck = deck.write(path.with_name(f"{path.stem}.inp"))
-    deck_path = os.fspath(deck)
+    told = Progress(path.stem, not quiet)
+    command = [built_program(program), os.fspath(deck), "-o", path, *words]
+    try:
+        return follow(command, path, threads, timeout, told)
+    finally:
+        told.close()
+
+
+def command_words(
+    settings: Mapping[str, Any], accuracy: float | None = None, *, overwrite: bool = False,
+    resume: bool = False, force: bool = False,
+) -> list[str]:
+    """Return the options of a run as words of the command line."""
+    words = _set_words(settings, {})
+    words += [] if accuracy is None else ["--accuracy", str(accuracy)]
+    flags = {"--overwrite": overwrite, "--continue": resume, "--force": force}
+    return words + [flag for flag, wanted in flags.items() if wanted]
+
+
+def follow(
+    command: list[Any], path: Path, threads: int | None = None, timeout: float | None = None,
+    told: Callable[[int, int], None] | None = None,
+    started: Callable[[Process], None] | None = None,
+) -> Result:
+    """Run a command that makes the result file `path` to its end, and open that: see `run`.
+
+    `started` is given the process when it runs.
+    """
+    deck_path = str(command[1])
     _refuse_hdf5(deck_path)
     before = _stamp(path)
-    told = _Progress(path.stem, not quiet)
-    process = Process([words[0], deck_path, *words[1:]], threads, told)
+    process = Process(command, threads, told)
+    if started is not None:
+        started(process)
     late = False
     try:
         status = process.wait(timeout)
@@ -467,8 +495,6 @@ def run(
     except BaseException:
         process.stop()
         raise
-    finally:
-        told.close()
     said, printed = "".join(process.said), "".join(process.output)
     if late and status != 0:
         last = said.strip().splitlines()[-1:] or ["it had to be killed"]

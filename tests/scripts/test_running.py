@@ -4,6 +4,8 @@ import os
 import sys
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import patch
 
 try:
     import h5py  # noqa: F401
@@ -53,6 +55,31 @@ class Runs(WithFolder):
 
     def test_notes_of_the_program_are_kept(self):
         self.assertTrue(any("beyond linear theory" in note for note in self.run_block().notes))
+
+    def test_a_bar_follows_the_increments_where_tqdm_is(self):
+        bars = []
+
+        class Bar:
+            def __init__(self, **given):
+                self.given, self.n, self.closed = given, 0, False
+                bars.append(self)
+
+            def update(self, more):
+                self.n += more
+
+            def close(self):
+                self.closed = True
+
+        with patch.dict(sys.modules, {"tqdm": SimpleNamespace(), "tqdm.auto": SimpleNamespace(
+            tqdm=Bar
+        )}):
+            self.run_block(quiet=False)
+            bar, = bars
+            self.assertEqual((bar.n, bar.given["total"], bar.closed), (10, 10, True))
+            self.run_block(quiet=True)
+            self.assertEqual(len(bars), 1)
+        with patch.dict(sys.modules, {"tqdm": None, "tqdm.auto": None}):
+            self.assertEqual(self.run_block(quiet=False).finished, 10)
 
     def test_a_stopped_run_is_resumed(self):
         deck = pressed_block()
