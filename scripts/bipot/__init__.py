@@ -15,27 +15,56 @@ What the commands in scripts/ share stands in modules beside: program, report, f
 tradeoff (scripts/tradeoff) and peers (scripts/compare).
 """
 
-from bipot.deck import Deck
-from bipot.errors import (
-    BipotError,
-    DeckError,
-    MachineError,
-    MeshError,
-    Message,
-    NotSolvedError,
-    ProgramMissingError,
-    RefusedError,
-    ResultError,
-    RunError,
-    RunTimeoutError,
-    StoppedError,
-)
-from bipot.parameter_study import Study, study
-from bipot.result import Pair, Result
-from bipot.running import Plan, check, flat, plan, read, run
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bipot.deck import Deck
+    from bipot.errors import (
+        BipotError,
+        DeckError,
+        MachineError,
+        MeshError,
+        Message,
+        NotSolvedError,
+        ProgramMissingError,
+        RefusedError,
+        ResultError,
+        RunError,
+        RunTimeoutError,
+        StoppedError,
+    )
+    from bipot.parameter_study import Study, study
+    from bipot.result import Pair, Result
+    from bipot.running import Plan, check, flat, plan, read, run
 
 __all__ = (
     "BipotError", "Deck", "DeckError", "MachineError", "MeshError", "Message", "NotSolvedError",
     "Pair", "Plan", "ProgramMissingError", "RefusedError", "Result", "ResultError", "RunError",
     "RunTimeoutError", "StoppedError", "Study", "check", "flat", "plan", "read", "run", "study",
 )
+
+_MODULES = {
+    "deck": ("Deck",),
+    "errors": (
+        "BipotError", "DeckError", "MachineError", "MeshError", "Message", "NotSolvedError",
+        "ProgramMissingError", "RefusedError", "ResultError", "RunError", "RunTimeoutError",
+        "StoppedError",
+    ),
+    "parameter_study": ("Study", "study"),
+    "result": ("Pair", "Result"),
+    "running": ("Plan", "check", "flat", "plan", "read", "run"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for: the command `bipot` begins without numpy and HDF5."""
+    for module, names in _MODULES.items():
+        if name in names:
+            return getattr(importlib.import_module(f"bipot.{module}"), name)
+    raise AttributeError(f"module 'bipot' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """Return what there is to import."""
+    return sorted([*globals(), *__all__])

@@ -1,4 +1,4 @@
-"""Where the program is: the one place that knows.
+"""Where the program is, the one place that knows; how it is given parameters and threads.
 
 BIPOT in the environment names it. Otherwise it is `bin/bipot` in this package, where a wheel has
 put it, or `build/bipot` of the clone that this package lies in.
@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from bipot.errors import ProgramMissingError
 
 PACKAGE = Path(__file__).resolve().parent
 INSTALLED = PACKAGE / "bin" / "bipot"
 ROOT = PACKAGE.parents[1]
-"""Of the clone; nothing where the package is installed."""
+"""Of the clone; of no use where the package is installed."""
 
 
 def program_path() -> Path:
@@ -37,6 +39,16 @@ def built_program(path: str | os.PathLike[str] | None = None) -> Path:
             f"no program at {path}; scripts/run builds it, BIPOT in the environment names another"
         )
     return path.resolve()
+
+
+def set_words(settings: Mapping[str, Any]) -> list[str]:
+    """Return the words of a command line that give a deck's parameters these values."""
+    return [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
+
+
+def with_threads(threads: int = 1) -> dict[str, str]:
+    """Return the environment in which a program has so many threads."""
+    return {**os.environ, "OPENBLAS_NUM_THREADS": str(threads), "OMP_NUM_THREADS": str(threads)}
 
 
 def main() -> None:

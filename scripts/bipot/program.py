@@ -1,13 +1,12 @@
 """What the scripts of a clone run the program with: options, words of a command, one run."""
 
 import argparse
-import os
 import shlex
 import subprocess
 from pathlib import Path
 
 from bipot.errors import RunError
-from bipot.executable import ROOT, built_program, program_path
+from bipot.executable import ROOT, built_program, program_path, set_words, with_threads
 
 __all__ = (
     "DECK", "ROOT", "RunError", "block_words", "built_program", "command_text", "program_options",
@@ -32,16 +31,6 @@ def script_options(description, folder, what):
         "-o", dest="folder", type=Path, default=folder, help=f"where {what} ({shown})"
     )
     return parser
-
-
-def set_words(settings):
-    """Return the words of a command line that give a deck's parameters these values."""
-    return [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
-
-
-def with_threads(threads=1):
-    """Return the environment in which a program has so many threads."""
-    return {**os.environ, "OPENBLAS_NUM_THREADS": str(threads), "OMP_NUM_THREADS": str(threads)}
 
 
 def run_words(program, deck, result, settings):

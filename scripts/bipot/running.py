@@ -34,8 +34,7 @@ from bipot.errors import (
     RunTimeoutError,
     StoppedError,
 )
-from bipot.executable import built_program
-from bipot.program import set_words, with_threads
+from bipot.executable import built_program, set_words, with_threads
 from bipot.result import Result
 
 DeckLike = str | os.PathLike[str] | Deck
