@@ -374,6 +374,7 @@ class Progress:
         self.bar.update(done - self.bar.n)
 
     def close(self) -> None:
+        """End the bar."""
         if self.bar is not None:
             self.bar.close()
 
