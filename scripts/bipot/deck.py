@@ -124,7 +124,7 @@ class Deck:
 
     def __init__(self, title: str = "", name: str = "deck"):
         self.name = name
-        self.origin: Path | None = None  #: folder of the text it was read from
+        self.origin = Path.cwd()  #: folder that the files it names are looked for in
         self._head = ["*HEADING", *title.splitlines()] if title else []
         self._parameters: list[str] = []
         self._mesh: list[str] = []
@@ -178,12 +178,12 @@ class Deck:
         """Write the deck into a file and return its path.
 
         A file that a Deck has written is replaced; any other that differs only with `overwrite`:
-        else RefusedError is raised. Relative paths of files that a deck names which was read from
-        another folder become absolute ones.
+        else RefusedError is raised. Where the deck was read, or made, in another folder, the
+        relative paths of files that it names become absolute ones.
         """
         path = Path(path)
         text = self.text()
-        if self.origin is not None and path.resolve().parent != self.origin:
+        if path.resolve().parent != self.origin:
             text = self._with_absolute_paths(text)
         if path.exists():
             with path.open(encoding="utf-8", errors="replace", newline="") as file:
@@ -207,7 +207,7 @@ class Deck:
 
         def absolute(match: re.Match[str]) -> str:
             named = Path(match[2].strip().strip('"'))
-            found = self.origin / named if self.origin else named
+            found = self.origin / named
             return match[0] if not found.is_file() else f'{match[1]}"{found.resolve()}"'
 
         lines = text.split("\n")
@@ -289,12 +289,20 @@ class Deck:
 
     # --- The mesh -----------------------------------------------------------------------------
 
+    def number_from(self, node: int, element: int) -> Deck:
+        """Say which ids the next nodes and elements have; needed in a deck read from a text."""
+        self._next_node, self._next_element = node, element
+        return self
+
     def _take_ids(self, ids: ArrayLike | None, count: int, what: str) -> Array:
         """Return ids for nodes or elements: those given, or the next ones."""
         following = self._next_node if what == "nodes" else self._next_element
         if ids is None:
             if following == 0:
-                raise ValueError(f"the deck was read from a text: give the ids of its new {what}")
+                raise ValueError(
+                    f"the deck was read from a text: give the ids of its new {what}, or say where"
+                    " they begin: deck.number_from(node=..., element=...)"
+                )
             found = following + np.arange(count)
         else:
             found = np.atleast_1d(np.asarray(ids, int))
@@ -382,7 +390,8 @@ class Deck:
         """
         lines: list[Sequence[Any]] = [(*corner, *size)]
         for axis, factor in (grow or {}).items():
-            more = (factor,) if isinstance(factor, str | int | float) else tuple(factor)
+            several = isinstance(factor, Sequence) and not isinstance(factor, str)
+            more = tuple(factor) if several else (factor,)
             lines.append((axis.upper(), *more))
         counts = dict(zip(("NX", "NY", "NZ"), cells, strict=True))
         given = {"NAME": _name(name), **counts, "TYPE": type, "ELSET": set and _name(set)}

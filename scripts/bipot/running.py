@@ -17,7 +17,7 @@ import subprocess
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -42,6 +42,9 @@ DeckLike = str | os.PathLike[str] | Deck
 # How long a program that was told to stop may go on with its increment [s]; told twice, it stops
 # at once, and after that it is killed.
 GRACE = 10.0
+# How long the words of one that a signal has reached already may take to be read [s].
+NOTICE = 0.2
+STOPPING = "stopping when this increment is in the file"
 HDF5_BEGINS = b"\x89HDF"
 AT_PLACE = re.compile(r"^(?!bipot: )(.+?)(?::(\d+):(\d+))?: error: (.*)$")
 DONE_OF = re.compile(r"  (\d+) of (\d+)(?:, .* left)?$")
@@ -310,8 +313,6 @@ class Process:
             [str(word) for word in words], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.PIPE, encoding="utf-8", errors="replace",
             env=None if threads is None else with_threads(threads),
-            # Ctrl-C reaches it by `stop` alone: a second signal would cost the increment.
-            start_new_session=True,
         )
         self.readers = [
             threading.Thread(target=self._read, args=(stream, kept, told), daemon=True)
@@ -340,12 +341,16 @@ class Process:
 
     def stop(self) -> int:
         """Have it keep what is done, and end; return its status."""
-        for tell in (self.process.terminate, self.process.terminate, self.process.kill):
+        tells = [self.process.terminate, self.process.terminate, self.process.kill]
+        # Ctrl-C in a terminal reaches it too, and a second signal would cost the increment.
+        with suppress(subprocess.TimeoutExpired):
+            return self.wait(NOTICE)
+        if any(STOPPING in line for line in self.said):
+            tells[0] = lambda: None
+        for tell in tells:
             tell()
-            try:
+            with suppress(subprocess.TimeoutExpired):
                 return self.wait(GRACE)
-            except subprocess.TimeoutExpired:
-                continue
         return self.wait()
 
     def notes(self) -> list[str]:

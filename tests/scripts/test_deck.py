@@ -18,6 +18,49 @@ sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
 import synthetic_result  # noqa: E402
 from package import BLOCK, ROOT, WithFolder, bipot, needs, pressed_block  # noqa: E402
 
+# As Gmsh 4 writes it: a brick, and its lower face.
+GMSH_41 = """$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+2 1 "foot"
+3 2 "block"
+$EndPhysicalNames
+$Entities
+0 0 1 1
+1 0 0 0 1 1 0 1 1 0
+1 0 0 0 1 1 1 1 2 0
+$EndEntities
+$Nodes
+1 8 1 8
+3 1 0 8
+1
+2
+3
+4
+5
+6
+7
+8
+0 0 0
+1 0 0
+1 1 0
+0 1 0
+0 0 1
+1 0 1
+1 1 1
+0 1 1
+$EndNodes
+$Elements
+2 2 1 2
+2 1 3 1
+1 1 4 3 2
+3 1 5 1
+2 1 2 3 4 5 6 7 8
+$EndElements
+"""
+
 
 def same(test, one, other):
     """Check that two results are the same to the bit."""
@@ -74,6 +117,9 @@ class AsText(WithFolder):
             np.testing.assert_array_equal(result.pairs[0].status[-1], 0)
         with self.assertRaisesRegex(ValueError, "give the ids of its new nodes"):
             deck.reference_node((0, 0, 1))
+        deck.number_from(1000, 2000)
+        part = deck.mesh(synthetic_result.brick_mesh(1, 1, 1), name="MORE")
+        self.assertEqual((part.node_ids[0], part.element_ids.tolist()), (1000, [2000]))
 
     def test_files_that_a_deck_names_are_found_wherever_it_is_written(self):
         (self.folder / "sub").mkdir()
@@ -241,6 +287,15 @@ class Meshes(WithFolder):
             np.testing.assert_allclose(
                 result.pairs[0].resultant, self.reference().pairs[0].resultant, rtol=1e-9, atol=1e-6
             )
+
+    @needs("meshio")
+    def test_physical_groups_of_the_present_format(self):
+        Path("new.msh").write_text(GMSH_41)
+        part = bipot.Deck().mesh("new.msh")
+        self.assertEqual({name: faces.tolist() for name, faces in part.mesh.surfaces.items()},
+                         {"foot": [[0, 0]]})
+        self.assertEqual({name: rows.tolist() for name, rows in part.mesh.element_sets.items()},
+                         {"block": [0]})
 
     @needs("meshio")
     def test_meshes_of_other_solids_say_how_to_get_bricks(self):

@@ -1,7 +1,9 @@
 """bipot.run, plan, check and flat: results, plans and errors of the real program."""
 
 import os
+import signal
 import sys
+import time
 import unittest
 from pathlib import Path
 from types import SimpleNamespace
@@ -105,6 +107,22 @@ class Runs(WithFolder):
         with bipot.run(path, steps=1000, resume=True, quiet=True) as whole:
             self.assertEqual((whole.finished, whole.run["status"]), (1000, "finished"))
             self.assertTrue(whole.run["continued"])
+
+    def test_a_run_that_has_been_told_is_not_told_twice(self):
+        told = []
+        path = pressed_block().write("pressed.inp")
+        words = [os.environ["BIPOT"], path, "--set", "steps=20000"]
+        process = Process(words, 1, lambda done, total: told.append(done))
+        while not told:
+            time.sleep(0.01)
+        process.process.send_signal(signal.SIGINT)  # as a terminal does
+        while not process.said:
+            time.sleep(0.01)
+        with patch.object(process.process, "terminate") as terminate:
+            self.assertEqual(process.stop(), 130)
+        terminate.assert_not_called()
+        with bipot.read("pressed.vtkhdf") as part:
+            self.assertEqual(part.run["status"], "stopped")
 
     def test_a_timeout_stops_the_program(self):
         with self.assertRaises(bipot.RunTimeoutError) as caught:
