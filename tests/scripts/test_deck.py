@@ -160,6 +160,65 @@ class AsText(WithFolder):
             self.assertEqual(deck.text().splitlines()[1:],
                              [f'*{word}, NAME="a, b", INNER', "1, 2"])
 
+    def test_every_method_writes_what_the_program_reads(self):
+        used = set()
+
+        class Watched(bipot.Deck):
+            def __getattribute__(self, name):
+                used.add(name)
+                return super().__getattribute__(name)
+
+        deck = Watched("All methods", name="all")
+        deck.parameter(n=1, word="C3D8I")
+        deck.comment("two blocks, one on the other")
+        deck.block("LOW", (2, "<n>", 1), (2, 1, 1), type="<word>", grow={"X": (2, "MIDDLE")})
+        deck.block("HIGH", (1, 1, 1), (2, 1, 1), corner=(0, 0, 1), set="LID")
+        deck.number_from(node=1, element=1)
+        part = deck.mesh(synthetic_result.brick_mesh(1, 1, 1), name="SIDE")
+        deck.node_set("SOME", [*part.node_ids[:2], "LOW-ZMIN"])
+        deck.element_set("ALL", ["LOW", "HIGH", "SIDE"])
+        deck.surface("FOOT", part.faces(lambda x, n: n[:, 2] < -0.9))
+        deck.node_surface("TIP", ["SOME"])
+        tool = deck.reference_node((0, 0, -9))
+        corners = deck.nodes([[-9, -9, -9], [9, -9, -9], [9, 9, -9], [-9, 9, -9]])
+        deck.elements([corners], set="TOOL", type="R3D4")
+        deck.rigid_body("TOOL", tool)
+        deck.surface("PLATE", [("TOOL", "SPOS")])
+        deck.material("STEEL", 210000.0, 0.3, density=7.8e-9, expansion=1.2e-5)
+        deck.section("STEEL", "ALL")
+        held = deck.reference_node((0, 0, 0))
+        deck.plane("GROUND", (0, 0, 0), (0, 0, 1), reference_node=held)
+        deck.sphere("BALL", (0, 0, 50), 10.0)
+        deck.sphere("HOLLOW", (0, 0, 0), 100.0, inner=True)
+        deck.cylinder("BORE", (0, 0, 0), (0, 0, 1), 90.0, inner=True)
+        deck.stl("STAMP", ROOT / "tests" / "data" / "plate.stl")
+        deck.interaction("DRY", 0.3)
+        deck.pair("FOOT", "GROUND", "DRY", adjust=0.001)
+        deck.pair("HIGH-XMAX", "HOLLOW", "DRY")
+        deck.pair("HIGH-YMAX", "BORE", "DRY", small_sliding=True)
+        deck.tie("GLUE", "LOW-ZMAX", "HIGH-ZMIN", position_tolerance=0.1)
+        deck.contact_solver(SOLVER="AUTO", MAX_SWEEPS=100)
+        deck.amplitude("UP", [(0, 0), (2, 1)], total_time=True)
+        deck.initial_temperature("LOW", 20.0)
+        with deck.step(0.5, 1.0, direct=True, title="all at once"):
+            deck.boundary("SOME", "PINNED")
+            deck.boundary("LOW-ZMIN", 1, 3)
+            deck.boundary("SIDE", 3, value=-0.001, amplitude="UP")
+            deck.boundary(held, 1, 6)
+            deck.boundary(tool, 1, 3, op="MOD")
+            deck.force("HIGH-ZMAX", 3, -1.0, op="MOD")
+            deck.pressure("HIGH-ZMAX", 2.0)
+            deck.gravity(9810.0, elements="LOW")
+            deck.gravity(9810.0)
+            deck.temperature("LOW", 30.0, amplitude="UP")
+            deck.output(["U", "CF"], ["S", "MISES"], position="AVERAGED AT NODES", frequency=2)
+        with deck.step():
+            deck.boundary("LOW-ZMIN", 1, 3, fixed=True)
+        deck.write("all.inp")
+        self.assertEqual([str(message) for message in bipot.check("all.inp")], [])
+        public = {name for name in vars(bipot.Deck) if not name.startswith("_")}
+        self.assertEqual(public - used - {"read", "from_text", "card", "text"}, set())
+
     def test_what_is_no_card_is_refused(self):
         deck = bipot.Deck()
         for wrong in (
