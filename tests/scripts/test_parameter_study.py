@@ -1,7 +1,7 @@
 """bipot.study: each run is made once, resumed where it was, and none is another deck's."""
 
-import _thread
 import os
+import signal
 import sys
 import threading
 import time
@@ -87,15 +87,19 @@ class Studies(WithFolder):
 
         def interrupt():
             # When both runs are there, and so going on.
-            while len(list(Path("runs").glob("*.vtkhdf*"))) < 2:
+            while len(list(Path("runs").glob("*.vtkhdf"))) < 2:
                 time.sleep(0.01)
-            _thread.interrupt_main()
+            os.kill(os.getpid(), signal.SIGINT)
 
         threading.Thread(target=interrupt, daemon=True).start()
         with self.assertRaises(KeyboardInterrupt):
-            self.study({"mu": [0.1, 0.3]}, deck, steps=1000, processes=2)
+            self.study({"mu": [0.1, 0.3]}, deck, steps=600, processes=2)
         # Nothing is held any more, and what the runs had done is continued.
-        study = self.study({"mu": [0.1, 0.3]}, deck, steps=1000, processes=2)
+        for path in Path("runs").glob("*.vtkhdf"):
+            with bipot.read(path) as result:
+                self.assertEqual(result.run["status"], "stopped")
+                self.assertGreater(result.finished, 0)
+        study = self.study({"mu": [0.1, 0.3]}, deck, steps=600, processes=2)
         np.testing.assert_allclose(study.column("ratio"), [0.1, 0.3], rtol=1e-6)
 
     def test_a_run_without_a_solution_is_a_row(self):
