@@ -335,7 +335,7 @@ class Deck:
 
     def reference_node(self, point: ArrayLike, id: int | None = None) -> int:
         """Add a node that moves an obstacle or a rigid body; return its id."""
-        return int(self.nodes([point], ids=None if id is None else [id])[0])
+        return int(self.nodes(np.asarray(point)[None], ids=None if id is None else [id])[0])
 
     def elements(
         self, corners: ArrayLike, set: str | None = None, type: str = "C3D8",
@@ -390,9 +390,9 @@ class Deck:
         """
         lines: list[Sequence[Any]] = [(*corner, *size)]
         for axis, factor in (grow or {}).items():
-            several = isinstance(factor, Sequence) and not isinstance(factor, str)
-            more = tuple(factor) if several else (factor,)
-            lines.append((axis.upper(), *more))
+            if isinstance(factor, str) or not isinstance(factor, Sequence):
+                factor = [factor]
+            lines.append((axis.upper(), *factor))
         counts = dict(zip(("NX", "NY", "NZ"), cells, strict=True))
         given = {"NAME": _name(name), **counts, "TYPE": type, "ELSET": set and _name(set)}
         return self.card("BLOCK", lines, given)

@@ -213,10 +213,10 @@ def _bricks_of(cells: _Cells) -> BrickMesh:
         raise MeshError(f"the mesh has no bricks, but {there}; {HOW_TO}")
 
     first: dict[int, int] = {}  # row of the first brick of each block
-    parts = []
+    parts: list[Array] = []
     for number, (kind, corners) in enumerate(cells.blocks):
         if kind == "hexahedron":
-            first[number] = sum(map(len, parts))
+            first[number] = sum(len(part) for part in parts)
             parts.append(corners)
     old = np.concatenate(parts)
     if old.min() < 0 or old.max() >= len(cells.points):

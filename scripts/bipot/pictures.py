@@ -3,6 +3,7 @@
 What scripts/show writes and Result.plot returns. Each function makes one matplotlib figure.
 """
 
+import functools
 import sys
 
 import matplotlib.pyplot as plt
@@ -36,6 +37,17 @@ STYLE = {
     "legend.frameon": False,
     "figure.dpi": 110,
 }
+
+
+def styled(draw):
+    """Return a function that draws in the style of all pictures, others keep theirs."""
+
+    @functools.wraps(draw)
+    def in_style(*given, **options):
+        with plt.rc_context(STYLE):
+            return draw(*given, **options)
+
+    return in_style
 
 
 # --- The deformed body --------------------------------------------------------------------------
@@ -216,7 +228,7 @@ def colour_bar(figure, axes, norm, colour_map, label):
     bar.outline.set_visible(False)
 
 
-@plt.rc_context(STYLE)
+@styled
 def draw_body(result, body, quantity, index=-1):
     """Return a figure of the body at a stored increment."""
     label, colour_map = QUANTITIES[quantity]
@@ -316,7 +328,7 @@ def telling_rows(result, count=4):
     return sorted(int(row) for row in chosen)
 
 
-@plt.rc_context(STYLE)
+@styled
 def draw_contact(result, pair):
     """Return a figure with maps of the contact surface at a few increments."""
     surface = Map(pair)
@@ -340,7 +352,7 @@ def draw_contact(result, pair):
 # --- Forces -------------------------------------------------------------------------------------
 
 
-@plt.rc_context(STYLE)
+@styled
 def draw_forces(result, pair):
     """Return a figure of the forces of a contact pair over the increments, and their ratio."""
     increments = np.arange(1, result.finished + 1)
@@ -415,7 +427,7 @@ class Progress:
             sys.stderr.flush()
 
 
-@plt.rc_context(STYLE)
+@styled
 def draw_animation(result, body, pair, path, writer):
     """Save the body, and the contact surface beside it, over the increments."""
     stored = len(result.field_rows)

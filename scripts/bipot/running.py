@@ -363,7 +363,9 @@ class Progress:
     """A bar of tqdm on a terminal or in a notebook; nothing where tqdm is not installed."""
 
     def __init__(self, what: str, wanted: bool, unit: str = "increment"):
-        self.what, self.unit, self.bar, self.make = what, unit, None, None
+        self.what, self.unit = what, unit
+        self.bar: Any = None
+        self.make: Any = None
         if wanted:
             try:
                 from tqdm.auto import tqdm
