@@ -6,6 +6,7 @@ What scripts/show writes and Result.plot returns. Each function makes one matplo
 import functools
 import sys
 
+import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib import animation
@@ -299,6 +300,9 @@ class Map:
                 angles="xy", scale_units="xy", scale=self.largest / (0.85 * self.cell),
                 width=0.007, color=INK, zorder=4, clip_on=False,
             )
+            # matplotlib takes them for hundreds of times as large, and a notebook cuts pictures by
+            # the room that all they have takes.
+            arrows.set_in_layout(False)
             axes.quiverkey(
                 arrows, 0.05, -0.26, self.largest,
                 f"friction on the body, {self.largest:.3g} (deck units)",
@@ -470,6 +474,15 @@ def draw_animation(result, body, pair, path, writer):
 
 def figure(result, what=None, index=-1, pair=0, scale=None):
     """Return the figure that Result.plot describes."""
+    made = make_figure(result, what, index, pair, scale)
+    # A notebook shows the figure that its cell ends with, and all that are open once more.
+    if "inline" in matplotlib.get_backend():
+        plt.close(made)
+    return made
+
+
+def make_figure(result, what, index, pair, scale):
+    """Return the figure that is asked for."""
     drawn = "displacement" in result.field_names[0] and len(result.field_rows) > 0
     if what is None:
         what = "displacement" if drawn or not result.pairs else "forces"

@@ -16,6 +16,7 @@ import re
 import subprocess
 import tempfile
 import threading
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -368,7 +369,10 @@ class Progress:
         self.make: Any = None
         if wanted:
             try:
-                from tqdm.auto import tqdm
+                with warnings.catch_warnings():
+                    # In a notebook without widgets it warns, and draws its bar as text.
+                    warnings.simplefilter("ignore")
+                    from tqdm.auto import tqdm
             except ImportError:
                 return
             self.make = tqdm

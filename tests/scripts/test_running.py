@@ -272,6 +272,10 @@ class Results(WithFolder):
         for what, axes in (("displacement", 2), ("contact", 4), ("forces", 2)):
             figure = result.plot(what)
             self.assertEqual(len(figure.axes), axes, what)
+            figure.canvas.draw()
+            room = figure.get_tightbbox(figure.canvas.get_renderer())
+            # What a notebook shows is cut to this, in inches.
+            self.assertLess(max(room.width, room.height), 1.2 * max(figure.get_size_inches()), what)
         self.assertIn("step 1, increment 1", result.plot("displacement", 0).axes[0].get_title())
         with self.assertRaisesRegex(bipot.ResultError, "no field 'stress'; ask for it"):
             result.plot("stress")
