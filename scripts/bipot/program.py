@@ -1,24 +1,25 @@
-"""Run the program: options of a command line, words of a command, one run."""
+"""What the scripts of a clone run the program with: options, words of a command, one run."""
 
 import argparse
-import os
 import shlex
 import subprocess
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+from bipot.errors import RunError
+from bipot.executable import ROOT, built_program, program_path, set_words, with_threads
+
+__all__ = (
+    "DECK", "ROOT", "RunError", "block_words", "built_program", "command_text", "program_options",
+    "run_block", "run_deck", "run_words", "script_options", "set_words", "with_threads",
+)
 # The block of the paper, for who asks for no other deck.
 DECK = ROOT / "input" / "block.inp"
-
-
-class RunError(Exception):
-    """There is no program to run, or it did not end well."""
 
 
 def program_options(description):
     """Return a parser of the option of all scripts that run the program: --bipot, a path."""
     parser = argparse.ArgumentParser(description=description.split("\n", 1)[0])
-    parser.add_argument("--bipot", type=Path, default=ROOT / "build" / "bipot", help="the program")
+    parser.add_argument("--bipot", type=Path, default=program_path(), help="the program")
     return parser
 
 
@@ -30,23 +31,6 @@ def script_options(description, folder, what):
         "-o", dest="folder", type=Path, default=folder, help=f"where {what} ({shown})"
     )
     return parser
-
-
-def built_program(path):
-    """Return the program's full path; raise RunError where there is none."""
-    if not path.is_file():
-        raise RunError(f"no program at {path}; scripts/run builds it")
-    return path.resolve()
-
-
-def set_words(settings):
-    """Return the words of a command line that give a deck's parameters these values."""
-    return [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
-
-
-def with_threads(threads=1):
-    """Return the environment in which a program has so many threads."""
-    return {**os.environ, "OPENBLAS_NUM_THREADS": str(threads), "OMP_NUM_THREADS": str(threads)}
 
 
 def run_words(program, deck, result, settings):

@@ -1,9 +1,9 @@
 """Read a bipot result file (NAME.vtkhdf): history, contact, fields and mesh as numpy arrays.
 
-    from bipot.result import Result
+    import bipot
 
-    with Result("block.vtkhdf") as result:
-        pair = result.pairs[0]
+    with bipot.read("block.vtkhdf") as result:
+        pair = result.pairs["BODY-ZMIN:GROUND"]
         node = result.nearest_node((1.0, 0.0, 0.0))
         print(result.history("contact_iterations").sum(), pair.force_at(node)[-1])
 
@@ -13,11 +13,33 @@ is left out. All numbers are in the unit system of the deck: the program has non
 docs/results.md describes the layout.
 """
 
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
 from functools import cached_property
+from html import escape
 from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import h5py
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bipot.errors import ResultError
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+    import pandas
+    import pyvista
+
+__all__ = (
+    "BRICK_FACES", "OPEN", "SLIDE", "STATUS_NAMES", "STICK", "Description", "Pair", "Pairs",
+    "Result", "ResultError", "von_mises",
+)
+
+Array = NDArray[Any]
 
 OPEN, STICK, SLIDE = 0, 1, 2
 STATUS_NAMES = ("open", "stick", "slide")
@@ -28,16 +50,27 @@ BRICK_FACES = np.array(
 )
 
 
-class ResultError(Exception):
-    """The file cannot be read as a bipot result, or does not hold what was asked for."""
+class Description(NamedTuple):
+    """What the file says of a dataset."""
+
+    quantity: str  #: "length", "force", "pressure", ...: the deck's own units; "seconds", "ratio"
+    text: str  #: what it is
+    shape: tuple[int, ...]  #: of what is stored
+
+    def __str__(self) -> str:
+        return f"{self.quantity}: {self.text}"
 
 
 class Result:
-    """A result file, open for reading; use it in a `with` statement."""
+    """A result file, open for reading; use it in a `with` statement, or `close` it.
 
-    def __init__(self, path):
+    `notes` lists what the program noted, where the result comes from bipot.run.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]):
         """Open `path`; raise ResultError if it is not the result of a bipot run."""
         self.path = Path(path)
+        self.notes: list[str] = []
         if not self.path.is_file():
             raise ResultError(f"{path}: no such file")
         try:
@@ -55,24 +88,27 @@ class Result:
             what = ", ".join("/" + name for name in absent) or "/history@finished"
             raise ResultError(f"{path}: not a bipot result (no {what})")
 
-    def __enter__(self):
+    def __enter__(self) -> Result:
         return self
 
-    def __exit__(self, *exception):
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self.close()
 
-    def close(self):
+    def close(self) -> None:
         """Close the file; arrays already read stay valid."""
         self.file.close()
 
-    def _dataset(self, name):
+    def _dataset(self, name: str) -> h5py.Dataset:
         """Return a dataset of the file by its full name."""
         found = self.file.get(name)
         if not isinstance(found, h5py.Dataset):
             raise ResultError(f"{self.path}: no dataset {name}")
         return found
 
-    def _named_numbers(self, name):
+    def _named_numbers(self, name: str) -> dict[str, float]:
         """Return a dataset whose numbers have names as a dictionary."""
         dataset = self._dataset(name)
         names = [_plain(name) for name in dataset.attrs["name"]]
@@ -81,56 +117,97 @@ class Result:
     # --- The run ------------------------------------------------------------------------------
 
     @cached_property
-    def finished(self):
+    def finished(self) -> int:
         """Number of finished increments, T."""
         return int(self.file["history"].attrs["finished"])
 
     @cached_property
-    def run(self):
+    def run(self) -> dict[str, Any]:
         """The attributes of the run (program, version, status, ...) as a dictionary."""
         return {name: _plain(value) for name, value in self.file["run"].attrs.items()}
 
-    def run_text(self, name):
+    def run_text(self, name: str) -> str:
         """Return a text kept with the run: "deck", "overrides" or "plan"."""
         value = self._dataset(f"/run/{name}")[()]
         lines = [_plain(line) for line in np.atleast_1d(value)]
         return "\n".join(lines)
 
     @cached_property
-    def counters(self):
+    def counters(self) -> dict[str, float]:
         """What was really done, by name: /run/counters as a dictionary of numbers."""
         return self._named_numbers("/run/counters")
 
     @cached_property
-    def estimates(self):
+    def estimates(self) -> dict[str, float]:
         """What the plan foresaw, by name: /run/estimates as a dictionary of numbers."""
         return self._named_numbers("/run/estimates")
 
     # --- History ------------------------------------------------------------------------------
 
-    def history(self, name):
-        """Return a history over the finished increments, such as "energy/strain"."""
+    @cached_property
+    def history_names(self) -> list[str]:
+        """Names of all histories, such as "time" and "energy/strain"."""
+        names: list[str] = []
+        self.file["history"].visititems(
+            lambda name, found: names.append(name) if isinstance(found, h5py.Dataset) else None
+        )
+        return names
+
+    def history(self, name: str) -> Array:
+        """Return a history over the finished increments, such as "energy/strain": (T,)."""
         return self._dataset(f"/history/{name}")[: self.finished]
 
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return all histories as a pandas.DataFrame, a row an increment of the run, from 1.
+
+        Behind them, of each pair: NAME/resultant_x, _y, _z, the force on the slave body.
+        """
+        import pandas
+
+        columns = {name: self.history(name) for name in self.history_names}
+        for pair in self.pairs:
+            for axis, letter in enumerate("xyz"):
+                columns[f"{pair.name}/resultant_{letter}"] = pair.resultant[:, axis]
+        rows = pandas.RangeIndex(1, self.finished + 1, name="row")
+        return pandas.DataFrame(columns, index=rows)
+
+    def describe(self, name: str) -> Description:
+        """Return what the file says of a field, a history, or a dataset by its full name.
+
+        `describe("displacement").quantity` is "length"; the unit is the deck's own. Raises
+        ResultError where there is no such dataset.
+        """
+        places = ("", "/VTKHDF/PointData/", "/VTKHDF/CellData/", "/history/", "/VTKHDF/")
+        for place in places[:1] if name.startswith("/") else places[1:]:
+            found = self.file.get(place + name)
+            if isinstance(found, h5py.Dataset):
+                quantity, text = (
+                    str(_plain(found.attrs.get(key, ""))) for key in ("quantity", "description")
+                )
+                return Description(quantity, text, found.shape)
+        raise ResultError(f"{self.path}: no field or history '{name}'")
+
     @cached_property
-    def certificate(self):
-        """The six entries of the certificate over the increments, by name; -1 is pending."""
+    def certificate(self) -> dict[str, Array]:
+        """The entries of the certificate over the increments, by name; -1 is pending."""
         group = self.file["history/certificate"]
         return {name: self.history(f"certificate/{name}") for name in group}
 
     @cached_property
-    def step_ends(self):
+    def step_ends(self) -> Array:
         """Rows of the last finished increment of each *STEP."""
         step = self.history("step")
-        return np.flatnonzero(np.append(step[1:] != step[:-1], True)) if len(step) else []
+        if len(step) == 0:
+            return np.zeros(0, dtype=int)
+        return np.flatnonzero(np.append(step[1:] != step[:-1], True))
 
-    def label(self, row):
+    def label(self, row: int) -> str:
         """Return words for a row: step, increment and time."""
         step, increment, time = (self.history(name)[row] for name in ("step", "increment", "time"))
         return f"step {step}, increment {increment}, time {time:.4g}"
 
     @cached_property
-    def convergence(self):
+    def convergence(self) -> dict[str, Array] | None:
         """The histories of the contact iterations by name, or None if the run kept none."""
         group = self.file.get("convergence")
         if group is None or len(group) == 0:
@@ -140,38 +217,38 @@ class Result:
     # --- Mesh ---------------------------------------------------------------------------------
 
     @cached_property
-    def points(self):
+    def points(self) -> Array:
         """Coordinates of the nodes before any displacement, (N, 3)."""
         return self._dataset("/VTKHDF/Points")[()]
 
     @cached_property
-    def bricks(self):
+    def bricks(self) -> Array:
         """Nodes of the bricks as rows of `points`, (E, 8)."""
         return self._dataset("/VTKHDF/Connectivity")[()].reshape(-1, 8)
 
     @cached_property
-    def node_ids(self):
+    def node_ids(self) -> Array:
         """The deck's ids of the nodes, (N,)."""
         return self._dataset("/VTKHDF/PointData/node_id")[: len(self.points)].ravel().astype(int)
 
     @cached_property
-    def element_ids(self):
+    def element_ids(self) -> Array:
         """The deck's ids of the bricks, (E,)."""
         return self._dataset("/VTKHDF/CellData/element_id")[: len(self.bricks)].ravel().astype(int)
 
-    def node(self, node_id):
+    def node(self, node_id: int) -> int:
         """Return the row in `points` of the node that the deck calls `node_id`."""
         found = np.flatnonzero(self.node_ids == node_id)
         if len(found) == 0:
             raise ResultError(f"{self.path}: the deck has no node {node_id}")
         return int(found[0])
 
-    def nearest_node(self, position):
+    def nearest_node(self, position: ArrayLike) -> int:
         """Return the row in `points` of the node nearest to a position."""
         return int(np.argmin(np.linalg.norm(self.points - np.asarray(position, float), axis=1)))
 
     @cached_property
-    def boundary(self):
+    def boundary(self) -> tuple[Array, Array]:
         """Faces that belong to one brick only: (nodes (F, 4) counterclockwise, brick (F,))."""
         faces = self.bricks[:, BRICK_FACES].reshape(-1, 4)
         _, first, count = np.unique(
@@ -183,7 +260,7 @@ class Result:
     # --- Fields -------------------------------------------------------------------------------
 
     @cached_property
-    def field_rows(self):
+    def field_rows(self) -> Array:
         """Row of the history that each stored increment of the fields belongs to, (S,)."""
         steps = self.file["VTKHDF"].get("Steps")
         if steps is None or self.finished == 0:
@@ -195,12 +272,12 @@ class Result:
         return rows[times[rows] == values]
 
     @cached_property
-    def field_names(self):
+    def field_names(self) -> tuple[set[str], ...]:
         """Names of the fields on nodes and on elements: (set, set)."""
         groups = (self.file["VTKHDF"].get(name, ()) for name in ("PointData", "CellData"))
         return tuple(set(group) for group in groups)
 
-    def field(self, name, index, on=None):
+    def field(self, name: str, index: int = -1, on: str | None = None) -> Array:
         """Return a field of the stored increment `index` (0 to S-1): (N, ...) or (E, ...).
 
         `on` is "nodes" or "elements" (the bricks); it may be left out unless the run has the field
@@ -233,56 +310,187 @@ class Result:
     # --- Contact ------------------------------------------------------------------------------
 
     @cached_property
-    def pairs(self):
-        """The contact pairs, in the order of their names."""
-        return [Pair(self, name) for name in self.file.get("contact", ())]
+    def pairs(self) -> Pairs:
+        """The contact pairs, in the order of their names: by number or by name."""
+        return Pairs(self, list(self.file.get("contact", ())))
 
-    def pair(self, name):
-        """Return the contact pair "<slave surface>:<master>"."""
-        for pair in self.pairs:
-            if pair.name == name:
+    # --- For other programs -------------------------------------------------------------------
+
+    def to_pyvista(self, index: int = -1) -> pyvista.UnstructuredGrid:
+        """Return the mesh and all fields of the stored increment `index` as a PyVista grid.
+
+        Its points are the nodes that belong to bricks (`node_id` tells which: reference nodes of
+        obstacles are none), undeformed; `grid.warp_by_vector("displacement")` deforms it. Its field
+        data has the `time`.
+        """
+        import pyvista
+
+        used, corners = np.unique(self.bricks, return_inverse=True)
+        cells = np.insert(corners.reshape(-1, 8), 0, 8, axis=1).ravel()
+        kinds = np.full(len(self.bricks), pyvista.CellType.HEXAHEDRON)
+        grid = pyvista.UnstructuredGrid(cells, kinds, self.points[used])
+        grid.point_data["node_id"] = self.node_ids[used]
+        grid.cell_data["element_id"] = self.element_ids
+        if len(self.field_rows) == 0:
+            return grid
+        nodal, elemental = (names - {"node_id", "element_id"} for names in self.field_names)
+        for name in sorted(nodal):
+            grid.point_data[name] = self.field(name, index, on="nodes")[used]
+        for name in sorted(elemental):
+            grid.cell_data[name] = self.field(name, index, on="elements")
+        grid.field_data["time"] = [self.history("time")[self.field_rows[index]]]
+        return grid
+
+    def plot(
+        self, what: str | None = None, index: int = -1, pair: str | int = 0,
+        scale: float | None = None,
+    ) -> matplotlib.figure.Figure:
+        """Return a matplotlib figure, as scripts/show draws it.
+
+        what     "displacement" or "stress" on the deformed body at the stored increment `index`;
+                 "contact": the states of a pair's points at a few increments; "forces" of a pair
+                 over the increments. None: "displacement", or "forces" where no field is stored
+        pair     name or number of the pair
+        scale    factor of the drawn displacements; None: chosen so that they are seen
+
+        Raises ResultError where the file does not hold it, ValueError for another word.
+        """
+        from bipot import pictures
+
+        return pictures.figure(self, what, index, pair, scale)
+
+    @property
+    def certified(self) -> bool:
+        """Whether there is an increment, and every one passed the certificate."""
+        found = self.history("certified")
+        return len(found) > 0 and bool((found == 1).all())
+
+    @property
+    def worst_error(self) -> float:
+        """The largest entry of the certificate in any increment; not a number without one."""
+        found = [values.max() for values in self.certificate.values() if len(values)]
+        return float(max(found)) if found else float("nan")
+
+    def _summary(self) -> dict[str, str]:
+        """Return what one wants to know first, in words."""
+        good = int((self.history("certified") == 1).sum())
+        lines = {
+            "status": str(self.run.get("status", "unknown")),
+            "increments": f"{self.finished}, {good} of them certified",
+            "worst error of the certificate": f"{self.worst_error:.2g}",
+            "mesh": f"{len(self.points)} nodes, {len(self.bricks)} bricks",
+        }
+        if self.finished:
+            for pair in self.pairs:
+                force = ", ".join(f"{value:.6g}" for value in pair.resultant[-1])
+                lines[f"force of {pair.name} at the end"] = force
+        lines |= {f"note {number}": note for number, note in enumerate(self.notes, 1)}
+        return lines
+
+    def __repr__(self) -> str:
+        if not self.file:
+            return f"<Result {self.path}: closed>"
+        words = self._summary()
+        return f"<Result {self.path}: {words['status']}, increments {words['increments']}>"
+
+    def _repr_html_(self) -> str:
+        """Return a short summary with the certificate for a notebook."""
+        if not self.file:
+            return f"<p>{escape(str(self.path))}: closed</p>"
+        rows = "".join(
+            f"<tr><th style='text-align:left'>{escape(name)}</th>"
+            f"<td style='text-align:left'>{escape(text)}</td></tr>"
+            for name, text in self._summary().items()
+        )
+        return f"<table><caption>{escape(str(self.path))}</caption>{rows}</table>"
+
+
+class Pairs(Sequence["Pair"]):
+    """The contact pairs of a result: pairs[0], pairs["BODY-ZMIN:GROUND"], or one after the other.
+
+    Names are those of the deck, "<slave surface>:<master>", in any case. A name that is not there
+    raises ResultError.
+    """
+
+    def __init__(self, result: Result, names: list[str]):
+        self._result = result
+        self._pairs = [Pair(result, name) for name in names]
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the pairs."""
+        return [pair.name for pair in self._pairs]
+
+    def __len__(self) -> int:
+        return len(self._pairs)
+
+    def __iter__(self) -> Iterator[Pair]:
+        return iter(self._pairs)
+
+    @overload
+    def __getitem__(self, which: int | str) -> Pair: ...
+
+    @overload
+    def __getitem__(self, which: slice) -> list[Pair]: ...
+
+    def __getitem__(self, which: int | str | slice) -> Pair | list[Pair]:
+        if not isinstance(which, str):
+            return self._pairs[which]
+        for pair in self._pairs:
+            if pair.name.upper() == which.upper().replace("/", "_"):
                 return pair
-        raise ResultError(f"{self.path}: no contact pair '{name}'")
+        there = f"; it has {', '.join(self.names)}" if self._pairs else ""
+        raise ResultError(f"{self._result.path}: no contact pair '{which}'{there}")
+
+    def __repr__(self) -> str:
+        return f"<Pairs {', '.join(self.names)}>"
 
 
 class Pair:
     """What happened at the P candidate points of one contact pair."""
 
-    def __init__(self, result, name):
+    def __init__(self, result: Result, name: str):
         self.result = result
         self.name = name
 
-    def _points(self, quantity):
+    def __repr__(self) -> str:
+        return f"<Pair {self.name}>"
+
+    def describe(self, name: str) -> Description:
+        """Return what the file says of a dataset of the pair, such as "resultant"."""
+        return self.result.describe(f"/contact/{self.name}/{name}")
+
+    def _points(self, quantity: str) -> Array:
         """Return a dataset that is the same in all increments."""
         return self.result._dataset(f"/contact/{self.name}/{quantity}")[()]
 
-    def _over_time(self, quantity):
+    def _over_time(self, quantity: str) -> Array:
         """Return a dataset over the finished increments."""
         return self.result._dataset(f"/contact/{self.name}/{quantity}")[: self.result.finished]
 
     @cached_property
-    def friction_coefficient(self):
+    def friction_coefficient(self) -> float:
         """The pair's coefficient of friction; not a number where the file does not tell."""
         attributes = self.result.file[f"/contact/{self.name}"].attrs
         return float(attributes.get("friction_coefficient", np.nan))
 
     @cached_property
-    def nodes(self):
+    def nodes(self) -> Array:
         """Rows of the mesh's points, (P,)."""
         return self._points("node")
 
     @cached_property
-    def coordinates(self):
+    def coordinates(self) -> Array:
         """Where the points are before any displacement, (P, 3)."""
         return self._points("coordinates")
 
     @cached_property
-    def area(self):
+    def area(self) -> Array:
         """The part of the surface that belongs to each point, (P,)."""
         return self._points("area")
 
     @cached_property
-    def frame(self):
+    def frame(self) -> Array:
         """Local frames, rows n, t1, t2: (T, P, 3, 3), stored once where they do not change."""
         frame = self.result._dataset(f"/contact/{self.name}/frame")
         rows = self.result.finished
@@ -291,66 +499,66 @@ class Pair:
         return frame[:rows]
 
     @cached_property
-    def reaction(self):
+    def reaction(self) -> Array:
         """Reactions on the slave body in the local frame n, t1, t2: (T, P, 3)."""
         return self._over_time("reaction")
 
     @cached_property
-    def force(self):
+    def force(self) -> Array:
         """Reactions on the slave body in x, y, z: (T, P, 3)."""
         return np.einsum("tpa,tpax->tpx", self.reaction, self.frame)
 
     @cached_property
-    def friction(self):
+    def friction(self) -> Array:
         """Tangential part of `force`, (T, P, 3)."""
         return np.einsum("tpa,tpax->tpx", self.reaction[:, :, 1:], self.frame[:, :, 1:])
 
     @cached_property
-    def gap(self):
+    def gap(self) -> Array:
         """Distances to the obstacle, (T, P)."""
         return self._over_time("gap")
 
     @cached_property
-    def slip(self):
+    def slip(self) -> Array:
         """Slip since the start of the run, local t1 and t2: (T, P, 2)."""
         return self._over_time("slip")
 
     @cached_property
-    def slip_increment(self):
+    def slip_increment(self) -> Array:
         """Slip in each increment, local t1 and t2: (T, P, 2)."""
         return self._over_time("slip_increment")
 
     @cached_property
-    def status(self):
+    def status(self) -> Array:
         """OPEN, STICK or SLIDE, (T, P)."""
         return self._over_time("status")
 
     @cached_property
-    def resultant(self):
+    def resultant(self) -> Array:
         """Sum of the reactions on the slave body in x, y, z: (T, 3)."""
         return self._over_time("resultant")
 
     @cached_property
-    def moment(self):
+    def moment(self) -> Array:
         """Moment of the reactions on the slave body about the origin: (T, 3)."""
         return self._over_time("moment")
 
     @cached_property
-    def torque(self):
+    def torque(self) -> Array:
         """Moment of the forces on the obstacle about its reference node: (T, 3)."""
         return self._over_time("torque")
 
     @cached_property
-    def normal_sum(self):
+    def normal_sum(self) -> Array:
         """Sum of the normal reactions, (T,)."""
         return self.reaction[:, :, 0].sum(axis=1)
 
     @cached_property
-    def friction_sum(self):
+    def friction_sum(self) -> Array:
         """Sum of the magnitudes of the tangential reactions, (T,)."""
         return np.linalg.norm(self.reaction[:, :, 1:], axis=2).sum(axis=1)
 
-    def force_at(self, node):
+    def force_at(self, node: int) -> Array:
         """Return the local reactions (n, t1, t2) at a node over the increments, (T, 3)."""
         found = np.flatnonzero(self.nodes == node)
         if len(found) == 0:
@@ -358,13 +566,13 @@ class Pair:
         return self.reaction[:, found[0]]
 
     @cached_property
-    def faces(self):
+    def faces(self) -> Array:
         """Boundary faces whose four corners are points of this pair, as mesh points (F, 4)."""
         faces, _ = self.result.boundary
         return faces[np.isin(faces, self.nodes).all(axis=1)]
 
 
-def von_mises(stress):
+def von_mises(stress: Array) -> Array:
     """Return von Mises's stress of rows XX YY ZZ XY YZ XZ."""
     xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
     return np.sqrt(
@@ -372,7 +580,7 @@ def von_mises(stress):
     )
 
 
-def _plain(value):
+def _plain(value: Any) -> Any:
     """Return text or numbers of an attribute as Python's own."""
     if isinstance(value, bytes):
         return value.decode(errors="replace").rstrip(" \0")

@@ -24,7 +24,6 @@ import csv
 import hashlib
 import itertools
 import os
-import re
 import resource
 import statistics
 import subprocess
@@ -37,6 +36,7 @@ import numpy as np
 from matplotlib.ticker import LogLocator
 
 from bipot.figures import BLUE, INK, new_axes, save
+from bipot.parameter_study import deck_lines
 from bipot.program import ROOT, RunError, block_words, built_program, run_block, script_options
 from bipot.report import Bar
 from bipot.result import Result, ResultError
@@ -146,17 +146,6 @@ def read_quantities(result):
     return found
 
 
-def deck_bytes(path, above=()):
-    """Return what a deck and all it includes consist of."""
-    text = path.read_bytes()
-    for name in re.findall(rb"(?im)^\s*\*INCLUDE\s*,\s*INPUT\s*=\s*\"?([^\"\r\n]+)", text):
-        part = (path.parent / name.decode(errors="replace").strip()).resolve()
-        # What is not there, or includes itself, is the program's to complain about.
-        if part.is_file() and part not in above:
-            text += deck_bytes(part, (*above, part))
-    return text
-
-
 class Study:
     """The runs of a deck, and the csv file that keeps them."""
 
@@ -168,7 +157,8 @@ class Study:
         version = subprocess.run(
             [self.program, "--version"], capture_output=True, text=True, check=True
         )
-        digest = hashlib.sha256(self.program.read_bytes() + deck_bytes(self.deck)).hexdigest()
+        said = "\n".join(deck_lines(self.deck)).encode()
+        digest = hashlib.sha256(self.program.read_bytes() + said).hexdigest()
         self.maker = f"{version.stdout.strip()} {digest[:12]}"
         folder.mkdir(parents=True, exist_ok=True)
         self.path = folder / f"{deck.stem}-tradeoff.csv"

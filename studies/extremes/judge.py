@@ -280,7 +280,7 @@ def put(errors, name, values, scale):
 
 def sorted_pairs(scene, result):
     """The pairs of the file in the order of the scene."""
-    return [result.pair(f"SLAVE-{p}:O-{pair.obstacle}") for p, pair in enumerate(scene.pairs)]
+    return [result.pairs[f"SLAVE-{p}:O-{pair.obstacle}"] for p, pair in enumerate(scene.pairs)]
 
 
 def prescribed_at(scene, row):

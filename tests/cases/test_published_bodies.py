@@ -106,7 +106,7 @@ class Decks(unittest.TestCase):
         run = Run(INPUT / "stack.inp")
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
-            above, below = (result.pair(name) for name in ("HIGH-ZMIN:MIDDLE-ZMAX",
+            above, below = (result.pairs[name] for name in ("HIGH-ZMIN:MIDDLE-ZMAX",
                                                            "MIDDLE-ZMIN:LOW-ZMAX"))
             np.testing.assert_allclose(above.resultant[-1], below.resultant[-1],
                                        atol=1e-9 * above.normal_sum[-1])

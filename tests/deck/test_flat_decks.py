@@ -78,7 +78,7 @@ class FlatDecks(unittest.TestCase):
             np.testing.assert_array_equal(a.bricks, b.bricks)
             np.testing.assert_array_equal(a.field("displacement", -1), b.field("displacement", -1))
             for pair in a.pairs:
-                found = b.pair(pair.name)
+                found = b.pairs[pair.name]
                 np.testing.assert_array_equal(pair.reaction, found.reaction)
 
     def test_decks_of_input_are_flat_and_stay_as_they_are(self):

@@ -109,7 +109,7 @@ def run(deck, folder, *words):
 
 def forces(result, names):
     """Return the resultants of the pairs of these names, and the displacements at the end."""
-    found = [result.pair(name).resultant for name in names]
+    found = [result.pairs[name].resultant for name in names]
     return np.stack(found), result.field("displacement", -1)
 
 

@@ -48,7 +48,7 @@ class ReaderTest(WithFolder):
             result.node(7)
 
     def test_turns_local_reactions_to_global(self):
-        pair = self.open().pair("BODY-ZMIN:GROUND")
+        pair = self.open().pairs["BODY-ZMIN:GROUND"]
         np.testing.assert_allclose(pair.force[1], np.tile([5.0, 0, 20], (6, 1)))
         np.testing.assert_allclose(pair.friction[1], np.tile([5.0, 0, 0], (6, 1)))
         np.testing.assert_allclose(pair.force.sum(axis=1), pair.resultant)

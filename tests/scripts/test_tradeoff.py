@@ -26,6 +26,7 @@ except ImportError as error:
     sys.exit(77)
 
 from bipot import tradeoff  # noqa: E402
+from bipot.parameter_study import deck_lines  # noqa: E402
 from bipot.program import run_block  # noqa: E402
 from bipot.result import Result  # noqa: E402
 
@@ -312,10 +313,10 @@ class Settings(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             deck, part = Path(folder) / "deck.inp", Path(folder) / "part.inp"
             deck.write_text("*HEADING\n*include, input = part.inp\n", encoding="utf-8")
-            part.write_text("*INCLUDE, INPUT=\"deck.inp\"\n** one\n", encoding="utf-8")
-            before = tradeoff.deck_bytes(deck)
-            part.write_text("*INCLUDE, INPUT=\"deck.inp\"\n** two\n", encoding="utf-8")
-            self.assertNotEqual(tradeoff.deck_bytes(deck), before)
+            part.write_text("*INCLUDE, INPUT=\"deck.inp\"\n*NSET, NSET=ONE\n", encoding="utf-8")
+            before = deck_lines(deck)
+            part.write_text("*INCLUDE, INPUT=\"deck.inp\"\n*NSET, NSET=TWO\n", encoding="utf-8")
+            self.assertNotEqual(deck_lines(deck), before)
 
 
 if __name__ == "__main__":

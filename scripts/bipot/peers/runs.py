@@ -178,7 +178,7 @@ def with_tolerance(text, tolerance):
 def resultants(result, scene):
     """Return the forces on the slave bodies, (T, pairs, 3), in the order of the deck's pairs."""
     return np.stack(
-        [result.pair(f"{p.slave}:{p.master}".replace("/", "_")).resultant for p in scene.pairs], 1
+        [result.pairs[f"{p.slave}:{p.master}"].resultant for p in scene.pairs], 1
     )
 
 

@@ -1,0 +1,81 @@
+"""The examples in docs/examples and the code on docs/python.md run, and find their numbers."""
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+from program import PROGRAM, SOURCE
+
+EXAMPLES = sorted((SOURCE / "docs" / "examples").glob("*.py"))
+# What not everybody has, by the word that asks for it.
+OPTIONAL = ("matplotlib", "meshio", "pandas", "pyvista")
+ASKED = {".plot(": "matplotlib", "to_pandas(": "pandas", "to_pyvista(": "pyvista"}
+
+
+def missing(code):
+    """Return the optional packages that a code needs and that are not installed."""
+    needed = {name for name in OPTIONAL if re.search(rf"^import {name}\b", code, re.M)}
+    needed |= {name for word, name in ASKED.items() if word in code}
+    return sorted(name for name in needed if importlib.util.find_spec(name) is None)
+
+
+class Examples(unittest.TestCase):
+    """Each in a folder of its own, as a user runs it."""
+
+    def run_code(self, path, folder):
+        """Run a script and check that it went well."""
+        environment = {**os.environ, "PYTHONPATH": str(SOURCE / "scripts"), "BIPOT": PROGRAM,
+                       "MPLBACKEND": "Agg"}
+        done = subprocess.run(
+            [sys.executable, "-B", path], cwd=folder,
+            env=environment, capture_output=True, text=True, timeout=1800, check=False,
+        )
+        self.assertEqual(done.returncode, 0, f"{path}: {done.stdout}{done.stderr}")
+        return done.stdout
+
+    def test_the_page_names_every_example(self):
+        page = (SOURCE / "docs" / "python.md").read_text(encoding="utf-8")
+        self.assertEqual(sorted(re.findall(r"\(examples/(\w+\.py)\)", page)),
+                         [path.name for path in EXAMPLES])
+
+    def test_the_page(self):
+        page = (SOURCE / "docs" / "python.md").read_text(encoding="utf-8")
+        blocks = re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)
+        self.assertGreater(len(blocks), 8)
+        left_out = [names for names in map(missing, blocks) if names]
+        code = "".join(block for block in blocks if not missing(block))
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copytree(SOURCE / "input", Path(folder) / "input")
+            path = Path(folder) / "page.py"
+            path.write_text(code, encoding="utf-8")
+            said = self.run_code(path, folder)
+        self.assertIn("friction/mu=0.3,n=2.vtkhdf", said)
+        self.assertIn("[0 0 0 0 0 0 0 0 0]", said)  # lifted: every point is open
+        if left_out:
+            print(f"left out, not installed: {left_out}", file=sys.stderr)
+
+
+def add_example(path):
+    """Add the test of an example."""
+
+    def test(self):
+        absent = missing(path.read_text(encoding="utf-8"))
+        if absent:
+            self.skipTest(f"{', '.join(absent)} not installed")
+        with tempfile.TemporaryDirectory() as folder:
+            self.run_code(path, folder)
+
+    setattr(Examples, f"test_{path.stem}", test)
+
+
+for example in EXAMPLES:
+    add_example(example)
+
+if __name__ == "__main__":
+    unittest.main()
