@@ -314,8 +314,8 @@ def page(rows, products=DATA / PRODUCTS):
     plates = [row for row in every if row["scene"].startswith("plate")]
     lines = [
         "# Time and memory of the block by phase", "",
-        f"By `studies/run speed` on {machines(rows)}: the paper's block, automatic solver, tolerance",
-        f"1e-10; {runs_in_words(rows)}.",
+        f"By `studies/run speed` on {machines(rows)}: the paper's block, automatic solver,",
+        f"tolerance 1e-10; {runs_in_words(rows)}.",
         *seconds_in_words(rows),
         "`total` is wall time, `processor` that of the whole process, `MB` the peak of memory. All",
         "runs are in `studies/data/runs.csv`; [scaling](scaling.md) fits their growth.", "",
