@@ -338,8 +338,8 @@ def page(rows, products=DATA / PRODUCTS):
                   "", *threads, ""]
     if plates:
         lines += ["## A plate with many contact points", "",
-                  f"`studies/plate.inp`, three layers of bricks, on {machines(plates)}, whose dense",
-                  f"products ran at {rate_in_words(plates)}; {runs_in_words(plates)}.", ""]
+                  f"`studies/plate.inp`, three layers of bricks, on {machines(plates)}, whose",
+                  f"dense products ran at {rate_in_words(plates)}; {runs_in_words(plates)}.", ""]
         for scene, words in PLATES.items():
             found = [row for row in plates if row["scene"] == scene]
             if found:

@@ -35,7 +35,9 @@ contains
     integer :: idle
 
     precision%threads = 1
-    if (plan%seconds < long_enough .or. threads_are_given() .or. n_ranks() > 1) return
+    if (plan%seconds < long_enough) return
+    if (threads_are_given()) return
+    if (n_ranks() > 1) return
     if (min(address_space_left(''), data_left('')) < no_limit) return
     idle = min(idle_processors(began, processor_time()), most_threads - 1)
     if (idle < 1) return
