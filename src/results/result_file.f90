@@ -27,6 +27,7 @@ module result_file_mod
   use child_process_mod, only: child_t, is_child, end_child, wait_for
   use text_mod, only: string_t, to_text
   use resource_limits_mod, only: file_limit, no_limit
+  use mesh_mod, only: shown_nodes
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
   use state_mod, only: state_t
@@ -230,7 +231,7 @@ contains
     integer :: n_steps
 
     file%n_rows = n_rows
-    file%mesh_size = [scene%mesh%n_nodes, scene%mesh%n_elements]
+    file%mesh_size = [shown_nodes(scene%mesh), scene%mesh%n_elements]
     n_steps = 0
     if (n_rows > 0) call steps_until(file%hdf5, n_rows, n_steps, error)
     if (allocated(error)) return
@@ -395,8 +396,8 @@ contains
     call delete_file(contact_table_path(file%path))
   end subroutine publish
 
-  !> Close the file, saying how the run ended, and write what stands beside it: the table of the
-  !> contact pairs, the XDMF sidecar.
+  !> Close the file, saying how the run ended, and write what stands beside it: the tables of text,
+  !> the XDMF sidecar.
   !>
   !> A file without a complete increment is removed. One that could not be written is left as it is,
   !> like that of a killed run: to close it HDF5 would write again, and where a limit on files keeps
