@@ -31,6 +31,7 @@ module read_deck_mod
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
   use read_obstacles_mod, only: read_obstacles
   use read_precision_mod, only: read_precision
+  use read_prints_mod, only: read_prints
   use read_accuracy_mod, only: read_accuracy
   use read_rigid_bodies_mod, only: find_facets, make_obstacles, read_rigid_bodies, rigid_bodies_t
   use read_properties_mod, only: find_weights, read_materials, read_sections
@@ -196,6 +197,7 @@ contains
     call read_precision(reader, scene%precision)
     call read_accuracy(reader, scene%accuracy)
     call read_output_controls(reader, scene%output)
+    call read_prints(reader, model, scene%output%prints)
     call read_amplitudes(reader, amplitudes)
     call read_first_temperatures(reader, model, scene%first_temperature)
     call read_steps(reader, model, amplitudes, surfaces, scene%steps, scene%regions)

@@ -67,11 +67,11 @@ module keywords_mod
     keyword_t('EL FILE', in_step, is_read), &
     keyword_t('CONTACT FILE', in_step, is_read), &
     keyword_t('CONTACT PRINT', in_step, is_read), &
+    keyword_t('NODE PRINT', in_step, is_read), &
+    keyword_t('EL PRINT', in_step, is_read), &
     keyword_t('SURFACE BEHAVIOR', anywhere, is_ignored), &
     keyword_t('CONTROLS', anywhere, is_ignored), &
     keyword_t('CONTACT CONTROLS', anywhere, is_ignored), &
-    keyword_t('NODE PRINT', anywhere, is_ignored), &
-    keyword_t('EL PRINT', anywhere, is_ignored), &
     keyword_t('ENERGY PRINT', anywhere, is_ignored), &
     keyword_t('SECTION PRINT', anywhere, is_ignored), &
     keyword_t('ENERGY FILE', anywhere, is_ignored), &
