@@ -2,8 +2,8 @@
 module view_fields_mod
   use kinds_mod, only: wp
   use errors_mod, only: raise, exit_machine
-  use dataset_kinds_mod, only: of_real, of_byte, of_long
-  use mesh_mod, only: shown_nodes
+  use dataset_kinds_mod, only: of_real, of_byte, of_long, of_unsigned_byte
+  use mesh_mod, only: shown_nodes, without_bricks
   use scene_mod, only: scene_t, pair_turns
   use step_fields_mod, only: tensor_field_t
   use small_matrix_mod, only: cross
@@ -76,6 +76,9 @@ contains
       end if
       call add_field(list, field_t('PointData/node_id', of_long, [n], 'number', &
         'ids of the nodes in the deck', at_start, compute=node_id))
+      if (any(without_bricks(scene%mesh))) call add_field(list, field_t('PointData/vtkGhostType', &
+        of_unsigned_byte, [n], 'code', '2: no element has the node, and VTK leaves it out of '// &
+        'pictures and ranges; else 0', at_start, compute=ghost_type))
     end associate
 
     associate (n => scene%mesh%n_elements, asked => scene%output)
@@ -443,6 +446,14 @@ contains
 
     values(1, :) = source%scene%mesh%node_id(:size(values, 2))
   end subroutine node_id
+
+  subroutine ghost_type(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
+    real(wp), parameter :: hidden_point = 2.0_wp ! of vtkDataSetAttributes
+
+    where (without_bricks(source%scene%mesh)) values(1, :) = hidden_point
+  end subroutine ghost_type
 
   subroutine element_id(source, values)
     type(field_source_t), intent(inout) :: source
