@@ -94,13 +94,17 @@ contains
   pure subroutine mark_loaded(scene, loose_body)
     type(scene_t), intent(in) :: scene
     logical, intent(inout) :: loose_body(:)      !! (n_bodies)
-    integer :: step, i
+    integer :: acts_on(scene%mesh%n_nodes), step, i
 
+    acts_on = [(i, i=1, scene%mesh%n_nodes)]
+    if (allocated(scene%local_axes)) acts_on(scene%local_axes%stand_in) = scene%local_axes%node
     do step = 1, size(scene%steps)
       associate (s => scene%steps(step), mesh => scene%mesh)
         do i = 1, size(s%forces)
           ! A force on a reference node drives its obstacle.
-          if (mesh%body(s%forces(i)%node) > 0) loose_body(mesh%body(s%forces(i)%node)) = .true.
+          associate (body => mesh%body(acts_on(s%forces(i)%node)))
+            if (body > 0) loose_body(body) = .true.
+          end associate
         end do
         do i = 1, size(s%pressures)
           loose_body(mesh%body(scene%surfaces(s%pressures(i)%surface)%nodes)) = .true.

@@ -1,7 +1,7 @@
 !> The measures of the certificate: sizes of what is wrong, beside the sizes of what is there.
 module error_measures_mod
   use kinds_mod, only: wp
-  use mesh_mod, only: mesh_t
+  use mesh_mod, only: mesh_t, shown_nodes
   implicit none
   private
 
@@ -74,7 +74,7 @@ contains
 
     low = huge(1.0_wp)
     high = -huge(1.0_wp)
-    do node = 1, mesh%n_nodes
+    do node = 1, shown_nodes(mesh)
       body = mesh%body(node)
       if (body == 0) cycle
       low(:, body) = min(low(:, body), u(:, node))

@@ -100,6 +100,7 @@ contains
     type(mesh_t), intent(out) :: mesh
 
     mesh%n_nodes = draft%n_nodes
+    mesh%n_stand_ins = draft%n_stand_ins
     mesh%n_elements = draft%n_elements
     mesh%coordinates = draft%coordinates(:, :draft%n_nodes)
     deallocate (draft%coordinates)

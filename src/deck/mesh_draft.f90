@@ -55,6 +55,7 @@ module mesh_draft_mod
     integer,  allocatable :: node_position(:)    !! place in the deck
     real(wp), allocatable :: coordinates(:, :)
     integer :: highest_node = 0                  !! highest id so far
+    integer :: n_stand_ins = 0                   !! the last so many stand in for local directions
     integer :: n_elements = 0
     integer, allocatable :: element_id(:)
     integer, allocatable :: element_position(:)

@@ -16,6 +16,7 @@ module read_deck_mod
   use flat_deck_mod, only: flat_deck
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
+  use local_axes_mod, only: take_transforms, transforms_t
   use name_table_mod, only: name_table_t
   use obstacles_mod, only: obstacle_t
   use options_mod, only: allow_options, card_t, open_card
@@ -30,6 +31,7 @@ module read_deck_mod
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
   use read_obstacles_mod, only: read_obstacles
   use read_precision_mod, only: read_precision
+  use read_prints_mod, only: read_prints
   use read_accuracy_mod, only: read_accuracy
   use read_rigid_bodies_mod, only: find_facets, make_obstacles, read_rigid_bodies, rigid_bodies_t
   use read_properties_mod, only: find_weights, read_materials, read_sections
@@ -38,6 +40,7 @@ module read_deck_mod
   use read_temperatures_mod, only: read_first_temperatures
   use read_steps_mod, only: read_steps
   use read_surfaces_mod, only: read_surfaces
+  use read_transforms_mod, only: read_transforms
   use read_ties_mod, only: read_ties
   use surface_list_mod, only: surface_list_t
   use scene_mod, only: scene_t
@@ -144,7 +147,9 @@ contains
     type(tie_t), allocatable :: ties(:)
     type(coupling_t), allocatable :: couplings(:)
     type(equation_list_t) :: equations
+    type(transforms_t) :: transforms
     integer, allocatable :: material(:)
+    integer :: n_equations !! of the deck; others follow
 
     call read_heading(reader, scene%title)
     call read_mesh_cards(reader, model)
@@ -161,7 +166,9 @@ contains
     end if
     call check_bricks(reader, model%mesh)
     call read_sets(reader, model)
+    call read_transforms(reader, model, transforms)
     call read_equations(reader, model, equations)
+    n_equations = equations%list%n
     if (equations%list%n > 0) call note_unused_nodes(reader, model)
     call find_facets(reader, model, bodies)
     call read_surfaces(reader, model, surfaces)
@@ -183,7 +190,6 @@ contains
     end if
     if (.not. any_mistakes(reader%diagnostics)) then
       call couple(reader, model, surfaces%list(:surfaces%n), couplings, equations)
-      call join_equations(reader, model, equations, scene%constraints)
     end if
     call mark_named(model, equations)
     call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
@@ -191,9 +197,17 @@ contains
     call read_precision(reader, scene%precision)
     call read_accuracy(reader, scene%accuracy)
     call read_output_controls(reader, scene%output)
+    call read_prints(reader, model, scene%output%prints)
     call read_amplitudes(reader, amplitudes)
     call read_first_temperatures(reader, model, scene%first_temperature)
     call read_steps(reader, model, amplitudes, surfaces, scene%steps, scene%regions)
+    if (.not. any_mistakes(reader%diagnostics)) then
+      call take_transforms(reader, model, transforms, n_equations, scene%constraints, equations, &
+        scene%steps, scene%local_axes)
+    end if
+    if (.not. any_mistakes(reader%diagnostics)) then
+      call join_equations(reader, model, equations, scene%constraints)
+    end if
     call mark_turning(scene%steps, scene%obstacles)
     call note_useless_temperatures(reader, scene)
     if (model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) then
@@ -204,6 +218,8 @@ contains
 
     scene%surfaces = surfaces%list(:surfaces%n)
     if (size(couplings) > 0) scene%rotations = rotations_of(model)
+    if (allocated(scene%first_temperature)) scene%first_temperature = &
+      [scene%first_temperature, spread(0.0_wp, 1, model%mesh%n_stand_ins)]
     call move_alloc(amplitudes%list, scene%amplitudes)
     call note_held(reader, scene%constraints, model%mesh%n_nodes, scene%steps)
     call refuse_held(reader, model, equations, scene%steps)

@@ -3,7 +3,7 @@ module describe_motions_mod
   use kinds_mod, only: wp
   use text_mod, only: to_text
   use dense_mod, only: singular_values, null_space
-  use mesh_mod, only: mesh_t
+  use mesh_mod, only: mesh_t, shown_nodes
   use rigid_modes_mod, only: free_motions_t, is_joined
   implicit none
   private
@@ -71,7 +71,7 @@ contains
       last = first + motions_together(motions, first) - 1
       if (is_joined(motions, motions%body(first))) then
         allocate (done(size(motions%piece_extent)), source=.false.)
-        do node = 1, mesh%n_nodes
+        do node = 1, shown_nodes(mesh)
           if (mesh%body(node) /= motions%body(first)) cycle
           if (done(motions%piece(node))) cycle
           done(motions%piece(node)) = .true.

@@ -24,6 +24,8 @@ module rigid_modes_mod
   public :: free_motions_t, find_free_motions, motion_at, hold_pins, generalised_loads, &
     add_motions, is_joined
 
+  integer, parameter :: most = 900 !! motions of a joined body: whose singular values take seconds
+
   !> Motions u(x) = translation + rotation x (x - centre).
   type :: free_motions_t
     integer :: n = 0
@@ -63,7 +65,8 @@ contains
     ! Room for all there can be; what is not used is given back at the end.
     k = 6*max(mesh%n_bodies, mesh%n_pieces) + 3*size(ref_nodes)
     if (present(constraints)) then
-      if (constraints%n_equations > 0) k = k + 3*count(joined_nodes(mesh))
+      if (constraints%n_equations > 0) k = k + min(most*mesh%n_bodies, &
+        count(spread(joined_nodes(mesh), 1, 3) .and. .not. prescribed(:, :mesh%n_nodes)))
     end if
     allocate (motions%body(k), motions%node(k), motions%dof(k), motions%extent(k))
     allocate (motions%translation(3, k), motions%rotation(3, k), motions%centre(3, k), &
@@ -237,7 +240,6 @@ contains
     type(constraints_t), intent(in) :: constraints !! of the scene
     type(free_motions_t), intent(inout) :: motions
     type(error_t), allocatable, intent(out) :: error !! too many pieces; LAPACK failed
-    integer, parameter :: most = 900         ! columns: whose singular values take seconds
     real(wp), parameter :: nothing = 1.0e-13_wp ! of the largest part of a motion
     type(pieces_t) :: pieces
     real(wp), allocatable :: z(:, :)

@@ -91,6 +91,7 @@ contains
     call resolve_boundary(scene, step, u, displacement)
     call resolve_forces(scene, step, force)
     if (warms(scene)) call resolve_warming(scene, step, force)
+    call turn_local_forces(scene, force)
     loads%turns = turns_of_step(scene, step)
     loads%start = start_of_step(scene%steps, step)
     allocate (used(pattern_hold:n))
@@ -171,6 +172,25 @@ contains
       call follow_masters(active, displacement(:, :, g))
     end do
   end subroutine resolve_boundary
+
+  !> Forces along local directions, from the nodes that stand in for these.
+  pure subroutine turn_local_forces(scene, force)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(inout) :: force(:, :, pattern_hold:) !! (3,n_nodes,patterns) [force]
+    integer :: k, g
+
+    if (.not. allocated(scene%local_axes)) return
+    do k = 1, size(scene%local_axes)
+      associate (of => scene%local_axes(k))
+        if (of%stand_in == of%node) cycle
+        do g = pattern_hold, ubound(force, 3)
+          force(:, of%node, g) = force(:, of%node, g) + matmul(force(:, of%stand_in, g), &
+            of%direction)
+          force(:, of%stand_in, g) = 0.0_wp
+        end do
+      end associate
+    end do
+  end subroutine turn_local_forces
 
   !> Whether what follows an amplitude goes on doing so in later steps.
   pure logical function follows_on(scene, amplitude)

@@ -5,8 +5,8 @@ module controls_mod
   implicit none
   private
 
-  public :: contact_controls_t, output_controls_t, precision_controls_t, accuracy_controls_t, &
-    is_exact, take_double, precision_in_words
+  public :: contact_controls_t, output_controls_t, print_t, precision_controls_t, &
+    accuracy_controls_t, is_exact, take_double, precision_in_words
   public :: solver_none, solver_auto, solver_sweeps, solver_global_newton
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
@@ -81,6 +81,20 @@ module controls_mod
     logical  :: of_energy = .false.  !! of the energies, not of the contact resultants
   end type accuracy_controls_t
 
+  !> *NODE PRINT, *EL PRINT: what is written of a set, as a table of text too.
+  type :: print_t
+    character(:), allocatable :: set
+    logical :: of_elements = .false.        !! else of nodes
+    integer, allocatable :: members(:)      !! node or element numbers, ascending
+    integer :: frequency = 1                !! lines of every so many increments, and of the last
+    logical :: each = .true.                !! of nodes: a line for each
+    logical :: totals = .false.             !! of nodes: a line for their forces together
+    logical :: at_gauss_points = .true.     !! of elements; else the mean of each
+    logical :: displacement = .false., reaction = .false., loads = .false. !! of nodes
+    logical :: stress = .false., strain = .false., mises = .false. !! of elements
+    logical :: principal_stress = .false., principal_strain = .false.
+  end type print_t
+
   !> *NODE FILE, *EL FILE, *CONTACT FILE: which fields the result file holds at each increment.
   type :: output_controls_t
     logical :: displacement = .true.
@@ -99,6 +113,7 @@ module controls_mod
     logical :: at_nodes = .false.     !! extrapolated from the Gauss points, averaged over bricks
     logical :: at_gauss_points = .false. !! eight tensors a brick
     integer :: frequency = 1          !! every so many increments, and the last of a step
+    type(print_t), allocatable :: prints(:) !! not allocated: none
   end type output_controls_t
 
 contains

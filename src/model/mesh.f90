@@ -5,8 +5,8 @@ module mesh_mod
   implicit none
   private
 
-  public :: mesh_t, find_bodies, joined_nodes, elements_at_nodes, kind_c3d8, kind_c3d8i, &
-    kind_c3d8b
+  public :: mesh_t, find_bodies, joined_nodes, elements_at_nodes, shown_nodes, without_bricks, &
+    kind_c3d8, kind_c3d8i, kind_c3d8b
 
   integer, parameter :: kind_c3d8 = 1  !! full integration
   integer, parameter :: kind_c3d8i = 2 !! incompatible modes
@@ -26,6 +26,8 @@ module mesh_mod
     integer,  allocatable :: piece(:)
     !! (n_nodes) what elements alone connect, 0 where none uses the node
     integer :: n_nodes = 0
+    integer :: n_stand_ins = 0
+    !! the last so many nodes hold values along local directions of others: no file has them
     integer :: n_elements = 0
     integer :: n_bodies = 0
     integer :: n_pieces = 0
@@ -88,6 +90,25 @@ contains
       end do
     end do
   end subroutine number_trees
+
+  !> How many nodes files and users see: the first.
+  pure integer function shown_nodes(mesh)
+    type(mesh_t), intent(in) :: mesh
+
+    shown_nodes = mesh%n_nodes - mesh%n_stand_ins
+  end function shown_nodes
+
+  !> Which of the nodes that are shown no element has.
+  pure function without_bricks(mesh) result(single)
+    type(mesh_t), intent(in) :: mesh
+    logical :: single(shown_nodes(mesh))
+    integer :: e
+
+    single = .true.
+    do e = 1, mesh%n_elements
+      single(mesh%connectivity(:, e)) = .false.
+    end do
+  end function without_bricks
 
   !> Nodes that no element has and that equations join to a body.
   pure function joined_nodes(mesh) result(joined)

@@ -13,7 +13,7 @@ module scene_mod
   private
 
   public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t, coupled_rotation_t, &
-    master_name, pair_turns
+    local_axes_t, master_name, pair_turns
 
   !> Isotropic linear elasticity.
   type :: material_t
@@ -61,6 +61,15 @@ module scene_mod
     real(wp) :: length = 1.0_wp
   end type coupled_rotation_t
 
+  !> Local directions at a node that has values along these.
+  type :: local_axes_t
+    integer  :: node = 0
+    integer  :: stand_in = 0
+    !! the node that has them: what supports prescribe and loads put on it, and the forces of the
+    !! supports; or the node itself, which nothing else moves
+    real(wp) :: direction(3, 3) = 0.0_wp  !! rows: unit vectors in x, y, z [-]
+  end type local_axes_t
+
   !> A validated scene: nothing below this type needs to doubt it.
   type :: scene_t
     character(:), allocatable :: title
@@ -77,6 +86,7 @@ module scene_mod
     type(contact_pair_t), allocatable :: pairs(:)
     type(contact_gap_t),  allocatable :: gaps(:)
     type(coupled_rotation_t), allocatable :: rotations(:) !! not allocated: none
+    type(local_axes_t),   allocatable :: local_axes(:)    !! not allocated: none
     type(region_t),       allocatable :: regions(:)
     type(amplitude_t),    allocatable :: amplitudes(:)
     type(load_step_t),    allocatable :: steps(:)

@@ -52,6 +52,7 @@ module output_field_mod
     type(state_t), pointer :: state => null()        !! at the end of the increment
     type(increment_report_t), pointer :: report => null()
     integer :: first = 1, last = 0      !! points of the pair whose fields are computed
+    integer :: print = 0                !! set whose fields are computed, of the output controls
     type(tensor_field_t) :: stress, strain !! where the deck asks for them; made with the first one
     type(error_t), allocatable :: error !! a field could not be computed
   end type field_source_t

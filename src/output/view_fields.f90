@@ -2,7 +2,8 @@
 module view_fields_mod
   use kinds_mod, only: wp
   use errors_mod, only: raise, exit_machine
-  use dataset_kinds_mod, only: of_real, of_byte, of_long
+  use dataset_kinds_mod, only: of_real, of_byte, of_long, of_unsigned_byte
+  use mesh_mod, only: shown_nodes, without_bricks
   use scene_mod, only: scene_t, pair_turns
   use step_fields_mod, only: tensor_field_t
   use small_matrix_mod, only: cross
@@ -15,7 +16,7 @@ module view_fields_mod
   implicit none
   private
 
-  public :: list_view_fields
+  public :: list_view_fields, displacement, reaction_force, applied_force
 
   character(*), parameter :: tensor_order = 'XX, YY, ZZ, XY, YZ, XZ'
   character(*), parameter :: as_components = ' as tensor components'
@@ -36,7 +37,7 @@ contains
     type(field_t), allocatable, intent(out) :: fields(:)
     type(field_list_t) :: list
 
-    associate (n => scene%mesh%n_nodes, asked => scene%output)
+    associate (n => shown_nodes(scene%mesh), asked => scene%output)
       if (asked%displacement) call add_field(list, field_t('PointData/displacement', of_real, &
         [3, n], 'length', 'from the undeformed mesh, x, y, z', compute=displacement))
       if (asked%reaction) call add_field(list, field_t('PointData/reaction_force', of_real, &
@@ -75,6 +76,9 @@ contains
       end if
       call add_field(list, field_t('PointData/node_id', of_long, [n], 'number', &
         'ids of the nodes in the deck', at_start, compute=node_id))
+      if (any(without_bricks(scene%mesh))) call add_field(list, field_t('PointData/vtkGhostType', &
+        of_unsigned_byte, [n], 'code', '2: no element has the node, and VTK leaves it out of '// &
+        'pictures and ranges; else 0', at_start, compute=ghost_type))
     end associate
 
     associate (n => scene%mesh%n_elements, asked => scene%output)
@@ -139,15 +143,38 @@ contains
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
 
-    values = source%state%displacement
+    values = source%state%displacement(:, :size(values, 2))
+    call turn_local(source%scene, source%state%displacement, .true., values)
   end subroutine displacement
 
   subroutine reaction_force(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
 
-    values = source%state%support_force
+    values = source%state%support_force(:, :size(values, 2))
+    call turn_local(source%scene, source%state%support_force, .false., values)
   end subroutine reaction_force
+
+  !> Put what nodes have along local directions into x, y, z: in their place, or what stands at the
+  !> nodes that stand in for them beside it.
+  pure subroutine turn_local(scene, of_nodes, in_place, values)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: of_nodes(:, :)  !! (3,n_nodes) of the state
+    logical, intent(in) :: in_place         !! only what is in its place
+    real(wp), intent(inout) :: values(:, :) !! (3, shown nodes) the same, and turned
+    integer :: k
+
+    if (.not. allocated(scene%local_axes)) return
+    do k = 1, size(scene%local_axes)
+      associate (of => scene%local_axes(k))
+        if (of%stand_in == of%node) then
+          values(:, of%node) = matmul(of_nodes(:, of%node), of%direction)
+        else if (.not. in_place) then
+          values(:, of%node) = values(:, of%node) + matmul(of_nodes(:, of%stand_in), of%direction)
+        end if
+      end associate
+    end do
+  end subroutine turn_local
 
   subroutine rotation(source, values)
     type(field_source_t), intent(inout) :: source
@@ -171,6 +198,7 @@ contains
   subroutine reaction_moment(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+    real(wp), allocatable :: held(:, :)     !! (3, n_nodes) force of the supports [force]
     integer :: i
 
     do i = 1, source%points%n
@@ -185,9 +213,11 @@ contains
       end associate
     end do
     if (.not. allocated(source%scene%rotations)) return
+    allocate (held, source=source%state%support_force)
+    call turn_local(source%scene, source%state%support_force, .false., held)
     do i = 1, size(source%scene%rotations)
       associate (of => source%scene%rotations(i))
-        values(:, of%node) = source%state%support_force(:, of%rotation_node)*of%length
+        values(:, of%node) = held(:, of%rotation_node)*of%length
       end associate
     end do
   end subroutine reaction_moment
@@ -246,7 +276,7 @@ contains
     real(wp), intent(inout) :: values(:, :) !! (6, n_nodes)
 
     call make_tensors(source)
-    values = source%stress%at_nodes
+    values = source%stress%at_nodes(:, :size(values, 2))
   end subroutine nodal_stress
 
   subroutine nodal_strain(source, values)
@@ -254,7 +284,7 @@ contains
     real(wp), intent(inout) :: values(:, :) !! (6, n_nodes)
 
     call make_tensors(source)
-    values = source%strain%at_nodes
+    values = source%strain%at_nodes(:, :size(values, 2))
   end subroutine nodal_strain
 
   subroutine mean_stress(source, values)
@@ -294,7 +324,7 @@ contains
     real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
 
     call make_tensors(source)
-    values(1, :) = von_mises(source%stress%at_nodes)
+    values(1, :) = von_mises(source%stress%at_nodes(:, :size(values, 2)))
   end subroutine nodal_mises
 
   subroutine nodal_principal_stress(source, values)
@@ -302,7 +332,7 @@ contains
     real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
 
     call make_tensors(source)
-    call principal_values(source%stress%at_nodes, values)
+    call principal_values(source%stress%at_nodes(:, :size(values, 2)), values)
   end subroutine nodal_principal_stress
 
   subroutine nodal_principal_strain(source, values)
@@ -310,7 +340,7 @@ contains
     real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
 
     call make_tensors(source)
-    call principal_values(source%strain%at_nodes, values)
+    call principal_values(source%strain%at_nodes(:, :size(values, 2)), values)
   end subroutine nodal_principal_strain
 
   subroutine mean_mises(source, values)
@@ -381,7 +411,8 @@ contains
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
 
-    values = source%state%external_force
+    values = source%state%external_force(:, :size(values, 2))
+    call turn_local(source%scene, source%state%external_force, .true., values)
   end subroutine applied_force
 
   !> Of points that share a node the deepest.
@@ -413,8 +444,16 @@ contains
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
 
-    values(1, :) = source%scene%mesh%node_id
+    values(1, :) = source%scene%mesh%node_id(:size(values, 2))
   end subroutine node_id
+
+  subroutine ghost_type(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
+    real(wp), parameter :: hidden_point = 2.0_wp ! of vtkDataSetAttributes
+
+    where (without_bricks(source%scene%mesh)) values(1, :) = hidden_point
+  end subroutine ghost_type
 
   subroutine element_id(source, values)
     type(field_source_t), intent(inout) :: source

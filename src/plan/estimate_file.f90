@@ -7,6 +7,7 @@ module estimate_file_mod
   use output_field_mod, only: field_t, block_bytes, every_time, at_start, at_supports, at_contact
   use history_fields_mod, only: plan_history_fields
   use pair_fields_mod, only: list_pair_fields
+  use print_fields_mod, only: list_print_fields
   use view_fields_mod, only: list_view_fields
   use count_sizes_mod, only: sizes_t
   implicit none
@@ -60,6 +61,12 @@ contains
       call list_pair_fields(scene, i, count(plan%points%pair(:plan%points%n) == i), fields)
       call add_fields(fields, block_bytes(fields), sizes%increments, once, file)
     end do
+    if (allocated(scene%output%prints)) then
+      do i = 1, size(scene%output%prints)
+        call list_print_fields(scene, i, fields)
+        call add_fields(fields, block_bytes(fields), sizes%increments, once, file)
+      end do
+    end if
     ! A table of a dataset has room for the increments (result_file), for more where they may be
     ! cut; the state is there in two slots, and of the forces in it few are not 0.
     entries = max(256.0_wp, real(sizes%increments, wp))

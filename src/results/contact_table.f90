@@ -2,12 +2,12 @@
 !>
 !> It is made from the result file when the run ends, so that a continued run has all of it.
 module contact_table_mod
-  use kinds_mod, only: wp, i4, i8
-  use errors_mod, only: error_t, raise, exit_machine
-  use text_mod, only: string_t, to_text
-  use fresh_file_mod, only: delete_file
+  use kinds_mod, only: wp, i4
+  use errors_mod, only: error_t
+  use text_mod, only: string_t
   use hdf5_files_mod, only: hdf5_file_t, exists
   use hdf5_datasets_mod, only: read_dataset
+  use text_table_mod, only: text_table_t, table_path, open_table, write_line, close_table
   implicit none
   private
 
@@ -25,14 +25,8 @@ contains
   pure function contact_table_path(result_path) result(path)
     character(*), intent(in) :: result_path
     character(:), allocatable :: path
-    character(*), parameter :: ending = '.vtkhdf'
-    integer :: n
 
-    n = len(result_path)
-    if (n > len(ending)) then
-      if (result_path(n - len(ending) + 1:) == ending) n = n - len(ending)
-    end if
-    path = result_path(:n)//'.contact.csv'
+    path = table_path(result_path, 'contact')
   end function contact_table_path
 
   !> The lines of the table, an increment and pair each; none where the deck does not ask for it.
@@ -103,32 +97,15 @@ contains
     character(*), intent(in) :: path
     type(string_t), intent(in) :: lines(:)
     type(error_t), allocatable, intent(out) :: error
-    character(200) :: reason
-    integer(i8) :: given, written
-    integer :: unit, status, closed, i
+    type(text_table_t) :: table
+    integer :: i
 
     if (size(lines) == 0) return
-    reason = ''
-    given = 0
-    open (newunit=unit, file=path, access='stream', form='formatted', action='write', &
-      status='replace', iostat=status, iomsg=reason)
-    if (status == 0) then
-      do i = 1, size(lines)
-        if (status /= 0) exit
-        write (unit, '(a)', iostat=status, iomsg=reason) lines(i)%text
-        given = given + len(lines(i)%text) + 1
-      end do
-      close (unit, iostat=closed)
-      if (status == 0) status = closed
-      ! The run-time library does not tell of a disk that is full at the end.
-      inquire (file=path, size=written)
-      if (status == 0 .and. written /= given) then
-        status = 1
-        reason = to_text(written)//' of '//to_text(given)//' bytes reached the disk'
-      end if
-      if (status /= 0) call delete_file(path)
-    end if
-    if (status /= 0) call raise(error, exit_machine, "cannot write '"//path//"': "//trim(reason))
+    call open_table(path, table)
+    do i = 1, size(lines)
+      call write_line(table, lines(i)%text)
+    end do
+    call close_table(table, error)
   end subroutine write_contact_table
 
 end module contact_table_mod

@@ -1,8 +1,8 @@
 !> Fields of the table (output_field) as datasets of an open file.
 module result_fields_mod
-  use kinds_mod, only: wp, i8
+  use kinds_mod, only: wp, i1, i8
   use errors_mod, only: error_t, raise, exit_machine
-  use dataset_kinds_mod, only: of_real, of_long
+  use dataset_kinds_mod, only: of_real, of_long, of_unsigned_byte
   use output_field_mod, only: field_t, field_source_t, block_shape, first_time, at_start, &
     everywhere
   use hdf5_files_mod, only: hdf5_file_t, exists
@@ -103,6 +103,9 @@ contains
       call compute_values(field, source, values, error)
       if (field%kind == of_long .and. size(field%extents) == 1) then
         call write_dataset(file, path, int(values(1, :), i8), field%description, field%quantity, &
+          error)
+      else if (field%kind == of_unsigned_byte .and. size(field%extents) == 1) then
+        call write_dataset(file, path, int(values(1, :), i1), field%description, field%quantity, &
           error)
       else if (field%kind == of_real .and. size(field%extents) == 1) then
         call write_dataset(file, path, values(1, :), field%description, field%quantity, error)

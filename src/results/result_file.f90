@@ -27,6 +27,7 @@ module result_file_mod
   use child_process_mod, only: child_t, is_child, end_child, wait_for
   use text_mod, only: string_t, to_text
   use resource_limits_mod, only: file_limit, no_limit
+  use mesh_mod, only: shown_nodes
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
   use state_mod, only: state_t
@@ -52,6 +53,9 @@ module result_file_mod
   use fresh_file_mod, only: beginning_of, take_place, delete_file, settle, folder_lock_t, &
     lock_folder, unlock_folder
   use xdmf_mod, only: write_xdmf, xdmf_path
+  use result_print_mod, only: print_rows_t, create_prints, append_prints
+  use print_table_mod, only: node_table_path, element_table_path, write_print_tables
+  use print_fields_mod, only: list_print_fields
   use contact_table_mod, only: contact_table_path, list_contact_table, write_contact_table
   implicit none
   private
@@ -71,6 +75,7 @@ module result_file_mod
     type(history_t),   private :: history
     type(view_t),      private :: view
     type(pair_rows_t), private, allocatable :: pairs(:)
+    type(print_rows_t), private, allocatable :: prints(:)
     type(slots_t),     private :: slots
     type(checksums_t), private :: checksums
     integer,           private :: mesh_size(2) = 0    !! nodes, elements
@@ -230,13 +235,15 @@ contains
     integer :: n_steps
 
     file%n_rows = n_rows
-    file%mesh_size = [scene%mesh%n_nodes, scene%mesh%n_elements]
+    file%mesh_size = [shown_nodes(scene%mesh), scene%mesh%n_elements]
     n_steps = 0
     if (n_rows > 0) call steps_until(file%hdf5, n_rows, n_steps, error)
     if (allocated(error)) return
     call create_history(file%hdf5, n_rows, file%history, error)
     if (allocated(error)) return
     call create_contact(file%hdf5, scene, plan%points, n_rows, file%pairs, error)
+    if (allocated(error)) return
+    call create_prints(file%hdf5, scene, n_rows, file%prints, error)
     if (allocated(error)) return
     call create_view(file%hdf5, scene, plan%points%n > 0, rows_at_most(scene, plan), n_steps, &
       file%view, error)
@@ -277,6 +284,7 @@ contains
     if (due) call append_step(file%view, source, checksum, error)
     if (state%increments_done > file%n_rows) then
       call append_contact(file%pairs, source, checksum, error)
+      call append_prints(file%prints, source, checksum, error)
       call append_history(file%history, state, report, plan%points, checksum, error)
       call append_checksum(file%checksums, checksum, file%view%n_steps + merge(1, 0, due), error)
     end if
@@ -338,6 +346,12 @@ contains
 
     call list_view_fields(scene, plan%points%n > 0, fields)
     bytes = tables + of_node*scene%mesh%n_nodes + of_point*plan%points%n + growing_bytes(fields)
+    if (allocated(scene%output%prints)) then
+      do i = 1, size(scene%output%prints)
+        call list_print_fields(scene, i, fields)
+        bytes = bytes + growing_bytes(fields)
+      end do
+    end if
     if (plan%points%n == 0) return
     do i = 1, size(scene%pairs)
       call list_pair_fields(scene, i, plan%points%first(i + 1) - plan%points%first(i), fields)
@@ -393,10 +407,12 @@ contains
     ! An older sidecar would lead readers beyond the end of the new file.
     call delete_file(xdmf_path(file%path))
     call delete_file(contact_table_path(file%path))
+    call delete_file(node_table_path(file%path))
+    call delete_file(element_table_path(file%path))
   end subroutine publish
 
-  !> Close the file, saying how the run ended, and write what stands beside it: the table of the
-  !> contact pairs, the XDMF sidecar.
+  !> Close the file, saying how the run ended, and write what stands beside it: the tables of text,
+  !> the XDMF sidecar.
   !>
   !> A file without a complete increment is removed. One that could not be written is left as it is,
   !> like that of a killed run: to close it HDF5 would write again, and where a limit on files keeps
@@ -421,6 +437,8 @@ contains
     call read_dataset(file%hdf5, '/VTKHDF/Steps/Values', time, error)
     call pair_groups(file%pairs, groups)
     call list_contact_table(file%hdf5, groups, file%n_rows, table, error)
+    if (.not. allocated(error)) call check_in_place(file, error)
+    call write_print_tables(file%hdf5, file%path, file%prints, file%n_rows, error)
     call close_file(file%hdf5, error)
     if (allocated(error) .or. (size(table) == 0 .and. file%view%n_steps == 0)) return
     call check_in_place(file, error)

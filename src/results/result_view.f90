@@ -7,7 +7,7 @@
 module result_view_mod
   use kinds_mod, only: wp, i1, i8
   use errors_mod, only: error_t
-  use mesh_mod, only: mesh_t
+  use mesh_mod, only: mesh_t, shown_nodes
   use scene_mod, only: scene_t
   use dataset_kinds_mod, only: of_long
   use output_field_mod, only: field_t, field_source_t, every_time, at_start
@@ -141,13 +141,13 @@ contains
     integer(i1), allocatable :: types(:)
 
     allocate (types(mesh%n_elements), source=vtk_hexahedron)
-    call write_dataset(file, '/VTKHDF/NumberOfPoints', [int(mesh%n_nodes, i8)], &
+    call write_dataset(file, '/VTKHDF/NumberOfPoints', [int(shown_nodes(mesh), i8)], &
                        'nodes of the mesh', 'number', error)
     call write_dataset(file, '/VTKHDF/NumberOfCells', [int(mesh%n_elements, i8)], &
                        'elements of the mesh', 'number', error)
     call write_dataset(file, '/VTKHDF/NumberOfConnectivityIds', [8_i8*mesh%n_elements], &
                        'entries of Connectivity', 'number', error)
-    call write_dataset(file, '/VTKHDF/Points', mesh%coordinates, &
+    call write_dataset(file, '/VTKHDF/Points', mesh%coordinates(:, :shown_nodes(mesh)), &
                        'nodes of the undeformed mesh, x, y, z', 'length', error)
     call write_dataset(file, '/VTKHDF/Connectivity', &
                        int(reshape(mesh%connectivity, [8*mesh%n_elements]) - 1, i8), &

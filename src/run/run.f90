@@ -24,6 +24,7 @@ module run_mod
   use output_names_mod, only: keep_inputs, output_name
   use xdmf_mod, only: xdmf_path
   use contact_table_mod, only: contact_table_path
+  use print_table_mod, only: node_table_path, element_table_path
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
   use result_claims_mod, only: take_arithmetic
   use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result
@@ -142,12 +143,14 @@ contains
     type(options_t), intent(in) :: options
     type(scene_t), intent(in) :: scene
     type(error_t), allocatable, intent(out) :: error
-    type(string_t) :: outputs(4)
+    type(string_t) :: outputs(6)
 
     outputs(1)%text = result_path(options, scene)
     outputs(2)%text = beginning_of(outputs(1)%text)
     outputs(3)%text = xdmf_path(outputs(1)%text)
     outputs(4)%text = contact_table_path(outputs(1)%text)
+    outputs(5)%text = node_table_path(outputs(1)%text)
+    outputs(6)%text = element_table_path(outputs(1)%text)
     call keep_inputs(scene%files, outputs, error)
   end subroutine keep_deck
 

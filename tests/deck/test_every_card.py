@@ -98,6 +98,8 @@ SIDE, BODY-XMIN
 *COUPLING, CONSTRAINT NAME=MEAN, REF NODE=906, SURFACE=FOOT
 *DISTRIBUTING
 1, 6
+*TRANSFORM, NSET=SOME, TYPE=R
+1., 0., 0., 0., 1., 0.
 *CONTACT GAP
 FOOTNODES, 0.01
 FOOTNODES, PARABOLA, 0., 0., 0., 50.
@@ -134,13 +136,18 @@ S, E
 CDIS
 *CONTACT PRINT
 CF
+*NODE PRINT, NSET=SOME
+U, RF
+*EL PRINT, ELSET=CUBE
+S
 *END STEP
 """
 MORE = "*NSET, NSET=FOOTNODES\n101, 102, 103, 104\n"
 
 # Cards whose lines are titles, and those whose lines are lists of names, of any length.
 TITLES = ("HEADING", "STEP")
-RESULTS = ("NODE FILE", "EL FILE", "CONTACT FILE", "CONTACT PRINT")
+RESULTS = ("NODE FILE", "EL FILE", "CONTACT FILE", "CONTACT PRINT", "NODE PRINT",
+           "EL PRINT")
 LISTS = ("NSET", "ELSET", *RESULTS)
 
 # Options that these keywords have in Abaqus or CalculiX.

@@ -36,7 +36,7 @@ Not a <parameter>, and *not a keyword
  LOW-ZMIN, GROUND
 *TIE, NAME=GLUE
  "THE TOP-ZMIN", LOW-ZMAX
-*NODE PRINT, NSET=<nothing
+*ENERGY PRINT, ELSET=<nothing
 *STEP
 *STATIC
  0.5, 1.
@@ -112,7 +112,7 @@ class FlatDecks(unittest.TestCase):
             self.assertIn('*ELSET, ELSET="BOTH, OF THEM"\nLOW\n', text)
             self.assertIn("\n 333.3333333333333, 0.3\n", text)
             self.assertIn("\n 0.30000000000000004\n", text)
-            self.assertIn("*NODE PRINT, NSET=<nothing\n", text)
+            self.assertIn("*ENERGY PRINT, ELSET=<nothing\n", text)
             self.same_histories(Run(deck, n=3), Run(text, name="flat"))
 
     def test_a_wrong_deck_prints_its_mistakes_alone(self):

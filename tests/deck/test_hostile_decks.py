@@ -183,7 +183,7 @@ class Sizes(Hostile):
                                  for k in range(n)),
             "amplitudes": "".join(f"*AMPLITUDE, NAME=S{k}\n0., 0., 1., 1.\n" for k in range(n)),
             "nodes": "*NODE\n" + "".join(f"{k}, {k}., 0., 0.\n" for k in range(1000, 1000 + n)),
-            "prints": "".join(f"*NODE PRINT, NSET=S{k}\n" for k in range(n)),
+            "prints": "".join(f"*ENERGY PRINT, ELSET=S{k}\n" for k in range(n)),
         }.items():
             with self.subTest(name=name):
                 self.read(HEAD + lines + TAIL, 0)

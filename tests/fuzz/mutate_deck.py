@@ -35,8 +35,8 @@ STRANGE_WORDS = (
     "BODY", "BODY-XMIN", "body-zmax", "C3D8", "C3D20", "GROUND", "\t",
 )
 # Cards that are passed over, or hold a text: what stands below them is not read.
-PASSED_OVER = {"HEADING", "NODE PRINT", "EL PRINT", "CONTROLS", "OUTPUT",
-               "SURFACE BEHAVIOR", "PREPRINT", "RESTART", "NODE OUTPUT", "ELEMENT OUTPUT"}
+PASSED_OVER = {"HEADING", "CONTROLS", "OUTPUT", "SURFACE BEHAVIOR", "PREPRINT", "RESTART",
+               "NODE OUTPUT", "ELEMENT OUTPUT"}
 
 
 def keyword_of(line):

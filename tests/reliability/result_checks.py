@@ -27,7 +27,7 @@ LIBRARY = os.environ.get(
 HERE = Path(__file__).resolve().parent
 INPUT = SOURCE / "input"
 NAME = "run.vtkhdf"
-GROUPS = ("VTKHDF", "history", "contact")
+GROUPS = ("VTKHDF", "history", "contact", "print")
 CLOCKS = ("history/wall_time", "history/contact_time")  # no two runs agree in these
 
 try:
@@ -140,7 +140,7 @@ class Whole:
             self.rows = rows_of(file)
             self.steps = steps_of(file)
             self.data, self.attributes = {}, {}
-            for group in GROUPS:
+            for group in set(GROUPS) & set(file):
                 file[group].visititems(self._keep)
             time = self.data["VTKHDF/Steps/Values"]
             self.outputs = np.searchsorted(time, self.data["history/time"], side="right")
@@ -208,6 +208,8 @@ class Whole:
         if name.startswith("history/"):
             return rows
         parts = name.split("/")
+        if name.startswith("print/"):
+            return None if parts[-1] in ("node_id", "element_id") else rows
         if name.startswith("contact/"):
             if parts[-1] in ("node", "coordinates", "area"):
                 return None

@@ -120,6 +120,45 @@ endsolid die
 """
 
 
+# Supports aslant that come and go, and sets of which tables are written.
+PRINTED = """*BLOCK, NAME=B, NX=3, NY=2, NZ=2
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=O, TYPE=PLANE
+0., 0., 0.,  0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, O
+*TRANSFORM, NSET=B-ZMAX
+2., 1., 0.5,  -1., 3., 0.4
+*STEP
+*STATIC, DIRECT
+0.25, 1.
+*BOUNDARY
+B-ZMAX, 1, 2
+B-ZMAX, 3, 3, -0.02
+*NODE PRINT, NSET=B-ZMAX, TOTALS=YES, FREQUENCY=2
+U, RF
+*EL PRINT, ELSET=B, POSITION=CENTROIDAL
+S
+*END STEP
+*STEP
+*STATIC, DIRECT
+0.25, 1.
+*BOUNDARY, OP=NEW
+B-ZMAX, 1, 1, 0.01
+B-ZMAX, 3, 3, -0.02
+*CLOAD
+B-ZMAX, 2, 0.05
+*END STEP
+"""
+
+
 class EveryDeck(Folder):
     """Killed in the middle of its run and continued, every deck ends with the same file."""
 
@@ -165,6 +204,21 @@ class EveryDeck(Folder):
         deck = self.folder / "events.inp"
         deck.write_text(EVENTS)
         self.check(Case(deck), kills=(0.15, 0.2, 0.25, 0.35, 0.4, 0.45, 0.5, 0.55, 0.65, 0.9))
+
+    def test_local_directions_and_tables_of_sets(self):
+        deck = self.folder / "printed.inp"
+        deck.write_text(PRINTED)
+        case = Case(deck)
+        self.check(case, kills=(0.3, 0.45, 0.6, 0.8))
+        whole, killed = self.fresh("whole"), self.fresh("killed")
+        n = case.count_changes(whole)
+        case.kill_at(killed, n // 2)
+        self.assertFalse((killed / "run.node.csv").exists())
+        self.assertEqual(case.run(killed, "--continue")[0], 0)
+        for table in ("run.node.csv", "run.element.csv"):
+            text = (whole / table).read_text()
+            self.assertGreater(len(text.splitlines()), 8)
+            self.assertEqual((killed / table).read_text(), text)
 
     def test_between_two_steps(self):
         case = Case(HERE / "changes.inp")

@@ -62,6 +62,12 @@ U, RF, CF
 *CONTACT FILE
 COPEN
 *CONTACT PRINT
+*NODE PRINT, NSET=BODY-XMIN, TOTALS=YES
+U, RF, CF
+*EL PRINT, ELSET=WALL
+S, E, MISES, SP, EP
+*EL PRINT, ELSET=WALL, POSITION=CENTROIDAL
+S, E, MISES, SP, EP
 *EL FILE, POSITION=INTEGRATION POINTS
 S, E, ERR, MISES, SP, EP
 *EL FILE, POSITION=AVERAGED AT NODES
@@ -196,6 +202,16 @@ class Page(unittest.TestCase):
             frames.add(len(pair["frame"]))
         self.assertEqual(len(self.file["contact"]), 3)
         self.assertEqual(frames, {1, self.sizes["T"]})
+
+    def test_printed_sets(self):
+        of_nodes, of_elements = section("/print").split("Of a set of elements")
+        self.assertEqual(sorted(self.file["print"]), ["1", "2", "3"])
+        for name, group in self.file["print"].items():
+            ids = "node_id" if name == "1" else "element_id"
+            listed = listed_shapes(of_nodes if name == "1" else of_elements)
+            self.assertEqual(group.attrs["set"].decode(), "BODY-XMIN" if name == "1" else "WALL")
+            sizes = {k: v for k, v in self.sizes.items() if k == "T"} | {"P": len(group[ids])}
+            self.check(f"print/{name}", listed, sizes)
 
     def test_counters_and_estimates(self):
         listed = [

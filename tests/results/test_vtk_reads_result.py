@@ -269,5 +269,58 @@ S, E
         np.testing.assert_allclose(found, total / count, rtol=1e-12, atol=1e-8)
 
 
+
+class ReferenceNodes(unittest.TestCase):
+    """The reference node of a tool belongs to no element: VTK leaves it out of ranges."""
+
+    DECK = """*NODE
+900, 5., 5., 9.
+*BLOCK, NAME=B, NX=2, NY=2, NZ=2
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=O, TYPE=PLANE, REF NODE=900
+0., 0., 1.,  0., 0., -1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=I
+B-ZMAX, O
+*STEP
+*STATIC, DIRECT
+0.5, 1.
+*BOUNDARY
+B-ZMIN, 1, 3
+900, 1, 1, 3.
+900, 2, 2
+900, 3, 3, -0.02
+*END STEP
+"""
+
+    def test_ranges_are_those_of_the_body(self):
+        need(MISSING)
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "tool.inp").write_text(self.DECK)
+            subprocess.run([os.environ["BIPOT"], "tool.inp", "--quiet"], cwd=folder, check=True)
+            reader = vtkHDFReader()
+            reader.SetFileName(str(Path(folder) / "tool.vtkhdf"))
+            for step in (0, 1):
+                reader.UpdateInformation()
+                reader.SetStep(step)
+                reader.Update()
+                data = reader.GetOutput().GetPointData()
+                moved = vtk_to_numpy(data.GetArray("displacement"))
+                nodes = vtk_to_numpy(data.GetArray("node_id"))
+                hidden = vtk_to_numpy(data.GetArray("vtkGhostType")) == 2
+                np.testing.assert_array_equal(hidden, nodes == 900)
+                self.assertEqual(moved[hidden, 0], 1.5 * (step + 1))
+                found = [0.0, 0.0]
+                self.assertTrue(data.GetRange("displacement", found, 0))
+                self.assertEqual(found, [moved[~hidden, 0].min(), moved[~hidden, 0].max()])
+                self.assertLess(found[1], 0.1)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -59,9 +59,37 @@ contains
       slide%c = x(2:) - w(2:, 1)*x(1)/w(1, 1)
       slide%r_free = -x(1)/w(1, 1)
       slide%mu = mu
-      call find_slide(slide, r, iterations)
+      call solve_along(slide, r, regular)
+      if (.not. regular) call find_slide(slide, r, iterations)
     end associate
   end subroutine solve_exact
+
+  !> A point that moves along one tangent only, aslant perhaps, as a support leaves it, and that
+  !> nothing drives across it: it sticks, or slides one way or the other.
+  pure subroutine solve_along(slide, r, found)
+    type(slide_t), intent(in) :: slide
+    real(wp), intent(inout) :: r(3)    !! kept where not found [force]
+    logical, intent(out) :: found      !! false: it moves along both, or is driven across
+    real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
+    real(wp) :: along(2), trace, c, r_t, r_n
+
+    found = .false.
+    trace = slide%a(1, 1) + slide%a(2, 2)
+    if (.not. trace > 0.0_wp) return
+    if (slide%a(1, 1)*slide%a(2, 2) - slide%a(1, 2)*slide%a(2, 1) > rounding*trace**2) return
+    along = slide%a(:, maxloc([slide%a(1, 1), slide%a(2, 2)], dim=1))
+    along = along/norm2(along)
+    c = dot_product(slide%c, along)
+    if (norm2(slide%c - c*along) > rounding*norm2(slide%c)) return
+    r_t = -c/trace
+    r_n = slide%r_free - r_t*dot_product(slide%slope, along)
+    if (.not. abs(r_t) <= slide%mu*r_n) then
+      r_n = slide%r_free/(1.0_wp + sign(slide%mu, r_t)*dot_product(slide%slope, along))
+      r_t = sign(slide%mu*r_n, r_t)
+    end if
+    found = r_n > 0.0_wp
+    if (found) r = [r_n, r_t*along]
+  end subroutine solve_along
 
   !> The s > 0 with x_t = -s r_t and |r_t| = mu r_n, by Newton kept inside a bracket.
   !>
@@ -127,9 +155,9 @@ contains
     m = slide%a
     m(1, 1) = m(1, 1) + s
     m(2, 2) = m(2, 2) + s
-    r(2:) = -solve_2x2(m, slide%c)
+    r(2:) = -solve_2x2(m, slide%c, s)
     r(1) = slide%r_free - dot_product(slide%slope, r(2:))
-    dr = -solve_2x2(m, r(2:))
+    dr = -solve_2x2(m, r(2:), s)
     size_t = norm2(r(2:))
     h = size_t - slide%mu*r(1)
     dh = slide%mu*dot_product(slide%slope, dr)
@@ -137,14 +165,18 @@ contains
   end subroutine evaluate
 
   !> Cramer's rule on the matrix beside its largest entry: s may be near the end of the range.
-  pure function solve_2x2(m, b) result(x)
-    real(wp), intent(in) :: m(2, 2), b(2) !! m symmetric positive definite
-    real(wp) :: x(2), n(2, 2), scale
+  !>
+  !> Where the point moves along one tangent only, what is left of the determinant may be rounding:
+  !> the eigenvalues are not below s and the largest entry.
+  pure function solve_2x2(m, b, s) result(x)
+    real(wp), intent(in) :: m(2, 2), b(2) !! m symmetric, its eigenvalues not below s
+    real(wp), intent(in) :: s             !! > 0
+    real(wp) :: x(2), n(2, 2), scale, determinant
 
     scale = max(m(1, 1), m(2, 2))
     n = m/scale
-    x = [n(2, 2)*b(1) - n(1, 2)*b(2), n(1, 1)*b(2) - n(2, 1)*b(1)]/(n(1, 1)*n(2, 2) - &
-      n(1, 2)*n(2, 1))
+    determinant = max(n(1, 1)*n(2, 2) - n(1, 2)*n(2, 1), s/scale, tiny(s))
+    x = [n(2, 2)*b(1) - n(1, 2)*b(2), n(1, 1)*b(2) - n(2, 1)*b(1)]/determinant
     x = x/scale
   end function solve_2x2
 

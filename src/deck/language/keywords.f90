@@ -48,6 +48,7 @@ module keywords_mod
     keyword_t('COUPLING', in_model, is_read), &
     keyword_t('KINEMATIC', in_model, is_read), &
     keyword_t('DISTRIBUTING', in_model, is_read), &
+    keyword_t('TRANSFORM', in_model, is_read), &
     keyword_t('CONTACT GAP', in_model, is_read), &
     keyword_t('CONTACT SOLVER', in_model, is_read), &
     keyword_t('PRECISION', in_model, is_read), &
@@ -66,11 +67,11 @@ module keywords_mod
     keyword_t('EL FILE', in_step, is_read), &
     keyword_t('CONTACT FILE', in_step, is_read), &
     keyword_t('CONTACT PRINT', in_step, is_read), &
+    keyword_t('NODE PRINT', in_step, is_read), &
+    keyword_t('EL PRINT', in_step, is_read), &
     keyword_t('SURFACE BEHAVIOR', anywhere, is_ignored), &
     keyword_t('CONTROLS', anywhere, is_ignored), &
     keyword_t('CONTACT CONTROLS', anywhere, is_ignored), &
-    keyword_t('NODE PRINT', anywhere, is_ignored), &
-    keyword_t('EL PRINT', anywhere, is_ignored), &
     keyword_t('ENERGY PRINT', anywhere, is_ignored), &
     keyword_t('SECTION PRINT', anywhere, is_ignored), &
     keyword_t('ENERGY FILE', anywhere, is_ignored), &
@@ -95,7 +96,6 @@ module keywords_mod
     keyword_t('INSTANCE', anywhere, is_missing), &
     keyword_t('END INSTANCE', anywhere, is_missing), &
     keyword_t('SYSTEM', anywhere, is_missing), &
-    keyword_t('TRANSFORM', anywhere, is_missing), &
     keyword_t('ORIENTATION', anywhere, is_missing), &
     keyword_t('MPC', anywhere, is_missing), &
     keyword_t('PLASTIC', anywhere, is_missing), &

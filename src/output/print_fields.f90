@@ -1,0 +1,297 @@
+!> The fields of the sets that *NODE PRINT and *EL PRINT name: entries, and how each is computed.
+module print_fields_mod
+  use kinds_mod, only: wp
+  use dataset_kinds_mod, only: of_byte, of_long, of_real
+  use controls_mod, only: print_t
+  use mesh_mod, only: mesh_t, shown_nodes
+  use scene_mod, only: scene_t
+  use increments_mod, only: asked_number, ends_step
+  use step_fields_mod, only: fields_due, tensor_field_t
+  use warming_mod, only: warms, warming_at
+  use expansion_mod, only: thermal_stress
+  use invariants_mod, only: von_mises, principal_values
+  use mesh_fields_mod, only: fill_tensor_fields
+  use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
+    compute_field, at_start
+  use view_fields_mod, only: displacement, reaction_force, applied_force
+  implicit none
+  private
+
+  public :: list_print_fields
+
+contains
+
+  !> The fields of a set, the k-th of `scene%output%prints`.
+  subroutine list_print_fields(scene, k, fields)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: k
+    type(field_t), allocatable, intent(out) :: fields(:)
+    type(field_list_t) :: list
+    integer :: one_number(0)
+
+    associate (asked => scene%output%prints(k))
+      if (asked%of_elements) then
+        call add_field(list, field_t('element_id', of_long, [size(asked%members)], 'number', &
+          'ids of the elements in the deck', at_start, compute=element_id))
+      else
+        call add_field(list, field_t('node_id', of_long, [size(asked%members)], 'number', &
+          'ids of the nodes in the deck', at_start, compute=node_id))
+      end if
+      call add_field(list, field_t('is_due', of_byte, one_number, 'code', &
+        '1 where FREQUENCY asks for lines in the table of text, else 0', compute=is_due))
+      if (asked%of_elements) then
+        call list_tensors(asked, list)
+      else
+        call list_vectors(asked, list)
+      end if
+    end associate
+    call get_fields(list, fields)
+  end subroutine list_print_fields
+
+  !> What there is at nodes.
+  subroutine list_vectors(asked, list)
+    type(print_t), intent(in) :: asked
+    type(field_list_t), intent(inout) :: list
+
+    associate (n => size(asked%members))
+      if (asked%each .and. asked%displacement) call add_field(list, field_t('displacement', &
+        of_real, [3, n], 'length', 'from the undeformed mesh, x, y, z', &
+        compute=displacement_of_set))
+      if (asked%each .and. asked%reaction) call add_field(list, field_t('reaction_force', &
+        of_real, [3, n], 'force', 'of the supports on the body, x, y, z', &
+        compute=reaction_of_set))
+      if (asked%each .and. asked%loads) call add_field(list, field_t('applied_force', of_real, &
+        [3, n], 'force', 'of the loads on the bodies, thermal expansion included, x, y, z', &
+        compute=loads_of_set))
+    end associate
+    if (asked%totals .and. asked%reaction) call add_field(list, field_t('total_reaction_force', &
+      of_real, [3], 'force', 'sum over the set, x, y, z', compute=total_reaction))
+    if (asked%totals .and. asked%loads) call add_field(list, field_t('total_applied_force', &
+      of_real, [3], 'force', 'sum over the set, x, y, z', compute=total_loads))
+  end subroutine list_vectors
+
+  !> What there is at elements: the mean of each, or at its eight Gauss points.
+  subroutine list_tensors(asked, list)
+    type(print_t), intent(in) :: asked
+    type(field_list_t), intent(inout) :: list
+
+    if (asked%stress) call add('stress', 6, 'pressure', 'XX, YY, ZZ, XY, YZ, XZ', stress_of_set)
+    if (asked%strain) call add('strain', 6, 'strain', &
+      'XX, YY, ZZ, XY, YZ, XZ as tensor components', strain_of_set)
+    if (asked%mises) call add('von_mises', 1, 'pressure', 'von Mises stress', mises_of_set)
+    if (asked%principal_stress) call add('principal_stress', 3, 'pressure', 'the largest first', &
+      principal_stress_of_set)
+    if (asked%principal_strain) call add('principal_strain', 3, 'strain', 'the largest first', &
+      principal_strain_of_set)
+
+  contains
+
+    subroutine add(name, n, quantity, description, compute)
+      character(*), intent(in) :: name, quantity, description
+      integer, intent(in) :: n !! numbers at each place
+      procedure(compute_field) :: compute
+      integer, allocatable :: extents(:)
+      character(:), allocatable :: place
+
+      extents = [size(asked%members)]
+      place = '; mean of the brick'
+      if (asked%at_gauss_points) then
+        extents = [8, extents]
+        place = ' at each of the eight Gauss points, placed like the nodes'
+      end if
+      if (n > 1) extents = [n, extents]
+      call add_field(list, field_t(name, of_real, extents, quantity, description//place, &
+        compute=compute))
+    end subroutine add
+
+  end subroutine list_tensors
+
+  subroutine node_id(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, members)
+
+    values(1, :) = source%scene%mesh%node_id(source%scene%output%prints(source%print)%members)
+  end subroutine node_id
+
+  subroutine element_id(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, members)
+
+    values(1, :) = source%scene%mesh%element_id(source%scene%output%prints(source%print)%members)
+  end subroutine element_id
+
+  subroutine is_due(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 1)
+
+    associate (asked => source%scene%output%prints(source%print))
+      if (fields_due(asked%frequency, asked_number(source%state%position), &
+        ends_step(source%scene%steps, source%state))) then
+        values = 1.0_wp
+      end if
+    end associate
+  end subroutine is_due
+
+  ! ------------------------------------------------------------------ nodes
+
+  subroutine displacement_of_set(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, members)
+
+    call pick(source, displacement, values)
+  end subroutine displacement_of_set
+
+  subroutine reaction_of_set(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, members)
+
+    call pick(source, reaction_force, values)
+  end subroutine reaction_of_set
+
+  subroutine loads_of_set(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, members)
+
+    call pick(source, applied_force, values)
+  end subroutine loads_of_set
+
+  subroutine total_reaction(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 3)
+
+    call add_up(source, reaction_force, values)
+  end subroutine total_reaction
+
+  subroutine total_loads(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 3)
+
+    call add_up(source, applied_force, values)
+  end subroutine total_loads
+
+  !> A field of the mesh at the members of the set.
+  subroutine pick(source, field, values)
+    type(field_source_t), intent(inout) :: source
+    procedure(compute_field) :: field
+    real(wp), intent(inout) :: values(:, :) !! (3, members)
+    real(wp) :: of_mesh(3, shown_nodes(source%scene%mesh))
+
+    of_mesh = 0.0_wp
+    call field(source, of_mesh)
+    values = of_mesh(:, source%scene%output%prints(source%print)%members)
+  end subroutine pick
+
+  !> The sum of a field of the mesh over the set.
+  subroutine add_up(source, field, values)
+    type(field_source_t), intent(inout) :: source
+    procedure(compute_field) :: field
+    real(wp), intent(inout) :: values(:, :) !! (1, 3)
+    real(wp) :: of_set(3, size(source%scene%output%prints(source%print)%members))
+
+    call pick(source, field, of_set)
+    values(1, :) = sum(of_set, dim=2)
+  end subroutine add_up
+
+  ! ------------------------------------------------------------------ elements
+
+  subroutine stress_of_set(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! of block_shape
+    real(wp), allocatable :: strain(:, :), stress(:, :)
+
+    call make_tensors(source, strain, stress)
+    values = reshape(stress, shape(values))
+  end subroutine stress_of_set
+
+  subroutine strain_of_set(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :)
+    real(wp), allocatable :: strain(:, :), stress(:, :)
+
+    call make_tensors(source, strain, stress)
+    values = reshape(strain, shape(values))
+  end subroutine strain_of_set
+
+  subroutine mises_of_set(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :)
+    real(wp), allocatable :: strain(:, :), stress(:, :)
+
+    call make_tensors(source, strain, stress)
+    values = reshape(von_mises(stress), shape(values))
+  end subroutine mises_of_set
+
+  subroutine principal_stress_of_set(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :)
+    real(wp), allocatable :: strain(:, :), stress(:, :), principal(:, :)
+
+    call make_tensors(source, strain, stress)
+    allocate (principal(3, size(stress, 2)))
+    call principal_values(stress, principal)
+    values = reshape(principal, shape(values))
+  end subroutine principal_stress_of_set
+
+  subroutine principal_strain_of_set(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :)
+    real(wp), allocatable :: strain(:, :), stress(:, :), principal(:, :)
+
+    call make_tensors(source, strain, stress)
+    allocate (principal(3, size(strain, 2)))
+    call principal_values(strain, principal)
+    values = reshape(principal, shape(values))
+  end subroutine principal_strain_of_set
+
+  !> Strain and stress of the set's elements alone, a column a place.
+  subroutine make_tensors(source, strain, stress)
+    type(field_source_t), intent(in) :: source
+    real(wp), allocatable, intent(out) :: strain(:, :), stress(:, :) !! (6, places)
+    type(mesh_t) :: part
+    type(tensor_field_t) :: of_strain, of_stress
+    real(wp), allocatable :: thermal(:)
+    integer, allocatable :: nodes(:)
+    integer :: n, i
+
+    associate (asked => source%scene%output%prints(source%print), mesh => source%scene%mesh)
+      n = size(asked%members)
+      allocate (nodes(8*n))
+      nodes = reshape(mesh%connectivity(:, asked%members), [8*n])
+      part%n_nodes = 8*n
+      part%n_elements = n
+      allocate (part%connectivity(8, n), part%coordinates(3, 8*n), part%element_kind(n), &
+        part%material(n), thermal(n))
+      part%connectivity = reshape([(i, i=1, 8*n)], [8, n])
+      part%coordinates = mesh%coordinates(:, nodes)
+      part%element_kind = mesh%element_kind(asked%members)
+      part%material = mesh%material(asked%members)
+      thermal = 0.0_wp
+      if (warms(source%scene)) thermal = of_members(thermal_stress(mesh, source%scene%materials, &
+        warming_at(source%scene, source%state%step, source%state%position)), asked%members)
+      if (asked%at_gauss_points) then
+        allocate (of_strain%at_gauss_points(6, 8, n), of_stress%at_gauss_points(6, 8, n))
+      else
+        allocate (of_strain%at_centroids(6, n), of_stress%at_centroids(6, n))
+      end if
+      call fill_tensor_fields(part, source%scene%materials, source%state%displacement(:, nodes), &
+        of_strain, of_stress, thermal)
+      if (asked%at_gauss_points) then
+        allocate (strain(6, 8*n), stress(6, 8*n))
+        strain = reshape(of_strain%at_gauss_points, [6, 8*n])
+        stress = reshape(of_stress%at_gauss_points, [6, 8*n])
+      else
+        call move_alloc(of_strain%at_centroids, strain)
+        call move_alloc(of_stress%at_centroids, stress)
+      end if
+    end associate
+  end subroutine make_tensors
+
+  pure function of_members(values, members) result(some)
+    real(wp), intent(in) :: values(:)
+    integer, intent(in) :: members(:)
+    real(wp) :: some(size(members))
+
+    some = values(members)
+  end function of_members
+
+end module print_fields_mod
