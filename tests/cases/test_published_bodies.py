@@ -14,7 +14,15 @@ from program import INPUT, Run
 from two_bodies import block, deck, pair, quarter_ring, solved, step
 
 from studies.case_bodies import fit_line_contact, lame, line_contact, sinks  # found through program
+from studies.case_values import mean_square
 from studies.meshes import Mesh, mesh_file
+
+MATERIAL = """*MATERIAL, NAME=M
+*ELASTIC
+{young!r}, {nu!r}
+*SOLID SECTION, ELSET=LOW, MATERIAL=M
+*SOLID SECTION, ELSET=HIGH, MATERIAL=M
+"""
 
 
 def rings_in_rings(theta, radii=(0.2, 0.6, 1.0), young=1e9, nu=0.2, mean=1e7, second=1e5):
@@ -247,6 +255,91 @@ class Blocks(unittest.TestCase):
         slides = self.pad(181.8)
         self.assertEqual(slides.status, 2, slides.output)
         self.assertIn("translation along x", slides.errors)
+
+
+
+class Half(unittest.TestCase):
+    """Bodies that are half-spaces beside their contact: blocks whose gaps are those of round ones.
+
+    Bricks grow with the distance from the middle of the contact.
+    """
+
+    def solve(self, *cards, held):
+        text = deck(*cards, held=held)
+        return solved(self, text.replace("*NODE", "*PARAMETER\nelement = C3D8I\n*NODE", 1))
+
+    def test_cylinders_alike_stick_in_the_middle(self):
+        """Cattaneo, Mindlin: |x| < c sticks, c = b sqrt(1 - Q/(mu P)); b and p0 are Hertz's.
+
+        There the traction is less than mu p by mu p0 c/b sqrt(1 - x^2/c^2).
+        """
+        radius, young, nu, mu, push, pull, size = 8.0, 200.0, 0.3, 0.2, 10.0, 0.93616, 15.0
+
+        def place(t):
+            return size * (0.05 * t + 0.95 * t**5)
+
+        low, high = Mesh("LOW"), Mesh("HIGH", 20001)
+        low.grid((40, 1, 14), lambda a, b, c: (place(2 * a - 1), b, -place(1 - c)), TOP="k+")
+        high.grid((40, 1, 14), lambda a, b, c: (place(2 * a - 1), b, place(c)),
+                  SOLE="k-", CROWN="k+")
+        sole = sorted(high.of_surface["SOLE"])
+        gaps = "".join(f"{k}, {high.nodes[k - high.first][0]**2 / radius!r}\n" for k in sole)
+        presses, pulls = (f"*CLOAD\n90001, 3, {-push!r}\n*END", f"*CLOAD\n90001, 1, {pull!r}\n*END")
+        result = self.solve(
+            low.cards(FLOOR=lambda x, y, z: z < 1e-6 - size, ALL=lambda x, y, z: True),
+            high.cards(BELOW=lambda x, y, z: z < size - 1e-6),
+            f"*NODE, NSET=LEAD\n90001, 0., 0.5, {size!r}\n", MATERIAL.format(young=young, nu=nu),
+            "*COUPLING, REF NODE=90001, SURFACE=HIGH-CROWN\n*KINEMATIC\n",
+            pair("HIGH-SOLE, LOW-TOP", mu, ", SMALL SLIDING"), "*CONTACT GAP\n" + gaps,
+            step("90001, 2, 2\n90001, 4, 6").replace("*END", presses),
+            step("90001, 2, 2\n90001, 4, 6", 4).replace("*END", pulls),
+            held="LOW-FLOOR, 1, 3\nLOW-ALL, 2\nHIGH-BELOW, 2",
+        )
+        touching = result.pairs[0]
+        half_width, peak = line_contact(push, radius / 2, young / (2 * (1 - nu**2)))
+        self.assertAlmostEqual(half_width, 0.68078, places=5)
+        self.assertAlmostEqual(peak, 9.3514, places=4)
+        b, p0 = fit_line_contact(touching)
+        self.assertAlmostEqual(b / half_width, 1, delta=0.015)
+        self.assertAlmostEqual(p0 / peak, 1, delta=0.01)
+        traction = touching.reaction[-1] / touching.area[:, None]
+        spare = mu * traction[:, 0] - np.linalg.norm(traction[:, 1:], axis=1)
+        used = spare > 0.2 * spare.max()
+        slope, top = np.polyfit(mean_square(touching.coordinates[:, 0])[used], spare[used] ** 2, 1)
+        self.assertAlmostEqual(np.sqrt(-top / slope) / 0.49651, 1, delta=0.015)
+        self.assertAlmostEqual(np.sqrt(top) / (mu * peak * 0.49651 / half_width), 1, delta=0.02)
+        self.assertEqual({1, 2}, set(touching.status[-1][touching.status[-1] > 0]))
+
+    def test_two_spheres(self):
+        """SSNV104 of Code_Aster (Hertz): crushed by 4 in all, p0 = 2798.3 and a = 10."""
+        young, nu, radius, size = 20000.0, 0.3, 50.0, 60.0
+        load = 4 / 3 * young / (2 * (1 - nu**2)) * 10.0**3 / (radius / 2)
+
+        def place(t):
+            return size * (0.2 * t + 0.8 * t**3)
+
+        low, high = Mesh("LOW"), Mesh("HIGH", 50001)
+        low.grid((16, 16, 10), lambda a, b, c: (place(a), place(b), -place(1 - c)), TOP="k+")
+        high.grid((16, 16, 10), lambda a, b, c: (place(a), place(b), place(c)),
+                  SOLE="k-", CROWN="k+")
+        planes = {"X": lambda x, y, z: x == 0, "Y": lambda x, y, z: y == 0}
+        result = self.solve(
+            low.cards(FLOOR=lambda x, y, z: z < 1e-6 - size, **planes), high.cards(**planes),
+            MATERIAL.format(young=young, nu=nu),
+            pair("HIGH-SOLE, LOW-TOP", 0.0, ", SMALL SLIDING"),
+            f"*CONTACT GAP, PARABOLA\nHIGH-SOLE, 0., 0., 0., {radius / 2!r}\n",
+            step("LOW-FLOOR, 1, 3").replace(
+                "*END", f"*DSLOAD\nHIGH-CROWN, P, {load / 4 / size**2!r}\n*END"),
+            held="LOW-FLOOR, 1, 3\nLOW-X, 1\nLOW-Y, 2\nHIGH-X, 1\nHIGH-Y, 2",
+        )
+        touching = result.pairs[0]
+        self.assertAlmostEqual(touching.normal_sum[-1] / (load / 4), 1, places=9)
+        pressure = touching.reaction[-1][:, 0] / touching.area
+        used = pressure > 0.3 * pressure.max()
+        square = mean_square(touching.coordinates[:, 0]) + mean_square(touching.coordinates[:, 1])
+        slope, top = np.polyfit(square[used], pressure[used] ** 2, 1)
+        self.assertAlmostEqual(np.sqrt(top) / 2798.3, 1, delta=0.01)
+        self.assertAlmostEqual(np.sqrt(-top / slope) / 10, 1, delta=0.015)
 
 
 if __name__ == "__main__":
