@@ -71,20 +71,23 @@ contains
     real(wp), intent(inout) :: r(3)    !! kept where not found [force]
     logical, intent(out) :: found      !! false: it moves along both, or is driven across
     real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
-    real(wp) :: along(2), trace, c, r_t, r_n
+    real(wp) :: a(2, 2), along(2), trace, c, r_t, r_n, share
 
     found = .false.
     trace = slide%a(1, 1) + slide%a(2, 2)
     if (.not. trace > 0.0_wp) return
-    if (slide%a(1, 1)*slide%a(2, 2) - slide%a(1, 2)*slide%a(2, 1) > rounding*trace**2) return
-    along = slide%a(:, maxloc([slide%a(1, 1), slide%a(2, 2)], dim=1))
+    a = slide%a/trace
+    if (a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1) > rounding) return
+    along = a(:, maxloc([a(1, 1), a(2, 2)], dim=1))
     along = along/norm2(along)
     c = dot_product(slide%c, along)
     if (norm2(slide%c - c*along) > rounding*norm2(slide%c)) return
     r_t = -c/trace
     r_n = slide%r_free - r_t*dot_product(slide%slope, along)
     if (.not. abs(r_t) <= slide%mu*r_n) then
-      r_n = slide%r_free/(1.0_wp + sign(slide%mu, r_t)*dot_product(slide%slope, along))
+      share = 1.0_wp + sign(slide%mu, r_t)*dot_product(slide%slope, along)
+      if (.not. share > 0.0_wp) return
+      r_n = slide%r_free/share
       r_t = sign(slide%mu*r_n, r_t)
     end if
     found = r_n > 0.0_wp
@@ -172,10 +175,12 @@ contains
     real(wp), intent(in) :: m(2, 2), b(2) !! m symmetric, its eigenvalues not below s
     real(wp), intent(in) :: s             !! > 0
     real(wp) :: x(2), n(2, 2), scale, determinant
+    real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
 
     scale = max(m(1, 1), m(2, 2))
     n = m/scale
-    determinant = max(n(1, 1)*n(2, 2) - n(1, 2)*n(2, 1), s/scale, tiny(s))
+    determinant = n(1, 1)*n(2, 2) - n(1, 2)*n(2, 1)
+    if (abs(determinant) < rounding) determinant = max(determinant, s/scale, rounding**2)
     x = [n(2, 2)*b(1) - n(1, 2)*b(2), n(1, 1)*b(2) - n(2, 1)*b(1)]/determinant
     x = x/scale
   end function solve_2x2
