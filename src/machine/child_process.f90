@@ -11,7 +11,8 @@ module child_process_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_intptr_t, c_loc, c_size_t
   use kinds_mod, only: i8
   use libc_mod, only: c_close, c_exit_at_once, c_fork, c_getrlimit, c_pipe, c_read, c_setrlimit, &
-    c_signal, c_waitpid, c_write, sig_ign, sigint, sigterm, sigxcpu
+    c_signal, c_waitpid, c_write, sig_dfl, sig_ign, sigabrt, sigbus, sigfpe, sigill, sigint, &
+    sigsegv, sigterm, sigxcpu
   implicit none
   private
 
@@ -30,13 +31,16 @@ module child_process_mod
 contains
 
   !> Start a child that goes on here, too, with limits of its own. SIGINT and SIGTERM are the
-  !> parent's to heed.
+  !> parent's to heed. A crash is the parent's to tell: the run-time library, which would write a
+  !> backtrace first, does not hear of it.
   subroutine begin_child(seconds, bytes, child)
     integer, intent(in) :: seconds   !! that it may take of the processor
     integer(i8), intent(in) :: bytes !! of addresses that it may reserve beside what there is
     type(child_t), intent(out) :: child
     integer(c_int), parameter :: cpu_time = 0, core_size = 4, address_space = 9 ! of Linux
+    integer(c_int), parameter :: crashes(*) = [sigill, sigabrt, sigbus, sigfpe, sigsegv, sigxcpu]
     integer(c_intptr_t) :: before
+    integer :: i
 
     child%seconds = seconds
     if (c_pipe(child%ends) /= 0) return
@@ -49,6 +53,9 @@ contains
     else
       before = c_signal(sigint, sig_ign)
       before = c_signal(sigterm, sig_ign)
+      do i = 1, size(crashes)
+        before = c_signal(crashes(i), sig_dfl)
+      end do
       call lower_limit(cpu_time, int(seconds, i8))
       call lower_limit(core_size, 0_i8)
       if (reserved_bytes() > 0) call lower_limit(address_space, reserved_bytes() + bytes)

@@ -10,13 +10,16 @@ module libc_mod
   private
 
   public :: c_exit, c_exit_at_once, c_errno_location, c_setenv, c_gethostname, c_isatty, c_usleep
-  public :: c_signal, c_raise, sigint, sigpipe, sigterm, sigxcpu, sigxfsz, sig_ign
+  public :: c_signal, c_raise, sig_dfl, sig_ign
+  public :: sigabrt, sigbus, sigfpe, sigill, sigint, sigpipe, sigsegv, sigterm, sigxcpu, sigxfsz
   public :: c_fork, c_waitpid, c_execv, c_pipe, c_getrlimit, c_setrlimit
   public :: real_malloc, real_realloc, real_calloc, c_free, c_madvise, c_strlen, c_dlsym
   public :: c_read, c_write, c_close, c_fopen, c_fileno, c_fsync, c_fclose
   public :: c_opendir, c_dirfd, c_closedir, c_flock, c_rename, c_readlink, c_statvfs
 
-  integer(c_int), parameter :: sigint = 2, sigpipe = 13, sigterm = 15, sigxcpu = 24, sigxfsz = 25
+  integer(c_int), parameter :: sigint = 2, sigill = 4, sigabrt = 6, sigbus = 7, sigfpe = 8
+  integer(c_int), parameter :: sigsegv = 11, sigpipe = 13, sigterm = 15, sigxcpu = 24, sigxfsz = 25
+  integer(c_intptr_t), parameter :: sig_dfl = 0 !! what a signal does where nobody handles it
   integer(c_intptr_t), parameter :: sig_ign = 1 !! the handler of a signal that is ignored
 
   ! ------------------------------------------------------------------ the process
