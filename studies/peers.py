@@ -146,13 +146,14 @@ def conclusions(found):
         "contact forces; bipot factorises a symmetric one once a run and iterates with the "
         "contact rows alone. SPOOLES, CalculiX's solver in Debian, is not the fastest that it can "
         "be built with (PARDISO is); GetFEM has MUMPS, as bipot; the number of factorisations is "
-        "the same with any. Of the block with n = 16 and 5 increments SPOOLES took 92 % of "
-        "CalculiX's time (by `perf`, on an Intel Xeon whose products of dense matrices run at 45 "
-        "Gflop/s): 3.1 s for each of 18 iterations, where MUMPS took 0.65 s for our symmetric "
-        "factor, and an unsymmetric one is twice the work. With MUMPS in its place a bit less than "
-        "half of CalculiX's time would be left, and of the ratios above about half.",
-        "- Increments matter: the factorisation is most of a run of few. With 5 increments of the "
-        "same block CalculiX takes 45 times our processor time, on that machine.",
+        "the same with any. SPOOLES takes 92 % of CalculiX's time: so many samples of `perf record "
+        "ccx -i peer` lay in it for the deck that `scripts/compare` hands to ccx with n = 16 and 5 "
+        "increments, on an Intel Xeon whose dense products run at 45 Gflop/s. That is 3.1 s an "
+        "iteration, of 18, where our line `time` had 0.65 s for MUMPS's symmetric factor, and an "
+        "unsymmetric one is twice the work. With MUMPS in its place somewhat less than half of "
+        "CalculiX's time would be left, and of the ratios above as much.",
+        "- The number of increments matters: in a run of few the factorisation is most of our "
+        "time. With 5 increments the same comparison gave 45 times our processor time.",
         "- A deck of some hundred equations ends in a tenth of a second in all; opening libraries "
         "and measuring the machine is most of ours, and Python with GetFEM some tenth of a second "
         "and 50 MB.", "",

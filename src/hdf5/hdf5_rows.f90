@@ -28,7 +28,8 @@ module hdf5_rows_mod
     private
     integer(hid_t) :: id = no_id
     integer(hid_t) :: in_file = no_id, in_memory = no_id
-    !! spaces of all rows and of one: making them each time takes as long as writing a short row
+    !! spaces of all rows and of what is appended, open as long as the dataset: making them each
+    !! time takes as long as writing a short row
     integer :: kind = of_real                 !! of its numbers in the file
     integer(hsize_t), allocatable :: fixed(:) !! extents before the one that grows
     integer(hsize_t) :: step = 1              !! how far a row reaches along the one that grows

@@ -7,7 +7,7 @@ module plan_mod
   private
 
   public :: plan_t, figure_t, bound_fixed, bound_at_most, bound_about, bound_in_words, &
-    add_figure, change_figure, find_breaches
+    add_figure, change_figure, figure_of, find_breaches
 
   integer, parameter :: bound_fixed = 1   !! the run does exactly this
   integer, parameter :: bound_at_most = 2 !! the run stays below
@@ -37,7 +37,6 @@ module plan_mod
     logical :: is_analysed = .false.     !! its costs are known, not only the least they can be
     real(wp) :: more_memory = 0.0_wp     !! beside what the process has already [bytes]
     integer(i8) :: memory_left = huge(1_i8) !! on this machine, before the run [bytes]
-    real(wp) :: seconds = 0.0_wp         !! of one processor, for the run [s]
     real(wp) :: file_size = 0.0_wp       !! of the result, at its end [bytes]
     real(wp) :: fields_size = 0.0_wp     !! of it, the fields of all increments [bytes]
     real(wp) :: scratch_size = 0.0_wp    !! of a factor out of core, beside it [bytes]
@@ -78,6 +77,20 @@ contains
       if (plan%figures(i)%name == name) plan%figures(i)%value = value
     end do
   end subroutine change_figure
+
+  !> The number of the plan of that name; 0 where there is none.
+  pure function figure_of(plan, name) result(value)
+    type(plan_t), intent(in) :: plan
+    character(*), intent(in) :: name
+    real(wp) :: value
+    integer :: i
+
+    value = 0.0_wp
+    if (.not. allocated(plan%figures)) return
+    do i = 1, size(plan%figures)
+      if (plan%figures(i)%name == name) value = plan%figures(i)%value
+    end do
+  end function figure_of
 
   !> How a number of the plan is meant.
   pure function bound_in_words(bound) result(words)

@@ -11,14 +11,14 @@ module choose_threads_mod
   use blas_core_mod, only: threads_are_given
   use parallel_mod, only: n_ranks
   use controls_mod, only: precision_controls_t
-  use plan_mod, only: plan_t, bound_fixed
+  use plan_mod, only: plan_t, figure_of, bound_fixed
   use plan_table_mod, only: add_line
   implicit none
   private
 
   public :: choose_threads
 
-  real(wp), parameter :: long_enough = 3.0_wp !! run with one processor [s]
+  real(wp), parameter :: long_enough = 3.0_wp !! of a processor, the whole run [s]
   integer, parameter :: most_threads = 8
   real(wp), parameter :: of_thread = 50.0e6_wp !! memory of one more [bytes]
 
@@ -35,7 +35,7 @@ contains
     integer :: idle
 
     precision%threads = 1
-    if (plan%seconds < long_enough) return
+    if (figure_of(plan, 'cpu_seconds') < long_enough) return
     if (threads_are_given()) return
     if (n_ranks() > 1) return
     if (min(address_space_left(''), data_left('')) < no_limit) return

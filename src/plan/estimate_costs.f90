@@ -31,7 +31,7 @@ module estimate_costs_mod
   use alternatives_mod, only: alternatives, where_in_words
   use count_sizes_mod, only: sizes_t, count_sizes, products_of_increment, solutions, flops_of_run
   use estimate_file_mod, only: file_size_t, size_of_file
-  use estimate_time_mod, only: seconds_t, seconds_of_run, seconds_of_contact, &
+  use estimate_time_mod, only: seconds_t, seconds_of_run, seconds_at_fixed_rates, &
     total_seconds
   use make_plan_mod, only: forget_compliance
   use plan_table_mod, only: add_line, describe_choice, describe_products, bytes_in_words, &
@@ -124,8 +124,7 @@ contains
       call add_figure(plan, 'compliance_products', sizes%increments* &
         products_of_increment(scene, sizes), bound_about)
       call add_figure(plan, 'operations', flops_of_run(scene, sizes), bound_about)
-      plan%seconds = cpu_seconds() + total_seconds(seconds)
-      call add_figure(plan, 'cpu_seconds', plan%seconds, bound_about)
+      call add_figure(plan, 'cpu_seconds', cpu_seconds() + total_seconds(seconds), bound_about)
     end if
     call describe_costs(plan, sizes, file, memory, seconds)
     if (reasons /= '') call describe_choice(scene, reasons, plan)
@@ -163,13 +162,13 @@ contains
         given = scene%precision
         call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
         if (allocated(error) .or. .not. plan%is_analysed) return
-        by_dense = seconds_of_contact(scene, sizes)
+        by_dense = seconds_at_fixed_rates(scene, sizes)
         of_dense = sizes
         sizes%is_dense = .false.
         ! Without numbers yet: the factor of the interior, which is the least of it.
         sizes%factor = least_factor*sizes%factor
         sizes%flops = 0.0_wp
-        by_products = seconds_of_contact(scene, sizes)
+        by_products = seconds_at_fixed_rates(scene, sizes)
         sizes = of_dense
         if (by_products >= by_dense) return
         spent = ordering
@@ -178,7 +177,7 @@ contains
         sizes = bare
         call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
         if (allocated(error)) return
-        by_products = seconds_of_contact(scene, sizes)
+        by_products = seconds_at_fixed_rates(scene, sizes)
         ordering = ordering + spent
         if (by_products < by_dense) then
           call forget_compliance(plan)
@@ -285,12 +284,12 @@ contains
 
       if (.not. (is_exact(scene%precision) .and. single%single_factor .and. sizes%is_dense)) return
       if (.not. all([(has_fixed_normals(scene, pair), pair=1, size(scene%pairs))])) return
-      seconds_in_double = seconds_of_contact(scene, sizes)
+      seconds_in_double = seconds_at_fixed_rates(scene, sizes)
       if (seconds_in_double < least_to_save) return
       in_double = sizes
       scene%precision = single
       call take_precision(single, sizes)
-      seconds_in_single = seconds_of_contact(scene, sizes)
+      seconds_in_single = seconds_at_fixed_rates(scene, sizes)
       if (seconds_in_single > worthwhile*seconds_in_double) then
         scene%precision = list(1)
         sizes = in_double

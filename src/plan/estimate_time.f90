@@ -18,7 +18,7 @@ module estimate_time_mod
   implicit none
   private
 
-  public :: seconds_t, seconds_of_run, seconds_of_contact, total_seconds
+  public :: seconds_t, seconds_of_run, seconds_at_fixed_rates, total_seconds
 
   ! Passes over the factor, in memory, while it is made: fronts are cleared, assembled, eliminated
   ! panel by panel, and copied.
@@ -133,7 +133,7 @@ contains
   !> What the factor, contact and internal forces take on a machine of fixed rates: whether W is
   !> formed, and in what arithmetic, follows from the deck alone, or no run would compute the same
   !> twice.
-  pure real(wp) function seconds_of_contact(scene, sizes) result(total)
+  pure real(wp) function seconds_at_fixed_rates(scene, sizes) result(total)
     type(scene_t), intent(in) :: scene
     type(sizes_t), intent(in) :: sizes
     type(machine_speed_t) :: reference
@@ -152,7 +152,7 @@ contains
         sizes%rows**2/reference%bytes
       exit
     end do
-  end function seconds_of_contact
+  end function seconds_at_fixed_rates
 
   !> Fixed rates of one thread, about those of a processor of today.
   pure function reference_speed() result(speed)

@@ -169,8 +169,8 @@ contains
 
   !> Cramer's rule on the matrix beside its largest entry: s may be near the end of the range.
   !>
-  !> Where the point moves along one tangent only, what is left of the determinant may be rounding:
-  !> the eigenvalues are not below s and the largest entry.
+  !> Where the point moves along one tangent only, what is left of the determinant may be rounding.
+  !> It is at least s times the largest entry then: neither eigenvalue is below s.
   pure function solve_2x2(m, b, s) result(x)
     real(wp), intent(in) :: m(2, 2), b(2) !! m symmetric, its eigenvalues not below s
     real(wp), intent(in) :: s             !! > 0
