@@ -7,8 +7,7 @@ module print_fields_mod
   use scene_mod, only: scene_t
   use increments_mod, only: asked_number, ends_step
   use step_fields_mod, only: fields_due, tensor_field_t
-  use warming_mod, only: warms, warming_at
-  use expansion_mod, only: thermal_stress
+  use expansion_mod, only: find_thermal_stress
   use invariants_mod, only: von_mises, principal_values
   use mesh_fields_mod, only: fill_tensor_fields
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
@@ -260,14 +259,13 @@ contains
       part%n_nodes = 8*n
       part%n_elements = n
       allocate (part%connectivity(8, n), part%coordinates(3, 8*n), part%element_kind(n), &
-        part%material(n), thermal(n))
+        part%material(n))
       part%connectivity = reshape([(i, i=1, 8*n)], [8, n])
       part%coordinates = mesh%coordinates(:, nodes)
       part%element_kind = mesh%element_kind(asked%members)
       part%material = mesh%material(asked%members)
-      thermal = 0.0_wp
-      if (warms(source%scene)) thermal = of_members(thermal_stress(mesh, source%scene%materials, &
-        warming_at(source%scene, source%state%step, source%state%position)), asked%members)
+      call find_thermal_stress(source%scene, source%state%step, source%state%position, thermal)
+      if (allocated(thermal)) thermal = thermal(asked%members)
       if (asked%at_gauss_points) then
         allocate (of_strain%at_gauss_points(6, 8, n), of_stress%at_gauss_points(6, 8, n))
       else
@@ -285,13 +283,5 @@ contains
       end if
     end associate
   end subroutine make_tensors
-
-  pure function of_members(values, members) result(some)
-    real(wp), intent(in) :: values(:)
-    integer, intent(in) :: members(:)
-    real(wp) :: some(size(members))
-
-    some = values(members)
-  end function of_members
 
 end module print_fields_mod
