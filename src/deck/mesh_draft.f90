@@ -104,8 +104,8 @@ contains
     call enlarge(draft%coordinates, draft%n_nodes, want)
   end subroutine reserve_nodes
 
-  !> One more node, behind all others, in the place of one that is there; `ok` is false when there is
-  !> no room for it.
+  !> One more node, behind all others, in the place of one that is there; `ok` is false when there
+  !> is no room for it.
   subroutine add_node_beside(draft, node, position, ok)
     type(mesh_draft_t), intent(inout) :: draft
     integer, intent(in) :: node
