@@ -40,26 +40,32 @@ contains
   subroutine open_sidecar(path, sidecar)
     character(*), intent(in) :: path
     type(sidecar_t), intent(out) :: sidecar
+    integer :: status
 
     sidecar%path = path
     open (newunit=sidecar%unit, file=path, access='stream', form='formatted', action='write', &
-      status='replace', iostat=sidecar%status, iomsg=sidecar%reason)
-    sidecar%is_open = sidecar%status == 0
+      status='replace', iostat=status, iomsg=sidecar%reason)
+    sidecar%is_open = status == 0
+    sidecar%status = status
   end subroutine open_sidecar
 
   !> One more line; after a failure nothing happens.
   subroutine write_line(sidecar, line)
     type(sidecar_t), intent(inout) :: sidecar
     character(*), intent(in) :: line
+    integer :: status
 
     if (sidecar%status /= 0) return
-    write (sidecar%unit, '(a)', iostat=sidecar%status, iomsg=sidecar%reason) line
+    write (sidecar%unit, '(a)', iostat=status, iomsg=sidecar%reason) line
+    if (status /= 0) sidecar%status = status
     sidecar%given = sidecar%given + len(line) + 1
   end subroutine write_line
 
+  !> Close a file; one that is not whole is deleted.
   subroutine close_sidecar(sidecar, error)
     type(sidecar_t), intent(inout) :: sidecar
-    type(error_t), allocatable, intent(inout) :: error !! it could not be written, and is deleted
+    type(error_t), allocatable, intent(inout) :: error
+    !! it could not be written; or what was to be written in it is not known, as it came in
     integer(i8) :: written
     integer :: closed
 
@@ -74,9 +80,9 @@ contains
         sidecar%reason = to_text(written)//' of '//to_text(sidecar%given)// &
           ' bytes reached the disk'
       end if
-      if (sidecar%status /= 0) call delete_file(sidecar%path)
+      if (sidecar%status /= 0 .or. allocated(error)) call delete_file(sidecar%path)
     end if
-    if (sidecar%status /= 0) call raise(error, exit_machine, &
+    if (sidecar%status /= 0 .and. .not. allocated(error)) call raise(error, exit_machine, &
       "cannot write '"//sidecar%path//"': "//trim(sidecar%reason))
   end subroutine close_sidecar
 
