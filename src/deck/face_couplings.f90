@@ -10,7 +10,7 @@ module face_couplings_mod
   use equation_list_mod, only: add_equation, equation_list_t
   use face4_mod, only: face_node_areas
   use kinds_mod, only: wp
-  use mesh_draft_mod, only: reserve_nodes
+  use mesh_draft_mod, only: add_node_beside
   use scene_mod, only: coupled_rotation_t
   use sets_mod, only: model_t
   use surfaces_mod, only: nodes_of, surface_t
@@ -49,22 +49,14 @@ contains
       if (model%rotation_of(1, i) == coupling%node) coupling%rotation_node = model%rotation_of(2, i)
     end do
     if (coupling%rotation_node > 0) return
-    associate (mesh => model%mesh)
-      call reserve_nodes(mesh, 1, ok)
-      if (ok) ok = mesh%highest_node < huge(mesh%highest_node)
-      if (.not. ok) then
-        call report(reader, coupling%position, 'there is no room for another node')
-        return
-      end if
-      mesh%highest_node = mesh%highest_node + 1
-      mesh%n_nodes = mesh%n_nodes + 1
-      mesh%node_id(mesh%n_nodes) = mesh%highest_node
-      mesh%node_position(mesh%n_nodes) = coupling%position
-      mesh%coordinates(:, mesh%n_nodes) = mesh%coordinates(:, coupling%node)
-      coupling%rotation_node = mesh%n_nodes
-      model%rotation_of = reshape([model%rotation_of, coupling%node, coupling%rotation_node], &
-        [2, size(model%rotation_of, 2) + 1])
-    end associate
+    call add_node_beside(model%mesh, coupling%node, coupling%position, ok)
+    if (.not. ok) then
+      call report(reader, coupling%position, 'there is no room for another node')
+      return
+    end if
+    coupling%rotation_node = model%mesh%n_nodes
+    model%rotation_of = reshape([model%rotation_of, coupling%node, coupling%rotation_node], &
+      [2, size(model%rotation_of, 2) + 1])
   end subroutine add_rotation_node
 
   !> Mark the nodes that couplings join to their faces.

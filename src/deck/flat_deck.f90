@@ -18,7 +18,7 @@ module flat_deck_mod
   use mesh_draft_mod, only: block_t, mesh_draft_t
   use mesh_mod, only: kind_c3d8b, kind_c3d8i
   use numbers_mod, only: number_text
-  use options_mod, only: card_t, has_option, name_option, open_card
+  use options_mod, only: card_t, name_option, open_card
   use read_block_mod, only: side_name
   use substitution_mod, only: substitute
   use text_mod, only: string_t, to_text
@@ -117,26 +117,24 @@ contains
     type(mesh_draft_t), intent(in) :: draft
     type(source_t), intent(inout) :: flat
     type(card_t) :: card
-    character(:), allocatable :: name, others
+    character(:), allocatable :: others
     integer :: b, side
     logical :: ok
 
     call open_card(reader, k, card)
-    call name_option(reader, card, 'NAME', .true., name, ok)
-    others = name
-    if (has_option(card, 'ELSET')) call name_option(reader, card, 'ELSET', .true., others, ok)
     do b = 1, draft%n_blocks
       if (draft%blocks(b)%position == card%position) exit
     end do
     associate (block => draft%blocks(b))
       call add_nodes(draft, block, flat)
       call add_bricks(draft, block, flat)
-      if (.not. same_word(others, name)) then
-        call put(flat, '*ELSET, ELSET='//quoted(others))
-        call put(flat, quoted(name))
+      call name_option(reader, card, 'ELSET', .false., others, ok)
+      if (ok .and. .not. same_word(others, block%name)) then
+        call put(flat, '*ELSET, ELSET='//as_name(others))
+        call put(flat, as_name(block%name))
       end if
       do side = face_xmin, face_zmax
-        call put(flat, '*NSET, NSET='//quoted(side_name(name, side)))
+        call put(flat, '*NSET, NSET='//as_name(side_name(block%name, side)))
         call add_ids(draft%node_id(block%first_node - 1 + block_side_nodes(block%n, side)), flat)
       end do
       do side = face_xmin, face_zmax
@@ -152,7 +150,7 @@ contains
     type(source_t), intent(inout) :: flat
     integer :: node
 
-    call put(flat, '*NODE, NSET='//quoted(block%name))
+    call put(flat, '*NODE, NSET='//as_name(block%name))
     do node = block%first_node, block%first_node + product(block%n + 1) - 1
       call put(flat, to_text(draft%node_id(node))//', '//number_text(draft%coordinates(1, node))// &
         ', '//number_text(draft%coordinates(2, node))//', '// &
@@ -171,7 +169,7 @@ contains
     type_name = 'C3D8'
     if (draft%element_kind(block%first_element) == kind_c3d8i) type_name = 'C3D8I'
     if (draft%element_kind(block%first_element) == kind_c3d8b) type_name = 'C3D8B'
-    call put(flat, '*ELEMENT, TYPE='//type_name//', ELSET='//quoted(block%name))
+    call put(flat, '*ELEMENT, TYPE='//type_name//', ELSET='//as_name(block%name))
     do brick = block%first_element, block%first_element + product(block%n) - 1
       call add_ids([draft%element_id(brick), draft%connectivity(:, brick)], flat, a_line=9)
     end do
@@ -186,7 +184,7 @@ contains
     integer, allocatable :: faces(:, :)
     integer :: i
 
-    call put(flat, '*SURFACE, NAME='//quoted(side_name(block%name, side)))
+    call put(flat, '*SURFACE, NAME='//as_name(side_name(block%name, side)))
     allocate (faces, source=block_face(block%n, side))
     do i = 1, size(faces, 2)
       call put(flat, to_text(draft%element_id(block%first_element - 1 + faces(1, i)))//', S'// &
@@ -217,13 +215,13 @@ contains
   end subroutine add_ids
 
   !> A name in quotes where it has letters that mean something else in a line.
-  pure function quoted(name) result(text)
+  pure function as_name(name) result(text)
     character(*), intent(in) :: name
     character(:), allocatable :: text
 
     text = name
     if (scan(name, ' ,=''') > 0) text = '"'//name//'"'
-  end function quoted
+  end function as_name
 
   subroutine put(flat, line)
     type(source_t), intent(inout) :: flat

@@ -15,7 +15,7 @@ module local_axes_mod
   use equation_list_mod, only: add_equation, dof_in_words, equation_list_t
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t, nodal_value_t
-  use mesh_draft_mod, only: reserve_nodes
+  use mesh_draft_mod, only: add_node_beside
   use scene_mod, only: local_axes_t
   use sets_mod, only: model_t
   use small_matrix_mod, only: cross
@@ -94,11 +94,15 @@ contains
     type(load_step_t), intent(inout) :: steps(:)
     type(local_axes_t), allocatable, intent(out) :: axes(:) !! not allocated: none
     type(local_node_t), allocatable :: list(:)
-    integer :: number(model%mesh%n_nodes), n_mistakes
+    integer :: number(model%mesh%n_nodes), n_mistakes, node
 
     if (.not. allocated(transforms%of_node)) return
     n_mistakes = reader%diagnostics%n_mistakes
-    call find_nodes(model, transforms, n_deck, equations, steps, list, number)
+    do node = 1, size(number)
+      if (model%rotation_node(node) == 0) cycle
+      transforms%of_node(model%rotation_node(node)) = transforms%of_node(node)
+    end do
+    call find_nodes(transforms, n_deck, equations, steps, list, number)
     call choose_ways(reader, model, transforms, n_deck, ties, equations, list)
     if (reader%diagnostics%n_mistakes > n_mistakes) return
     call add_stand_ins(reader, model, list)
@@ -110,9 +114,8 @@ contains
 
   !> The nodes of which steps or equations of the deck name local degrees of freedom, in ascending
   !> order.
-  subroutine find_nodes(model, transforms, n_deck, equations, steps, list, number)
-    type(model_t), intent(in) :: model
-    type(transforms_t), intent(inout) :: transforms
+  pure subroutine find_nodes(transforms, n_deck, equations, steps, list, number)
+    type(transforms_t), intent(in) :: transforms
     integer, intent(in) :: n_deck
     type(equation_list_t), intent(in) :: equations
     type(load_step_t), intent(in) :: steps(:)
@@ -121,11 +124,6 @@ contains
     logical, dimension(3, size(number)) :: held, loaded, named
     integer :: equation(3, size(number)), step, c, k, node, n
 
-    do node = 1, size(number)
-      if (model%rotation_node(node) > 0) then
-        transforms%of_node(model%rotation_node(node)) = transforms%of_node(node)
-      end if
-    end do
     held = .false.
     loaded = .false.
     named = .false.
@@ -286,32 +284,19 @@ contains
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
     type(local_node_t), intent(inout) :: list(:)
-    integer :: k, n
+    integer :: k
     logical :: ok
 
-    n = 0
     do k = 1, size(list)
-      if (list(k)%kind == aslant .and. (any(list(k)%held) .or. any(list(k)%loaded))) n = n + 1
-    end do
-    if (n == 0) return
-    associate (mesh => model%mesh)
-      call reserve_nodes(mesh, n, ok)
-      if (ok) ok = mesh%highest_node < huge(mesh%highest_node) - n
+      if (list(k)%kind /= aslant .or. .not. (any(list(k)%held) .or. any(list(k)%loaded))) cycle
+      call add_node_beside(model%mesh, list(k)%node, list(k)%position, ok)
       if (.not. ok) then
-        call report(reader, list(1)%position, 'there is no room for the nodes of local directions')
+        call report(reader, list(k)%position, 'there is no room for the nodes of local directions')
         return
       end if
-      do k = 1, size(list)
-        if (list(k)%kind /= aslant .or. .not. (any(list(k)%held) .or. any(list(k)%loaded))) cycle
-        mesh%highest_node = mesh%highest_node + 1
-        mesh%n_nodes = mesh%n_nodes + 1
-        mesh%n_stand_ins = mesh%n_stand_ins + 1
-        mesh%node_id(mesh%n_nodes) = mesh%highest_node
-        mesh%node_position(mesh%n_nodes) = list(k)%position
-        mesh%coordinates(:, mesh%n_nodes) = mesh%coordinates(:, list(k)%node)
-        list(k)%stand_in = mesh%n_nodes
-      end do
-    end associate
+      model%mesh%n_stand_ins = model%mesh%n_stand_ins + 1
+      list(k)%stand_in = model%mesh%n_nodes
+    end do
   end subroutine add_stand_ins
 
   !> The deck's equations between degrees of freedom along x, y, z, those that say what supports
@@ -536,17 +521,15 @@ contains
   pure subroutine list_axes(list, axes)
     type(local_node_t), intent(in) :: list(:)
     type(local_axes_t), allocatable, intent(out) :: axes(:)
+    logical :: has_values(size(list))
     integer :: k, n
 
+    has_values = list%kind == in_place .or. list%stand_in > 0
+    if (.not. any(has_values)) return
+    allocate (axes(count(has_values)))
     n = 0
     do k = 1, size(list)
-      if (list(k)%kind == in_place .or. list(k)%stand_in > 0) n = n + 1
-    end do
-    if (n == 0) return
-    allocate (axes(n))
-    n = 0
-    do k = 1, size(list)
-      if (.not. (list(k)%kind == in_place .or. list(k)%stand_in > 0)) cycle
+      if (.not. has_values(k)) cycle
       n = n + 1
       axes(n)%node = list(k)%node
       axes(n)%stand_in = merge(list(k)%node, list(k)%stand_in, list(k)%kind == in_place)

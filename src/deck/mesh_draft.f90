@@ -8,7 +8,7 @@ module mesh_draft_mod
   implicit none
   private
 
-  public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, reserve_elements
+  public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, add_node_beside, reserve_elements
   public :: add_early_set, add_skipped, add_skipped_node, add_block, max_nodes, not_a_coordinate
   public :: set_of_nodes, set_of_elements, no_facet, shell_facet, rigid_facet
 
@@ -103,6 +103,24 @@ contains
     call enlarge(draft%node_position, draft%n_nodes, want)
     call enlarge(draft%coordinates, draft%n_nodes, want)
   end subroutine reserve_nodes
+
+  !> One more node, behind all others, in the place of one that is there; `ok` is false when there
+  !> is no room for it.
+  subroutine add_node_beside(draft, node, position, ok)
+    type(mesh_draft_t), intent(inout) :: draft
+    integer, intent(in) :: node
+    integer, intent(in) :: position !! of the card that needs it
+    logical, intent(out) :: ok
+
+    call reserve_nodes(draft, 1, ok)
+    if (ok) ok = draft%highest_node < huge(draft%highest_node)
+    if (.not. ok) return
+    draft%highest_node = draft%highest_node + 1
+    draft%n_nodes = draft%n_nodes + 1
+    draft%node_id(draft%n_nodes) = draft%highest_node
+    draft%node_position(draft%n_nodes) = position
+    draft%coordinates(:, draft%n_nodes) = draft%coordinates(:, node)
+  end subroutine add_node_beside
 
   !> Make room for `more` further elements; `ok` is false when there is no memory for them.
   subroutine reserve_elements(draft, more, ok)

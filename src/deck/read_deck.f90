@@ -8,7 +8,7 @@ module read_deck_mod
   use build_mesh_mod, only: build_mesh, check_bricks, mark_used_nodes, note_unused_nodes
   use cards_mod, only: find_cards, is_data_line, note, read_parameters, reader_t, report
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
-    mistakes_as_error, notes_as_list, quoted
+    mistakes_as_error, mistakes_in_lines, notes_as_list, quoted
   use face_couplings_mod, only: couple, coupling_t, mark_coupled, rotations_of
   use equation_list_mod, only: equation_list_t, join_equations, mark_named, refuse_held, &
     refuse_loose
@@ -68,10 +68,8 @@ contains
 
     call read_source(path, reader%source, reader%diagnostics)
     call read_scene(reader, overrides, scene, error, flat)
-    if (.not. present(in_lines) .or. .not. allocated(error)) then
-      continue
-    else if (in_lines) then
-      call mistakes_as_error(reader%diagnostics, error, path)
+    if (present(in_lines)) then
+      if (in_lines) call mistakes_in_lines(reader%diagnostics, path, error)
     end if
     scene%name = name_of(path)
   end subroutine read_deck

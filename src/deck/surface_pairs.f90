@@ -95,14 +95,15 @@ contains
     type(obstacle_t), intent(in) :: obstacle
     integer, intent(in) :: position         !! of the master in the deck
     logical, intent(inout) :: ok            !! false where it does
+    integer, allocatable :: nodes(:, :) !! (4,n_faces)
     real(wp) :: corner(3, 4), normal(3)
     integer :: f
 
     if (.not. allocated(slave%faces)) return
     if (size(slave%faces, 2) == 0) return
+    allocate (nodes, source=nodes_of(slave%faces, model%mesh%connectivity))
     do f = 1, size(slave%faces, 2)
-      corner = model%mesh%coordinates(:, pack(nodes_of(slave%faces(:, f:f), &
-        model%mesh%connectivity), .true.))
+      corner = model%mesh%coordinates(:, nodes(:, f))
       normal = sum(face_area_vectors(corner), 2)
       if (.not. holds_turned_away(obstacle, corner, normal/norm2(normal))) return
     end do

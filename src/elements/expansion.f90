@@ -1,16 +1,28 @@
 !> Thermal expansion: the stress that would hold a brick in its shape, which its nodes' forces
 !> answer and its stresses lack. docs/theory.md section 8.
 module expansion_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   use mesh_mod, only: mesh_t
-  use scene_mod, only: material_t
+  use scene_mod, only: scene_t, material_t
+  use warming_mod, only: warms, warming_at
   use brick8_mod, only: lame_constants, shape_gradients, volume
   implicit none
   private
 
-  public :: thermal_stress, thermal_force, thermal_energy
+  public :: find_thermal_stress, thermal_stress, thermal_force, thermal_energy
 
 contains
+
+  !> These stresses at a place in a step; not allocated where nothing warms.
+  pure subroutine find_thermal_stress(scene, step, position, stress)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    integer(i8), intent(in) :: position  !! in parts of the deck's increments
+    real(wp), allocatable, intent(out) :: stress(:) !! (n_elements) [force/length^2]
+
+    if (warms(scene)) stress = thermal_stress(scene%mesh, scene%materials, &
+      warming_at(scene, step, position))
+  end subroutine find_thermal_stress
 
   !> Of each brick (3 lambda + 2 G) alpha dT, dT the mean over its nodes. docs/theory.md (8.12).
   pure function thermal_stress(mesh, materials, rise) result(stress)

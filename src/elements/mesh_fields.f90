@@ -27,7 +27,7 @@ contains
     type(tensor_field_t), intent(inout) :: strain  !! [-]
     type(tensor_field_t), intent(inout) :: stress  !! [force/length^2]
     real(wp), intent(in), optional :: thermal(:)
-    !! (n_elements) as of thermal_stress; none where left out [force/length^2]
+    !! (n_elements) as of find_thermal_stress [force/length^2]
     real(wp) :: x(3, 8), values(6, 8), stresses(6, 8), lambda, shear
     integer :: e, nodes(8)
 

@@ -30,7 +30,7 @@ contains
     !! (n_elements) int d : C^-1 : d, d the stresses less the smooth ones [energy]
     real(wp), intent(out) :: relative      !! their sum over int sigma : C^-1 : sigma [-]
     real(wp), intent(in), optional :: thermal(:)
-    !! (n_elements) as of thermal_stress; none where left out [force/length^2]
+    !! (n_elements) as of find_thermal_stress [force/length^2]
     real(wp), parameter :: rounding = 1.0e-20_wp !! of the energy of thermal stresses: none left
     real(wp), allocatable :: stress(:, :, :), means(:, :), smooth(:, :)
     real(wp) :: weight(16), lambda, shear, energy

@@ -24,8 +24,7 @@ module advance_mod
     ended_out_of_reach, ended_stalled
   use mesh_forces_mod, only: nodal_stiffness
   use certificate_mod, only: certify, energy_balance
-  use warming_mod, only: warms, warming_at
-  use expansion_mod, only: thermal_stress, thermal_force, thermal_energy
+  use expansion_mod, only: find_thermal_stress, thermal_force, thermal_energy
   use turned_slips_mod, only: work_of_torques, slips_of_turns
   use drag_points_mod, only: drag_points
   use follow_points_mod, only: rounding_of_places, carried_slip
@@ -210,12 +209,12 @@ contains
   pure real(wp) function energy_of_heat(scene, state) result(energy)
     type(scene_t), intent(in) :: scene
     type(state_t), intent(in) :: state
-    real(wp) :: stress(scene%mesh%n_elements), force(3, scene%mesh%n_nodes)
+    real(wp), allocatable :: stress(:)
+    real(wp) :: force(3, scene%mesh%n_nodes)
 
     energy = 0.0_wp
-    if (.not. warms(scene)) return
-    stress = thermal_stress(scene%mesh, scene%materials, warming_at(scene, state%step, &
-      state%position))
+    call find_thermal_stress(scene, state%step, state%position, stress)
+    if (.not. allocated(stress)) return
     force = 0.0_wp
     call thermal_force(scene%mesh, stress, force)
     energy = sum(force*state%displacement) - thermal_energy(scene%mesh, scene%materials, stress)

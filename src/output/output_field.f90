@@ -1,9 +1,10 @@
 !> An entry of the table of fields: a dataset of the result file, and how it is computed.
 !>
-!> The table has three parts: history_fields, one number an increment; pair_fields, at the points of
-!> a contact pair; view_fields, over the mesh. A new field is one entry in one of them and,
-!> but for a history, the procedure that computes it. The result file, its XDMF sidecar, the plan's
-!> list of fields and the estimate of the file's size are made from the table.
+!> The table has four parts: history_fields, one number an increment; pair_fields, at the points of
+!> a contact pair; print_fields, of a set that the deck prints; view_fields, over the mesh. A new
+!> field is one entry in one of them and, but for a history, the procedure that computes it. The
+!> result file, its XDMF sidecar, the plan's list of fields and the estimate of the file's size are
+!> made from the table.
 module output_field_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
@@ -53,6 +54,8 @@ module output_field_mod
     type(increment_report_t), pointer :: report => null()
     integer :: first = 1, last = 0      !! points of the pair whose fields are computed
     integer :: print = 0                !! set whose fields are computed, of the output controls
+    integer :: tensors_of = 0           !! set whose stresses and strains these are
+    real(wp), allocatable :: set_stress(:, :), set_strain(:, :) !! (6, places)
     type(tensor_field_t) :: stress, strain !! where the deck asks for them; made with the first one
     type(error_t), allocatable :: error !! a field could not be computed
   end type field_source_t

@@ -7,8 +7,7 @@ module print_fields_mod
   use scene_mod, only: scene_t
   use increments_mod, only: asked_number, ends_step
   use step_fields_mod, only: fields_due, tensor_field_t
-  use warming_mod, only: warms, warming_at
-  use expansion_mod, only: thermal_stress
+  use expansion_mod, only: find_thermal_stress
   use invariants_mod, only: von_mises, principal_values
   use mesh_fields_mod, only: fill_tensor_fields
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
@@ -197,62 +196,64 @@ contains
   subroutine stress_of_set(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! of block_shape
-    real(wp), allocatable :: strain(:, :), stress(:, :)
 
-    call make_tensors(source, strain, stress)
-    values = reshape(stress, shape(values))
+    call make_tensors(source)
+    values = reshape(source%set_stress, shape(values))
   end subroutine stress_of_set
 
   subroutine strain_of_set(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :)
-    real(wp), allocatable :: strain(:, :), stress(:, :)
 
-    call make_tensors(source, strain, stress)
-    values = reshape(strain, shape(values))
+    call make_tensors(source)
+    values = reshape(source%set_strain, shape(values))
   end subroutine strain_of_set
 
   subroutine mises_of_set(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :)
-    real(wp), allocatable :: strain(:, :), stress(:, :)
 
-    call make_tensors(source, strain, stress)
-    values = reshape(von_mises(stress), shape(values))
+    call make_tensors(source)
+    values = reshape(von_mises(source%set_stress), shape(values))
   end subroutine mises_of_set
 
   subroutine principal_stress_of_set(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :)
-    real(wp), allocatable :: strain(:, :), stress(:, :), principal(:, :)
 
-    call make_tensors(source, strain, stress)
-    allocate (principal(3, size(stress, 2)))
-    call principal_values(stress, principal)
-    values = reshape(principal, shape(values))
+    call make_tensors(source)
+    call fill_principal(source%set_stress, values)
   end subroutine principal_stress_of_set
 
   subroutine principal_strain_of_set(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :)
-    real(wp), allocatable :: strain(:, :), stress(:, :), principal(:, :)
 
-    call make_tensors(source, strain, stress)
-    allocate (principal(3, size(strain, 2)))
-    call principal_values(strain, principal)
-    values = reshape(principal, shape(values))
+    call make_tensors(source)
+    call fill_principal(source%set_strain, values)
   end subroutine principal_strain_of_set
 
-  !> Strain and stress of the set's elements alone, a column a place.
-  subroutine make_tensors(source, strain, stress)
-    type(field_source_t), intent(in) :: source
-    real(wp), allocatable, intent(out) :: strain(:, :), stress(:, :) !! (6, places)
+  subroutine fill_principal(tensor, values)
+    real(wp), intent(in) :: tensor(:, :) !! (6, places)
+    real(wp), intent(inout) :: values(:, :)
+    real(wp) :: principal(3, size(tensor, 2))
+
+    call principal_values(tensor, principal)
+    values = reshape(principal, shape(values))
+  end subroutine fill_principal
+
+  !> Strain and stress of the set's elements alone, a column a place, with the first field that
+  !> needs them.
+  subroutine make_tensors(source)
+    type(field_source_t), intent(inout) :: source
     type(mesh_t) :: part
     type(tensor_field_t) :: of_strain, of_stress
     real(wp), allocatable :: thermal(:)
     integer, allocatable :: nodes(:)
     integer :: n, i
 
+    if (source%tensors_of == source%print) return
+    source%tensors_of = source%print
     associate (asked => source%scene%output%prints(source%print), mesh => source%scene%mesh)
       n = size(asked%members)
       allocate (nodes(8*n))
@@ -260,14 +261,13 @@ contains
       part%n_nodes = 8*n
       part%n_elements = n
       allocate (part%connectivity(8, n), part%coordinates(3, 8*n), part%element_kind(n), &
-        part%material(n), thermal(n))
+        part%material(n))
       part%connectivity = reshape([(i, i=1, 8*n)], [8, n])
       part%coordinates = mesh%coordinates(:, nodes)
       part%element_kind = mesh%element_kind(asked%members)
       part%material = mesh%material(asked%members)
-      thermal = 0.0_wp
-      if (warms(source%scene)) thermal = of_members(thermal_stress(mesh, source%scene%materials, &
-        warming_at(source%scene, source%state%step, source%state%position)), asked%members)
+      call find_thermal_stress(source%scene, source%state%step, source%state%position, thermal)
+      if (allocated(thermal)) thermal = thermal(asked%members)
       if (asked%at_gauss_points) then
         allocate (of_strain%at_gauss_points(6, 8, n), of_stress%at_gauss_points(6, 8, n))
       else
@@ -276,22 +276,13 @@ contains
       call fill_tensor_fields(part, source%scene%materials, source%state%displacement(:, nodes), &
         of_strain, of_stress, thermal)
       if (asked%at_gauss_points) then
-        allocate (strain(6, 8*n), stress(6, 8*n))
-        strain = reshape(of_strain%at_gauss_points, [6, 8*n])
-        stress = reshape(of_stress%at_gauss_points, [6, 8*n])
+        source%set_strain = reshape(of_strain%at_gauss_points, [6, 8*n])
+        source%set_stress = reshape(of_stress%at_gauss_points, [6, 8*n])
       else
-        call move_alloc(of_strain%at_centroids, strain)
-        call move_alloc(of_stress%at_centroids, stress)
+        source%set_strain = of_strain%at_centroids
+        source%set_stress = of_stress%at_centroids
       end if
     end associate
   end subroutine make_tensors
-
-  pure function of_members(values, members) result(some)
-    real(wp), intent(in) :: values(:)
-    integer, intent(in) :: members(:)
-    real(wp) :: some(size(members))
-
-    some = values(members)
-  end function of_members
 
 end module print_fields_mod

@@ -7,8 +7,7 @@ module view_fields_mod
   use scene_mod, only: scene_t, pair_turns
   use step_fields_mod, only: tensor_field_t
   use small_matrix_mod, only: cross
-  use warming_mod, only: warms, warming_at
-  use expansion_mod, only: thermal_stress
+  use expansion_mod, only: find_thermal_stress
   use invariants_mod, only: von_mises, principal_values
   use mesh_fields_mod, only: fill_tensor_fields
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
@@ -467,6 +466,7 @@ contains
   !> Stress and strain wherever the deck asks for them, in one sweep over the bricks.
   subroutine make_tensors(source)
     type(field_source_t), intent(inout) :: source
+    real(wp), allocatable :: thermal(:) !! (n_elements) [force/length^2]
 
     if (is_made(source%stress) .or. is_made(source%strain)) return
     associate (scene => source%scene)
@@ -478,14 +478,9 @@ contains
           call allocate_tensors(scene, source%strain)
         end if
       end associate
-      if (warms(scene)) then
-        call fill_tensor_fields(scene%mesh, scene%materials, source%state%displacement, &
-          source%strain, source%stress, thermal_stress(scene%mesh, scene%materials, &
-          warming_at(scene, source%state%step, source%state%position)))
-      else
-        call fill_tensor_fields(scene%mesh, scene%materials, source%state%displacement, &
-          source%strain, source%stress)
-      end if
+      call find_thermal_stress(scene, source%state%step, source%state%position, thermal)
+      call fill_tensor_fields(scene%mesh, scene%materials, source%state%displacement, &
+        source%strain, source%stress, thermal)
     end associate
   end subroutine make_tensors
 

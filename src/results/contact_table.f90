@@ -7,7 +7,7 @@ module contact_table_mod
   use text_mod, only: string_t
   use hdf5_files_mod, only: hdf5_file_t, exists
   use hdf5_datasets_mod, only: read_dataset
-  use text_table_mod, only: text_table_t, table_path, open_table, write_line, close_table
+  use sidecar_mod, only: sidecar_t, sidecar_path, open_sidecar, write_line, close_sidecar
   implicit none
   private
 
@@ -26,7 +26,7 @@ contains
     character(*), intent(in) :: result_path
     character(:), allocatable :: path
 
-    path = table_path(result_path, 'contact')
+    path = sidecar_path(result_path, '.contact.csv')
   end function contact_table_path
 
   !> The lines of the table, an increment and pair each; none where the deck does not ask for it.
@@ -97,15 +97,15 @@ contains
     character(*), intent(in) :: path
     type(string_t), intent(in) :: lines(:)
     type(error_t), allocatable, intent(out) :: error
-    type(text_table_t) :: table
+    type(sidecar_t) :: table
     integer :: i
 
     if (size(lines) == 0) return
-    call open_table(path, table)
+    call open_sidecar(path, table)
     do i = 1, size(lines)
       call write_line(table, lines(i)%text)
     end do
-    call close_table(table, error)
+    call close_sidecar(table, error)
   end subroutine write_contact_table
 
 end module contact_table_mod

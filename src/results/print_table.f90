@@ -9,7 +9,7 @@ module print_table_mod
   use hdf5_files_mod, only: hdf5_file_t, exists
   use hdf5_datasets_mod, only: read_dataset
   use result_print_mod, only: print_rows_t
-  use text_table_mod, only: text_table_t, table_path, open_table, write_line, close_table
+  use sidecar_mod, only: sidecar_t, sidecar_path, open_sidecar, write_line, close_sidecar
   implicit none
   private
 
@@ -52,7 +52,7 @@ contains
     character(*), intent(in) :: result_path
     character(:), allocatable :: path
 
-    path = table_path(result_path, 'node')
+    path = sidecar_path(result_path, '.node.csv')
   end function node_table_path
 
   !> NAME.element.csv for NAME.vtkhdf.
@@ -60,7 +60,7 @@ contains
     character(*), intent(in) :: result_path
     character(:), allocatable :: path
 
-    path = table_path(result_path, 'element')
+    path = sidecar_path(result_path, '.element.csv')
   end function element_table_path
 
   !> Write the tables that the deck asks for.
@@ -90,7 +90,7 @@ contains
     type(column_t), intent(in) :: columns(:)
     integer, intent(in) :: n_rows
     type(error_t), allocatable, intent(inout) :: error
-    type(text_table_t) :: table
+    type(sidecar_t) :: table
     logical :: is_there(size(columns))
     integer :: k, c
 
@@ -102,12 +102,12 @@ contains
         if (exists(file, prints(k)%path//'/total_'//trim(columns(c)%dataset))) is_there(c) = .true.
       end do
     end do
-    call open_table(path, table)
+    call open_sidecar(path, table)
     call write_line(table, head_of(pack(columns, is_there), prints(1)%asked%of_elements))
     do k = 1, size(prints)
       call write_set(file, prints(k), pack(columns, is_there), n_rows, table, error)
     end do
-    call close_table(table, error)
+    call close_sidecar(table, error)
   end subroutine write_table
 
   !> Names of the columns and what their numbers are.
@@ -133,7 +133,7 @@ contains
     type(print_rows_t), intent(in) :: of
     type(column_t), intent(in) :: columns(:)
     integer, intent(in) :: n_rows
-    type(text_table_t), intent(inout) :: table
+    type(sidecar_t), intent(inout) :: table
     type(error_t), allocatable, intent(inout) :: error
     type(numbers_t) :: each(size(columns)), total(size(columns))
     integer(i4), allocatable :: step(:), increment(:), is_due(:)

@@ -62,7 +62,9 @@ module result_file_mod
 
   public :: result_file_t
   public :: open_result, reopen_result, append_increment, count_increment, keep_state, finish_result
+  public :: sidecars_of
 
+  integer, parameter :: n_sidecars = 4
   integer(i8), parameter :: empty_file = 2000000_i8 !! bytes before the first increment, about
 
   !> An open result file.
@@ -396,19 +398,32 @@ contains
     file%is_broken = allocated(error)
   end subroutine keep_state
 
+  !> The paths of all that may stand beside a result.
+  pure function sidecars_of(path) result(sidecars)
+    character(*), intent(in) :: path !! of the result
+    type(string_t) :: sidecars(n_sidecars)
+
+    sidecars(1)%text = xdmf_path(path)
+    sidecars(2)%text = contact_table_path(path)
+    sidecars(3)%text = node_table_path(path)
+    sidecars(4)%text = element_table_path(path)
+  end function sidecars_of
+
   !> Put the file in its place, which may be that of an older one. It stays open.
   subroutine publish(file, error)
     type(result_file_t), intent(inout) :: file
     type(error_t), allocatable, intent(out) :: error
+    type(string_t) :: older(n_sidecars)
+    integer :: i
 
     call take_place(file%path, error)
     if (allocated(error)) return
     file%hdf5%path = file%path
     ! An older sidecar would lead readers beyond the end of the new file.
-    call delete_file(xdmf_path(file%path))
-    call delete_file(contact_table_path(file%path))
-    call delete_file(node_table_path(file%path))
-    call delete_file(element_table_path(file%path))
+    older = sidecars_of(file%path)
+    do i = 1, size(older)
+      call delete_file(older(i)%text)
+    end do
   end subroutine publish
 
   !> Close the file, saying how the run ended, and write what stands beside it: the tables of text,

@@ -5,11 +5,11 @@
 !> file is relative: the two stay together.
 module xdmf_mod
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t, raise, exit_machine
+  use errors_mod, only: error_t
   use text_mod, only: to_text
   use dataset_kinds_mod, only: of_real, of_integer, of_long, of_byte
   use output_field_mod, only: field_t, block_shape, every_time
-  use fresh_file_mod, only: delete_file
+  use sidecar_mod, only: sidecar_t, sidecar_path, open_sidecar, write_line, close_sidecar
   implicit none
   private
 
@@ -30,14 +30,8 @@ contains
   pure function xdmf_path(result_path) result(path)
     character(*), intent(in) :: result_path
     character(:), allocatable :: path
-    character(*), parameter :: ending = '.vtkhdf'
-    integer :: n
 
-    n = len(result_path)
-    if (n > len(ending)) then
-      if (result_path(n - len(ending) + 1:) == ending) n = n - len(ending)
-    end if
-    path = result_path(:n)//'.xdmf'
+    path = sidecar_path(result_path, '.xdmf')
   end function xdmf_path
 
   !> Write the sidecar of a result file.
@@ -49,54 +43,26 @@ contains
     type(field_t), intent(in) :: fields(:) !! in the file, over the nodes and the elements
     integer, intent(in) :: mesh_size(2)    !! nodes, elements
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: path, source
-    character(200) :: reason
+    character(:), allocatable :: source
     type(piece_t), allocatable :: pieces(:)
-    integer :: unit, status, step, closed
-    integer(i8) :: given, written
+    type(sidecar_t) :: sidecar
+    integer :: step
 
-    path = xdmf_path(result_path)
     source = escaped(result_path(index(result_path, '/', back=.true.) + 1:))
-    reason = ''
-    given = 0
-    open (newunit=unit, file=path, access='stream', form='formatted', action='write', &
-          status='replace', iostat=status, iomsg=reason)
-    if (status == 0) then
-      call line('<?xml version="1.0" encoding="UTF-8"?>')
-      call line('<Xdmf Version="2.0">')
-      call line('<Domain>')
-      call line('<Grid Name="'//source//'" GridType="Collection" CollectionType="Temporal">')
-      call split(increment(fields, size(time), source, mesh_size), pieces)
-      do step = 1, size(time)
-        call line(at_time(pieces, step, time(step)))
-      end do
-      call line('</Grid>')
-      call line('</Domain>')
-      call line('</Xdmf>')
-      close (unit, iostat=closed)
-      if (status == 0) status = closed
-      ! The run-time library does not tell of a disk that is full at the end.
-      inquire (file=path, size=written)
-      if (status == 0 .and. written /= given) then
-        status = 1
-        reason = to_text(written)//' of '//to_text(given)//' bytes reached the disk'
-      end if
-      if (status /= 0) call delete_file(path)
-    end if
-    if (status /= 0) call raise(error, exit_machine, "cannot write '"//path//"': "//trim(reason))
-
-  contains
-
-    subroutine line(text)
-      character(*), intent(in) :: text
-      integer :: failure
-
-      if (status /= 0) return
-      write (unit, '(a)', iostat=failure, iomsg=reason) text
-      if (failure /= 0) status = failure
-      given = given + len(text) + 1
-    end subroutine line
-
+    call open_sidecar(xdmf_path(result_path), sidecar)
+    call write_line(sidecar, '<?xml version="1.0" encoding="UTF-8"?>')
+    call write_line(sidecar, '<Xdmf Version="2.0">')
+    call write_line(sidecar, '<Domain>')
+    call write_line(sidecar, '<Grid Name="'//source// &
+      '" GridType="Collection" CollectionType="Temporal">')
+    call split(increment(fields, size(time), source, mesh_size), pieces)
+    do step = 1, size(time)
+      call write_line(sidecar, at_time(pieces, step, time(step)))
+    end do
+    call write_line(sidecar, '</Grid>')
+    call write_line(sidecar, '</Domain>')
+    call write_line(sidecar, '</Xdmf>')
+    call close_sidecar(sidecar, error)
   end subroutine write_xdmf
 
   !> The XML of any increment, as of `split`.

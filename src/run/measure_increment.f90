@@ -1,13 +1,13 @@
 !> What is looked for in an increment only at the end of a step and where fields are written: the
 !> error of the mesh, the largest strain and rotation.
 module measure_increment_mod
+  use kinds_mod, only: wp
   use scene_mod, only: scene_t
   use state_mod, only: state_t
   use increments_mod, only: ends_step, asked_number
   use increment_report_mod, only: increment_report_t
   use step_fields_mod, only: fields_due
-  use warming_mod, only: warms, warming_at
-  use expansion_mod, only: thermal_stress
+  use expansion_mod, only: find_thermal_stress
   use mesh_fields_mod, only: find_largest_deformation
   use recovered_error_mod, only: estimate_mesh_error
   implicit none
@@ -22,20 +22,16 @@ contains
     type(scene_t), intent(in) :: scene
     type(state_t), intent(in) :: state
     type(increment_report_t), intent(inout) :: report !! gets the error of the mesh, where it is due
+    real(wp), allocatable :: thermal(:) !! (n_elements) [force/length^2]
     logical :: is_last, due
 
     is_last = ends_step(scene%steps, state)
     due = scene%output%mesh_error
     if (due) due = fields_due(scene%output%frequency, asked_number(state%position), is_last)
     if (.not. (is_last .or. due)) return
-    if (warms(scene)) then
-      call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, &
-        report%mesh_error, report%errors%mesh, thermal_stress(scene%mesh, scene%materials, &
-        warming_at(scene, state%step, state%position)))
-    else
-      call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, &
-        report%mesh_error, report%errors%mesh)
-    end if
+    call find_thermal_stress(scene, state%step, state%position, thermal)
+    call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, report%mesh_error, &
+      report%errors%mesh, thermal)
   end subroutine estimate_mesh
 
   !> How far the increment leaves linear theory: at the end of a step, and where fields are written.

@@ -22,12 +22,10 @@ module run_mod
   use meet_accuracy_mod, only: choose_copy, set_contact_tolerance
   use fresh_file_mod, only: beginning_of
   use output_names_mod, only: keep_inputs, output_name
-  use xdmf_mod, only: xdmf_path
-  use contact_table_mod, only: contact_table_path
-  use print_table_mod, only: node_table_path, element_table_path
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
   use result_claims_mod, only: take_arithmetic
-  use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result
+  use result_file_mod, only: result_file_t, open_result, reopen_result, finish_result, &
+    sidecars_of
   use command_line_mod, only: options_t, resume_command
   use tally_mod, only: tally_t, note_sizes, list_counters
   use export_problems_mod, only: exports_t, choose_rows
@@ -138,20 +136,16 @@ contains
     path = output_name(options%output, scene%name//'.vtkhdf', '.vtkhdf')
   end function result_path
 
-  !> Refuse to write a result, its beginning or its sidecar in the place of the deck.
+  !> Refuse to write a result, its beginning or its sidecars in the place of the deck.
   subroutine keep_deck(options, scene, error)
     type(options_t), intent(in) :: options
     type(scene_t), intent(in) :: scene
     type(error_t), allocatable, intent(out) :: error
-    type(string_t) :: outputs(6)
+    type(string_t) :: outputs(2)
 
     outputs(1)%text = result_path(options, scene)
     outputs(2)%text = beginning_of(outputs(1)%text)
-    outputs(3)%text = xdmf_path(outputs(1)%text)
-    outputs(4)%text = contact_table_path(outputs(1)%text)
-    outputs(5)%text = node_table_path(outputs(1)%text)
-    outputs(6)%text = element_table_path(outputs(1)%text)
-    call keep_inputs(scene%files, outputs, error)
+    call keep_inputs(scene%files, [outputs, sidecars_of(outputs(1)%text)], error)
   end subroutine keep_deck
 
   !> Refuse a run that memory or disk will not hold before it has begun; forced, only say so.

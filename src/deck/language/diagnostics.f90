@@ -12,7 +12,7 @@ module diagnostics_mod
   private
 
   public :: diagnostics_t, add_mistake, add_plain_mistake, add_note, any_mistakes
-  public :: wants_more, mistakes_as_error, notes_as_list, quoted, guess
+  public :: wants_more, mistakes_as_error, mistakes_in_lines, notes_as_list, quoted, guess
 
   integer, parameter :: max_collected = 500  !! then reading ends
   integer, parameter :: max_printed = 50
@@ -120,20 +120,56 @@ contains
     wanted = diagnostics%n_mistakes < max_collected
   end function wants_more
 
-  !> All mistakes in the order of the deck, as one error; not allocated when there are none.
-  subroutine mistakes_as_error(diagnostics, error, checked)
+  !> Mistakes in the order of the deck as one error, as people read them; not allocated when there
+  !> are none.
+  subroutine mistakes_as_error(diagnostics, error)
     type(diagnostics_t), intent(in) :: diagnostics
     type(error_t), allocatable, intent(out) :: error
-    character(*), intent(in), optional :: checked
-    !! path of the deck: each mistake is one line then, as editors read them
     character(:), allocatable :: text
     integer, allocatable :: order(:)
-    integer :: i, j, k, most
+    integer :: k
 
     if (diagnostics%n_mistakes == 0) return
-    allocate (order(diagnostics%n_mistakes))
+    allocate (order, source=order_of(diagnostics))
+    text = diagnostics%mistakes(order(1))%text
+    do k = 2, min(size(order), max_printed)
+      text = text//new_line('a')//diagnostics%mistakes(order(k))%text
+    end do
+    if (size(order) >= max_collected) then
+      text = text//new_line('a')//'and more: stopped after '//to_text(size(order))// &
+        ' mistakes'
+    else if (size(order) > max_printed) then
+      text = text//new_line('a')//'and '//to_text(size(order) - max_printed)//' more mistakes'
+    end if
+    call raise(error, exit_wrong_input, text)
+  end subroutine mistakes_as_error
+
+  !> All mistakes in the order of the deck as one error, a line each, as editors read them; not
+  !> allocated when there are none.
+  subroutine mistakes_in_lines(diagnostics, deck, error)
+    type(diagnostics_t), intent(in) :: diagnostics
+    character(*), intent(in) :: deck !! path
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: text
+    integer, allocatable :: order(:)
+    integer :: k
+
+    if (diagnostics%n_mistakes == 0) return
+    allocate (order, source=order_of(diagnostics))
+    text = in_one_line(diagnostics%mistakes(order(1)), deck)
+    do k = 2, size(order)
+      text = text//new_line('a')//in_one_line(diagnostics%mistakes(order(k)), deck)
+    end do
+    call raise(error, exit_wrong_input, text)
+  end subroutine mistakes_in_lines
+
+  !> The mistakes by their places in the deck; those of one place in the order they were found.
+  pure function order_of(diagnostics) result(order)
+    type(diagnostics_t), intent(in) :: diagnostics
+    integer :: order(diagnostics%n_mistakes)
+    integer :: i, j
+
     do i = 1, size(order)
-      ! Insertion keeps mistakes of one place in the order they were found.
       j = i - 1
       do while (j >= 1)
         if (diagnostics%mistakes(order(j))%position <= diagnostics%mistakes(i)%position) exit
@@ -142,27 +178,7 @@ contains
       end do
       order(j + 1) = i
     end do
-    text = ''
-    most = max_printed
-    if (present(checked)) most = max_collected
-    do k = 1, min(size(order), most)
-      if (k > 1) text = text//new_line('a')
-      if (present(checked)) then
-        text = text//in_one_line(diagnostics%mistakes(order(k)), checked)
-      else
-        text = text//diagnostics%mistakes(order(k))%text
-      end if
-    end do
-    if (present(checked)) then
-      continue
-    else if (size(order) >= max_collected) then
-      text = text//new_line('a')//'and more: stopped after '//to_text(size(order))// &
-        ' mistakes'
-    else if (size(order) > max_printed) then
-      text = text//new_line('a')//'and '//to_text(size(order) - max_printed)//' more mistakes'
-    end if
-    call raise(error, exit_wrong_input, text)
-  end subroutine mistakes_as_error
+  end function order_of
 
   !> A mistake as compilers write theirs: path:line:column: error: what is wrong; the hint. What has
   !> no place is told at the first letter.
