@@ -33,9 +33,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bipot.brick_faces import face_nodes, face_normals, outer_faces
 from bipot.errors import RefusedError
-from bipot.meshes import BrickMesh, outer_faces, read_mesh
-from bipot.result import BRICK_FACES
+from bipot.meshes import BrickMesh, read_mesh
 
 Array = NDArray[Any]
 Number = float | int | str
@@ -107,10 +107,8 @@ class MeshPart:
         and returns a mask (F,).
         """
         faces = outer_faces(self.mesh.bricks)
-        corners = self.mesh.points[self.mesh.bricks[faces[:, :1], BRICK_FACES[faces[:, 1]]]]
-        normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-        chosen = faces[np.asarray(where(corners.mean(axis=1), normals), bool)]
+        corners = self.mesh.points[face_nodes(self.mesh.bricks, faces)]
+        chosen = faces[np.asarray(where(corners.mean(axis=1), face_normals(corners)), bool)]
         return [(int(self.element_ids[brick]), f"S{face + 1}") for brick, face in chosen]
 
 

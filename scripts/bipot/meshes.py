@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bipot.brick_faces import face_nodes, outer_faces
 from bipot.errors import MeshError
-from bipot.result import BRICK_FACES
 
 Array = NDArray[Any]
 
@@ -248,23 +248,13 @@ def _upright(points: Array, bricks: Array) -> Array:
     return bricks
 
 
-def outer_faces(bricks: Array) -> Array:
-    """Return the faces that one brick alone has, (F, 2): brick, face 0 to 5 (S1 to S6)."""
-    keys = np.sort(bricks[:, BRICK_FACES].reshape(-1, 4), axis=1)
-    _, where, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-    alone = np.flatnonzero(count[where.ravel()] == 1)
-    return np.stack([alone // 6, alone % 6], axis=1)
-
-
 def _add_groups(mesh: BrickMesh, cells: _Cells, first: dict[int, int], new: Array) -> None:
     """Make sets and surfaces of the named groups."""
+    if not cells.groups:
+        return
     outer = outer_faces(mesh.bricks)
-    table = {
-        tuple(key): face for key, face in zip(
-            np.sort(mesh.bricks[outer[:, :1], BRICK_FACES[outer[:, 1]]], axis=1).tolist(),
-            outer.tolist(), strict=True,
-        )
-    } if cells.groups else {}
+    keys = np.sort(face_nodes(mesh.bricks, outer), axis=1)
+    table = dict(zip(map(tuple, keys.tolist()), outer.tolist(), strict=True))
     for name, parts in cells.groups.items():
         bricks, faces, nodes, lost = [], [], [], 0
         for number, rows in parts.items():

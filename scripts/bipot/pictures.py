@@ -16,6 +16,7 @@ from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
+from bipot.brick_faces import face_normals
 from bipot.result import OPEN, SLIDE, STATUS_NAMES, STICK, ResultError, von_mises
 
 COLOURS = {OPEN: "#ffffff", STICK: "#2f6db0", SLIDE: "#e8813a"}
@@ -61,12 +62,6 @@ def toward_the_eye():
     return np.array(
         [horizontal * np.cos(azimuth), horizontal * np.sin(azimuth), np.sin(elevation)]
     )
-
-
-def face_normals(corners):
-    """Return unit normals of faces (F, 4, 3), by their diagonals."""
-    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
 
 
 def subdivide(corners, pieces):

@@ -13,14 +13,11 @@ import re
 import subprocess
 from dataclasses import dataclass, field
 
-import numpy as np
+from bipot.brick_faces import BRICK_FACES
 
 BRICKS = {"C3D8": "C3D8", "C3D8I": "C3D8I", "C3D8B": "C3D8B"} | dict.fromkeys(
     ("C3D8R", "C3D8H", "C3D8RH"), "C3D8"
 )
-FACE_CORNERS = np.array(
-    [[1, 4, 3, 2], [5, 6, 7, 8], [1, 2, 6, 5], [2, 3, 7, 6], [3, 4, 8, 7], [4, 1, 5, 8]]
-) - 1
 HELD = {
     "XSYMM": (1,), "YSYMM": (2,), "ZSYMM": (3,), "XASYMM": (2, 3), "YASYMM": (1, 3),
     "ZASYMM": (1, 2), "PINNED": (1, 2, 3), "ENCASTRE": (1, 2, 3),
@@ -30,6 +27,7 @@ NOTHING = {  # what asks for output or for a way of solving, and says nothing ab
     "NODE PRINT", "EL PRINT", "CONTACT PRINT", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT",
     "CONTACT OUTPUT", "CONTROLS", "SURFACE BEHAVIOR", "PREPRINT", "RESTART", "END STEP",
 }
+
 
 class DeckError(Exception):
     """The deck holds something that has no place in a flat scene."""
@@ -181,7 +179,7 @@ class Scene:
         found = {}
         for element, face in self.faces[surface]:
             corners = self.elements[element][1]
-            found.update(dict.fromkeys(corners[k] for k in FACE_CORNERS[face - 1]))
+            found.update(dict.fromkeys(corners[k] for k in BRICK_FACES[face - 1]))
         return list(found)
 
     def elements_of(self, name):
