@@ -243,7 +243,7 @@ def study(
             status, again = None, True
         if status in ("finished", "not solved"):
             continue
-        mistakes = check(path, parameters=given, program=str(runs.program))
+        mistakes = check(path, parameters=given, program=runs.program)
         if mistakes:
             words = "; ".join(map(str, mistakes))
             raise DeckError(f"{run_name(setting)}: {words}", 1, tuple(mistakes))
@@ -269,7 +269,9 @@ def _run_missing(
         if halted:
             return
         path = runs.path(settings[number])
-        words = command_words(given, runs.accuracy, overwrite=again, resume=not again)
+        words = command_words(
+            None, given, accuracy=runs.accuracy, overwrite=again, resume=not again
+        )
         command = [runs.program, runs.deck, "-o", path, *words]
         started: list[Process] = []
 
