@@ -45,6 +45,8 @@ if TYPE_CHECKING:
 Settings = dict[str, Any]
 Ended = tuple[str, str]
 """How a run ended that did not finish: its status and the program's words."""
+Missing = tuple[Path, Settings, bool]
+"""A run to be made: its file, all its parameters, whether to replace what is there."""
 ENDED = {
     NotSolvedError: "not solved", MachineError: "failed", StoppedError: "stopped",
     RunTimeoutError: "stopped",
@@ -230,9 +232,8 @@ def study(
     runs = _Runs(path, place, built_program(program), accuracy)
     fixed = {**(parameters or {}), **values}
     settings = combinations(vary)
-    missing: list[tuple[int, Settings, bool]] = []
-    messages: dict[int, Ended] = {}
-    for number, setting in enumerate(settings):
+    missing: list[Missing] = []
+    for setting in settings:
         given = {**fixed, **setting}
         try:
             status = runs.found(setting, given)
@@ -247,28 +248,28 @@ def study(
         if mistakes:
             words = "; ".join(map(str, mistakes))
             raise DeckError(f"{run_name(setting)}: {words}", 1, tuple(mistakes))
-        missing.append((number, given, again))
-    _run_missing(runs, settings, missing, messages, (processes, threads, timeout, quiet))
+        missing.append((runs.path(setting), given, again))
+    told = Progress(place.name, not quiet, "run")
+    ended = _run_missing(runs, missing, processes, threads, timeout, told)
+    paths = map(runs.path, settings)
     return Study([
-        _row(setting, runs.path(setting), messages.get(number), evaluate)
-        for number, setting in enumerate(settings)
+        _row(setting, path, ended.get(path), evaluate)
+        for setting, path in zip(settings, paths, strict=True)
     ])
 
 
 def _run_missing(
-    runs: _Runs, settings: list[Settings], missing: list[tuple[int, Settings, bool]],
-    messages: dict[int, Ended], how: tuple[int, int | None, float | None, bool],
-) -> None:
-    """Run what is missing, so many at a time; note what did not end well in `messages`."""
-    processes, threads, timeout, quiet = how
+    runs: _Runs, missing: list[Missing], processes: int, threads: int | None,
+    timeout: float | None, told: Progress,
+) -> dict[Path, Ended]:
+    """Run what is missing, so many at a time; return how those ended that did not finish."""
+    failures: dict[Path, Ended] = {}
     alive: set[Process] = set()
-    told = Progress(runs.folder.name, not quiet, "run")
     halted = False
 
-    def one(number: int, given: Settings, again: bool) -> None:
+    def one(path: Path, given: Settings, again: bool) -> None:
         if halted:
             return
-        path = runs.path(settings[number])
         words = command_words(
             None, given, accuracy=runs.accuracy, overwrite=again, resume=not again
         )
@@ -284,7 +285,7 @@ def _run_missing(
         try:
             follow(command, path, threads, timeout, None, note).close()
         except (NotSolvedError, MachineError, StoppedError) as error:
-            messages[number] = (ENDED[type(error)], str(error))
+            failures[path] = (ENDED[type(error)], str(error))
             if error.result is not None:
                 error.result.close()
         finally:
@@ -309,6 +310,7 @@ def _run_missing(
             raise
         finally:
             told.close()
+    return failures
 
 
 def _row(
