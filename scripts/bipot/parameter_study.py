@@ -324,7 +324,8 @@ def _row(
     if not path.exists():  # not one increment was finished
         return row
     with Result(path) as result:
-        row["status"] = str(result.run.get("status"))
+        if ended is None:
+            row["status"] = str(result.run.get("status"))
         row["increments"], row["certified"] = result.finished, result.certified
         if "counters" in result.file["run"]:
             row["seconds"] = result.counters["seconds_total"]

@@ -7,6 +7,7 @@ import threading
 import time
 import unittest
 from pathlib import Path
+from unittest.mock import patch
 
 try:
     import h5py  # noqa: F401
@@ -113,6 +114,16 @@ class Studies(WithFolder):
         row, = self.study({"n": [12]}, steps=20000, timeout=1.0)
         self.assertEqual(row["status"], "stopped")
         self.assertIn("took longer than 1 s", row["message"])
+
+    def test_a_run_that_had_to_be_killed_is_stopped(self):
+        def kill(process):
+            process.process.kill()
+            return process.wait()
+
+        with patch.object(Process, "stop", kill):
+            row, = self.study({"n": [6]}, steps=20000, timeout=1.0)
+        self.assertEqual(row["status"], "stopped")  # its file says that it is running
+        self.assertIn("had to be killed", row["message"])
 
     def test_a_wrong_deck_is_told_before_anything_runs(self):
         with self.assertRaisesRegex(bipot.DeckError, "n=2,nn=1: .*no parameter 'NN'"):
