@@ -76,15 +76,11 @@ def read_mesh(
     where there are other solids than bricks, or none, or the file cannot be read.
     """
     cells = _cells_of(source)
-    found = _bricks_of(cells)
-    count = len(found.bricks)
-    for name, members in (element_sets or {}).items():
-        found.element_sets[name] = _chosen(members, count, f"element set {name}")
-    new = np.full(len(cells.points), -1)
-    new[found.rows] = np.arange(len(found.rows))
     for name, members in (node_sets or {}).items():
-        kept = new[_chosen(members, len(cells.points), f"node set {name}")]
-        found.node_sets[name] = kept[kept >= 0]
+        cells.node_sets[name] = _chosen(members, len(cells.points), f"node set {name}")
+    found = _bricks_of(cells)
+    for name, members in (element_sets or {}).items():
+        found.element_sets[name] = _chosen(members, len(found.bricks), f"element set {name}")
     return found
 
 
