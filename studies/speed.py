@@ -50,7 +50,7 @@ PHASES = (
     "write",
 )
 PLATES = {
-    "plate": "As the plan has it: from n = 26 on the compliance of the contact is not formed.",
+    "plate": "As the plan has it: with many points the compliance of the contact is not formed.",
     "plate-dense": "With the dense compliance (`COMPLIANCE=DENSE`).",
 }
 COUNTERS = (
