@@ -50,7 +50,7 @@ PHASES = (
     "write",
 )
 PLATES = {
-    "plate": "As the plan has it: a dense compliance of the contact at n = 20, none beyond.",
+    "plate": "As the plan has it: with many points the compliance of the contact is not formed.",
     "plate-dense": "With the dense compliance (`COMPLIANCE=DENSE`).",
 }
 COUNTERS = (

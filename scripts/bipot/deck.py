@@ -33,9 +33,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bipot.brick_faces import face_nodes, face_normals, outer_faces
 from bipot.errors import RefusedError
-from bipot.meshes import BrickMesh, outer_faces, read_mesh
-from bipot.result import BRICK_FACES
+from bipot.meshes import BrickMesh, read_mesh
 
 Array = NDArray[Any]
 Number = float | int | str
@@ -75,17 +75,17 @@ def _name(name: str) -> str:
     return f'"{text}"'
 
 
+def _where(where: int | str) -> str:
+    """Return a set's name or an id."""
+    return _name(where) if isinstance(where, str) else str(int(where))
+
+
 def _members(members: Members) -> list[str]:
     """Return ids or names as lines of a set."""
     if isinstance(members, str) or not isinstance(members, Iterable):
         members = [members]
-    entries = [_name(m) if isinstance(m, str) else str(int(m)) for m in members]
+    entries = [_where(member) for member in members]
     return [", ".join(entries[i : i + ENTRIES]) for i in range(0, len(entries), ENTRIES)]
-
-
-def _where(where: int | str) -> str:
-    """Return a set's name or an id."""
-    return _name(where) if isinstance(where, str) else str(int(where))
 
 
 @dataclass(frozen=True)
@@ -107,10 +107,8 @@ class MeshPart:
         and returns a mask (F,).
         """
         faces = outer_faces(self.mesh.bricks)
-        corners = self.mesh.points[self.mesh.bricks[faces[:, :1], BRICK_FACES[faces[:, 1]]]]
-        normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-        chosen = faces[np.asarray(where(corners.mean(axis=1), normals), bool)]
+        corners = self.mesh.points[face_nodes(self.mesh.bricks, faces)]
+        chosen = faces[np.asarray(where(corners.mean(axis=1), face_normals(corners)), bool)]
         return [(int(self.element_ids[brick]), f"S{face + 1}") for brick, face in chosen]
 
 
@@ -132,7 +130,7 @@ class Deck:
         self._steps: list[str] = []
         self._in_step = False
         self._read = ""  # the text it was read from, while nothing is added
-        self._next_node, self._next_element = 1, 1
+        self._next = {"nodes": 1, "elements": 1}  # the ids of the next ones; 0: not known
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Deck:
@@ -159,7 +157,7 @@ class Deck:
             (i for i, line in enumerate(lines) if re.match(r"(?i)\s*\*STEP\b", line)), len(lines)
         )
         deck._model, deck._steps = lines[:step], lines[step:]
-        deck._next_node = deck._next_element = 0
+        deck._next = {"nodes": 0, "elements": 0}
         return deck
 
     # --- As text ------------------------------------------------------------------------------
@@ -263,8 +261,7 @@ class Deck:
 
     def _add(self, word: str, lines: list[str]) -> None:
         """Put a card where its keyword belongs."""
-        if self._read:
-            self._read = ""
+        self._read = ""
         if word == "PARAMETER":
             self._parameters += lines[1:]
         elif word == "HEADING":
@@ -291,12 +288,12 @@ class Deck:
 
     def number_from(self, node: int, element: int) -> Deck:
         """Say which ids the next nodes and elements have; needed in a deck read from a text."""
-        self._next_node, self._next_element = node, element
+        self._next = {"nodes": node, "elements": element}
         return self
 
     def _take_ids(self, ids: ArrayLike | None, count: int, what: str) -> Array:
         """Return ids for nodes or elements: those given, or the next ones."""
-        following = self._next_node if what == "nodes" else self._next_element
+        following = self._next[what]
         if ids is None:
             if following == 0:
                 raise ValueError(
@@ -309,11 +306,7 @@ class Deck:
             if found.shape != (count,):
                 raise ValueError(f"{count} {what} need as many ids, not {found.shape}")
         if following and count:
-            following = max(following, int(found.max()) + 1)
-            if what == "nodes":
-                self._next_node = following
-            else:
-                self._next_element = following
+            self._next[what] = max(following, int(found.max()) + 1)
         return found
 
     def nodes(
@@ -534,9 +527,13 @@ class Deck:
         finally:
             self.card("END STEP")
 
-    def _load(self, keyword: str, line: Sequence[Any], **options: Any) -> Deck:
+    def _load(
+        self, keyword: str, line: Sequence[Any], amplitude: str | None, op: str | None,
+        **options: Any,
+    ) -> Deck:
         """Add a card of one line that belongs to a step."""
-        return self.card(keyword, [line], options)
+        given = {"AMPLITUDE": amplitude and _name(amplitude), "OP": op, **options}
+        return self.card(keyword, [line], given)
 
     def boundary(
         self, where: int | str, first: int | str, last: int | None = None, value: Number = 0.0,
@@ -548,42 +545,37 @@ class Deck:
                "PINNED" and their like alone
         fixed  hold the nodes where they are as the step begins
         """
-        options = {"AMPLITUDE": amplitude and _name(amplitude), "OP": op, "FIXED": fixed}
+        line: tuple[Any, ...] = (_where(where), first, first if last is None else last, value)
         if isinstance(first, str) and not first.startswith("<"):
-            return self._load("BOUNDARY", (_where(where), first), **options)
-        line = (_where(where), first, first if last is None else last, value)
-        return self._load("BOUNDARY", line, **options)
+            line = line[:2]
+        return self._load("BOUNDARY", line, amplitude, op, FIXED=fixed)
 
     def force(
         self, where: int | str, direction: int, value: Number, amplitude: str | None = None,
         op: str | None = None,
     ) -> Deck:
         """Put a force on each of some nodes, or on the obstacle of a reference node."""
-        options = {"AMPLITUDE": amplitude and _name(amplitude), "OP": op}
-        return self._load("CLOAD", (_where(where), direction, value), **options)
+        return self._load("CLOAD", (_where(where), direction, value), amplitude, op)
 
     def pressure(
         self, surface: str, value: Number, amplitude: str | None = None, op: str | None = None
     ) -> Deck:
         """Put a pressure on a surface, positive into the body."""
-        options = {"AMPLITUDE": amplitude and _name(amplitude), "OP": op}
-        return self._load("DSLOAD", (_name(surface), "P", value), **options)
+        return self._load("DSLOAD", (_name(surface), "P", value), amplitude, op)
 
     def gravity(
         self, acceleration: Number, direction: Sequence[Number] = (0.0, 0.0, -1.0),
         elements: str = "", amplitude: str | None = None, op: str | None = None,
     ) -> Deck:
         """Let elements, or all of them, have weight; their materials need a density."""
-        options = {"AMPLITUDE": amplitude and _name(amplitude), "OP": op}
         name = _name(elements) if elements else ""
-        return self._load("DLOAD", (name, "GRAV", acceleration, *direction), **options)
+        return self._load("DLOAD", (name, "GRAV", acceleration, *direction), amplitude, op)
 
     def temperature(
         self, where: int | str, value: Number, amplitude: str | None = None, op: str | None = None
     ) -> Deck:
         """Prescribe a temperature of nodes."""
-        options = {"AMPLITUDE": amplitude and _name(amplitude), "OP": op}
-        return self._load("TEMPERATURE", (_where(where), value), **options)
+        return self._load("TEMPERATURE", (_where(where), value), amplitude, op)
 
     def output(
         self, nodes: Sequence[str] = (), elements: Sequence[str] = (), contact: bool = True,

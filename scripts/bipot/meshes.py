@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bipot.brick_faces import face_nodes, outer_faces
 from bipot.errors import MeshError
-from bipot.result import BRICK_FACES
 
 Array = NDArray[Any]
 
@@ -76,15 +76,11 @@ def read_mesh(
     where there are other solids than bricks, or none, or the file cannot be read.
     """
     cells = _cells_of(source)
-    found = _bricks_of(cells)
-    count = len(found.bricks)
-    for name, members in (element_sets or {}).items():
-        found.element_sets[name] = _chosen(members, count, f"element set {name}")
-    new = np.full(len(cells.points), -1)
-    new[found.rows] = np.arange(len(found.rows))
     for name, members in (node_sets or {}).items():
-        kept = new[_chosen(members, len(cells.points), f"node set {name}")]
-        found.node_sets[name] = kept[kept >= 0]
+        cells.node_sets[name] = _chosen(members, len(cells.points), f"node set {name}")
+    found = _bricks_of(cells)
+    for name, members in (element_sets or {}).items():
+        found.element_sets[name] = _chosen(members, len(found.bricks), f"element set {name}")
     return found
 
 
@@ -248,23 +244,13 @@ def _upright(points: Array, bricks: Array) -> Array:
     return bricks
 
 
-def outer_faces(bricks: Array) -> Array:
-    """Return the faces that one brick alone has, (F, 2): brick, face 0 to 5 (S1 to S6)."""
-    keys = np.sort(bricks[:, BRICK_FACES].reshape(-1, 4), axis=1)
-    _, where, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-    alone = np.flatnonzero(count[where.ravel()] == 1)
-    return np.stack([alone // 6, alone % 6], axis=1)
-
-
 def _add_groups(mesh: BrickMesh, cells: _Cells, first: dict[int, int], new: Array) -> None:
     """Make sets and surfaces of the named groups."""
+    if not cells.groups:
+        return
     outer = outer_faces(mesh.bricks)
-    table = {
-        tuple(key): face for key, face in zip(
-            np.sort(mesh.bricks[outer[:, :1], BRICK_FACES[outer[:, 1]]], axis=1).tolist(),
-            outer.tolist(), strict=True,
-        )
-    } if cells.groups else {}
+    keys = np.sort(face_nodes(mesh.bricks, outer), axis=1)
+    table = dict(zip(map(tuple, keys.tolist()), outer.tolist(), strict=True))
     for name, parts in cells.groups.items():
         bricks, faces, nodes, lost = [], [], [], 0
         for number, rows in parts.items():

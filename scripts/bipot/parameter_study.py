@@ -45,6 +45,8 @@ if TYPE_CHECKING:
 Settings = dict[str, Any]
 Ended = tuple[str, str]
 """How a run ended that did not finish: its status and the program's words."""
+Missing = tuple[Path, Settings, bool]
+"""A run to be made: its file, all its parameters, whether to replace what is there."""
 ENDED = {
     NotSolvedError: "not solved", MachineError: "failed", StoppedError: "stopped",
     RunTimeoutError: "stopped",
@@ -230,9 +232,8 @@ def study(
     runs = _Runs(path, place, built_program(program), accuracy)
     fixed = {**(parameters or {}), **values}
     settings = combinations(vary)
-    missing: list[tuple[int, Settings, bool]] = []
-    messages: dict[int, Ended] = {}
-    for number, setting in enumerate(settings):
+    missing: list[Missing] = []
+    for setting in settings:
         given = {**fixed, **setting}
         try:
             status = runs.found(setting, given)
@@ -243,33 +244,35 @@ def study(
             status, again = None, True
         if status in ("finished", "not solved"):
             continue
-        mistakes = check(path, parameters=given, program=str(runs.program))
+        mistakes = check(path, parameters=given, program=runs.program)
         if mistakes:
             words = "; ".join(map(str, mistakes))
             raise DeckError(f"{run_name(setting)}: {words}", 1, tuple(mistakes))
-        missing.append((number, given, again))
-    _run_missing(runs, settings, missing, messages, (processes, threads, timeout, quiet))
+        missing.append((runs.path(setting), given, again))
+    told = Progress(place.name, not quiet, "run")
+    ended = _run_missing(runs, missing, processes, threads, timeout, told)
+    paths = map(runs.path, settings)
     return Study([
-        _row(setting, runs.path(setting), messages.get(number), evaluate)
-        for number, setting in enumerate(settings)
+        _row(setting, path, ended.get(path), evaluate)
+        for setting, path in zip(settings, paths, strict=True)
     ])
 
 
 def _run_missing(
-    runs: _Runs, settings: list[Settings], missing: list[tuple[int, Settings, bool]],
-    messages: dict[int, Ended], how: tuple[int, int | None, float | None, bool],
-) -> None:
-    """Run what is missing, so many at a time; note what did not end well in `messages`."""
-    processes, threads, timeout, quiet = how
+    runs: _Runs, missing: list[Missing], processes: int, threads: int | None,
+    timeout: float | None, told: Progress,
+) -> dict[Path, Ended]:
+    """Run what is missing, so many at a time; return how those ended that did not finish."""
+    failures: dict[Path, Ended] = {}
     alive: set[Process] = set()
-    told = Progress(runs.folder.name, not quiet, "run")
     halted = False
 
-    def one(number: int, given: Settings, again: bool) -> None:
+    def one(path: Path, given: Settings, again: bool) -> None:
         if halted:
             return
-        path = runs.path(settings[number])
-        words = command_words(given, runs.accuracy, overwrite=again, resume=not again)
+        words = command_words(
+            None, given, accuracy=runs.accuracy, overwrite=again, resume=not again
+        )
         command = [runs.program, runs.deck, "-o", path, *words]
         started: list[Process] = []
 
@@ -282,7 +285,7 @@ def _run_missing(
         try:
             follow(command, path, threads, timeout, None, note).close()
         except (NotSolvedError, MachineError, StoppedError) as error:
-            messages[number] = (ENDED[type(error)], str(error))
+            failures[path] = (ENDED[type(error)], str(error))
             if error.result is not None:
                 error.result.close()
         finally:
@@ -307,6 +310,7 @@ def _run_missing(
             raise
         finally:
             told.close()
+    return failures
 
 
 def _row(
@@ -320,7 +324,8 @@ def _row(
     if not path.exists():  # not one increment was finished
         return row
     with Result(path) as result:
-        row["status"] = str(result.run.get("status"))
+        if ended is None:
+            row["status"] = str(result.run.get("status"))
         row["increments"], row["certified"] = result.finished, result.certified
         if "counters" in result.file["run"]:
             row["seconds"] = result.counters["seconds_total"]

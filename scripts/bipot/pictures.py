@@ -16,6 +16,7 @@ from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
+from bipot.brick_faces import face_normals
 from bipot.result import OPEN, SLIDE, STATUS_NAMES, STICK, ResultError, von_mises
 
 COLOURS = {OPEN: "#ffffff", STICK: "#2f6db0", SLIDE: "#e8813a"}
@@ -61,12 +62,6 @@ def toward_the_eye():
     return np.array(
         [horizontal * np.cos(azimuth), horizontal * np.sin(azimuth), np.sin(elevation)]
     )
-
-
-def face_normals(corners):
-    """Return unit normals of faces (F, 4, 3), by their diagonals."""
-    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
 
 
 def subdivide(corners, pieces):
@@ -124,10 +119,10 @@ class Body:
         decade = 10.0 ** np.floor(np.log10(wanted))
         return float(decade * max(step for step in (1, 2, 5) if step * decade <= wanted))
 
-    def sampled(self):
-        """Return up to 20 stored increments, the last among them."""
+    def sampled(self, most=20):
+        """Return up to `most` stored increments, the last among them."""
         stored = len(self.result.field_rows)
-        return np.unique(np.linspace(0, stored - 1, min(stored, 20)).round().astype(int))
+        return np.unique(np.linspace(0, stored - 1, min(stored, most)).round().astype(int))
 
     def limits(self):
         """Return the corners of the box that holds the body in all increments."""
@@ -356,6 +351,12 @@ def draw_contact(result, pair):
 # --- Forces -------------------------------------------------------------------------------------
 
 
+def ratio(across, along):
+    """Return friction over pressure; not a number where nothing presses."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(along > 0, across / along, np.nan)
+
+
 @styled
 def draw_forces(result, pair):
     """Return a figure of the forces of a contact pair over the increments, and their ratio."""
@@ -377,20 +378,19 @@ def draw_forces(result, pair):
     top.legend(fontsize=8, loc="best")
     top.set_title(f"{result.path.stem}, contact {pair.name}")
 
-    pressed = pair.normal_sum > 0
-    with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = np.where(pressed, pair.friction_sum / pair.normal_sum, np.nan)
     bottom.plot(
-        increments, ratio, color=COLOURS[SLIDE], label="friction / normal, sums of magnitudes"
+        increments, ratio(pair.friction_sum, pair.normal_sum), color=COLOURS[SLIDE],
+        label="friction / normal, sums of magnitudes",
     )
     normals = pair.frame[:, :, 0]
     if np.ptp(normals, axis=(0, 1)).max() < 1e-12:
         normal = normals[0, 0]
         along = pair.resultant @ normal
         across = np.linalg.norm(pair.resultant - along[:, None] * normal, axis=1)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            ratio = np.where(along > 0, across / along, np.nan)
-        bottom.plot(increments, ratio, "--", color=COLOURS[STICK], label="the same, resultants")
+        bottom.plot(
+            increments, ratio(across, along), "--", color=COLOURS[STICK],
+            label="the same, resultants",
+        )
     if pair.friction_coefficient > 0:
         bottom.axhline(
             pair.friction_coefficient, color=INK, linewidth=0.8, linestyle=":",
@@ -434,8 +434,7 @@ class Progress:
 @styled
 def draw_animation(result, body, pair, path, writer):
     """Save the body, and the contact surface beside it, over the increments."""
-    stored = len(result.field_rows)
-    frames = np.unique(np.linspace(0, stored - 1, min(stored, MAX_FRAMES)).round().astype(int))
+    frames = body.sampled(MAX_FRAMES)
     label, colour_map = QUANTITIES["displacement"]
     norm = body.norm("displacement", frames)
     figure = plt.figure(figsize=(9.6 if pair else 6.2, 4.6), dpi=80)

@@ -27,6 +27,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bipot.brick_faces import BRICK_FACES, face_nodes, outer_faces
 from bipot.errors import ResultError
 
 if TYPE_CHECKING:
@@ -43,11 +44,6 @@ Array = NDArray[Any]
 
 OPEN, STICK, SLIDE = 0, 1, 2
 STATUS_NAMES = ("open", "stick", "slide")
-
-# The six faces of a brick, corners counterclockwise seen from outside.
-BRICK_FACES = np.array(
-    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-)
 
 
 class Description(NamedTuple):
@@ -250,12 +246,8 @@ class Result:
     @cached_property
     def boundary(self) -> tuple[Array, Array]:
         """Faces that belong to one brick only: (nodes (F, 4) counterclockwise, brick (F,))."""
-        faces = self.bricks[:, BRICK_FACES].reshape(-1, 4)
-        _, first, count = np.unique(
-            np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
-        )
-        alone = np.sort(first[count == 1])
-        return faces[alone], alone // len(BRICK_FACES)
+        faces = outer_faces(self.bricks)
+        return face_nodes(self.bricks, faces), faces[:, 0]
 
     # --- Fields -------------------------------------------------------------------------------
 

@@ -20,6 +20,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -80,13 +81,20 @@ def _refuse_hdf5(path: str) -> None:
         raise RefusedError(f"{path} is an HDF5 file, not a deck; bipot.read opens a result")
 
 
-def _set_words(parameters: Mapping[str, Any] | None, more: Mapping[str, Any]) -> list[str]:
-    """Return the words of the command line for a deck's parameters."""
+def command_words(
+    parameters: Mapping[str, Any] | None, more: Mapping[str, Any], *,
+    accuracy: float | None = None, overwrite: bool = False, resume: bool = False,
+    force: bool = False,
+) -> list[str]:
+    """Return a deck's parameters and the options of a run as words of the command line."""
     settings = {**(parameters or {}), **more}
     for name, value in settings.items():
         if isinstance(value, bool) or not (isinstance(value, str) or hasattr(value, "__float__")):
             raise TypeError(f"parameter {name} must be a number or a text, not {value!r}")
-    return set_words(settings)
+    words = set_words(settings)
+    words += [] if accuracy is None else ["--accuracy", str(accuracy)]
+    flags = {"--overwrite": overwrite, "--continue": resume, "--force": force}
+    return words + [flag for flag, wanted in flags.items() if wanted]
 
 
 def _messages(said: str) -> tuple[Message, ...]:
@@ -114,12 +122,15 @@ def _messages(said: str) -> tuple[Message, ...]:
     return tuple(found)
 
 
-def _short(words: list[Any], folder: str | None) -> subprocess.CompletedProcess[str]:
-    """Run a command that only tells something."""
-    return subprocess.run(
-        [str(word) for word in words], cwd=folder, stdin=subprocess.DEVNULL, capture_output=True,
-        encoding="utf-8", errors="replace", check=False,
-    )
+def _ask(
+    deck: DeckLike, program: str | os.PathLike[str] | None, words: list[str]
+) -> subprocess.CompletedProcess[str]:
+    """Run the program with words that have it tell something of a deck, and compute nothing."""
+    with _deck_file(deck) as (path, folder):
+        return subprocess.run(
+            [built_program(program), path, *words], cwd=folder, stdin=subprocess.DEVNULL,
+            capture_output=True, encoding="utf-8", errors="replace", check=False,
+        )
 
 
 def _error(status: int, said: str, output: str, result: Result | None = None) -> RunError:
@@ -137,17 +148,15 @@ def _error(status: int, said: str, output: str, result: Result | None = None) ->
 
 
 def check(
-    deck: DeckLike, *, parameters: Mapping[str, Any] | None = None, program: str | None = None,
-    **values: Any,
+    deck: DeckLike, *, parameters: Mapping[str, Any] | None = None,
+    program: str | os.PathLike[str] | None = None, **values: Any,
 ) -> list[Message]:
     """Return all mistakes of a deck, in their order; an empty list where it has none.
 
     Nothing is computed and nothing raised for a wrong deck: `str(message)` is
     "file:line:column: text". Raises RefusedError where the deck is no text.
     """
-    with _deck_file(deck) as (path, folder):
-        words = [built_program(program), path, "--check", *_set_words(parameters, values)]
-        done = _short(words, folder)
+    done = _ask(deck, program, ["--check", *command_words(parameters, values)])
     if done.returncode not in (0, 1):
         raise _error(done.returncode, done.stderr, done.stdout)
     found = list(_messages(done.stderr))
@@ -157,16 +166,14 @@ def check(
 
 
 def flat(
-    deck: DeckLike, *, parameters: Mapping[str, Any] | None = None, program: str | None = None,
-    **values: Any,
+    deck: DeckLike, *, parameters: Mapping[str, Any] | None = None,
+    program: str | os.PathLike[str] | None = None, **values: Any,
 ) -> str:
     """Return a deck as one text without includes, parameters and blocks: itself a deck.
 
     Raises DeckError where the deck is wrong.
     """
-    with _deck_file(deck) as (path, folder):
-        words = [built_program(program), path, "--flat", *_set_words(parameters, values)]
-        done = _short(words, folder)
+    done = _ask(deck, program, ["--flat", *command_words(parameters, values)])
     if done.returncode != 0:
         raise _error(done.returncode, done.stderr, done.stdout)
     return done.stdout
@@ -262,8 +269,6 @@ class Plan:
 
     def _repr_html_(self) -> str:
         """Return the table for a notebook."""
-        from html import escape
-
         rows = "".join(
             f"<tr><td>{escape(line.name)}</td><td>{line.bound}</td>"
             f"<td style='text-align:left'>{escape(line.text)}</td></tr>"
@@ -283,18 +288,14 @@ def _read_plan(text: str, status: int, said: str) -> Plan:
 
 def plan(
     deck: DeckLike, *, accuracy: float | None = None, parameters: Mapping[str, Any] | None = None,
-    program: str | None = None, **values: Any,
+    program: str | os.PathLike[str] | None = None, **values: Any,
 ) -> Plan:
     """Return what a run would do and cost, and compute nothing.
 
     Raises DeckError where the deck is wrong. A run that this machine cannot hold is no error:
     `fits` of the plan says so.
     """
-    with _deck_file(deck) as (path, folder):
-        words = [built_program(program), path, "--plan", *_set_words(parameters, values)]
-        if accuracy is not None:
-            words += ["--accuracy", accuracy]
-        done = _short(words, folder)
+    done = _ask(deck, program, ["--plan", *command_words(parameters, values, accuracy=accuracy)])
     if done.returncode not in (0, 3) or not done.stdout:
         raise _error(done.returncode, done.stderr, done.stdout)
     return _read_plan(done.stdout, done.returncode, done.stderr)
@@ -458,7 +459,7 @@ def run(
     """
     path = result_path(deck, output, directory)
     words = command_words(
-        {**(parameters or {}), **values}, accuracy, overwrite=overwrite, resume=resume, force=force
+        parameters, values, accuracy=accuracy, overwrite=overwrite, resume=resume, force=force
     )
     path.parent.mkdir(parents=True, exist_ok=True)
     if isinstance(deck, Deck):
@@ -469,17 +470,6 @@ def run(
         return follow(command, path, threads, timeout, told)
     finally:
         told.close()
-
-
-def command_words(
-    settings: Mapping[str, Any], accuracy: float | None = None, *, overwrite: bool = False,
-    resume: bool = False, force: bool = False,
-) -> list[str]:
-    """Return the options of a run as words of the command line."""
-    words = _set_words(settings, {})
-    words += [] if accuracy is None else ["--accuracy", str(accuracy)]
-    flags = {"--overwrite": overwrite, "--continue": resume, "--force": force}
-    return words + [flag for flag, wanted in flags.items() if wanted]
 
 
 def follow(

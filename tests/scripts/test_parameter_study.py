@@ -1,12 +1,14 @@
 """bipot.study: each run is made once, resumed where it was, and none is another deck's."""
 
 import os
+import shutil
 import signal
 import sys
 import threading
 import time
 import unittest
 from pathlib import Path
+from unittest.mock import patch
 
 try:
     import h5py  # noqa: F401
@@ -20,7 +22,7 @@ sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
 
 from bipot.parameter_study import combinations, run_name  # noqa: E402
 from bipot.running import Process  # noqa: E402
-from package import BLOCK, WithFolder, bipot, needs, pressed_block  # noqa: E402
+from package import BLOCK, ROOT, WithFolder, bipot, needs, pressed_block  # noqa: E402
 
 
 def pushed(result):
@@ -114,6 +116,16 @@ class Studies(WithFolder):
         self.assertEqual(row["status"], "stopped")
         self.assertIn("took longer than 1 s", row["message"])
 
+    def test_a_run_that_had_to_be_killed_is_stopped(self):
+        def kill(process):
+            process.process.kill()
+            return process.wait()
+
+        with patch.object(Process, "stop", kill):
+            row, = self.study({"n": [6]}, steps=20000, timeout=1.0)
+        self.assertEqual(row["status"], "stopped")  # its file says that it is running
+        self.assertIn("had to be killed", row["message"])
+
     def test_a_wrong_deck_is_told_before_anything_runs(self):
         with self.assertRaisesRegex(bipot.DeckError, "n=2,nn=1: .*no parameter 'NN'"):
             self.study([{"n": 2}, {"n": 2, "nn": 1}])
@@ -146,6 +158,18 @@ class Studies(WithFolder):
         Path("rest.inp").write_text(f"*MATERIAL{tail}".replace("210000", "200000"))
         with self.assertRaisesRegex(bipot.RefusedError, "of another deck"):
             self.study({"n": [1]}, "main.inp")
+
+    def test_triangles_that_a_deck_names_are_part_of_it(self):
+        shutil.copy(ROOT / "tests" / "data" / "plate.stl", "plate.stl")
+        deck = pressed_block().stl("STAMP", "plate.stl")
+        self.study({"n": [1]}, deck)
+        before = self.stamps()
+        self.study({"n": [1]}, deck)
+        self.assertEqual(self.stamps(), before)
+        later = time.time() + 10
+        os.utime("plate.stl", (later, later))
+        with self.assertRaisesRegex(bipot.RefusedError, "a file that the deck names was changed"):
+            self.study({"n": [1]}, deck)
 
     def test_names_of_files_are_names(self):
         self.assertEqual(run_name({"solver": "GLOBAL NEWTON", "x": "a/b"}),

@@ -214,6 +214,13 @@ class Plans(WithFolder):
         self.assertIn("sweeps", plan.line("contact solver"))
         self.assertIsNone(plan.line("chosen"))
 
+    def test_a_run_that_the_machine_cannot_hold_is_no_error(self):
+        # A dense matrix of three rows a point: terabytes.
+        plan = bipot.plan(ROOT / "studies" / "plate.inp", n=500, layers=1, compliance="DENSE")
+        self.assertFalse(plan.fits)
+        self.assertIn("of memory", plan.message)
+        self.assertEqual((plan.bricks, plan.contact_points), (500**2, 501**2))
+
     def test_a_deck_without_contact_has_no_points(self):
         plan = bipot.plan(ROOT / "input" / "cantilever.inp")
         self.assertEqual(plan.contact_points, 0)

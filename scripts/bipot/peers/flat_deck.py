@@ -10,17 +10,15 @@ is wrong in the deck, so mistakes are not looked for here.
 
 import math
 import re
-import subprocess
 from dataclasses import dataclass, field
 
-import numpy as np
+from bipot.brick_faces import BRICK_FACES
+from bipot.errors import RunError
+from bipot.running import flat
 
 BRICKS = {"C3D8": "C3D8", "C3D8I": "C3D8I", "C3D8B": "C3D8B"} | dict.fromkeys(
     ("C3D8R", "C3D8H", "C3D8RH"), "C3D8"
 )
-FACE_CORNERS = np.array(
-    [[1, 4, 3, 2], [5, 6, 7, 8], [1, 2, 6, 5], [2, 3, 7, 6], [3, 4, 8, 7], [4, 1, 5, 8]]
-) - 1
 HELD = {
     "XSYMM": (1,), "YSYMM": (2,), "ZSYMM": (3,), "XASYMM": (2, 3), "YASYMM": (1, 3),
     "ZASYMM": (1, 2), "PINNED": (1, 2, 3), "ENCASTRE": (1, 2, 3),
@@ -30,6 +28,7 @@ NOTHING = {  # what asks for output or for a way of solving, and says nothing ab
     "NODE PRINT", "EL PRINT", "CONTACT PRINT", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT",
     "CONTACT OUTPUT", "CONTROLS", "SURFACE BEHAVIOR", "PREPRINT", "RESTART", "END STEP",
 }
+
 
 class DeckError(Exception):
     """The deck holds something that has no place in a flat scene."""
@@ -181,7 +180,7 @@ class Scene:
         found = {}
         for element, face in self.faces[surface]:
             corners = self.elements[element][1]
-            found.update(dict.fromkeys(corners[k] for k in FACE_CORNERS[face - 1]))
+            found.update(dict.fromkeys(corners[k] for k in BRICK_FACES[face - 1]))
         return list(found)
 
     def elements_of(self, name):
@@ -334,23 +333,15 @@ def boundary_words(words):
     return [[str(first), str(min(last, 3)), value]] if first <= 3 else []
 
 
-def flat_lines(program, path, overrides):
-    """Return the lines of a deck without includes, parameters and blocks; DeckError with the
-    program's words where it is wrong."""
-    words = [word for name, value in overrides.items() for word in ("--set", f"{name}={value}")]
-    found = subprocess.run(
-        [program, path, "--flat", *words], capture_output=True, text=True, check=False
-    )
-    if found.returncode != 0:
-        raise DeckError(found.stderr.strip())
-    return found.stdout.splitlines()
-
-
 def read_flat(program, path, overrides):
-    """Return the flat scene of a deck; DeckError where it holds a card that is not known here."""
+    """Return the flat scene of a deck; DeckError where it is wrong or has a card not known here."""
+    try:
+        text = flat(path, parameters=overrides, program=program)
+    except RunError as error:
+        raise DeckError(str(error)) from error
     scene, step, before = Scene(), None, Step()
     material = interaction = None
-    for card in cards_of(flat_lines(program, path, overrides)):
+    for card in cards_of(text.splitlines()):
         match card.keyword:
             case "NODE":
                 for row in card.rows:
