@@ -301,7 +301,8 @@ contains
     end do
   end subroutine read_mesh_cards
 
-  !> *HEADING: the lines below it are the title.
+  !> *HEADING: the lines below the first one are the title. A mesh that is included may have one of
+  !> its own.
   subroutine read_heading(reader, title)
     type(reader_t), intent(inout) :: reader
     character(:), allocatable, intent(out) :: title
@@ -314,6 +315,10 @@ contains
       if (reader%cards(k)%keyword /= 'HEADING') cycle
       call open_card(reader, k, card)
       call allow_options(reader, card, [character(1) ::])
+      if (len(title) > 0) then
+        call note(reader, 'the title is that of the first *HEADING: another one is left out')
+        cycle
+      end if
       do line = card%place%first, card%place%last
         if (.not. is_data_line(reader%source, line)) cycle
         last = min(reader%source%first(line + 1) - 2, reader%source%first(line) + max_title)

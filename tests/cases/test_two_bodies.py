@@ -22,6 +22,7 @@ class PatchTest(unittest.TestCase):
         text = deck(
             block("LOW", lower, (0, 0, -1), (1, 1, 1)),
             block("UP", upper, (0, 0, 0), (1, 1, 1)),
+            "*NSET, NSET=TOP\nLOW-ZMAX\n*NSET, NSET=FOOT\nUP-ZMIN\n",
             pair(surfaces, mu),
             "*STEP\n*STATIC, DIRECT\n1., 1.\n*DSLOAD\nUP-ZMAX, P, 10.\n"
             "*EL FILE, POSITION=INTEGRATION POINTS\nS\n*END STEP\n",
@@ -40,6 +41,10 @@ class PatchTest(unittest.TestCase):
     def test_three_on_two(self):
         for surfaces in ("UP-ZMIN, LOW-ZMAX", "LOW-ZMAX, UP-ZMIN"):
             self.assertLess(self.stress_error(surfaces, 0.0, 3, 2), 1e-12)
+
+    def test_sets_of_nodes_stand_for_their_faces(self):
+        for surfaces in ("FOOT, TOP", "TOP, FOOT"):
+            self.assertLess(self.stress_error(surfaces, 0.3, 2, 3), 1e-12)
 
     def test_bricks_that_are_no_cubes(self):
         self.assertLess(self.stress_error("UP-ZMIN, LOW-ZMAX", 0.3, (2, 5, 1), (3, 1, 2)), 1e-12)

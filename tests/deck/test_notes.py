@@ -105,6 +105,11 @@ class Notes(unittest.TestCase):
             "thickness of *SURFACE INTERACTION is ignored", self.plan((card, card + "1.,\n"))
         )
 
+    def test_a_second_title(self):
+        printed = self.plan(("*MATERIAL", "*HEADING\nof the mesh\n*MATERIAL"))
+        self.assertIn("the title is that of the first *HEADING", printed)
+        self.assertNotIn("of the mesh", printed)
+
     def test_tables_of_gmsh_that_meshio_writes_as_sets(self):
         tables = (
             "*ELSET, ELSET=gmsh:bounding_entities\n-3,10,9,-10\n*NSET, NSET=gmsh:x\n0.5, word\n"

@@ -179,7 +179,7 @@ contains
         cycle
       end if
       call find_slave(reader, model, fields, surfaces, obstacles, pair)
-      call find_master(reader, fields, surfaces, obstacles, pair)
+      call find_master(reader, model, fields, surfaces, obstacles, pair)
       if (is_sound .and. pair%surface > 0 .and. pair%master_surface > 0) call check_surface_pair( &
         reader, model, surfaces, fields%start, field_position(reader, fields, 2), pair)
       if (is_sound .and. pair%surface > 0 .and. pair%master > 0) call check_obstacle_pair(reader, &
@@ -242,11 +242,12 @@ contains
     pair%surface = 0
   end subroutine find_slave
 
-  !> The master: an obstacle, or a surface of faces. Where both have the name it is the obstacle.
-  subroutine find_master(reader, fields, surfaces, obstacles, pair)
+  !> The master: an obstacle, or else a surface of faces, or else a set of nodes.
+  subroutine find_master(reader, model, fields, surfaces, obstacles, pair)
     type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
     type(fields_t), intent(in) :: fields
-    type(surface_list_t), intent(in) :: surfaces
+    type(surface_list_t), intent(inout) :: surfaces
     type(name_table_t), intent(in) :: obstacles
     type(contact_pair_t), intent(inout) :: pair
     character(:), allocatable :: name
@@ -257,8 +258,10 @@ contains
     pair%overlap = 0.0_wp
     call name_field(reader, fields, 2, 'an obstacle or a surface', name, ok)
     if (.not. ok) return
-    if (find_name(obstacles%lookup, obstacles%names, name) == 0) then
-      pair%master_surface = find_surface(surfaces, name)
+    if (find_name(obstacles%lookup, obstacles%names, name) == 0 .and. max(find_surface(surfaces, &
+      name), find_set(model%node_sets, name)) > 0) then
+      call find_surface_or_set(reader, model, field_position(reader, fields, 2), name, surfaces, &
+        pair%master_surface)
     end if
     if (has_facets(surfaces, pair%master_surface)) then
       pair%master = surfaces%obstacle(pair%master_surface)
