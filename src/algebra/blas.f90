@@ -4,7 +4,7 @@ module blas_mod
   implicit none
   private
 
-  public :: ddot, sdot, dasum, dsymv, dsbmv, dgemm
+  public :: ddot, sdot, dasum, daxpy, dsymv, dsbmv, dgemm
 
   interface
     !> BLAS: scalar product.
@@ -33,6 +33,15 @@ module blas_mod
       real(wp), intent(in) :: x(*)
       real(wp) :: total
     end function dasum
+
+    !> BLAS: y = alpha x + y.
+    subroutine daxpy(n, alpha, x, incx, y, incy)
+      import :: wp
+      implicit none
+      integer, intent(in) :: n, incx, incy
+      real(wp), intent(in) :: alpha, x(*)
+      real(wp), intent(inout) :: y(*)
+    end subroutine daxpy
 
     !> BLAS: y = alpha A x + beta y, A symmetric.
     subroutine dsymv(uplo, n, alpha, a, lda, x, incx, beta, y, incy)

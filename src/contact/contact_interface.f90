@@ -11,6 +11,8 @@ module contact_interface_mod
   use contact_points_mod, only: contact_points_t, master_nodes, contact_nodes
   use rigid_modes_mod, only: free_motions_t, find_free_motions
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
+  use face_overlap_mod, only: outward_normal
+  use mortar_mod, only: reach_of_faces
   use candidate_points_mod, only: list_master_nodes
   use symmetry_planes_mod, only: find_symmetry_planes
   use local_frame_mod, only: straight
@@ -210,7 +212,7 @@ contains
   end subroutine points_in_reach
 
   !> Which points before faces have a face that, made larger by the travel, meets one of these, and
-  !> which nodes these have.
+  !> the nodes of what lies opposite the faces of these points, which get weights.
   pure subroutine find_near(scene, points, pair, master, places, travel, near, faced)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -219,11 +221,11 @@ contains
     real(wp), intent(in) :: places(:, :)   !! (3,n) that these name [length]
     real(wp), intent(in) :: travel(:)      !! (n_bodies) of the slave and its masters [length]
     logical, intent(inout) :: near(:)      !! (n_points) those of the pair are set
-    logical, intent(out), optional :: faced(:) !! (n) of faces that are met
+    logical, intent(out), optional :: faced(:) !! (n) of faces that are opposite
     type(face_grid_t) :: grid
     integer, allocatable :: slave(:, :), found(:)
     integer :: point(scene%mesh%n_nodes), f, i, k
-    real(wp) :: way
+    real(wp) :: way, reach, along(3)
 
     associate (mesh => scene%mesh, of => scene%pairs(pair), first => points%first(pair), &
                last => points%first(pair + 1) - 1)
@@ -231,13 +233,22 @@ contains
       grid = make_face_grid(master, places)
       point(points%node(first:last)) = [(i, i=first, last)]
       near(first:last) = .false.
-      if (present(faced)) faced = .false.
       do f = 1, size(slave, 2)
         associate (x => mesh%coordinates(:, slave(:, f)), i => point(slave(:, f)))
           way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
           call faces_near(grid, minval(x, 2) - way, maxval(x, 2) + way, found)
           if (size(found) > 0) near(i) = .true.
-          if (.not. present(faced)) cycle
+        end associate
+      end do
+      if (.not. present(faced)) return
+      faced = .false.
+      reach = reach_of_faces(slave, master, places) + of%overlap
+      do f = 1, size(slave, 2)
+        associate (x => mesh%coordinates(:, slave(:, f)), i => point(slave(:, f)))
+          if (.not. any(near(i))) cycle
+          way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
+          along = (reach + way)*abs(outward_normal(x))
+          call faces_near(grid, minval(x, 2) - way - along, maxval(x, 2) + way + along, found)
           do k = 1, size(found)
             faced(master(:, found(k))) = .true.
           end do

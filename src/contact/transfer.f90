@@ -11,6 +11,7 @@
 !> constraints: B is composed with these.
 module transfer_mod
   use kinds_mod, only: wp
+  use blas_mod, only: daxpy
   use huge_pages_mod, only: prefer_huge_pages
   use constraints_mod, only: constraints_t, active_constraints
   use mesh_mod, only: mesh_t
@@ -275,10 +276,11 @@ contains
     type(transfer_t), intent(in) :: transfer
     real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
     integer, intent(in)  :: row(:, :)       !! (3,n_points)
-    real(wp), intent(in) :: c(:, :)
+    real(wp), intent(in), contiguous :: c(:, :)
     !! (n_interface,n_interface) compliance of the interface [length/force]
     real(wp), allocatable, intent(out) :: w(:, :) !! (n_rows,n_rows) [length/force]
     real(wp) :: of_point(size(c, 1), 3) !! C B^T of one point [length/force]
+    real(wp) :: across(3, size(c, 1))   !! the same, the three of an equation side by side
     real(wp) :: block(3, 3)
     integer :: i, j, a, b
 
@@ -287,9 +289,10 @@ contains
     do j = 1, size(row, 2)
       if (row(1, j) == 0) cycle
       call press_point(transfer, c, j, of_point)
+      across = transpose(of_point)
       do i = j, size(row, 2)
         if (row(1, i) == 0) cycle
-        block = matmul(transpose(frame(:, :, i)), matmul(at_point(transfer, of_point, i), &
+        block = matmul(transpose(frame(:, :, i)), matmul(at_point(transfer, across, i), &
           frame(:, :, j)))
         do b = 1, 3
           do a = 1, 3
@@ -303,17 +306,18 @@ contains
   end subroutine compliance_of_rows
 
   !> C B^T of one point: what unit reactions along x, y, z do to the interface.
-  pure subroutine press_point(transfer, c, j, moved)
+  subroutine press_point(transfer, c, j, moved)
     type(transfer_t), intent(in) :: transfer
-    real(wp), intent(in) :: c(:, :)         !! (n_interface,n_interface) [length/force]
+    real(wp), intent(in), contiguous :: c(:, :)      !! (n_interface,n_interface) [length/force]
     integer, intent(in) :: j
-    real(wp), intent(out) :: moved(:, :)    !! (n_interface,3) [length/force]
+    real(wp), intent(out), contiguous :: moved(:, :) !! (n_interface,3) [length/force]
     integer :: b, k
 
     moved = 0.0_wp
     do b = 1, 3
       do k = transfer%first(3*(j - 1) + b), transfer%first(3*(j - 1) + b + 1) - 1
-        moved(:, b) = moved(:, b) + transfer%coefficient(k)*c(:, transfer%equation(k))
+        call daxpy(size(c, 1), transfer%coefficient(k), c(:, transfer%equation(k)), 1, &
+          moved(:, b), 1)
       end do
     end do
   end subroutine press_point
@@ -321,16 +325,18 @@ contains
   !> B of one point, applied to three displacements of the interface.
   pure function at_point(transfer, moved, i) result(block)
     type(transfer_t), intent(in) :: transfer
-    real(wp), intent(in) :: moved(:, :)     !! (n_interface,3)
+    real(wp), intent(in), contiguous :: moved(:, :) !! (3,n_interface)
     integer, intent(in) :: i
     real(wp) :: block(3, 3)                 !! rows along x, y, z, a column each
+    real(wp) :: line(3)
     integer :: a, k
 
-    block = 0.0_wp
     do a = 1, 3
+      line = 0.0_wp
       do k = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
-        block(a, :) = block(a, :) + transfer%coefficient(k)*moved(transfer%equation(k), :)
+        line = line + transfer%coefficient(k)*moved(:, transfer%equation(k))
       end do
+      block(a, :) = line
     end do
   end function at_point
 

@@ -8,7 +8,7 @@ module estimate_time_mod
   use machine_speed_mod, only: machine_speed_t, measure_speed
   use scene_mod, only: scene_t
   use controls_mod, only: solver_sweeps
-  use obstacle_shapes_mod, only: has_fixed_normals
+  use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness, nodal_force
   use mesh_forces_mod, only: internal_force
@@ -43,6 +43,12 @@ module estimate_time_mod
   real(wp), parameter :: probes = 90.0_wp !! of what is near the points, where W is not formed
   real(wp), parameter :: passes_of_probe = 0.5_wp !! over the factor of the interior, many at once
   real(wp), parameter :: visit_of_sweep = 0.5_wp     !! of a point, in internal forces of a brick
+
+  ! Of an increment before faces that move, its estimate of the error included.
+  real(wp), parameter :: placements = 14.0_wp    !! of the points, and of W those of rows:
+  real(wp), parameter :: rebuilds = 6.5_wp
+  real(wp), parameter :: place_of_point = 25.0_wp !! in internal forces of a brick
+  real(wp), parameter :: entry_of_rows = 0.02_wp  !! of W, the same
 
   !> Seconds of the phases of a run.
   type :: seconds_t
@@ -85,12 +91,30 @@ contains
         sizes%factorisations*(sizes%bricks*1.5_wp*stiffness_time + body_time)
       call time_solver(scene, sizes, speed, force_time, scratch_time, seconds)
       seconds%recover = seconds%recover + sizes%increments*(start_of_increment*plain + &
-        2.0_wp*iterations_of_increment(scene)*body_time)
+        2.0_wp*iterations_of_increment(scene)*body_time + seconds_to_follow(scene, sizes, &
+        force_time))
       seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
         file%zeros/squeeze_zeros + file%dense/keep_rate)
     end subroutine sum_up
 
   end function seconds_of_run
+
+  !> Seconds of an increment to place points before faces that move, and to bring W there.
+  pure real(wp) function seconds_to_follow(scene, sizes, force_time) result(seconds)
+    type(scene_t), intent(in) :: scene
+    type(sizes_t), intent(in) :: sizes
+    real(wp), intent(in) :: force_time !! internal force of a brick [s]
+    integer :: i
+
+    seconds = 0.0_wp
+    do i = 1, size(scene%pairs)
+      if (has_fixed_normals(scene, i) .or. .not. is_before_faces(scene%pairs(i), &
+        scene%obstacles)) cycle
+      seconds = force_time*placements*place_of_point*sizes%points
+      if (sizes%is_dense) seconds = seconds + force_time*rebuilds*entry_of_rows*sizes%rows**2
+      return
+    end do
+  end function seconds_to_follow
 
   !> The phases of the factor and of contact, on a machine of given rates.
   pure subroutine time_solver(scene, sizes, speed, force_time, scratch_time, seconds)

@@ -106,7 +106,8 @@ class Notes(unittest.TestCase):
         )
 
     def test_a_second_title(self):
-        printed = self.plan(("*MATERIAL", "*HEADING\nof the mesh\n*MATERIAL"))
+        printed = self.plan((
+            "*MATERIAL", "*HEADING\nof the deck\n*HEADING\nof the mesh\n*MATERIAL"))
         self.assertIn("the title is that of the first *HEADING", printed)
         self.assertNotIn("of the mesh", printed)
 

@@ -28,9 +28,15 @@ module face_overlap_mod
     real(wp) :: least_gap = huge(1.0_wp) !! at the points of the quadrature [length]
   end type overlap_t
 
+  !> A slave face and a master face in the plane of the slave's.
+  type :: two_faces_t
+    real(wp) :: slave(2, 4) = 0.0_wp, master(2, 4) = 0.0_wp !! their maps [length]
+    logical :: master_is_triangle = .false.
+    real(wp) :: slave_height(4) = 0.0_wp, master_height(4) = 0.0_wp
+    !! of their nodes, along the master's normal [length]
+  end type two_faces_t
+
   integer,  parameter :: max_corners = 8
-  real(wp), parameter :: xi_node(4) = [-1, 1, 1, -1]
-  real(wp), parameter :: eta_node(4) = [-1, -1, 1, 1]
   real(wp), parameter :: smallest = 1.0e-12_wp !! overlap of a face that counts [-]
   ! Over less than this of a face shape functions are nearly linear, however distorted it is.
   real(wp), parameter :: little = 1.0e-2_wp    !! [-]
@@ -59,6 +65,12 @@ module face_overlap_mod
     0.5_wp, 0.7692346550528415_wp, 0.9530899229693319_wp]
   real(wp), parameter :: gauss_weight(n_line) = [0.11846344252809471_wp, 0.2393143352496831_wp, &
     0.2844444444444445_wp, 0.2393143352496831_wp, 0.11846344252809471_wp]
+  real(wp), parameter :: of_jacobi(n_line**2) = reshape(spread(jacobi, 1, n_line), [n_line**2])
+  real(wp), parameter :: of_gauss(n_line**2) = reshape(spread(gauss, 2, n_line), [n_line**2])
+  real(wp), parameter :: many_points(2, n_line**2) = transpose(reshape([of_jacobi, &
+    (1.0_wp - of_jacobi)*of_gauss], [n_line**2, 2]))
+  real(wp), parameter :: many_weights(n_line**2) = reshape(spread(jacobi_weight, 1, n_line), &
+    [n_line**2])*reshape(spread(gauss_weight, 2, n_line), [n_line**2]) !! they add up to 1
 
 contains
 
@@ -108,6 +120,7 @@ contains
     real(wp), intent(in) :: slave(3, 4)    !! its nodes [length]
     real(wp), intent(in) :: master(:, :)   !! (3,3) or (3,4) anticlockwise from outside [length]
     type(overlap_t) :: overlap
+    type(two_faces_t) :: faces
     real(wp) :: flat(2, size(master, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
     logical :: is_affine_here
     integer :: n, i
@@ -126,8 +139,16 @@ contains
     is_affine_here = is_affine(plane%corner) .and. is_affine(flat)
     if (.not. is_affine_here .and. size(master, 2) == 3) is_affine_here = overlap%area < &
       little*plane%area
+    faces%slave = map_of_face(plane%corner)
+    faces%master = map_of_face(flat)
+    faces%master_is_triangle = size(master, 2) == 3
+    do i = 1, 4
+      faces%slave_height(i) = dot_product(overlap%normal, slave(:, i) - plane%origin)
+      if (i <= size(master, 2)) faces%master_height(i) = dot_product(overlap%normal, &
+        master(:, i) - plane%origin)
+    end do
     if (is_affine_here .and. n == 3) then
-      call add_points(plane, slave, master, flat, polygon(:, :3), few_points, few_weights, overlap)
+      call add_points(faces, polygon(:, :3), few_points, few_weights, overlap)
       return
     end if
     centre = sum(polygon(:, :n), 2)/real(n, wp)
@@ -135,57 +156,39 @@ contains
       corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
       if (.not. area_of(corner) > 0.0_wp) cycle
       if (is_affine_here) then
-        call add_points(plane, slave, master, flat, corner, few_points, few_weights, overlap)
+        call add_points(faces, corner, few_points, few_weights, overlap)
       else
-        call add_points(plane, slave, master, flat, corner, many_points(), many_weights(), overlap)
+        call add_points(faces, corner, many_points, many_weights, overlap)
       end if
     end do
   end function find_overlap
 
   !> Add the integrals over one triangle of an overlap.
-  pure subroutine add_points(plane, slave, master, flat, corner, point, weight, overlap)
-    type(plane_t), intent(in) :: plane
-    real(wp), intent(in) :: slave(3, 4)   !! nodes of the slave face [length]
-    real(wp), intent(in) :: master(:, :)  !! of the master's [length]
-    real(wp), intent(in) :: flat(:, :)    !! the same in the plane [length]
+  pure subroutine add_points(faces, corner, point, weight, overlap)
+    type(two_faces_t), intent(in) :: faces
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
     real(wp), intent(in) :: point(:, :), weight(:) !! (2,n), (n) of the rule [-]
     type(overlap_t), intent(inout) :: overlap
-    real(wp) :: x(2), n(4), m(4), w, area
-    integer :: i, k
+    real(wp) :: x(2), n(4), m(4), area
+    integer :: i, b
 
     area = area_of(corner)
-    m = 0.0_wp
-    k = size(master, 2)
     do i = 1, size(weight)
       x = corner(:, 1) + point(1, i)*(corner(:, 2) - corner(:, 1)) + &
         point(2, i)*(corner(:, 3) - corner(:, 1))
-      w = area*weight(i)
-      n = shape_at(plane%corner, x)
-      m(:k) = shape_at(flat, x)
-      overlap%lumped = overlap%lumped + w*n
-      overlap%mass = overlap%mass + w*spread(n, 2, 4)*spread(n, 1, 4)
-      overlap%mixed = overlap%mixed + w*spread(n, 2, 4)*spread(m, 1, 4)
-      overlap%least_gap = min(overlap%least_gap, dot_product(overlap%normal, &
-        matmul(slave, n) - matmul(master, m(:k))))
+      n = shape_at(faces%slave, .false., x)
+      m = shape_at(faces%master, faces%master_is_triangle, x)
+      overlap%least_gap = min(overlap%least_gap, dot_product(faces%slave_height, n) - &
+        dot_product(faces%master_height, m))
+      associate (part => area*weight(i)*n)
+        overlap%lumped = overlap%lumped + part
+        do b = 1, 4
+          overlap%mass(:, b) = overlap%mass(:, b) + part*n(b)
+          overlap%mixed(:, b) = overlap%mixed(:, b) + part*m(b)
+        end do
+      end associate
     end do
   end subroutine add_points
-
-  !> The product of the rules of Gauss and Jacobi on a triangle.
-  pure function many_points() result(point)
-    real(wp) :: point(2, n_line**2)
-    integer :: i, j
-
-    point = reshape([((jacobi(i), (1.0_wp - jacobi(i))*gauss(j), j = 1, n_line), i = 1, n_line)], &
-      [2, n_line**2])
-  end function many_points
-
-  pure function many_weights() result(weight)
-    real(wp) :: weight(n_line**2) !! they add up to 1
-    integer :: i, j
-
-    weight = [((jacobi_weight(i)*gauss_weight(j), j = 1, n_line), i = 1, n_line)]
-  end function many_weights
 
   !> The part of a convex polygon that lies in another one, both anticlockwise: edge by edge of the
   !> window what is outside is cut off (Sutherland and Hodgman).
@@ -253,38 +256,57 @@ contains
       rounding*norm2(corner(:, 3) - corner(:, 1))
   end function is_affine
 
-  !> The shape functions of a flat face at a point of its plane.
-  pure function shape_at(corner, x) result(n)
-    real(wp), intent(in) :: corner(:, :)   !! (2,3) or (2,4) [length]
+  !> The map of a flat face from its own coordinates: a plane's place is
+  !> map(:, 1) + map(:, 2)*xi + map(:, 3)*eta + map(:, 4)*xi*eta.
+  pure function map_of_face(corner) result(map)
+    real(wp), intent(in) :: corner(:, :) !! (2,3) or (2,4) [length]
+    real(wp) :: map(2, 4)                !! [length]
+
+    if (size(corner, 2) == 3) then
+      map(:, 1) = corner(:, 1)
+      map(:, 2) = corner(:, 2) - corner(:, 1)
+      map(:, 3) = corner(:, 3) - corner(:, 1)
+      map(:, 4) = 0.0_wp
+    else
+      map(:, 1) = 0.25_wp*(corner(:, 1) + corner(:, 2) + corner(:, 3) + corner(:, 4))
+      map(:, 2) = 0.25_wp*(corner(:, 2) - corner(:, 1) + corner(:, 3) - corner(:, 4))
+      map(:, 3) = 0.25_wp*(corner(:, 4) - corner(:, 1) + corner(:, 3) - corner(:, 2))
+      map(:, 4) = 0.25_wp*(corner(:, 1) - corner(:, 2) + corner(:, 3) - corner(:, 4))
+    end if
+  end function map_of_face
+
+  !> The shape functions of a flat face at a point of its plane; the fourth of a triangle is 0.
+  pure function shape_at(map, is_triangle, x) result(n)
+    real(wp), intent(in) :: map(2, 4)      !! of the face [length]
+    logical, intent(in) :: is_triangle
     real(wp), intent(in) :: x(2)           !! [length]
-    real(wp) :: n(size(corner, 2))
-    real(wp), parameter :: settled = 1.0e-14_wp
+    real(wp) :: n(4)
+    ! Newton's method squares what is left: behind a step of this nothing is but rounding.
+    real(wp), parameter :: settled = 1.0e-9_wp
     integer,  parameter :: max_newton = 30
     real(wp) :: xi(2), step(2), left(2), a(2), b(2), det
     integer :: i
 
-    if (size(corner, 2) == 3) then
-      a = corner(:, 2) - corner(:, 1)
-      b = corner(:, 3) - corner(:, 1)
-      left = x - corner(:, 1)
-      det = a(1)*b(2) - a(2)*b(1)
-      n(2:3) = [left(1)*b(2) - left(2)*b(1), a(1)*left(2) - a(2)*left(1)]/det
-      n(1) = 1.0_wp - n(2) - n(3)
-      return
-    end if
     xi = 0.0_wp
     do i = 1, max_newton
-      n = 0.25_wp*(1.0_wp + xi(1)*xi_node)*(1.0_wp + xi(2)*eta_node)
-      left = x - matmul(corner, n)
-      a = matmul(corner, 0.25_wp*xi_node*(1.0_wp + xi(2)*eta_node))
-      b = matmul(corner, 0.25_wp*eta_node*(1.0_wp + xi(1)*xi_node))
+      left = x - map(:, 1) - map(:, 2)*xi(1) - map(:, 3)*xi(2) - map(:, 4)*xi(1)*xi(2)
+      a = map(:, 2) + map(:, 4)*xi(2)
+      b = map(:, 3) + map(:, 4)*xi(1)
       det = a(1)*b(2) - a(2)*b(1)
       if (.not. abs(det) > 0.0_wp) exit
-      step = [left(1)*b(2) - left(2)*b(1), a(1)*left(2) - a(2)*left(1)]/det
+      step(1) = (left(1)*b(2) - left(2)*b(1))/det
+      step(2) = (a(1)*left(2) - a(2)*left(1))/det
       xi = xi + step
-      if (maxval(abs(step)) < settled) exit
+      if (is_triangle .or. max(abs(step(1)), abs(step(2))) < settled) exit
     end do
-    n = 0.25_wp*(1.0_wp + xi(1)*xi_node)*(1.0_wp + xi(2)*eta_node)
+    if (is_triangle) then
+      n = [1.0_wp - xi(1) - xi(2), xi(1), xi(2), 0.0_wp]
+    else
+      n(1) = 0.25_wp*(1.0_wp - xi(1))*(1.0_wp - xi(2))
+      n(2) = 0.25_wp*(1.0_wp + xi(1))*(1.0_wp - xi(2))
+      n(3) = 0.25_wp*(1.0_wp + xi(1))*(1.0_wp + xi(2))
+      n(4) = 0.25_wp*(1.0_wp - xi(1))*(1.0_wp + xi(2))
+    end if
   end function shape_at
 
 end module face_overlap_mod
