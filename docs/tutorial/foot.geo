@@ -1,5 +1,5 @@
 // A rounded foot on a pad [mm]: cross-sections of quadrilaterals, extruded to bricks.
-DefineConstant[ size = { 2, Name "size" } ]; // of the bricks, far from the contact
+DefineConstant[ size = { 2.5, Name "size" } ]; // of the bricks, far from the contact
 
 radius = 20;
 depth = 12;
@@ -49,7 +49,6 @@ Physical Surface("BASE") = {pad[2]};
 Physical Surface("TREAD") = {pad[4], pad[5]};
 
 Mesh.ElementOrder = 1;
-Mesh.Algorithm = 8;              // frontal, for quadrilaterals
 Mesh.RecombineAll = 1;
 Mesh.RecombinationAlgorithm = 3; // nothing but quadrilaterals
 Mesh.SaveGroupsOfNodes = 1;      // sets of nodes beside those of elements
