@@ -14,7 +14,7 @@ module increment_notes_mod
   implicit none
   private
 
-  public :: note_t, note_cut, note_widened, note_unheld, note_entries, &
+  public :: note_t, note_cut, note_widened, note_unheld, note_entries, note_unfelt, note_leaning, &
     note_small_contacts, note_kinks, note_touch, note_turn, note_double
 
   !> A line for the console.
@@ -105,6 +105,34 @@ contains
       ' between their nodes by up to '//to_text(deepest%depth, 3)//', at '// &
       nodes_in_words(scene, deepest%nodes), even_if_quiet=.false.)
   end subroutine note_entries
+
+  !> How deep meshes of a hollow and what is in it were in each other where nothing pressed.
+  pure subroutine note_unfelt(scene, increment, unfelt, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(face_entry_t), intent(in) :: unfelt !! at the end of the *STEP
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    if (unfelt%depth > 0.0_wp) call add_note(notes, increment, .false., ': faces of '// &
+      scene%surfaces(scene%pairs(unfelt%pair)%surface)%name//' overlap '// &
+      master_name(scene, unfelt%pair)//' between their nodes by '//to_text(unfelt%depth, 3)// &
+      ', at '//nodes_in_words(scene, unfelt%nodes)//', and nothing presses there: no more than '// &
+      'the faces of a hollow stand out of it')
+  end subroutine note_unfelt
+
+  !> A pair that presses beyond the edge of its master.
+  pure subroutine note_leaning(scene, increment, pair, beyond, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    integer, intent(in) :: pair
+    real(wp), intent(in) :: beyond !! [length]
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    call add_note(notes, increment, .false., ': '// &
+      scene%surfaces(scene%pairs(pair)%surface)%name//' presses '//to_text(beyond, 3)// &
+      ' beyond the edge of '//master_name(scene, pair)//', where faces that it covers in part '// &
+      'have nodes: its moment is wrong by that much')
+  end subroutine note_leaning
 
   !> Where a pressure is that of one node or two.
   pure subroutine note_small_contacts(scene, points, increment, prescribed, report, notes)

@@ -25,7 +25,7 @@ module face_overlap_mod
     real(wp) :: mass(4, 4) = 0.0_wp      !! int N_a N_b [length^2]
     real(wp) :: mixed(4, 4) = 0.0_wp     !! int N_a N_k, k of the master's nodes [length^2]
     real(wp) :: normal(3) = 0.0_wp       !! of the master face, outward [-]
-    real(wp) :: least_gap = huge(1.0_wp) !! at the points of the quadrature [length]
+    real(wp) :: least_gap = huge(1.0_wp) !! at its corners and the points of the quadrature [length]
   end type overlap_t
 
   integer,  parameter :: max_corners = 8
@@ -123,6 +123,10 @@ contains
       return
     end if
     overlap%normal = outward_normal(master)
+    ! Of flat faces what is nearest is a corner.
+    do i = 1, n
+      call take_gap(plane, slave, master, flat, polygon(:, i), overlap)
+    end do
     is_affine_here = is_affine(plane%corner) .and. is_affine(flat)
     if (.not. is_affine_here .and. size(master, 2) == 3) is_affine_here = overlap%area < &
       little*plane%area
@@ -170,6 +174,21 @@ contains
         matmul(slave, n) - matmul(master, m(:k))))
     end do
   end subroutine add_points
+
+  pure subroutine take_gap(plane, slave, master, flat, x, overlap)
+    type(plane_t), intent(in) :: plane
+    real(wp), intent(in) :: slave(3, 4)   !! nodes of the slave face [length]
+    real(wp), intent(in) :: master(:, :)  !! of the master's [length]
+    real(wp), intent(in) :: flat(:, :)    !! the same in the plane [length]
+    real(wp), intent(in) :: x(2)          !! in the plane [length]
+    type(overlap_t), intent(inout) :: overlap
+    real(wp) :: n(4), m(4)
+
+    n = shape_at(plane%corner, x)
+    m(:size(master, 2)) = shape_at(flat, x)
+    overlap%least_gap = min(overlap%least_gap, dot_product(overlap%normal, &
+      matmul(slave, n) - matmul(master, m(:size(master, 2)))))
+  end subroutine take_gap
 
   !> The product of the rules of Gauss and Jacobi on a triangle.
   pure function many_points() result(point)
