@@ -14,7 +14,7 @@ module increment_notes_mod
   implicit none
   private
 
-  public :: note_t, note_cut, note_widened, note_unheld, note_entries, note_unfelt, note_leaning, &
+  public :: note_t, note_cut, note_widened, note_unheld, note_entries, note_unfelt, &
     note_small_contacts, note_kinks, note_touch, note_turn, note_double
 
   !> A line for the console.
@@ -119,20 +119,6 @@ contains
       ', at '//nodes_in_words(scene, unfelt%nodes)//', and nothing presses there: no more than '// &
       'the faces of a hollow stand out of it')
   end subroutine note_unfelt
-
-  !> A pair that presses beyond the edge of its master.
-  pure subroutine note_leaning(scene, increment, pair, beyond, notes)
-    type(scene_t), intent(in) :: scene
-    type(increment_t), intent(in) :: increment
-    integer, intent(in) :: pair
-    real(wp), intent(in) :: beyond !! [length]
-    type(note_t), allocatable, intent(inout) :: notes(:)
-
-    call add_note(notes, increment, .false., ': '// &
-      scene%surfaces(scene%pairs(pair)%surface)%name//' presses '//to_text(beyond, 3)// &
-      ' beyond the edge of '//master_name(scene, pair)//', where faces that it covers in part '// &
-      'have nodes: its moment is wrong by that much')
-  end subroutine note_leaning
 
   !> Where a pressure is that of one node or two.
   pure subroutine note_small_contacts(scene, points, increment, prescribed, report, notes)

@@ -234,15 +234,15 @@ contains
     integer, intent(in) :: pair, body
     real(wp), intent(in) :: beyond !! the edge [length]
     type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: slave, master
 
-    associate (slave => scene%surfaces(scene%pairs(pair)%surface)%name, &
-               master => master_name(scene, pair))
-      call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
-        to_text(increment%number)//': '//slave//' presses '//to_text(beyond, 3)// &
-        ' beyond the edge of '//master//', where faces that it covers in part have nodes, and '// &
-        'nothing else keeps '//body_name(scene, body)//' from tipping over; use '//master// &
-        ' as the slave, or smaller bricks, to see whether it does')
-    end associate
+    slave = scene%surfaces(scene%pairs(pair)%surface)%name
+    master = master_name(scene, pair)
+    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+      to_text(increment%number)//': '//slave//' presses '//to_text(beyond, 3)// &
+      ' beyond the edge of '//master//', where faces that it covers in part have nodes, and '// &
+      'nothing else keeps '//body_name(scene, body)//' from tipping over; use '//master// &
+      ' as the slave, or smaller bricks, to see whether it does')
   end subroutine refuse_leaning
 
   !> "body 2 (of node 132)".

@@ -23,7 +23,7 @@ module solve_next_mod
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
   use unfelt_overlaps_mod, only: find_unfelt_overlap
-  use leaning_pairs_mod, only: leaning, presses
+  use leaning_pairs_mod, only: find_leaning, presses
   use follow_points_mod, only: rounding_of_places
   use tally_mod, only: note_sizes
   use checkpoint_mod, only: progress_t, enter_step, stop_if_signalled
@@ -31,7 +31,7 @@ module solve_next_mod
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, &
     refuse_unfelt_overlap, refuse_leaning, is_solved
   use increment_notes_mod, only: note_t, note_cut, note_widened, note_unheld, note_entries, &
-    note_unfelt, note_leaning, note_small_contacts, note_kinks, note_touch, note_turn, note_double
+    note_unfelt, note_small_contacts, note_kinks, note_touch, note_turn, note_double
   implicit none
   private
 
@@ -216,7 +216,7 @@ contains
       ! Within a *STEP surfaces may be on their way to each other's nodes.
       if (increment%last_of_step) call judge_overlap(scene, plan, solved, notes, error)
       if (allocated(error)) return
-      call judge_leaning(scene, plan, solver, solved, notes, error)
+      call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
       call estimate_errors(scene, plan, solver, solved%state, progress, entries, report)
       call note_unheld(increment, report, watch%unheld, notes)
@@ -252,39 +252,36 @@ contains
     end if
   end subroutine judge_overlap
 
-  !> Pairs that press beyond the edge of their master: bodies that only their mesh keeps from tipping
-  !> over it end the run, of others there is something to say at the end of a *STEP.
-  subroutine judge_leaning(scene, plan, solver, solved, notes, error)
+  !> A body that only its mesh keeps from tipping over the edge of its master ends the run.
+  subroutine judge_leaning(scene, plan, solver, solved, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(step_solver_t), intent(in) :: solver
     type(solved_t), intent(in) :: solved
-    type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: beyond
+    real(wp) :: beyond, axis(3)
     integer :: pair, body
 
     do pair = 1, size(scene%pairs)
-      beyond = leaning(scene, plan%points, solved%report%contact, solved%state%displacement, pair)
+      call find_leaning(scene, plan%points, solved%report%contact, solved%state%displacement, &
+        pair, beyond, axis)
       if (.not. beyond > 0.0_wp) cycle
       body = scene%mesh%body(plan%points%node(plan%points%first(pair)))
       if (may_tip(body) .and. .not. is_pressed_elsewhere(body, pair)) then
         call refuse_leaning(scene, solved%increment, pair, body, beyond, error)
         return
       end if
-      if (solved%increment%last_of_step) call note_leaning(scene, solved%increment, pair, &
-        beyond, notes)
     end do
 
   contains
 
-    !> Whether no support holds all its rotations.
+    !> Whether no support keeps it from turning over the edge.
     pure logical function may_tip(body)
       integer, intent(in) :: body
 
       associate (motions => solver%body%motions)
         may_tip = any(motions%body == body .and. &
-          norm2(motions%rotation, dim=1)*motions%extent > 1.0e-6_wp)
+          abs(matmul(axis, motions%rotation))*motions%extent > 1.0e-6_wp)
       end associate
     end function may_tip
 

@@ -37,14 +37,25 @@ from judge import run_program
 from laws import Judge, Stored, Unreadable
 from load_path import LoadPath
 from mortar import TURNED, hull_of_overlap, normal_of, place_surface
-from refusals import CONFIRMED, REFUTED, confirm, judge_solution
+from refusals import (
+    CONFIRMED,
+    OPEN,
+    REFUTED,
+    as_stored,
+    confirm,
+    interval,
+    judge_solution,
+    least_squares_in_cone,
+    path_to,
+)
 from scenes import write_deck
-from slow_solver import Increment
+from slow_solver import Increment, rigid_motions
 
 RIGHT, REFUSED, REFUTED_RUN, OPEN_RUN, WRONG, BROKEN = (
     "right", "refused", "refuted", "unconfirmed", "wrong", "broken")  # fmt: skip
 OUTCOMES = (RIGHT, REFUSED, REFUTED_RUN, OPEN_RUN, WRONG, BROKEN)
 FAILURES = (WRONG, BROKEN)
+LEAST_SEEN = 1.01e-4  # of a node's area: less may be the digits of a deck
 LEANS = 1e-6  # of a face: rounding is less
 LIMIT = 120.0  # seconds of the processor for a run
 
@@ -124,11 +135,81 @@ def judge_run(one, scene, stored, status, message):
     if cause_of(message) is None:
         one.words = f"exit status {status} without a cause: {one.words}"
         return
-    if status == 1:
-        one.outcome, one.confirmed = OPEN_RUN, "the deck is refused"
-        return
-    found, one.confirmed = confirm(scene, stored, message)
+    found, one.confirmed = confirm_refusal(scene, stored, message, status)
     one.outcome = {CONFIRMED: REFUSED, REFUTED: REFUTED_RUN}.get(found, OPEN_RUN)
+
+
+def confirm_refusal(scene, stored, message, status):
+    """(confirmed, refuted or unconfirmed; words) for what the program refuses."""
+    if status == 1:
+        steepest = turned_by(scene)
+        if "is turned towards" in message and steepest < 0:
+            return REFUTED, (
+                f"the normals of faces before each other have a cosine of {steepest:.2f}, "
+                "of which the program takes no more than -0.2"
+            )
+        return OPEN, ""
+    if "contact is missed" in message:
+        at = interval_of(scene, stored, message)
+        found = at.increment.solve(scene.tolerance)
+        wrong = judge_solution(scene, at.path, at.increment, found, at.step, at.time, at.start)
+        overlap = unfelt_overlap(scene, as_stored(scene, at.increment, found, at.step, at.time))
+        if not wrong and overlap > 0:
+            return CONFIRMED, f"its own solution has an overlap of {overlap:.1e} that nothing feels"
+        return OPEN, f"an overlap of {overlap:.1e}"
+    if "from tipping over" in message:
+        left = left_by_pressure(scene, interval_of(scene, stored, message))
+        words = f"pressures on what is covered leave {left:.1e} of the loads unbalanced"
+        return (CONFIRMED if left > 1e-6 else REFUTED), words
+    return confirm(scene, stored, message)
+
+
+def turned_by(scene):
+    """The least cosine between normals of slave and master faces."""
+    x = scene.points
+    return min(
+        float(normal_of(x[list(a)]) @ normal_of(x[list(b)]))
+        for pair in scene.pairs
+        for a in scene.faces(pair.part, pair.side)
+        for b in scene.faces(*pair.master)
+    )
+
+
+def interval_of(scene, stored, message):
+    """The increment that was refused, where it begins and ends, and the load path to it."""
+    step, time, start, before = interval(scene, stored, message)
+    path = path_to(scene, stored, step)
+    increment = Increment(scene, before, path.supports(time), path.loads(time))
+    return SimpleNamespace(step=step, time=time, start=start, path=path, increment=increment)
+
+
+def left_by_pressure(scene, at):
+    """What pressures and friction on all that masters cover leave of the loads, at least, 0 to 1."""
+    increment = at.increment
+    motions = rigid_motions(scene, increment.held)
+    motions = motions.reshape(-1, 3, motions.shape[1])
+    work = np.einsum("nim,ni->m", motions, increment.loads)
+    x, columns = scene.points + increment.before, []
+    for pair in scene.pairs:
+        slave, master = scene.faces(pair.part, pair.side), scene.faces(*pair.master)
+        normal = normal_of(x[list(master[0])])
+        *_, across = np.linalg.svd(normal[None])
+        reach = pair.friction / np.cos(np.pi / 32)
+        ways = [normal + reach * (np.cos(a) * across[1] + np.sin(a) * across[2])
+                for a in np.linspace(0, 2 * np.pi, 32, endpoint=False)]  # fmt: skip
+        for place in covered_corners(slave, x, master):
+            moved = [rigid_at(motions, x, np.unique(faces), place) for faces in (slave, master)]
+            columns += [(moved[0] - moved[1]).T @ way for way in ways]
+    columns = np.transpose(columns)
+    sizes = np.linalg.norm(columns, axis=0)
+    _, left = least_squares_in_cone(columns[:, sizes > 0] / sizes[sizes > 0], -work)
+    return left / np.linalg.norm(work)
+
+
+def rigid_at(motions, x, rows, place):
+    """Rigid motions (N, 3, m), known at some rows of a body, at a place: (3, m)."""
+    terms = np.column_stack([np.ones(len(rows)), x[rows] - place])
+    return np.einsum("n,nim->im", np.linalg.pinv(terms)[0], motions[rows])
 
 
 def ends_of_steps(stored):
@@ -205,9 +286,10 @@ def unfelt_overlap(scene, stored):
             held = stored.pairs[name]
             touches = np.abs(held["reaction"][row]).max(axis=1) > 0
             touches |= np.abs(held["gap"][row]) <= 10 * scene.tolerance * size
-            counts = set(held["rows"][held["gap"][row] < 1e29].tolist())
             slave = scene.faces(pair.part, pair.side)
             master = scene.faces(*pair.master)
+            seen = place_surface(slave, x, master, x)
+            counts = set(seen.rows[seen.share > LEAST_SEEN].tolist())
             near = set(held["rows"][touches].tolist())
             near |= {node for face in slave if near & set(face) for node in face}
             dents = {}

@@ -302,7 +302,7 @@ def overlap_plans():
     for share in (0.1, 0.01):
         yield Plan(f"overlap-corner-{share:g}", axis, f"a corner of {share**2:g} of a face covered",
                    over(share, True), push=(0.001, 45.0))  # fmt: skip
-    yield Plan("overlap-edge-on-edge", axis, "sides flush, none covered", over(0.0),
+    yield Plan("overlap-edge-on-edge", axis, "sides flush, pushed 0.001 of a face over", over(0.0),
                push=(0.001, 120.0))  # fmt: skip
     yield Plan("slides-off", axis, "slides off the edge", over(0.5), push=(0.3, 0.0),
                increments=(1, 4))  # fmt: skip
@@ -446,8 +446,8 @@ def pair_plans():
 def loaded_plans():
     """The upper body free, under loads that contact balances or cannot balance."""
     axis = "free body"
-    heavy = (BASE, replace(BLOCK, density=1.0))
-    light = (BASE, replace(BLOCK, density=1.0, young=SOFT * 1e6))
+    heavy = (BASE, replace(BLOCK, density=1e-3))
+    light = (BASE, replace(BLOCK, density=1e-3, young=SOFT * 1e6))
     yield Plan("rests", axis, "free, under its weight", heavy, loads=(weighed(1.0),))
     yield Plan("rests-1e6", axis, "free, 1e6 times as stiff, under its weight", light,
                loads=(weighed(1.0),))  # fmt: skip

@@ -547,6 +547,41 @@ class PressFit(unittest.TestCase):
             self.assertLess(error[1], 0.3 * error[0])
 
 
+class Overhanging(unittest.TestCase):
+    """A block under a pressure, whose middle is over its base or beside it."""
+
+    SURFACES = "UP-ZMIN, LOW-ZMAX"
+
+    def run_block(self, start, bricks=2, surfaces=SURFACES, held=""):
+        text = deck(
+            block("LOW", 3, (0, 0, -1), (1, 1, 1)),
+            block("UP", bricks, (start, 0, 0), (1, 1, 1)),
+            pair(surfaces, 0.3),
+            "*STEP\n*STATIC, DIRECT\n1., 1.\n*DSLOAD\nUP-ZMAX, P, 0.1\n*END STEP\n",
+            held=f"LOW-ZMIN, 1, 3\n{held}",
+        )
+        return Run(text, name="deck")
+
+    def test_over_its_base_it_rests(self):
+        for surfaces in (self.SURFACES, "LOW-ZMAX, UP-ZMIN"):
+            run = self.run_block(0.35, surfaces=surfaces)
+            self.assertEqual(run.status, 0, run.errors)
+            self.assertNotIn("beyond the edge", run.output)
+
+    def test_no_mesh_keeps_it_from_tipping(self):
+        # Its middle is at 0.7 + 0.5, its nodes at 0.7 and 1.2, and the edge at 1.
+        run = self.run_block(0.7)
+        self.assertEqual(run.status, 2, run.output)
+        self.assertRegex(run.errors, r"UP-ZMIN presses 0\.2\d* beyond the edge of LOW-ZMAX, .* nothing "
+                         r"else keeps body 2 \(of node 65\) from tipping over")  # fmt: skip
+        for run in (self.run_block(0.7, 10), self.run_block(0.7, surfaces="LOW-ZMAX, UP-ZMIN")):
+            self.assertEqual(run.status, 2, run.output)
+            self.assertIn("nothing balances the loads", run.errors)
+
+    def test_what_supports_keep_upright_may_lean(self):
+        self.assertEqual(self.run_block(0.7, held="UP-XMAX, 1, 2").status, 0)
+
+
 class BetweenNodes(unittest.TestCase):
     """What is narrower than the slave's faces, and goes in between their nodes."""
 
@@ -581,7 +616,7 @@ class BetweenNodes(unittest.TestCase):
         for slope in (0.2, 1.0):
             run = self.run_roof(self.LOW, self.EDGE, slope)
             self.assertEqual(run.status, 2, run.output + run.errors)
-            self.assertRegex(run.errors, r"EDGE is 0\.01 deep into the face of nodes \d+, \d+, \d+ "
+            self.assertRegex(run.errors, r"EDGE is 0\.0\d+ deep into the face of nodes \d+, \d+, \d+ "
                              r"and \d+ of LOW-ZMAX, .* contact is missed; use EDGE as the slave")
 
     def test_as_the_slave_it_presses(self):

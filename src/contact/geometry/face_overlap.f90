@@ -34,6 +34,9 @@ module face_overlap_mod
   real(wp), parameter :: smallest = 1.0e-12_wp !! overlap of a face that counts [-]
   ! Over less than this of a face shape functions are nearly linear, however distorted it is.
   real(wp), parameter :: little = 1.0e-2_wp    !! [-]
+  ! The triangles of a face that is nearly a triangle itself are halved so often, by the least over
+  ! the largest Jacobian at its corners: its shape functions are fractions with a pole close by.
+  real(wp), parameter :: skewed(3) = [0.3_wp, 0.15_wp, 0.05_wp] !! [-]
 
   ! Seven points on a triangle, exact to degree 5 (Radon): what faces that are parallelograms need.
   integer,  parameter :: n_few = 7
@@ -110,7 +113,7 @@ contains
     type(overlap_t) :: overlap
     real(wp) :: flat(2, size(master, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
     logical :: is_affine_here
-    integer :: n, i
+    integer :: n, i, halvings
 
     flat = in_plane(plane, master)
     n = size(master, 2)
@@ -134,6 +137,9 @@ contains
       call add_points(plane, slave, master, flat, polygon(:, :3), few_points, few_weights, overlap)
       return
     end if
+    halvings = 0
+    if (overlap%area > little*plane%area) halvings = count(min(evenness(plane%corner), &
+      evenness(flat)) < skewed)
     centre = sum(polygon(:, :n), 2)/real(n, wp)
     do i = 1, n
       corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
@@ -141,12 +147,52 @@ contains
       if (is_affine_here) then
         call add_points(plane, slave, master, flat, corner, few_points, few_weights, overlap)
       else
-        call add_points(plane, slave, master, flat, corner, many_points(), many_weights(), overlap)
+        call add_halved(plane, slave, master, flat, corner, halvings, overlap)
       end if
     end do
   end function find_overlap
 
-  !> Add the integrals over one triangle of an overlap.
+  !> Add the integrals over one triangle of an overlap, its edges halved so many times.
+  pure recursive subroutine add_halved(plane, slave, master, flat, corner, halvings, overlap)
+    type(plane_t), intent(in) :: plane
+    real(wp), intent(in) :: slave(3, 4)   !! nodes of the slave face [length]
+    real(wp), intent(in) :: master(:, :)  !! of the master's [length]
+    real(wp), intent(in) :: flat(:, :)    !! the same in the plane [length]
+    real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
+    integer, intent(in) :: halvings
+    type(overlap_t), intent(inout) :: overlap
+    integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
+    real(wp) :: middle(2, 3)
+    integer :: k
+
+    if (halvings == 0) then
+      call add_points(plane, slave, master, flat, corner, many_points(), many_weights(), overlap)
+      return
+    end if
+    middle = 0.5_wp*(corner + corner(:, next))
+    do k = 1, 3
+      call add_halved(plane, slave, master, flat, &
+        reshape([corner(:, k), middle(:, k), middle(:, last(k))], [2, 3]), halvings - 1, overlap)
+    end do
+    call add_halved(plane, slave, master, flat, middle, halvings - 1, overlap)
+  end subroutine add_halved
+
+  !> The least over the largest Jacobian at the corners of a flat face: 1 of a parallelogram, 0 of
+  !> one that is a triangle.
+  pure real(wp) function evenness(corner)
+    real(wp), intent(in) :: corner(:, :) !! (2,3) or (2,4) [length]
+    integer, parameter :: next(4) = [2, 3, 4, 1], last(4) = [4, 1, 2, 3]
+    real(wp) :: along(2, 4), back(2, 4), jacobian(4)
+
+    evenness = 1.0_wp
+    if (size(corner, 2) == 3) return
+    along = corner(:, next) - corner
+    back = corner(:, last) - corner
+    jacobian = abs(along(1, :)*back(2, :) - along(2, :)*back(1, :))
+    evenness = minval(jacobian)/max(maxval(jacobian), tiny(1.0_wp))
+  end function evenness
+
+  !> Add the integrals over one triangle of an overlap, by the points of a rule.
   pure subroutine add_points(plane, slave, master, flat, corner, point, weight, overlap)
     type(plane_t), intent(in) :: plane
     real(wp), intent(in) :: slave(3, 4)   !! nodes of the slave face [length]

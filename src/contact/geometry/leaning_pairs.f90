@@ -2,6 +2,7 @@
 !> nodes. docs/theory.md section 11.
 module leaning_pairs_mod
   use kinds_mod, only: wp
+  use small_matrix_mod, only: cross
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, master_nodes
   use increment_report_mod, only: contact_fields_t
@@ -9,7 +10,7 @@ module leaning_pairs_mod
   implicit none
   private
 
-  public :: leaning, presses
+  public :: find_leaning, presses
 
   integer,  parameter :: n_ways = 72          !! directions that are looked in
   real(wp), parameter :: rounding = 1.0e-6_wp !! of a face [-]
@@ -31,19 +32,22 @@ contains
   !>
   !> No pressure that acts on the master can have its middle there. What faces stand apart or
   !> overlap between their nodes is left to them.
-  pure function leaning(scene, points, contact, u, pair) result(beyond)
+  pure subroutine find_leaning(scene, points, contact, u, pair, beyond, axis)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact !! at the end of an increment
     real(wp), intent(in) :: u(:, :)               !! (3,n_nodes) [length]
     integer, intent(in) :: pair
-    real(wp) :: beyond                            !! [length]
+    real(wp), intent(out) :: beyond               !! [length]
+    real(wp), intent(out) :: axis(3)              !! along the edge [-]
     real(wp), allocatable :: x(:, :)              !! (3,n) of the master [length]
     integer, allocatable :: nodes(:)
-    real(wp) :: middle(3), normal(3), frame(3, 3), way(3), force, apart, size_of_face
+    real(wp) :: middle(3), normal(3), frame(3, 3), way(3)
+    real(wp) :: force, apart, size_of_face, further
     integer :: i, k
 
     beyond = 0.0_wp
+    axis = 0.0_wp
     associate (of => scene%pairs(pair), first => points%first(pair), &
                last => points%first(pair + 1) - 1)
       if (of%master > 0 .or. of%small_sliding .or. .not. presses(points, contact, pair)) return
@@ -70,9 +74,12 @@ contains
     x = scene%mesh%coordinates(:, nodes) + u(:, nodes)
     do k = 1, n_ways
       way = cos(2.0_wp*pi*k/n_ways)*frame(:, 2) + sin(2.0_wp*pi*k/n_ways)*frame(:, 3)
-      beyond = max(beyond, dot_product(way, middle) - maxval(matmul(way, x)))
+      further = dot_product(way, middle) - maxval(matmul(way, x))
+      if (.not. further > beyond) cycle
+      beyond = further
+      axis = cross(normal, way)
     end do
     if (beyond <= apart/force + rounding*size_of_face) beyond = 0.0_wp
-  end function leaning
+  end subroutine find_leaning
 
 end module leaning_pairs_mod

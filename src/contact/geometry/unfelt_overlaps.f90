@@ -63,10 +63,13 @@ contains
     integer :: i, f
 
     associate (first => points%first(pair), last => points%first(pair + 1) - 1)
-      if (.not. any(contact%least_gap(first:last) < -allowed)) return
+      if (.not. any(min(contact%least_gap(first:last), contact%unplaced_gap(first:last)) < &
+                    -allowed)) return
       allocate (depth(scene%mesh%n_nodes), source=no_gap)
       allocate (on_it(scene%mesh%n_nodes), source=.false.)
       do i = first, last
+        if (contact%unplaced_gap(i) < 0.5_wp*no_gap) depth(points%node(i)) = &
+          -contact%unplaced_gap(i)
         if (.not. contact%gap(i) < 0.5_wp*no_gap) cycle
         depth(points%node(i)) = -contact%least_gap(i)
         ! On it without a force: about to touch, or held there.
