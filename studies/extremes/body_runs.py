@@ -1,6 +1,6 @@
 """Runs of the scenes of bodies that touch each other, before the judge of tests/judge.
 
-    python3 -m studies.extremes.body_runs [--only edge] [--keep DIR]
+    studies/run extremes --family bodies [--only edge] [--keep DIR]
 
 A run that ends with status 0 is judged from its result file by a second finite-element program,
 which places surfaces, balances forces and checks the laws of contact by its own integrals. It then
@@ -15,8 +15,6 @@ program refuses is confirmed, or refuted by a solution. Outcomes are
     broken       another exit status, a signal, no end, a result that cannot be read
 """
 
-import os
-import tempfile
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,9 +24,8 @@ import h5py
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from bipot.program import program_options
 from bipot.report import Bar
-from studies.extremes.body_scenes import all_plans, scene_of
+from studies.extremes.body_scenes import scene_of
 from studies.extremes.judge import cause_of
 
 # isort: split
@@ -350,6 +347,12 @@ def compare_solutions(one, scene, stored):
         one.apart, one.forces_apart = apart, forces_apart
 
 
+def told(one):
+    """A line on an outcome that is not right."""
+    words = f"{one.outcome:11} {one.name:34} {one.words}"
+    return f"{words} -- {one.confirmed}" if one.confirmed else words
+
+
 def own_forces(increment, solution):
     """The forces (N, 3) of contact on all nodes in a solution of the judge."""
     increment.place(solution.u)
@@ -378,28 +381,3 @@ def run_plans(plans, program, folder, compare=True, jobs=2):
             bar.show(one.name)
     bar.close()
     return [found[plan.name] for plan in plans]
-
-
-def main():
-    """Run, print."""
-    parser = program_options(__doc__)
-    parser.add_argument("--only", default="", help="scenes whose name or kind holds this")
-    parser.add_argument("--jobs", type=int, default=max(1, min(2, os.cpu_count() or 1)))
-    parser.add_argument("--no-comparison", action="store_true", help="do not solve again")
-    parser.add_argument("--keep", help="folder in which the decks stay")
-    options = parser.parse_args()
-    plans = [p for p in all_plans() if options.only in p.name or options.only == p.axis]
-    with tempfile.TemporaryDirectory(prefix="bodies-") as temporary:
-        outcomes = run_plans(plans, options.bipot.resolve(), options.keep or temporary,
-                             not options.no_comparison, options.jobs)  # fmt: skip
-    for one in outcomes:
-        print(f"{one.outcome:11} {one.name:34} {one.error:8.2g} {one.iterations:4} "
-              f"{one.placements:3} {one.compared}/{one.increments} {one.apart:8.1e} "
-              f"{one.forces_apart:8.1e} {one.unfelt:7.1e} {one.leans:7.1e} {one.units:8} {one.worst} {one.words} "
-              f"-- {one.confirmed}")  # fmt: skip
-    print(", ".join(f"{[o.outcome for o in outcomes].count(k)} {k}" for k in OUTCOMES))
-    return 1 if any(one.outcome in FAILURES for one in outcomes) else 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -457,8 +457,8 @@ def loaded_plans():
                (BASE, lifted(heavy[1], 0.01)), loads=(weighed(1.0),))  # fmt: skip
     yield Plan("rolls-on-0.01", axis, "on rollers, 0.01 of a face covered", over(0.01),
                loads=(rolled, pressed(1e-3)))  # fmt: skip
-    yield Plan("rests-beyond-limit", axis, "free, pushed by 1.01 of its friction", heavy,
-               loads=(weighed(1.0, 0.303),))  # fmt: skip
+    yield Plan("rests-beyond-limit", axis, "free, pushed by 1.1 of its friction", heavy,
+               loads=(weighed(1.0, 0.33),))  # fmt: skip
     yield Plan("lifted", axis, "free, pulled away", loads=(dragged(2, 1.0),))
     yield Plan("topples", axis, "free, more than half beyond the edge",
                tuple(replace(b, density=1.0) for b in over(0.5)), loads=(weighed(1.0),))

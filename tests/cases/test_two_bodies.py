@@ -577,6 +577,8 @@ class Overhanging(unittest.TestCase):
         for run in (self.run_block(0.7, 10), self.run_block(0.7, surfaces="LOW-ZMAX, UP-ZMIN")):
             self.assertEqual(run.status, 2, run.output)
             self.assertIn("nothing balances the loads", run.errors)
+            # A master is held by its slave no less than the other way round.
+            self.assertIn("6 of body 2 (of node 65), held by contact alone", run.output)
 
     def test_what_supports_keep_upright_may_lean(self):
         self.assertEqual(self.run_block(0.7, held="UP-XMAX, 1, 2").status, 0)
