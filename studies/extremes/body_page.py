@@ -25,7 +25,7 @@ def bodies_lines(outcomes, seconds):
         "",
         f"{len(outcomes)} small scenes of two or three deformable bodies, by AUTO, in five systems "
         "of units in turn; every scene twice, either body (of three, the middle one or the others) "
-        "as the slave. Each is run by the program and judged by the second finite-element program "
+        "as the slave; one in all units. Each is run by the program and judged by the second finite-element program "
         "of `tests/judge`, which shares no code with it: from displacements and reactions of every "
         "increment it finds places, weights, gaps, normals and slips by its own integrals, balances "
         "every node and every body, and checks the laws of contact. It then solves every increment "

@@ -210,12 +210,12 @@ def integrate(flat, polygon, seen):
     """
     a, b = polygon, np.roll(polygon, -1, axis=0)
     middle = np.broadcast_to(polygon.mean(axis=0), a.shape)
-    if min(evenness(flat), 1.0 if seen is None else evenness(seen)) < 0.3:
-        # Shape functions that are fractions with a pole close by take more points.
-        for _ in range(4):
-            ab, bm, ma = (a + b) / 2, (b + middle) / 2, (middle + a) / 2
-            middle, a, b = (np.vstack(v) for v in (
-                (middle, ma, bm, ma), (ma, a, ab, ab), (bm, ab, b, bm)))  # fmt: skip
+    even = min(evenness(flat), 1.0 if seen is None else evenness(seen))
+    # Shape functions that are fractions with a pole close by take more points.
+    for _ in range((even < 0.3) + (even < 0.2) + (even < 0.1) + (even < 0.05)):
+        ab, bm, ma = (a + b) / 2, (b + middle) / 2, (middle + a) / 2
+        middle, a, b = (np.vstack(v) for v in (
+            (middle, ma, bm, ma), (ma, a, ab, ab), (bm, ab, b, bm)))  # fmt: skip
     twice = cross2(a - middle, b - middle)
     points = (middle[:, None] + POINTS[None, :, :1] * (a - middle)[:, None]
               + POINTS[None, :, 1:] * (b - a)[:, None])  # fmt: skip
