@@ -25,11 +25,11 @@ def bodies_lines(outcomes, seconds):
         "",
         f"{len(outcomes)} small scenes of two or three deformable bodies, by AUTO, in five systems "
         "of units in turn; every scene twice, either body (of three, the middle one or the others) "
-        "as the slave; one in all units. Each is run by the program and judged by the second finite-element program "
-        "of `tests/judge`, which shares no code with it: from displacements and reactions of every "
-        "increment it finds places, weights, gaps, normals and slips by its own integrals, balances "
-        "every node and every body, and checks the laws of contact. It then solves every increment "
-        "itself, with dense matrices, from where the program's began.",
+        "as the slave; one in all units. Each is run by the program and judged by the second "
+        "finite-element program of `tests/judge`, which shares no code with it: from displacements "
+        "and reactions of every increment it finds places, weights, gaps, normals and slips by its "
+        "own integrals, balances every node and every body, and checks the laws of contact. It "
+        "then solves the increments itself, with dense matrices, from where the program's began.",
         "",
         f"- **{RIGHT}**: exit status 0, and right by every law, to twice what the program allows "
         "itself;",
@@ -124,10 +124,10 @@ def findings(outcomes):
     if leaning:
         lines += [
             "The laws of contact are those of the mesh. A slave face that is covered in part acts "
-            "at its nodes, those beyond the edge of the master too ([theory](../theory.md), section "
-            "11), so where the pressure of a pair acts may lie outside what the master covers: on "
-            "these meshes, at the end of a step, by this much of a face. Refined meshes, or the "
-            "other body as the slave, show what is so.",
+            "at its nodes, those beyond the edge of the master too ([theory](../theory.md), "
+            "section 11), so where the pressure of a pair acts may lie outside what the master "
+            "covers: on these meshes, at the end of a step, by this much of a face. Refined "
+            "meshes, or the other body as the slave, show what is so.",
             "",
         ]
         rows = [[one.name, one.extreme, f"{one.leans:.2f}"] for one in leaning]

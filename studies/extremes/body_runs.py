@@ -181,7 +181,7 @@ def interval_of(scene, stored, message):
 
 
 def left_by_pressure(scene, at):
-    """What pressures and friction on all that masters cover leave of the loads, at least, 0 to 1."""
+    """What pressures and friction on all that masters cover leave of the loads, 0 to 1."""
     increment = at.increment
     motions = rigid_motions(scene, increment.held)
     motions = motions.reshape(-1, 3, motions.shape[1])

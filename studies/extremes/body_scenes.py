@@ -212,7 +212,7 @@ def tilted(degrees):
 
 
 def lines_moved(by):
-    """The inner lines of the mesh moved along x and y: slivers beside lines that were above them."""
+    """The inner lines of the mesh moved along x and y, and no longer above those below."""
 
     def shape(points, share):
         inside = (share > 1e-9) & (share < 1 - 1e-9)
@@ -235,7 +235,7 @@ def crowded(power):
 
 
 def flattened(points, share):
-    """The middle node of the sides nearly on the diagonal of a face: quadrilaterals like triangles."""
+    """The middle of the mesh moved until four quadrilaterals are close to triangles."""
     out = points.copy()
     inside = np.all(np.abs(share[:, :2] - 0.5) < 1e-9, axis=1)
     out[inside, :2] -= 0.24 * np.ptp(points[:, :2], axis=0)

@@ -79,8 +79,8 @@ def write_page(outcomes, solvers, confirmed, answers, seconds, bodies, path):
         "",
         f"{len(auto)} small scenes, each extreme in one or two respects, solved by AUTO and by the "
         "paper's four solvers (sweeps with rho at its natural scale unless the scene says "
-        "otherwise); and, [at the end](#bodies-that-touch-each-other), as many of bodies that touch "
-        "each other. Written by a script, numbers too:",
+        "otherwise); and, [at the end](#bodies-that-touch-each-other), as many of bodies that "
+        "touch each other. Written by a script, numbers too:",
         "",
         "    studies/run extremes",
         "",

@@ -141,7 +141,7 @@ class JudgeOfBodies(unittest.TestCase):
 
     def test_a_refusal_of_what_can_be_solved_is_refuted(self):
         scene = scene_of(next(plan for plan in all_plans() if plan.name == "rests-upper"))
-        message = "step 1, increment 1: nothing balances the loads along body 2: translation along x"
+        message = "step 1, increment 1: nothing balances the loads along body 2: translation"
         one = body_runs.BodyOutcome("", "", "", (), "", "")
         body_runs.judge_run(one, scene, None, 2, message)
         self.assertEqual(one.outcome, body_runs.REFUTED_RUN)
@@ -162,10 +162,10 @@ class Bodies(unittest.TestCase):
             outcomes = body_runs.run_plans(plans[3::27], PROGRAM, folder, compare=False)
         for one in outcomes:
             with self.subTest(scene=one.name):
+                allowed = [body_runs.RIGHT, body_runs.REFUSED]
                 if one.name in self.LISTED:
-                    self.assertNotIn(one.outcome, body_runs.FAILURES, one.words)
-                else:
-                    self.assertIn(one.outcome, (body_runs.RIGHT, body_runs.REFUSED), body_runs.told(one))
+                    allowed += [body_runs.REFUTED_RUN, body_runs.OPEN_RUN]
+                self.assertIn(one.outcome, allowed, body_runs.told(one))
         solved = [one for one in outcomes if one.outcome == body_runs.RIGHT]
         self.assertGreaterEqual(len(solved), 0.7 * len(outcomes))
 

@@ -272,8 +272,9 @@ contains
         if (counts) call turn_into_plane(is_across(points, i), mortar%normal(:, here), counts)
         covers(i) = counts
         placement%unplaced_gap(i) = no_gap
-        if (.not. counts .and. mortar%area(here) > a_little*mortar%whole_area(here)) &
+        if (.not. counts .and. mortar%area(here) > a_little*mortar%whole_area(here)) then
           placement%unplaced_gap(i) = mortar%least_gap(here) + points%extra_gap(i)
+        end if
         if (counts) then
           placement%frame(:, :, i) = local_frame(mortar%normal(:, here))
           placement%gap(i) = dot_product(mortar%normal(:, here), mortar%apart(:, here)) + &

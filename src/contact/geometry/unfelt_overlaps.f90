@@ -84,8 +84,9 @@ contains
       if (any(on_it(faces(:, f)))) near(faces(:, f)) = .true.
       ! A face is no deeper in than any of its nodes knows.
       associate (least => minval(depth(faces(:, f))))
-        if (least > allowed .and. least < 0.5_wp*no_gap) &
+        if (least > allowed .and. least < 0.5_wp*no_gap) then
           dents = [dents, face_entry_t(least, pair, faces(:, f))]
+        end if
       end associate
     end do
     deepest = deepest_untouched(dents, near)
