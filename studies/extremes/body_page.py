@@ -14,6 +14,15 @@ from studies.extremes.body_runs import (
     WRONG,
 )
 
+HEAD = "## Bodies that touch each other"
+
+
+def put_bodies(page, lines):
+    """Put the lines of the section in the place of those that a page has, at its end."""
+    text = page.read_text(encoding="utf-8").split(f"{HEAD}\n")[0].rstrip()
+    page.write_text("\n".join([text, "", *lines[:-1]]) + "\n", encoding="utf-8")
+    print(page)
+
 
 def bodies_lines(outcomes, seconds):
     """Return the lines of the section for the outcomes of all plans."""
@@ -21,7 +30,7 @@ def bodies_lines(outcomes, seconds):
     right = count[RIGHT]
     compared = [one for one in right if one.compared]
     lines = [
-        "## Bodies that touch each other",
+        HEAD,
         "",
         f"{len(outcomes)} small scenes of two or three deformable bodies, by AUTO, in five systems "
         "of units in turn; every scene twice, either body (of three, the middle one or the others) "

@@ -30,29 +30,25 @@ from studies.extremes.judge import cause_of
 
 # isort: split
 # Of tests/judge, found through body_scenes.
+from between_nodes import covered_corners, ends_of_steps, unfelt_overlap
 from judge import run_program
 from laws import Judge, Stored, Unreadable
 from load_path import LoadPath
-from mortar import TURNED, hull_of_overlap, normal_of, place_surface
+from mortar import normal_of
 from refusals import (
     CONFIRMED,
     OPEN,
     REFUTED,
-    as_stored,
     confirm,
-    interval,
     judge_solution,
-    least_squares_in_cone,
-    path_to,
 )
 from scenes import write_deck
-from slow_solver import Increment, rigid_motions
+from slow_solver import Increment
 
 RIGHT, REFUSED, REFUTED_RUN, OPEN_RUN, WRONG, BROKEN = (
     "right", "refused", "refuted", "unconfirmed", "wrong", "broken")  # fmt: skip
 OUTCOMES = (RIGHT, REFUSED, REFUTED_RUN, OPEN_RUN, WRONG, BROKEN)
 FAILURES = (WRONG, BROKEN)
-LEAST_SEEN = 1.01e-4  # of a node's area: less may be the digits of a deck
 LEANS = 1e-6  # of a face: rounding is less
 LIMIT = 120.0  # seconds of the processor for a run
 
@@ -146,18 +142,6 @@ def confirm_refusal(scene, stored, message, status):
                 "of which the program takes no more than -0.2"
             )
         return OPEN, ""
-    if "contact is missed" in message:
-        at = interval_of(scene, stored, message)
-        found = at.increment.solve(scene.tolerance)
-        wrong = judge_solution(scene, at.path, at.increment, found, at.step, at.time, at.start)
-        overlap = unfelt_overlap(scene, as_stored(scene, at.increment, found, at.step, at.time))
-        if not wrong and overlap > 0:
-            return CONFIRMED, f"its own solution has an overlap of {overlap:.1e} that nothing feels"
-        return OPEN, f"an overlap of {overlap:.1e}"
-    if "from tipping over" in message:
-        left = left_by_pressure(scene, interval_of(scene, stored, message))
-        words = f"pressures on what is covered leave {left:.1e} of the loads unbalanced"
-        return (CONFIRMED if left > 1e-6 else REFUTED), words
     return confirm(scene, stored, message)
 
 
@@ -170,49 +154,6 @@ def turned_by(scene):
         for a in scene.faces(pair.part, pair.side)
         for b in scene.faces(*pair.master)
     )
-
-
-def interval_of(scene, stored, message):
-    """The increment that was refused, where it begins and ends, and the load path to it."""
-    step, time, start, before = interval(scene, stored, message)
-    path = path_to(scene, stored, step)
-    increment = Increment(scene, before, path.supports(time), path.loads(time))
-    return SimpleNamespace(step=step, time=time, start=start, path=path, increment=increment)
-
-
-def left_by_pressure(scene, at):
-    """What pressures and friction on all that masters cover leave of the loads, 0 to 1."""
-    increment = at.increment
-    motions = rigid_motions(scene, increment.held)
-    motions = motions.reshape(-1, 3, motions.shape[1])
-    work = np.einsum("nim,ni->m", motions, increment.loads)
-    x, columns = scene.points + increment.before, []
-    for pair in scene.pairs:
-        slave, master = scene.faces(pair.part, pair.side), scene.faces(*pair.master)
-        normal = normal_of(x[list(master[0])])
-        *_, across = np.linalg.svd(normal[None])
-        reach = pair.friction / np.cos(np.pi / 32)
-        ways = [normal + reach * (np.cos(a) * across[1] + np.sin(a) * across[2])
-                for a in np.linspace(0, 2 * np.pi, 32, endpoint=False)]  # fmt: skip
-        for place in covered_corners(slave, x, master):
-            moved = [rigid_at(motions, x, np.unique(faces), place) for faces in (slave, master)]
-            columns += [(moved[0] - moved[1]).T @ way for way in ways]
-    columns = np.transpose(columns)
-    sizes = np.linalg.norm(columns, axis=0)
-    _, left = least_squares_in_cone(columns[:, sizes > 0] / sizes[sizes > 0], -work)
-    return left / np.linalg.norm(work)
-
-
-def rigid_at(motions, x, rows, place):
-    """Rigid motions (N, 3, m), known at some rows of a body, at a place: (3, m)."""
-    terms = np.column_stack([np.ones(len(rows)), x[rows] - place])
-    return np.einsum("n,nim->im", np.linalg.pinv(terms)[0], motions[rows])
-
-
-def ends_of_steps(stored):
-    """The last row of each step."""
-    rows = range(stored.finished)
-    return [r for r in rows if r + 1 == stored.finished or stored.step[r + 1] != stored.step[r]]
 
 
 def leaning(scene, stored):
@@ -240,23 +181,6 @@ def leaning(scene, stored):
     return farthest
 
 
-def covered_corners(slave, x, master):
-    """The corners (n, 3) of what slave faces share with master faces, in the slave's faces."""
-    found = []
-    for face in slave:
-        places = x[list(face)]
-        n, middle = normal_of(places), places.mean(axis=0)
-        *_, across = np.linalg.svd(n[None])
-        plane = across[1:].T if np.linalg.det(np.vstack([across[1:], n])) > 0 else across[:0:-1].T
-        flat = (places - middle) @ plane
-        for other in master:
-            there = x[list(other)]
-            if n @ normal_of(there) <= TURNED:
-                seen = (there - middle) @ plane
-                found.append(middle + hull_of_overlap(flat, seen[::-1]) @ plane.T)
-    return np.vstack(found)
-
-
 def hull_distance(points, place):
     """How far a place (2,) lies outside the convex hull of points (n, 2), 0 inside."""
     try:
@@ -264,45 +188,6 @@ def hull_distance(points, place):
     except QhullError:  # a line, or less
         return float(np.linalg.norm(points - place, axis=1).min())
     return max(0.0, float((hull.equations[:, :2] @ place + hull.equations[:, 2]).max()))
-
-
-def unfelt_overlap(scene, stored):
-    """How deep slave faces are in master faces near which no node touches, of the displacements.
-
-    Contact is a matter of means over the faces about a node, and what lies between the nodes may be
-    missed by all of them. At the end of each step.
-    """
-    deepest = 0.0
-    for row in ends_of_steps(stored):
-        u = stored.u[row]
-        x, size = stored.places + u, np.abs(u).max()
-        for pair, name in ((p, Judge.name_of(SimpleNamespace(scene=scene), p))
-                           for p in scene.pairs):  # fmt: skip
-            if size == 0 or pair.small:
-                continue
-            held = stored.pairs[name]
-            touches = np.abs(held["reaction"][row]).max(axis=1) > 0
-            touches |= np.abs(held["gap"][row]) <= 10 * scene.tolerance * size
-            slave = scene.faces(pair.part, pair.side)
-            master = scene.faces(*pair.master)
-            seen = place_surface(slave, x, master, x)
-            counts = set(seen.rows[seen.share > LEAST_SEEN].tolist())
-            near = set(held["rows"][touches].tolist())
-            near |= {node for face in slave if near & set(face) for node in face}
-            dents = {}
-            for face in slave:
-                added = max(scene.added_gaps()[list(face)])
-                depth = -place_surface([face], x, master, x).least.min() - added
-                if depth > 10 * scene.tolerance * size and counts & set(face):
-                    dents[face] = depth
-            grown = True
-            while grown:
-                grown = [face for face in dents if near & set(face)]
-                for face in grown:
-                    near |= set(face)
-                    del dents[face]
-            deepest = max([deepest, *(depth / size for depth in dents.values())])
-    return deepest
 
 
 def read_counts(one, path):

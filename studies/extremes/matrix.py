@@ -2,7 +2,8 @@
 
     studies/run extremes           all scenes and solvers: docs/studies/extremes.md and its map
     studies/run extremes --only mu- --solvers AUTO --keep /tmp/decks
-    studies/run extremes --family bodies     bodies that touch each other (body_runs.py), by AUTO
+    studies/run extremes --family bodies     bodies that touch each other (body_runs.py), by AUTO;
+                                             makes their part of the page anew
 
 Every run is judged here from its result file and the scene's own numbers (judge.py): what
 the program says of itself does not count. Outcomes are
@@ -175,6 +176,11 @@ def run_families(options, program, folder):
         kinds = [one.outcome for one in of_bodies]
         print(f"bodies: {len(kinds)} runs, "
               + ", ".join(f"{kinds.count(kind)} {kind}" for kind in OUTCOMES))  # fmt: skip
+    if options.family == "bodies" and not options.only:
+        from studies.extremes.body_page import bodies_lines, put_bodies
+        from studies.pages import PAGES
+
+        put_bodies(PAGES / "extremes.md", bodies_lines(of_bodies, seconds_of_bodies))
     if options.family == "both" and not options.only and not wanted:
         # Only the whole matrix makes the page; drawing is not needed for less.
         from studies.extremes.body_page import bodies_lines

@@ -23,6 +23,10 @@ from studies.extremes.matrix import confirm_refusals, run_matrix, run_scene
 from studies.extremes.scenes import all_scenes, block, free_cube
 from studies.two_answers import answers_of_block
 
+# isort: split
+import refusals  # of tests/judge, found through body_scenes
+from slow_solver import Increment
+
 LEAST_SOLVED = 0.9
 PATIENCE = 900.0  # with a run that hangs [s]
 
@@ -116,28 +120,31 @@ class JudgeOfBodies(unittest.TestCase):
     """What the laws of contact do not say of meshes, and refusals, on the judge's own solutions."""
 
     def solved(self, name):
-        """(scene, interval, own solution of its first increment as a stored result)."""
+        """(scene, first increment, own solution of it as a stored result)."""
         scene = scene_of(next(plan for plan in all_plans() if plan.name == name))
-        at = body_runs.interval_of(scene, None, "")
-        found = at.increment.solve(scene.tolerance)
+        path = refusals.path_to(scene, None, 0)
+        time = scene.steps[0].period / scene.steps[0].increments
+        start = np.zeros_like(scene.points)
+        increment = Increment(scene, start, path.supports(time), path.loads(time))
+        found = increment.solve(scene.tolerance)
         self.assertTrue(found.converged)
-        return scene, at, body_runs.as_stored(scene, at.increment, found, at.step, at.time)
+        return scene, increment, refusals.as_stored(scene, increment, found, 0, time)
 
     def test_an_edge_between_the_nodes_is_seen(self):
         scene, _, stored = self.solved("edge-1-lower")
         # A hundredth deep along z, as deep as it was moved, with slopes of 45 degrees.
-        self.assertAlmostEqual(body_runs.unfelt_overlap(scene, stored), np.sqrt(0.5), delta=1e-3)
+        self.assertAlmostEqual(refusals.unfelt_overlap(scene, stored), np.sqrt(0.5), delta=1e-3)
         scene, _, stored = self.solved("edge-1-upper")
-        self.assertEqual(body_runs.unfelt_overlap(scene, stored), 0)
+        self.assertEqual(refusals.unfelt_overlap(scene, stored), 0)
 
     def test_what_tips_over_is_seen(self):
-        scene, at, stored = self.solved("topples-upper")
+        scene, increment, stored = self.solved("topples-upper")
         # It presses at 1.25 of the base's width, with faces of 0.5.
         self.assertAlmostEqual(body_runs.leaning(scene, stored), 0.5, delta=1e-2)
-        self.assertGreater(body_runs.left_by_pressure(scene, at), 0.1)
-        scene, at, stored = self.solved("rests-upper")
+        self.assertGreater(refusals.left_by_pressure(scene, increment), 0.1)
+        scene, increment, stored = self.solved("rests-upper")
         self.assertLess(body_runs.leaning(scene, stored), 1e-9)
-        self.assertLess(body_runs.left_by_pressure(scene, at), 1e-9)
+        self.assertLess(refusals.left_by_pressure(scene, increment), 1e-9)
 
     def test_a_refusal_of_what_can_be_solved_is_refuted(self):
         scene = scene_of(next(plan for plan in all_plans() if plan.name == "rests-upper"))

@@ -210,7 +210,7 @@ def integrate(flat, polygon, seen):
     """
     a, b = polygon, np.roll(polygon, -1, axis=0)
     middle = np.broadcast_to(polygon.mean(axis=0), a.shape)
-    even = min(evenness(flat), 1.0 if seen is None else evenness(seen))
+    even = float(min(evenness(flat), 1.0 if seen is None else evenness(seen)))
     # Shape functions that are fractions with a pole close by take more points.
     for _ in range((even < 0.3) + (even < 0.2) + (even < 0.1) + (even < 0.05)):
         ab, bm, ma = (a + b) / 2, (b + middle) / 2, (middle + a) / 2
