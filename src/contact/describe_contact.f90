@@ -30,6 +30,7 @@ contains
     contact%weights = placement%weights
     contact%covered_area = placement%covered_area
     contact%least_gap = placement%least_gap
+    contact%unplaced_gap = placement%unplaced_gap
     contact%apart = placement%apart
     allocate (contact%reaction(3, points%n), contact%gap(points%n), contact%slip_increment(2, &
       points%n))

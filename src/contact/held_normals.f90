@@ -30,7 +30,7 @@ contains
     do step = 1, size(scene%steps)
       call rows_of_points(movable(scene, prescribed_dofs(scene, step)), points, &
         placement%weights, placement%frame, row)
-      held = points%in_reach .and. row(1, :) == 0
+      held = points%in_reach .and. placement%weights%covers .and. row(1, :) == 0
       ! The normals of an obstacle that turns do not stay what they are.
       do pair = 1, size(scene%pairs)
         if (pair_turns(scene, pair)) held(points%first(pair):points%first(pair + 1) - 1) = .false.

@@ -67,6 +67,9 @@ module increment_report_mod
     real(wp), allocatable :: least_gap(:)
     !! (n_points) before faces: in the faces about the node, at points of the quadrature; elsewhere
     !! the gap [length]
+    real(wp), allocatable :: unplaced_gap(:)
+    !! (n_points) the same of a point that faces cover a little, but not enough for it to count;
+    !! elsewhere huge [length]
     real(wp), allocatable :: apart(:, :)
     !! (3,n_points) before facets of an obstacle: place of the node less that of what it faces; 0
     !! elsewhere [length]

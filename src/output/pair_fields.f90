@@ -55,8 +55,8 @@ contains
         'of the node''s share what the master covers; 0: no gap, no reaction', &
         compute=covered_area))
       call add_field(list, field_t('least_gap', of_real, [n], 'length', &
-        'least distance along the master''s normals in the faces about the node, at points of '// &
-        'the quadrature', compute=least_gap))
+        'least distance along the master''s normals in the faces about the node, at '// &
+        'points of the quadrature and corners of what two faces share', compute=least_gap))
       call add_field(list, field_t('moment_left', of_real, [3], 'moment', &
         'moment about the origin of all forces of the pair, on both sides, deformed arms', &
         compute=moment_left))

@@ -12,6 +12,7 @@ module plan_table_mod
   use output_field_mod, only: field_t, at_start
   use view_fields_mod, only: list_view_fields
   use compliance_mod, only: rows_worth_rounding
+  use contact_points_mod, only: contact_nodes
   use plan_mod, only: plan_t, bound_fixed, bound_at_most, bound_about, bound_in_words
   use rigid_modes_mod, only: free_motions_t
   use describe_motions_mod, only: body_in_words, motions_together
@@ -160,7 +161,7 @@ contains
 
     touches = .false.
     held = .true.
-    touches(scene%mesh%body(plan%points%node)) = .true.
+    touches(scene%mesh%body(contact_nodes(plan%points))) = .true.
     touches(0) = .true.
     held(motions%body) = .false.
     n = count(held(1:))

@@ -14,7 +14,7 @@ module increment_notes_mod
   implicit none
   private
 
-  public :: note_t, note_cut, note_widened, note_unheld, note_entries, &
+  public :: note_t, note_cut, note_widened, note_unheld, note_entries, note_unfelt, &
     note_small_contacts, note_kinks, note_touch, note_turn, note_double
 
   !> A line for the console.
@@ -105,6 +105,20 @@ contains
       ' between their nodes by up to '//to_text(deepest%depth, 3)//', at '// &
       nodes_in_words(scene, deepest%nodes), even_if_quiet=.false.)
   end subroutine note_entries
+
+  !> How deep meshes of a hollow and what is in it were in each other where nothing pressed.
+  pure subroutine note_unfelt(scene, increment, unfelt, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(face_entry_t), intent(in) :: unfelt !! at the end of the *STEP
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    if (unfelt%depth > 0.0_wp) call add_note(notes, increment, .false., ': faces of '// &
+      scene%surfaces(scene%pairs(unfelt%pair)%surface)%name//' overlap '// &
+      master_name(scene, unfelt%pair)//' between their nodes by '//to_text(unfelt%depth, 3)// &
+      ', at '//nodes_in_words(scene, unfelt%nodes)//', and nothing presses there: no more than '// &
+      'the faces of a hollow stand out of it')
+  end subroutine note_unfelt
 
   !> Where a pressure is that of one node or two.
   pure subroutine note_small_contacts(scene, points, increment, prescribed, report, notes)

@@ -4,7 +4,7 @@ module refuse_unsolved_mod
   use resource_limits_mod, only: has_memory
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, master_name
   use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_in_words, &
     is_exact, compliance_products
   use contact_points_mod, only: contact_points_t
@@ -14,12 +14,13 @@ module refuse_unsolved_mod
     ended_at_limit, ended_stalled, ended_unbalanced, ended_moving
   use condensed_contact_mod, only: dense_bytes
   use plan_table_mod, only: bytes_in_words
-  use faces_between_nodes_mod, only: entries_t, entered_on_way, entered_and_left
+  use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_on_way, entered_and_left
   use console_mod, only: solver_name
   implicit none
   private
 
-  public :: refuse_unsolved, refuse_missed_contact, nodes_in_words, is_solved, tolerance_in_reach
+  public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
+    nodes_in_words, is_solved, tolerance_in_reach
 
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
 
@@ -205,6 +206,54 @@ contains
     call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
       to_text(increment%number)//': '//face)
   end subroutine refuse_missed_contact
+
+  !> So does one that the means over faces do not feel.
+  subroutine refuse_unfelt_overlap(scene, increment, unfelt, error)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(face_entry_t), intent(in) :: unfelt !! at the end of a *STEP
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: advice
+
+    advice = 'smaller bricks'
+    associate (pair => scene%pairs(unfelt%pair))
+      if (pair%master == 0) advice = master_name(scene, unfelt%pair)//' as the slave, or '//advice
+      call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+        to_text(increment%number)//': '//master_name(scene, unfelt%pair)//' is '// &
+        to_text(unfelt%depth, 3)//' deep into the face of '//nodes_in_words(scene, unfelt%nodes)// &
+        ' of '//scene%surfaces(pair%surface)%name//', but no node of that face or of its '// &
+        'neighbours touches it: contact is missed; use '//advice)
+    end associate
+  end subroutine refuse_unfelt_overlap
+
+  !> A body that leans over an edge, and that nothing but that pair keeps from tipping, ends the
+  !> run: its mesh alone holds it.
+  subroutine refuse_leaning(scene, increment, pair, body, beyond, error)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    integer, intent(in) :: pair, body
+    real(wp), intent(in) :: beyond !! the edge [length]
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: slave, master
+
+    slave = scene%surfaces(scene%pairs(pair)%surface)%name
+    master = master_name(scene, pair)
+    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+      to_text(increment%number)//': '//slave//' presses '//to_text(beyond, 3)// &
+      ' beyond the edge of '//master//', where faces that it covers in part have nodes, and '// &
+      'nothing else keeps '//body_name(scene, body)//' from tipping over; use '//master// &
+      ' as the slave, or smaller bricks, to see whether it does')
+  end subroutine refuse_leaning
+
+  !> "body 2 (of node 132)".
+  pure function body_name(scene, body) result(words)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: body
+    character(:), allocatable :: words
+
+    words = 'body '//to_text(body)//' (of node '// &
+      to_text(scene%mesh%node_id(findloc(scene%mesh%body, body, dim=1)))//')'
+  end function body_name
 
   !> "nodes 1, 2, 11 and 10".
   pure function nodes_in_words(scene, nodes) result(words)

@@ -15,18 +15,23 @@ module solve_next_mod
   use step_solver_mod, only: step_solver_t, forget_supports, widen_interface
   use advance_mod, only: advance, advance_along
   use kinks_mod, only: count_between
+  use contact_points_mod, only: master_nodes
   use load_events_mod, only: first_touch, no_event
   use look_ahead_mod, only: forget => cut
   use load_step_error_mod, only: follow_coarsely
   use choose_increment_mod, only: choose_increment, cut_increment
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
+  use unfelt_overlaps_mod, only: find_unfelt_overlap
+  use leaning_pairs_mod, only: find_leaning, presses
+  use follow_points_mod, only: rounding_of_places
   use tally_mod, only: note_sizes
   use checkpoint_mod, only: progress_t, enter_step, stop_if_signalled
   use measure_increment_mod, only: estimate_mesh, measure_deformation
-  use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, is_solved
+  use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, &
+    refuse_unfelt_overlap, refuse_leaning, is_solved
   use increment_notes_mod, only: note_t, note_cut, note_widened, note_unheld, note_entries, &
-    note_small_contacts, note_kinks, note_touch, note_turn, note_double
+    note_unfelt, note_small_contacts, note_kinks, note_touch, note_turn, note_double
   implicit none
   private
 
@@ -208,6 +213,11 @@ contains
       if (entries%at_end%depth > watch%deepest%depth) watch%deepest = entries%at_end
       call refuse_missed_contact(scene, increment, entries, error)
       if (allocated(error)) return
+      ! Within a *STEP surfaces may be on their way to each other's nodes.
+      if (increment%last_of_step) call judge_overlap(scene, plan, solved, notes, error)
+      if (allocated(error)) return
+      call judge_leaning(scene, plan, solver, solved, error)
+      if (allocated(error)) return
       call estimate_errors(scene, plan, solver, solved%state, progress, entries, report)
       call note_unheld(increment, report, watch%unheld, notes)
       if (increment%last_of_step) then
@@ -219,6 +229,77 @@ contains
       call count_events(scene, plan, solver, increment, progress, notes)
     end associate
   end subroutine judge_increment
+
+  !> Surfaces that overlap where nothing presses: a contact that is missed, or something to say.
+  subroutine judge_overlap(scene, plan, solved, notes, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(solved_t), intent(in) :: solved
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(face_entry_t) :: unfelt
+    real(wp) :: allowed
+    logical :: is_missed
+
+    associate (u => solved%state%displacement)
+      allowed = 10.0_wp*scene%contact%tolerance*maxval(abs(u)) + rounding_of_places(scene, u)
+    end associate
+    call find_unfelt_overlap(scene, plan%points, solved%report%contact, allowed, unfelt, is_missed)
+    if (is_missed) then
+      call refuse_unfelt_overlap(scene, solved%increment, unfelt, error)
+    else
+      call note_unfelt(scene, solved%increment, unfelt, notes)
+    end if
+  end subroutine judge_overlap
+
+  !> A body that only its mesh keeps from tipping over the edge of its master ends the run.
+  subroutine judge_leaning(scene, plan, solver, solved, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(step_solver_t), intent(in) :: solver
+    type(solved_t), intent(in) :: solved
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: beyond, axis(3)
+    integer :: pair, body
+
+    do pair = 1, size(scene%pairs)
+      call find_leaning(scene, plan%points, solved%report%contact, solved%state%displacement, &
+        pair, beyond, axis)
+      if (.not. beyond > 0.0_wp) cycle
+      body = scene%mesh%body(plan%points%node(plan%points%first(pair)))
+      if (may_tip(body) .and. .not. is_pressed_elsewhere(body, pair)) then
+        call refuse_leaning(scene, solved%increment, pair, body, beyond, error)
+        return
+      end if
+    end do
+
+  contains
+
+    !> Whether no support keeps it from turning over the edge.
+    pure logical function may_tip(body)
+      integer, intent(in) :: body
+
+      associate (motions => solver%body%motions)
+        may_tip = any(motions%body == body .and. &
+          abs(matmul(axis, motions%rotation))*motions%extent > 1.0e-6_wp)
+      end associate
+    end function may_tip
+
+    pure logical function is_pressed_elsewhere(body, but)
+      integer, intent(in) :: body, but
+      integer :: other
+
+      is_pressed_elsewhere = .false.
+      do other = 1, size(scene%pairs)
+        if (other == but .or. .not. presses(plan%points, solved%report%contact, other)) cycle
+        associate (first => plan%points%first(other), masters => master_nodes(plan%points, other))
+          is_pressed_elsewhere = is_pressed_elsewhere .or. any(scene%mesh%body( &
+            [plan%points%node(first), masters]) == body)
+        end associate
+      end do
+    end function is_pressed_elsewhere
+
+  end subroutine judge_leaning
 
   !> Count the events of the load path that the increment ends at or goes across; note what a *STEP
   !> goes across, the first time.

@@ -25,6 +25,7 @@ CAUSES = {
     "points do not settle": r"do not settle \(they still move by \d",
     "prescribed into an obstacle": r"is prescribed to move \S+ into",
     "contact missed": r"deep into the face of nodes .*contact is missed",
+    "tips over an edge": r"presses \S+ beyond the edge of .* from tipping over",
     "deck refused": r"\.inp:\d+.*: error: ",
 }
 

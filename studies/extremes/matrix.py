@@ -2,6 +2,8 @@
 
     studies/run extremes           all scenes and solvers: docs/studies/extremes.md and its map
     studies/run extremes --only mu- --solvers AUTO --keep /tmp/decks
+    studies/run extremes --family bodies     bodies that touch each other (body_runs.py), by AUTO;
+                                             makes their part of the page anew
 
 Every run is judged here from its result file and the scene's own numbers (judge.py): what
 the program says of itself does not count. Outcomes are
@@ -11,10 +13,12 @@ the program says of itself does not count. Outcomes are
     diagnosed   exit status 1 or 2 and a message that names the cause
     failed      anything else: a wrong result, no result, a crash, no end, a number that is none
 
-Exit status: 0 where no run failed, 1 otherwise.
+Exit status: 0 where no run failed, 1 otherwise. Bodies that touch each other have a judge and
+outcomes of their own.
 """
 
 import os
+import shutil
 import subprocess
 import tempfile
 import time
@@ -24,6 +28,8 @@ from pathlib import Path
 
 from bipot.program import program_options
 from bipot.report import Bar
+from studies.extremes.body_runs import FAILURES, OUTCOMES, RIGHT, run_plans, told
+from studies.extremes.body_scenes import all_plans
 from studies.extremes.confirm import confirm
 from studies.extremes.judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK, cause_of, judge
 from studies.extremes.scenes import all_scenes, deck
@@ -124,6 +130,7 @@ def confirm_refusals(scenes, outcomes):
 def main():
     """Run, print, write the page."""
     parser = program_options(__doc__)
+    parser.add_argument("--family", choices=("one", "bodies", "both"), default="both")
     parser.add_argument("--only", default="", help="scenes whose name or axis holds this")
     parser.add_argument("--solvers", default="", help="parts of solvers' names, as a,b")
     parser.add_argument("--jobs", type=int, default=max(1, min(2, os.cpu_count() or 1)))
@@ -131,29 +138,62 @@ def main():
     parser.add_argument("--keep", help="folder in which the decks stay")
     options = parser.parse_args()
     program = options.bipot.resolve()
-    scenes = [s for s in all_scenes() if options.only in s.name or options.only == s.axis]
+    folder = Path(options.keep or tempfile.mkdtemp(prefix="extremes-"))
+    try:
+        failed = run_families(options, program, folder)
+    finally:
+        if not options.keep:
+            shutil.rmtree(folder, ignore_errors=True)
+    return 1 if failed else 0
+
+
+def run_families(options, program, folder):
+    """Run what the command line names, print it, write the page of all; whether a run failed."""
     wanted = [word for word in options.solvers.split(",") if word]
     solvers = [name for name in SOLVERS if not wanted or any(word in name for word in wanted)]
+    scenes, plans = [], []
+    if options.family != "bodies":
+        scenes = [s for s in all_scenes() if options.only in s.name or options.only == s.axis]
+    if options.family != "one":
+        plans = [p for p in all_plans() if options.only in p.name or options.only == p.axis]
     start = time.monotonic()
-    with tempfile.TemporaryDirectory(prefix="extremes-") as temporary:
-        folder = Path(options.keep or temporary)
-        outcomes = run_matrix(scenes, solvers, program, folder, options.limit, options.jobs)
+    outcomes = run_matrix(scenes, solvers, program, folder, options.limit, options.jobs)
+    seconds = time.monotonic() - start
     for one in outcomes:
         if one.outcome != CERTIFIED:
             print(f"{one.outcome:10} {one.solver:24} {one.scene:34} {one.words}")
-    for solver in solvers:
+    for solver in solvers if outcomes else ():
         mine = [one.outcome for one in outcomes if one.solver == solver]
         counts = {name: mine.count(name) for name in (CERTIFIED, FALLBACK, DIAGNOSED, FAILED)}
         print(f"{solver}: {len(mine)} runs, " + ", ".join(f"{n} {k}" for k, n in counts.items()))
-    if not options.only and not wanted:
+    start = time.monotonic()
+    of_bodies = run_plans(plans, program, folder, jobs=options.jobs)
+    seconds_of_bodies = time.monotonic() - start
+    for one in of_bodies:
+        if one.outcome != RIGHT:
+            print(told(one))
+    if of_bodies:
+        kinds = [one.outcome for one in of_bodies]
+        print(f"bodies: {len(kinds)} runs, "
+              + ", ".join(f"{kinds.count(kind)} {kind}" for kind in OUTCOMES))  # fmt: skip
+    if options.family == "bodies" and not options.only:
+        from studies.extremes.body_page import bodies_lines, put_bodies
+        from studies.pages import PAGES
+
+        put_bodies(PAGES / "extremes.md", bodies_lines(of_bodies, seconds_of_bodies))
+    if options.family == "both" and not options.only and not wanted:
         # Only the whole matrix makes the page; drawing is not needed for less.
+        from studies.extremes.body_page import bodies_lines
         from studies.extremes.page import draw_map, write_page
         from studies.pages import PAGES
         from studies.two_answers import answers_of_block
 
-        seconds = time.monotonic() - start
         draw_map(outcomes, solvers, PAGES / "figures" / "extremes.png")
         confirmed = confirm_refusals(scenes, outcomes)
         answers = answers_of_block(program)
-        write_page(outcomes, solvers, confirmed, answers, seconds, PAGES / "extremes.md")
-    return 1 if any(one.outcome == FAILED for one in outcomes) else 0
+        bodies = bodies_lines(of_bodies, seconds_of_bodies)
+        page = PAGES / "extremes.md"
+        write_page(outcomes, solvers, confirmed, answers, seconds, bodies, page)
+    return any(one.outcome == FAILED for one in outcomes) or any(
+        one.outcome in FAILURES for one in of_bodies
+    )

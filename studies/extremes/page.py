@@ -62,11 +62,12 @@ def good(outcomes):
     return sum(one.outcome in (CERTIFIED, FALLBACK) for one in outcomes)
 
 
-def write_page(outcomes, solvers, confirmed, answers, seconds, path):
+def write_page(outcomes, solvers, confirmed, answers, seconds, bodies, path):
     """Write the page.
 
     `confirmed` is, by scene, what the check of AUTO's refusals found; `answers` are those of an
-    increment that has several (two_answers.py).
+    increment that has several (two_answers.py), `bodies` the lines of the section on bodies that
+    touch each other (body_page.py).
     """
     axes = axes_of(outcomes)
     by = {(one.scene, one.solver): one for one in outcomes}
@@ -78,7 +79,8 @@ def write_page(outcomes, solvers, confirmed, answers, seconds, path):
         "",
         f"{len(auto)} small scenes, each extreme in one or two respects, solved by AUTO and by the "
         "paper's four solvers (sweeps with rho at its natural scale unless the scene says "
-        "otherwise). Written by a script, numbers too:",
+        "otherwise); and, [at the end](#bodies-that-touch-each-other), as many of bodies that "
+        "touch each other. Written by a script, numbers too:",
         "",
         "    studies/run extremes",
         "",
@@ -149,5 +151,6 @@ def write_page(outcomes, solvers, confirmed, answers, seconds, path):
             cells = [LETTER[by[name, solver].outcome] for solver in solvers]
             rows.append([axis, name, *cells])
     lines += table(["", "scene", *solvers], rows)
+    lines += ["", *bodies[:-1]]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     print(path)

@@ -1,6 +1,7 @@
 """Extremes by AUTO: solved and right, or refused with the cause; nothing else.
 
-Of the matrix it is every second scene; `scripts/test --full` has all of it, by all solvers.
+Of the matrix it is every second scene, of bodies that touch each other some;
+`scripts/test --full` has all of it, by all solvers.
 
 The judge is tried first: results made wrong by hand must not pass it.
 """
@@ -11,13 +12,20 @@ import unittest
 from pathlib import Path
 
 import h5py
+import numpy as np
 from program import PROGRAM
 
-from studies.extremes.confirm import confirm  # found through program
+from studies.extremes import body_runs  # found through program
+from studies.extremes.body_scenes import all_plans, scene_of
+from studies.extremes.confirm import confirm
 from studies.extremes.judge import CERTIFIED, FAILED, FALLBACK, judge
 from studies.extremes.matrix import confirm_refusals, run_matrix, run_scene
 from studies.extremes.scenes import all_scenes, block, free_cube
 from studies.two_answers import answers_of_block
+
+# isort: split
+import refusals  # of tests/judge, found through body_scenes
+from slow_solver import Increment
 
 LEAST_SOLVED = 0.9
 PATIENCE = 900.0  # with a run that hangs [s]
@@ -106,6 +114,75 @@ class Confirmation(unittest.TestCase):
                 with self.subTest(scene=scene.name, cause=cause):
                     right, words = confirm(scene, cause)
                     self.assertFalse(right, words)
+
+
+class JudgeOfBodies(unittest.TestCase):
+    """What the laws of contact do not say of meshes, and refusals, on the judge's own solutions."""
+
+    def solved(self, name):
+        """(scene, first increment, own solution of it as a stored result)."""
+        scene = scene_of(next(plan for plan in all_plans() if plan.name == name))
+        path = refusals.path_to(scene, None, 0)
+        time = scene.steps[0].period / scene.steps[0].increments
+        start = np.zeros_like(scene.points)
+        increment = Increment(scene, start, path.supports(time), path.loads(time))
+        found = increment.solve(scene.tolerance)
+        self.assertTrue(found.converged)
+        return scene, increment, refusals.as_stored(scene, increment, found, 0, time)
+
+    def test_an_edge_between_the_nodes_is_seen(self):
+        scene, _, stored = self.solved("edge-1-lower")
+        # A hundredth deep along z, as deep as it was moved, with slopes of 45 degrees.
+        self.assertAlmostEqual(refusals.unfelt_overlap(scene, stored), np.sqrt(0.5), delta=1e-3)
+        scene, _, stored = self.solved("edge-1-upper")
+        self.assertEqual(refusals.unfelt_overlap(scene, stored), 0)
+
+    def test_what_tips_over_is_seen(self):
+        scene, increment, stored = self.solved("topples-upper")
+        # It presses at 1.25 of the base's width, with faces of 0.5.
+        self.assertAlmostEqual(body_runs.leaning(scene, stored), 0.5, delta=1e-2)
+        self.assertGreater(refusals.left_by_pressure(scene, increment), 0.1)
+        scene, increment, stored = self.solved("rests-upper")
+        self.assertLess(body_runs.leaning(scene, stored), 1e-9)
+        self.assertLess(refusals.left_by_pressure(scene, increment), 1e-9)
+
+    def test_a_refusal_of_what_can_be_solved_is_refuted(self):
+        scene = scene_of(next(plan for plan in all_plans() if plan.name == "rests-upper"))
+        message = "step 1, increment 1: nothing balances the loads along body 2: translation"
+        one = body_runs.BodyOutcome("", "", "", (), "", "")
+        body_runs.judge_run(one, scene, None, 2, message)
+        self.assertEqual(one.outcome, body_runs.REFUTED_RUN)
+        for status, words in ((2, "it did not work"), (3, message), (-11, "")):
+            one.outcome = body_runs.BROKEN
+            body_runs.judge_run(one, scene, None, status, words)
+            self.assertNotIn(one.outcome, (body_runs.RIGHT, body_runs.REFUSED))
+
+
+class Bodies(unittest.TestCase):
+    # Refused though they have a solution, or may have one; docs/studies/extremes.md lists them.
+    LISTED = ("edge-6-upper", "edge-6-lower", "three-sheet-lower", "rests-on-edge-lower")
+
+    def test_right_or_rightly_refused(self):
+        plans = all_plans()
+        self.assertGreaterEqual(len(plans), 60)
+        with tempfile.TemporaryDirectory(prefix="extremes-") as folder:
+            outcomes = body_runs.run_plans(plans[3::27], PROGRAM, folder, compare=False)
+        for one in outcomes:
+            with self.subTest(scene=one.name):
+                allowed = [body_runs.RIGHT, body_runs.REFUSED]
+                if one.name in self.LISTED:
+                    allowed += [body_runs.REFUTED_RUN, body_runs.OPEN_RUN]
+                self.assertIn(one.outcome, allowed, body_runs.told(one))
+        solved = [one for one in outcomes if one.outcome == body_runs.RIGHT]
+        self.assertGreaterEqual(len(solved), 0.7 * len(outcomes))
+
+    def test_displacements_and_forces_are_the_judges(self):
+        plans = [plan for plan in all_plans() if plan.name == "ratio-1e+06-edge-upper"]
+        with tempfile.TemporaryDirectory(prefix="extremes-") as folder:
+            one = body_runs.run_plans(plans, PROGRAM, folder)[0]
+        self.assertEqual((one.outcome, one.compared), (body_runs.RIGHT, 3), body_runs.told(one))
+        self.assertLess(one.apart, 1e-7)
+        self.assertLess(one.forces_apart, 1e-7)
 
 
 class Matrix(unittest.TestCase):

@@ -552,6 +552,114 @@ class PressFit(unittest.TestCase):
             self.assertLess(error[1], 0.3 * error[0])
 
 
+class Overhanging(unittest.TestCase):
+    """A block under a pressure, whose middle is over its base or beside it."""
+
+    SURFACES = "UP-ZMIN, LOW-ZMAX"
+
+    def run_block(self, start, bricks=2, surfaces=SURFACES, held=""):
+        text = deck(
+            block("LOW", 3, (0, 0, -1), (1, 1, 1)),
+            block("UP", bricks, (start, 0, 0), (1, 1, 1)),
+            pair(surfaces, 0.3),
+            "*STEP\n*STATIC, DIRECT\n1., 1.\n*DSLOAD\nUP-ZMAX, P, 0.1\n*END STEP\n",
+            held=f"LOW-ZMIN, 1, 3\n{held}",
+        )
+        return Run(text, name="deck")
+
+    def test_over_its_base_it_rests(self):
+        for surfaces in (self.SURFACES, "LOW-ZMAX, UP-ZMIN"):
+            run = self.run_block(0.35, surfaces=surfaces)
+            self.assertEqual(run.status, 0, run.errors)
+            self.assertNotIn("beyond the edge", run.output)
+
+    def test_no_mesh_keeps_it_from_tipping(self):
+        # Its middle is at 0.7 + 0.5, its nodes at 0.7 and 1.2, and the edge at 1.
+        run = self.run_block(0.7)
+        self.assertEqual(run.status, 2, run.output)
+        self.assertRegex(run.errors, r"UP-ZMIN presses 0\.2\d* beyond the edge of LOW-ZMAX, .* "
+                         r"nothing else keeps body 2 \(of node 65\) from tipping over")  # fmt: skip
+        # What the base does not cover is free for all that.
+        self.assertNotIn("supports hold the normal", run.output)
+        for run in (self.run_block(0.7, 10), self.run_block(0.7, surfaces="LOW-ZMAX, UP-ZMIN")):
+            self.assertEqual(run.status, 2, run.output)
+            self.assertIn("nothing balances the loads", run.errors)
+            # A master is held by its slave no less than the other way round.
+            self.assertIn("6 of body 2 (of node 65), held by contact alone", run.output)
+
+    def test_what_supports_keep_upright_may_lean(self):
+        self.assertEqual(self.run_block(0.7, held="UP-XMAX, 1, 2").status, 0)
+
+
+class BetweenNodes(unittest.TestCase):
+    """What is narrower than the slave's faces, and goes in between their nodes."""
+
+    EDGE, LOW = "EDGE", "LOW-ZMAX"
+
+    def roof(self, slope):
+        """Return the cards of a block whose lower side rises from an edge at x = 0.5."""
+        places = [(x, y, z) for z in (0, 1) for y in (0.0, 1.0) for x in (0.0, 0.5, 1.0)]
+        nodes = [f"{501 + i}, {x}, {y}, {slope * abs(x - 0.5) if z == 0 else 1.0}"
+                 for i, (x, y, z) in enumerate(places)]  # fmt: skip
+        bricks = [[501 + first + n for n in (0, 1, 4, 3, 6, 7, 10, 9)] for first in (0, 1)]
+        elements = [", ".join(map(str, [501 + e, *b])) for e, b in enumerate(bricks)]
+        upper = ", ".join(str(507 + i) for i in range(6))
+        return "\n".join([
+            "*NODE", *nodes, "*ELEMENT, TYPE=C3D8, ELSET=ROOF", *elements,
+            f"*NSET, NSET=TOP\n{upper}", "*SURFACE, NAME=EDGE\nROOF, S1",
+            "*MATERIAL, NAME=OF-ROOF\n*ELASTIC\n1000., 0.3",
+            "*SOLID SECTION, ELSET=ROOF, MATERIAL=OF-ROOF\n"])  # fmt: skip
+
+    def run_roof(self, slave, master, slope, increments=1, more=""):
+        text = deck(
+            block("LOW", (3, 3, 2), (-0.2, -0.2, -1), (1.4, 1.4, 1)),
+            self.roof(slope),
+            pair(f"{slave}, {master}", 0.3),
+            step("TOP, 3, 3, -0.01", increments),
+            more,
+            held="LOW-ZMIN, 1, 3\nTOP, 1, 2",
+        )
+        return Run(text, name="deck")
+
+    def test_an_edge_that_the_slave_does_not_feel_is_missed(self):
+        for slope in (0.2, 1.0):
+            run = self.run_roof(self.LOW, self.EDGE, slope)
+            self.assertEqual(run.status, 2, run.output + run.errors)
+            self.assertRegex(run.errors, r"EDGE is 0\.0\d+ deep into the face of nodes \d+, \d+, "
+                             r"\d+ and \d+ of LOW-ZMAX, .* is missed; use EDGE as the slave")
+
+    def test_as_the_slave_it_presses(self):
+        run = self.run_roof(self.EDGE, self.LOW, 1.0)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertGreater(of_pair(result, "EDGE:LOW-ZMAX", "resultant")[-1, 2], 1.0)
+
+    def test_within_a_step_it_may_be_on_its_way(self):
+        back = step("TOP, 3, 3, 0.")
+        run = self.run_roof(self.LOW, self.EDGE, 1.0, 2, back)
+        self.assertEqual(run.status, 2, run.errors)
+        self.assertIn("step 1, increment 2: EDGE is", run.errors)
+
+    def test_a_pin_is_in_no_hole_of_fewer_facets(self):
+        # The facets of the hole stand out of it by 1 - cos(pi/16) = 0.0192 in their middle, and
+        # two thirds of that as means about the nodes.
+        for clearance, touches in ((0.016, False), (0.01, True)):
+            text = deck(
+                quarter_ring("PIN", 1, (0.5, 1 - clearance), (2, 32)),
+                quarter_ring("HOLE", 20001, (1.0, 2.0), (2, 4)),
+                "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n",
+                "*SOLID SECTION, ELSET=PIN, MATERIAL=M\n*SOLID SECTION, ELSET=HOLE, MATERIAL=M\n",
+                pair("HOLE-IN, PIN-OUT"),
+                step("PIN-ALL, 3, 3\nHOLE-ALL, 3, 3"),
+                held="PIN-X, 1\nHOLE-X, 1\nPIN-Y, 2\nHOLE-Y, 2",
+            )
+            result = solved(self, text)
+            pressed = of_pair(result, "HOLE-IN:PIN-OUT", "status")[-1].any()
+            self.assertEqual(bool(pressed), touches)
+            told = "faces of HOLE-IN overlap PIN-OUT between their nodes by" in result.output
+            self.assertEqual(told, not touches)
+
+
 class Reach(unittest.TestCase):
     def test_what_bulges_farther_than_it_is_driven(self):
         """A flat plate, nearly incompressible, is squeezed by 0.02 and gets wider by more."""

@@ -5,10 +5,11 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+from between_nodes import covered_corners, unfelt_overlap
 from bricks import FACES
 from laws import Judge
 from load_path import LoadPath
-from mortar import LEAST_SHARE, place_surface
+from mortar import LEAST_SHARE, normal_of, place_surface
 from obstacles import locate, shift_of
 from slow_solver import Increment, frame_of, rigid_motions
 from surfaces import Ties, settled
@@ -108,6 +109,34 @@ def unbalanced_share(scene, u, held, loads, increment=None):
             angles[p] = np.concatenate([angles[p][keep], angle + finer * np.array([-2, 0, 2])])
             width[p] = np.concatenate([width[p][keep], np.full(3, finer)])
     return least
+
+
+def left_by_pressure(scene, increment):
+    """What pressures and friction on all that masters cover leave of the loads, 0 to 1."""
+    motions = rigid_motions(scene, increment.held)
+    motions = motions.reshape(-1, 3, motions.shape[1])
+    work = np.einsum("nim,ni->m", motions, increment.loads)
+    x, columns = scene.points + increment.before, []
+    for pair in scene.pairs:
+        slave, master = scene.faces(pair.part, pair.side), scene.faces(*pair.master)
+        normal = normal_of(x[list(master[0])])
+        *_, across = np.linalg.svd(normal[None])
+        reach = pair.friction / np.cos(np.pi / 32)
+        ways = [normal + reach * (np.cos(a) * across[1] + np.sin(a) * across[2])
+                for a in np.linspace(0, 2 * np.pi, 32, endpoint=False)]  # fmt: skip
+        for place in covered_corners(slave, x, master):
+            moved = [rigid_at(motions, x, np.unique(faces), place) for faces in (slave, master)]
+            columns += [(moved[0] - moved[1]).T @ way for way in ways]
+    columns = np.transpose(columns)
+    sizes = np.linalg.norm(columns, axis=0)
+    _, left = least_squares_in_cone(columns[:, sizes > 0] / sizes[sizes > 0], -work)
+    return left / np.linalg.norm(work)
+
+
+def rigid_at(motions, x, rows, place):
+    """Rigid motions (N, 3, m), known at some rows of a body, at a place: (3, m)."""
+    terms = np.column_stack([np.ones(len(rows)), x[rows] - place])
+    return np.einsum("n,nim->im", np.linalg.pinv(terms)[0], motions[rows])
 
 
 def rows_of_motions(increment, u, motions):
@@ -276,6 +305,10 @@ def confirm(scene, stored, message):
             )
             if np.linalg.norm(normal[0] * ~fixed) < 1e-9 and gap[0] < -rounding[0]:
                 return CONFIRMED, f"node {scene.ids[row]} is prescribed to a gap of {gap[0]:.2g}"
+    if "from tipping over" in message:
+        left = left_by_pressure(scene, increment)
+        words = f"pressures on what is covered leave {left:.1e} of the loads unbalanced"
+        return (CONFIRMED if left > 1e-6 else REFUTED), words
     loads = loads + prescribed_pull(increment)
     if has_surfaces(scene):
         left = unbalanced_share(scene, before, increment.held, loads, increment)
@@ -305,6 +338,9 @@ def confirm(scene, stored, message):
         depth = missed_depth(scene, increment, found)
         if depth > 10 * scene.tolerance * np.abs(found.u).max():
             return CONFIRMED, f"an obstacle is {depth:.2g} deep in a face, and no node near touches"
+        overlap = unfelt_overlap(scene, as_stored(scene, increment, found, step, start + time))
+        if overlap > 0:
+            return CONFIRMED, f"its own solution has an overlap of {overlap:.1e} that nothing feels"
     if re.search(r"not positive definite.*\bsingle precision", message):
         least = least_in_single_precision(increment)
         if least <= 0:

@@ -25,7 +25,7 @@ module face_overlap_mod
     real(wp) :: mass(4, 4) = 0.0_wp      !! int N_a N_b [length^2]
     real(wp) :: mixed(4, 4) = 0.0_wp     !! int N_a N_k, k of the master's nodes [length^2]
     real(wp) :: normal(3) = 0.0_wp       !! of the master face, outward [-]
-    real(wp) :: least_gap = huge(1.0_wp) !! at the points of the quadrature [length]
+    real(wp) :: least_gap = huge(1.0_wp) !! at its corners and the points of the quadrature [length]
   end type overlap_t
 
   !> A slave face and a master face in the plane of the slave's.
@@ -40,6 +40,9 @@ module face_overlap_mod
   real(wp), parameter :: smallest = 1.0e-12_wp !! overlap of a face that counts [-]
   ! Over less than this of a face shape functions are nearly linear, however distorted it is.
   real(wp), parameter :: little = 1.0e-2_wp    !! [-]
+  ! The triangles of a face that is nearly a triangle itself are halved so often, by the least over
+  ! the largest Jacobian at its corners: its shape functions are fractions with a pole close by.
+  real(wp), parameter :: skewed(3) = [0.3_wp, 0.15_wp, 0.05_wp] !! [-]
 
   ! Seven points on a triangle, exact to degree 5 (Radon): what faces that are parallelograms need.
   integer,  parameter :: n_few = 7
@@ -123,7 +126,7 @@ contains
     type(two_faces_t) :: faces
     real(wp) :: flat(2, size(master, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
     logical :: is_affine_here
-    integer :: n, i
+    integer :: n, i, halvings
 
     flat = in_plane(plane, master)
     n = size(master, 2)
@@ -147,10 +150,17 @@ contains
       if (i <= size(master, 2)) faces%master_height(i) = dot_product(overlap%normal, &
         master(:, i) - plane%origin)
     end do
+    ! Of flat faces what is nearest is a corner.
+    do i = 1, n
+      call take_gap(faces, polygon(:, i), overlap)
+    end do
     if (is_affine_here .and. n == 3) then
       call add_points(faces, polygon(:, :3), few_points, few_weights, overlap)
       return
     end if
+    halvings = 0
+    if (overlap%area > little*plane%area) halvings = count(min(evenness(plane%corner), &
+      evenness(flat)) < skewed)
     centre = sum(polygon(:, :n), 2)/real(n, wp)
     do i = 1, n
       corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
@@ -158,12 +168,49 @@ contains
       if (is_affine_here) then
         call add_points(faces, corner, few_points, few_weights, overlap)
       else
-        call add_points(faces, corner, many_points, many_weights, overlap)
+        call add_halved(faces, corner, halvings, overlap)
       end if
     end do
   end function find_overlap
 
-  !> Add the integrals over one triangle of an overlap.
+  !> Add the integrals over one triangle of an overlap, its edges halved so many times.
+  pure recursive subroutine add_halved(faces, corner, halvings, overlap)
+    type(two_faces_t), intent(in) :: faces
+    real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
+    integer, intent(in) :: halvings
+    type(overlap_t), intent(inout) :: overlap
+    integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
+    real(wp) :: middle(2, 3)
+    integer :: k
+
+    if (halvings == 0) then
+      call add_points(faces, corner, many_points, many_weights, overlap)
+      return
+    end if
+    middle = 0.5_wp*(corner + corner(:, next))
+    do k = 1, 3
+      call add_halved(faces, reshape([corner(:, k), middle(:, k), middle(:, last(k))], [2, 3]), &
+        halvings - 1, overlap)
+    end do
+    call add_halved(faces, middle, halvings - 1, overlap)
+  end subroutine add_halved
+
+  !> The least over the largest Jacobian at the corners of a flat face: 1 of a parallelogram, 0 of
+  !> one that is a triangle.
+  pure real(wp) function evenness(corner)
+    real(wp), intent(in) :: corner(:, :) !! (2,3) or (2,4) [length]
+    integer, parameter :: next(4) = [2, 3, 4, 1], last(4) = [4, 1, 2, 3]
+    real(wp) :: along(2, 4), back(2, 4), jacobian(4)
+
+    evenness = 1.0_wp
+    if (size(corner, 2) == 3) return
+    along = corner(:, next) - corner
+    back = corner(:, last) - corner
+    jacobian = abs(along(1, :)*back(2, :) - along(2, :)*back(1, :))
+    evenness = minval(jacobian)/max(maxval(jacobian), tiny(1.0_wp))
+  end function evenness
+
+  !> Add the integrals over one triangle of an overlap, by the points of a rule.
   pure subroutine add_points(faces, corner, point, weight, overlap)
     type(two_faces_t), intent(in) :: faces
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
@@ -189,6 +236,16 @@ contains
       end associate
     end do
   end subroutine add_points
+
+  pure subroutine take_gap(faces, x, overlap)
+    type(two_faces_t), intent(in) :: faces
+    real(wp), intent(in) :: x(2)          !! in the plane [length]
+    type(overlap_t), intent(inout) :: overlap
+
+    overlap%least_gap = min(overlap%least_gap, dot_product(faces%slave_height, &
+      shape_at(faces%slave, .false., x)) - dot_product(faces%master_height, &
+      shape_at(faces%master, faces%master_is_triangle, x)))
+  end subroutine take_gap
 
   !> The part of a convex polygon that lies in another one, both anticlockwise: edge by edge of the
   !> window what is outside is cut off (Sutherland and Hodgman).

@@ -17,7 +17,7 @@ module faces_between_nodes_mod
   implicit none
   private
 
-  public :: face_entry_t, entries_t, list_faces, find_entries
+  public :: face_entry_t, entries_t, list_faces, find_entries, deepest_untouched
   public :: entered_at_end, entered_on_way, entered_and_left
 
   integer, parameter :: entered_at_end = 1   !! and the step ends with that

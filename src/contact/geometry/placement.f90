@@ -32,6 +32,9 @@ module placement_mod
     real(wp), allocatable :: least_gap(:)
     !! (n_points) before faces: at points of the quadrature on the node's faces, the extra gap
     !! added; `no_gap` elsewhere [length]
+    real(wp), allocatable :: unplaced_gap(:)
+    !! (n_points) the same of a point that faces cover a little, but not enough for it to count;
+    !! `no_gap` elsewhere [length]
     real(wp), allocatable :: apart(:, :)
     !! (3,n_points) before facets of an obstacle: place of the node less that of what it faces; 0
     !! elsewhere [length]
@@ -43,6 +46,8 @@ module placement_mod
   ! How much of its node's area a surface must cover for a point that counted in the same increment:
   ! else points at the edge of the master come and go.
   real(wp), parameter :: enough_to_stay = 1.0e-9_wp !! [-]
+  ! More than that no deck's digits make of edges that are flush.
+  real(wp), parameter :: a_little = 1.0e-4_wp !! [-]
 
 contains
 
@@ -69,6 +74,7 @@ contains
     allocate (placement%frame(3, 3, points%n), placement%gap(points%n))
     allocate (placement%reference(3, points%n))
     allocate (placement%covered_area(points%n), placement%least_gap(points%n))
+    allocate (placement%unplaced_gap(points%n), source=no_gap)
     allocate (placement%drag(3, points%n), placement%apart(3, points%n), source=0.0_wp)
     allocate (placement%weights%first(points%n + 1), source=1)
     allocate (placement%weights%node(0), placement%weights%weight(0))
@@ -265,6 +271,10 @@ contains
           enough_to_stay*mortar%whole_area(here)
         if (counts) call turn_into_plane(is_across(points, i), mortar%normal(:, here), counts)
         covers(i) = counts
+        placement%unplaced_gap(i) = no_gap
+        if (.not. counts .and. mortar%area(here) > a_little*mortar%whole_area(here)) then
+          placement%unplaced_gap(i) = mortar%least_gap(here) + points%extra_gap(i)
+        end if
         if (counts) then
           placement%frame(:, :, i) = local_frame(mortar%normal(:, here))
           placement%gap(i) = dot_product(mortar%normal(:, here), mortar%apart(:, here)) + &

@@ -1,0 +1,120 @@
+!> Surfaces that overlap between the nodes where nothing presses: gaps before faces are means about
+!> the nodes, and what is narrower than the slave's faces may pass between them. docs/theory.md
+!> section 11.
+module unfelt_overlaps_mod
+  use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t
+  use surfaces_mod, only: surface_t, nodes_of
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use increment_report_mod, only: contact_fields_t
+  use obstacle_shapes_mod, only: is_before_faces
+  use placement_mod, only: no_gap
+  use smooth_faces_mod, only: smooth_faces_t, make_smooth_faces
+  use faces_between_nodes_mod, only: face_entry_t, deepest_untouched
+  implicit none
+  private
+
+  public :: find_unfelt_overlap
+
+contains
+
+  !> The deepest overlap of slave faces near which no node touches, of all pairs.
+  !>
+  !> It is a missed contact where it is more than the faces of hollow sides stand out of them: of a
+  !> pin in a hole only the meshes may overlap. With small sliding overlaps are not followed.
+  pure subroutine find_unfelt_overlap(scene, points, contact, allowed, deepest, is_missed)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact !! at the end of an increment
+    real(wp), intent(in) :: allowed               !! what is no overlap [length]
+    type(face_entry_t), intent(out) :: deepest    !! depth 0: there is none
+    logical, intent(out) :: is_missed
+    type(face_entry_t) :: found
+    logical :: missed
+    integer :: pair
+
+    is_missed = .false.
+    do pair = 1, size(scene%pairs)
+      associate (of => scene%pairs(pair))
+        if (of%small_sliding .or. .not. is_before_faces(of, scene%obstacles)) cycle
+        found = of_pair(scene, points, contact, allowed, pair)
+        if (.not. found%depth > 0.0_wp) cycle
+        missed = found%depth > allowed + hollowness(scene%mesh, scene%surfaces(of%surface)) + &
+          hollowness_of_master(scene, pair)
+        if (is_missed .and. .not. missed) cycle
+        if (found%depth > deepest%depth .or. (missed .and. .not. is_missed)) deepest = found
+        is_missed = missed
+      end associate
+    end do
+  end subroutine find_unfelt_overlap
+
+  pure function of_pair(scene, points, contact, allowed, pair) result(deepest)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact
+    real(wp), intent(in) :: allowed !! [length]
+    integer, intent(in) :: pair
+    type(face_entry_t) :: deepest
+    type(face_entry_t), allocatable :: dents(:)
+    integer, allocatable :: faces(:, :)
+    real(wp), allocatable :: depth(:)           !! (n_nodes) in the faces about it [length]
+    logical, allocatable :: on_it(:), near(:)   !! (n_nodes) touching; of faces with such a node
+    integer :: i, f
+
+    associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+      if (.not. any(min(contact%least_gap(first:last), contact%unplaced_gap(first:last)) < &
+                    -allowed)) return
+      allocate (depth(scene%mesh%n_nodes), source=no_gap)
+      allocate (on_it(scene%mesh%n_nodes), source=.false.)
+      do i = first, last
+        if (contact%unplaced_gap(i) < 0.5_wp*no_gap) depth(points%node(i)) = &
+          -contact%unplaced_gap(i)
+        if (.not. contact%gap(i) < 0.5_wp*no_gap) cycle
+        depth(points%node(i)) = -contact%least_gap(i)
+        ! On it without a force: about to touch, or held there.
+        on_it(points%node(i)) = any(abs(contact%reaction(:, i)) > 0.0_wp) .or. &
+          contact%gap(i) <= allowed
+      end do
+    end associate
+    faces = nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, scene%mesh%connectivity)
+    near = on_it
+    allocate (dents(0))
+    do f = 1, size(faces, 2)
+      if (any(on_it(faces(:, f)))) near(faces(:, f)) = .true.
+      ! A face is no deeper in than any of its nodes knows.
+      associate (least => minval(depth(faces(:, f))))
+        if (least > allowed .and. least < 0.5_wp*no_gap) then
+          dents = [dents, face_entry_t(least, pair, faces(:, f))]
+        end if
+      end associate
+    end do
+    deepest = deepest_untouched(dents, near)
+  end function of_pair
+
+  pure real(wp) function hollowness_of_master(scene, pair) result(rise)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: pair
+
+    rise = 0.0_wp
+    associate (of => scene%pairs(pair))
+      if (of%master == 0) rise = hollowness(scene%mesh, scene%surfaces(of%master_surface))
+    end associate
+  end function hollowness_of_master
+
+  !> How far the faces of a surface stand out of the hollow that is meant, at most; 0 of one that is
+  !> flat or rises.
+  pure real(wp) function hollowness(mesh, surface) result(rise)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_t), intent(in) :: surface
+    type(smooth_faces_t) :: faces
+    integer :: f
+
+    faces = make_smooth_faces(mesh, surface)
+    rise = 0.0_wp
+    do f = 1, size(faces%nodes, 2)
+      rise = max(rise, -minval(matmul(faces%normal(:, f), faces%bulge(:, :, f))))
+    end do
+  end function hollowness
+
+end module unfelt_overlaps_mod
