@@ -114,8 +114,8 @@ contains
       if (increment%index == 0 .or. (ahead%n > 0 .and. increment%first_of_step)) exit increments
       began = wall_seconds()
       ahead%n = ahead%n + 1
-      associate (foreseen => ahead%of(ahead%n), answer => answers(:, column_of(increment, &
-        n_columns)))
+      column = column_of(increment, n_columns)
+      associate (foreseen => ahead%of(ahead%n), answer => answers(:, column))
         call begin_trial(scene, points, solver, there, increment, trial)
         call step_on_interface(scene, points, solver, increment, trial, there, foreseen%report, &
           answer)
