@@ -8,6 +8,7 @@ module pair_fields_mod
   use increment_report_mod, only: status_open
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, first_time, at_start
+  use master_fields_mod, only: add_master_fields
   implicit none
   private
 
@@ -50,6 +51,7 @@ contains
     call add_field(list, field_t('moment', of_real, [3], 'moment', &
       'moment of the reactions on the slave body about the origin, undeformed arms', &
       compute=moment))
+    call add_master_fields(scene, i, list)
     if (is_before_faces(scene%pairs(i), scene%obstacles)) then
       call add_field(list, field_t('covered_area', of_real, [n], 'area', &
         'of the node''s share what the master covers; 0: no gap, no reaction', &
