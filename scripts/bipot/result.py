@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bipot.brick_faces import BRICK_FACES, face_nodes, outer_faces
 from bipot.errors import ResultError
+from bipot.obstacle import SHAPES, Obstacle
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -312,8 +313,8 @@ class Result:
         """Return the mesh and all fields of the stored increment `index` as a PyVista grid.
 
         Its points are the nodes that belong to bricks (`node_id` tells which: reference nodes of
-        obstacles are none), undeformed; `grid.warp_by_vector("displacement")` deforms it. Its field
-        data has the `time`.
+        obstacles are none, so that bounds and ranges are those of the bodies), undeformed;
+        `grid.warp_by_vector("displacement")` deforms it. Its field data has the `time`.
         """
         import pyvista
 
@@ -325,7 +326,8 @@ class Result:
         grid.cell_data["element_id"] = self.element_ids
         if len(self.field_rows) == 0:
             return grid
-        nodal, elemental = (names - {"node_id", "element_id"} for names in self.field_names)
+        kept = {"node_id", "element_id", "vtkGhostType"}
+        nodal, elemental = (names - kept for names in self.field_names)
         for name in sorted(nodal):
             grid.point_data[name] = self.field(name, index, on="nodes")[used]
         for name in sorted(elemental):
@@ -459,6 +461,57 @@ class Pair:
     def _over_time(self, quantity: str) -> Array:
         """Return a dataset over the finished increments."""
         return self.result._dataset(f"/contact/{self.name}/{quantity}")[: self.result.finished]
+
+    @cached_property
+    def obstacle(self) -> Obstacle | None:
+        """The obstacle that is the master, as the deck places it; None where bodies are."""
+        group = self.result.file[f"/contact/{self.name}"]
+        if "obstacle_shape" not in group:
+            return None
+        given = {name[9:]: group[name][()] for name in group if name.startswith("obstacle_")}
+        shape, node = SHAPES.get(int(given["shape"][0]), "unknown"), int(given["node"][0])
+        facets = {}
+        if "connectivity" in given:
+            nodes = given["connectivity"].reshape(-1, 4)
+            facets["facets"] = np.where(nodes < 0, nodes[:, 2:3], nodes)
+            facets["corners"] = given["corners"]
+        return Obstacle(
+            shape, given["point"], given["direction"], float(given["radius"][0]),
+            bool(given["inner"][0]), None if node < 0 else node, **facets,
+        )
+
+    def obstacle_at(self, index: int = -1, scale: float = 1.0) -> Obstacle | None:
+        """Return the obstacle where it is in the stored increment `index`, or None.
+
+        `scale` is the factor of its displacement and rotation. Raises ResultError where the file
+        holds no displacements to place it by.
+        """
+        obstacle = self.obstacle
+        if obstacle is None or obstacle.node is None:
+            return obstacle
+        shift = scale * self.result.field("displacement", index)[obstacle.node]
+        rotation = np.zeros(3)
+        if "rotation" in self.result.field_names[0]:
+            rotation = scale * self.result.field("rotation", index)[obstacle.node]
+        return obstacle.moved(shift, rotation, self.result.points[obstacle.node])
+
+    @cached_property
+    def master_nodes(self) -> Array:
+        """Rows of the mesh's points that the master has where it is a surface; else none: (M,)."""
+        if "master_node" not in self.result.file[f"/contact/{self.name}"]:
+            return np.zeros(0, dtype=int)
+        return self._points("master_node")
+
+    @cached_property
+    def pressure(self) -> Array:
+        """Normal reactions over the points' areas, as far as the master covers them: (T, P)."""
+        area = self.area
+        if "covered_area" in self.result.file[f"/contact/{self.name}"]:
+            area = self._over_time("covered_area")
+        area = np.broadcast_to(area, self.reaction.shape[:2])
+        return np.divide(
+            self.reaction[:, :, 0], area, out=np.zeros(area.shape), where=area > 0
+        )
 
     @cached_property
     def friction_coefficient(self) -> float:

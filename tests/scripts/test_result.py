@@ -150,7 +150,8 @@ class ShowTest(WithFolder):
         done = self.show("small.vtkhdf", "-o", "pictures")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         made = {path.name for path in (self.folder / "pictures").iterdir()}
-        expected = {"deformed.png", "stress.png", "contact.png", "forces.png", "animation.gif"}
+        expected = {"deformed.png", "stress.png", "pressure.png", "contact.png", "forces.png",
+                    "errors.png", "animation.gif"}
         self.assertEqual(made, expected)
         self.assertEqual(len(done.stdout.split()), len(expected))
 
