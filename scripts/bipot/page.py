@@ -6,6 +6,7 @@ import base64
 import io
 from collections.abc import Iterable, Sequence
 from html import escape
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 MOST_ROWS = 1000  # of a table of increments; of more, the ends of steps and the worst
 WORST = 50
 LARGE = 0.05  # strain or rotation beyond which linear theory is left
+CLASS_TEXT = ' class="text"'
 CERTIFIED = {1: "yes", 0: "no", -1: "pending"}
 
 
@@ -95,7 +97,7 @@ def short(value: Any) -> str:
 def cells(kind: str, row: Sequence[str], texts: int, attributes: str = "") -> str:
     """Return the cells of a row, of which the first `texts` are words."""
     return "".join(
-        f"<{kind}{attributes}" + (' class="text"' if k < texts else "") + f">{escape(text)}</{kind}>"
+        f"<{kind}{attributes}{CLASS_TEXT if k < texts else ''}>{escape(text)}</{kind}>"
         for k, text in enumerate(row)
     )
 
@@ -129,7 +131,7 @@ def details(label: str, text: str) -> str:
 def deck_title(result: Result) -> str:
     """Return what follows *HEADING in the deck, or the name of the run."""
     lines = result.run_text("deck").splitlines()
-    for line, following in zip(lines, lines[1:], strict=False):
+    for line, following in pairwise(lines):
         if line.strip().upper().startswith("*HEADING") and following[:1] != "*":
             return following.strip() or result.path.stem
     return result.path.stem
@@ -264,7 +266,7 @@ def certificate(result: Result) -> str:
     """Return the certificate of the increments."""
     entries = result.certificate
     certified = result.history("certified")
-    worst = np.max([values for values in entries.values()], axis=0)
+    worst = np.max(list(entries.values()), axis=0)
     rows = chosen_rows(result, np.arange(result.finished), worst)
     lines = [
         [str(row + 1), result.label(row), CERTIFIED.get(int(certified[row]), "?"),

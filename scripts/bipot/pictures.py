@@ -105,7 +105,9 @@ def make_figure(result, what, index, pair, scale):
         if not drawn:
             raise ResultError(f"{result.path}: no displacements are stored")
         if not has_quantity(result, what):
-            missing = "contact pair" if what == "pressure" else f"field '{what}'; ask for it in the deck"
+            missing = f"field '{what}'; ask for it in the deck"
+            if what == "pressure":
+                missing = "contact pair"
             raise ResultError(f"{result.path}: no {missing}")
         result.field("displacement", index)  # that there is such an increment
         return draw_bodies(result, Bodies(result, scale, apart=what == "pressure"), what, index)

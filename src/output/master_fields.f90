@@ -1,5 +1,5 @@
-!> What a contact pair's points stand before, as the deck places it: an obstacle's shape, or the nodes
-!> of a surface. It does not change: an obstacle moves with its reference node.
+!> What a contact pair's points stand before, as the deck places it: an obstacle's shape, or the
+!> nodes of a surface. It does not change: an obstacle moves with its reference node.
 module master_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_long
@@ -44,8 +44,8 @@ contains
       if (.not. is_meshed(obstacle)) return
       call add_field(list, field_t('obstacle_corners', of_real, shape(obstacle%corner), 'length', &
         'corners of the facets, in the deck', at_start, compute=corners))
-      call add_field(list, field_t('obstacle_connectivity', of_long, [size(obstacle%facet)], 'number', &
-        'four corners a facet, anticlockwise from the side of the body: index into '// &
+      call add_field(list, field_t('obstacle_connectivity', of_long, [size(obstacle%facet)], &
+        'number', 'four corners a facet, anticlockwise from the side of the body: index into '// &
         'obstacle_corners, from 0; the fourth of a triangle is -1', at_start, &
         compute=connectivity))
     end associate

@@ -17,8 +17,8 @@ SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("BIPOT", str(SOURCE / "build" / "bipot"))
 PAGE = SOURCE / "docs" / "results.md"
 
-# A flat obstacle, a round one that moves and turns, one of facets, and another body; increments that
-# may be cut; all outputs.
+# A flat obstacle, a round one that moves and turns, one of facets, and another body; increments
+# that may be cut; all outputs.
 DECK = """\
 *HEADING
 All that a result may hold

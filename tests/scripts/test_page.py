@@ -1,4 +1,4 @@
-"""The page of `scripts/show --html`: well-formed, its numbers those of the file, nothing outside it.
+"""The page of `scripts/show --html`: well-formed, with the file's numbers, nothing outside it.
 
 With Chromium (or Chrome) on the PATH, or named by CHROMIUM, the page is loaded there too.
 """
@@ -15,7 +15,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 try:
-    import h5py  # noqa: F401
+    import h5py
     import matplotlib as mpl
     import numpy as np
 except ImportError as error:

@@ -32,7 +32,7 @@ PIECES = 16  # of a drawn surface along the body, at least
 
 
 def distances(points, polygons):
-    """Return the least distance of each point to quadrilaterals (F, 4, 3), as two triangles each."""
+    """Return the least distance of each point to quadrilaterals (F, 4, 3)."""
     triangles = np.concatenate([polygons[:, [0, 1, 2]], polygons[:, [0, 2, 3]]])
     return np.array([min_distance(point, triangles) for point in points])
 
@@ -339,7 +339,7 @@ class Geometry(unittest.TestCase):
         cut = clip(square, np.full(3, -1.0), np.array([1.0, 3.0, 1.0]))
         self.assertEqual((cut.min(axis=0).tolist(), cut.max(axis=0).tolist()),
                          ([-1, -1, 0], [1, 2, 0]))
-        self.assertEqual(len(clip(square + [0, 0, 5], np.full(3, -1.0), np.ones(3))), 0)
+        self.assertEqual(len(clip(square + np.array([0, 0, 5]), np.full(3, -1.0), np.ones(3))), 0)
 
 
 class Window(WithFolder):

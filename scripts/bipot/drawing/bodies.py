@@ -298,7 +298,9 @@ class Bodies:
 
     def words(self):
         """Return how displacements and bodies are drawn."""
-        said = "displacements to scale" if self.scale == 1 else f"displacements times {self.scale:g}"
+        said = f"displacements times {self.scale:g}"
+        if self.scale == 1:
+            said = "displacements to scale"
         said += "; bodies drawn apart" if self.apart else "; dashed: before loading"
         if any(pair.obstacle is not None for pair in self.result.pairs):
             said += "; grey: obstacles"

@@ -80,7 +80,8 @@ def pull_apart(points, body, surfaces, eye):
     for surface in surfaces:
         slave, master = body[surface.pair.nodes[0]], body[surface.pair.master_nodes[0]]
         if slave != master and len(surface.normals):
-            ways += [(master, slave, -surface.mean_normal()), (slave, master, surface.mean_normal())]
+            out = surface.mean_normal()
+            ways += [(master, slave, -out), (slave, master, out)]
     placed[int(np.argmax(extent))] = True
     while True:
         way = next((w for w in ways if placed[w[0]] and not placed[w[1]]), None)
