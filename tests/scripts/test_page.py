@@ -4,6 +4,7 @@ With Chromium (or Chrome) on the PATH, or named by CHROMIUM, the page is loaded 
 """
 
 import base64
+import json
 import os
 import re
 import shutil
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -176,26 +178,26 @@ def browse(path, folder):
 window.addEventListener("load", () => {{
   const page = document.getElementById("frame").contentDocument;
   const widths = Array.from(page.images, image => image.complete ? image.naturalWidth : -1);
-  document.getElementById("said").textContent = widths.join(" ");
+  const asked = page.defaultView.performance.getEntriesByType("resource").map(one => one.name);
+  document.getElementById("said").textContent = JSON.stringify({{
+    pictures: widths, requests: asked.filter(name => !name.startsWith("data:")),
+  }});
 }});
 </script></body></html>""", encoding="utf-8")
-    log = folder / "net.json"
     done = subprocess.run(
         [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
          f"--user-data-dir={folder / 'profile'}", "--no-first-run", "--disable-sync",
          "--disable-background-networking", "--disable-component-update", "--disable-extensions",
          "--allow-file-access-from-files", "--enable-logging=stderr", "--v=0",
-         f"--log-net-log={log}", "--virtual-time-budget=10000", "--dump-dom", asking.as_uri()],
+         "--virtual-time-budget=10000", "--dump-dom", asking.as_uri()],
         capture_output=True, text=True, timeout=600, check=False,
     )
     said = re.search(r'<pre id="said">([^<]*)</pre>', done.stdout)
     if said is None:
         raise AssertionError(f"Chromium showed nothing: {done.stdout[:500]} {done.stderr[-2000:]}")
-    asked = set(re.findall(r'"url":"([^"]+)"', log.read_text(errors="replace")))
     return {
+        **json.loads(unescape(said[1])),
         "errors": [line for line in done.stderr.splitlines() if "CONSOLE" in line],
-        "pictures": [int(width) for width in said[1].split()],
-        "requests": sorted(url for url in asked if re.match(r"(https?|wss?|ftp):", url)),
     }
 
 
