@@ -51,7 +51,7 @@ def pictures_of(result: Result, scale: float | None = None) -> Iterator[Picture]
             if not has_quantity(result, quantity):
                 continue
             if quantity == "pressure":
-                bodies = Bodies(result, scale, apart=True)
+                bodies = Bodies(result, scale, apart=True, close=True)
             label = QUANTITIES[quantity][0].removesuffix(" (deck units)")
             when = result.label(result.field_rows[-1])
             text = f"The bodies at {when}, coloured by {label}; {bodies.words()}."
@@ -110,7 +110,9 @@ def make_figure(result, what, index, pair, scale):
                 missing = "contact pair"
             raise ResultError(f"{result.path}: no {missing}")
         result.field("displacement", index)  # that there is such an increment
-        return draw_bodies(result, Bodies(result, scale, apart=what == "pressure"), what, index)
+        pressure = what == "pressure"
+        bodies = Bodies(result, scale, apart=pressure, close=pressure)
+        return draw_bodies(result, bodies, what, index)
     if not result.pairs:
         raise ResultError(f"{result.path}: no contact pair")
     return OF_PAIRS[what](result, result.pairs[pair])

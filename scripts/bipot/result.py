@@ -535,6 +535,13 @@ class Pair:
         return self._points("area")
 
     @cached_property
+    def extra_gap(self) -> Array:
+        """What *CONTACT GAP adds to the distance that the mesh says, (P,)."""
+        if "extra_gap" not in self.result.file[f"/contact/{self.name}"]:
+            return np.zeros(len(self.nodes))
+        return self._points("extra_gap")
+
+    @cached_property
     def frame(self) -> Array:
         """Local frames, rows n, t1, t2: (T, P, 3, 3), stored once where they do not change."""
         frame = self.result._dataset(f"/contact/{self.name}/frame")

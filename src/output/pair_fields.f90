@@ -33,6 +33,8 @@ contains
       'where each point is in the undeformed mesh', at_start, compute=coordinates))
     call add_field(list, field_t('area', of_real, [n], 'area', &
       'share of the slave surface; 0 where no face of it is', at_start, compute=area))
+    call add_field(list, field_t('extra_gap', of_real, [n], 'length', &
+      'what *CONTACT GAP adds to the distance that the mesh says', at_start, compute=extra_gap))
     call add_field(list, field_t('frame', of_real, [3, 3, n], 'ratio', &
       'local frame: rows n (from the master to the slave body), t1, t2; one for the whole run '// &
       'where it is fixed', of_frame, compute=frame))
@@ -130,6 +132,14 @@ contains
 
     values(1, :) = source%points%area(source%first:source%last)
   end subroutine area
+
+  subroutine extra_gap(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+
+    if (.not. allocated(source%points%extra_gap)) return
+    values(1, :) = source%points%extra_gap(source%first:source%last)
+  end subroutine extra_gap
 
   subroutine frame(source, values)
     type(field_source_t), intent(inout) :: source

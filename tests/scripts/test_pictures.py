@@ -117,7 +117,7 @@ class Obstacles(WithFolder):
         )[np.unique(result.bricks)]
         self.assertGreaterEqual(points.min(), bodies.low.min())
         size = bodies.size
-        low, high = bodies.view_limits()
+        low, high = bodies.view
         self.assertLess(np.max([bodies.low - low, high - bodies.high]), 1.6 * size)
         return bodies
 

@@ -13,6 +13,9 @@ from bipot.result import von_mises
 
 # Small pieces make the colours of a coarse mesh smooth; more of them than this only cost time.
 PIECES = 3000
+ERROR = 0.02  # by which contact may be drawn wrong, of the size of the bodies
+SMALL = 0.35  # extent of what is pressed, of that size, up to which it gets a close-up
+MARGIN = 1.0  # about it, of its extent
 
 QUANTITIES = {
     "displacement": ("displacement, magnitude (deck units)", plt.cm.viridis),
@@ -51,10 +54,11 @@ def round_down(factor):
 class Bodies:
     """The boundary of the mesh and the obstacles, drawn deformed.
 
-    With `apart` bodies that touch each other are pulled apart, so that their contact is seen.
+    With `apart` bodies that touch each other are pulled apart, so that their contact is seen. With
+    `close` they are cut out about the contact, where that is small.
     """
 
-    def __init__(self, result, scale=None, apart=False):
+    def __init__(self, result, scale=None, apart=False, close=False):
         self.result = result
         self.faces, self.face_brick = result.boundary
         # Reference nodes of obstacles belong to no brick: their motion is none of the bodies'.
@@ -67,7 +71,11 @@ class Bodies:
         self.eye = views.towards_the_eye(*self.direction)
         self.apart = bool(self.offset.any())
         self.low, self.high = self.limits()
+        self.close = False
+        if close and not self.apart:
+            self.move_close()
         self.size = float(np.max(self.high - self.low))
+        self.view = self.view_limits()
 
     # --- What is drawn ------------------------------------------------------------------------
 
@@ -98,6 +106,8 @@ class Bodies:
         """Return name and pieces (F, 4, 3) of each obstacle, once each."""
         found, points = {}, self.places(index)
         low, high = points[self.nodes].min(axis=0), points[self.nodes].max(axis=0)
+        if self.close:
+            low, high = np.maximum(low, self.low), np.minimum(high, self.high)
         for pair in self.result.pairs:
             obstacle = pair.obstacle_at(index, self.scale)
             if obstacle is None or len(pair.nodes) == 0:
@@ -123,7 +133,8 @@ class Bodies:
     def choose_scale(self):
         """Return 1 where the displacements can be seen as they are, else 1, 2 or 5 times 10^k.
 
-        Before what is round, turns, or came from afar, only true displacements touch.
+        Before what is round, turns, or came from afar, only true displacements touch; gaps that
+        *CONTACT GAP adds are not drawn, and so must stay small.
         """
         size = np.ptp(self.result.points[self.nodes], axis=0).max()
         largest = max(
@@ -133,6 +144,10 @@ class Bodies:
             return 1.0
         wanted = 0.15 * size / largest
         for pair in self.result.pairs:
+            touched = (pair.reaction[:, :, 0] > 0).any(axis=0)
+            added = np.abs(pair.extra_gap[touched]).max(initial=0.0)
+            if added > 0:
+                wanted = min(wanted, max(1.0, ERROR * size / added))
             obstacle = pair.obstacle
             if obstacle is None:
                 continue
@@ -140,9 +155,9 @@ class Bodies:
             if obstacle.shape != "plane" or (turned is not None and (turned != np.eye(3)).any()):
                 return 1.0
             came = (pair.coordinates - obstacle.point) @ obstacle.direction
-            came = came[(pair.reaction[:, :, 0] > 0).any(axis=0)].max(initial=0.0)
+            came = came[touched].max(initial=0.0)
             if came > 0:
-                wanted = min(wanted, 1 + 0.02 * size / came)
+                wanted = min(wanted, 1 + ERROR * size / came)
         return round_down(wanted)
 
     def sampled(self, most=20):
@@ -178,6 +193,20 @@ class Bodies:
             low = np.minimum(low, points[self.nodes].min(axis=0))
             high = np.maximum(high, points[self.nodes].max(axis=0))
         return low, high
+
+    def move_close(self):
+        """Reduce the box to what is about the nodes that are pressed, if these are few."""
+        points, row = self.places(-1), self.result.field_rows[-1]
+        pressed = [pair.nodes[pair.reaction[row, :, 0] > 0] for pair in self.result.pairs]
+        touched = points[np.concatenate([np.zeros(0, dtype=int), *pressed])]
+        if len(touched) == 0:
+            return
+        low, high = touched.min(axis=0), touched.max(axis=0)
+        extent = float(np.max(high - low))
+        if 0 < extent <= SMALL * np.max(self.high - self.low):
+            self.low = np.maximum(self.low, low - MARGIN * extent)
+            self.high = np.minimum(self.high, high + MARGIN * extent)
+            self.close = True
 
     def view_limits(self):
         """Return the corners of the box of the picture: that of the bodies and of what they touch.
@@ -220,9 +249,13 @@ class Bodies:
         corners = self.places(index)[self.faces]
         values = self.face_values(index, quantity)
         seen = face_normals(corners) @ self.eye > 0
+        if self.close:
+            seen &= (corners.max(axis=1) >= self.low).all(axis=1)
+            seen &= (corners.min(axis=1) <= self.high).all(axis=1)
         corners, values = corners[seen], values[seen]
         pieces = int(np.clip(np.sqrt(PIECES / max(len(corners), 1)), 1, 8))
         parts = subdivide(np.concatenate([corners, values[:, :, None]], axis=2), pieces)
+        parts = parts[self.in_the_box(parts[:, :, :3])]
         means = parts[:, :, 3].mean(axis=1)
         colours = colour_map(norm(np.nan_to_num(means)))
         colours[np.isnan(means), :3] = to_rgb(PLAIN)
@@ -234,7 +267,8 @@ class Bodies:
         s = np.linspace(0, 1, pieces + 1)[:, None, None, None]
         along = (1 - s) * corners + s * np.roll(corners, -1, axis=1)
         first, last = along[:-1].reshape(-1, 3), along[1:].reshape(-1, 3)
-        lines = np.stack([first, first, last, last], axis=1) + 0.02 * self.size * self.eye
+        lines = np.stack([first, first, last, last], axis=1)
+        lines = lines[self.in_the_box(lines)] + 0.02 * self.size * self.eye
         line_colour = np.array([0.1, 0.1, 0.1, 0.6 if len(corners) < 2000 else 0.2])
         sheets, sheet_colours = self.obstacle_sheets(index)
         bodies = Poly3DCollection(
@@ -246,7 +280,7 @@ class Bodies:
             linewidths=0.45,
             zsort="average",
         )
-        if not self.apart:
+        if not self.apart and not self.close:
             before = Line3DCollection(
                 self.result.points[self.edges], colors="#9a9a9a", linewidths=0.8, linestyles="--"
             )
@@ -254,6 +288,13 @@ class Bodies:
             axes.add_collection3d(before)
         axes.add_collection3d(bodies)
         self.frame(axes)
+
+    def in_the_box(self, corners):
+        """Return which pieces (F, 4, 3) are shown: with a close-up those in its box."""
+        if not self.close:
+            return np.ones(len(corners), dtype=bool)
+        middle, room = corners.mean(axis=1), 0.02 * self.size
+        return ((middle > self.low - room) & (middle < self.high + room)).all(axis=1)
 
     def light(self, corners):
         """Return how bright faces are: a lamp over the spectator's shoulder gives them depth."""
@@ -272,8 +313,8 @@ class Bodies:
         normals = face_normals(pieces)
         before = np.where(normals @ self.eye < 0, 1.0, -1.0)
         pieces = pieces + (0.05 * self.size * before)[:, None, None] * self.eye
-        colours = np.tile([*to_rgb(OBSTACLE), 0.2], (len(pieces), 1))
-        colours[before < 0, 3] = 0.3
+        colours = np.tile([*to_rgb(OBSTACLE), 0.22], (len(pieces), 1))
+        colours[before < 0, 3] = 0.35
         return pieces, colours
 
     def frame(self, axes):
@@ -282,14 +323,14 @@ class Bodies:
         axes.view_init(*self.direction)
         # A thin body still gets axes that can be labelled.
         margin = 0.03 * self.size
-        low, high = self.view_limits()
-        low, high = low - margin, high + margin
+        low, high = self.view[0] - margin, self.view[1] + margin
         for name, first, last in zip("xyz", low, high, strict=True):
             getattr(axes, f"set_{name}lim")(first, last)
             getattr(axes, f"set_{name}label")(name)
             axis = getattr(axes, f"{name}axis")
             axis.set_pane_color((1, 1, 1, 0))
-            axis.set_major_locator(MaxNLocator(4))
+            thin = last - first < 0.2 * np.max(high - low)
+            axis.set_major_locator(MaxNLocator(1 if thin else 4))
             axis._axinfo["grid"].update(color="#e4e4e4", linewidth=0.5)
         axes.set_box_aspect(high - low, zoom=1.05)
         axes.tick_params(labelsize=7, pad=0)
@@ -301,7 +342,12 @@ class Bodies:
         said = f"displacements times {self.scale:g}"
         if self.scale == 1:
             said = "displacements to scale"
-        said += "; bodies drawn apart" if self.apart else "; dashed: before loading"
+        if self.apart:
+            said += "; bodies drawn apart"
+        elif self.close:
+            said += "; close-up of the contact"
+        else:
+            said += "; dashed: before loading"
         if any(pair.obstacle is not None for pair in self.result.pairs):
             said += "; grey: obstacles"
         return said
@@ -317,5 +363,7 @@ def draw_bodies(result, bodies, quantity, index=-1):
     axes = figure.add_subplot(projection="3d")
     bodies.draw(axes, last, quantity, norm, colour_map)
     colour_bar(figure, axes, norm, colour_map, label)
-    axes.set_title(f"{result.path.stem}: {result.label(result.field_rows[last])}\n{bodies.words()}")
+    axes.set_title(
+        f"{result.path.stem}: {result.label(result.field_rows[last])}\n{bodies.words()}", pad=12
+    )
     return figure

@@ -11,6 +11,8 @@ from bipot.result import OPEN, STATUS_NAMES
 
 MAX_ARROWS = 9  # along an edge of the map
 FLAT = np.cos(np.radians(40))  # normals no further than this from their mean: seen along that
+NARROW = 0.15  # width of a strip, of its length, up to which it is drawn wider
+NOTHING = 1e-9  # friction that is none, of the largest reaction
 ROUND = 0.02  # share of the normals along the axis up to which a surface is unrolled
 
 
@@ -42,9 +44,18 @@ class Map:
             self.look_at_the_body(normals)
         self.friction = np.einsum("tpx,pkx->tpk", pair.friction, self.basis)
         self.largest = float(np.linalg.norm(pair.friction, axis=2).max())
+        if self.largest < NOTHING * np.abs(pair.reaction).max(initial=0.0):
+            self.largest = 0.0
         low, high = self.places.min(axis=0), self.places.max(axis=0)
         self.middle = (low + high) / 2
-        self.half = 0.5 * max(float((high - low).max()), 1e-300) * 1.24
+        extent = np.maximum(high - low, 1e-300)
+        self.half = np.full(2, 0.62 * extent.max())
+        # Of a narrow strip the width is drawn larger.
+        self.is_stretched = bool(extent.min() < NARROW * extent.max())
+        if self.is_stretched:
+            self.half[np.argmin(extent)] = max(1.5 * extent.min(), 1e-6 * extent.max())
+            short = int(np.argmin(extent))
+            self.names[short] = f"{self.names[short]} (not to scale)".strip()
         # So many arrows that each has room: at one point of each cell of a coarse grid.
         self.cell = 2 * self.half / min(np.sqrt(len(self.places)), MAX_ARROWS)
         cells = np.floor((self.places - low) / self.cell + 1e-9)
@@ -59,10 +70,11 @@ class Map:
         return axis, values[0] / values.sum()
 
     def project(self, eye):
-        """Look along `eye` at the surface."""
-        first = self.pair.frame[0, 0, 1] - eye * (eye @ self.pair.frame[0, 0, 1])
-        if np.linalg.norm(first) < 1e-6:
-            first = self.pair.frame[0, 0, 2] - eye * (eye @ self.pair.frame[0, 0, 2])
+        """Look along `eye`, or against it, at the surface: x to the right, y or z upwards."""
+        axis = int(np.argmax(np.abs(eye)))
+        right, against = ((1, 1.0), (0, -1.0), (0, 1.0))[axis]
+        eye = eye * np.sign(eye[axis]) * against
+        first = np.eye(3)[right] - eye[right] * eye
         first /= np.linalg.norm(first)
         self.set_plane(first, np.cross(eye, first))
         self.names = [self.axis_name(row, along) for row, along in enumerate(self.basis[0])]
@@ -138,9 +150,9 @@ class Map:
 
     def draw(self, axes, row):
         """Draw the states and friction forces of an increment."""
-        spacing = 2 * self.half / np.sqrt(len(self.places))
-        width = axes.get_window_extent().width * 72 / axes.figure.dpi
-        size = np.clip(0.36 * width * spacing / (2 * self.half), 2.0, 10.0) ** 2
+        box = axes.get_window_extent()
+        width, height = box.width * 72 / axes.figure.dpi, box.height / axes.figure.dpi
+        size = np.clip(0.36 * width / np.sqrt(len(self.places)), 2.0, 10.0) ** 2
         axes.add_collection(
             PolyCollection(self.outlines, facecolors="#f4f4f4", edgecolors=GRID, linewidths=0.5)
         )
@@ -155,20 +167,21 @@ class Map:
             touching = self.with_arrow[status[self.with_arrow] != OPEN]
             arrows = axes.quiver(
                 *self.places[touching].T, *self.friction[row, touching].T,
-                angles="xy", scale_units="xy", scale=self.largest / (0.85 * self.cell),
+                angles="uv", scale_units="x", scale=self.largest / (0.85 * self.cell[0]),
                 width=0.007, color=INK, zorder=4, clip_on=False,
             )
             # matplotlib takes them for hundreds of times as large, and a notebook cuts pictures by
             # the room that all they have takes.
             arrows.set_in_layout(False)
             axes.quiverkey(
-                arrows, 0.05, -0.26, self.largest,
+                arrows, 0.05, -0.62 / height, self.largest,
                 f"friction on the body, {self.largest:.3g} (deck units)",
                 labelpos="E", coordinates="axes", fontproperties={"size": 7.5},
             )
-        axes.set_aspect("equal")
-        axes.set_xlim(self.middle[0] - self.half, self.middle[0] + self.half)
-        axes.set_ylim(self.middle[1] - self.half, self.middle[1] + self.half)
+        low, high = self.middle - self.half, self.middle + self.half
+        axes.set_aspect("auto" if self.is_stretched else "equal")
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(low[1], high[1])
         axes.set_xlabel(self.names[0])
         axes.set_ylabel(self.names[1])
         axes.legend(
@@ -195,17 +208,17 @@ def draw_contact(result, pair):
     """Return a figure with maps of the contact surface at a few increments."""
     surface = Map(pair)
     rows = telling_rows(result)
-    figure, all_axes = plt.subplots(
-        1, len(rows), figsize=(3.1 * len(rows) + 0.4, 4.1), squeeze=False
-    )
+    side = 3.1 if len(rows) > 1 else 4.4
+    width, height = side * len(rows) + 0.6, side + 1.3
+    figure, all_axes = plt.subplots(1, len(rows), figsize=(width, height), squeeze=False)
     figure.subplots_adjust(
-        left=0.55 / (3.1 * len(rows)), right=0.985, top=0.74, bottom=0.2, wspace=0.32
+        left=0.75 / width, right=0.985, top=1 - 1.25 / height, bottom=0.85 / height, wspace=0.32
     )
     for axes, row in zip(all_axes[0], rows, strict=True):
         surface.draw(axes, row)
         axes.set_title(f"increment {row + 1}\n{result.label(row)}", pad=22, fontsize=8.5)
     figure.suptitle(
-        f"{result.path.stem}, contact {pair.name}: state of the points{surface.words()}",
+        f"{result.path.stem}, contact {pair.name}\nstate of the points{surface.words()}",
         fontsize=10,
     )
     return figure

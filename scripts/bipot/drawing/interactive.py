@@ -91,7 +91,7 @@ def make_plotter(
             title="increment with fields",
         )
     plotter.add_axes()
-    low, high = bodies.view_limits()
+    low, high = bodies.view
     middle, size = (low + high) / 2, float(np.max(high - low))
     plotter.camera_position = [tuple(middle + 3 * size * bodies.eye), tuple(middle), (0, 0, 1)]
     plotter.reset_camera(bounds=np.stack([low, high], axis=1).ravel().tolist())

@@ -39,7 +39,7 @@ def styled(draw):
 
 def colour_bar(figure, axes, norm, colour_map, label):
     """Draw a colour bar beside axes."""
-    bar = figure.colorbar(ScalarMappable(norm, colour_map), ax=axes, shrink=0.7, pad=0.08)
+    bar = figure.colorbar(ScalarMappable(norm, colour_map), ax=axes, shrink=0.7, pad=0.13)
     bar.set_label(label)
     bar.outline.set_visible(False)
 
