@@ -14,7 +14,7 @@ from bipot.result import von_mises
 # Small pieces make the colours of a coarse mesh smooth; more of them than this only cost time.
 PIECES = 3000
 ERROR = 0.02  # by which contact may be drawn wrong, of the size of the bodies
-SMALL = 0.35  # extent of what is pressed, of that size, up to which it gets a close-up
+SMALL = 0.3  # extent of what is pressed, of that size, up to which it gets a close-up
 MARGIN = 1.0  # about it, of its extent
 
 QUANTITIES = {
@@ -67,13 +67,12 @@ class Bodies:
         self.scale = self.choose_scale() if scale is None else scale
         self.edges = sharp_edges(result.points[self.faces], self.faces)
         self.offset = np.zeros(result.points.shape)
+        self.body = views.components(result.bricks, len(result.points))
+        self.box = self.box_about_the_contact() if close else None
         self.direction = self.choose_direction(apart)
         self.eye = views.towards_the_eye(*self.direction)
         self.apart = bool(self.offset.any())
         self.low, self.high = self.limits()
-        self.close = False
-        if close and not self.apart:
-            self.move_close()
         self.size = float(np.max(self.high - self.low))
         self.view = self.view_limits()
 
@@ -105,9 +104,10 @@ class Bodies:
     def named_obstacles(self, index):
         """Return name and pieces (F, 4, 3) of each obstacle, once each."""
         found, points = {}, self.places(index)
-        low, high = points[self.nodes].min(axis=0), points[self.nodes].max(axis=0)
-        if self.close:
-            low, high = np.maximum(low, self.low), np.minimum(high, self.high)
+        still = points[self.nodes] - self.offset[self.nodes]
+        low, high = still.min(axis=0), still.max(axis=0)
+        if self.box:
+            low, high = np.maximum(low, self.box[0]), np.minimum(high, self.box[1])
         for pair in self.result.pairs:
             obstacle = pair.obstacle_at(index, self.scale)
             if obstacle is None or len(pair.nodes) == 0:
@@ -116,10 +116,8 @@ class Bodies:
             key = (pair.name.rpartition(":")[2], *offset)
             if key not in found:
                 touched = self.near(pair, index)
-                pieces = obstacle.surface(
-                    low - offset, high - offset, points[touched].mean(axis=0) - offset
-                )
-                found[key] = pieces + offset
+                towards = (points - self.offset)[touched].mean(axis=0)
+                found[key] = obstacle.surface(low, high, towards) + offset
         return [(key[0], pieces) for key, pieces in found.items()]
 
     def near(self, pair, index):
@@ -167,46 +165,53 @@ class Bodies:
 
     def choose_direction(self, apart):
         """Return elevation and azimuth; with `apart` also pull the bodies apart."""
-        result, points = self.result, self.places(-1)
-        surfaces = [views.ContactFaces(pair, points) for pair in result.pairs]
+        points = self.places(-1)
+        surfaces = [views.ContactFaces(pair, points) for pair in self.result.pairs]
         before_bodies = [one for one in surfaces if len(one.pair.master_nodes)]
-        if not apart:
-            seen = [one for one in surfaces if not len(one.pair.master_nodes)]
-            return views.choose_direction(seen)[0]
-        body = views.components(result.bricks, len(points))
+        if not apart or not before_bodies:
+            # Before another body nothing is seen of it.
+            return views.choose_direction([one for one in surfaces if one not in before_bodies])[0]
+        if self.box:
+            points = np.clip(points, *self.box)
         size = np.ptp(points[self.nodes], axis=0).max()
 
         def pull(eye):
-            offset, far = views.pull_apart(points, body, before_bodies, eye)
+            offset, far = views.pull_apart(points, self.body, before_bodies, eye)
             return offset, far / size
 
-        direction, offset = views.choose_direction(surfaces, pull if before_bodies else None)
-        if before_bodies and offset is not None:
+        direction, offset = views.choose_direction(surfaces, pull)
+        if offset is not None:
             self.offset = offset
         return direction
 
     def limits(self):
-        """Return the corners of the box that holds the bodies in all increments."""
-        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        """Return the corners of the box that holds the bodies in all increments, as drawn."""
         starts = [] if self.offset.any() else [self.result.points]
-        for points in (*starts, *map(self.places, self.sampled())):
-            low = np.minimum(low, points[self.nodes].min(axis=0))
-            high = np.maximum(high, points[self.nodes].max(axis=0))
-        return low, high
+        drawn = [*starts, *map(self.places, self.sampled())]
+        lows, highs = [], []
+        for body in range(self.body.max() + 1):
+            nodes = np.flatnonzero(self.body == body)
+            points = np.concatenate([places[nodes] for places in drawn]) - self.offset[nodes[0]]
+            low, high = points.min(axis=0), points.max(axis=0)
+            if self.box:
+                low, high = np.maximum(low, self.box[0]), np.minimum(high, self.box[1])
+            if (low <= high).all():
+                lows.append(low + self.offset[nodes[0]])
+                highs.append(high + self.offset[nodes[0]])
+        return np.min(lows, axis=0), np.max(highs, axis=0)
 
-    def move_close(self):
-        """Reduce the box to what is about the nodes that are pressed, if these are few."""
+    def box_about_the_contact(self):
+        """Return the corners of a box about the nodes that are pressed, None if it is large."""
         points, row = self.places(-1), self.result.field_rows[-1]
         pressed = [pair.nodes[pair.reaction[row, :, 0] > 0] for pair in self.result.pairs]
         touched = points[np.concatenate([np.zeros(0, dtype=int), *pressed])]
         if len(touched) == 0:
-            return
+            return None
         low, high = touched.min(axis=0), touched.max(axis=0)
         extent = float(np.max(high - low))
-        if 0 < extent <= SMALL * np.max(self.high - self.low):
-            self.low = np.maximum(self.low, low - MARGIN * extent)
-            self.high = np.minimum(self.high, high + MARGIN * extent)
-            self.close = True
+        if not 0 < extent <= SMALL * np.ptp(points[self.nodes], axis=0).max():
+            return None
+        return low - MARGIN * extent, high + MARGIN * extent
 
     def view_limits(self):
         """Return the corners of the box of the picture: that of the bodies and of what they touch.
@@ -246,29 +251,23 @@ class Bodies:
 
     def draw(self, axes, index, quantity, norm, colour_map):
         """Draw bodies and obstacles at a stored increment, coloured by `quantity`."""
-        corners = self.places(index)[self.faces]
-        values = self.face_values(index, quantity)
-        seen = face_normals(corners) @ self.eye > 0
-        if self.close:
-            seen &= (corners.max(axis=1) >= self.low).all(axis=1)
-            seen &= (corners.min(axis=1) <= self.high).all(axis=1)
-        corners, values = corners[seen], values[seen]
+        corners, values = self.drawn_faces(index, quantity)
         pieces = int(np.clip(np.sqrt(PIECES / max(len(corners), 1)), 1, 8))
         parts = subdivide(np.concatenate([corners, values[:, :, None]], axis=2), pieces)
-        parts = parts[self.in_the_box(parts[:, :, :3])]
-        means = parts[:, :, 3].mean(axis=1)
+        parts = self.cut_out(parts)
+        means = parts[:, :, -1].mean(axis=1)
         colours = colour_map(norm(np.nan_to_num(means)))
         colours[np.isnan(means), :3] = to_rgb(PLAIN)
-        colours[:, :3] *= self.light(parts[:, :, :3])[:, None]
+        colours[:, :3] *= self.light(parts)[:, None]
 
         # The mesh's lines are flat polygons a little nearer to the eye, so that the drawing
         # order hides those behind the body; as short as the parts of the faces, for that order
         # goes by the middle of each polygon.
         s = np.linspace(0, 1, pieces + 1)[:, None, None, None]
         along = (1 - s) * corners + s * np.roll(corners, -1, axis=1)
-        first, last = along[:-1].reshape(-1, 3), along[1:].reshape(-1, 3)
-        lines = np.stack([first, first, last, last], axis=1)
-        lines = lines[self.in_the_box(lines)] + 0.02 * self.size * self.eye
+        first, last = along[:-1].reshape(-1, 6), along[1:].reshape(-1, 6)
+        lines = self.cut_out(np.stack([first, first, last, last], axis=1))
+        lines = lines[:, :, :3] + 0.02 * self.size * self.eye
         line_colour = np.array([0.1, 0.1, 0.1, 0.6 if len(corners) < 2000 else 0.2])
         sheets, sheet_colours = self.obstacle_sheets(index)
         bodies = Poly3DCollection(
@@ -280,7 +279,7 @@ class Bodies:
             linewidths=0.45,
             zsort="average",
         )
-        if not self.apart and not self.close:
+        if not self.apart and not self.box:
             before = Line3DCollection(
                 self.result.points[self.edges], colors="#9a9a9a", linewidths=0.8, linestyles="--"
             )
@@ -289,17 +288,30 @@ class Bodies:
         axes.add_collection3d(bodies)
         self.frame(axes)
 
-    def in_the_box(self, corners):
-        """Return which pieces (F, 4, 3) are shown: with a close-up those in its box."""
-        if not self.close:
-            return np.ones(len(corners), dtype=bool)
-        middle, room = corners.mean(axis=1), 0.02 * self.size
-        return ((middle > self.low - room) & (middle < self.high + room)).all(axis=1)
+    def drawn_faces(self, index, quantity):
+        """Return the faces turned to the eye: corners and offsets (F, 4, 6), values (F, 4)."""
+        offset = self.offset[self.faces]
+        corners = self.places(index)[self.faces] - offset
+        seen = face_normals(corners) @ self.eye > 0
+        if self.box:
+            seen &= (corners.max(axis=1) >= self.box[0]).all(axis=1)
+            seen &= (corners.min(axis=1) <= self.box[1]).all(axis=1)
+        corners = np.concatenate([corners, offset], axis=2)
+        return corners[seen], self.face_values(index, quantity)[seen]
+
+    def cut_out(self, pieces):
+        """Return the pieces (F, 4, 6 or more) that are shown, moved by their offsets."""
+        if self.box:
+            middle, room = pieces[:, :, :3].mean(axis=1), 0.01 * self.size
+            shown = (middle > self.box[0] - room) & (middle < self.box[1] + room)
+            pieces = pieces[shown.all(axis=1)]
+        moved = pieces[:, :, :3] + pieces[:, :, 3:6]
+        return np.concatenate([moved, pieces[:, :, 6:]], axis=2)
 
     def light(self, corners):
         """Return how bright faces are: a lamp over the spectator's shoulder gives them depth."""
         lamp = self.eye + np.array([-0.4, 0.3, 0.8 * np.sign(self.eye[2])])
-        shine = face_normals(corners) @ (lamp / np.linalg.norm(lamp))
+        shine = face_normals(corners[:, :, :3]) @ (lamp / np.linalg.norm(lamp))
         return 0.8 + 0.2 * np.clip(shine, 0, 1)
 
     def obstacle_sheets(self, index):
@@ -344,9 +356,9 @@ class Bodies:
             said = "displacements to scale"
         if self.apart:
             said += "; bodies drawn apart"
-        elif self.close:
+        if self.box:
             said += "; close-up of the contact"
-        else:
+        if not self.apart and not self.box:
             said += "; dashed: before loading"
         if any(pair.obstacle is not None for pair in self.result.pairs):
             said += "; grey: obstacles"
