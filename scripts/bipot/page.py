@@ -41,8 +41,8 @@ def make_page(result: Result, scale: float | None = None) -> str:
         ("pictures", "Pictures", pictures(result, scale)),
         ("forces", "Contact forces", forces(result)),
         ("errors", "Estimated errors", estimated_errors(result)),
-        ("certificate", "Certificate", certificate(result)),
         ("plan", "Plan", plan(result)),
+        ("certificate", "Certificate", certificate(result)),
         ("deck", "Deck", deck(result)),
     ]
     sections = [section for section in sections if section[2]]
@@ -120,9 +120,9 @@ def table(
     ])
 
 
-def details(label: str, text: str) -> str:
-    """Return text behind a line that opens it."""
-    return f"<details>\n<summary>{escape(label)}</summary>\n{text}\n</details>"
+def details(label: str, text: str, opened: bool = False) -> str:
+    """Return text behind a line that opens and closes it."""
+    return f"<details{' open' if opened else ''}>\n<summary>{escape(label)}</summary>\n{text}\n</details>"
 
 
 # --- Sections -----------------------------------------------------------------------------------
@@ -140,6 +140,8 @@ def deck_title(result: Result) -> str:
 def summary(result: Result) -> str:
     """Return what one wants to know first."""
     good = int((result.history("certified") == 1).sum())
+    counters = result.counters if "counters" in result.file["run"] else {}
+    took = counters.get("seconds_total", 0.0)
     verdict = (
         f"All {result.finished} increments are certified." if result.certified else
         f"{good} of {result.finished} increments are certified."
@@ -148,20 +150,27 @@ def summary(result: Result) -> str:
         "status": str(result.run.get("status", "unknown")),
         "worst error of the certificate": short(result.worst_error),
         "mesh": f"{len(result.points)} nodes, {len(result.bricks)} bricks",
-        "time of the run": f"{result.history('time')[-1]:.6g}, in {len(result.step_ends)} steps",
+        "steps": f"{len(result.step_ends)}, to the time {result.history('time')[-1]:.6g}",
+        "took": f"{took:.3g} s" if took else "",
+        "started": str(result.run.get("started", "")),
         "command": str(result.run.get("command", "")),
         "overrides": " ".join(result.run_text("overrides").split("\n"))
         if "overrides" in result.file["run"] else "",
         "program": " ".join(
             str(result.run.get(key, "")) for key in ("program", "version")
         ),
-        "build": str(result.run.get("build", "")),
         "libraries": str(result.run.get("libraries", "")),
-        "started": str(result.run.get("started", "")),
+        "build": str(result.run.get("build", "")),
     }
-    rows = [(key, text) for key, text in words.items() if text.strip()]
+    rows = "\n".join(
+        f'<tr><th scope="row" class="text">{key}</th><td class="text">{escape(text)}</td></tr>'
+        for key, text in words.items() if text.strip()
+    )
     kind = "good" if result.certified else "bad"
-    return f'<p class="{kind}">{verdict}</p>\n' + table("The run", ("", ""), rows, texts=2)
+    return (
+        f'<p class="{kind}">{verdict}</p>\n<div class="wide"><table id="run">\n'
+        f"<caption>The run</caption>\n<tbody>\n{rows}\n</tbody></table></div>"
+    )
 
 
 def notes(result: Result) -> str:
@@ -280,7 +289,7 @@ def certificate(result: Result) -> str:
     made = table(
         caption, ("row", "at", "certified", *entries), lines, texts=3, bad=bad, key="certificates",
     )
-    return made if len(rows) <= 30 else details(f"{len(rows)} increments", made)
+    return made if len(rows) <= 30 else details(f"{len(rows)} increments", made, True)
 
 
 def plan(result: Result) -> str:

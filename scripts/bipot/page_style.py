@@ -28,6 +28,7 @@ summary { cursor: pointer; }
 @media print {
   body { max-width: none; padding: 0; font-size: 10.5pt; }
   nav { display: none; }
+  details::details-content { content-visibility: visible; height: auto; }
   table { font-size: 7pt; }
   th, td { padding: 0.1rem 0.25rem; }
   .wide { overflow: visible; }

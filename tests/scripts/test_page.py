@@ -152,7 +152,7 @@ class OfARun(WithFolder):
         heads = [tag for tag, _ in self.page.elements if re.fullmatch(r"h\d", tag)]
         self.assertEqual(heads[0], "h1")
         self.assertEqual(set(heads[1:]), {"h2"})
-        self.assertTrue(all(th.get("scope") == "col" for th in self.page.all("th")))
+        self.assertTrue(all(th.get("scope") in ("col", "row") for th in self.page.all("th")))
         self.assertEqual(len(self.page.all("table")), len(self.page.all("caption")))
 
     @unittest.skipIf(CHROMIUM is None, "no Chromium on the PATH")
@@ -164,6 +164,16 @@ class OfARun(WithFolder):
         self.assertEqual(len(dom["pictures"]), 5)
         self.assertTrue(all(width > 100 for width in dom["pictures"]), dom["pictures"])
         self.assertEqual(dom["requests"], [])
+
+    @unittest.skipIf(CHROMIUM is None, "no Chromium on the PATH")
+    def test_what_is_wrong_with_a_page_is_seen(self):
+        path = self.folder / "wrong.html"
+        path.write_text('<!DOCTYPE html><img src="data:image/png;base64,AAAA">'
+                        '<img src="http://127.0.0.1:9/none.png"><script>console.error("wrong")</script>')
+        dom = browse(path, self.folder)
+        self.assertTrue(any("wrong" in line for line in dom["errors"]), dom["errors"])
+        self.assertEqual(dom["pictures"], [0, 0])
+        self.assertEqual(dom["requests"], ["http://127.0.0.1:9/none.png"])
 
 
 def browse(path, folder):
@@ -188,7 +198,7 @@ window.addEventListener("load", () => {{
         [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
          f"--user-data-dir={folder / 'profile'}", "--no-first-run", "--disable-sync",
          "--disable-background-networking", "--disable-component-update", "--disable-extensions",
-         "--allow-file-access-from-files", "--enable-logging=stderr", "--v=0",
+         "--host-resolver-rules=MAP * ~NOTFOUND", "--allow-file-access-from-files", "--enable-logging=stderr", "--v=0",
          "--virtual-time-budget=10000", "--dump-dom", asking.as_uri()],
         capture_output=True, text=True, timeout=600, check=False,
     )
