@@ -122,7 +122,8 @@ def table(
 
 def details(label: str, text: str, opened: bool = False) -> str:
     """Return text behind a line that opens and closes it."""
-    return f"<details{' open' if opened else ''}>\n<summary>{escape(label)}</summary>\n{text}\n</details>"
+    tag = "<details open>" if opened else "<details>"
+    return f"{tag}\n<summary>{escape(label)}</summary>\n{text}\n</details>"
 
 
 # --- Sections -----------------------------------------------------------------------------------

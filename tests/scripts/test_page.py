@@ -198,8 +198,9 @@ window.addEventListener("load", () => {{
         [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
          f"--user-data-dir={folder / 'profile'}", "--no-first-run", "--disable-sync",
          "--disable-background-networking", "--disable-component-update", "--disable-extensions",
-         "--host-resolver-rules=MAP * ~NOTFOUND", "--allow-file-access-from-files", "--enable-logging=stderr", "--v=0",
-         "--virtual-time-budget=10000", "--dump-dom", asking.as_uri()],
+         "--host-resolver-rules=MAP * ~NOTFOUND", "--allow-file-access-from-files",
+         "--enable-logging=stderr", "--v=0", "--virtual-time-budget=10000", "--dump-dom",
+         asking.as_uri()],
         capture_output=True, text=True, timeout=600, check=False,
     )
     said = re.search(r'<pre id="said">([^<]*)</pre>', done.stdout)

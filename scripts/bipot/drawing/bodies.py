@@ -349,11 +349,15 @@ class Bodies:
         if self.apart:  # places are none
             axes.set_axis_off()
 
+    def scale_words(self):
+        """Return how displacements are drawn."""
+        if self.scale == 1:
+            return "displacements to scale"
+        return f"displacements times {self.scale:g}"
+
     def words(self):
         """Return how displacements and bodies are drawn."""
-        said = f"displacements times {self.scale:g}"
-        if self.scale == 1:
-            said = "displacements to scale"
+        said = self.scale_words()
         if self.apart:
             said += "; bodies drawn apart"
         if self.box:

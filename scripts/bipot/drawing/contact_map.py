@@ -57,8 +57,9 @@ class Map:
             short = int(np.argmin(extent))
             self.names[short] = f"{self.names[short]} (not to scale)".strip()
         # So many arrows that each has room: at one point of each cell of a coarse grid.
-        self.cell = 2 * self.half / min(np.sqrt(len(self.places)), MAX_ARROWS)
-        cells = np.floor((self.places - low) / self.cell + 1e-9)
+        along = min(np.sqrt(len(self.places)), MAX_ARROWS) - 1
+        self.cell = (self.half / 0.62 if not self.is_stretched else extent) / max(along, 1.0)
+        cells = np.floor((self.places - low) / self.cell + 1e-6)
         chosen = np.unique(cells[self.shown], axis=0, return_index=True)[1]
         self.with_arrow = np.flatnonzero(self.shown)[chosen]
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from bipot.result import Result
 
 # What is coloured, the first of these that the file has.
-SCALARS = ("contact_pressure", "von_mises", "displacement")
+SCALARS = {"contact_pressure": "YlOrRd", "von_mises": "inferno", "displacement": "viridis"}
 
 
 def open_window(result: Result, scale: float | None = None) -> None:
@@ -71,16 +71,17 @@ def make_plotter(
         grid.points = grid.points + bodies.scale * grid["displacement"]
         plotter.add_mesh(
             grid, name="bodies", scalars=scalars, clim=(0, max(ranges) or 1.0), show_edges=True,
-            scalar_bar_args={"title": f"{scalars} (deck units)"}, cmap="viridis",
-            reset_camera=False,
+            scalar_bar_args={"title": scalars, "vertical": True, "fmt": "%.3g",
+                             "title_font_size": 14, "label_font_size": 12},
+            cmap=SCALARS[scalars], ambient=0.4, reset_camera=False,
         )
         for name, pieces in bodies.named_obstacles(index):
             plotter.add_mesh(
-                surface(pieces), name=f"obstacle {name}", color=OBSTACLE, opacity=0.35,
-                reset_camera=False,
+                surface(pieces), name=f"obstacle {name}", color=OBSTACLE, opacity=0.3,
+                ambient=0.4, reset_camera=False,
             )
         plotter.add_text(
-            f"{result.label(result.field_rows[index])}\n{bodies.words()}", name="title",
+            f"{result.label(result.field_rows[index])}\n{bodies.scale_words()}", name="title",
             font_size=9,
         )
 
@@ -88,7 +89,8 @@ def make_plotter(
     if stored > 1:
         plotter.add_slider_widget(
             lambda value: draw(round(value) - 1), (1, stored), value=stored, fmt="%.0f",
-            title="increment with fields",
+            title="increment with fields", pointa=(0.25, 0.08), pointb=(0.65, 0.08),
+            title_height=0.015, slider_width=0.015, tube_width=0.004,
         )
     plotter.add_axes()
     low, high = bodies.view
