@@ -341,9 +341,10 @@ class Result:
     ) -> matplotlib.figure.Figure:
         """Return a matplotlib figure, as scripts/show draws it.
 
-        what     "displacement" or "stress" on the deformed body at the stored increment `index`;
-                 "contact": the states of a pair's points at a few increments; "forces" of a pair
-                 over the increments. None: "displacement", or "forces" where no field is stored
+        what     "displacement", "stress" or "pressure" (of contact) on the deformed bodies at the
+                 stored increment `index`; "contact": the states of a pair's points at a few
+                 increments; "forces" of a pair over the time; "errors" of the certificate, and
+                 estimated ones. None: "displacement", or "forces" where no field is stored
         pair     name or number of the pair
         scale    factor of the drawn displacements; None: chosen so that they are seen
 
@@ -352,6 +353,18 @@ class Result:
         from bipot import pictures
 
         return pictures.figure(self, what, index, pair, scale)
+
+    def to_html(self, path: str | os.PathLike[str], scale: float | None = None) -> Path:
+        """Write pictures, plan, errors and certificate as one page that needs nothing else.
+
+        `scale` is that of `plot`. Returns the path. Raises ResultError where no increment is
+        finished.
+        """
+        from bipot.page import write_page
+
+        if self.finished == 0:
+            raise ResultError(f"{self.path}: no increment is finished")
+        return write_page(self, Path(path), scale)
 
     @property
     def certified(self) -> bool:

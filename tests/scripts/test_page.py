@@ -15,6 +15,7 @@ import unittest
 from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
+from unittest.mock import patch
 
 try:
     import h5py
@@ -240,7 +241,7 @@ class Written(WithFolder):
             file["run/notes"] = np.bytes_("note: a < b & c\n")
             file["history/certified"][1] = 0
             file["run"].attrs["status"] = np.bytes_("not solved")
-        with Result(path) as result:
+        with Result(path) as result, patch("bipot.page.pictures", return_value=""):
             text = make_page(result)
         page = Page(text)
         self.assertNotIn("script", [tag for tag, _ in page.elements])

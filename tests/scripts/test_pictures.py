@@ -55,13 +55,13 @@ def min_distance(point, triangles):
     return min(least, np.abs(height[inside]).min(initial=np.inf))
 
 
-def pressed_block(shape, move, turn=0.0, folder=Path(), low=(-1, -1, -1), size=(2, 2, 1)):
+def pressed_block(shape, move, turn=0.0, cells=(4, 4, 2)):
     """Return a deck in which `shape` (a function that adds it) is moved into a block's top.
 
     move  displacement of the reference node; turn: its rotation about z [rad]
     """
     deck = bipot.Deck("A block under a tool", name="tool")
-    deck.block("BODY", (4, 4, 2), size, low)
+    deck.block("BODY", cells, (2, 2, 1), (-1, -1, -1))
     deck.material("SOFT", young=1000.0, poisson=0.3)
     deck.section("SOFT", "BODY")
     centre = deck.reference_node((0.0, 0.0, 2.0))
@@ -76,7 +76,7 @@ def pressed_block(shape, move, turn=0.0, folder=Path(), low=(-1, -1, -1), size=(
 
 
 def stl_plate(path):
-    """Write an STL file of a tilted-free plate of two triangles at z = 0, turned downwards."""
+    """Write an STL file of a plate of two triangles at z = 0 that faces downwards."""
     corners = np.array([[-3, -3, 0], [3, -3, 0], [3, 3, 0], [-3, 3, 0]], float)
     with path.open("wb") as file:
         file.write(b"plate".ljust(80) + struct.pack("<I", 2))
@@ -165,6 +165,28 @@ class Obstacles(WithFolder):
 
         result = self.solved(facets, (0.1, 0.0, -0.1), turn=0.3)
         self.check(result)
+
+    def test_a_close_up_holds_what_is_pressed(self):
+        def sphere(deck, node):
+            deck.sphere("TOOL", (0, 0, 2), 2.0, reference_node=node)
+
+        result = self.solved(sphere, (0.0, 0.0, -0.01), cells=(12, 12, 2))
+        bodies = Bodies(result, close=True)
+        self.assertIsNotNone(bodies.box)
+        pressed = bodies.places(-1)[bodies.near(result.pairs[0], -1)]
+        self.assertTrue(((pressed > bodies.box[0]) & (pressed < bodies.box[1])).all())
+        self.assertTrue((bodies.low >= bodies.box[0]).all())
+        self.assertTrue((bodies.high <= bodies.box[1]).all())
+        self.assertLess(bodies.size, Bodies(result).size)
+
+    def test_displacements_are_not_drawn_so_large_that_gaps_show(self):
+        # An interference is no part of the mesh: the rings are drawn apart by it, times the factor.
+        result = bipot.run(ROOT / "input" / "press.inp", quiet=True)
+        self.addCleanup(result.close)
+        np.testing.assert_allclose(result.pairs[0].extra_gap, -0.0025)
+        bodies = Bodies(result)
+        self.assertLessEqual(bodies.scale * 0.0025, 0.02 * bodies.size)
+        self.assertGreater(bodies.scale, 1)
 
     def test_a_pair_of_bodies_has_none(self):
         result = bipot.run(ROOT / "input" / "foundation.inp", n=1, base=2, steps=3, quiet=True)

@@ -91,7 +91,9 @@ def draw_forces(result, pair):
 @styled
 def draw_errors(result):
     """Return a figure of the certificate's errors over the time, and of the estimated ones."""
-    figure, axes = plt.subplots(2, 1, figsize=(8.6, 5.4), sharex=True)
+    figure, axes = plt.subplots(
+        2, 1, figsize=(8.6, 5.4), sharex=True, gridspec_kw={"hspace": 0.3}
+    )
     times, _ = over_time(result, axes)
     estimates = {
         words: result.history(f"error/{name}") for name, words in ERRORS.items()
@@ -119,5 +121,4 @@ def draw_errors(result):
     axes[0].set_title(f"{result.path.stem}: certificate of each increment")
     axes[1].set_ylabel("estimated errors, relative")
     axes[1].set_title("estimates of what is left to a finer model")
-    figure.tight_layout()
     return figure
