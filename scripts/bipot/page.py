@@ -176,8 +176,7 @@ def summary(result: Result) -> str:
 
 def notes(result: Result) -> str:
     """Return what the program noted of the deck, and what its numbers say of the run."""
-    kept = result.run_text("notes") if "notes" in result.file["run"] else ""
-    found = [(line, False) for line in kept.splitlines() if line.strip()]
+    found = [(line, False) for line in result.notes]
     found += [(line, True) for line in warnings(result)]
     if not found:
         return "<p>None.</p>"

@@ -61,7 +61,8 @@ class Description(NamedTuple):
 class Result:
     """A result file, open for reading; use it in a `with` statement, or `close` it.
 
-    `notes` lists what the program noted, where the result comes from bipot.run.
+    `notes` lists what the program noted: of the deck, and where the result comes from bipot.run
+    also of the run.
     """
 
     def __init__(self, path: str | os.PathLike[str]):
@@ -84,6 +85,9 @@ class Result:
             self.file.close()
             what = ", ".join("/" + name for name in absent) or "/history@finished"
             raise ResultError(f"{path}: not a bipot result (no {what})")
+        if "notes" in self.file["run"]:
+            lines = filter(str.strip, self.run_text("notes").splitlines())
+            self.notes = [line.removeprefix("note: ") for line in lines]
 
     def __enter__(self) -> Result:
         return self

@@ -81,7 +81,8 @@ def draw_forces(result, pair):
         chosen = times[certified == value]
         if len(chosen):
             bottom.plot(chosen, np.zeros(len(chosen)), mark, label=label, clip_on=False)
-    bottom.set_ylim(bottom=0)
+    # Rounding is no ratio.
+    bottom.set_ylim(0, max(0.01, 1.05 * bottom.get_ylim()[1]))
     bottom.set_ylabel("ratio of the forces")
     for axes in (top, bottom):
         legend_beside(axes)
