@@ -143,9 +143,13 @@ class Bodies:
         wanted = 0.15 * size / largest
         for pair in self.result.pairs:
             touched = (pair.reaction[:, :, 0] > 0).any(axis=0)
-            added = np.abs(pair.extra_gap[touched]).max(initial=0.0)
-            if added > 0:
-                wanted = min(wanted, max(1.0, ERROR * size / added))
+            # How far pressed points are drawn from what they touch, and others in it, to scale.
+            wrong = max(
+                np.abs(pair.extra_gap[touched]).max(initial=0.0),
+                (pair.extra_gap - pair.gap[-1]).max(initial=0.0),
+            )
+            if wrong > 0:
+                wanted = min(wanted, max(1.0, ERROR * size / wrong))
             obstacle = pair.obstacle
             if obstacle is None:
                 continue
