@@ -4,8 +4,11 @@ Writes docs/studies/paper.md and its figures; the numbers of the page are read f
 The program is built first: scripts/run builds it.
 """
 
+import shutil
 import subprocess
 import sys
+import tempfile
+from pathlib import Path
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
@@ -103,22 +106,27 @@ def show_block(runs, folder):
     """Pictures of the block on a finer mesh, by scripts/show; return their text."""
     result = runs("block", n=8, solver="AUTO", local="AUTO")
     show = ROOT / "scripts" / "show"
-    command = [show, result.path, "-o", folder, "--no-animation"]
+    text = []
+    pictures = tempfile.TemporaryDirectory()
+    command = [show, result.path, "-o", pictures.name, "--no-animation"]
     result.close()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    text = []
     for name, caption in (
         (
             "deformed",
-            "The block at the end of the push (8 x 8 x 8 bricks, displacements to scale).",
+            "The block at the end of the push, from below (8 x 8 x 8 bricks, displacements to "
+            "scale); grey is the ground.",
         ),
+        ("pressure", "The contact pressure there."),
         (
             "contact",
             "Its lower face: points that stick, slide and have opened; arrows are friction.",
         ),
-        ("forces", "Resultants over the increments."),
+        ("forces", "Resultants over the time, and friction over normal force."),
     ):
+        shutil.copy(Path(pictures.name) / f"{name}.png", folder)
         text += [f"![{name}](figures/{name}.png)", "", f"{caption} By `scripts/show`.", ""]
+    pictures.cleanup()
     return text
 
 

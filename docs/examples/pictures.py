@@ -17,8 +17,9 @@ with deck.step(increment=0.5):
     deck.output(nodes=["U", "RF"], elements=["S"])
 
 with bipot.run(deck) as result:
-    for what in ("displacement", "stress", "contact", "forces"):
+    for what in ("displacement", "stress", "pressure", "contact", "forces", "errors"):
         result.plot(what).savefig(f"{what}.png")
+    result.to_html("dent.html")  # all of them, the plan and the certificate on one page
     # What the ball presses with is what its support and the foot of the block carry.
     pressed = result.pairs["BODY-ZMAX:BALL"].resultant[-1, 2]
     foot = result.points[:, 2] == -1.0

@@ -16,12 +16,11 @@ docs/results.md describes the layout.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
 from functools import cached_property
 from html import escape
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -29,6 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bipot.brick_faces import BRICK_FACES, face_nodes, outer_faces
 from bipot.errors import ResultError
+from bipot.pairs import Pair, Pairs
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -60,7 +60,8 @@ class Description(NamedTuple):
 class Result:
     """A result file, open for reading; use it in a `with` statement, or `close` it.
 
-    `notes` lists what the program noted, where the result comes from bipot.run.
+    `notes` lists what the program noted: of the deck, and where the result comes from bipot.run
+    also of the run.
     """
 
     def __init__(self, path: str | os.PathLike[str]):
@@ -83,6 +84,9 @@ class Result:
             self.file.close()
             what = ", ".join("/" + name for name in absent) or "/history@finished"
             raise ResultError(f"{path}: not a bipot result (no {what})")
+        if "notes" in self.file["run"]:
+            lines = filter(str.strip, self.run_text("notes").splitlines())
+            self.notes = [line.removeprefix("note: ") for line in lines]
 
     def __enter__(self) -> Result:
         return self
@@ -312,8 +316,8 @@ class Result:
         """Return the mesh and all fields of the stored increment `index` as a PyVista grid.
 
         Its points are the nodes that belong to bricks (`node_id` tells which: reference nodes of
-        obstacles are none), undeformed; `grid.warp_by_vector("displacement")` deforms it. Its field
-        data has the `time`.
+        obstacles are none, so that bounds and ranges are those of the bodies), undeformed;
+        `grid.warp_by_vector("displacement")` deforms it. Its field data has the `time`.
         """
         import pyvista
 
@@ -325,7 +329,8 @@ class Result:
         grid.cell_data["element_id"] = self.element_ids
         if len(self.field_rows) == 0:
             return grid
-        nodal, elemental = (names - {"node_id", "element_id"} for names in self.field_names)
+        kept = {"node_id", "element_id", "vtkGhostType"}
+        nodal, elemental = (names - kept for names in self.field_names)
         for name in sorted(nodal):
             grid.point_data[name] = self.field(name, index, on="nodes")[used]
         for name in sorted(elemental):
@@ -339,9 +344,10 @@ class Result:
     ) -> matplotlib.figure.Figure:
         """Return a matplotlib figure, as scripts/show draws it.
 
-        what     "displacement" or "stress" on the deformed body at the stored increment `index`;
-                 "contact": the states of a pair's points at a few increments; "forces" of a pair
-                 over the increments. None: "displacement", or "forces" where no field is stored
+        what     "displacement", "stress" or "pressure" (of contact) on the deformed bodies at the
+                 stored increment `index`; "contact": the states of a pair's points at a few
+                 increments; "forces" of a pair over the time; "errors" of the certificate, and
+                 estimated ones. None: "displacement", or "forces" where no field is stored
         pair     name or number of the pair
         scale    factor of the drawn displacements; None: chosen so that they are seen
 
@@ -350,6 +356,18 @@ class Result:
         from bipot import pictures
 
         return pictures.figure(self, what, index, pair, scale)
+
+    def to_html(self, path: str | os.PathLike[str], scale: float | None = None) -> Path:
+        """Write pictures, plan, errors and certificate as one page that needs nothing else.
+
+        `scale` is that of `plot`. Returns the path. Raises ResultError where no increment is
+        finished.
+        """
+        from bipot.page import write_page
+
+        if self.finished == 0:
+            raise ResultError(f"{self.path}: no increment is finished")
+        return write_page(self, Path(path), scale)
 
     @property
     def certified(self) -> bool:
@@ -395,173 +413,6 @@ class Result:
             for name, text in self._summary().items()
         )
         return f"<table><caption>{escape(str(self.path))}</caption>{rows}</table>"
-
-
-class Pairs(Sequence["Pair"]):
-    """The contact pairs of a result: pairs[0], pairs["BODY-ZMIN:GROUND"], or one after the other.
-
-    Names are those of the deck, "<slave surface>:<master>", in any case. A name that is not there
-    raises ResultError.
-    """
-
-    def __init__(self, result: Result, names: list[str]):
-        self._result = result
-        self._pairs = [Pair(result, name) for name in names]
-
-    @property
-    def names(self) -> list[str]:
-        """The names of the pairs."""
-        return [pair.name for pair in self._pairs]
-
-    def __len__(self) -> int:
-        return len(self._pairs)
-
-    def __iter__(self) -> Iterator[Pair]:
-        return iter(self._pairs)
-
-    @overload
-    def __getitem__(self, which: int | str) -> Pair: ...
-
-    @overload
-    def __getitem__(self, which: slice) -> list[Pair]: ...
-
-    def __getitem__(self, which: int | str | slice) -> Pair | list[Pair]:
-        if not isinstance(which, str):
-            return self._pairs[which]
-        for pair in self._pairs:
-            if pair.name.upper() == which.upper().replace("/", "_"):
-                return pair
-        there = f"; it has {', '.join(self.names)}" if self._pairs else ""
-        raise ResultError(f"{self._result.path}: no contact pair '{which}'{there}")
-
-    def __repr__(self) -> str:
-        return f"<Pairs {', '.join(self.names)}>"
-
-
-class Pair:
-    """What happened at the P candidate points of one contact pair."""
-
-    def __init__(self, result: Result, name: str):
-        self.result = result
-        self.name = name
-
-    def __repr__(self) -> str:
-        return f"<Pair {self.name}>"
-
-    def describe(self, name: str) -> Description:
-        """Return what the file says of a dataset of the pair, such as "resultant"."""
-        return self.result.describe(f"/contact/{self.name}/{name}")
-
-    def _points(self, quantity: str) -> Array:
-        """Return a dataset that is the same in all increments."""
-        return self.result._dataset(f"/contact/{self.name}/{quantity}")[()]
-
-    def _over_time(self, quantity: str) -> Array:
-        """Return a dataset over the finished increments."""
-        return self.result._dataset(f"/contact/{self.name}/{quantity}")[: self.result.finished]
-
-    @cached_property
-    def friction_coefficient(self) -> float:
-        """The pair's coefficient of friction; not a number where the file does not tell."""
-        attributes = self.result.file[f"/contact/{self.name}"].attrs
-        return float(attributes.get("friction_coefficient", np.nan))
-
-    @cached_property
-    def nodes(self) -> Array:
-        """Rows of the mesh's points, (P,)."""
-        return self._points("node")
-
-    @cached_property
-    def coordinates(self) -> Array:
-        """Where the points are before any displacement, (P, 3)."""
-        return self._points("coordinates")
-
-    @cached_property
-    def area(self) -> Array:
-        """The part of the surface that belongs to each point, (P,)."""
-        return self._points("area")
-
-    @cached_property
-    def frame(self) -> Array:
-        """Local frames, rows n, t1, t2: (T, P, 3, 3), stored once where they do not change."""
-        frame = self.result._dataset(f"/contact/{self.name}/frame")
-        rows = self.result.finished
-        if len(frame) == 1:
-            return np.broadcast_to(frame[()], (rows, *frame.shape[1:]))
-        return frame[:rows]
-
-    @cached_property
-    def reaction(self) -> Array:
-        """Reactions on the slave body in the local frame n, t1, t2: (T, P, 3)."""
-        return self._over_time("reaction")
-
-    @cached_property
-    def force(self) -> Array:
-        """Reactions on the slave body in x, y, z: (T, P, 3)."""
-        return np.einsum("tpa,tpax->tpx", self.reaction, self.frame)
-
-    @cached_property
-    def friction(self) -> Array:
-        """Tangential part of `force`, (T, P, 3)."""
-        return np.einsum("tpa,tpax->tpx", self.reaction[:, :, 1:], self.frame[:, :, 1:])
-
-    @cached_property
-    def gap(self) -> Array:
-        """Distances to the obstacle, (T, P)."""
-        return self._over_time("gap")
-
-    @cached_property
-    def slip(self) -> Array:
-        """Slip since the start of the run, local t1 and t2: (T, P, 2)."""
-        return self._over_time("slip")
-
-    @cached_property
-    def slip_increment(self) -> Array:
-        """Slip in each increment, local t1 and t2: (T, P, 2)."""
-        return self._over_time("slip_increment")
-
-    @cached_property
-    def status(self) -> Array:
-        """OPEN, STICK or SLIDE, (T, P)."""
-        return self._over_time("status")
-
-    @cached_property
-    def resultant(self) -> Array:
-        """Sum of the reactions on the slave body in x, y, z: (T, 3)."""
-        return self._over_time("resultant")
-
-    @cached_property
-    def moment(self) -> Array:
-        """Moment of the reactions on the slave body about the origin: (T, 3)."""
-        return self._over_time("moment")
-
-    @cached_property
-    def torque(self) -> Array:
-        """Moment of the forces on the obstacle about its reference node: (T, 3)."""
-        return self._over_time("torque")
-
-    @cached_property
-    def normal_sum(self) -> Array:
-        """Sum of the normal reactions, (T,)."""
-        return self.reaction[:, :, 0].sum(axis=1)
-
-    @cached_property
-    def friction_sum(self) -> Array:
-        """Sum of the magnitudes of the tangential reactions, (T,)."""
-        return np.linalg.norm(self.reaction[:, :, 1:], axis=2).sum(axis=1)
-
-    def force_at(self, node: int) -> Array:
-        """Return the local reactions (n, t1, t2) at a node over the increments, (T, 3)."""
-        found = np.flatnonzero(self.nodes == node)
-        if len(found) == 0:
-            raise ResultError(f"{self.result.path}: node {node} is not in pair {self.name}")
-        return self.reaction[:, found[0]]
-
-    @cached_property
-    def faces(self) -> Array:
-        """Boundary faces whose four corners are points of this pair, as mesh points (F, 4)."""
-        faces, _ = self.result.boundary
-        return faces[np.isin(faces, self.nodes).all(axis=1)]
 
 
 def von_mises(stress: Array) -> Array:

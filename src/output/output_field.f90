@@ -52,7 +52,8 @@ module output_field_mod
     type(contact_points_t), pointer :: points => null()
     type(state_t), pointer :: state => null()        !! at the end of the increment
     type(increment_report_t), pointer :: report => null()
-    integer :: first = 1, last = 0      !! points of the pair whose fields are computed
+    integer :: pair = 0                 !! whose fields are computed
+    integer :: first = 1, last = 0      !! its points
     integer :: print = 0                !! set whose fields are computed, of the output controls
     integer :: tensors_of = 0           !! set whose stresses and strains these are
     real(wp), allocatable :: set_stress(:, :), set_strain(:, :) !! (6, places)

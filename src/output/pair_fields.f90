@@ -8,6 +8,7 @@ module pair_fields_mod
   use increment_report_mod, only: status_open
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, first_time, at_start
+  use master_fields_mod, only: add_master_fields
   implicit none
   private
 
@@ -32,6 +33,8 @@ contains
       'where each point is in the undeformed mesh', at_start, compute=coordinates))
     call add_field(list, field_t('area', of_real, [n], 'area', &
       'share of the slave surface; 0 where no face of it is', at_start, compute=area))
+    call add_field(list, field_t('extra_gap', of_real, [n], 'length', &
+      'what *CONTACT GAP adds to the distance that the mesh says', at_start, compute=extra_gap))
     call add_field(list, field_t('frame', of_real, [3, 3, n], 'ratio', &
       'local frame: rows n (from the master to the slave body), t1, t2; one for the whole run '// &
       'where it is fixed', of_frame, compute=frame))
@@ -50,6 +53,7 @@ contains
     call add_field(list, field_t('moment', of_real, [3], 'moment', &
       'moment of the reactions on the slave body about the origin, undeformed arms', &
       compute=moment))
+    call add_master_fields(scene, i, list)
     if (is_before_faces(scene%pairs(i), scene%obstacles)) then
       call add_field(list, field_t('covered_area', of_real, [n], 'area', &
         'of the node''s share what the master covers; 0: no gap, no reaction', &
@@ -128,6 +132,14 @@ contains
 
     values(1, :) = source%points%area(source%first:source%last)
   end subroutine area
+
+  subroutine extra_gap(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+
+    if (.not. allocated(source%points%extra_gap)) return
+    values(1, :) = source%points%extra_gap(source%first:source%last)
+  end subroutine extra_gap
 
   subroutine frame(source, values)
     type(field_source_t), intent(inout) :: source

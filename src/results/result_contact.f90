@@ -51,6 +51,7 @@ contains
         pairs(i)%last = points%first(i + 1) - 1
       end if
       pairs(i)%path = free_path(scene%pairs(i)%name, pairs(:i - 1))
+      source%pair = i
       source%first = pairs(i)%first
       source%last = pairs(i)%last
       call list_pair_fields(scene, i, source%last - source%first + 1, fields)
@@ -122,6 +123,7 @@ contains
     integer :: i, k
 
     do i = 1, size(pairs)
+      source%pair = i
       source%first = pairs(i)%first
       source%last = pairs(i)%last
       do k = 1, size(pairs(i)%fields)

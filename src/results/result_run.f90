@@ -49,8 +49,6 @@ contains
     type(plan_t), intent(in) :: plan
     type(provenance_t), intent(in) :: provenance
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: table
-    integer :: i
 
     call create_group(hdf5, '/run', error)
     call write_attribute(hdf5, '/run', 'description', 'what was run, by what, and how it ended', &
@@ -73,14 +71,10 @@ contains
                     error)
     call write_text(hdf5, '/run/overrides', text_of(scene%overrides), &
                     'parameters given on the command line, name=value a line', error)
-    table = ''
-    if (allocated(plan%lines)) then
-      do i = 1, size(plan%lines)
-        table = table//plan%lines(i)%text//new_line('a')
-      end do
-    end if
-    call write_text(hdf5, '/run/plan', table, 'what the run was to do, decided before it began', &
-                    error)
+    call write_text(hdf5, '/run/notes', joined(scene%notes), &
+                    'what the program noted of the deck before the run began, a note a line', error)
+    call write_text(hdf5, '/run/plan', joined(plan%lines), &
+                    'what the run was to do, decided before it began', error)
     if (allocated(plan%figures)) call write_estimates(hdf5, plan, error)
   end subroutine write_run
 
@@ -192,6 +186,19 @@ contains
     call flush_file(hdf5, error)
     call write_attribute(hdf5, '/run', 'status', padded(status), error)
   end subroutine end_run
+
+  !> Lines as one text; nothing where there are none.
+  pure function joined(lines) result(text)
+    type(string_t), intent(in), optional :: lines(:) !! may be an allocatable that is not allocated
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ''
+    if (.not. present(lines)) return
+    do i = 1, size(lines)
+      text = text//lines(i)%text//new_line('a')
+    end do
+  end function joined
 
   !> A status with room for the longest one: an attribute keeps the length it began with.
   pure function padded(status) result(text)

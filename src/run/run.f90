@@ -82,12 +82,24 @@ contains
     if (.not. console%quiet) call say('bipot '//version//': '//scene%title)
     call print_lines(console, scene%notes)
     call print_lines(console, plan%lines)
-    call print_lines(console, overlaps(scene, plan%points))
-    call print_lines(console, held_normals(scene, plan%points))
+    call note_contact(scene, plan, console)
     call refuse_misfit(scene, plan, options%force, console, error)
     if (allocated(error) .or. options%plan) return
     call run_scene(options, scene, plan, exports, solver, console, read_time, error)
   end subroutine run_deck
+
+  !> Print what is to be noted of the contact, and keep it with the notes of the deck.
+  subroutine note_contact(scene, plan, console)
+    type(scene_t), intent(inout) :: scene
+    type(plan_t), intent(in) :: plan
+    type(console_t), intent(in) :: console
+    type(string_t), allocatable :: notes(:)
+
+    notes = overlaps(scene, plan%points)
+    notes = [notes, held_normals(scene, plan%points)]
+    call print_lines(console, notes)
+    scene%notes = [scene%notes, notes]
+  end subroutine note_contact
 
   !> Print the deck without includes, parameters and blocks.
   subroutine print_flat(options, error)

@@ -17,13 +17,29 @@ SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("BIPOT", str(SOURCE / "build" / "bipot"))
 PAGE = SOURCE / "docs" / "results.md"
 
-# A flat and a round obstacle, the round one moving and turning, and another body; increments that
-# may be cut; all outputs.
+# A flat obstacle, a round one that moves and turns, one of facets, and another body; increments
+# that may be cut; all outputs.
 DECK = """\
 *HEADING
 All that a result may hold
 *NODE, NSET=CENTRE
 1, 0.4, 0.5, 3.
+1001, 1.05, -1., -1.
+1002, 1.05, 2., -1.
+1003, 1.05, 2., 0.5
+1004, 1.05, -1., 0.5
+1005, 1.05, 2., 2.
+1006, 1.05, -1., 2.
+1007, 1.05, 2., 3.
+2, 2., 0., 0.
+*ELEMENT, TYPE=R3D4, ELSET=PLATE
+1001, 1001, 1002, 1003, 1004
+1002, 1004, 1003, 1005, 1006
+*ELEMENT, TYPE=R3D3, ELSET=PLATE
+1003, 1006, 1005, 1007
+*RIGID BODY, ELSET=PLATE, REF NODE=2
+*SURFACE, NAME=SIDE
+PLATE, SNEG
 *BLOCK, NAME=BODY, NX=2, NY=3, NZ=3
 0., 0., 0.,  1., 1., 1.
 *BLOCK, NAME=WALL, NX=4, NY=1, NZ=5
@@ -45,12 +61,15 @@ BODY-ZMIN, GROUND
 *CONTACT PAIR, INTERACTION=DRY
 BODY-ZMAX, TOOL
 *CONTACT PAIR, INTERACTION=DRY
+BODY-XMAX, SIDE
+*CONTACT PAIR, INTERACTION=DRY
 WALL-YMIN, BODY-YMAX
 *BOUNDARY
 WALL-YMAX, 1, 3, 0.
 BODY-XMIN, 1, 1, 0.
 BODY-YMIN, 2, 2, 0.
 CENTRE, 1, 2, 0.
+2, 1, 3, 0.
 *STEP
 *STATIC
 0.25, 1.
@@ -190,17 +209,23 @@ class Page(unittest.TestCase):
         self.check("history", {name: ["T"] for name in listed}, self.sizes)
 
     def test_pairs(self):
-        of_all, of_obstacles, of_surfaces = re.split(
-            "Where the master is (?:an obstacle|a surface)", section("/contact"))
-        listed = listed_shapes(of_all)
+        of_all, of_obstacles, of_faces, of_surfaces, of_facets = (
+            listed_shapes(part)
+            for part in re.split("Where the master (?:is|consists)", section("/contact"))
+        )
         frames = set()
         for name, pair in self.file["contact"].items():
-            points = len(pair["node"])
-            is_surface = name == "WALL-YMIN:BODY-YMAX"
-            here = listed | listed_shapes(of_surfaces if is_surface else of_obstacles)
-            self.check(f"contact/{name}", here, {**self.sizes, "P": points})
+            sizes = {**self.sizes, "P": len(pair["node"])}
+            here = of_all | of_obstacles
+            if name == "WALL-YMIN:BODY-YMAX":
+                here = of_all | of_faces | of_surfaces
+                sizes["M"] = len(pair["master_node"])
+            if name == "BODY-XMAX:SIDE":
+                here |= of_faces | of_facets
+                sizes |= {"C": 7, "F": 3}
+            self.check(f"contact/{name}", here, sizes)
             frames.add(len(pair["frame"]))
-        self.assertEqual(len(self.file["contact"]), 3)
+        self.assertEqual(len(self.file["contact"]), 4)
         self.assertEqual(frames, {1, self.sizes["T"]})
 
     def test_printed_sets(self):

@@ -70,6 +70,7 @@ def write_grid(file, points, bricks, stored, stress_on, tool):
     displacement = [(row + 1) * shape for row in stored] + [0 * shape + 99] * UNFINISHED
     grid["PointData/displacement"] = np.concatenate(displacement)
     grid["PointData/node_id"] = (100 + np.arange(len(points))).astype("i8")
+    grid["CellData/element_id"] = (1 + np.arange(len(bricks))).astype("i8")
 
     steps = grid.create_group("Steps")
     steps.attrs["NSteps"] = np.int64(len(stored))
@@ -77,6 +78,7 @@ def write_grid(file, points, bricks, stored, stress_on, tool):
     steps["Values"] = np.array([0.5 * (row + 1) for row in stored])
     steps["PointDataOffsets/displacement"] = np.arange(count) * len(points)
     steps["PointDataOffsets/node_id"] = np.zeros(count, dtype="i8")
+    steps["CellDataOffsets/element_id"] = np.zeros(count, dtype="i8")
     for kind, size, factor in (("Cell", len(bricks), 1), ("Point", len(points), 2)):
         if kind not in stress_on:
             continue

@@ -57,6 +57,11 @@ class Runs(WithFolder):
 
     def test_notes_of_the_program_are_kept(self):
         self.assertTrue(any("beyond linear theory" in note for note in self.run_block().notes))
+        with bipot.run(ROOT / "input" / "press.inp", quiet=True) as result:
+            overlap = "50 nodes of RING-IN:HUB-OUT overlap before the first step, by up to 0.0025"
+            self.assertEqual(sum(note.startswith(overlap) for note in result.notes), 1)
+        with bipot.read(result.path) as again:
+            self.assertEqual(sum(note.startswith(overlap) for note in again.notes), 1)
 
     def test_a_bar_follows_the_increments_where_tqdm_is(self):
         bars = []

@@ -17,7 +17,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ("press_a_block", "study_of_friction", "plan_first")
 WANTED = (
-    "bipot/__init__.py", "bipot/py.typed", "bipot/bin/bipot", "bipot/result.py", "bipot/pictures.py"
+    "bipot/__init__.py", "bipot/py.typed", "bipot/bin/bipot", "bipot/result.py",
+    "bipot/pictures.py", "bipot/page.py", "bipot/drawing/bodies.py"
 )
 UNWANTED = ("bipot/program.py", "bipot/tradeoff.py", "bipot/peers/runs.py")
 

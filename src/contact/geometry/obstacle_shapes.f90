@@ -18,12 +18,31 @@ module obstacle_shapes_mod
   public :: known_kinds, check_shapes, shift_of, turned, locate_point, least_gap, is_flat, &
     is_meshed, has_meshed_master, is_before_faces, has_fixed_normals, has_round_master, &
     turns_in_place, normal_along, enters_faces, get_core, extent_of, holds_turned_away, &
-    how_to_turn_round
+    how_to_turn_round, shape_code, shape_codes
 
   integer, parameter :: known_kinds(4) = [obstacle_plane, obstacle_sphere, obstacle_cylinder, &
     obstacle_facets]
+  character(*), parameter :: shape_codes = '1: plane, 2: sphere, 3: cylinder, 4: facets'
 
 contains
+
+  !> The kind of an obstacle as result files have it: `shape_codes` says what they mean.
+  pure integer function shape_code(obstacle)
+    type(obstacle_t), intent(in) :: obstacle
+
+    select case (obstacle%kind)
+    case (obstacle_plane)
+      shape_code = 1
+    case (obstacle_sphere)
+      shape_code = 2
+    case (obstacle_cylinder)
+      shape_code = 3
+    case (obstacle_facets)
+      shape_code = 4
+    case default
+      shape_code = 0
+    end select
+  end function shape_code
 
   !> Refuse obstacles of which nothing is known here.
   pure subroutine check_shapes(obstacles, error)

@@ -1,0 +1,389 @@
+"""The deformed bodies and the obstacles that they touch, in 3-D axes."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.colors import Normalize, to_rgb
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+
+from bipot.brick_faces import face_normals
+from bipot.drawing import views
+from bipot.drawing.style import OBSTACLE, PLAIN, colour_bar, styled
+from bipot.result import von_mises
+
+# Small pieces make the colours of a coarse mesh smooth; more of them than this only cost time.
+PIECES = 3000
+ERROR = 0.02  # by which contact may be drawn wrong, of the size of the bodies
+SMALL = 0.3  # extent of what is pressed, of that size, up to which it gets a close-up
+MARGIN = 1.0  # about it, of its extent
+
+QUANTITIES = {
+    "displacement": ("displacement, magnitude (deck units)", plt.cm.viridis),
+    "stress": ("von Mises's stress (deck units)", plt.cm.inferno),
+    "pressure": ("contact pressure (deck units)", plt.cm.YlOrRd),
+}
+
+
+def subdivide(corners, pieces):
+    """Cut faces (F, 4, k) into pieces x pieces bilinear parts: (F * pieces**2, 4, k)."""
+    s = np.linspace(0, 1, pieces + 1)
+    s, t = np.meshgrid(s, s, indexing="ij")
+    shape = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=-1)
+    grid = np.einsum("ijc,fck->fijk", shape, corners)
+    parts = [grid[:, :-1, :-1], grid[:, 1:, :-1], grid[:, 1:, 1:], grid[:, :-1, 1:]]
+    return np.stack(parts, axis=3).reshape(-1, 4, corners.shape[2])
+
+
+def sharp_edges(corners, faces):
+    """Return the edges (M, 2) of boundary faces that meet there at an angle."""
+    pairs = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    edges, where = np.unique(pairs, axis=0, return_inverse=True)
+    normals = np.repeat(face_normals(corners), 4, axis=0)
+    total = np.zeros((len(edges), 3))
+    np.add.at(total, where.ravel(), normals)
+    # Two unit normals at an angle a add up to 2 cos(a/2): sharp from 40 degrees on.
+    return edges[np.linalg.norm(total, axis=1) < 2 * np.cos(np.radians(20))]
+
+
+def round_down(factor):
+    """Return the largest of 1, 2 and 5 times 10^k that is no more."""
+    decade = 10.0 ** np.floor(np.log10(factor))
+    return float(decade * max(step for step in (1, 2, 5) if step * decade <= factor * (1 + 1e-9)))
+
+
+class Bodies:
+    """The boundary of the mesh and the obstacles, drawn deformed.
+
+    With `apart` bodies that touch each other are pulled apart, so that their contact is seen. With
+    `close` they are cut out about the contact, where that is small.
+    """
+
+    def __init__(self, result, scale=None, apart=False, close=False):
+        self.result = result
+        self.faces, self.face_brick = result.boundary
+        # Reference nodes of obstacles belong to no brick: their motion is none of the bodies'.
+        self.nodes = np.unique(result.bricks)
+        self.stress_on = "elements" if "stress" in result.field_names[1] else "nodes"
+        self.scale = self.choose_scale() if scale is None else scale
+        self.edges = sharp_edges(result.points[self.faces], self.faces)
+        self.offset = np.zeros(result.points.shape)
+        self.body = views.components(result.bricks, len(result.points))
+        self.box = self.box_about_the_contact() if close else None
+        self.direction = self.choose_direction(apart)
+        self.eye = views.towards_the_eye(*self.direction)
+        self.apart = bool(self.offset.any())
+        self.low, self.high = self.limits()
+        self.size = float(np.max(self.high - self.low))
+        self.view = self.view_limits()
+
+    # --- What is drawn ------------------------------------------------------------------------
+
+    def displacement(self, index):
+        return self.result.field("displacement", index)
+
+    def places(self, index):
+        """Return where the nodes are drawn, (N, 3)."""
+        return self.result.points + self.scale * self.displacement(index) + self.offset
+
+    def mises(self, index):
+        """Return von Mises's stress of the bricks, or of the nodes where only they have it."""
+        return von_mises(self.result.field("stress", index, on=self.stress_on))
+
+    def pressure(self, index):
+        """Return the contact pressure of the nodes, not a number where none is a slave node."""
+        found = np.full(len(self.result.points), np.nan)
+        for pair in self.result.pairs:
+            found[pair.nodes] = np.nan_to_num(found[pair.nodes])
+            np.add.at(found, pair.nodes, pair.pressure[self.result.field_rows[index]])
+        return found
+
+    def obstacle_surfaces(self, index):
+        """Return the pieces (F, 4, 3) of each obstacle near the bodies, where it is drawn."""
+        return [pieces for _, pieces in self.named_obstacles(index)]
+
+    def named_obstacles(self, index):
+        """Return name and pieces (F, 4, 3) of each obstacle, once each."""
+        found, points = {}, self.places(index)
+        still = points[self.nodes] - self.offset[self.nodes]
+        low, high = still.min(axis=0), still.max(axis=0)
+        if self.box:
+            low, high = np.maximum(low, self.box[0]), np.minimum(high, self.box[1])
+        for pair in self.result.pairs:
+            obstacle = pair.obstacle_at(index, self.scale)
+            if obstacle is None or len(pair.nodes) == 0:
+                continue
+            offset = self.offset[pair.nodes[0]]
+            key = (pair.name.rpartition(":")[2], *offset)
+            if key not in found:
+                touched = self.near(pair, index)
+                towards = (points - self.offset)[touched].mean(axis=0)
+                found[key] = obstacle.surface(low, high, towards) + offset
+        return [(key[0], pieces) for key, pieces in found.items()]
+
+    def near(self, pair, index):
+        """Return the slave nodes that press, or else the one with the least gap."""
+        row = self.result.field_rows[index]
+        pressed = pair.nodes[pair.reaction[row, :, 0] > 0]
+        return pressed if len(pressed) else pair.nodes[[int(np.argmin(pair.gap[row]))]]
+
+    # --- How it is drawn ----------------------------------------------------------------------
+
+    def choose_scale(self):
+        """Return 1 where the displacements can be seen as they are, else 1, 2 or 5 times 10^k.
+
+        Before what is round, turns, or came from afar, only true displacements touch; gaps that
+        *CONTACT GAP adds are not drawn, and so must stay small.
+        """
+        size = np.ptp(self.result.points[self.nodes], axis=0).max()
+        largest = max(
+            np.abs(self.displacement(index)[self.nodes]).max() for index in self.sampled()
+        )
+        if largest == 0 or 0.04 * size <= largest <= 0.6 * size:
+            return 1.0
+        wanted = 0.15 * size / largest
+        for pair in self.result.pairs:
+            touched = (pair.reaction[:, :, 0] > 0).any(axis=0)
+            # How far pressed points are drawn from what they touch, and others in it, to scale.
+            wrong = max(
+                np.abs(pair.extra_gap[touched]).max(initial=0.0),
+                (pair.extra_gap - pair.gap[-1]).max(initial=0.0),
+            )
+            if wrong > 0:
+                wanted = min(wanted, max(1.0, ERROR * size / wrong))
+            obstacle = pair.obstacle
+            if obstacle is None:
+                continue
+            turned = pair.obstacle_at().turn
+            if obstacle.shape != "plane" or (turned is not None and (turned != np.eye(3)).any()):
+                return 1.0
+            came = (pair.coordinates - obstacle.point) @ obstacle.direction
+            came = came[touched].max(initial=0.0)
+            if came > 0:
+                wanted = min(wanted, 1 + ERROR * size / came)
+        return round_down(wanted)
+
+    def sampled(self, most=20):
+        """Return up to `most` stored increments, the last among them."""
+        stored = len(self.result.field_rows)
+        return np.unique(np.linspace(0, stored - 1, min(stored, most)).round().astype(int))
+
+    def choose_direction(self, apart):
+        """Return elevation and azimuth; with `apart` also pull the bodies apart."""
+        points = self.places(-1)
+        surfaces = [views.ContactFaces(pair, points) for pair in self.result.pairs]
+        before_bodies = [one for one in surfaces if len(one.pair.master_nodes)]
+        if not apart or not before_bodies:
+            # Before another body nothing is seen of it.
+            return views.choose_direction([one for one in surfaces if one not in before_bodies])[0]
+        if self.box:
+            points = np.clip(points, *self.box)
+        size = np.ptp(points[self.nodes], axis=0).max()
+
+        def pull(eye):
+            offset, far = views.pull_apart(points, self.body, before_bodies, eye)
+            return offset, far / size
+
+        direction, offset = views.choose_direction(surfaces, pull)
+        if offset is not None:
+            self.offset = offset
+        return direction
+
+    def limits(self):
+        """Return the corners of the box that holds the bodies in all increments, as drawn."""
+        starts = [] if self.offset.any() else [self.result.points]
+        drawn = [*starts, *map(self.places, self.sampled())]
+        lows, highs = [], []
+        for body in range(self.body.max() + 1):
+            nodes = np.flatnonzero(self.body == body)
+            points = np.concatenate([places[nodes] for places in drawn]) - self.offset[nodes[0]]
+            low, high = points.min(axis=0), points.max(axis=0)
+            if self.box:
+                low, high = np.maximum(low, self.box[0]), np.minimum(high, self.box[1])
+            if (low <= high).all():
+                lows.append(low + self.offset[nodes[0]])
+                highs.append(high + self.offset[nodes[0]])
+        return np.min(lows, axis=0), np.max(highs, axis=0)
+
+    def box_about_the_contact(self):
+        """Return the corners of a box about the nodes that are pressed, None if it is large."""
+        points, row = self.places(-1), self.result.field_rows[-1]
+        pressed = [pair.nodes[pair.reaction[row, :, 0] > 0] for pair in self.result.pairs]
+        touched = points[np.concatenate([np.zeros(0, dtype=int), *pressed])]
+        if len(touched) == 0:
+            return None
+        low, high = touched.min(axis=0), touched.max(axis=0)
+        extent = float(np.max(high - low))
+        if not 0 < extent <= SMALL * np.ptp(points[self.nodes], axis=0).max():
+            return None
+        return low - MARGIN * extent, high + MARGIN * extent
+
+    def view_limits(self):
+        """Return the corners of the box of the picture: that of the bodies and of what they touch.
+
+        Obstacles are drawn near the bodies alone, and so their motion does not set the view.
+        """
+        low, high = self.low, self.high
+        for index in self.sampled(3):
+            for pieces in self.obstacle_surfaces(index):
+                if len(pieces):
+                    low = np.minimum(low, pieces.min(axis=(0, 1)))
+                    high = np.maximum(high, pieces.max(axis=(0, 1)))
+        return low, high
+
+    def norm(self, quantity, indices):
+        """Return the colour range of a quantity over stored increments."""
+        if quantity == "stress":
+            largest = max(self.mises(i).max() for i in indices)
+        elif quantity == "pressure":
+            largest = max(np.nan_to_num(self.pressure(i)).max() for i in indices)
+        else:
+            largest = max(
+                np.linalg.norm(self.displacement(i)[self.nodes], axis=1).max() for i in indices
+            )
+        return Normalize(0, largest if largest > 0 else 1.0)
+
+    def face_values(self, index, quantity):
+        """Return the values at the corners of the boundary's faces, (F, 4)."""
+        if quantity == "stress":
+            values = self.mises(index)
+            if self.stress_on == "elements":
+                return np.repeat(values[self.face_brick, None], 4, axis=1)
+            return values[self.faces]
+        if quantity == "pressure":
+            return self.pressure(index)[self.faces]
+        return np.linalg.norm(self.displacement(index), axis=1)[self.faces]
+
+    def draw(self, axes, index, quantity, norm, colour_map):
+        """Draw bodies and obstacles at a stored increment, coloured by `quantity`."""
+        corners, values = self.drawn_faces(index, quantity)
+        pieces = int(np.clip(np.sqrt(PIECES / max(len(corners), 1)), 1, 8))
+        parts = subdivide(np.concatenate([corners, values[:, :, None]], axis=2), pieces)
+        parts = self.cut_out(parts)
+        means = parts[:, :, -1].mean(axis=1)
+        colours = colour_map(norm(np.nan_to_num(means)))
+        colours[np.isnan(means), :3] = to_rgb(PLAIN)
+        colours[:, :3] *= self.light(parts)[:, None]
+
+        # The mesh's lines are flat polygons a little nearer to the eye, so that the drawing
+        # order hides those behind the body; as short as the parts of the faces, for that order
+        # goes by the middle of each polygon.
+        s = np.linspace(0, 1, pieces + 1)[:, None, None, None]
+        along = (1 - s) * corners + s * np.roll(corners, -1, axis=1)
+        first, last = along[:-1].reshape(-1, 6), along[1:].reshape(-1, 6)
+        lines = self.cut_out(np.stack([first, first, last, last], axis=1))
+        lines = lines[:, :, :3] + 0.02 * self.size * self.eye
+        line_colour = np.array([0.1, 0.1, 0.1, 0.6 if len(corners) < 2000 else 0.2])
+        sheets, sheet_colours = self.obstacle_sheets(index)
+        bodies = Poly3DCollection(
+            [*parts[:, :, :3], *lines, *sheets],
+            facecolors=np.concatenate([colours, np.zeros((len(lines), 4)), sheet_colours]),
+            edgecolors=np.concatenate(
+                [colours, np.tile(line_colour, (len(lines), 1)), 0.9 * sheet_colours]
+            ),
+            linewidths=0.45,
+            zsort="average",
+        )
+        if not self.apart and not self.box:
+            before = Line3DCollection(
+                self.result.points[self.edges], colors="#9a9a9a", linewidths=0.8, linestyles="--"
+            )
+            before.set_sort_zpos(-1e300)
+            axes.add_collection3d(before)
+        axes.add_collection3d(bodies)
+        self.frame(axes)
+
+    def drawn_faces(self, index, quantity):
+        """Return the faces turned to the eye: corners and offsets (F, 4, 6), values (F, 4)."""
+        offset = self.offset[self.faces]
+        corners = self.places(index)[self.faces] - offset
+        seen = face_normals(corners) @ self.eye > 0
+        if self.box:
+            seen &= (corners.max(axis=1) >= self.box[0]).all(axis=1)
+            seen &= (corners.min(axis=1) <= self.box[1]).all(axis=1)
+        corners = np.concatenate([corners, offset], axis=2)
+        return corners[seen], self.face_values(index, quantity)[seen]
+
+    def cut_out(self, pieces):
+        """Return the pieces (F, 4, 6 or more) that are shown, moved by their offsets."""
+        if self.box:
+            middle, room = pieces[:, :, :3].mean(axis=1), 0.01 * self.size
+            shown = (middle > self.box[0] - room) & (middle < self.box[1] + room)
+            pieces = pieces[shown.all(axis=1)]
+        moved = pieces[:, :, :3] + pieces[:, :, 3:6]
+        return np.concatenate([moved, pieces[:, :, 6:]], axis=2)
+
+    def light(self, corners):
+        """Return how bright faces are: a lamp over the spectator's shoulder gives them depth."""
+        lamp = self.eye + np.array([-0.4, 0.3, 0.8 * np.sign(self.eye[2])])
+        shine = face_normals(corners[:, :, :3]) @ (lamp / np.linalg.norm(lamp))
+        return 0.8 + 0.2 * np.clip(shine, 0, 1)
+
+    def obstacle_sheets(self, index):
+        """Return the obstacles' pieces (F, 4, 3) and colours (F, 4), half transparent.
+
+        Each is moved along the line of sight, which is not seen: to the side of the body on which
+        it is, so that the drawing order cannot take one for the other.
+        """
+        sheets = [np.zeros((0, 4, 3)), *self.obstacle_surfaces(index)]
+        pieces = np.concatenate(sheets)
+        normals = face_normals(pieces)
+        before = np.where(normals @ self.eye < 0, 1.0, -1.0)
+        pieces = pieces + (0.05 * self.size * before)[:, None, None] * self.eye
+        colours = np.tile([*to_rgb(OBSTACLE), 0.22], (len(pieces), 1))
+        colours[before < 0, 3] = 0.35
+        return pieces, colours
+
+    def frame(self, axes):
+        """Set view, limits and labels of 3-D axes."""
+        axes.set_proj_type("ortho")
+        axes.view_init(*self.direction)
+        # A thin body still gets axes that can be labelled.
+        margin = 0.03 * self.size
+        low, high = self.view[0] - margin, self.view[1] + margin
+        for name, first, last in zip("xyz", low, high, strict=True):
+            getattr(axes, f"set_{name}lim")(first, last)
+            getattr(axes, f"set_{name}label")(name)
+            axis = getattr(axes, f"{name}axis")
+            axis.set_pane_color((1, 1, 1, 0))
+            thin = last - first < 0.2 * np.max(high - low)
+            axis.set_major_locator(MaxNLocator(1 if thin else 4))
+            axis._axinfo["grid"].update(color="#e4e4e4", linewidth=0.5)
+        axes.set_box_aspect(high - low, zoom=1.05)
+        axes.tick_params(labelsize=7, pad=0)
+        if self.apart:  # places are none
+            axes.set_axis_off()
+
+    def scale_words(self):
+        """Return how displacements are drawn."""
+        if self.scale == 1:
+            return "displacements to scale"
+        return f"displacements times {self.scale:g}"
+
+    def words(self):
+        """Return how displacements and bodies are drawn."""
+        said = self.scale_words()
+        if self.apart:
+            said += "; bodies drawn apart"
+        if self.box:
+            said += "; close-up of the contact"
+        if not self.apart and not self.box:
+            said += "; dashed: before loading"
+        if any(pair.obstacle is not None for pair in self.result.pairs):
+            said += "; grey: obstacles"
+        return said
+
+
+@styled
+def draw_bodies(result, bodies, quantity, index=-1):
+    """Return a figure of the bodies at a stored increment."""
+    label, colour_map = QUANTITIES[quantity]
+    last = range(len(result.field_rows))[index]
+    norm = bodies.norm(quantity, [last])
+    figure = plt.figure(figsize=(7.2, 5.4))
+    axes = figure.add_subplot(projection="3d")
+    bodies.draw(axes, last, quantity, norm, colour_map)
+    colour_bar(figure, axes, norm, colour_map, label)
+    axes.set_title(
+        f"{result.path.stem}: {result.label(result.field_rows[last])}\n{bodies.words()}", pad=12
+    )
+    return figure

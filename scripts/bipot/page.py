@@ -1,0 +1,324 @@
+"""A result as one page of HTML: pictures, plan, errors and certificate, and nothing outside it."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Iterable, Sequence
+from html import escape
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bipot.drawing.style import save
+from bipot.page_style import STYLE
+from bipot.pictures import pictures_of
+
+if TYPE_CHECKING:
+    from bipot.result import Result
+
+MOST_ROWS = 1000  # of a table of increments; of more, the ends of steps and the worst
+WORST = 50
+LARGE = 0.05  # strain or rotation beyond which linear theory is left
+CLASS_TEXT = ' class="text"'
+CERTIFIED = {1: "yes", 0: "no", -1: "pending"}
+
+
+def write_page(result: Result, path: Path, scale: float | None = None) -> Path:
+    """Write the page of a result with at least one increment; return its path."""
+    path.write_text(make_page(result, scale), encoding="utf-8")
+    return path
+
+
+def make_page(result: Result, scale: float | None = None) -> str:
+    """Return the page's text."""
+    title, name = escape(deck_title(result)), escape(result.path.stem)
+    sections = [
+        ("summary", "Summary", summary(result)),
+        ("notes", "Notes and warnings", notes(result)),
+        ("pictures", "Pictures", pictures(result, scale)),
+        ("forces", "Contact forces", forces(result)),
+        ("errors", "Estimated errors", estimated_errors(result)),
+        ("plan", "Plan", plan(result)),
+        ("certificate", "Certificate", certificate(result)),
+        ("deck", "Deck", deck(result)),
+    ]
+    sections = [section for section in sections if section[2]]
+    links = "\n".join(f'<a href="#{key}">{head}</a>' for key, head, _ in sections)
+    body = "\n".join(
+        f'<section aria-labelledby="{key}">\n<h2 id="{key}">{head}</h2>\n{text}\n</section>'
+        for key, head, text in sections
+    )
+    return f"""\
+<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy"
+ content="default-src 'none'; img-src data:; style-src 'unsafe-inline'">
+<link rel="icon" href="data:,">
+<title>{title} ({name})</title>
+<style>
+{STYLE}</style>
+</head>
+<body>
+<header>
+<h1>{title}</h1>
+<p class="about">{name}: a run of bipot {escape(str(result.run.get("version", "")))},
+ {escape(str(result.run.get("started", "")))}</p>
+</header>
+<nav aria-label="Sections">
+{links}
+</nav>
+<main>
+{body}
+</main>
+</body>
+</html>
+"""
+
+
+# --- Pieces of HTML -----------------------------------------------------------------------------
+
+
+def number(value: Any) -> str:
+    """Return a number as text: whole ones as they are, others with six digits."""
+    return str(int(value)) if float(value).is_integer() and abs(value) < 1e15 else f"{value:.6g}"
+
+
+def short(value: Any) -> str:
+    """Return an error as text, with three digits."""
+    return f"{value:.3g}"
+
+
+def cells(kind: str, row: Sequence[str], texts: int, attributes: str = "") -> str:
+    """Return the cells of a row, of which the first `texts` are words."""
+    return "".join(
+        f"<{kind}{attributes}{CLASS_TEXT if k < texts else ''}>{escape(text)}</{kind}>"
+        for k, text in enumerate(row)
+    )
+
+
+def table(
+    caption: str, head: Sequence[str], rows: Iterable[Sequence[str]], texts: int = 1,
+    bad: Iterable[int] = (), key: str = "",
+) -> str:
+    """Return a table; the rows whose numbers are in `bad` are marked, `key` is its id."""
+    marked = set(bad)
+    lines = [
+        ('<tr class="bad">' if k in marked else "<tr>") + cells("td", row, texts) + "</tr>"
+        for k, row in enumerate(rows)
+    ]
+    named = f' id="{key}"' if key else ""
+    header = cells("th", head, texts, ' scope="col"')
+    return "\n".join([
+        f'<div class="wide"><table{named}>', f"<caption>{escape(caption)}</caption>",
+        f"<thead><tr>{header}</tr></thead>", "<tbody>", *lines, "</tbody>", "</table></div>",
+    ])
+
+
+def details(label: str, text: str, opened: bool = False) -> str:
+    """Return text behind a line that opens and closes it."""
+    tag = "<details open>" if opened else "<details>"
+    return f"{tag}\n<summary>{escape(label)}</summary>\n{text}\n</details>"
+
+
+# --- Sections -----------------------------------------------------------------------------------
+
+
+def deck_title(result: Result) -> str:
+    """Return what follows *HEADING in the deck, or the name of the run."""
+    lines = result.run_text("deck").splitlines()
+    for line, following in pairwise(lines):
+        if line.strip().upper().startswith("*HEADING") and following[:1] != "*":
+            return following.strip() or result.path.stem
+    return result.path.stem
+
+
+def summary(result: Result) -> str:
+    """Return what one wants to know first."""
+    good = int((result.history("certified") == 1).sum())
+    counters = result.counters if "counters" in result.file["run"] else {}
+    took = counters.get("seconds_total", 0.0)
+    verdict = (
+        f"All {result.finished} increments are certified." if result.certified else
+        f"{good} of {result.finished} increments are certified."
+    )
+    words = {
+        "status": str(result.run.get("status", "unknown")),
+        "worst error of the certificate": short(result.worst_error),
+        "mesh": f"{len(result.points)} nodes, {len(result.bricks)} bricks",
+        "steps": f"{len(result.step_ends)}, to the time {result.history('time')[-1]:.6g}",
+        "took": f"{took:.3g} s" if took else "",
+        "started": str(result.run.get("started", "")),
+        "command": str(result.run.get("command", "")),
+        "overrides": " ".join(result.run_text("overrides").split("\n"))
+        if "overrides" in result.file["run"] else "",
+        "program": " ".join(
+            str(result.run.get(key, "")) for key in ("program", "version")
+        ),
+        "libraries": str(result.run.get("libraries", "")),
+        "build": str(result.run.get("build", "")),
+    }
+    rows = "\n".join(
+        f'<tr><th scope="row" class="text">{key}</th><td class="text">{escape(text)}</td></tr>'
+        for key, text in words.items() if text.strip()
+    )
+    kind = "good" if result.certified else "bad"
+    return (
+        f'<p class="{kind}">{verdict}</p>\n<div class="wide"><table id="run">\n'
+        f"<caption>The run</caption>\n<tbody>\n{rows}\n</tbody></table></div>"
+    )
+
+
+def notes(result: Result) -> str:
+    """Return what the program noted of the deck, and what its numbers say of the run."""
+    found = [(line, False) for line in result.notes]
+    found += [(line, True) for line in warnings(result)]
+    if not found:
+        return "<p>None.</p>"
+    lines = [f"<li{' class=' + chr(34) + 'bad' + chr(34) if bad else ''}>{escape(line)}</li>"
+             for line, bad in found]
+    return "<ul>\n" + "\n".join(lines) + "\n</ul>"
+
+
+def warnings(result: Result) -> list[str]:
+    """Return what of the run is not as it should be, by its numbers."""
+    found = []
+    status = result.run.get("status")
+    if status != "finished":
+        found.append(f"the run's status is '{status}': {result.finished} increments are there")
+    bad = np.flatnonzero(result.history("certified") == 0) + 1
+    if len(bad):
+        more = ", ..." if len(bad) > 10 else ""
+        found.append(f"not certified: increments {', '.join(map(str, bad[:10]))}{more}")
+    counters = result.counters if "counters" in result.file["run"] else {}
+    for name in ("largest_strain", "largest_rotation"):
+        value = counters.get(name, 0.0)
+        if value > LARGE:
+            found.append(f"{name.replace('_', ' ')} {value:.2g}: beyond linear theory")
+    for name, words in (
+        ("increments_cut", "increments that were not solved, and tried again with half their size"),
+        ("kinks_inside_increments", "kinks of amplitudes inside increments"),
+        ("first_touches_inside_increments", "contact that begins inside increments"),
+        ("solver_fallbacks", "times another solver took over"),
+    ):
+        if counters.get(name, 0) > 0:
+            found.append(f"{words}: {counters[name]:.0f}")
+    return found
+
+
+def pictures(result: Result, scale: float | None) -> str:
+    """Return the pictures, inlined."""
+    made = []
+    for picture in pictures_of(result, scale):
+        target = io.BytesIO()
+        save(picture.figure, target, picture.tight, form="png")
+        data = base64.b64encode(target.getvalue()).decode()
+        text = escape(picture.text)
+        made.append(
+            f'<figure>\n<img alt="{text}" src="data:image/png;base64,{data}">\n'
+            f"<figcaption>{text}</figcaption>\n</figure>"
+        )
+    return "\n".join(made)
+
+
+def forces(result: Result) -> str:
+    """Return the resultants of the pairs at the end of each step."""
+    rows = []
+    for pair in result.pairs:
+        for row in result.step_ends:
+            status = np.bincount(pair.status[row].astype(int), minlength=3)
+            rows.append([
+                pair.name, result.label(row), *map(number, pair.resultant[row]),
+                number(pair.pressure[row].max(initial=0.0)), *map(str, status[:3]),
+            ])
+    if not rows:
+        return ""
+    head = ("pair", "at", "x", "y", "z", "largest pressure", "open", "stick", "slide")
+    return table(
+        "Resultants on the slave bodies, and states of their points, at the ends of the steps "
+        "(deck units)", head, rows, texts=2, key="resultants",
+    )
+
+
+def estimated_errors(result: Result) -> str:
+    """Return the estimated errors where all of them are known."""
+    names = [name for name in result.history_names if name.startswith("error/")]
+    if not names:
+        return ""
+    values = np.stack([result.history(name) for name in names], axis=1)
+    known = np.flatnonzero((values >= 0).all(axis=1))
+    chosen = chosen_rows(result, known, values.max(axis=1))
+    rows = [
+        [str(row + 1), result.label(row), *map(short, values[row])] for row in chosen
+    ]
+    if not rows:
+        return "<p>Nowhere were all of them estimated.</p>"
+    head = ("row", "at", *(name.removeprefix("error/").replace("_", " ") for name in names))
+    return table("Relative errors, where all are estimated", head, rows, texts=2, key="estimates")
+
+
+def chosen_rows(result: Result, rows: Any, badness: Any) -> list[int]:
+    """Return the rows that a table shows: all, or the ends of steps and the worst of too many."""
+    if len(rows) <= MOST_ROWS:
+        return [int(row) for row in rows]
+    worst = rows[np.argsort(badness[rows])[::-1][:WORST]]
+    ends = np.intersect1d(result.step_ends, rows)[-MOST_ROWS:]
+    return sorted({int(row) for row in (*ends, *worst)})
+
+
+def certificate(result: Result) -> str:
+    """Return the certificate of the increments."""
+    entries = result.certificate
+    certified = result.history("certified")
+    worst = np.max(list(entries.values()), axis=0)
+    rows = chosen_rows(result, np.arange(result.finished), worst)
+    lines = [
+        [str(row + 1), result.label(row), CERTIFIED.get(int(certified[row]), "?"),
+         *(short(values[row]) for values in entries.values())]
+        for row in rows
+    ]
+    bad = [k for k, row in enumerate(rows) if certified[row] == 0]
+    caption = f"Errors of {len(rows)} increments, relative"
+    if len(rows) < result.finished:
+        caption += f": the ends of the steps and the {WORST} worst of {result.finished}"
+    made = table(
+        caption, ("row", "at", "certified", *entries), lines, texts=3, bad=bad, key="certificates",
+    )
+    return made if len(rows) <= 30 else details(f"{len(rows)} increments", made, True)
+
+
+def plan(result: Result) -> str:
+    """Return the plan as it was printed, and what was planned beside what was done."""
+    made = []
+    if "plan" in result.file["run"]:
+        made.append(f"<pre>{escape(result.run_text('plan').rstrip())}</pre>")
+    if "counters" in result.file["run"]:
+        planned = result.estimates if "estimates" in result.file["run"] else {}
+        rows = [
+            [name.replace("_", " "), number(planned[name]) if name in planned else "",
+             number(value)]
+            for name, value in result.counters.items()
+        ]
+        made.append(details("All numbers of the run, planned and done", table(
+            "Times in seconds, memory and files in bytes", ("", "planned", "done"), rows,
+            key="counters",
+        )))
+    return "\n".join(made)
+
+
+def deck(result: Result) -> str:
+    """Return the deck, unless it is long: then its beginning."""
+    lines = result.run_text("deck").splitlines()
+    most = 400
+    if len(lines) <= most:
+        text = "\n".join(lines)
+        label = f"{len(lines)} lines"
+    else:
+        text = "\n".join([*lines[:most], f"... and {len(lines) - most} more lines"])
+        label = f"the first {most} of {len(lines)} lines"
+    return details(label, f"<pre>{escape(text)}</pre>")

@@ -1,0 +1,243 @@
+"""The contact pairs of a result: what happened at the candidate points of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.errors import ResultError
+from bipot.obstacle import SHAPES, Obstacle
+
+if TYPE_CHECKING:
+    from bipot.result import Description, Result
+
+Array = NDArray[Any]
+
+
+class Pairs(Sequence["Pair"]):
+    """The contact pairs of a result: pairs[0], pairs["BODY-ZMIN:GROUND"], or one after the other.
+
+    Names are those of the deck, "<slave surface>:<master>", in any case. A name that is not there
+    raises ResultError.
+    """
+
+    def __init__(self, result: Result, names: list[str]):
+        self._result = result
+        self._pairs = [Pair(result, name) for name in names]
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the pairs."""
+        return [pair.name for pair in self._pairs]
+
+    def __len__(self) -> int:
+        return len(self._pairs)
+
+    def __iter__(self) -> Iterator[Pair]:
+        return iter(self._pairs)
+
+    @overload
+    def __getitem__(self, which: int | str) -> Pair: ...
+
+    @overload
+    def __getitem__(self, which: slice) -> list[Pair]: ...
+
+    def __getitem__(self, which: int | str | slice) -> Pair | list[Pair]:
+        if not isinstance(which, str):
+            return self._pairs[which]
+        for pair in self._pairs:
+            if pair.name.upper() == which.upper().replace("/", "_"):
+                return pair
+        there = f"; it has {', '.join(self.names)}" if self._pairs else ""
+        raise ResultError(f"{self._result.path}: no contact pair '{which}'{there}")
+
+    def __repr__(self) -> str:
+        return f"<Pairs {', '.join(self.names)}>"
+
+
+class Pair:
+    """What happened at the P candidate points of one contact pair."""
+
+    def __init__(self, result: Result, name: str):
+        self.result = result
+        self.name = name
+
+    def __repr__(self) -> str:
+        return f"<Pair {self.name}>"
+
+    def describe(self, name: str) -> Description:
+        """Return what the file says of a dataset of the pair, such as "resultant"."""
+        return self.result.describe(f"/contact/{self.name}/{name}")
+
+    def _points(self, quantity: str) -> Array:
+        """Return a dataset that is the same in all increments."""
+        return self.result._dataset(f"/contact/{self.name}/{quantity}")[()]
+
+    def _over_time(self, quantity: str) -> Array:
+        """Return a dataset over the finished increments."""
+        return self.result._dataset(f"/contact/{self.name}/{quantity}")[: self.result.finished]
+
+    @cached_property
+    def obstacle(self) -> Obstacle | None:
+        """The obstacle that is the master, as the deck places it; None where bodies are."""
+        group = self.result.file[f"/contact/{self.name}"]
+        if "obstacle_shape" not in group:
+            return None
+        given = {name[9:]: group[name][()] for name in group if name.startswith("obstacle_")}
+        shape, node = SHAPES.get(int(given["shape"][0]), "unknown"), int(given["node"][0])
+        facets = {}
+        if "connectivity" in given:
+            nodes = given["connectivity"].reshape(-1, 4)
+            facets["facets"] = np.where(nodes < 0, nodes[:, 2:3], nodes)
+            facets["corners"] = given["corners"]
+        return Obstacle(
+            shape, given["point"], given["direction"], float(given["radius"][0]),
+            bool(given["inner"][0]), None if node < 0 else node, **facets,
+        )
+
+    def obstacle_at(self, index: int = -1, scale: float = 1.0) -> Obstacle | None:
+        """Return the obstacle where it is in the stored increment `index`, or None.
+
+        `scale` is the factor of its displacement and rotation. Raises ResultError where the file
+        holds no displacements to place it by.
+        """
+        obstacle = self.obstacle
+        if obstacle is None or obstacle.node is None:
+            return obstacle
+        shift = scale * self.result.field("displacement", index)[obstacle.node]
+        rotation = np.zeros(3)
+        if "rotation" in self.result.field_names[0]:
+            rotation = scale * self.result.field("rotation", index)[obstacle.node]
+        return obstacle.moved(shift, rotation, self.result.points[obstacle.node])
+
+    @cached_property
+    def master_nodes(self) -> Array:
+        """Rows of the mesh's points that the master has where it is a surface; else none: (M,)."""
+        if "master_node" not in self.result.file[f"/contact/{self.name}"]:
+            return np.zeros(0, dtype=int)
+        return self._points("master_node")
+
+    @cached_property
+    def pressure(self) -> Array:
+        """Normal reactions over the points' areas, as far as the master covers them: (T, P)."""
+        area = self.area
+        if "covered_area" in self.result.file[f"/contact/{self.name}"]:
+            area = self._over_time("covered_area")
+        area = np.broadcast_to(area, self.reaction.shape[:2])
+        return np.divide(
+            self.reaction[:, :, 0], area, out=np.zeros(area.shape), where=area > 0
+        )
+
+    @cached_property
+    def friction_coefficient(self) -> float:
+        """The pair's coefficient of friction; not a number where the file does not tell."""
+        attributes = self.result.file[f"/contact/{self.name}"].attrs
+        return float(attributes.get("friction_coefficient", np.nan))
+
+    @cached_property
+    def nodes(self) -> Array:
+        """Rows of the mesh's points, (P,)."""
+        return self._points("node")
+
+    @cached_property
+    def coordinates(self) -> Array:
+        """Where the points are before any displacement, (P, 3)."""
+        return self._points("coordinates")
+
+    @cached_property
+    def area(self) -> Array:
+        """The part of the surface that belongs to each point, (P,)."""
+        return self._points("area")
+
+    @cached_property
+    def extra_gap(self) -> Array:
+        """What *CONTACT GAP adds to the distance that the mesh says, (P,)."""
+        if "extra_gap" not in self.result.file[f"/contact/{self.name}"]:
+            return np.zeros(len(self.nodes))
+        return self._points("extra_gap")
+
+    @cached_property
+    def frame(self) -> Array:
+        """Local frames, rows n, t1, t2: (T, P, 3, 3), stored once where they do not change."""
+        frame = self.result._dataset(f"/contact/{self.name}/frame")
+        rows = self.result.finished
+        if len(frame) == 1:
+            return np.broadcast_to(frame[()], (rows, *frame.shape[1:]))
+        return frame[:rows]
+
+    @cached_property
+    def reaction(self) -> Array:
+        """Reactions on the slave body in the local frame n, t1, t2: (T, P, 3)."""
+        return self._over_time("reaction")
+
+    @cached_property
+    def force(self) -> Array:
+        """Reactions on the slave body in x, y, z: (T, P, 3)."""
+        return np.einsum("tpa,tpax->tpx", self.reaction, self.frame)
+
+    @cached_property
+    def friction(self) -> Array:
+        """Tangential part of `force`, (T, P, 3)."""
+        return np.einsum("tpa,tpax->tpx", self.reaction[:, :, 1:], self.frame[:, :, 1:])
+
+    @cached_property
+    def gap(self) -> Array:
+        """Distances to the obstacle, (T, P)."""
+        return self._over_time("gap")
+
+    @cached_property
+    def slip(self) -> Array:
+        """Slip since the start of the run, local t1 and t2: (T, P, 2)."""
+        return self._over_time("slip")
+
+    @cached_property
+    def slip_increment(self) -> Array:
+        """Slip in each increment, local t1 and t2: (T, P, 2)."""
+        return self._over_time("slip_increment")
+
+    @cached_property
+    def status(self) -> Array:
+        """OPEN, STICK or SLIDE, (T, P)."""
+        return self._over_time("status")
+
+    @cached_property
+    def resultant(self) -> Array:
+        """Sum of the reactions on the slave body in x, y, z: (T, 3)."""
+        return self._over_time("resultant")
+
+    @cached_property
+    def moment(self) -> Array:
+        """Moment of the reactions on the slave body about the origin: (T, 3)."""
+        return self._over_time("moment")
+
+    @cached_property
+    def torque(self) -> Array:
+        """Moment of the forces on the obstacle about its reference node: (T, 3)."""
+        return self._over_time("torque")
+
+    @cached_property
+    def normal_sum(self) -> Array:
+        """Sum of the normal reactions, (T,)."""
+        return self.reaction[:, :, 0].sum(axis=1)
+
+    @cached_property
+    def friction_sum(self) -> Array:
+        """Sum of the magnitudes of the tangential reactions, (T,)."""
+        return np.linalg.norm(self.reaction[:, :, 1:], axis=2).sum(axis=1)
+
+    def force_at(self, node: int) -> Array:
+        """Return the local reactions (n, t1, t2) at a node over the increments, (T, 3)."""
+        found = np.flatnonzero(self.nodes == node)
+        if len(found) == 0:
+            raise ResultError(f"{self.result.path}: node {node} is not in pair {self.name}")
+        return self.reaction[:, found[0]]
+
+    @cached_property
+    def faces(self) -> Array:
+        """Boundary faces whose four corners are points of this pair, as mesh points (F, 4)."""
+        faces, _ = self.result.boundary
+        return faces[np.isin(faces, self.nodes).all(axis=1)]

@@ -1,0 +1,257 @@
+"""The page of `scripts/show --html`: well-formed, with the file's numbers, nothing outside it.
+
+With Chromium (or Chrome) on the PATH, or named by CHROMIUM, the page is loaded there too.
+"""
+
+import base64
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from html import unescape
+from html.parser import HTMLParser
+from pathlib import Path
+from unittest.mock import patch
+
+try:
+    import h5py
+    import matplotlib as mpl
+    import numpy as np
+except ImportError as error:
+    print(f"skipped: {error}")
+    sys.exit(77)
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
+
+import synthetic_result  # noqa: E402
+from bipot.page import CERTIFIED, make_page, number, short  # noqa: E402
+from bipot.result import Result  # noqa: E402
+from package import ROOT, WithFolder, bipot  # noqa: E402
+
+mpl.use("Agg")
+VOID = {"meta", "link", "img", "br", "hr"}
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+CHROMIUM = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, BROWSERS)), None)
+
+
+class Page(HTMLParser):
+    """A page's elements; raises AssertionError where they are not nested."""
+
+    def __init__(self, text):
+        super().__init__(convert_charrefs=True)
+        self.open, self.elements, self.tables, self.words = [], [], {}, []
+        self.feed(text)
+        self.close()
+        if self.open:
+            raise AssertionError(f"not closed: {self.open}")
+
+    def handle_starttag(self, tag, attributes):
+        self.elements.append((tag, dict(attributes)))
+        if tag not in VOID:
+            self.open.append(tag)
+        if tag == "table":
+            self.table = self.tables.setdefault(dict(attributes).get("id"), [])
+        if tag == "tr":
+            self.table.append([])
+        if tag in ("td", "th"):
+            self.table[-1].append("")
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            raise AssertionError(f"</{tag}> at line {self.getpos()[0]}")
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] in ("td", "th"):
+            self.table[-1][-1] += data
+        if self.open and self.open[-1] not in ("style", "script"):
+            self.words.append(data)
+
+    def all(self, tag):
+        return [attributes for name, attributes in self.elements if name == tag]
+
+
+class OfARun(WithFolder):
+    """The page of a run of the paper's block."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = cls.enterClassContext(tempfile.TemporaryDirectory())
+        cls.result = cls.enterClassContext(
+            bipot.run(ROOT / "input" / "block.inp", n=1, steps=10, quiet=True, directory=folder)
+        )
+        cls.text = make_page(cls.result)
+        cls.page = Page(cls.text)
+
+    def test_it_says_what_was_run(self):
+        words = " ".join(" ".join(self.page.words).split())
+        run = self.result.run
+        for said in ("The block of Joli, Feng and Talbi (2007)", run["version"], run["started"],
+                     run["status"], "All 10 increments are certified."):
+            self.assertIn(said, words)
+        plan = " ".join(self.result.run_text("plan").split())
+        self.assertIn(plan, words)
+        self.assertIn("*OBSTACLE, NAME=GROUND", words)
+
+    def test_its_numbers_are_those_of_the_file(self):
+        head, *rows = self.page.tables["certificates"]
+        entries = self.result.certificate
+        self.assertEqual(head, ["row", "at", "certified", *entries])
+        self.assertEqual(len(rows), self.result.finished)
+        for row, line in enumerate(rows):
+            said = [str(row + 1), self.result.label(row),
+                    CERTIFIED[int(self.result.history("certified")[row])]]
+            self.assertEqual(line[:3], said)
+            for text, values in zip(line[3:], entries.values(), strict=True):
+                self.assertEqual(text, short(values[row]))
+                self.assertAlmostEqual(float(text), values[row], delta=5e-3 * abs(values[row]))
+        _, *rows = self.page.tables["resultants"]
+        pair = self.result.pairs[0]
+        for row, line in zip(self.result.step_ends, rows, strict=True):
+            np.testing.assert_allclose(
+                [float(text) for text in line[2:5]], pair.resultant[row], rtol=1e-5, atol=1e-9
+            )
+            self.assertEqual([int(text) for text in line[6:]],
+                             np.bincount(pair.status[row], minlength=3).tolist())
+        _, *rows = self.page.tables["estimates"]
+        known = self.result.history("error/total") >= 0
+        self.assertEqual(len(rows), known.sum())
+        last = dict(zip(self.page.tables["estimates"][0], rows[-1], strict=True))
+        self.assertEqual(last["mesh"], short(self.result.history("error/mesh")[-1]))
+        done = {line[0]: line[1:] for line in self.page.tables["counters"][1:]}
+        self.assertEqual(done["equations"],
+                         [number(self.result.estimates["equations"]),
+                          number(self.result.counters["equations"])])
+
+    def test_everything_is_in_it(self):
+        for attribute in ("src", "href"):
+            for tag, attributes in self.page.elements:
+                target = attributes.get(attribute)
+                self.assertTrue(target is None or target[:1] == "#" or target[:5] == "data:",
+                                f"<{tag}> {attribute} {str(target)[:60]}")
+        self.assertNotIn("script", [tag for tag, _ in self.page.elements])
+        self.assertNotRegex(self.text, r"url\(|@import|https?://")
+        pictures = self.page.all("img")
+        self.assertEqual(len(pictures), 5)  # deformed, pressure, contact, forces, errors
+        for picture in pictures:
+            data = base64.b64decode(picture["src"].removeprefix("data:image/png;base64,"))
+            self.assertEqual(data[:8], b"\x89PNG\r\n\x1a\n")
+            self.assertGreater(len(picture["alt"]), 20)
+
+    def test_it_is_accessible(self):
+        self.assertEqual(self.page.all("html"), [{"lang": "en"}])
+        keys = [attributes["id"] for _, attributes in self.page.elements if "id" in attributes]
+        self.assertEqual(len(keys), len(set(keys)))
+        for link in self.page.all("a"):
+            self.assertIn(link["href"].removeprefix("#"), keys)
+        for section in self.page.all("section"):
+            self.assertIn(section["aria-labelledby"], keys)
+        heads = [tag for tag, _ in self.page.elements if re.fullmatch(r"h\d", tag)]
+        self.assertEqual(heads[0], "h1")
+        self.assertEqual(set(heads[1:]), {"h2"})
+        self.assertTrue(all(th.get("scope") in ("col", "row") for th in self.page.all("th")))
+        self.assertEqual(len(self.page.all("table")), len(self.page.all("caption")))
+
+    @unittest.skipIf(CHROMIUM is None, "no Chromium on the PATH")
+    def test_chromium_shows_it(self):
+        path = self.folder / "block.html"
+        path.write_text(self.text, encoding="utf-8")
+        dom = browse(path, self.folder)
+        self.assertEqual(dom["errors"], [])
+        self.assertEqual(len(dom["pictures"]), 5)
+        self.assertTrue(all(width > 100 for width in dom["pictures"]), dom["pictures"])
+        self.assertEqual(dom["requests"], [])
+
+    @unittest.skipIf(CHROMIUM is None, "no Chromium on the PATH")
+    def test_what_is_wrong_with_a_page_is_seen(self):
+        path = self.folder / "wrong.html"
+        path.write_text('<!DOCTYPE html><img src="data:image/png;base64,AAAA">'
+                        '<img src="http://127.0.0.1:9/none.png"><script>console.error("wrong")</script>')
+        dom = browse(path, self.folder)
+        self.assertTrue(any("wrong" in line for line in dom["errors"]), dom["errors"])
+        self.assertEqual(dom["pictures"], [0, 0])
+        self.assertEqual(dom["requests"], ["http://127.0.0.1:9/none.png"])
+
+
+def browse(path, folder):
+    """Load a page in Chromium; return console errors, widths of its pictures and its requests.
+
+    A frame in a page of this test's own holds it, and asks it what it has loaded.
+    """
+    asking = folder / "asking.html"
+    asking.write_text(f"""<!DOCTYPE html><html><body><pre id="said"></pre>
+<iframe id="frame" src="{path.as_uri()}" width="1000" height="800"></iframe>
+<script>
+window.addEventListener("load", () => {{
+  const page = document.getElementById("frame").contentDocument;
+  const widths = Array.from(page.images, image => image.complete ? image.naturalWidth : -1);
+  const asked = page.defaultView.performance.getEntriesByType("resource").map(one => one.name);
+  document.getElementById("said").textContent = JSON.stringify({{
+    pictures: widths, requests: asked.filter(name => !name.startsWith("data:")),
+  }});
+}});
+</script></body></html>""", encoding="utf-8")
+    done = subprocess.run(
+        [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+         f"--user-data-dir={folder / 'profile'}", "--no-first-run", "--disable-sync",
+         "--disable-background-networking", "--disable-component-update", "--disable-extensions",
+         "--host-resolver-rules=MAP * ~NOTFOUND", "--allow-file-access-from-files",
+         "--enable-logging=stderr", "--v=0", "--virtual-time-budget=10000", "--dump-dom",
+         asking.as_uri()],
+        capture_output=True, text=True, timeout=600, check=False,
+    )
+    said = re.search(r'<pre id="said">([^<]*)</pre>', done.stdout)
+    if said is None:
+        raise AssertionError(f"Chromium showed nothing: {done.stdout[:500]} {done.stderr[-2000:]}")
+    return {
+        **json.loads(unescape(said[1])),
+        "errors": [line for line in done.stderr.splitlines() if "CONSOLE" in line],
+    }
+
+
+class Written(WithFolder):
+    """What the command writes."""
+
+    def show(self, *arguments):
+        return subprocess.run(
+            [sys.executable, ROOT / "scripts" / "show", *arguments], capture_output=True,
+            text=True, check=False,
+        )
+
+    def test_one_file(self):
+        synthetic_result.write(self.folder / "small.vtkhdf")
+        done = self.show("small.vtkhdf", "--html", "-o", "pages")
+        self.assertEqual((done.returncode, done.stderr, done.stdout),
+                         (0, "", "pages/small.html\n"))
+        self.assertEqual(sorted(p.name for p in self.folder.rglob("*")),
+                         ["pages", "small.html", "small.vtkhdf"])
+        page = Page((self.folder / "pages" / "small.html").read_text(encoding="utf-8"))
+        self.assertEqual(len(page.all("img")), 6)  # stress too
+
+    def test_what_a_deck_says_stays_words(self):
+        path = self.folder / "small.vtkhdf"
+        synthetic_result.write(path)
+        with h5py.File(path, "r+") as file:
+            del file["run/deck"]
+            file["run/deck"] = np.bytes_('*HEADING\n<script>alert("&")</script>\n')
+            file["run/notes"] = np.bytes_("note: a < b & c\n")
+            file["history/certified"][1] = 0
+            file["run"].attrs["status"] = np.bytes_("not solved")
+        with Result(path) as result, patch("bipot.page.pictures", return_value=""):
+            text = make_page(result)
+        page = Page(text)
+        self.assertNotIn("script", [tag for tag, _ in page.elements])
+        words = " ".join(page.words)
+        for said in ('<script>alert("&")</script>', "a < b & c",
+                     "2 of 3 increments are certified.", "not certified: increments 2",
+                     "the run's status is 'not solved'"):
+            self.assertIn(said, words)
+        self.assertEqual([row[2] for row in page.tables["certificates"][1:]], ["yes", "no", "yes"])
+
+
+if __name__ == "__main__":
+    unittest.main()

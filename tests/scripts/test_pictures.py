@@ -1,0 +1,409 @@
+"""What pictures show: bounds and colours of the bodies alone, obstacles where they touch, time."""
+
+import os
+import struct
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+try:
+    import h5py  # noqa: F401
+    import matplotlib as mpl
+    import numpy as np
+except ImportError as error:
+    print(f"skipped: {error}")
+    sys.exit(77)
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
+
+import synthetic_result  # noqa: E402
+from bipot.drawing import views  # noqa: E402
+from bipot.drawing.bodies import Bodies  # noqa: E402
+from bipot.drawing.contact_map import Map  # noqa: E402
+from bipot.drawing.histories import draw_errors, draw_forces  # noqa: E402
+from bipot.obstacle import clip, rotation_matrix  # noqa: E402
+from bipot.result import Result  # noqa: E402
+from package import ROOT, WithFolder, bipot, needs  # noqa: E402
+
+mpl.use("Agg")
+PIECES = 16  # of a drawn surface along the body, at least
+
+
+def distances(points, polygons):
+    """Return the least distance of each point to quadrilaterals (F, 4, 3)."""
+    triangles = np.concatenate([polygons[:, [0, 1, 2]], polygons[:, [0, 2, 3]]])
+    return np.array([min_distance(point, triangles) for point in points])
+
+
+def min_distance(point, triangles):
+    """Return the distance of a point to the nearest of the triangles (F, 3, 3)."""
+    least = np.inf
+    a, edges = triangles, np.roll(triangles, -1, axis=1) - triangles
+    along = np.einsum("fkx,fkx->fk", point - a, edges)
+    s = np.clip(along / np.maximum((edges**2).sum(axis=2), 1e-300), 0, 1)
+    least = np.linalg.norm(a + s[:, :, None] * edges - point, axis=2).min()
+    normals = np.cross(edges[:, 0], edges[:, 1])
+    length = np.linalg.norm(normals, axis=1)
+    real = length > 1e-12 * length.max()
+    normals, a, edges = normals[real] / length[real, None], a[real], edges[real]
+    height = np.einsum("fx,fx->f", point - a[:, 0], normals)
+    foot = point - height[:, None] * normals
+    sides = np.einsum("fkx,fx->fk", np.cross(edges, foot[:, None] - a), normals)
+    inside = (sides >= 0).all(axis=1)
+    return min(least, np.abs(height[inside]).min(initial=np.inf))
+
+
+def pressed_block(shape, move, turn=0.0, cells=(4, 4, 2)):
+    """Return a deck in which `shape` (a function that adds it) is moved into a block's top.
+
+    move  displacement of the reference node; turn: its rotation about z [rad]
+    """
+    deck = bipot.Deck("A block under a tool", name="tool")
+    deck.block("BODY", cells, (2, 2, 1), (-1, -1, -1))
+    deck.material("SOFT", young=1000.0, poisson=0.3)
+    deck.section("SOFT", "BODY")
+    centre = deck.reference_node((0.0, 0.0, 2.0))
+    shape(deck, centre)
+    deck.interaction("DRY", friction=0.2)
+    deck.pair("BODY-ZMAX", "TOOL", "DRY")
+    with deck.step(increment=0.5):
+        deck.boundary("BODY-ZMIN", "PINNED")
+        for axis, value in enumerate((*move, 0.0, 0.0, turn), 1):
+            deck.boundary(centre, axis, value=value)
+    return deck
+
+
+def stl_plate(path):
+    """Write an STL file of a plate of two triangles at z = 0 that faces downwards."""
+    corners = np.array([[-3, -3, 0], [3, -3, 0], [3, 3, 0], [-3, 3, 0]], float)
+    with path.open("wb") as file:
+        file.write(b"plate".ljust(80) + struct.pack("<I", 2))
+        for facet in ((0, 2, 1), (0, 3, 2)):
+            file.write(struct.pack("<12fH", 0, 0, -1, *corners[list(facet)].ravel(), 0))
+    return path
+
+
+class Obstacles(WithFolder):
+    """Each kind of obstacle, driven into a block, as it is drawn."""
+
+    def solved(self, shape, move, **options):
+        result = bipot.run(pressed_block(shape, move, **options), quiet=True)
+        self.addCleanup(result.close)
+        self.assertTrue(result.certified)
+        return result
+
+    def check(self, result, sagitta=0.0):
+        """The drawn surface is as far from each point about the contact as the file's gap says."""
+        bodies = Bodies(result)
+        self.assertEqual(bodies.scale, 1.0)
+        pair = result.pairs[0]
+        for index, row in enumerate(result.field_rows):
+            places = bodies.places(index)[pair.nodes]
+            (pieces,) = bodies.obstacle_surfaces(index)
+            near = np.abs(pair.gap[row]) < 0.05
+            self.assertTrue((pair.reaction[row, near, 0] > 0).any())
+            away = distances(places[near], pieces)
+            self.assertLess(np.abs(away - np.abs(pair.gap[row, near])).max(), sagitta + 1e-8)
+            # Pieces are turned to the body.
+            normals = np.cross(pieces[:, 2] - pieces[:, 0], pieces[:, 3] - pieces[:, 1])
+            k = np.argmin(np.linalg.norm(pieces.mean(axis=1)[:, None] - places, axis=2), axis=0)
+            facing = np.einsum("px,px->p", normals[k], pair.frame[row, :, 0])
+            self.assertTrue((facing[near] > 0).all())
+        # Bounds are the bodies', however far the obstacle was driven.
+        points = np.concatenate(
+            [result.points, *map(bodies.places, range(len(result.field_rows)))]
+        )[np.unique(result.bricks)]
+        self.assertGreaterEqual(points.min(), bodies.low.min())
+        size = bodies.size
+        low, high = bodies.view
+        self.assertLess(np.max([bodies.low - low, high - bodies.high]), 1.6 * size)
+        return bodies
+
+    def test_plane(self):
+        def plane(deck, node):
+            deck.plane("TOOL", (0, 0, 0), (0, 0, -1), reference_node=node)
+
+        result = self.solved(plane, (0.3, 0.0, -0.1))
+        self.check(result)
+
+    def test_sphere(self):
+        def sphere(deck, node):
+            deck.sphere("TOOL", (0, 0, 2), 2.0, reference_node=node)
+
+        result = self.solved(sphere, (0.2, 0.1, -0.15))
+        step = 2.0 / PIECES / 2.0
+        self.check(result, sagitta=2.0 * step**2 / 2)
+
+    def test_cylinder_that_turns(self):
+        def cylinder(deck, node):
+            deck.cylinder("TOOL", (0, 0, 3), (1, 0, 0), 3.0, reference_node=node)
+
+        turn = 0.5
+        result = self.solved(cylinder, (0.0, 0.1, -0.2), turn=turn)
+        step = 2.2 / PIECES / 3.0
+        self.check(result, sagitta=3.0 * step**2)
+        np.testing.assert_allclose(
+            result.pairs[0].obstacle_at().direction, [np.cos(turn), np.sin(turn), 0], atol=1e-12
+        )
+
+    def test_hollow_sphere(self):
+        # The body lies in the bowl: at its corners the bowl is nearest.
+        def bowl(deck, node):
+            deck.sphere("TOOL", (0, 0, -9.9), 10.0, inner=True, reference_node=node)
+
+        result = self.solved(bowl, (0.0, 0.0, -0.15))
+        step = 2.2 / PIECES / 10.0
+        self.check(result, sagitta=10.0 * step**2)
+
+    def test_facets(self):
+        path = stl_plate(self.folder / "plate.stl")
+
+        def facets(deck, node):
+            deck.stl("TOOL", path, reference_node=node)
+
+        result = self.solved(facets, (0.1, 0.0, -0.1), turn=0.3)
+        self.check(result)
+
+    def test_a_close_up_holds_what_is_pressed(self):
+        def sphere(deck, node):
+            deck.sphere("TOOL", (0, 0, 2), 2.0, reference_node=node)
+
+        result = self.solved(sphere, (0.0, 0.0, -0.01), cells=(12, 12, 2))
+        bodies = Bodies(result, close=True)
+        self.assertIsNotNone(bodies.box)
+        pressed = bodies.places(-1)[bodies.near(result.pairs[0], -1)]
+        self.assertTrue(((pressed > bodies.box[0]) & (pressed < bodies.box[1])).all())
+        self.assertTrue((bodies.low >= bodies.box[0]).all())
+        self.assertTrue((bodies.high <= bodies.box[1]).all())
+        self.assertLess(bodies.size, Bodies(result).size)
+
+    def test_displacements_are_not_drawn_so_large_that_gaps_show(self):
+        # An interference is no part of the mesh: the rings are drawn apart by it, times the factor.
+        result = bipot.run(ROOT / "input" / "press.inp", quiet=True)
+        self.addCleanup(result.close)
+        np.testing.assert_allclose(result.pairs[0].extra_gap, -0.0025)
+        bodies = Bodies(result)
+        self.assertLessEqual(bodies.scale * 0.0025, 0.02 * bodies.size)
+        self.assertGreater(bodies.scale, 1)
+
+    def test_a_pair_of_bodies_has_none(self):
+        result = bipot.run(ROOT / "input" / "foundation.inp", n=1, base=2, steps=3, quiet=True)
+        self.addCleanup(result.close)
+        (pair,) = result.pairs
+        self.assertIsNone(pair.obstacle)
+        masters = result.points[pair.master_nodes]
+        np.testing.assert_array_equal(masters[:, 2], 0.0)
+        self.assertEqual(len(masters), 9)
+        bodies = Bodies(result, apart=True)
+        self.assertTrue(bodies.apart)
+        # On the screen the two have nothing in common: what is drawn across the pull is apart.
+        body = views.components(result.bricks, len(result.points))
+        places = bodies.places(-1)
+        pull = bodies.offset[pair.nodes[0]] - bodies.offset[pair.master_nodes[0]]
+        across = pull - bodies.eye * (pull @ bodies.eye)
+        slave, master = body[pair.nodes[0]], body[pair.master_nodes[0]]
+        self.assertGreater(
+            (places[body == slave] @ across).min(), (places[body == master] @ across).max()
+        )
+
+
+class Bounds(WithFolder):
+    """A tool's own motion sets no scale."""
+
+    def written(self, tool):
+        path = self.folder / f"tool-{tool}.vtkhdf"
+        synthetic_result.write(path, tool=tool)
+        result = Result(path)
+        self.addCleanup(result.close)
+        return result
+
+    def test_bounds_and_colours_are_those_of_nodes_with_elements(self):
+        result = self.written(20)
+        bodies = Bodies(result)
+        used = np.unique(result.bricks)
+        self.assertEqual(len(used) + 1, len(result.points))
+        moved = result.points[used] + bodies.scale * result.field("displacement")[used]
+        both = np.concatenate([moved, result.points[used]])
+        np.testing.assert_allclose(bodies.low, both.min(axis=0))
+        np.testing.assert_allclose(bodies.high, both.max(axis=0))
+        largest = np.linalg.norm(result.field("displacement")[used], axis=1).max()
+        norm = bodies.norm("displacement", range(3))
+        self.assertEqual((norm.vmin, norm.vmax), (0, largest))
+        still = Bodies(self.written(0))
+        self.assertEqual(norm.vmax, still.norm("displacement", range(3)).vmax)
+        self.assertEqual(bodies.scale, still.scale)
+
+    def test_pressure_is_that_of_the_pair(self):
+        result = self.written(0)
+        bodies = Bodies(result, apart=True)
+        pressure = bodies.pressure(2)
+        np.testing.assert_allclose(pressure[result.pairs[0].nodes], 30.0)
+        self.assertTrue(np.isnan(np.delete(pressure, result.pairs[0].nodes)).all())
+        self.assertEqual(bodies.norm("pressure", [2]).vmax, 30.0)
+
+    @needs("pyvista")
+    def test_pyvista_has_the_points_of_the_bodies(self):
+        result = self.written(20)
+        grid = result.to_pyvista()
+        self.assertEqual(grid.n_points, len(result.points) - 1)
+        np.testing.assert_allclose(grid.bounds, (0, 2, 0, 1, 0, 1))
+        np.testing.assert_array_equal(grid["node_id"], 100 + np.arange(grid.n_points))
+
+
+class Views(WithFolder):
+    """The contact is seen."""
+
+    def view_of(self, **options):
+        path = self.folder / "view.vtkhdf"
+        synthetic_result.write(path, **options)
+        with Result(path) as result:
+            return Bodies(result)
+
+    def test_contact_below_is_seen_from_below(self):
+        bodies = self.view_of()
+        self.assertLess(bodies.eye[2], 0)
+
+    def test_surfaces_turned_to_the_spectator_are_chosen(self):
+        path = self.folder / "view.vtkhdf"
+        synthetic_result.write(path)
+        with Result(path) as result:
+            surface = views.ContactFaces(result.pairs[0], result.points)
+            for normal in ([1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]):
+                surface.normals = np.tile(np.array(normal, float), (len(surface.normals), 1))
+                direction, _ = views.choose_direction([surface])
+                self.assertGreater(views.towards_the_eye(*direction) @ normal, 0.3, normal)
+
+    def test_bodies_are_counted(self):
+        bricks = np.array([np.arange(8), np.arange(4, 12), np.arange(20, 28)])
+        body = views.components(bricks, 30)
+        self.assertEqual(body.tolist(), [0] * 12 + [-1] * 8 + [1] * 8 + [-1] * 2)
+
+
+class Maps(WithFolder):
+    """Where the points of a contact surface stand in its picture."""
+
+    def ring(self):
+        """Return the pair of a ring shrunk onto a hub."""
+        result = bipot.run(ROOT / "input" / "press.inp", quiet=True)
+        self.addCleanup(result.close)
+        return result.pairs[0]
+
+    def test_a_ring_is_unrolled(self):
+        pair = self.ring()
+        unrolled = Map(pair)
+        self.assertEqual(unrolled.kind, "unrolled")
+        x = pair.coordinates
+        radius = np.hypot(x[:, 0], x[:, 1])
+        self.assertLess(np.ptp(radius), 1e-3 * radius.max())
+        # Lengths along the arc and along the axis are true.
+        angle = np.arctan2(x[:, 1], x[:, 0])
+        np.testing.assert_allclose(
+            np.ptp(unrolled.places[:, 0]), radius.mean() * np.ptp(angle), rtol=1e-4
+        )
+        np.testing.assert_allclose(np.abs(unrolled.places[:, 1]), np.abs(x[:, 2]), atol=1e-12)
+        sides = np.linalg.norm(unrolled.outlines - np.roll(unrolled.outlines, 1, axis=1), axis=2)
+        true = pair.result.points[unrolled.faces]
+        chords = np.linalg.norm(true - np.roll(true, 1, axis=1), axis=2)
+        np.testing.assert_allclose(sides, chords, rtol=0.02)
+
+    def test_a_flat_surface_is_seen_from_before_it(self):
+        path = self.folder / "flat.vtkhdf"
+        synthetic_result.write(path)
+        with Result(path) as result:
+            flat = Map(result.pairs[0])
+            self.assertEqual(flat.kind, "flat")
+            np.testing.assert_allclose(
+                np.sort(np.abs(flat.places), axis=0),
+                np.sort(np.abs(result.pairs[0].coordinates[:, :2]), axis=0), atol=1e-12,
+            )
+
+
+class TimeAxes(WithFolder):
+    """Histories are drawn over the time of the run, and legends stand beside them."""
+
+    def setUp(self):
+        super().setUp()
+        self.path = self.folder / "small.vtkhdf"
+        synthetic_result.write(self.path, finished=5, field_increments=[0])
+        self.result = Result(self.path)
+        self.addCleanup(self.result.close)
+
+    def test_lines_stand_over_the_time(self):
+        times = self.result.history("time")
+        for figure in (draw_forces(self.result, self.result.pairs[0]), draw_errors(self.result)):
+            lines = [line for axes in figure.axes for line in axes.get_lines()
+                     if len(line.get_xdata()) == len(times)]
+            self.assertTrue(lines)
+            for line in lines:
+                np.testing.assert_array_equal(line.get_xdata(), times)
+            self.assertIn("time", figure.axes[-1].get_xlabel())
+            mpl.pyplot.close(figure)
+
+    def test_legends_cover_no_axes(self):
+        for figure in (draw_forces(self.result, self.result.pairs[0]), draw_errors(self.result)):
+            figure.canvas.draw()
+            found = [axes.get_legend() for axes in figure.axes if axes.get_legend()]
+            self.assertTrue(found)
+            for legend in found:
+                box = legend.get_window_extent()
+                for axes in figure.axes:
+                    self.assertFalse(box.overlaps(axes.get_window_extent()))
+            mpl.pyplot.close(figure)
+
+
+class Geometry(unittest.TestCase):
+    def test_rotation_of_a_quarter_turn(self):
+        turn = rotation_matrix(np.array([0, 0, np.pi / 2]))
+        np.testing.assert_allclose(turn @ [1, 0, 0], [0, 1, 0], atol=1e-15)
+
+    def test_a_polygon_is_cut_at_a_box(self):
+        square = np.array([[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]], float)
+        cut = clip(square, np.full(3, -1.0), np.array([1.0, 3.0, 1.0]))
+        self.assertEqual((cut.min(axis=0).tolist(), cut.max(axis=0).tolist()),
+                         ([-1, -1, 0], [1, 2, 0]))
+        self.assertEqual(len(clip(square + np.array([0, 0, 5]), np.full(3, -1.0), np.ones(3))), 0)
+
+
+class Window(WithFolder):
+    """scripts/show --interactive."""
+
+    def setUp(self):
+        super().setUp()
+        synthetic_result.write(self.folder / "small.vtkhdf")
+
+    def show(self, **environment):
+        kept = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+        return subprocess.run(
+            [sys.executable, ROOT / "scripts" / "show", "small.vtkhdf", "--interactive"],
+            capture_output=True, text=True, env={**kept, **environment}, check=False,
+        )
+
+    def test_it_says_what_is_missing(self):
+        # A folder that hides PyVista, wherever it is installed.
+        hidden = self.folder / "hidden"
+        hidden.mkdir()
+        (hidden / "pyvista.py").write_text("raise ImportError('hidden')\n")
+        done = self.show(PYTHONPATH=str(hidden))
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"^show: --interactive needs pyvista: pip install pyvista")
+        (hidden / "pyvista.py").write_text("")
+        done = self.show(PYTHONPATH=str(hidden))
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"^show: --interactive needs a display, .*DISPLAY")
+
+    @needs("pyvista")
+    def test_the_scene_has_bodies_and_obstacles(self):
+        from bipot.drawing.interactive import make_plotter
+
+        with bipot.run(ROOT / "input" / "block.inp", n=1, steps=10, quiet=True) as result:
+            plotter = make_plotter(result, off_screen=True)
+            self.assertLessEqual({"bodies", "obstacle GROUND"}, set(plotter.actors))
+            bounds = np.array(plotter.actors["obstacle GROUND"].bounds)
+            np.testing.assert_allclose(bounds[4:], 0, atol=1e-12)
+            plotter.close()
+
+
+if __name__ == "__main__":
+    unittest.main()
