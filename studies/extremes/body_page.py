@@ -62,6 +62,8 @@ def bodies_lines(outcomes, seconds):
     worst = max(right, key=lambda one: one.error)
     most = max(right, key=lambda one: one.placements)
     longest = max(right, key=lambda one: one.iterations)
+    apart = max(compared, key=lambda one: one.apart)
+    by_force = max(compared, key=lambda one: one.forces_apart)
     lines += [
         "",
         f"Of what is allowed, the worst error that the judge found in a right result is "
@@ -69,11 +71,11 @@ def bodies_lines(outcomes, seconds):
         f"{most.placements} an increment ({most.name}), iterations of contact at most "
         f"{longest.iterations} ({longest.name}). The judge solved "
         f"{sum(one.compared for one in right)} of the {sum(one.increments for one in right)} "
-        f"increments itself: its displacements are within "
-        f"{max(one.apart for one in compared):.1e} of the largest, its forces within "
-        f"{max(one.forces_apart for one in compared):.1e}, in the middle of the scenes "
-        f"{np.median([one.forces_apart for one in compared]):.0e}. All runs and the judge took "
-        f"{seconds:.0f} s.",
+        f"increments itself: its displacements are within {apart.apart:.1e} of the largest "
+        f"({apart.name}; where nothing keeps a body from rolling on its edge mechanics leaves open "
+        f"how it lies), its forces within {by_force.forces_apart:.1e} ({by_force.name}), in the "
+        f"middle of the scenes {np.median([one.forces_apart for one in compared]):.0e}. All runs "
+        f"and the judge took {seconds:.0f} s.",
         "",
     ]
     lines += refusals(outcomes)

@@ -50,6 +50,7 @@ RIGHT, REFUSED, REFUTED_RUN, OPEN_RUN, WRONG, BROKEN = (
 OUTCOMES = (RIGHT, REFUSED, REFUTED_RUN, OPEN_RUN, WRONG, BROKEN)
 FAILURES = (WRONG, BROKEN)
 LEANS = 1e-6  # of a face: rounding is less
+PATIENCE = 120.0  # seconds in which the judge may begin something new in an increment
 LIMIT = 120.0  # seconds of the processor for a run
 
 
@@ -218,7 +219,7 @@ def compare_solutions(one, scene, stored):
         increment = Increment(scene, before, path.supports(time), path.loads(time), body)
         increment.pressed_before = pressed_before
         body = increment.body
-        found = increment.solve(scene.tolerance)
+        found = increment.solve(scene.tolerance, seconds=PATIENCE)
         if not judge_solution(scene, path, increment, found, step, time, start):
             u, contact = stored.u[row], stored.contact_force[row]
             size = np.abs(u).max() or 1.0
