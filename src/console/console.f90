@@ -95,9 +95,9 @@ contains
 
     if (console%quiet) return
     call clear_bar(console)
-    progress = progress_in_words(console, done)
-    ! The first one has the factorisation in it, which those that follow do not.
+    ! The first one has the factorisation in it, which those that follow do not: it tells no time.
     if (.not. console%headed) call count_from(console, done, console%total)
+    progress = progress_in_words(console, done)
     if (.not. console%headed) call say( &
       'step   inc        time    open   stick   slide  iterations   residual  worst error'// &
       '      s  solver')

@@ -98,9 +98,9 @@ class Progress(unittest.TestCase):
         self.assertEqual(run.status, 0, run.errors)
         found = re.findall(r"^ +[12] .* (\d+) of 50(?:, (.+) left)?$", run.output, re.MULTILINE)
         self.assertEqual([int(done) for done, _ in found], list(range(1, 51)))
-        # Only of the end there is nothing left.
-        self.assertEqual([not left for _, left in found], [False] * 49 + [True])
-        for _, left in found[:-1]:
+        # The first has the factorisation in it and tells no time; of the end there is nothing left.
+        self.assertEqual([not left for _, left in found], [True] + [False] * 48 + [True])
+        for _, left in found[1:-1]:
             self.assertRegex(left, r"^(\d+(\.\d+)? s|\d+ min \d+ s|\d+ h \d+ min)$")
         self.assertNotRegex(run.output, r"[\x00-\x09\x0b-\x1f\x7f]")
 
@@ -109,9 +109,10 @@ class Progress(unittest.TestCase):
         words = (BLOCK, "--set", "n=1", "--set", "steps=10", "--overwrite")
         status, text = on_terminal(run.folder, *words)
         self.assertEqual(status, 0, text)
-        bars = re.findall(r"\[(#*)(\.*)\] (\d+) of 10, [^\[\r\n]+ left\r\x1b\[K", text)
-        self.assertEqual([int(done) for *_, done in bars], list(range(1, 10)))
-        for full, empty, done in bars:
+        bars = re.findall(r"\[(#*)(\.*)\] (\d+) of 10(, [^\[\r\n]+ left)?\r\x1b\[K", text)
+        self.assertEqual([int(done) for *_, done, _ in bars], list(range(1, 10)))
+        self.assertEqual([bool(left) for *_, left in bars], [False] + [True] * 8)
+        for full, empty, done, _ in bars:
             self.assertEqual((len(full), len(full + empty)), (3 * int(done), 30))
         # Nothing but the bar, and no colour.
         self.assertEqual(set(re.findall(r"\x1b\[[^A-Za-z]*[A-Za-z]", text)), {"\x1b[K"})
