@@ -156,8 +156,11 @@ def deck_lines(path: Path, above: tuple[Path, ...] = ()) -> list[str]:
 class _Runs:
     """The runs of a study: which are there, and what is to be done for the others."""
 
-    def __init__(self, deck: Path, folder: Path, program: Path, accuracy: float | None):
-        self.deck, self.folder, self.program, self.accuracy = deck, folder, program, accuracy
+    def __init__(
+        self, deck: Path, folder: Path, program: Path, accuracy: float | None, refine: int
+    ):
+        self.deck, self.folder, self.program = deck, folder, program
+        self.accuracy, self.refine = accuracy, refine
         self.lines = deck_lines(deck) if deck.is_file() else []
         named = NAMED_FILE.findall("\n".join(self.lines))
         files = (deck.parent / name.strip() for name in named)
@@ -179,6 +182,8 @@ class _Runs:
             wanted = {f"{name}={value}".lower() for name, value in given.items()}
             if self.accuracy is not None:
                 wanted.add(f"--accuracy {self.accuracy}")
+            if self.refine:
+                wanted.add(f"--refine {self.refine}")
             said = result.run_text("overrides").lower()
             matter = ""
             if {line.strip() for line in said.splitlines() if line.strip()} != wanted:
@@ -201,6 +206,7 @@ def study(
     evaluate: Callable[[Result], Mapping[str, Any]] | None = None,
     overwrite: bool = False,
     accuracy: float | None = None,
+    refine: int = 0,
     threads: int | None = 1,
     timeout: float | None = None,
     quiet: bool = False,
@@ -217,7 +223,7 @@ def study(
     processes  runs at a time
     evaluate   takes each finished result and returns more columns; called when all runs are done
     overwrite  run again what is there of another deck or of other parameters
-    accuracy, threads, timeout, program, and the parameters that all runs share: as bipot.run
+    accuracy, refine, threads, timeout, program, and parameters that all runs share: as bipot.run
 
     A run that is not solved, stopped by `timeout` or failed by the machine is a row that says so.
     DeckError, before anything is run, where the deck is wrong with any of the settings;
@@ -229,7 +235,7 @@ def study(
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
     path = deck.write(place / f"{deck.name}.inp") if isinstance(deck, Deck) else Path(deck)
-    runs = _Runs(path, place, built_program(program), accuracy)
+    runs = _Runs(path, place, built_program(program), accuracy, refine)
     fixed = {**(parameters or {}), **values}
     settings = combinations(vary)
     missing: list[Missing] = []
@@ -271,7 +277,8 @@ def _run_missing(
         if halted:
             return
         words = command_words(
-            None, given, accuracy=runs.accuracy, overwrite=again, resume=not again
+            None, given, accuracy=runs.accuracy, refine=runs.refine, overwrite=again,
+            resume=not again,
         )
         command = [runs.program, runs.deck, "-o", path, *words]
         started: list[Process] = []

@@ -83,8 +83,8 @@ def _refuse_hdf5(path: str) -> None:
 
 def command_words(
     parameters: Mapping[str, Any] | None, more: Mapping[str, Any], *,
-    accuracy: float | None = None, overwrite: bool = False, resume: bool = False,
-    force: bool = False,
+    accuracy: float | None = None, refine: int = 0, overwrite: bool = False,
+    resume: bool = False, force: bool = False,
 ) -> list[str]:
     """Return a deck's parameters and the options of a run as words of the command line."""
     settings = {**(parameters or {}), **more}
@@ -93,6 +93,7 @@ def command_words(
             raise TypeError(f"parameter {name} must be a number or a text, not {value!r}")
     words = set_words(settings)
     words += [] if accuracy is None else ["--accuracy", str(accuracy)]
+    words += ["--refine", str(refine)] if refine else []
     flags = {"--overwrite": overwrite, "--continue": resume, "--force": force}
     return words + [flag for flag, wanted in flags.items() if wanted]
 
@@ -287,15 +288,17 @@ def _read_plan(text: str, status: int, said: str) -> Plan:
 
 
 def plan(
-    deck: DeckLike, *, accuracy: float | None = None, parameters: Mapping[str, Any] | None = None,
-    program: str | os.PathLike[str] | None = None, **values: Any,
+    deck: DeckLike, *, accuracy: float | None = None, refine: int = 0,
+    parameters: Mapping[str, Any] | None = None, program: str | os.PathLike[str] | None = None,
+    **values: Any,
 ) -> Plan:
     """Return what a run would do and cost, and compute nothing.
 
     Raises DeckError where the deck is wrong. A run that this machine cannot hold is no error:
     `fits` of the plan says so.
     """
-    done = _ask(deck, program, ["--plan", *command_words(parameters, values, accuracy=accuracy)])
+    words = command_words(parameters, values, accuracy=accuracy, refine=refine)
+    done = _ask(deck, program, ["--plan", *words])
     if done.returncode not in (0, 3) or not done.stdout:
         raise _error(done.returncode, done.stderr, done.stdout)
     return _read_plan(done.stdout, done.returncode, done.stderr)
@@ -430,6 +433,7 @@ def run(
     overwrite: bool = False,
     resume: bool = False,
     accuracy: float | None = None,
+    refine: int = 0,
     force: bool = False,
     threads: int | None = None,
     quiet: bool = False,
@@ -446,6 +450,7 @@ def run(
     overwrite   replace a result that is unfinished, of another deck, or of other parameters
     resume      go on with the run that left an unfinished result
     accuracy    error allowed in the contact resultants, 0.01 for 1 %
+    refine      how often every brick is cut into eight
     force       run even what does not fit in memory or on the disk
     threads     of the linear algebra library (as the environment has it)
     quiet       no progress bar; there is one anyway only where tqdm is installed
@@ -459,7 +464,8 @@ def run(
     """
     path = result_path(deck, output, directory)
     words = command_words(
-        parameters, values, accuracy=accuracy, overwrite=overwrite, resume=resume, force=force
+        parameters, values, accuracy=accuracy, refine=refine, overwrite=overwrite, resume=resume,
+        force=force,
     )
     path.parent.mkdir(parents=True, exist_ok=True)
     if isinstance(deck, Deck):

@@ -3,7 +3,7 @@ module sorting_mod
   implicit none
   private
 
-  public :: order_of, sort_ascending, sort_unique
+  public :: order_of, order_of_columns, sort_ascending, sort_unique
 
 contains
 
@@ -48,6 +48,22 @@ contains
       width = 2*width
     end do
   end subroutine order_of
+
+  !> The order that sorts columns by their first, second, ... entry, equal ones by index.
+  pure subroutine order_of_columns(key, order)
+    integer, intent(in) :: key(:, :)
+    integer, allocatable, intent(out) :: order(:)
+    integer, allocatable :: of_entry(:)
+    integer :: i
+
+    allocate (order(size(key, 2)))
+    order(:) = [(i, i=1, size(order))]
+    ! The last entry first: each sort keeps the order of equal entries.
+    do i = size(key, 1), 1, -1
+      call order_of(key(i, order), of_entry)
+      order(:) = order(of_entry)
+    end do
+  end subroutine order_of_columns
 
   !> Sort a short list, of a few dozen entries at most: insertion sort.
   pure subroutine sort_ascending(list)

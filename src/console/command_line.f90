@@ -1,6 +1,6 @@
 !> The command line.
 !>
-!>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X]
+!>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--refine K]
 !>                [--plan | --check | --flat] [--force] [--export-fclib STEPS]
 !>                [--overwrite | --continue] [--quiet]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite] [--quiet]
@@ -8,16 +8,18 @@
 module command_line_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_wrong_input
-  use text_mod, only: as_list, nearest_word, string_t, upper
+  use text_mod, only: as_list, nearest_word, string_t, to_text, upper
   use controls_mod, only: contact_controls_t, solver_global_newton, solver_sweeps
   use diagnostics_mod, only: guess, quoted
-  use numbers_mod, only: take_positive
+  use numbers_mod, only: number_ok, read_integer, take_positive
   use solver_options_mod, only: set_solver_option, solver_options
   implicit none
   private
 
   public :: options_t, read_command_line, check_kind, help_text, command_text, resume_command
 
+  !> More would make 2,000,000 bricks of eight.
+  integer, parameter :: max_refinement = 6
   integer, parameter :: n_solver_options = 7 !! the first of the list, which problems have, too
 
   !> What the user asked for.
@@ -29,6 +31,7 @@ module command_line_mod
     type(contact_controls_t) :: controls         !! of an FCLIB problem; a deck has its own
     character(:), allocatable :: solver_option   !! one that set them, empty for none
     real(wp) :: accuracy = 0.0_wp                !! --accuracy; 0: the deck's [-]
+    integer :: refine = 0                        !! --refine: how often bricks are cut into eight
     logical :: plan = .false.
     logical :: check = .false.                   !! --check: tell the deck's mistakes, and stop
     logical :: flat = .false.                    !! print the deck without parameters and blocks
@@ -90,6 +93,8 @@ contains
         if (allocated(error)) return
         call take_positive(value, 1.0_wp, options%accuracy, wanted)
         if (allocated(wanted)) call refuse(word, wanted, value, error)
+      case ('--refine')
+        call take_refinement(word, i, options%refine, error)
       case ('--acceleration')
         options%solver_option = word
         sweeps_option = word
@@ -114,6 +119,11 @@ contains
     if (count([options%plan, options%check, options%flat]) > 1) then
       call raise(error, exit_wrong_input, 'bipot: error: --plan, --check and --flat exclude '// &
         'each other')
+      return
+    end if
+    if (options%flat .and. options%refine > 0) then
+      call raise(error, exit_wrong_input, 'bipot: error: --flat prints the deck, which has no '// &
+        'more bricks with --refine')
       return
     end if
     if (sweeps_option /= '') then
@@ -143,6 +153,7 @@ contains
       if (options%flat) misplaced = '--flat'
       if (options%force) misplaced = '--force'
       if (options%accuracy > 0.0_wp) misplaced = '--accuracy'
+      if (options%refine > 0) misplaced = '--refine'
       if (options%continues) misplaced = '--continue'
       if (options%exported /= '') misplaced = '--export-fclib'
       if (size(options%overrides) > 0) misplaced = '--set'
@@ -222,6 +233,24 @@ contains
     if (value == '') call raise(error, exit_wrong_input, 'bipot: error: '//option//' needs a value')
   end subroutine take_value
 
+  !> The number behind --refine.
+  subroutine take_refinement(option, i, times, error)
+    character(*), intent(in) :: option
+    integer, intent(inout) :: i
+    integer, intent(out) :: times
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: value
+    integer :: status
+
+    times = 0
+    call take_value(option, i, value, error)
+    if (allocated(error)) return
+    call read_integer(value, times, status)
+    if (status == number_ok .and. times >= 1 .and. times <= max_refinement) return
+    times = 0
+    call refuse(option, 'a whole number from 1 to '//to_text(max_refinement), value, error)
+  end subroutine take_refinement
+
   subroutine take_override(i, options, error)
     integer, intent(inout) :: i
     type(options_t), intent(inout) :: options
@@ -246,7 +275,8 @@ contains
 
     if (word(:min(1, len(word))) == '-') then
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
-        '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--quiet', &
+        '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--refine', &
+        '--quiet', &
         '--output', '--set', '--export-fclib', '--acceleration', &
         as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
@@ -313,7 +343,7 @@ contains
     character(*), intent(in) :: option
 
     select case (option)
-    case ('-o', '--output', '--set', '--export-fclib', '--accuracy')
+    case ('-o', '--output', '--set', '--export-fclib', '--accuracy', '--refine')
       takes_value = .true.
     case default
       takes_value = is_solver_option(option)
@@ -358,6 +388,9 @@ contains
       nl// &
       '                      does no more than that takes, and says where it is not reached'// &
       nl// &
+      '  --refine K          cut every brick into eight, K times (1 to 6); what the deck says'// &
+      nl// &
+      '                      of sets, surfaces and loads is said of the finer mesh'//nl// &
       '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
       '  --check             only check the deck: each mistake in a line, for editors'//nl// &
       '  --flat              print the deck as one text, without includes, parameters and'//nl// &

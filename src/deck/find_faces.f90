@@ -2,7 +2,7 @@
 module find_faces_mod
   use growing_lists_mod, only: append
   use mesh_draft_mod, only: mesh_draft_t
-  use sorting_mod, only: order_of, sort_ascending
+  use sorting_mod, only: order_of_columns, sort_ascending
   use surfaces_mod, only: face_nodes
   implicit none
   private
@@ -64,21 +64,5 @@ contains
     end do
     faces = faces(:, :n)
   end subroutine find_candidates
-
-  !> The order that sorts columns by their first, second, ... entry.
-  subroutine order_of_columns(key, order)
-    integer, intent(in) :: key(:, :)
-    integer, allocatable, intent(out) :: order(:)
-    integer, allocatable :: of_entry(:)
-    integer :: i
-
-    allocate (order(size(key, 2)))
-    order(:) = [(i, i=1, size(order))]
-    ! The last entry first: each sort keeps the order of equal entries.
-    do i = size(key, 1), 1, -1
-      call order_of(key(i, order), of_entry)
-      order(:) = order(of_entry)
-    end do
-  end subroutine order_of_columns
 
 end module find_faces_mod

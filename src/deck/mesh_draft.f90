@@ -2,7 +2,7 @@
 module mesh_draft_mod
   use growing_lists_mod, only: append, enlarge
   use kinds_mod, only: i8, wp
-  use lookup_mod, only: id_lookup_t
+  use lookup_mod, only: find_id, id_lookup_t
   use resource_limits_mod, only: has_memory
   use numbers_mod, only: largest_number
   implicit none
@@ -10,6 +10,7 @@ module mesh_draft_mod
 
   public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, add_node_beside, reserve_elements
   public :: add_early_set, add_skipped, add_skipped_node, add_block, max_nodes, not_a_coordinate
+  public :: find_elements, with_outer, refined_faces, given_nodes
   public :: set_of_nodes, set_of_elements, no_facet, shell_facet, rigid_facet
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
@@ -57,7 +58,7 @@ module mesh_draft_mod
     integer :: highest_node = 0                  !! highest id so far
     integer :: n_stand_ins = 0                   !! the last so many stand in for local directions
     integer :: n_elements = 0
-    integer, allocatable :: element_id(:)
+    integer, allocatable :: element_id(:)        !! of a refined brick that of the deck's
     integer, allocatable :: element_position(:)
     integer, allocatable :: element_kind(:)      !! kind_c3d8 and its kin
     integer, allocatable :: connectivity(:, :)   !! ids, later numbers, of nodes
@@ -79,6 +80,13 @@ module mesh_draft_mod
     type(early_set_t), allocatable :: sets(:)
     integer :: n_sets = 0
     type(id_lookup_t) :: nodes, elements, skipped !! made when all are read
+    ! Where bricks are refined: each one of the deck is as many as `pieces`, one after the other.
+    integer :: pieces = 1
+    integer :: n_given = 0                       !! nodes of the deck
+    integer, allocatable :: given_id(:)          !! ids of the deck's bricks
+    integer, allocatable :: between(:, :)        !! as of mesh_t
+    logical, allocatable :: outer(:, :)
+    !! (6,n_elements) whether a face is a part of that face of the deck's brick
   end type mesh_draft_t
 
 contains
@@ -143,6 +151,68 @@ contains
     call enlarge(draft%element_kind, draft%n_elements, want)
     call enlarge(draft%connectivity, draft%n_elements, want)
   end subroutine reserve_elements
+
+  !> The bricks that an id of the deck means; none where it is not one of a brick.
+  pure function find_elements(draft, id) result(elements)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: id
+    integer, allocatable :: elements(:)
+    integer :: found, i
+
+    if (allocated(draft%given_id)) then
+      found = find_id(draft%elements, draft%given_id, id)
+    else
+      found = find_id(draft%elements, draft%element_id, id)
+    end if
+    elements = [(draft%pieces*(found - 1) + i, i=1, merge(draft%pieces, 0, found > 0))]
+  end function find_elements
+
+  !> Those of bricks that have a part of this face of the deck's bricks.
+  pure function with_outer(draft, elements, face) result(chosen)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: elements(:)
+    integer, intent(in) :: face        !! 1..6
+    integer, allocatable :: chosen(:)
+
+    if (allocated(draft%outer)) then
+      chosen = pack(elements, draft%outer(face, elements))
+    else
+      chosen = elements
+    end if
+  end function with_outer
+
+  !> The faces of bricks that faces of the deck's bricks consist of.
+  pure function refined_faces(draft, faces) result(parts)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: faces(:, :)        !! (2,n) brick of the deck, face 1..6
+    integer, allocatable :: parts(:, :)       !! (2,m) likewise of the mesh
+    integer :: i, k, n, of_face
+
+    of_face = 1
+    do while (of_face**3 < draft%pieces**2) ! 4**levels of 8**levels
+      of_face = 4*of_face
+    end do
+    allocate (parts(2, of_face*size(faces, 2)))
+    n = 0
+    do i = 1, size(faces, 2)
+      associate (bricks => with_outer(draft, [(draft%pieces*(faces(1, i) - 1) + k, k=1, &
+        draft%pieces)], faces(2, i)))
+        parts(1, n + 1:n + of_face) = bricks
+        parts(2, n + 1:n + of_face) = faces(2, i)
+      end associate
+      n = n + of_face
+    end do
+  end function refined_faces
+
+  !> Those of nodes that are the deck's.
+  pure function given_nodes(draft, nodes) result(given)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: nodes(:)
+    integer, allocatable :: given(:)
+
+    given = nodes
+    if (allocated(draft%between)) given = pack(nodes, nodes <= draft%n_given)
+  end function given_nodes
 
   !> The next size of a list: at least half as long again; 0 when that is beyond the limit.
   pure function new_size(have, used, more) result(want)

@@ -37,6 +37,7 @@ module read_deck_mod
   use read_properties_mod, only: find_weights, read_materials, read_sections
   use read_sets_mod, only: read_sets
   use read_source_mod, only: read_source, source_from_text
+  use refine_mesh_mod, only: refine_mesh
   use read_temperatures_mod, only: read_first_temperatures
   use read_steps_mod, only: read_steps
   use read_surfaces_mod, only: read_surfaces
@@ -56,7 +57,7 @@ module read_deck_mod
 contains
 
   !> Read the deck at `path`.
-  subroutine read_deck(path, overrides, scene, error, in_lines, flat)
+  subroutine read_deck(path, overrides, scene, error, in_lines, flat, refine)
     character(*), intent(in) :: path
     type(string_t), intent(in) :: overrides(:)   !! name=value, in place of the deck's parameters
     type(scene_t), intent(out) :: scene
@@ -64,10 +65,11 @@ contains
     logical, intent(in), optional :: in_lines !! tell each mistake in one line, for editors
     type(string_t), intent(out), optional :: flat
     !! the deck as one text without parameters and blocks
+    integer, intent(in), optional :: refine   !! how often every brick is cut into eight
     type(reader_t) :: reader
 
     call read_source(path, reader%source, reader%diagnostics)
-    call read_scene(reader, overrides, scene, error, flat)
+    call read_scene(reader, overrides, scene, error, flat, refine)
     if (present(in_lines)) then
       if (in_lines) call mistakes_in_lines(reader%diagnostics, path, error)
     end if
@@ -89,12 +91,13 @@ contains
   end subroutine read_deck_text
 
   !> The scene of a deck whose source is there.
-  subroutine read_scene(reader, overrides, scene, error, flat)
+  subroutine read_scene(reader, overrides, scene, error, flat, refine)
     type(reader_t), intent(inout) :: reader
     type(string_t), intent(in) :: overrides(:)
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
     type(string_t), intent(out), optional :: flat
+    integer, intent(in), optional :: refine
 
     call take_overrides(overrides, reader%parameters, reader%diagnostics, scene%overrides)
     ! Without its full text a deck is not worth reading: what follows would be guesses.
@@ -102,7 +105,7 @@ contains
       call find_cards(reader)
       call read_parameters(reader)
       call check_overrides(reader)
-      call read_cards(reader, scene, flat)
+      call read_cards(reader, scene, flat, refine)
       call check_parameter_use(reader)
     end if
     call mistakes_as_error(reader%diagnostics, error)
@@ -132,10 +135,11 @@ contains
   end subroutine add_files_of_obstacles
 
   !> Everything but the parameters.
-  subroutine read_cards(reader, scene, flat)
+  subroutine read_cards(reader, scene, flat, refine)
     type(reader_t), intent(inout) :: reader
     type(scene_t), intent(inout) :: scene
     type(string_t), intent(out), optional :: flat
+    integer, intent(in), optional :: refine
     type(model_t) :: model
     type(surface_list_t) :: surfaces
     type(rigid_bodies_t) :: bodies
@@ -164,6 +168,7 @@ contains
     end if
     call check_bricks(reader, model%mesh)
     call read_sets(reader, model)
+    if (present(refine)) call refine_mesh(reader, model, refine)
     call read_transforms(reader, model, transforms)
     call read_equations(reader, model, equations)
     n_equations = equations%list%n

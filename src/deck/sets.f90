@@ -5,7 +5,7 @@ module sets_mod
   use fields_mod, only: reference_t
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, find_name, name_lookup_t
-  use mesh_draft_mod, only: mesh_draft_t, set_of_nodes
+  use mesh_draft_mod, only: find_elements, mesh_draft_t, set_of_nodes
   use sorting_mod, only: sort_unique
   use text_mod, only: string_t, to_text
   implicit none
@@ -99,9 +99,9 @@ contains
     integer :: found
 
     if (reference%id > 0) then
-      found = find_id(model%mesh%elements, model%mesh%element_id, reference%id)
-      if (found > 0) then
-        elements = [found]
+      elements = find_elements(model%mesh, reference%id)
+      if (size(elements) > 0) then
+        continue
       else if (find_id(model%mesh%skipped, model%mesh%skipped_id, reference%id) > 0) then
         continue
       else if (model%mesh%taken_out) then

@@ -6,7 +6,7 @@ module surface_list_mod
   use find_faces_mod, only: find_outer_faces
   use kinds_mod, only: i8
   use lookup_mod, only: find_name, name_lookup_t
-  use mesh_draft_mod, only: mesh_draft_t
+  use mesh_draft_mod, only: mesh_draft_t, with_outer
   use sets_mod, only: find_set, model_t
   use sorting_mod, only: sort_unique
   use surfaces_mod, only: face_nodes, surface_t
@@ -103,8 +103,10 @@ contains
     call add_unnamed(surfaces)
     index = surfaces%n
     deallocate (surfaces%list(index)%faces)
-    allocate (surfaces%list(index)%faces(2, size(elements)))
-    surfaces%list(index)%faces(1, :) = elements
+    associate (bricks => with_outer(mesh, elements, face))
+      allocate (surfaces%list(index)%faces(2, size(bricks)))
+      surfaces%list(index)%faces(1, :) = bricks
+    end associate
     surfaces%list(index)%faces(2, :) = face
     call find_nodes(mesh, surfaces%list(index))
   end subroutine add_surface_of_sides

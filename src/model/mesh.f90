@@ -25,7 +25,11 @@ module mesh_mod
     !! (n_nodes) body of each node, 0 where no element uses it and no constraint joins it to one
     integer,  allocatable :: piece(:)
     !! (n_nodes) what elements alone connect, 0 where none uses the node
+    integer,  allocatable :: between(:, :)
+    !! (8,n) nodes that node `n_given` + i lies between, as of refine_bricks; not allocated where no
+    !! brick was refined
     integer :: n_nodes = 0
+    integer :: n_given = 0 !! the first so many are the deck's
     integer :: n_stand_ins = 0
     !! the last so many nodes hold values along local directions of others: no file has them
     integer :: n_elements = 0

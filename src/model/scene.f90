@@ -77,7 +77,7 @@ module scene_mod
     character(:), allocatable :: deck       !! the deck as read, includes put in
     type(string_t), allocatable :: files(:) !! paths of the deck and of what it includes
     character(:), allocatable :: overrides
-    !! of the command line, one a line: name=value, --accuracy value
+    !! of the command line, one a line: name=value, --accuracy value, --refine times
     type(mesh_t) :: mesh
     type(constraints_t) :: constraints      !! of *TIE, *EQUATION, *COUPLING; no cycles
     type(material_t),     allocatable :: materials(:)

@@ -4,6 +4,7 @@ module warming_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: amplitude_value, start_of_step
   use increments_mod, only: whole_increment
+  use refine_bricks_mod, only: fill_between
   use scene_mod, only: scene_t
   implicit none
   private
@@ -82,6 +83,12 @@ contains
             warming%ramp(t%node) = t%value - first(t%node) - now(t%node)
           end if
         end associate
+      end do
+      ! All of it is linear in the temperatures of the nodes.
+      call fill_between(scene%mesh, warming%held)
+      call fill_between(scene%mesh, warming%ramp)
+      do g = 1, size(scene%amplitudes)
+        call fill_between(scene%mesh, warming%by_amplitude(:, g))
       end do
     end do
   end function warming_of_step

@@ -62,11 +62,12 @@ contains
       return
     end if
     console = open_console(options%quiet)
-    call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check)
+    call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check, &
+      refine=options%refine)
     if (allocated(error) .or. options%check) return
     if (.not. options%plan) call keep_deck(options, scene, error)
     if (allocated(error)) return
-    call take_accuracy(options, scene)
+    call take_options(options, scene)
     call make_plan(scene, plan, error)
     if (allocated(error)) return
     if (goes_on(options, scene)) call take_arithmetic(result_path(options, scene), &
@@ -116,19 +117,30 @@ contains
       'bipot: error: standard output did not take all of the deck; is the disk full?')
   end subroutine print_flat
 
-  !> The accuracy of the command line wins over the deck's.
-  subroutine take_accuracy(options, scene)
+  !> The accuracy of the command line wins over the deck's; what changes the result is kept with
+  !> the deck's parameters.
+  subroutine take_options(options, scene)
     type(options_t), intent(in) :: options
     type(scene_t), intent(inout) :: scene
 
+    if (options%refine > 0) call keep('--refine '//to_text(options%refine))
     if (options%accuracy > 0.0_wp) then
       scene%accuracy%wanted = options%accuracy
-      if (scene%overrides /= '') scene%overrides = scene%overrides//new_line('a')
-      scene%overrides = scene%overrides//'--accuracy '//to_text(options%accuracy)
+      call keep('--accuracy '//to_text(options%accuracy))
     end if
     call choose_copy(scene)
     call set_contact_tolerance(scene)
-  end subroutine take_accuracy
+
+  contains
+
+    subroutine keep(option)
+      character(*), intent(in) :: option
+
+      if (scene%overrides /= '') scene%overrides = scene%overrides//new_line('a')
+      scene%overrides = scene%overrides//option
+    end subroutine keep
+
+  end subroutine take_options
 
   !> Whether there is a result to go on with.
   logical function goes_on(options, scene)

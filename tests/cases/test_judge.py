@@ -893,7 +893,7 @@ class Decks(unittest.TestCase):
         # wedges as it is pushed on. 20040, 20166: loads on the nodes that contact holds. 20148: a
         # wedge whose reactions made their own balance small. 30101: a tool between nodes. 30179:
         # a load path that begins out of balance. 60066: loads that contact has no part in. 60316:
-        # a stiffness that has no factor. 61012: at rest, out of balance by less than the rounding of
+        # a stiffness that has no factor. 61012: at rest, out of balance by less than rounding of
         # places is worth. 70471: no factor in single precision alone. 71215: a body that tips over
         # an edge.
         seeds = (10252, 10335, 10404, 20001, 20040, 20079, 20148, 20166, 30008, 30101, 30179,

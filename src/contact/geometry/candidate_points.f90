@@ -5,6 +5,7 @@
 module candidate_points_mod
   use kinds_mod, only: wp
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
+  use refine_bricks_mod, only: fill_between
   use scene_mod, only: scene_t, contact_gap_t
   use contact_points_mod, only: contact_points_t
   use mesh_forces_mod, only: add_nodal_areas
@@ -167,6 +168,8 @@ contains
         end do
       end associate
     end do
+    ! Between the deck's nodes they are bilinear, as the mesh is.
+    call fill_between(scene%mesh, constant)
     points%extra_gap = extra + constant(points%node)
   end subroutine find_extra_gaps
 

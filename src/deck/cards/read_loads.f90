@@ -17,6 +17,7 @@ module read_loads_mod
     reference_t
   use kinds_mod, only: i8, wp
   use loads_mod, only: load_step_t, nodal_value_t, pressure_t
+  use mesh_draft_mod, only: given_nodes
   use options_mod, only: allow_options, card_t, choice_option, flag_option, has_option, &
     option_position
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
@@ -293,6 +294,8 @@ contains
       if (.not. found) exit
       call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, ok(1))
       if (ok(1)) call referenced_nodes(reader, model, reference, nodes)
+      ! What a force means stays on the deck's nodes: on more of them it would be more.
+      if (ok(1)) nodes = given_nodes(model%mesh, nodes)
       most = 3
       if (ok(1)) then
         if (size(nodes) > 0 .and. all(model%rotation_node(nodes) > 0)) most = max_dof

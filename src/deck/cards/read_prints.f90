@@ -9,6 +9,7 @@ module read_prints_mod
   use controls_mod, only: print_t
   use diagnostics_mod, only: quoted
   use fields_mod, only: any_number, fields_t, is_empty_field, name_field, next_data_line
+  use mesh_draft_mod, only: given_nodes
   use options_mod, only: allow_options, card_t, choice_option, integer_option, name_option, &
     open_card, option_position
   use sets_mod, only: find_set, model_t, report_unknown, set_list_t
@@ -43,10 +44,10 @@ contains
       print = print_t(of_elements=card%keyword == 'EL PRINT')
       if (print%of_elements) then
         call read_element_options(reader, card, print)
-        call read_set(reader, card, 'ELSET', model%element_sets, print, ok)
+        call read_set(reader, card, model, 'ELSET', model%element_sets, print, ok)
       else
         call read_node_options(reader, card, print)
-        call read_set(reader, card, 'NSET', model%node_sets, print, ok)
+        call read_set(reader, card, model, 'NSET', model%node_sets, print, ok)
       end if
       call read_variables(reader, card, print)
       if (.not. ok) cycle
@@ -101,9 +102,10 @@ contains
   end subroutine read_element_options
 
   !> The set of a card and what is in it.
-  subroutine read_set(reader, card, option, sets, print, ok)
+  subroutine read_set(reader, card, model, option, sets, print, ok)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
+    type(model_t), intent(in) :: model
     character(*), intent(in) :: option !! NSET or ELSET
     type(set_list_t), intent(in) :: sets
     type(print_t), intent(inout) :: print
@@ -120,6 +122,7 @@ contains
     end if
     if (allocated(sets%list(found)%members)) then
       print%members = sets%list(found)%members
+      if (.not. print%of_elements) print%members = given_nodes(model%mesh, print%members)
       ok = size(print%members) > 0
     end if
     if (.not. ok .and. .not. sets%list(found)%flawed) call note(reader, '*'//card%keyword// &

@@ -17,7 +17,7 @@ module read_surfaces_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: i8, wp
   use lookup_mod, only: find_id, make_name_lookup
-  use mesh_draft_mod, only: block_t, mesh_draft_t
+  use mesh_draft_mod, only: block_t, mesh_draft_t, refined_faces, with_outer
   use options_mod, only: allow_options, card_t, choice_option, name_option, open_card
   use read_block_mod, only: side_name
   use sets_mod, only: find_set, model_t, referenced_elements, referenced_nodes
@@ -93,10 +93,12 @@ contains
     type(block_t), intent(in) :: block
     integer, intent(in) :: side
     type(surface_t), intent(inout) :: surface
+    integer, allocatable :: faces(:, :)
 
     if (any(block%n == 0)) return
-    surface%faces = block_face(block%n, side)
-    surface%faces(1, :) = surface%faces(1, :) + block%first_element - 1
+    faces = block_face(block%n, side)
+    faces(1, :) = faces(1, :) + block%first_element - 1
+    surface%faces = refined_faces(mesh, faces)
     call find_nodes(mesh, surface)
   end subroutine fill_block_side
 
@@ -158,6 +160,7 @@ contains
         if (work > max_work) return
         cycle
       end if
+      elements = with_outer(model%mesh, elements, face)
       work = work + size(elements)
       if (work > max_work) return
       ! One number a face, to sort by element and drop repetitions.
