@@ -12,7 +12,7 @@ from bipot.figures import BLUE, GREEN, INK, ORANGE, new_axes, save
 from bipot.program import RunError, script_options
 from bipot.report import table as table_lines
 from bipot.result import OPEN, ResultError
-from studies import case_bodies
+from studies import case_bodies, published_bodies
 from studies.case_values import (
     contact_points,
     contact_radius,
@@ -535,14 +535,19 @@ def main():
                 case_bodies.cylinder(runs),
                 case_bodies.punch(runs),
                 case_bodies.stack(runs),
+                published_bodies.spheres(runs),
+                published_bodies.cylinders(runs),
+                published_bodies.rings(runs),
+                published_bodies.wedge(runs),
             ]
     except (ResultError, RunError) as error:
         sys.exit(f"cases: {error}")
     head = """\
 # Published values
 
-Cases whose results nobody on this project chose: theory, statics, benchmarks of others. Each is a
-deck in `input/` that runs as it stands in seconds; `tests/cases/test_published.py` and
+Cases whose results nobody on this project chose: theory, statics, benchmarks of others. Most are
+decks in `input/` that run as they stand in seconds; those of the last four are written by
+`studies/published_bodies.py`. `tests/cases/test_published.py` and
 `tests/cases/test_published_bodies.py` hold them to the values below. Written by `studies/run
 cases`, our numbers too.
 """

@@ -70,6 +70,18 @@ class Runs:
             words += f"  (mesh {mesh[0]}, n = {mesh[1]})"
         self.commands.append(words)
         print(self.commands[-1], flush=True)
+        return self._run(parameters, deck)
+
+    def of_text(self, name, text):
+        """Run a deck that is given as text and return its result, open for reading."""
+        deck = self.folder / f"{name}.inp"
+        deck.write_text(text, encoding="utf-8")
+        self.commands.append(f"{name}.inp, written by the study")
+        print(self.commands[-1], flush=True)
+        return self._run({}, deck)
+
+    def _run(self, parameters, deck):
+        """Run the last of the commands."""
         path = self.folder / f"run-{len(self.commands)}.vtkhdf"
         done = run_block(self.program, path, parameters, deck)
         if done.returncode != 0:

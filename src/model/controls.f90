@@ -79,6 +79,7 @@ module controls_mod
   type :: accuracy_controls_t
     real(wp) :: wanted = 0.0_wp      !! of the largest, below 1; 0: not asked for [-]
     logical  :: of_energy = .false.  !! of the energies, not of the contact resultants
+    logical  :: estimates = .true.   !! errors of mesh and load steps are estimated
   end type accuracy_controls_t
 
   !> *NODE PRINT, *EL PRINT: what is written of a set, as a table of text too.

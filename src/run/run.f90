@@ -1,7 +1,8 @@
 !> A run: deck, plan, result file, increments, and how it went.
 module run_mod
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t, raise, exit_not_solved, exit_machine, exit_signal
+  use errors_mod, only: error_t, raise, exit_not_solved, exit_machine, exit_signal, &
+    exit_wrong_input
   use text_mod, only: string_t, to_text, percent
   use standard_streams_mod, only: standard_output, write_most
   use system_mod, only: wall_seconds, catch_signals
@@ -67,7 +68,8 @@ contains
     if (allocated(error) .or. options%check) return
     if (.not. options%plan) call keep_deck(options, scene, error)
     if (allocated(error)) return
-    call take_options(options, scene)
+    call take_options(options, scene, error)
+    if (allocated(error)) return
     call make_plan(scene, plan, error)
     if (allocated(error)) return
     if (goes_on(options, scene)) call take_arithmetic(result_path(options, scene), &
@@ -119,12 +121,19 @@ contains
 
   !> The accuracy of the command line wins over the deck's; what changes the result is kept with
   !> the deck's parameters.
-  subroutine take_options(options, scene)
+  subroutine take_options(options, scene, error)
     type(options_t), intent(in) :: options
     type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    !! an accuracy is wanted, and the deck leaves out the estimates that it takes
 
     if (options%refine > 0) call keep('--refine '//to_text(options%refine))
     if (options%accuracy > 0.0_wp) then
+      if (.not. scene%accuracy%estimates) then
+        call raise(error, exit_wrong_input, 'bipot: error: --accuracy takes the estimates that '// &
+          'the deck leaves out by *ACCURACY, ESTIMATE=NO')
+        return
+      end if
       scene%accuracy%wanted = options%accuracy
       call keep('--accuracy '//to_text(options%accuracy))
     end if

@@ -345,8 +345,10 @@ contains
       report%errors%contact = max(c%penetration, c%adhesion, c%complementarity, c%cone, c%law)
     end associate
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
-    call follow_coarsely(scene, plan%points, solver, progress%state, new, progress%coarse, report)
-    call estimate_mesh(scene, new, report)
+    if (scene%accuracy%estimates) call follow_coarsely(scene, plan%points, solver, progress%state, &
+      new, progress%coarse, report)
+    if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, new, &
+      report)
     ! docs/theory.md (10.8)
     if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))

@@ -55,6 +55,34 @@ class Told(unittest.TestCase):
                         self.assertGreater(told[row] / true, 1 / 3, (steps, row))
                 self.assertGreaterEqual(seen, 1, steps)
 
+    def test_left_out(self):
+        """Nothing is estimated, and nothing else changes by it, to the last bit."""
+        given = Run(deck("block", direct=True), name="block", n=3, steps=20)
+        without = Run(with_card(deck("block", direct=True), "*ACCURACY, ESTIMATE=NO"),
+                      name="block", n=3, steps=20)  # fmt: skip
+        self.assertIn("estimated error", given.output)
+        self.assertNotIn("estimated error", without.output)
+        with given.result() as one, without.result() as other:
+            for name in ("error/mesh", "error/load_steps"):
+                self.assertGreaterEqual(one.history(name)[-1], 0)
+                np.testing.assert_array_equal(other.history(name), -1)
+            np.testing.assert_array_equal(other.field("displacement"), one.field("displacement"))
+            np.testing.assert_array_equal(other.pairs[0].reaction, one.pairs[0].reaction)
+        asked = Run(with_card(deck("block"), "*ACCURACY, ESTIMATE=NO"), "--accuracy", "0.1",
+                    name="block")  # fmt: skip
+        self.assertEqual(asked.status, 1)
+        self.assertEqual(asked.errors, "bipot: error: --accuracy takes the estimates that the deck "
+                         "leaves out by *ACCURACY, ESTIMATE=NO\n")  # fmt: skip
+
+    def test_left_out_but_where_it_is_drawn(self):
+        """The field of the mesh's error is asked for by name, and is there."""
+        text = with_card(deck("block", direct=True), "*ACCURACY, ESTIMATE=NO")
+        text = text.replace("*END STEP", "*EL FILE\nERR\n*END STEP", 1)
+        with Run(text, name="block", n=2, steps=5).result() as run:
+            self.assertTrue(np.all(run.history("error/mesh") > 0))
+            np.testing.assert_array_equal(run.history("error/load_steps"), -1)
+            self.assertTrue(np.any(run.field("mesh_error") > 0))
+
     def test_where_they_are(self):
         """Each part where it is known, -1 elsewhere; the total is their sum."""
         with Run(deck("block", direct=True), name="block", n=4, **AUTO).result() as run:

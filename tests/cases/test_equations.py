@@ -9,7 +9,9 @@ import h5py
 import numpy as np
 from program import PROGRAM, Run
 from test_ties import GROUND, PUSH, at_end, gravity, heavy, tie
-from two_bodies import block, deck, pair, solved, step
+from two_bodies import solved
+
+from studies.deck_cards import block, deck, pair, step
 
 SIDES = "".join(f"*EQUATION\n2\nUP-ZMIN, {i}, 1., LOW-ZMAX, {i}, -1.\n" for i in (1, 2, 3))
 STRESS = "*EL FILE, POSITION=INTEGRATION POINTS\nS\n"

@@ -3,7 +3,9 @@
 import unittest
 
 import numpy as np
-from two_bodies import deck, pair, quarter_ring, solved
+from two_bodies import solved
+
+from studies.deck_cards import deck, pair, quarter_ring
 
 YOUNG, NU, ALPHA = 1000.0, 0.3, 1e-4
 # 12 bricks on a box of 3 by 1 by 2.

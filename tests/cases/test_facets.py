@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from facets import binary_stl, plate, rigid, text_stl
 from program import INPUT, Run
-from two_bodies import block, deck, pair, step
+
+from studies.deck_cards import block, deck, pair, step
 
 RELEASE = os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release"
 HELD = "*BOUNDARY\n900, 1, 3\n"

@@ -4,7 +4,8 @@ import unittest
 
 import numpy as np
 from program import INPUT, PROGRAM, Run
-from two_bodies import block, pair
+
+from studies.deck_cards import block, pair
 
 HEAD = """*HEADING
 A plate of three layers before an obstacle

@@ -11,47 +11,23 @@ from pathlib import Path
 
 import numpy as np
 from program import INPUT, Run
-from two_bodies import block, deck, pair, quarter_ring, solved, step
+from two_bodies import solved
 
 from studies.case_bodies import fit_line_contact, lame, line_contact, sinks  # found through program
-from studies.case_values import mean_square
-from studies.meshes import Mesh, mesh_file
-
-MATERIAL = """*MATERIAL, NAME=M
-*ELASTIC
-{young!r}, {nu!r}
-*SOLID SECTION, ELSET=LOW, MATERIAL=M
-*SOLID SECTION, ELSET=HIGH, MATERIAL=M
-"""
-
-
-def rings_in_rings(theta, radii=(0.2, 0.6, 1.0), young=1e9, nu=0.2, mean=1e7, second=1e5):
-    """Return pressure and radial displacement where two rings touch without friction, plane strain.
-
-    The outer one is pressed by `mean` + `second` cos 2 theta. The mean is Lame's; the rest follows
-    from the stress function (A r^2 + B r^4 + C/r^2 + D) cos 2 theta of each ring (Michell).
-    """
-    a, b, c = radii
-    shear, kappa = young / (2 + 2 * nu), 3 - 4 * nu
-
-    def normal(r):
-        return np.array([-2, 0, -6 / r**4, -4 / r**2])
-
-    def tangential(r):
-        return np.array([2, 6 * r**2, -6 / r**4, -2 / r**2])
-
-    def way(r):
-        return np.array([-2 * r, (kappa - 3) * r**3, 2 / r**3, (kappa + 1) / r]) / (2 * shear)
-
-    none = np.zeros(4)
-    rows = [(normal(a), none), (tangential(a), none), (tangential(b), none), (none, tangential(b)),
-            (none, tangential(c)), (normal(b), -normal(b)), (way(b), -way(b)), (none, normal(c))]
-    inner = np.linalg.solve([np.concatenate(row) for row in rows], [0] * 7 + [-second])[:4]
-    share = mean * c**2 / (c**2 - a**2)  # Lame: both rings are one
-    lame_way = -share * b * (1 + nu) / young * (1 - 2 * nu + a**2 / b**2)
-    cosine = np.cos(2 * theta)
-    return (share * (1 - a**2 / b**2) - inner @ normal(b) * cosine,
-            lame_way + inner @ way(b) * cosine)
+from studies.deck_cards import block, deck, pair, step
+from studies.meshes import mesh_file
+from studies.published_bodies import (
+    CYLINDERS,
+    cylinders_deck,
+    cylinders_values,
+    rings_deck,
+    rings_errors,
+    rings_in_rings,
+    spheres_deck,
+    spheres_load,
+    spheres_values,
+    wedge_deck,
+)
 
 
 class Decks(unittest.TestCase):
@@ -146,47 +122,6 @@ class Blocks(unittest.TestCase):
         touching = result.pairs[0]
         np.testing.assert_allclose(touching.reaction[-1][:, 0] / touching.area, 1e4, rtol=1e-10)
 
-    def rings(self, around, second):
-        """SSNP167 of Code_Aster: rings in one another, pressed by 1e7 + 1e5 cos 2 theta (`second`).
-
-        Return errors of contact pressure, point by point and on the whole, and of the radial
-        displacement where they touch, beside the largest of each.
-        """
-        across, height = 10, 0.05
-        load, angle = [], 0.5 * np.pi / around[1]
-        for k in range(2):
-            for j in range(around[1] + 1):
-                theta = j * angle
-                share = angle * height / 2 * (0.5 if j in (0, around[1]) else 1.0)
-                force = -share * (1e7 + second * np.cos(2 * theta))
-                number = 20001 + (k * (around[1] + 1) + j + 1) * (across + 1) - 1
-                load += [f"{number}, 1, {float(force * np.cos(theta))!r}",
-                         f"{number}, 2, {float(force * np.sin(theta))!r}"]
-        cards = "\n".join(load)
-        text = deck(
-            quarter_ring("I", 1, (0.2, 0.6), (across, around[0]), height),
-            quarter_ring("O", 20001, (0.6, 1.0), (across, around[1]), height),
-            "*MATERIAL, NAME=M\n*ELASTIC\n1e9, 0.2\n"
-            "*SOLID SECTION, ELSET=I, MATERIAL=M\n*SOLID SECTION, ELSET=O, MATERIAL=M\n",
-            pair("I-OUT, O-IN"),
-            f"*STEP\n*STATIC, DIRECT\n1., 1.\n*CLOAD\n{cards}\n*END STEP\n",
-            held="I-X, 1\nI-Y, 2\nO-X, 1\nO-Y, 2\nI-ALL, 3\nO-ALL, 3",
-        )
-        result = solved(self, text)
-        touching = result.pairs[0]
-        theta = np.arctan2(touching.coordinates[:, 1], touching.coordinates[:, 0])
-        pressure, way = rings_in_rings(theta, second=second)
-        force = touching.reaction[-1][:, 0]
-        nodes = [result.nearest_node(place) for place in touching.coordinates]
-        moved = result.field("displacement", -1)[nodes]
-        radial = moved[:, 0] * np.cos(theta) + moved[:, 1] * np.sin(theta)
-        # Of the pressure also what all points say together: its mean, its part with cos 2 theta.
-        waves = np.array([np.ones(theta.size), np.cos(2 * theta)])
-        largest = (waves @ (touching.area * pressure))[0]
-        return (np.abs(force / touching.area - pressure).max() / pressure.max(),
-                np.abs(waves @ (force - touching.area * pressure)) / largest,
-                np.abs(radial - way).max() / np.abs(way).max())
-
     def test_rings_under_a_pressure_that_varies(self):
         """Michell's solution, each value within the source's 2 %; and with ten times the variation.
 
@@ -197,42 +132,22 @@ class Blocks(unittest.TestCase):
         self.assertAlmostEqual(np.abs(way).max(), 5.5e-3, delta=0.05e-3)  # as the source says
         for around, second in itertools.product(((32, 32), (32, 24), (24, 36)), (1e5, 1e6)):
             with self.subTest(around=around, second=second):
-                pressure, waves, way = self.rings(around, second)
+                result = solved(self, rings_deck(around, second))
+                pressure, waves, way = rings_errors(result, second)
                 if around[0] == around[1]:
                     self.assertLess(pressure, 0.01)
                 self.assertLess(waves.max(), 0.008)
                 self.assertLess(way, 0.02 if second < 1e6 else 0.025)
 
-    def wedge(self, mu):
-        """NAFEMS' CGS-4: a wedge under a weight on a slope of a tenth, pushed up it at its side.
-
-        Return the push beside the weight once all of it slides.
-        """
-        base, upper = Mesh("BASE"), Mesh("WEDGE", 10001)
-        base.grid((12, 2, 3), lambda a, b, c: (6 * a, b, c * (1 + 0.6 * a)), SLOPE="k+")
-        upper.grid((7, 3, 4), lambda a, b, c: (1 + 4 * a, b, (1 - c) * (1.1 + 0.4 * a) + 3 * c),
-                   SOLE="k-", TOP="k+")
-        cards = [
-            base.cards(FLOOR=lambda x, y, z: z == 0),
-            upper.cards(SIDE=lambda x, y, z: x == 1, FLANK=lambda x, y, z: y == 0),
-            "*MATERIAL, NAME=M\n*ELASTIC\n1e6, 0.3\n*SOLID SECTION, ELSET=BASE, MATERIAL=M\n"
-            "*SOLID SECTION, ELSET=WEDGE, MATERIAL=M\n",
-            pair("WEDGE-SOLE, BASE-SLOPE", mu),
-            step("WEDGE-SIDE, 1, 1, 0.01").replace("*END", "*DSLOAD\nWEDGE-TOP, P, 1.\n*END"),
-        ]
-        text = deck(*cards, held="BASE-FLOOR, 1, 3\nWEDGE-FLANK, 2").replace(
-            "*NODE", "*PARAMETER\nelement = C3D8\n*NODE", 1)
-        result = solved(self, text)
-        self.assertTrue(np.all(result.pairs[0].status[-1] == 2))
-        force = result.pairs[0].resultant[-1]
-        self.assertAlmostEqual(force[2] / 4, 1, delta=1e-8)
-        return -force[0] / force[2]
-
     def test_a_wedge_is_pushed_up_a_slope(self):
         """F/G = (tan a + mu)/(1 - mu tan a)."""
         for mu, published in ((0.0, 0.1), (0.1, 0.20202), (0.2, 0.306122), (0.3, 0.412371)):
             with self.subTest(mu=mu):
-                self.assertAlmostEqual(self.wedge(mu) / published, 1, delta=1e-5)
+                result = solved(self, wedge_deck(mu))
+                self.assertTrue(np.all(result.pairs[0].status[-1] == 2))
+                force = result.pairs[0].resultant[-1]
+                self.assertAlmostEqual(force[2] / 4, 1, delta=1e-8)
+                self.assertAlmostEqual(-force[0] / force[2] / published, 1, delta=1e-5)
 
     def pad(self, side):
         """SSNV503 of Code_Aster: a pad under 300 on a base, mu = 0.3, pushed at one side.
@@ -257,89 +172,32 @@ class Blocks(unittest.TestCase):
         self.assertIn("translation along x", slides.errors)
 
 
-
 class Half(unittest.TestCase):
-    """Bodies that are half-spaces beside their contact: blocks whose gaps are those of round ones.
-
-    Bricks grow with the distance from the middle of the contact.
-    """
-
-    def solve(self, *cards, held):
-        text = deck(*cards, held=held)
-        return solved(self, text.replace("*NODE", "*PARAMETER\nelement = C3D8I\n*NODE", 1))
+    """Bodies that are half-spaces beside their contact."""
 
     def test_cylinders_alike_stick_in_the_middle(self):
-        """Cattaneo, Mindlin: |x| < c sticks, c = b sqrt(1 - Q/(mu P)); b and p0 are Hertz's.
-
-        There the traction is less than mu p by mu p0 c/b sqrt(1 - x^2/c^2).
-        """
-        radius, young, nu, mu, push, pull, size = 8.0, 200.0, 0.3, 0.2, 10.0, 0.93616, 15.0
-
-        def place(t):
-            return size * (0.05 * t + 0.95 * t**5)
-
-        low, high = Mesh("LOW"), Mesh("HIGH", 20001)
-        low.grid((40, 1, 14), lambda a, b, c: (place(2 * a - 1), b, -place(1 - c)), TOP="k+")
-        high.grid((40, 1, 14), lambda a, b, c: (place(2 * a - 1), b, place(c)),
-                  SOLE="k-", CROWN="k+")
-        sole = sorted(high.of_surface["SOLE"])
-        gaps = "".join(f"{k}, {high.nodes[k - high.first][0]**2 / radius!r}\n" for k in sole)
-        presses, pulls = (f"*CLOAD\n90001, 3, {-push!r}\n*END", f"*CLOAD\n90001, 1, {pull!r}\n*END")
-        result = self.solve(
-            low.cards(FLOOR=lambda x, y, z: z < 1e-6 - size, ALL=lambda x, y, z: True),
-            high.cards(BELOW=lambda x, y, z: z < size - 1e-6),
-            f"*NODE, NSET=LEAD\n90001, 0., 0.5, {size!r}\n", MATERIAL.format(young=young, nu=nu),
-            "*COUPLING, REF NODE=90001, SURFACE=HIGH-CROWN\n*KINEMATIC\n",
-            pair("HIGH-SOLE, LOW-TOP", mu, ", SMALL SLIDING"), "*CONTACT GAP\n" + gaps,
-            step("90001, 2, 2\n90001, 4, 6").replace("*END", presses),
-            step("90001, 2, 2\n90001, 4, 6", 4).replace("*END", pulls),
-            held="LOW-FLOOR, 1, 3\nLOW-ALL, 2\nHIGH-BELOW, 2",
-        )
-        touching = result.pairs[0]
-        half_width, peak = line_contact(push, radius / 2, young / (2 * (1 - nu**2)))
+        """Cattaneo, Mindlin: |x| < c sticks, c = b sqrt(1 - Q/(mu P)); b and p0 are Hertz's."""
+        result = solved(self, cylinders_deck())
+        of = CYLINDERS
+        half_width, peak = line_contact(of["push"], of["radius"] / 2,
+                                        of["young"] / (2 * (1 - of["nu"] ** 2)))  # fmt: skip
         self.assertAlmostEqual(half_width, 0.68078, places=5)
         self.assertAlmostEqual(peak, 9.3514, places=4)
-        b, p0 = fit_line_contact(touching)
+        b, p0, c, top = cylinders_values(result)
         self.assertAlmostEqual(b / half_width, 1, delta=0.015)
         self.assertAlmostEqual(p0 / peak, 1, delta=0.01)
-        traction = touching.reaction[-1] / touching.area[:, None]
-        spare = mu * traction[:, 0] - np.linalg.norm(traction[:, 1:], axis=1)
-        used = spare > 0.2 * spare.max()
-        slope, top = np.polyfit(mean_square(touching.coordinates[:, 0])[used], spare[used] ** 2, 1)
-        self.assertAlmostEqual(np.sqrt(-top / slope) / 0.49651, 1, delta=0.015)
-        self.assertAlmostEqual(np.sqrt(top) / (mu * peak * 0.49651 / half_width), 1, delta=0.02)
-        self.assertEqual({1, 2}, set(touching.status[-1][touching.status[-1] > 0]))
+        self.assertAlmostEqual(c / 0.49651, 1, delta=0.015)
+        self.assertAlmostEqual(top / (of["mu"] * peak * 0.49651 / half_width), 1, delta=0.02)
+        status = result.pairs[0].status[-1]
+        self.assertEqual({1, 2}, set(status[status > 0]))
 
     def test_two_spheres(self):
         """SSNV104 of Code_Aster (Hertz): crushed by 4 in all, p0 = 2798.3 and a = 10."""
-        young, nu, radius, size = 20000.0, 0.3, 50.0, 60.0
-        load = 4 / 3 * young / (2 * (1 - nu**2)) * 10.0**3 / (radius / 2)
-
-        def place(t):
-            return size * (0.2 * t + 0.8 * t**3)
-
-        low, high = Mesh("LOW"), Mesh("HIGH", 50001)
-        low.grid((16, 16, 10), lambda a, b, c: (place(a), place(b), -place(1 - c)), TOP="k+")
-        high.grid((16, 16, 10), lambda a, b, c: (place(a), place(b), place(c)),
-                  SOLE="k-", CROWN="k+")
-        planes = {"X": lambda x, y, z: x == 0, "Y": lambda x, y, z: y == 0}
-        result = self.solve(
-            low.cards(FLOOR=lambda x, y, z: z < 1e-6 - size, **planes), high.cards(**planes),
-            MATERIAL.format(young=young, nu=nu),
-            pair("HIGH-SOLE, LOW-TOP", 0.0, ", SMALL SLIDING"),
-            f"*CONTACT GAP, PARABOLA\nHIGH-SOLE, 0., 0., 0., {radius / 2!r}\n",
-            step("LOW-FLOOR, 1, 3").replace(
-                "*END", f"*DSLOAD\nHIGH-CROWN, P, {load / 4 / size**2!r}\n*END"),
-            held="LOW-FLOOR, 1, 3\nLOW-X, 1\nLOW-Y, 2\nHIGH-X, 1\nHIGH-Y, 2",
-        )
-        touching = result.pairs[0]
-        self.assertAlmostEqual(touching.normal_sum[-1] / (load / 4), 1, places=9)
-        pressure = touching.reaction[-1][:, 0] / touching.area
-        used = pressure > 0.3 * pressure.max()
-        square = mean_square(touching.coordinates[:, 0]) + mean_square(touching.coordinates[:, 1])
-        slope, top = np.polyfit(square[used], pressure[used] ** 2, 1)
-        self.assertAlmostEqual(np.sqrt(top) / 2798.3, 1, delta=0.01)
-        self.assertAlmostEqual(np.sqrt(-top / slope) / 10, 1, delta=0.015)
+        result = solved(self, spheres_deck())
+        self.assertAlmostEqual(result.pairs[0].normal_sum[-1] / (spheres_load() / 4), 1, places=9)
+        a, p0 = spheres_values(result)
+        self.assertAlmostEqual(p0 / 2798.3, 1, delta=0.01)
+        self.assertAlmostEqual(a / 10, 1, delta=0.015)
 
 
 if __name__ == "__main__":

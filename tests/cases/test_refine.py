@@ -5,8 +5,9 @@ import unittest
 
 import numpy as np
 from program import INPUT, PROGRAM, Run
-from two_bodies import block, deck, pair, solved, step
+from two_bodies import solved
 
+from studies.deck_cards import block, deck, pair, step
 from studies.meshes import Mesh, in_lines
 
 ELASTIC = "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n*EXPANSION\n1e-3\n*DENSITY\n0.5\n"

@@ -8,7 +8,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 from program import PROGRAM, Run
-from two_bodies import block, deck, pair, quarter_ring, solved, step
+from two_bodies import solved
+
+from studies.deck_cards import block, deck, pair, quarter_ring, step
 
 GROUND = "*OBSTACLE, NAME=GROUND, TYPE=PLANE\n0., 0., -1.,  0., 0., 1.\n"
 PUSH = "{0}-ZMAX, 3, 3, -0.05\n{0}-ZMAX, 1, 1, 0.02\n{0}-ZMAX, 2, 2, 0."

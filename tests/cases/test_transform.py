@@ -11,7 +11,9 @@ import unittest
 import h5py
 import numpy as np
 from program import PROGRAM, Run
-from two_bodies import quarter_ring, solved
+from two_bodies import solved
+
+from studies.deck_cards import quarter_ring
 
 PLACES = ("XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX")
 

@@ -4,7 +4,9 @@ import unittest
 
 import numpy as np
 from program import Run
-from two_bodies import block, deck, pair, quarter_ring, solved, step
+from two_bodies import solved
+
+from studies.deck_cards import block, deck, pair, quarter_ring, step
 
 OPEN = 0
 NO_GAP = 1e30  # of points that their master does not cover

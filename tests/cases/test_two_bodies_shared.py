@@ -13,7 +13,8 @@ import unittest
 import numpy as np
 from facets import plate, rigid
 from program import SOURCE, Run
-from two_bodies import block, deck, pair, step
+
+from studies.deck_cards import block, deck, pair, step
 
 SHARED = SOURCE.parent / "shared" / "reference" / "two_bodies"
 STEEL = 210000.0

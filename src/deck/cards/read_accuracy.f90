@@ -2,13 +2,15 @@
 !>
 !>     *ACCURACY, OF=RESULTANTS
 !>     0.01                           of the largest resultant, or of the energy
+!>     *ACCURACY, ESTIMATE=NO         errors of mesh and load steps are not estimated
 module read_accuracy_mod
   use cards_mod, only: reader_t, report
   use controls_mod, only: accuracy_controls_t
   use diagnostics_mod, only: quoted
   use fields_mod, only: end_data, field_position, field_text, fields_t, next_data_line, real_field
   use kinds_mod, only: wp
-  use options_mod, only: allow_options, card_t, choice_option, open_only_card
+  use options_mod, only: allow_options, card_t, choice_option, has_option, open_only_card, &
+    option_position
   implicit none
   private
 
@@ -21,14 +23,26 @@ contains
     type(reader_t), intent(inout) :: reader
     type(accuracy_controls_t), intent(out) :: accuracy
     type(card_t) :: card
-    integer :: choice
+    type(fields_t) :: fields
+    integer :: choice, estimate
     logical :: found, ok
 
     call open_only_card(reader, 'ACCURACY', card, found)
     if (.not. found) return
-    call allow_options(reader, card, ['OF'])
+    call allow_options(reader, card, ['OF      ', 'ESTIMATE'])
+    estimate = 1
+    call choice_option(reader, card, 'ESTIMATE', ['YES', 'NO '], estimate, ok)
+    accuracy%estimates = estimate == 1
     call choice_option(reader, card, 'OF', ['RESULTANTS', 'ENERGY    '], choice, ok)
     if (ok) accuracy%of_energy = choice == 2
+    if (.not. accuracy%estimates) then
+      if (has_option(card, 'OF')) call report(reader, option_position(card, 'OF'), &
+        'OF says what an accuracy is of, and with ESTIMATE=NO none is asked for')
+      call next_data_line(reader, card, fields, found, 1, 'no data')
+      if (found) call report(reader, fields%start, &
+        'with ESTIMATE=NO nobody knows whether an accuracy is reached: none can be asked for')
+      return
+    end if
     call read_wanted(reader, card, accuracy%wanted)
   end subroutine read_accuracy
 
