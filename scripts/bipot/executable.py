@@ -42,8 +42,17 @@ def built_program(path: str | os.PathLike[str] | None = None) -> Path:
 
 
 def set_words(settings: Mapping[str, Any]) -> list[str]:
-    """Return the words of a command line that give a deck's parameters these values."""
-    return [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
+    """Return the words of a command line that give a deck's parameters these values.
+
+    The name "--refine" is the program's option: how often every brick is cut into eight, 0 or more.
+    """
+    words = []
+    for name, value in settings.items():
+        if name != "--refine":
+            words += ["--set", f"{name}={value}"]
+        elif str(value) != "0":
+            words += [name, str(value)]
+    return words
 
 
 def with_threads(threads: int = 1) -> dict[str, str]:

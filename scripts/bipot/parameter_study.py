@@ -128,7 +128,9 @@ def combinations(vary: Mapping[str, Sequence[Any]] | Sequence[Settings]) -> list
 
 def run_name(setting: Mapping[str, Any]) -> str:
     """Return the name of a run's file, without its ending."""
-    words = (f"{name}={quote(str(value), safe='+')}" for name, value in setting.items())
+    words = (
+        f"{name.lstrip('-')}={quote(str(value), safe='+')}" for name, value in setting.items()
+    )
     return ",".join(words)
 
 
@@ -179,11 +181,10 @@ class _Runs:
         if not path.exists():
             return None
         with Result(path) as result:
-            wanted = {f"{name}={value}".lower() for name, value in given.items()}
-            if self.accuracy is not None:
-                wanted.add(f"--accuracy {self.accuracy}")
-            if self.refine:
-                wanted.add(f"--refine {self.refine}")
+            words = command_words(None, given, accuracy=self.accuracy, refine=self.refine)
+            pairs = zip(words[::2], words[1::2], strict=True)
+            wanted = {value.lower() if name == "--set" else f"{name} {value}"
+                      for name, value in pairs}
             said = result.run_text("overrides").lower()
             matter = ""
             if {line.strip() for line in said.splitlines() if line.strip()} != wanted:
@@ -217,7 +218,8 @@ def study(
     """Run a deck with all combinations of parameters, and return a row for each run.
 
     deck       path of a text deck, or a Deck, which is written into the folder
-    vary       {"mu": [0.1, 0.2], "n": [4, 8]}: all combinations; or a list of {"mu": 0.1, "n": 4}
+    vary       {"mu": [0.1, 0.2], "n": [4, 8]}: all combinations; or a list of {"mu": 0.1, "n": 4}.
+               The name "--refine" stands for that option: {"--refine": [0, 1, 2]}
     folder     of the runs' files; those that are finished are not run again, those that were
                stopped go on. A run without a solution is kept if it has an increment
     processes  runs at a time

@@ -58,6 +58,25 @@ class Studies(WithFolder):
             study.column("colour")
         self.assertIn("<th>ratio</th>", study._repr_html_())
 
+    def test_refinements_are_varied_like_parameters(self):
+        """A block of n bricks refined is that of 2 n; runs that are there are known again."""
+        vary = [{"n": 1, "--refine": 0}, {"n": 1, "--refine": 1}, {"n": 2, "--refine": 0}]
+        study = self.study(vary, evaluate=lambda result: {"bricks": len(result.bricks),
+                                                          **pushed(result)})  # fmt: skip
+        self.assertEqual(study.column("bricks").tolist(), [1, 8, 8])
+        self.assertEqual(list(self.stamps())[0].count("refine="), 1)
+        np.testing.assert_allclose(study.column("ratio")[1], study.column("ratio")[2], rtol=1e-8)
+        stamps = self.stamps()
+        self.study(vary)
+        self.assertEqual(self.stamps(), stamps)
+        for refine in (0, 1):
+            found = self.study({"n": [1]}, folder=f"all-{refine}", refine=refine,
+                               evaluate=lambda result: {"bricks": len(result.bricks)})  # fmt: skip
+            self.assertEqual(found.column("bricks").tolist(), [8**refine])
+            self.study({"n": [1]}, folder=f"all-{refine}", refine=refine)
+        with self.assertRaisesRegex(bipot.RefusedError, "with other parameters"):
+            self.study({"n": [1]}, folder="all-1")
+
     def test_finished_runs_are_not_run_again(self):
         first = self.study({"n": [1, 2]})
         before = self.stamps()

@@ -133,6 +133,20 @@ class Small(unittest.TestCase):
         self.assertLess(errors["2"], 1e-7)
         self.assertGreater(errors["1"], 1e-2)
 
+    def test_meshes_are_refined_from_any_deck(self):
+        """The error falls with each refinement; it is that of the block with as many bricks."""
+        folder = self.folder / "refined"
+        folder.mkdir()
+        done = study(
+            folder, "--vary=--refine=0,1", "--vary", "n=1", "--vary", "steps=10",
+            "--also", "n=2,--refine=0", "--reference", "n=4,steps=10",
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        table = rows(folder, "block-tradeoff-table.csv")
+        errors = {(row["n"], row["--refine"]): float(row["error"]) for row in table}
+        self.assertLess(errors["1", "1"], 0.7 * errors["1", "0"])
+        self.assertAlmostEqual(errors["2", "0"] / errors["1", "1"], 1, delta=1e-3)
+
     def test_another_program_begins_anew(self):
         made = tradeoff.Study(PROGRAM, DECK, self.folder)
         self.assertTrue(made.rows)
