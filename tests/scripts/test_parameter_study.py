@@ -64,7 +64,7 @@ class Studies(WithFolder):
         study = self.study(vary, evaluate=lambda result: {"bricks": len(result.bricks),
                                                           **pushed(result)})  # fmt: skip
         self.assertEqual(study.column("bricks").tolist(), [1, 8, 8])
-        self.assertEqual(list(self.stamps())[0].count("refine="), 1)
+        self.assertEqual(next(iter(self.stamps())).count("refine="), 1)
         np.testing.assert_allclose(study.column("ratio")[1], study.column("ratio")[2], rtol=1e-8)
         stamps = self.stamps()
         self.study(vary)
