@@ -37,7 +37,8 @@ contains
     n_elements = model%mesh%n_elements
     pieces = 8_i8**times
     nodes = pieces*n_elements
-    if (nodes > max_nodes .or. .not. has_memory(bytes_of_brick*nodes/8)) then
+    ok = has_memory(bytes_of_brick*nodes/8)
+    if (nodes > max_nodes .or. .not. ok) then
       call report(reader, 0, 'the mesh cannot be refined '//in_words(times)//': that is '// &
         to_text(nodes)//' bricks, at most '//to_text(max_nodes)//' are possible, memory permitting')
     else if (pieces*model%mesh%highest_element + nodes > huge(times) .or. &
