@@ -70,7 +70,8 @@ contains
 
       ! 2. and 3. Reactions, and the free motions with them
       if (any(points%is_curved)) then
-        if (i > 1) call next_place(follow, last_moved, new%displacement, trial%placed_at)
+        if (i > 1) call next_place(follow, i - 1, last_moved, new%displacement, &
+          trial%placed_at)
         call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, &
           stay=i > 1)
         call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)

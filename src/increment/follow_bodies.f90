@@ -15,10 +15,13 @@ module follow_bodies_mod
 
   public :: follow_t, begin_following, has_moved, next_place, farthest_point
 
-  integer, parameter :: depth = 6 !! displacements that acceleration keeps
+  integer, parameter :: depth = 6    !! displacements that acceleration keeps
+  integer, parameter :: patience = 8 !! plain iterations before curved obstacles, which mostly do
 
   type :: follow_t
     integer, allocatable :: node(:) !! of the pairs of surfaces that are placed anew, each once
+    integer, allocatable :: slow(:)
+    !! where there are none: nodes of points before curved obstacles, for when they settle slowly
     real(wp) :: allowed = huge(1.0_wp) !! the most that they may still move, of their way [-]
     real(wp) :: before = huge(1.0_wp)  !! how far they had still moved an iteration ago [-]
     type(anderson_t) :: memory
@@ -46,9 +49,12 @@ contains
     end do
     allocate (follow%node(count(is_on)))
     follow%node(:) = pack([(i, i=1, size(is_on))], is_on)
-    if (size(follow%node) == 0) return
+    if (size(follow%node) == 0) then
+      follow%slow = pack(points%node, points%is_curved .and. points%in_reach)
+      return
+    end if
+    allocate (follow%slow(0))
     follow%allowed = 100.0_wp*max(tolerance, scene%contact%tolerance)
-    follow%memory = new_anderson(3*size(follow%node), depth)
   end function begin_following
 
   !> How far the nodes are from where they were placed, beside how far they went or the largest
@@ -93,24 +99,30 @@ contains
   end function largest_deformation
 
   !> Where to place the points next: where the displacement is, but the nodes of surfaces where
-  !> the displacements so far lead to.
-  subroutine next_place(follow, moved, u, placed_at)
+  !> the displacements so far lead to, and those before curved obstacles after a while, too.
+  subroutine next_place(follow, iteration, moved, u, placed_at)
     type(follow_t), intent(inout) :: follow
+    integer, intent(in) :: iteration           !! that has led to u
     real(wp), intent(in) :: moved              !! of `has_moved` [-]
     real(wp), intent(in) :: u(:, :)            !! (3,n_nodes) that the last place led to [length]
     real(wp), intent(inout) :: placed_at(:, :) !! (3,n_nodes) the last place; the next [length]
-    real(wp) :: next(3*size(follow%node))
+    integer, allocatable :: node(:)
+    real(wp), allocatable :: next(:)
 
-    if (size(follow%node) == 0) then
+    node = follow%node
+    if (size(node) == 0 .and. iteration > patience) node = follow%slow
+    if (size(node) == 0) then
       placed_at = u
       return
     end if
+    if (.not. allocated(follow%memory%image)) follow%memory = new_anderson(3*size(node), depth)
     if (0.5_wp*moved > follow%before) call forget(follow%memory)
     follow%before = moved
-    call accelerate(follow%memory, reshape(placed_at(:, follow%node), shape(next)), &
-      reshape(u(:, follow%node), shape(next)), next)
+    allocate (next(3*size(node)))
+    call accelerate(follow%memory, reshape(placed_at(:, node), shape(next)), &
+      reshape(u(:, node), shape(next)), next)
     placed_at = u
-    placed_at(:, follow%node) = reshape(next, [3, size(follow%node)])
+    placed_at(:, node) = reshape(next, [3, size(node)])
   end subroutine next_place
 
   !> The point whose node is farthest from where it was placed; 0: none.

@@ -323,6 +323,28 @@ class Turning(unittest.TestCase):
         self.assertIn("its slip is the chord", run.output)
         self.judged(run)
 
+    def test_points_before_a_cylinder_that_tilts_far_settle(self):
+        """They move by a half an iteration left to themselves; without friction no way matters."""
+        def result(angle, direct):
+            text = HEAD.format(
+                bricks=(4, 4, 4), corner="0., 0., 0.", size="1., 1., 1.", hub="0.46, 1., 1.76",
+                shape="CYLINDER", numbers="0.46, 1., 1.76, 0., 1., 0., 0.76", mu=0.0, side="ZMAX",
+                tolerance=1e-8,
+            )  # fmt: skip
+            text += step("*BOUNDARY\nB-ZMIN, 1, 3\n900, 1, 2\n900, 3, 3, -0.0022")
+            run = self.solved(text + step(f"*BOUNDARY\n900, 4, 4, {angle}", direct=direct))
+            result = run.result()
+            self.addCleanup(result.close)
+            return result
+
+        whole, parts = result(0.7, True), result(0.7, False)
+        self.assertGreater(parts.finished, whole.finished)
+        self.assertLess(whole.counters["newton_raphson_iterations"], 70)
+        force = parts.pairs[0].resultant[-1]
+        np.testing.assert_allclose(
+            whole.pairs[0].resultant[-1], force, atol=1e-5 * np.abs(force).max()
+        )
+
     def test_contact_begins_where_the_plane_has_turned_enough(self):
         # About x through (0.5, -0.3): the edge y = 1 of the cube's lower face, 0.2 up.
         deck = floor(0.2, point="0.5, 0.5, -0.3") + step(
