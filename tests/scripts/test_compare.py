@@ -12,7 +12,7 @@ from pathlib import Path
 ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
 PROGRAM = Path(os.environ.get("BIPOT", ROOT / "build" / "bipot"))
 INPUT = ROOT / "input"
-sys.path.insert(0, str(ROOT / "scripts"))
+sys.path[:0] = [str(ROOT / "scripts"), str(ROOT)]
 
 try:
     import h5py  # noqa: F401
@@ -46,6 +46,7 @@ from bipot.peers.runs import (  # noqa: E402
     with_tolerance,
 )
 from bipot.result import Result  # noqa: E402
+from studies import deck_cards  # noqa: E402
 
 # A deck that says the same in many ways: parameters, an include, sets of sets, numbers of Fortran,
 # a range of directions to 6, an obstacle with a reference node that moves, quoted names.
@@ -435,6 +436,37 @@ class CalculiX(unittest.TestCase):
         penalty, mortar = self.errors(INPUT / "foundation.inp", *words)
         self.assertLess(penalty, 0.1)
         self.assertLess(mortar, 0.1)
+
+    def test_a_press_fit_by_clearance(self):
+        """Rings alike whose meshes match: the error is the penalty's, and falls with it."""
+        radial = deck_cards.quarter_ring("HUB", 1, (10.0, 20.0), (3, 9), 2.0)
+        radial += deck_cards.quarter_ring("RING", 20001, (20.0, 30.0), (3, 9), 2.0)
+        low = [first + k for first in (1, 20001) for k in range(4 * 10)]
+        bore = [20001 + 4 * k for k in range(2 * 10)]
+        cards = "".join(
+            f"*NSET, NSET={name}\n" + "".join(f"{node}\n" for node in nodes)
+            for name, nodes in (("LOW", low), ("BORE", bore))
+        )
+        text = deck_cards.deck(
+            radial, "*MATERIAL, NAME=M\n*ELASTIC\n210000., 0.3\n"
+            "*SOLID SECTION, ELSET=HUB, MATERIAL=M\n*SOLID SECTION, ELSET=RING, MATERIAL=M\n",
+            cards, deck_cards.pair("RING-IN, HUB-OUT"), "*CONTACT GAP\nBORE, -0.0025\n",
+            "*STEP\n*STATIC, DIRECT\n1., 1.\n*END STEP\n",
+            held="HUB-X, 1\nHUB-Y, 2\nRING-X, 1\nRING-Y, 2\nLOW, 3",
+        )  # fmt: skip
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "fit.inp"
+            path.write_text(text)
+            softer, stiffer = self.errors(path, "--penalty", "1e5,1e6")[:2]
+            self.assertLess(softer, 5e-2)
+            self.assertLess(stiffer, softer / 3)
+            # One node of the bore has another gap: there is no clearance for that.
+            path.write_text(text.replace("BORE, -0.0025\n", "BORE, -0.0025\n20001, -0.001\n"))
+            done = subprocess.run(
+                [sys.executable, "-B", ROOT / "scripts" / "compare", path, "--bipot", PROGRAM],
+                capture_output=True, text=True, check=False,
+            )
+            self.assertIn("no gap that differs from node to node", done.stderr)
 
     def test_an_obstacle_moves_with_its_reference_node(self):
         with tempfile.TemporaryDirectory() as folder:

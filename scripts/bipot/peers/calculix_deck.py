@@ -58,8 +58,10 @@ def check_translatable(scene):
     if curved:
         reasons.append(f"obstacles of TYPE={', '.join(curved)}: only planes and cylinders are "
                        "translated")
-    if scene.gaps:
+    if scene.gaps or any(clearance(scene, pair) is None for pair in scene.pairs):
         reasons.append("*CONTACT GAP: ccx has no gap that differs from node to node")
+    if scene.clearances and not scene.has_two_surfaces:
+        reasons.append("*CONTACT GAP before an obstacle: ccx has clearances between faces alone")
     kinds = {kind for kind, _ in scene.elements.values()} - ELEMENTS.keys()
     if kinds:
         reasons.append(f"elements of TYPE={', '.join(sorted(kinds))}: ccx does not have them")
@@ -183,8 +185,11 @@ def contact_lines(scene, masters, penalty):
         mu = scene.friction[pair.interaction]
         if mu > 0:
             yield from ("*FRICTION", f"{mu:.12g}, {penalty.slope:.12g}")
-        yield f"*CONTACT PAIR, INTERACTION=CONTACT{k}, TYPE={penalty.kind}"
+        adjusted = f", ADJUST={pair.adjust}" if pair.adjust is not None else ""
+        yield f"*CONTACT PAIR, INTERACTION=CONTACT{k}, TYPE={penalty.kind}{adjusted}"
         yield f"SLAVE{k}, MASTER{k}"
+        if gap := clearance(scene, pair):
+            yield f"*CLEARANCE, MASTER=MASTER{k}, SLAVE=SLAVE{k}, VALUE={gap:.12g}"
 
 
 def resultant_lines(scene, masters, kind):
@@ -209,6 +214,17 @@ def slave_nodes(scene, pair):
     if pair.slave in scene.faces:
         return scene.nodes_on(pair.slave)
     return scene.nodes_of(pair.slave)
+
+
+def clearance(scene, pair):
+    """Return the gap added before all nodes of a pair; None where it differs between them."""
+    total = dict.fromkeys(slave_nodes(scene, pair), 0.0)
+    for name, gap in scene.clearances:
+        for node in scene.nodes_of(name):
+            if node in total:
+                total[node] += gap
+    values = set(total.values())
+    return values.pop() if len(values) == 1 else None
 
 
 class Targets:

@@ -66,6 +66,7 @@ class Pair:
     slave: str
     master: str
     interaction: str
+    adjust: str | None = None  # from how far away slave nodes are put on the master
 
 
 @dataclass
@@ -159,7 +160,8 @@ class Scene:
         self.friction = {}       # interaction: mu
         self.amplitudes = {}     # name: [numbers]
         self.steps = []
-        self.gaps = False        # whether a *CONTACT GAP adds to the gaps of the mesh
+        self.gaps = False        # whether a *CONTACT GAP adds a formula to the gaps of the mesh
+        self.clearances = []     # what it adds besides: (nodes' name, gap)
 
     # What the readers of single cards share.
 
@@ -376,9 +378,14 @@ def read_flat(program, path, overrides):
                 scene.friction[interaction] = number(card.rows[0][0])
             case "CONTACT PAIR":
                 for slave, master, *_ in card.rows:
-                    scene.pairs.append(Pair(slave, master, card.name("INTERACTION")))
+                    scene.pairs.append(Pair(slave, master, card.name("INTERACTION"),
+                                            card.options.get("ADJUST")))
             case "CONTACT GAP":
-                scene.gaps = True
+                for row in card.rows:
+                    if "PARABOLA" in card.options or len(row) != 2:
+                        scene.gaps = True
+                    else:
+                        scene.clearances.append((row[0], number(row[1])))
             case "AMPLITUDE":
                 for option in ("TIME", "DEFINITION"):
                     if card.options.get(option, "TABULAR").upper() not in ("STEP TIME", "TABULAR"):
