@@ -13,6 +13,7 @@ module refine_mesh_mod
   use refine_bricks_mod, only: corner_faces, middle_of, refine_bricks
   use resource_limits_mod, only: has_memory
   use sets_mod, only: finish, model_t, set_t
+  use sorting_mod, only: order_of
   use text_mod, only: to_text
   implicit none
   private
@@ -72,23 +73,32 @@ contains
   subroutine refine_once(mesh, ok)
     type(mesh_draft_t), intent(inout) :: mesh
     logical, intent(out) :: ok !! false: there is no room
-    integer, allocatable :: bricks(:, :), fine(:, :), between(:, :), all(:, :)
+    integer, allocatable :: fine(:, :), between(:, :), all(:, :)
+    integer, allocatable :: node(:), rank(:) !! by ascending id; the place of a node in this
     logical, allocatable :: outer(:, :)
     integer :: n, n_new, e, a, i
 
     n = mesh%n_elements
-    bricks = mesh%connectivity(:, :n)
-    call refine_bricks(mesh%n_nodes, bricks, fine, between)
+    ! By the ids, in whose order sets of an equation go together.
+    call order_of(mesh%node_id(:mesh%n_nodes), node)
+    allocate (rank(0:mesh%n_nodes))
+    rank(0) = 0
+    rank(node) = [(i, i=1, mesh%n_nodes)]
+    call refine_bricks(mesh%n_nodes, reshape(rank([mesh%connectivity(:, :n)]), [8, n]), fine, &
+      between)
     n_new = size(between, 2)
+    node = [0, node, [(mesh%n_nodes + i, i=1, n_new)]]
+    fine = reshape(node(1 + [fine]), shape(fine))
+    between = reshape(node(1 + [between]), shape(between))
     call reserve_nodes(mesh, n_new, ok)
     if (ok) call reserve_elements(mesh, 7*n, ok)
     if (.not. ok) return
     do i = 1, n_new
-      associate (node => mesh%n_nodes + i)
-        mesh%node_id(node) = mesh%highest_node + i
-        mesh%node_position(node) = mesh%node_position(between(1, i))
+      associate (added => mesh%n_nodes + i)
+        mesh%node_id(added) = mesh%highest_node + i
+        mesh%node_position(added) = mesh%node_position(between(1, i))
         do a = 1, 3
-          mesh%coordinates(a, node) = middle_of(mesh%coordinates(a, :mesh%n_nodes), between(:, i))
+          mesh%coordinates(a, added) = middle_of(mesh%coordinates(a, :mesh%n_nodes), between(:, i))
         end do
       end associate
     end do
