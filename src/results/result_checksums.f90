@@ -13,7 +13,7 @@ module result_checksums_mod
   use hdf5_files_mod, only: hdf5_file_t, exists, flush_file, list_members
   use hdf5_attributes_mod, only: write_attribute, read_attribute, describe_group
   use hdf5_contents_mod, only: checksum_of_contents
-  use hdf5_datasets_mod, only: read_dataset
+  use hdf5_datasets_mod, only: read_dataset, dataset_kind
   use hdf5_rows_mod, only: rows_t, create_rows, keep_rows, append_row
   use hdf5_read_rows_mod, only: read_through, is_growing
   implicit none
@@ -194,6 +194,7 @@ contains
           call read_through(file, member, 1_i8, n_rows, sums, error, copy)
           cycle
         end if
+        if (dataset_kind(file, member) /= 0) cycle ! it does not change
         call list_members(file, member, inner, error)
         do j = 1, size(inner)
           if (.not. is_growing(file, member//'/'//inner(j)%text)) cycle
