@@ -525,8 +525,10 @@ class Arithmetic(unittest.TestCase):
             )
             self.assertEqual(done.returncode, 0, done.stderr)
             with h5py.File(Path(folder) / "deck.vtkhdf") as one, h5py.File(whole.file) as other:
-                for name in ("displacement", "reaction_force", "contact_force"):
-                    name = f"VTKHDF/PointData/{name}"
+                names = ["displacement", "reaction_force", "contact_force"]
+                names = [f"VTKHDF/PointData/{name}" for name in names]
+                names += ["reference_nodes/displacement", "reference_nodes/reaction_force"]
+                for name in names:
                     self.assertTrue(np.array_equal(one[name][()], other[name][()]), name)
 
     def test_an_exported_problem_has_these_reactions(self):
