@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 GROUP = "/reference_nodes"
+QUANTITIES = ("displacement", "rotation", "reaction_force", "reaction_moment", "applied_force",
+              "applied_moment")
 
 
 class ReferenceNodes:
@@ -52,6 +54,11 @@ class ReferenceNodes:
     def _words(self) -> str:
         return ", ".join(map(str, self.node_ids))
 
+    @property
+    def quantities(self) -> list[str]:
+        """Which of displacement, rotation, reaction_force, ... the file has."""
+        return [name for name in QUANTITIES if f"{GROUP}/{name}" in self.result.file]
+
     def row(self, node_id: int) -> int:
         """Return the place of a node in the arrays; raise ResultError where it is none of them."""
         found = np.flatnonzero(self.node_ids == node_id)
@@ -65,6 +72,8 @@ class ReferenceNodes:
         return self.result.describe(f"{GROUP}/{name}")
 
     def _over_time(self, quantity: str) -> Array:
+        if GROUP not in self.result.file:
+            return np.zeros((self.result.finished, 0, 3))
         return self.result._dataset(f"{GROUP}/{quantity}")[: self.result.finished]
 
     @cached_property

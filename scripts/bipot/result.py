@@ -161,7 +161,9 @@ class Result:
     def to_pandas(self) -> pandas.DataFrame:
         """Return all histories as a pandas.DataFrame, a row an increment of the run, from 1.
 
-        Behind them, of each pair: NAME/resultant_x, _y, _z, the force on the slave body.
+        Behind them, of each pair: NAME/resultant_x, _y, _z, the force on the slave body; of each
+        reference node: NUMBER/displacement_x, and so reaction_force, rotation, ..., as the file
+        has them.
         """
         import pandas
 
@@ -169,6 +171,10 @@ class Result:
         for pair in self.pairs:
             for axis, letter in enumerate("xyz"):
                 columns[f"{pair.name}/resultant_{letter}"] = pair.resultant[:, axis]
+        for node in self.reference_nodes:
+            for name in self.reference_nodes.quantities:
+                for axis, letter in enumerate("xyz"):
+                    columns[f"{node.node_id}/{name}_{letter}"] = getattr(node, name)[:, axis]
         rows = pandas.RangeIndex(1, self.finished + 1, name="row")
         return pandas.DataFrame(columns, index=rows)
 
@@ -245,7 +251,9 @@ class Result:
         """
         found = np.flatnonzero(self.node_ids == node_id)
         if len(found) == 0:
-            also = "; it is one of reference_nodes" if node_id in self.reference_nodes.node_ids else ""
+            also = ""
+            if node_id in self.reference_nodes.node_ids:
+                also = "; it is one of reference_nodes"
             raise ResultError(f"{self.path}: bricks have no node {node_id}{also}")
         return int(found[0])
 

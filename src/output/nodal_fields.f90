@@ -123,7 +123,7 @@ contains
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: of_nodes(:, :)  !! (3,n_nodes) of the state
     logical, intent(in) :: in_place         !! only what is in its place
-    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes of the deck at least) the same, and turned
+    real(wp), intent(inout) :: values(:, :) !! (3, nodes of the deck) the same, and turned
     integer :: k
 
     if (.not. allocated(scene%local_axes)) return

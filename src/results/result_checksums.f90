@@ -134,8 +134,8 @@ contains
     allocate (sums(n), of_fields(n_steps), unused(n), source=0_i8)
     call read_groups(file, '/history', n, sums, error, copy)
     call read_groups(file, '/contact', n, sums, error, copy)
-    if (exists(file, '/reference_nodes')) call read_groups(file, '/reference_nodes', n, sums, error, &
-      copy)
+    if (exists(file, '/reference_nodes')) call read_groups(file, '/reference_nodes', n, sums, &
+      error, copy)
     if (exists(file, '/print')) call read_groups(file, '/print', n, sums, error, copy)
     call read_groups(file, '/VTKHDF/Steps', n_steps, of_fields, error, copy)
     call read_fields(file, 'PointData', 'NumberOfPoints', n_steps, of_fields, error, copy)

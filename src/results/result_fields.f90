@@ -12,7 +12,7 @@ module result_fields_mod
   implicit none
   private
 
-  public :: open_field_t, open_group, open_blocks, append_field, append_fields, write_at_start
+  public :: open_field_t, open_group, open_blocks, append_fields, write_at_start
 
   !> A field and its open dataset.
   type :: open_field_t
