@@ -85,7 +85,7 @@ B-ZMAX, 1, 1, 0.02
 
 # A tool that turns, a grip that is turned and loaded, and a node that says how far sides part.
 REFERENCES = """*NODE
-900, 0.5, 0.5, 8.
+1, 0.5, 0.5, 8.
 *BLOCK, NAME=B, NX=3, NY=3, NZ=3
 0., 0., 0.,  1., 1., 1.
 *NODE
@@ -95,7 +95,7 @@ REFERENCES = """*NODE
 *ELASTIC
 1000., 0.3
 *SOLID SECTION, ELSET=B, MATERIAL=M
-*OBSTACLE, NAME=O, TYPE=PLANE, REF NODE=900
+*OBSTACLE, NAME=O, TYPE=PLANE, REF NODE=1
 0., 0., 1.,  0., 0., -1.
 *SURFACE INTERACTION, NAME=I
 *FRICTION
@@ -103,9 +103,9 @@ REFERENCES = """*NODE
 *CONTACT PAIR, INTERACTION=I
 B-ZMAX, O
 *NSET, NSET=LEFT
-17, 33
+22, 38
 *NSET, NSET=RIGHT
-20, 36
+25, 41
 *EQUATION
 3
 RIGHT, 1, 1., LEFT, 1, -1., 902, 1, -1.
@@ -115,8 +115,8 @@ RIGHT, 1, 1., LEFT, 1, -1., 902, 1, -1.
 *STATIC, DIRECT
 0.2, 1.
 *BOUNDARY
-900, 1, 2
-900, 3, 3, -0.02
+1, 1, 2
+1, 3, 3, -0.02
 901, 1, 5
 902, 1, 1, 0.004
 *CLOAD
@@ -128,7 +128,7 @@ U, RF, CF
 *STATIC, DIRECT
 0.25, 1.
 *BOUNDARY
-900, 6, 6, 0.1
+1, 6, 6, 0.1
 *END STEP
 """
 
@@ -255,7 +255,7 @@ class EveryDeck(Folder):
         Case(deck).run(folder)
         with h5py.File(folder / NAME) as file:
             nodes = file["reference_nodes"]
-            self.assertEqual(nodes["node_id"][:].tolist(), [900, 901, 902])
+            self.assertEqual(nodes["node_id"][:].tolist(), [1, 901, 902])
             self.assertEqual(set(nodes), {
                 "node_id", "coordinates", "displacement", "rotation", "reaction_force",
                 "reaction_moment", "applied_force", "applied_moment",
