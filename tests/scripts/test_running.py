@@ -305,7 +305,8 @@ class Results(WithFolder):
         np.testing.assert_array_equal(
             table["BODY-ZMIN:GROUND/resultant_z"], result.pairs[0].resultant[:, 2]
         )
-        wheel = bipot.run(ROOT / "input" / "wheel.inp", quiet=True, n=8, steps=2, directory=self.folder)
+        deck = ROOT / "input" / "wheel.inp"
+        wheel = bipot.run(deck, quiet=True, n=8, steps=2, directory=self.folder)
         self.addCleanup(wheel.close)
         table, (hub,) = wheel.to_pandas(), wheel.reference_nodes
         np.testing.assert_array_equal(table["900/rotation_y"], hub.rotation[:, 1])
