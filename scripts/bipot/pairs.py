@@ -94,10 +94,12 @@ class Pair:
             nodes = given["connectivity"].reshape(-1, 4)
             facets["facets"] = np.where(nodes < 0, nodes[:, 2:3], nodes)
             facets["corners"] = given["corners"]
+        number = None
+        if node >= 0:
+            number = int(self.result._dataset("/reference_nodes/node_id")[node])
         return Obstacle(
             shape, given["point"], given["direction"], float(given["radius"][0]),
-            bool(given["inner"][0]),
-            None if node < 0 else int(self.result.reference_nodes.node_ids[node]), **facets,
+            bool(given["inner"][0]), number, **facets,
         )
 
     def obstacle_at(self, index: int = -1, scale: float = 1.0) -> Obstacle | None:
