@@ -27,7 +27,7 @@ class Obstacle:
     direction: Array  #: (3,) unit normal of the plane, to the body; along the cylinder's axis
     radius: float = 0.0  #: of the sphere or cylinder
     inner: bool = False  #: the body lies inside
-    node: int | None = None  #: row of the mesh's points that it moves with; None: it is at rest
+    node: int | None = None  #: the deck's id of its reference node; None: it is at rest
     #: (C, 3) of the facets
     corners: Array = field(default_factory=lambda: np.zeros((0, 3)))
     #: (F, 4) rows of `corners`, anticlockwise from the body; a triangle has its third one twice

@@ -94,25 +94,27 @@ class Pair:
             nodes = given["connectivity"].reshape(-1, 4)
             facets["facets"] = np.where(nodes < 0, nodes[:, 2:3], nodes)
             facets["corners"] = given["corners"]
+        number = None
+        if node >= 0:
+            number = int(self.result._dataset("/reference_nodes/node_id")[node])
         return Obstacle(
             shape, given["point"], given["direction"], float(given["radius"][0]),
-            bool(given["inner"][0]), None if node < 0 else node, **facets,
+            bool(given["inner"][0]), number, **facets,
         )
 
     def obstacle_at(self, index: int = -1, scale: float = 1.0) -> Obstacle | None:
         """Return the obstacle where it is in the stored increment `index`, or None.
 
-        `scale` is the factor of its displacement and rotation. Raises ResultError where the file
-        holds no displacements to place it by.
+        `scale` is the factor of its displacement and rotation. Raises ResultError where there is
+        no such increment.
         """
         obstacle = self.obstacle
         if obstacle is None or obstacle.node is None:
             return obstacle
-        shift = scale * self.result.field("displacement", index)[obstacle.node]
-        rotation = np.zeros(3)
-        if "rotation" in self.result.field_names[0]:
-            rotation = scale * self.result.field("rotation", index)[obstacle.node]
-        return obstacle.moved(shift, rotation, self.result.points[obstacle.node])
+        row = self.result.field_row(index)
+        node = self.result.reference_nodes[obstacle.node]
+        shift, rotation = scale * node.displacement[row], scale * node.rotation[row]
+        return obstacle.moved(shift, rotation, node.coordinates)
 
     @cached_property
     def master_nodes(self) -> Array:

@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 from bipot.brick_faces import BRICK_FACES, face_nodes, outer_faces
 from bipot.errors import ResultError
 from bipot.pairs import Pair, Pairs
+from bipot.reference_nodes import ReferenceNode, ReferenceNodes
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
 __all__ = (
     "BRICK_FACES", "OPEN", "SLIDE", "STATUS_NAMES", "STICK", "Description", "Pair", "Pairs",
-    "Result", "ResultError", "von_mises",
+    "ReferenceNode", "ReferenceNodes", "Result", "ResultError", "von_mises",
 )
 
 Array = NDArray[Any]
@@ -160,7 +161,9 @@ class Result:
     def to_pandas(self) -> pandas.DataFrame:
         """Return all histories as a pandas.DataFrame, a row an increment of the run, from 1.
 
-        Behind them, of each pair: NAME/resultant_x, _y, _z, the force on the slave body.
+        Behind them, of each pair: NAME/resultant_x, _y, _z, the force on the slave body; of each
+        reference node: NUMBER/displacement_x, and so reaction_force, rotation, ..., as the file
+        has them.
         """
         import pandas
 
@@ -168,6 +171,10 @@ class Result:
         for pair in self.pairs:
             for axis, letter in enumerate("xyz"):
                 columns[f"{pair.name}/resultant_{letter}"] = pair.resultant[:, axis]
+        for node in self.reference_nodes:
+            for name in self.reference_nodes.quantities:
+                for axis, letter in enumerate("xyz"):
+                    columns[f"{node.node_id}/{name}_{letter}"] = getattr(node, name)[:, axis]
         rows = pandas.RangeIndex(1, self.finished + 1, name="row")
         return pandas.DataFrame(columns, index=rows)
 
@@ -177,7 +184,8 @@ class Result:
         `describe("displacement").quantity` is "length"; the unit is the deck's own. Raises
         ResultError where there is no such dataset.
         """
-        places = ("", "/VTKHDF/PointData/", "/VTKHDF/CellData/", "/history/", "/VTKHDF/")
+        places = ("", "/VTKHDF/PointData/", "/VTKHDF/CellData/", "/history/", "/reference_nodes/",
+                  "/VTKHDF/")
         for place in places[:1] if name.startswith("/") else places[1:]:
             found = self.file.get(place + name)
             if isinstance(found, h5py.Dataset):
@@ -218,7 +226,7 @@ class Result:
 
     @cached_property
     def points(self) -> Array:
-        """Coordinates of the nodes before any displacement, (N, 3)."""
+        """Coordinates of the nodes of bricks before any displacement, (N, 3)."""
         return self._dataset("/VTKHDF/Points")[()]
 
     @cached_property
@@ -237,10 +245,16 @@ class Result:
         return self._dataset("/VTKHDF/CellData/element_id")[: len(self.bricks)].ravel().astype(int)
 
     def node(self, node_id: int) -> int:
-        """Return the row in `points` of the node that the deck calls `node_id`."""
+        """Return the row in `points` of the node that the deck calls `node_id`.
+
+        Raises ResultError where no brick has it; `reference_nodes` has others.
+        """
         found = np.flatnonzero(self.node_ids == node_id)
         if len(found) == 0:
-            raise ResultError(f"{self.path}: the deck has no node {node_id}")
+            also = ""
+            if node_id in self.reference_nodes.node_ids:
+                also = "; it is one of reference_nodes"
+            raise ResultError(f"{self.path}: bricks have no node {node_id}{also}")
         return int(found[0])
 
     def nearest_node(self, position: ArrayLike) -> int:
@@ -267,6 +281,13 @@ class Result:
         rows = np.clip(np.searchsorted(times, values), 0, len(times) - 1)
         return rows[times[rows] == values]
 
+    def field_row(self, index: int = -1) -> int:
+        """Return `field_rows[index]`; raise ResultError where there is no such increment."""
+        stored = len(self.field_rows)
+        if not -stored <= index < stored:
+            raise ResultError(f"{self.path}: the fields of {stored} increments, no index {index}")
+        return int(self.field_rows[index])
+
     @cached_property
     def field_names(self) -> tuple[set[str], ...]:
         """Names of the fields on nodes and on elements: (set, set)."""
@@ -281,9 +302,7 @@ class Result:
         `field_rows[index]` is the increment of the run. Raises ResultError where there is no such
         field or increment, or where `on` is needed.
         """
-        stored = len(self.field_rows)
-        if not -stored <= index < stored:
-            raise ResultError(f"{self.path}: the fields of {stored} increments, no index {index}")
+        self.field_row(index)
         places = ("nodes", "elements")
         if on not in (None, *places):
             raise ValueError(f"on must be 'nodes' or 'elements', not {on!r}")
@@ -300,7 +319,7 @@ class Result:
         else:
             kind, size = "Cell", len(self.bricks)
         offsets = self._dataset(f"/VTKHDF/Steps/{kind}DataOffsets/{name}")
-        start = int(offsets[index % stored])
+        start = int(offsets[index % len(self.field_rows)])
         return self._dataset(f"/VTKHDF/{kind}Data/{name}")[start : start + size]
 
     # --- Contact ------------------------------------------------------------------------------
@@ -310,29 +329,34 @@ class Result:
         """The contact pairs, in the order of their names: by number or by name."""
         return Pairs(self, list(self.file.get("contact", ())))
 
+    # --- Reference nodes ----------------------------------------------------------------------
+
+    @cached_property
+    def reference_nodes(self) -> ReferenceNodes:
+        """What moves or carries forces beside the bricks, by the deck's ids of the nodes."""
+        return ReferenceNodes(self)
+
     # --- For other programs -------------------------------------------------------------------
 
     def to_pyvista(self, index: int = -1) -> pyvista.UnstructuredGrid:
         """Return the mesh and all fields of the stored increment `index` as a PyVista grid.
 
-        Its points are the nodes that belong to bricks (`node_id` tells which: reference nodes of
-        obstacles are none, so that bounds and ranges are those of the bodies), undeformed;
-        `grid.warp_by_vector("displacement")` deforms it. Its field data has the `time`.
+        It is undeformed; `grid.warp_by_vector("displacement")` deforms it. `node_id` and
+        `element_id` are the deck's numbers. Its field data has the `time`.
         """
         import pyvista
 
-        used, corners = np.unique(self.bricks, return_inverse=True)
-        cells = np.insert(corners.reshape(-1, 8), 0, 8, axis=1).ravel()
+        cells = np.insert(self.bricks, 0, 8, axis=1).ravel()
         kinds = np.full(len(self.bricks), pyvista.CellType.HEXAHEDRON)
-        grid = pyvista.UnstructuredGrid(cells, kinds, self.points[used])
-        grid.point_data["node_id"] = self.node_ids[used]
+        grid = pyvista.UnstructuredGrid(cells, kinds, self.points)
+        grid.point_data["node_id"] = self.node_ids
         grid.cell_data["element_id"] = self.element_ids
         if len(self.field_rows) == 0:
             return grid
-        kept = {"node_id", "element_id", "vtkGhostType"}
+        kept = {"node_id", "element_id"}
         nodal, elemental = (names - kept for names in self.field_names)
         for name in sorted(nodal):
-            grid.point_data[name] = self.field(name, index, on="nodes")[used]
+            grid.point_data[name] = self.field(name, index, on="nodes")
         for name in sorted(elemental):
             grid.cell_data[name] = self.field(name, index, on="elements")
         grid.field_data["time"] = [self.history("time")[self.field_rows[index]]]

@@ -35,10 +35,13 @@ contains
   subroutine note_unused_nodes(reader, model)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
-    integer :: i, n, first
+    integer :: i, n, first, n_nodes !! of the deck: without those that stand for rotations
 
     n = 0
     first = 0
+    n_nodes = model%mesh%n_nodes
+    if (allocated(model%mesh%between)) n_nodes = model%mesh%n_given
+    if (allocated(model%rotation_of)) n_nodes = n_nodes - size(model%rotation_of, 2)
     do i = 1, model%mesh%n_nodes
       if (model%used(i) .or. model%reference(i) .or. model%rigid(i) .or. model%joined(i)) cycle
       n = n + 1
@@ -46,7 +49,7 @@ contains
     end do
     if (n == 0 .or. model%mesh%n_elements == 0) return
     model%mesh%taken_out = .true.
-    call note(reader, to_text(n)//' of '//to_text(model%mesh%n_nodes)// &
+    call note(reader, to_text(n)//' of '//to_text(n_nodes)// &
       ' nodes belong to no element (the first: node '//to_text(model%mesh%node_id(first))//')')
   end subroutine note_unused_nodes
 

@@ -5,7 +5,7 @@ module mesh_mod
   implicit none
   private
 
-  public :: mesh_t, find_bodies, joined_nodes, elements_at_nodes, shown_nodes, without_bricks, &
+  public :: mesh_t, find_bodies, joined_nodes, elements_at_nodes, shown_nodes, brick_rows, &
     kind_c3d8, kind_c3d8i, kind_c3d8b
 
   integer, parameter :: kind_c3d8 = 1  !! full integration
@@ -28,6 +28,8 @@ module mesh_mod
     integer,  allocatable :: between(:, :)
     !! (8,n) nodes that node `n_given` + i lies between, as of refine_bricks; not allocated where no
     !! brick was refined
+    integer,  allocatable :: brick_nodes(:)
+    !! (n of them) nodes that elements use, ascending: the points of a result's mesh
     integer :: n_nodes = 0
     integer :: n_given = 0 !! the first so many are the deck's
     integer :: n_stand_ins = 0
@@ -40,7 +42,8 @@ module mesh_mod
 contains
 
   !> Number the pieces of the mesh that elements connect in `mesh%piece`, and the bodies (pieces
-  !> connected through constraints, with the nodes that these join to them) in `mesh%body`.
+  !> connected through constraints, with the nodes that these join to them) in `mesh%body`; list the
+  !> nodes that elements use.
   pure subroutine find_bodies(mesh, constraints)
     type(mesh_t), intent(inout) :: mesh
     type(constraints_t), intent(in), optional :: constraints !! none where left out
@@ -53,6 +56,7 @@ contains
       end do
     end do
     call number_trees(mesh, parent, mesh%piece, mesh%n_pieces)
+    mesh%brick_nodes = pack([(node, node = 1, mesh%n_nodes)], mesh%piece > 0)
     if (present(constraints)) then
       do c = 1, constraints%n
         do k = constraints%first(c), constraints%first(c + 1) - 1
@@ -95,24 +99,23 @@ contains
     end do
   end subroutine number_trees
 
-  !> How many nodes files and users see: the first.
+  !> How many nodes the deck has: the first.
   pure integer function shown_nodes(mesh)
     type(mesh_t), intent(in) :: mesh
 
     shown_nodes = mesh%n_nodes - mesh%n_stand_ins
   end function shown_nodes
 
-  !> Which of the nodes that are shown no element has.
-  pure function without_bricks(mesh) result(single)
-    type(mesh_t), intent(in) :: mesh
-    logical :: single(shown_nodes(mesh))
-    integer :: e
+  !> The place of each node among those that elements use, 0 of others.
+  pure function brick_rows(mesh) result(row)
+    type(mesh_t), intent(in) :: mesh !! of find_bodies
+    integer :: row(mesh%n_nodes), i
 
-    single = .true.
-    do e = 1, mesh%n_elements
-      single(mesh%connectivity(:, e)) = .false.
+    row = 0
+    do i = 1, size(mesh%brick_nodes)
+      row(mesh%brick_nodes(i)) = i
     end do
-  end function without_bricks
+  end function brick_rows
 
   !> Nodes that no element has and that equations join to a body.
   pure function joined_nodes(mesh) result(joined)

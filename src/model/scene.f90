@@ -3,9 +3,9 @@ module scene_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t
   use constraints_mod, only: constraints_t
-  use mesh_mod, only: mesh_t
+  use mesh_mod, only: mesh_t, shown_nodes, joined_nodes
   use surfaces_mod, only: surface_t
-  use obstacles_mod, only: obstacle_t
+  use obstacles_mod, only: obstacle_t, ref_nodes
   use loads_mod, only: amplitude_t, load_step_t
   use controls_mod, only: contact_controls_t, output_controls_t, precision_controls_t, &
     accuracy_controls_t
@@ -13,7 +13,7 @@ module scene_mod
   private
 
   public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t, coupled_rotation_t, &
-    local_axes_t, master_name, pair_turns
+    local_axes_t, master_name, pair_turns, reference_nodes, has_rotations
 
   !> Isotropic linear elasticity.
   type :: material_t
@@ -114,6 +114,33 @@ contains
       end if
     end associate
   end function master_name
+
+  !> Nodes of the deck that move or carry forces beside the bricks, ascending: reference nodes of
+  !> obstacles and couplings (these even if a brick has them: they have rotations), and nodes that
+  !> equations alone name.
+  pure function reference_nodes(scene) result(nodes)
+    type(scene_t), intent(in) :: scene
+    integer, allocatable :: nodes(:)
+    logical :: is_one(scene%mesh%n_nodes)
+    integer :: node
+
+    is_one = joined_nodes(scene%mesh)
+    is_one(shown_nodes(scene%mesh) + 1:) = .false.
+    if (allocated(scene%obstacles)) is_one(ref_nodes(scene%obstacles)) = .true.
+    if (allocated(scene%rotations)) then
+      is_one(scene%rotations%node) = .true.
+      is_one(scene%rotations%rotation_node) = .false.
+    end if
+    nodes = pack([(node, node=1, size(is_one))], is_one)
+  end function reference_nodes
+
+  !> Whether reference nodes turn: of obstacles as the steps prescribe, of couplings.
+  pure logical function has_rotations(scene)
+    type(scene_t), intent(in) :: scene
+
+    has_rotations = allocated(scene%rotations)
+    if (allocated(scene%obstacles)) has_rotations = has_rotations .or. any(scene%obstacles%turns)
+  end function has_rotations
 
   !> Whether a pair faces an obstacle that turns.
   pure logical function pair_turns(scene, pair)

@@ -4,6 +4,7 @@
 module history_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_integer, of_byte
+  use mesh_mod, only: mesh_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: is_extra
@@ -20,13 +21,14 @@ contains
   subroutine plan_history_fields(fields)
     type(field_t), allocatable, intent(out) :: fields(:)
 
-    call list_history_fields(state_t(), increment_report_t(), contact_points_t(), fields)
+    call list_history_fields(state_t(), increment_report_t(), mesh_t(), contact_points_t(), fields)
   end subroutine plan_history_fields
 
   !> The histories, with the numbers of an increment.
-  subroutine list_history_fields(state, report, points, fields)
+  subroutine list_history_fields(state, report, mesh, points, fields)
     type(state_t), intent(in) :: state !! at the end of the increment
     type(increment_report_t), intent(in) :: report
+    type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
     type(field_t), allocatable, intent(out) :: fields(:)
     type(field_list_t) :: list
@@ -34,7 +36,8 @@ contains
     integer :: worst_node
 
     worst_node = 0
-    if (report%worst_point > 0) worst_node = points%node(report%worst_point)
+    if (report%worst_point > 0) worst_node = count(mesh%brick_nodes <= &
+      points%node(report%worst_point))
 
     call whole('step', 'ordinal of the *STEP', state%step)
     call whole('increment', 'number of the increment within its step', state%increment)

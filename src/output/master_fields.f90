@@ -3,8 +3,9 @@
 module master_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_long
+  use mesh_mod, only: brick_rows
   use obstacle_shapes_mod, only: is_meshed, shape_code, shape_codes
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, reference_nodes
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, at_start
   implicit none
   private
@@ -30,8 +31,8 @@ contains
     call add_field(list, field_t('obstacle_inner', of_long, [1], 'code', &
       '1: a sphere or cylinder in which the body lies, else 0', at_start, compute=inner))
     call add_field(list, field_t('obstacle_node', of_long, [1], 'number', &
-      'node with which the obstacle moves and about which it turns: index into Points, from 0; '// &
-      '-1: it is at rest', at_start, compute=node))
+      'reference node, with which the obstacle moves and about which it turns: index into '// &
+      '/reference_nodes, from 0; -1: it is at rest', at_start, compute=node))
     call add_field(list, field_t('obstacle_point', of_real, [3], 'length', &
       'a point of the plane, the centre of the sphere, a point of the cylinder''s axis, in the '// &
       'deck', at_start, compute=point))
@@ -61,8 +62,11 @@ contains
   subroutine master_node(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, nodes of the surface)
+    integer :: row(source%scene%mesh%n_nodes)
 
-    values(1, :) = source%scene%surfaces(source%scene%pairs(source%pair)%master_surface)%nodes - 1
+    row = brick_rows(source%scene%mesh)
+    values(1, :) = row(source%scene%surfaces(source%scene%pairs(source%pair)% &
+      master_surface)%nodes) - 1
   end subroutine master_node
 
   subroutine code(source, values)
@@ -83,7 +87,8 @@ contains
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, 1)
 
-    values = source%scene%obstacles(master_of(source))%ref_node - 1
+    values = findloc(reference_nodes(source%scene), source%scene%obstacles(master_of( &
+      source))%ref_node, dim=1) - 1
   end subroutine node
 
   subroutine point(source, values)

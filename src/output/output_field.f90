@@ -1,15 +1,17 @@
 !> An entry of the table of fields: a dataset of the result file, and how it is computed.
 !>
-!> The table has four parts: history_fields, one number an increment; pair_fields, at the points of
-!> a contact pair; print_fields, of a set that the deck prints; view_fields, over the mesh. A new
-!> field is one entry in one of them and, but for a history, the procedure that computes it. The
-!> result file, its XDMF sidecar, the plan's list of fields and the estimate of the file's size are
-!> made from the table.
+!> The table has five parts: history_fields, one number an increment; pair_fields, at the points of
+!> a contact pair; reference_fields, of reference nodes; print_fields, of a set that the deck
+!> prints; view_fields, over the mesh. A new field is one entry in one of them and, but for a
+!> history, the procedure that computes it; what nodes have is computed at all of them
+!> (nodal_fields), and an entry says at which it is written. The result file, its XDMF sidecar, the
+!> plan's list of fields and the estimate of the file's size are made from the table.
 module output_field_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
   use dataset_kinds_mod, only: of_real, bytes_of
-  use scene_mod, only: scene_t
+  use mesh_mod, only: shown_nodes
+  use scene_mod, only: scene_t, reference_nodes
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t
@@ -18,8 +20,9 @@ module output_field_mod
   private
 
   public :: field_t, field_source_t, field_list_t, add_field, get_fields, compute_field
-  public :: block_shape, block_bytes
+  public :: block_shape, block_bytes, fill_field
   public :: every_time, first_time, at_start, everywhere, at_supports, at_contact
+  public :: of_bricks, of_references, of_set
 
   ! When a field is written.
   integer, parameter :: every_time = 1 !! a row an increment; over the mesh: where fields are due
@@ -33,6 +36,12 @@ module output_field_mod
   integer, parameter :: at_supports = 2
   integer, parameter :: at_contact = 3
 
+  ! The nodes whose columns are written of a field that is computed at all nodes of the deck.
+  integer, parameter :: as_computed = 0   !! the columns are those that are written
+  integer, parameter :: of_bricks = 1     !! nodes that bricks have
+  integer, parameter :: of_references = 2 !! reference nodes
+  integer, parameter :: of_set = 3        !! members of the source's set
+
   !> A field. Its extents are Fortran's way round; the last one counts points, nodes or elements.
   type :: field_t
     character(:), allocatable :: name !! below /history, the pair's group, or /VTKHDF
@@ -42,6 +51,7 @@ module output_field_mod
     character(:), allocatable :: description
     integer :: written = every_time          !! every_time, first_time or at_start
     integer :: spread = everywhere           !! everywhere, at_supports or at_contact
+    integer :: nodes = as_computed           !! as_computed, of_bricks, of_references or of_set
     real(wp) :: value = 0.0_wp               !! of a history: the number itself
     procedure(compute_field), pointer, nopass :: compute => null() !! of all others
   end type field_t
@@ -68,13 +78,13 @@ module output_field_mod
   end type field_list_t
 
   abstract interface
-    !> Compute a field: a column a point, node or element. What are whole numbers in the file are
-    !> whole numbers here.
+    !> Compute a field: a column a point, node or element; of some nodes only: a column for each
+    !> node of the deck. What are whole numbers in the file are whole numbers here.
     subroutine compute_field(source, values)
       import :: field_source_t, wp
       implicit none
       type(field_source_t), intent(inout) :: source
-      real(wp), intent(inout) :: values(:, :) !! of the field's block_shape; 0 on entry
+      real(wp), intent(inout) :: values(:, :) !! 0 on entry
     end subroutine compute_field
   end interface
 
@@ -104,6 +114,36 @@ contains
     allocate (fields(list%n))
     if (list%n > 0) fields(:) = list%fields(:list%n)
   end subroutine get_fields
+
+  !> Compute a field as it is written.
+  subroutine fill_field(field, source, values)
+    type(field_t), intent(in) :: field
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! of the field's block_shape; 0 on entry
+    real(wp), allocatable :: of_all(:, :)
+    integer, allocatable :: nodes(:)
+
+    select case (field%nodes)
+    case (of_bricks)
+      nodes = source%scene%mesh%brick_nodes
+    case (of_references)
+      nodes = reference_nodes(source%scene)
+    case (of_set)
+      nodes = source%scene%output%prints(source%print)%members
+    case default
+      call field%compute(source, values)
+      return
+    end select
+    associate (n => shown_nodes(source%scene%mesh))
+      if (field%nodes == of_bricks .and. size(nodes) == n) then
+        call field%compute(source, values)
+      else
+        allocate (of_all(size(values, 1), n), source=0.0_wp)
+        call field%compute(source, of_all)
+        values = of_all(:, nodes)
+      end if
+    end associate
+  end subroutine fill_field
 
   !> Numbers a point, node or element; and how many of these.
   pure function block_shape(field) result(n)

@@ -2,6 +2,7 @@
 module pair_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_byte, of_long
+  use mesh_mod, only: brick_rows
   use small_matrix_mod, only: cross
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
@@ -115,8 +116,10 @@ contains
   subroutine node(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, its points)
+    integer :: row(source%scene%mesh%n_nodes)
 
-    values(1, :) = source%points%node(source%first:source%last) - 1
+    row = brick_rows(source%scene%mesh)
+    values(1, :) = row(source%points%node(source%first:source%last)) - 1
   end subroutine node
 
   subroutine coordinates(source, values)

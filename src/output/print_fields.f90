@@ -11,8 +11,8 @@ module print_fields_mod
   use invariants_mod, only: von_mises, principal_values
   use mesh_fields_mod, only: fill_tensor_fields
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
-    compute_field, at_start
-  use view_fields_mod, only: displacement, reaction_force, applied_force
+    compute_field, every_time, at_start, everywhere, of_set
+  use nodal_fields_mod, only: node_id, displacement, reaction_force, applied_force
   implicit none
   private
 
@@ -34,7 +34,7 @@ contains
           'ids of the elements in the deck', at_start, compute=element_id))
       else
         call add_field(list, field_t('node_id', of_long, [size(asked%members)], 'number', &
-          'ids of the nodes in the deck', at_start, compute=node_id))
+          'ids of the nodes in the deck', at_start, everywhere, of_set, compute=node_id))
       end if
       call add_field(list, field_t('is_due', of_byte, one_number, 'code', &
         '1 where FREQUENCY asks for lines in the table of text, else 0', compute=is_due))
@@ -52,21 +52,27 @@ contains
     type(print_t), intent(in) :: asked
     type(field_list_t), intent(inout) :: list
 
-    associate (n => size(asked%members))
-      if (asked%each .and. asked%displacement) call add_field(list, field_t('displacement', &
-        of_real, [3, n], 'length', 'from the undeformed mesh, x, y, z', &
-        compute=displacement_of_set))
-      if (asked%each .and. asked%reaction) call add_field(list, field_t('reaction_force', &
-        of_real, [3, n], 'force', 'of the supports on the body, x, y, z', &
-        compute=reaction_of_set))
-      if (asked%each .and. asked%loads) call add_field(list, field_t('applied_force', of_real, &
-        [3, n], 'force', 'of the loads on the bodies, thermal expansion included, x, y, z', &
-        compute=loads_of_set))
-    end associate
+    if (asked%each .and. asked%displacement) call add('displacement', 'length', &
+      'from the undeformed mesh, x, y, z', displacement)
+    if (asked%each .and. asked%reaction) call add('reaction_force', 'force', &
+      'of the supports on the body, x, y, z', reaction_force)
+    if (asked%each .and. asked%loads) call add('applied_force', 'force', &
+      'of the loads on the bodies, thermal expansion included, x, y, z', applied_force)
     if (asked%totals .and. asked%reaction) call add_field(list, field_t('total_reaction_force', &
       of_real, [3], 'force', 'sum over the set, x, y, z', compute=total_reaction))
     if (asked%totals .and. asked%loads) call add_field(list, field_t('total_applied_force', &
       of_real, [3], 'force', 'sum over the set, x, y, z', compute=total_loads))
+
+  contains
+
+    subroutine add(name, quantity, description, compute)
+      character(*), intent(in) :: name, quantity, description
+      procedure(compute_field) :: compute
+
+      call add_field(list, field_t(name, of_real, [3, size(asked%members)], quantity, &
+        description, every_time, everywhere, of_set, compute=compute))
+    end subroutine add
+
   end subroutine list_vectors
 
   !> What there is at elements: the mean of each, or at its eight Gauss points.
@@ -105,13 +111,6 @@ contains
 
   end subroutine list_tensors
 
-  subroutine node_id(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, members)
-
-    values(1, :) = source%scene%mesh%node_id(source%scene%output%prints(source%print)%members)
-  end subroutine node_id
-
   subroutine element_id(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, members)
@@ -133,27 +132,6 @@ contains
 
   ! ------------------------------------------------------------------ nodes
 
-  subroutine displacement_of_set(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, members)
-
-    call pick(source, displacement, values)
-  end subroutine displacement_of_set
-
-  subroutine reaction_of_set(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, members)
-
-    call pick(source, reaction_force, values)
-  end subroutine reaction_of_set
-
-  subroutine loads_of_set(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, members)
-
-    call pick(source, applied_force, values)
-  end subroutine loads_of_set
-
   subroutine total_reaction(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, 3)
@@ -168,27 +146,16 @@ contains
     call add_up(source, applied_force, values)
   end subroutine total_loads
 
-  !> A field of the mesh at the members of the set.
-  subroutine pick(source, field, values)
-    type(field_source_t), intent(inout) :: source
-    procedure(compute_field) :: field
-    real(wp), intent(inout) :: values(:, :) !! (3, members)
-    real(wp) :: of_mesh(3, shown_nodes(source%scene%mesh))
-
-    of_mesh = 0.0_wp
-    call field(source, of_mesh)
-    values = of_mesh(:, source%scene%output%prints(source%print)%members)
-  end subroutine pick
-
-  !> The sum of a field of the mesh over the set.
+  !> The sum of what nodes have over the set.
   subroutine add_up(source, field, values)
     type(field_source_t), intent(inout) :: source
     procedure(compute_field) :: field
     real(wp), intent(inout) :: values(:, :) !! (1, 3)
-    real(wp) :: of_set(3, size(source%scene%output%prints(source%print)%members))
+    real(wp), allocatable :: of_all(:, :)
 
-    call pick(source, field, of_set)
-    values(1, :) = sum(of_set, dim=2)
+    allocate (of_all(3, shown_nodes(source%scene%mesh)), source=0.0_wp)
+    call field(source, of_all)
+    values(1, :) = sum(of_all(:, source%scene%output%prints(source%print)%members), dim=2)
   end subroutine add_up
 
   ! ------------------------------------------------------------------ elements

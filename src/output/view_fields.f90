@@ -2,20 +2,19 @@
 module view_fields_mod
   use kinds_mod, only: wp
   use errors_mod, only: raise, exit_machine
-  use dataset_kinds_mod, only: of_real, of_byte, of_long, of_unsigned_byte
-  use mesh_mod, only: shown_nodes, without_bricks
-  use scene_mod, only: scene_t, pair_turns
+  use dataset_kinds_mod, only: of_real, of_byte, of_long
+  use scene_mod, only: scene_t
   use step_fields_mod, only: tensor_field_t
-  use small_matrix_mod, only: cross
   use expansion_mod, only: find_thermal_stress
   use invariants_mod, only: von_mises, principal_values
   use mesh_fields_mod, only: fill_tensor_fields
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
-    compute_field, every_time, at_start, at_supports, at_contact
+    compute_field, every_time, at_start, at_supports, at_contact, of_bricks
+  use nodal_fields_mod, only: node_id, displacement, reaction_force, applied_force
   implicit none
   private
 
-  public :: list_view_fields, displacement, reaction_force, applied_force
+  public :: list_view_fields
 
   character(*), parameter :: tensor_order = 'XX, YY, ZZ, XY, YZ, XZ'
   character(*), parameter :: as_components = ' as tensor components'
@@ -35,8 +34,9 @@ contains
     logical, intent(in) :: has_contact !! the run has contact points
     type(field_t), allocatable, intent(out) :: fields(:)
     type(field_list_t) :: list
+    integer :: i
 
-    associate (n => shown_nodes(scene%mesh), asked => scene%output)
+    associate (n => size(scene%mesh%brick_nodes), asked => scene%output)
       if (asked%displacement) call add_field(list, field_t('PointData/displacement', of_real, &
         [3, n], 'length', 'from the undeformed mesh, x, y, z', compute=displacement))
       if (asked%reaction) call add_field(list, field_t('PointData/reaction_force', of_real, &
@@ -45,14 +45,6 @@ contains
       if (asked%loads) call add_field(list, field_t('PointData/applied_force', of_real, [3, n], &
         'force', 'of the loads on the bodies, thermal expansion included, x, y, z', &
         compute=applied_force))
-      if (any(scene%obstacles%turns) .or. allocated(scene%rotations)) then
-        if (asked%displacement) call add_field(list, field_t('PointData/rotation', of_real, &
-          [3, n], 'angle', 'rotation vectors of reference nodes, x, y, z', &
-          every_time, at_supports, compute=rotation))
-        if (asked%reaction) call add_field(list, field_t('PointData/reaction_moment', of_real, &
-          [3, n], 'moment', 'of the supports on obstacles that turn and on coupled faces, '// &
-          'about their reference nodes, x, y, z', every_time, at_supports, compute=reaction_moment))
-      end if
       if (asked%contact .and. has_contact) then
         call add_field(list, field_t('PointData/contact_force', of_real, [3, n], 'force', &
           'of contact on the bodies, x, y, z', every_time, at_contact, &
@@ -75,9 +67,6 @@ contains
       end if
       call add_field(list, field_t('PointData/node_id', of_long, [n], 'number', &
         'ids of the nodes in the deck', at_start, compute=node_id))
-      if (any(without_bricks(scene%mesh))) call add_field(list, field_t('PointData/vtkGhostType', &
-        of_unsigned_byte, [n], 'code', '2: no element has the node, and VTK leaves it out of '// &
-        'pictures and ranges; else 0', at_start, compute=ghost_type))
     end associate
 
     associate (n => scene%mesh%n_elements, asked => scene%output)
@@ -99,6 +88,9 @@ contains
         'ids of the elements in the deck', at_start, compute=element_id))
     end associate
     call get_fields(list, fields)
+    do i = 1, size(fields)
+      if (index(fields(i)%name, 'PointData/') == 1) fields(i)%nodes = of_bricks
+    end do
 
   contains
 
@@ -137,89 +129,6 @@ contains
     end subroutine add_invariants
 
   end subroutine list_view_fields
-
-  subroutine displacement(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
-
-    values = source%state%displacement(:, :size(values, 2))
-    call turn_local(source%scene, source%state%displacement, .true., values)
-  end subroutine displacement
-
-  subroutine reaction_force(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
-
-    values = source%state%support_force(:, :size(values, 2))
-    call turn_local(source%scene, source%state%support_force, .false., values)
-  end subroutine reaction_force
-
-  !> Put what nodes have along local directions into x, y, z: in their place, or what stands at the
-  !> nodes that stand in for them beside it.
-  pure subroutine turn_local(scene, of_nodes, in_place, values)
-    type(scene_t), intent(in) :: scene
-    real(wp), intent(in) :: of_nodes(:, :)  !! (3,n_nodes) of the state
-    logical, intent(in) :: in_place         !! only what is in its place
-    real(wp), intent(inout) :: values(:, :) !! (3, shown nodes) the same, and turned
-    integer :: k
-
-    if (.not. allocated(scene%local_axes)) return
-    do k = 1, size(scene%local_axes)
-      associate (of => scene%local_axes(k))
-        if (of%stand_in == of%node) then
-          values(:, of%node) = matmul(of_nodes(:, of%node), of%direction)
-        else if (.not. in_place) then
-          values(:, of%node) = values(:, of%node) + matmul(of_nodes(:, of%stand_in), of%direction)
-        end if
-      end associate
-    end do
-  end subroutine turn_local
-
-  subroutine rotation(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
-    integer :: i
-
-    do i = 1, size(source%scene%obstacles)
-      associate (obstacle => source%scene%obstacles(i))
-        if (obstacle%turns) values(:, obstacle%ref_node) = source%state%rotation(:, i)
-      end associate
-    end do
-    if (.not. allocated(source%scene%rotations)) return
-    do i = 1, size(source%scene%rotations)
-      associate (of => source%scene%rotations(i))
-        values(:, of%node) = source%state%displacement(:, of%rotation_node)/of%length
-      end associate
-    end do
-  end subroutine rotation
-
-  !> What holds the torques of the contact forces; obstacles that share a node add up.
-  subroutine reaction_moment(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
-    real(wp), allocatable :: held(:, :)     !! (3, n_nodes) force of the supports [force]
-    integer :: i
-
-    do i = 1, source%points%n
-      if (.not. pair_turns(source%scene, source%points%pair(i))) cycle
-      associate (obstacle => source%scene%obstacles(source%scene%pairs(source%points%pair( &
-                   i))%master), node => source%points%node(i), u => source%state%displacement, &
-                 x => source%scene%mesh%coordinates)
-        associate (ref_node => obstacle%ref_node)
-          values(:, ref_node) = values(:, ref_node) + cross(x(:, node) + u(:, node) - &
-            x(:, ref_node) - u(:, ref_node), source%state%reaction(:, i))
-        end associate
-      end associate
-    end do
-    if (.not. allocated(source%scene%rotations)) return
-    allocate (held, source=source%state%support_force)
-    call turn_local(source%scene, source%state%support_force, .false., held)
-    do i = 1, size(source%scene%rotations)
-      associate (of => source%scene%rotations(i))
-        values(:, of%node) = held(:, of%rotation_node)*of%length
-      end associate
-    end do
-  end subroutine reaction_moment
 
   !> Points that share a node add up; nodes of a master that is a body have the opposite forces.
   subroutine contact_force(source, values)
@@ -406,14 +315,6 @@ contains
     end do
   end subroutine at_each_point
 
-  subroutine applied_force(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
-
-    values = source%state%external_force(:, :size(values, 2))
-    call turn_local(source%scene, source%state%external_force, .true., values)
-  end subroutine applied_force
-
   !> Of points that share a node the deepest.
   subroutine contact_penetration(source, values)
     type(field_source_t), intent(inout) :: source
@@ -438,21 +339,6 @@ contains
       call raise(source%error, exit_machine, 'internal error: mesh_error was not estimated')
     end if
   end subroutine mesh_error
-
-  subroutine node_id(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
-
-    values(1, :) = source%scene%mesh%node_id(:size(values, 2))
-  end subroutine node_id
-
-  subroutine ghost_type(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
-    real(wp), parameter :: hidden_point = 2.0_wp ! of vtkDataSetAttributes
-
-    where (without_bricks(source%scene%mesh)) values(1, :) = hidden_point
-  end subroutine ghost_type
 
   subroutine element_id(source, values)
     type(field_source_t), intent(inout) :: source

@@ -7,6 +7,7 @@ module estimate_file_mod
   use output_field_mod, only: field_t, block_bytes, every_time, at_start, at_supports, at_contact
   use history_fields_mod, only: plan_history_fields
   use pair_fields_mod, only: list_pair_fields
+  use reference_fields_mod, only: list_reference_fields
   use print_fields_mod, only: list_print_fields
   use view_fields_mod, only: list_view_fields
   use count_sizes_mod, only: sizes_t
@@ -52,7 +53,7 @@ contains
     call plan_history_fields(fields)
     file%datasets = size(fields) + other_datasets
     ! The mesh without what is in the table of fields.
-    once = 24.0_wp*sizes%nodes + 73.0_wp*sizes%bricks + real(len(scene%deck), wp)
+    once = 24.0_wp*size(scene%mesh%brick_nodes) + 73.0_wp*sizes%bricks + real(len(scene%deck), wp)
     call list_view_fields(scene, plan%points%n > 0, fields)
     file%datasets = file%datasets + size(fields) ! their offsets
     call add_fields(fields, nonzero_bytes(fields, scene, sizes), sizes%outputs, once, file)
@@ -61,6 +62,8 @@ contains
       call list_pair_fields(scene, i, count(plan%points%pair(:plan%points%n) == i), fields)
       call add_fields(fields, block_bytes(fields), sizes%increments, once, file)
     end do
+    call list_reference_fields(scene, fields)
+    call add_fields(fields, block_bytes(fields), sizes%increments, once, file)
     if (allocated(scene%output%prints)) then
       do i = 1, size(scene%output%prints)
         call list_print_fields(scene, i, fields)
@@ -86,14 +89,16 @@ contains
     type(scene_t), intent(in) :: scene
     type(sizes_t), intent(in) :: sizes
     real(wp) :: bytes(size(fields)) !! written at a time
-    real(wp) :: held
+    logical :: held(scene%mesh%n_nodes)
     integer :: i
 
-    held = count(prescribed_nodes(scene))
+    held = prescribed_nodes(scene)
     bytes = block_bytes(fields)
     do i = 1, size(fields)
-      if (fields(i)%spread == at_supports) bytes(i) = bytes(i)*held/sizes%nodes
-      if (fields(i)%spread == at_contact) bytes(i) = bytes(i)*sizes%points/sizes%nodes
+      if (fields(i)%spread == at_supports) bytes(i) = bytes(i)* &
+        count(held(scene%mesh%brick_nodes))/size(scene%mesh%brick_nodes)
+      if (fields(i)%spread == at_contact) bytes(i) = bytes(i)*sizes%points/ &
+        size(scene%mesh%brick_nodes)
       if (fields(i)%kind == of_byte) bytes(i) = 0.0_wp
     end do
   end function nonzero_bytes

@@ -4,7 +4,6 @@
 module plan_table_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t, to_text, percent
-  use mesh_mod, only: shown_nodes
   use scene_mod, only: scene_t, contact_pair_t
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
                           formulation_bipotential, local_uzawa, local_newton, local_newton6, &
@@ -41,8 +40,8 @@ contains
     allocate (plan%lines(0))
     bound = bound_at_most
     if (plan%is_constant) bound = bound_fixed
-    call add_line(plan, 'mesh', bound_fixed, to_text(shown_nodes(scene%mesh))//' nodes, '// &
-      to_text(scene%mesh%n_elements)//' bricks')
+    call add_line(plan, 'mesh', bound_fixed, to_text(size(scene%mesh%brick_nodes))// &
+      ' nodes, '//to_text(scene%mesh%n_elements)//' bricks')
     call describe_bodies(scene, motions, plan)
     call add_line(plan, 'equations', bound, to_text(plan%n_equations)//', '// &
       to_text(plan%n_interface)//' of them on contact nodes')

@@ -13,7 +13,7 @@ module result_checksums_mod
   use hdf5_files_mod, only: hdf5_file_t, exists, flush_file, list_members
   use hdf5_attributes_mod, only: write_attribute, read_attribute, describe_group
   use hdf5_contents_mod, only: checksum_of_contents
-  use hdf5_datasets_mod, only: read_dataset
+  use hdf5_datasets_mod, only: read_dataset, dataset_kind
   use hdf5_rows_mod, only: rows_t, create_rows, keep_rows, append_row
   use hdf5_read_rows_mod, only: read_through, is_growing
   implicit none
@@ -134,6 +134,8 @@ contains
     allocate (sums(n), of_fields(n_steps), unused(n), source=0_i8)
     call read_groups(file, '/history', n, sums, error, copy)
     call read_groups(file, '/contact', n, sums, error, copy)
+    if (exists(file, '/reference_nodes')) call read_groups(file, '/reference_nodes', n, sums, &
+      error, copy)
     if (exists(file, '/print')) call read_groups(file, '/print', n, sums, error, copy)
     call read_groups(file, '/VTKHDF/Steps', n_steps, of_fields, error, copy)
     call read_fields(file, 'PointData', 'NumberOfPoints', n_steps, of_fields, error, copy)
@@ -192,6 +194,7 @@ contains
           call read_through(file, member, 1_i8, n_rows, sums, error, copy)
           cycle
         end if
+        if (dataset_kind(file, member) /= 0) cycle ! it does not change
         call list_members(file, member, inner, error)
         do j = 1, size(inner)
           if (.not. is_growing(file, member//'/'//inner(j)%text)) cycle

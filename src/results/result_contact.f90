@@ -5,11 +5,11 @@ module result_contact_mod
   use text_mod, only: string_t, to_text
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use output_field_mod, only: field_t, field_source_t, at_start
+  use output_field_mod, only: field_t, field_source_t
   use pair_fields_mod, only: list_pair_fields
   use hdf5_files_mod, only: hdf5_file_t
   use hdf5_attributes_mod, only: write_attribute, describe_group
-  use result_fields_mod, only: open_field_t, open_rows, append_field, write_at_start
+  use result_fields_mod, only: open_field_t, open_group, append_fields
   implicit none
   private
 
@@ -55,33 +55,12 @@ contains
       source%first = pairs(i)%first
       source%last = pairs(i)%last
       call list_pair_fields(scene, i, source%last - source%first + 1, fields)
-      call create_pair(file, fields, source, n_rows, pairs(i), error)
+      call describe_group(file, pairs(i)%path, 'a row an increment; local components are '// &
+        'along n, t1, t2', error)
+      call open_group(file, pairs(i)%path, fields, source, n_rows, pairs(i)%fields, error)
       call write_attribute(file, pairs(i)%path, 'friction_coefficient', scene%pairs(i)%mu, error)
     end do
   end subroutine create_contact
-
-  subroutine create_pair(file, fields, source, n_rows, pair, error)
-    type(hdf5_file_t), intent(in) :: file
-    type(field_t), intent(in) :: fields(:)
-    type(field_source_t), intent(inout) :: source !! of what does not change
-    integer, intent(in) :: n_rows
-    type(pair_rows_t), intent(inout) :: pair
-    type(error_t), allocatable, intent(inout) :: error
-    integer :: i, n
-
-    call describe_group(file, pair%path, 'a row an increment; local components are '// &
-                        'along n, t1, t2', error)
-    allocate (pair%fields(count(fields%written /= at_start)))
-    n = 0
-    do i = 1, size(fields)
-      if (fields(i)%written == at_start) then
-        call write_at_start(file, pair%path, fields(i), source, error)
-      else
-        n = n + 1
-        call open_rows(file, pair%path, fields(i), n_rows, pair%fields(n), error)
-      end if
-    end do
-  end subroutine create_pair
 
   !> The path of a pair's group: its name, made fit for HDF5 and unlike those before it.
   pure function free_path(name, before) result(path)
@@ -120,15 +99,13 @@ contains
     type(field_source_t), intent(inout) :: source !! of the increment
     integer(i8), intent(inout) :: checksum !! of the increment, to which that of every row is added
     type(error_t), allocatable, intent(inout) :: error
-    integer :: i, k
+    integer :: i
 
     do i = 1, size(pairs)
       source%pair = i
       source%first = pairs(i)%first
       source%last = pairs(i)%last
-      do k = 1, size(pairs(i)%fields)
-        call append_field(pairs(i)%fields(k), source, checksum, error)
-      end do
+      call append_fields(pairs(i)%fields, source, checksum, error)
     end do
   end subroutine append_contact
 

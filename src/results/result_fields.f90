@@ -1,10 +1,10 @@
 !> Fields of the table (output_field) as datasets of an open file.
 module result_fields_mod
-  use kinds_mod, only: wp, i1, i8
+  use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_machine
-  use dataset_kinds_mod, only: of_real, of_long, of_unsigned_byte
-  use output_field_mod, only: field_t, field_source_t, block_shape, first_time, at_start, &
-    everywhere
+  use dataset_kinds_mod, only: of_real, of_long
+  use output_field_mod, only: field_t, field_source_t, block_shape, fill_field, first_time, &
+    at_start, everywhere
   use hdf5_files_mod, only: hdf5_file_t, exists
   use hdf5_datasets_mod, only: write_dataset
   use hdf5_rows_mod, only: rows_t, create_rows, create_stack, create_dense_stack, keep_rows, &
@@ -12,7 +12,7 @@ module result_fields_mod
   implicit none
   private
 
-  public :: open_field_t, open_rows, open_blocks, append_field, write_at_start
+  public :: open_field_t, open_group, open_blocks, append_fields, write_at_start
 
   !> A field and its open dataset.
   type :: open_field_t
@@ -22,6 +22,30 @@ module result_fields_mod
   end type open_field_t
 
 contains
+
+  !> Make the datasets of a group: write what does not change, and open what grows by a row an
+  !> increment.
+  subroutine open_group(file, group, fields, source, n_rows, opened, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group !! its path
+    type(field_t), intent(in) :: fields(:)
+    type(field_source_t), intent(inout) :: source !! of what does not change
+    integer, intent(in) :: n_rows !! increments that the file has already, of a continued run
+    type(open_field_t), allocatable, intent(out) :: opened(:) !! what grows
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: i, n
+
+    allocate (opened(count(fields%written /= at_start)))
+    n = 0
+    do i = 1, size(fields)
+      if (fields(i)%written == at_start) then
+        call write_at_start(file, group, fields(i), source, error)
+      else
+        n = n + 1
+        call open_rows(file, group, fields(i), n_rows, opened(n), error)
+      end if
+    end do
+  end subroutine open_group
 
   !> Make the dataset of a field whose rows stand one beneath the other, or open that of a run that
   !> is continued.
@@ -88,6 +112,19 @@ contains
     opened%has_rows = .true.
   end subroutine append_field
 
+  !> Compute fields and append them.
+  subroutine append_fields(opened, source, checksum, error)
+    type(open_field_t), intent(inout) :: opened(:)
+    type(field_source_t), intent(inout) :: source
+    integer(i8), intent(inout) :: checksum !! as above
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: i
+
+    do i = 1, size(opened)
+      call append_field(opened(i), source, checksum, error)
+    end do
+  end subroutine append_fields
+
   !> Write a field that does not grow, unless the file has it.
   subroutine write_at_start(file, group, field, source, error)
     type(hdf5_file_t), intent(in) :: file
@@ -103,9 +140,6 @@ contains
       call compute_values(field, source, values, error)
       if (field%kind == of_long .and. size(field%extents) == 1) then
         call write_dataset(file, path, int(values(1, :), i8), field%description, field%quantity, &
-          error)
-      else if (field%kind == of_unsigned_byte .and. size(field%extents) == 1) then
-        call write_dataset(file, path, int(values(1, :), i1), field%description, field%quantity, &
           error)
       else if (field%kind == of_real .and. size(field%extents) == 1) then
         call write_dataset(file, path, values(1, :), field%description, field%quantity, error)
@@ -128,7 +162,7 @@ contains
     n = block_shape(field)
     allocate (values(n(1), n(2)), source=0.0_wp)
     ! Of no points there may be no arrays either.
-    if (size(values) > 0 .and. .not. allocated(error)) call field%compute(source, values)
+    if (size(values) > 0 .and. .not. allocated(error)) call fill_field(field, source, values)
     if (allocated(source%error)) call move_alloc(source%error, error)
   end subroutine compute_values
 

@@ -27,7 +27,6 @@ module result_file_mod
   use child_process_mod, only: child_t, is_child, end_child, wait_for
   use text_mod, only: string_t, to_text
   use resource_limits_mod, only: file_limit, no_limit
-  use mesh_mod, only: shown_nodes
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
   use state_mod, only: state_t
@@ -37,6 +36,7 @@ module result_file_mod
   use output_field_mod, only: field_t, field_source_t, block_bytes, at_start
   use pair_fields_mod, only: list_pair_fields
   use view_fields_mod, only: list_view_fields
+  use reference_fields_mod, only: list_reference_fields
   use hdf5_files_mod, only: hdf5_file_t, create_file, open_file, copy_object, flush_file, &
     close_file, is_open
   use hdf5_attributes_mod, only: read_attribute, write_attribute
@@ -53,6 +53,8 @@ module result_file_mod
   use fresh_file_mod, only: beginning_of, take_place, delete_file, settle, folder_lock_t, &
     lock_folder, unlock_folder
   use xdmf_mod, only: write_xdmf, xdmf_path
+  use result_fields_mod, only: open_field_t, append_fields
+  use result_references_mod, only: create_references
   use result_print_mod, only: print_rows_t, create_prints, append_prints
   use print_table_mod, only: node_table_path, element_table_path, write_print_tables
   use print_fields_mod, only: list_print_fields
@@ -78,6 +80,7 @@ module result_file_mod
     type(view_t),      private :: view
     type(pair_rows_t), private, allocatable :: pairs(:)
     type(print_rows_t), private, allocatable :: prints(:)
+    type(open_field_t), private, allocatable :: references(:)
     type(slots_t),     private :: slots
     type(checksums_t), private :: checksums
     integer,           private :: mesh_size(2) = 0    !! nodes, elements
@@ -237,7 +240,7 @@ contains
     integer :: n_steps
 
     file%n_rows = n_rows
-    file%mesh_size = [shown_nodes(scene%mesh), scene%mesh%n_elements]
+    file%mesh_size = [size(scene%mesh%brick_nodes), scene%mesh%n_elements]
     n_steps = 0
     if (n_rows > 0) call steps_until(file%hdf5, n_rows, n_steps, error)
     if (allocated(error)) return
@@ -245,6 +248,7 @@ contains
     if (allocated(error)) return
     call create_contact(file%hdf5, scene, plan%points, n_rows, file%pairs, error)
     if (allocated(error)) return
+    call create_references(file%hdf5, scene, n_rows, file%references, error)
     call create_prints(file%hdf5, scene, n_rows, file%prints, error)
     if (allocated(error)) return
     call create_view(file%hdf5, scene, plan%points%n > 0, rows_at_most(scene, plan), n_steps, &
@@ -286,8 +290,9 @@ contains
     if (due) call append_step(file%view, source, checksum, error)
     if (state%increments_done > file%n_rows) then
       call append_contact(file%pairs, source, checksum, error)
+      call append_fields(file%references, source, checksum, error)
       call append_prints(file%prints, source, checksum, error)
-      call append_history(file%history, state, report, plan%points, checksum, error)
+      call append_history(file%history, state, report, scene%mesh, plan%points, checksum, error)
       call append_checksum(file%checksums, checksum, file%view%n_steps + merge(1, 0, due), error)
     end if
     file%row = state%increments_done
@@ -348,6 +353,8 @@ contains
 
     call list_view_fields(scene, plan%points%n > 0, fields)
     bytes = tables + of_node*scene%mesh%n_nodes + of_point*plan%points%n + growing_bytes(fields)
+    call list_reference_fields(scene, fields)
+    bytes = bytes + growing_bytes(fields)
     if (allocated(scene%output%prints)) then
       do i = 1, size(scene%output%prints)
         call list_print_fields(scene, i, fields)

@@ -2,6 +2,7 @@
 module result_history_mod
   use kinds_mod, only: i8
   use errors_mod, only: error_t
+  use mesh_mod, only: mesh_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t
@@ -50,17 +51,18 @@ contains
     end do
   end subroutine create_history
 
-  subroutine append_history(history, state, report, points, checksum, error)
+  subroutine append_history(history, state, report, mesh, points, checksum, error)
     type(history_t), intent(inout) :: history
     type(state_t), intent(in) :: state
     type(increment_report_t), intent(in) :: report
+    type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
     integer(i8), intent(inout) :: checksum !! of the increment, to which that of every row is added
     type(error_t), allocatable, intent(inout) :: error
     type(field_t), allocatable :: fields(:)
     integer :: i
 
-    call list_history_fields(state, report, points, fields)
+    call list_history_fields(state, report, mesh, points, fields)
     do i = 1, size(fields)
       call append_row(history%rows(i), fields(i)%value, checksum, error)
     end do

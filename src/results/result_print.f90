@@ -5,11 +5,11 @@ module result_print_mod
   use text_mod, only: to_text
   use controls_mod, only: print_t
   use scene_mod, only: scene_t
-  use output_field_mod, only: field_t, field_source_t, at_start
+  use output_field_mod, only: field_t, field_source_t
   use print_fields_mod, only: list_print_fields
   use hdf5_files_mod, only: hdf5_file_t
   use hdf5_attributes_mod, only: write_attribute, describe_group
-  use result_fields_mod, only: open_field_t, open_rows, append_field, write_at_start
+  use result_fields_mod, only: open_field_t, open_group, append_fields
   implicit none
   private
 
@@ -35,7 +35,7 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     type(field_source_t) :: source
     type(field_t), allocatable :: fields(:)
-    integer :: k, i, n
+    integer :: k
 
     if (.not. allocated(scene%output%prints)) then
       allocate (prints(0))
@@ -52,16 +52,7 @@ contains
       call describe_group(file, prints(k)%path, 'a row an increment', error)
       call write_attribute(file, prints(k)%path, 'set', prints(k)%asked%set, error)
       call list_print_fields(scene, k, fields)
-      allocate (prints(k)%fields(count(fields%written /= at_start)))
-      n = 0
-      do i = 1, size(fields)
-        if (fields(i)%written == at_start) then
-          call write_at_start(file, prints(k)%path, fields(i), source, error)
-        else
-          n = n + 1
-          call open_rows(file, prints(k)%path, fields(i), n_rows, prints(k)%fields(n), error)
-        end if
-      end do
+      call open_group(file, prints(k)%path, fields, source, n_rows, prints(k)%fields, error)
     end do
   end subroutine create_prints
 
@@ -71,13 +62,11 @@ contains
     type(field_source_t), intent(inout) :: source !! of the increment
     integer(i8), intent(inout) :: checksum !! of the increment, to which that of every row is added
     type(error_t), allocatable, intent(inout) :: error
-    integer :: k, i
+    integer :: k
 
     do k = 1, size(prints)
       source%print = k
-      do i = 1, size(prints(k)%fields)
-        call append_field(prints(k)%fields(i), source, checksum, error)
-      end do
+      call append_fields(prints(k)%fields, source, checksum, error)
     end do
   end subroutine append_prints
 

@@ -7,7 +7,7 @@
 module result_view_mod
   use kinds_mod, only: wp, i1, i8
   use errors_mod, only: error_t
-  use mesh_mod, only: mesh_t, shown_nodes
+  use mesh_mod, only: mesh_t, brick_rows
   use scene_mod, only: scene_t
   use dataset_kinds_mod, only: of_long
   use output_field_mod, only: field_t, field_source_t, every_time, at_start
@@ -17,7 +17,7 @@ module result_view_mod
   use hdf5_datasets_mod, only: write_dataset
   use hdf5_rows_mod, only: rows_t, create_rows, create_list, keep_rows, cut_rows, append_list, &
     append_and_flush, add_checksum
-  use result_fields_mod, only: open_field_t, open_blocks, append_field, write_at_start
+  use result_fields_mod, only: open_field_t, open_blocks, append_fields, write_at_start
   implicit none
   private
 
@@ -139,18 +139,20 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer(i8) :: e
     integer(i1), allocatable :: types(:)
+    integer :: row(mesh%n_nodes)
 
+    row = brick_rows(mesh)
     allocate (types(mesh%n_elements), source=vtk_hexahedron)
-    call write_dataset(file, '/VTKHDF/NumberOfPoints', [int(shown_nodes(mesh), i8)], &
-                       'nodes of the mesh', 'number', error)
+    call write_dataset(file, '/VTKHDF/NumberOfPoints', [size(mesh%brick_nodes, &
+                       kind=i8)], 'nodes of the mesh', 'number', error)
     call write_dataset(file, '/VTKHDF/NumberOfCells', [int(mesh%n_elements, i8)], &
                        'elements of the mesh', 'number', error)
     call write_dataset(file, '/VTKHDF/NumberOfConnectivityIds', [8_i8*mesh%n_elements], &
                        'entries of Connectivity', 'number', error)
-    call write_dataset(file, '/VTKHDF/Points', mesh%coordinates(:, :shown_nodes(mesh)), &
+    call write_dataset(file, '/VTKHDF/Points', mesh%coordinates(:, mesh%brick_nodes), &
                        'nodes of the undeformed mesh, x, y, z', 'length', error)
     call write_dataset(file, '/VTKHDF/Connectivity', &
-                       int(reshape(mesh%connectivity, [8*mesh%n_elements]) - 1, i8), &
+                       int(row(reshape(mesh%connectivity, [8*mesh%n_elements])) - 1, i8), &
                        'nodes of each element: indices into Points, from 0', 'number', error)
     call write_dataset(file, '/VTKHDF/Offsets', [(8*e, e = 0_i8, int(mesh%n_elements, i8))], &
                        'where the nodes of each element begin in Connectivity', 'number', error)
@@ -166,9 +168,7 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer :: i
 
-    do i = 1, size(view%opened)
-      call append_field(view%opened(i), source, checksum, error)
-    end do
+    call append_fields(view%opened, source, checksum, error)
     if (allocated(error)) return
     ! What the tables say of it is there, and its time is written when it is counted.
     call add_checksum(view%values, source%state%time, checksum)

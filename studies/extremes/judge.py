@@ -75,7 +75,9 @@ def refuse_nan(path):
         finished = int(file["history"].attrs["finished"])
 
         def rows_that_count(item):
-            over_time = item.name.startswith(("/history", "/contact")) and len(item) > finished
+            over_time = item.name.startswith(
+                ("/history", "/contact", "/reference_nodes")
+            ) and len(item) > finished
             return finished if over_time else None
 
         file.visititems(visit)
@@ -93,14 +95,22 @@ def check_result(scene, result):
     rows = result.field_rows
     if len(rows) == 0 or rows[-1] != expected - 1:
         raise Wrong("no fields of the last increment")
-    place = np.searchsorted(scene.ids(), result.node_ids, sorter=np.argsort(scene.ids()))
+    # Reference nodes stand behind the points of the mesh.
+    tools = result.reference_nodes
+    ids = np.concatenate([result.node_ids, tools.node_ids])
+    if sorted(ids) != sorted(scene.ids()):
+        raise Wrong("the nodes of the file are not those of the scene")
+    place = np.searchsorted(scene.ids(), ids, sorter=np.argsort(scene.ids()))
     back = np.empty(len(place), dtype=int)
     back[np.argsort(scene.ids())[place]] = np.arange(len(place))
     worst = 0.0
     before, row_before = np.zeros_like(scene.points), -1
     for index, row in enumerate(rows):
-        u = result.field("displacement", index)[back]
-        supports = result.field("reaction_force", index)[back]
+        u, supports = (result.field(name, index) for name in ("displacement", "reaction_force"))
+        if len(tools):
+            u = np.concatenate([u, tools.displacement[row]])
+            supports = np.concatenate([supports, tools.reaction_force[row]])
+        u, supports = u[back], supports[back]
         at = Increment(scene, result, back, row, u, before if row == row_before + 1 else None)
         at.check_supports()
         worst = max(worst, at.check_contact(), at.check_balance(supports))

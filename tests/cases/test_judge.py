@@ -846,7 +846,7 @@ class TamperedBodies(unittest.TestCase):
         def less(values):
             values *= 1 - 1e-6
 
-        found = self.changed("tool", "VTKHDF/PointData/rotation", 2, less)
+        found = self.changed("tool", "reference_nodes/rotation", 2, less)
         self.assertIn("prescribed displacement off by", found)
 
     def test_torque_and_slip_of_a_tool(self):
@@ -857,7 +857,7 @@ class TamperedBodies(unittest.TestCase):
             with self.subTest(dataset=dataset):
                 found = self.changed("tool", f"contact/B0-ZMAX:O0/{dataset}", 2, more)
                 self.assertIn(kind, found)
-        found = self.changed("tool", "VTKHDF/PointData/reaction_moment", 2, more)
+        found = self.changed("tool", "reference_nodes/reaction_moment", 2, more)
         self.assertIn("moment of a support wrong by", found)
 
 

@@ -112,16 +112,15 @@ class Motion:
     def __init__(self, result):
         pair = result.pairs[0]
         self.pair = pair
-        self.ref = result.node(900)
-        self.hub = result.points[self.ref]
+        tool = result.reference_nodes[900]
+        self.hub = tool.coordinates
         none = np.zeros_like(result.points)
         fields = [result.field("displacement", i) for i in range(len(result.field_rows))]
         u = np.array([none, *fields])
-        self.arm = (result.points + u)[:, pair.nodes] - (self.hub + u[:, self.ref])[:, None]
-        turned = [result.field("rotation", i)[self.ref] for i in range(len(fields))]
-        self.vector = np.array([np.zeros(3), *turned])
-        moments = [result.field("reaction_moment", i)[self.ref] for i in range(len(fields))]
-        self.moment = np.array(moments)
+        self.way = np.array([np.zeros(3), *tool.displacement])
+        self.arm = (result.points + u)[:, pair.nodes] - (self.hub + self.way)[:, None]
+        self.vector = np.array([np.zeros(3), *tool.rotation])
+        self.moment = tool.reaction_moment
         names = "frame reaction gap slip slip_increment status torque resultant"
         for name in names.split():
             getattr(pair, name)  # it stays when the file is closed
@@ -370,12 +369,9 @@ class Turning(unittest.TestCase):
         press = step("*BOUNDARY\nHUB, 1, 1, 0.\nHUB, 3, 3, -0.05")
         again = held.replace("*BOUNDARY", "*BOUNDARY, OP=NEW").strip()
         rolls = step(again + "\nHUB, 3, 3, -0.05\nHUB, 5, 5, 0.1", 0.1)
-        run = self.solved(wheel(0.5) + held + press + rolls)
-        motion = self.judged(run)
+        motion = self.judged(self.solved(wheel(0.5) + held + press + rolls))
         self.assertLess(np.abs(motion.pair.resultant[:, 0]).max(), 1e-6)
-        with run.result() as result:
-            way = result.field("displacement", -1)[motion.ref][0]
-        self.assertAlmostEqual(way, 0.1 * 5.0, delta=0.05)
+        self.assertAlmostEqual(motion.way[-1][0], 0.1 * 5.0, delta=0.05)
 
     def test_a_block_slides_off_a_plane_that_turns_past_its_cone(self):
         deck = floor(0.5, tolerance=1e-8, bottom=0.0) + step(

@@ -61,37 +61,39 @@ class Stored:
             view = file["VTKHDF"]
             steps = view["Steps"]
             count = int(view["NumberOfPoints"][0])
-            order = np.argsort(view["PointData/node_id"][:count])
-            stored_ids = view["PointData/node_id"][:count][order]
-            place = np.searchsorted(stored_ids, scene.ids)
-            if count != len(scene.ids) or not np.array_equal(stored_ids[place], scene.ids):
-                raise Unreadable("the nodes of the file are not those of the deck")
-            self.order = order[place]
+            at = self.rows_of(scene, view["PointData/node_id"][:count], np.unique(scene.nodes))
+            moving = {o.reference for o in scene.obstacles if o.reference is not None}
+            tools = file.get("reference_nodes", {"node_id": np.zeros(0, dtype=int)})
+            at_tools = self.rows_of(scene, tools["node_id"][:], np.array(sorted(moving), int))
             if int(steps.attrs["NSteps"]) != self.finished:
                 raise Unreadable("fields are not written for every increment")
-            self.places = view["Points"][:count][self.order]
+            self.places = scene.points.copy()
+            self.places[at] = view["Points"][:count]
+            if moving:
+                self.places[at_tools] = tools["coordinates"][:]
 
             def field(name, empty):
-                if name not in view["PointData"]:
-                    return np.zeros((self.finished, count, *empty))
-                offsets = steps["PointDataOffsets"][name][: self.finished]
-                values = view["PointData"][name]
-                return np.array([values[o : o + count][self.order] for o in offsets])
+                found = np.zeros((self.finished, len(scene.ids), *empty))
+                if name in view["PointData"]:
+                    offsets = steps["PointDataOffsets"][name][: self.finished]
+                    values = view["PointData"][name]
+                    found[:, at] = [values[o : o + count] for o in offsets]
+                if name in tools:
+                    found[:, at_tools] = tools[name][rows]
+                return found
 
             self.u = field("displacement", (3,))
             self.supports = field("reaction_force", (3,))
             self.rotation = field("rotation", (3,))
             self.moments = field("reaction_moment", (3,))
             self.contact_force = field("contact_force", (3,))
-            back = np.empty(count, dtype=int)
-            back[self.order] = np.arange(count)
             self.pairs = {}
             for name, group in file.get("contact", {}).items():
                 frame = group["frame"][:]
                 if len(frame) != 1:
                     frame = frame[rows]
                 self.pairs[name] = {
-                    "rows": back[group["node"][:]],
+                    "rows": at[group["node"][:]],
                     "frame": np.broadcast_to(frame, (self.finished, *frame.shape[1:])),
                     **{key: group[key][rows] for key in
                        ("reaction", "gap", "slip_increment", "status", "resultant",
@@ -100,6 +102,17 @@ class Stored:
                     "area": group["area"][:],
                     "friction": float(group.attrs["friction_coefficient"]),
                 }  # fmt: skip
+
+
+    @staticmethod
+    def rows_of(scene, ids, expected):
+        """The rows of nodes in the scene; they must be those of `expected`, in any order."""
+        order = np.argsort(scene.ids)
+        place = np.searchsorted(scene.ids, ids, sorter=order).clip(max=len(order) - 1)
+        rows = order[place]
+        if not (np.array_equal(scene.ids[rows], ids) and np.array_equal(np.sort(rows), expected)):
+            raise Unreadable("the nodes of the file are not those of the deck")
+        return rows
 
 
 class Judge:

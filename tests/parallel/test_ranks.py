@@ -170,7 +170,16 @@ class SameForces(unittest.TestCase):
             "*STEP\n*STATIC, DIRECT\n0.25, 1.\n*BOUNDARY\n901, 3, 3, 0.01\n900, 1, 2\n900, 4, 5\n"
             "900, 3, 3, -0.02\n900, 6, 6, 0.05\n*END STEP\n"
         )
-        self.check((2, 3), deck, name="joined")
+        alone, together = self.check((2, 3), deck, name="joined")
+        with h5py.File(alone.file) as expected:
+            for run in together:
+                with h5py.File(run.file) as found:
+                    for name in ("displacement", "rotation", "reaction_force", "reaction_moment"):
+                        name = f"reference_nodes/{name}"
+                        largest = np.abs(expected[name][:]).max()
+                        self.assertEqual(found[name].shape, (4, 2, 3))
+                        error = np.abs(found[name][:] - expected[name][:]).max()
+                        self.assertLess(error, 1e-9 * largest, name)
 
     def test_fewer_bricks_than_ranks(self):
         self.check((3,), INPUT / "block.inp", n=1, steps=10, **AUTO)

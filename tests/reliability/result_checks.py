@@ -27,7 +27,7 @@ LIBRARY = os.environ.get(
 HERE = Path(__file__).resolve().parent
 INPUT = SOURCE / "input"
 NAME = "run.vtkhdf"
-GROUPS = ("VTKHDF", "history", "contact", "print")
+GROUPS = ("VTKHDF", "history", "contact", "reference_nodes", "print")
 CLOCKS = ("history/wall_time", "history/contact_time")  # no two runs agree in these
 
 try:
@@ -210,6 +210,8 @@ class Whole:
         parts = name.split("/")
         if name.startswith("print/"):
             return None if parts[-1] in ("node_id", "element_id") else rows
+        if name.startswith("reference_nodes/"):
+            return None if parts[-1] in ("node_id", "coordinates") else rows
         if name.startswith("contact/"):
             if parts[-1] in ("node", "coordinates", "area"):
                 return None

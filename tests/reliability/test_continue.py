@@ -83,6 +83,56 @@ B-ZMAX, 1, 1, 0.02
 """
 
 
+# A tool that turns, a grip that is turned and loaded, and a node that says how far sides part.
+REFERENCES = """*NODE
+1, 0.5, 0.5, 8.
+*BLOCK, NAME=B, NX=3, NY=3, NZ=3
+0., 0., 0.,  1., 1., 1.
+*NODE
+901, 0.5, 0.5, -9.
+902, 30., 0., 0.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=O, TYPE=PLANE, REF NODE=1
+0., 0., 1.,  0., 0., -1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=I
+B-ZMAX, O
+*NSET, NSET=LEFT
+22, 38
+*NSET, NSET=RIGHT
+25, 41
+*EQUATION
+3
+RIGHT, 1, 1., LEFT, 1, -1., 902, 1, -1.
+*COUPLING, REF NODE=901, SURFACE=B-ZMIN
+*KINEMATIC
+*STEP
+*STATIC, DIRECT
+0.2, 1.
+*BOUNDARY
+1, 1, 2
+1, 3, 3, -0.02
+901, 1, 5
+902, 1, 1, 0.004
+*CLOAD
+901, 6, 0.5
+*NODE FILE, FREQUENCY=2
+U, RF, CF
+*END STEP
+*STEP
+*STATIC, DIRECT
+0.25, 1.
+*BOUNDARY
+1, 6, 6, 0.1
+*END STEP
+"""
+
+
 # A rigid plate from a file, pressed on a block and turned.
 DIE = """*BLOCK, NAME=B, NX=3, NY=3, NZ=2
 0., 0., 0.,  1., 1., 1.
@@ -196,6 +246,20 @@ class EveryDeck(Folder):
         deck.write_text((INPUT / "tool.inp").read_text() + back)
         case = Case(deck, n=8, mu=1.2, steps=4, radius=0.3, depth=0.04, way=0.7)
         self.check(case, kills=[k / 12 + 0.02 for k in range(2, 12)])
+
+    def test_reference_nodes_of_every_kind(self):
+        deck = self.folder / "references.inp"
+        deck.write_text(REFERENCES)
+        self.check(Case(deck), kills=(0.3, 0.4, 0.5, 0.6, 0.7, 0.9))
+        folder = self.fresh("whole")
+        Case(deck).run(folder)
+        with h5py.File(folder / NAME) as file:
+            nodes = file["reference_nodes"]
+            self.assertEqual(nodes["node_id"][:].tolist(), [1, 901, 902])
+            self.assertEqual(set(nodes), {
+                "node_id", "coordinates", "displacement", "rotation", "reaction_force",
+                "reaction_moment", "applied_force", "applied_moment",
+            })
 
     def test_an_interface_that_was_widened(self):
         self.check(Case(HERE / "widened.inp"), kills=(0.1, 0.2, 0.3, 0.45, 0.6, 0.7, 0.9))

@@ -48,7 +48,7 @@ class Checksums(Folder):
                 if not isinstance(thing, h5py.Dataset) or None not in thing.maxshape:
                     return
                 path = thing.name
-                if path.startswith(("/history/", "/contact/")):
+                if path.startswith(("/history/", "/contact/", "/reference_nodes/")):
                     for i, row in enumerate(thing[:]):
                         sums[i] += zlib.crc32(row.tobytes(), zlib.crc32(path.encode()))
                 elif path.startswith("/VTKHDF/"):
@@ -91,10 +91,14 @@ class Damage(Folder):
     def setUp(self):
         super().setUp()
         self.case = Case(INPUT / "block.inp", n=3, steps=12, solver="AUTO", local="AUTO")
+        self.kill()
+
+    def kill(self):
+        """Kill a run when an increment has just been counted: the state of the one before is there.
+        """
         whole = self.fresh("whole")
         n = self.case.count_changes(whole)
         self.whole = Whole(whole / NAME)
-        # Killed when an increment has just been counted: the state of the one before is there.
         self.killed = self.fresh("killed")
         change = n // 2
         self.assertTrue(self.case.kill_at(self.killed, change))
@@ -133,6 +137,22 @@ class Damage(Folder):
                 self.assertIn(f"note: increment {self.rows} was damaged in the file and is "
                               "computed again", words)
                 self.assertEqual(self.whole.differences(folder / NAME), [])
+
+    def test_reference_nodes_are_checked_too(self):
+        self.case = Case(INPUT / "tool.inp", n=4, steps=3)
+        self.kill()
+        self.assertGreater(self.rows, 1)
+        for row, expected in ((self.rows - 1, 0), (0, 1)):
+            for name in ("displacement", "reaction_force"):
+                with self.subTest(row=row, name=name):
+                    folder = self.change(f"reference_nodes/{name}", row)
+                    status, words = self.case.run(folder, "--continue")
+                    self.assertEqual(status, expected, words)
+                    self.assertIn(f"increment {row + 1} ", words)
+                    if expected == 0:
+                        self.assertEqual(self.whole.differences(folder / NAME), [])
+        folder = self.change("reference_nodes/coordinates", 0)
+        self.assertEqual(self.case.run(folder, "--continue")[0], 1)
 
     def test_an_earlier_increment_is_named(self):
         for name, row in (

@@ -17,8 +17,8 @@ SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("BIPOT", str(SOURCE / "build" / "bipot"))
 PAGE = SOURCE / "docs" / "results.md"
 
-# A flat obstacle, a round one that moves and turns, one of facets, and another body; increments
-# that may be cut; all outputs.
+# A flat obstacle, a round one that moves and turns, one of facets, and another body in a grip;
+# increments that may be cut; all outputs.
 DECK = """\
 *HEADING
 All that a result may hold
@@ -32,6 +32,7 @@ All that a result may hold
 1006, 1.05, -1., 2.
 1007, 1.05, 2., 3.
 2, 2., 0., 0.
+3, 0.5, 2.5, 0.5
 *ELEMENT, TYPE=R3D4, ELSET=PLATE
 1001, 1001, 1002, 1003, 1004
 1002, 1004, 1003, 1005, 1006
@@ -49,6 +50,8 @@ PLATE, SNEG
 1000., 0.3
 *SOLID SECTION, ELSET=BODY, MATERIAL=SOFT
 *SOLID SECTION, ELSET=WALL, MATERIAL=SOFT
+*COUPLING, REF NODE=3, SURFACE=WALL-YMAX
+*KINEMATIC
 *OBSTACLE, NAME=GROUND, TYPE=PLANE
 0., 0., 0.,  0., 0., 1.
 *OBSTACLE, NAME=TOOL, TYPE=SPHERE, REF NODE=1
@@ -65,7 +68,7 @@ BODY-XMAX, SIDE
 *CONTACT PAIR, INTERACTION=DRY
 WALL-YMIN, BODY-YMAX
 *BOUNDARY
-WALL-YMAX, 1, 3, 0.
+3, 1, 6, 0.
 BODY-XMIN, 1, 1, 0.
 BODY-YMIN, 2, 2, 0.
 CENTRE, 1, 2, 0.
@@ -227,6 +230,11 @@ class Page(unittest.TestCase):
             frames.add(len(pair["frame"]))
         self.assertEqual(len(self.file["contact"]), 4)
         self.assertEqual(frames, {1, self.sizes["T"]})
+
+    def test_reference_nodes(self):
+        listed = listed_shapes(section("/reference_nodes"))
+        self.check("reference_nodes", listed, self.sizes | {"R": 3})
+        self.assertEqual(self.file["reference_nodes/node_id"][:].tolist(), [1, 2, 3])
 
     def test_printed_sets(self):
         of_nodes, of_elements = section("/print").split("Of a set of elements")

@@ -3,6 +3,7 @@
 Environment: BIPOT, the executable; BIPOT_FORBID_SKIPS=1 makes a missing VTK a failure.
 """
 
+import csv
 import os
 import subprocess
 import tempfile
@@ -268,58 +269,190 @@ S, E
         found = self.block("PointData", "stress", STEPS - 1)
         np.testing.assert_allclose(found, total / count, rtol=1e-12, atol=1e-8)
 
+class ReferenceNodes(ResultFile):
+    """A far tool, a grip and a node of an equation: no reader of the mesh sees their nodes."""
 
-
-class ReferenceNodes(unittest.TestCase):
-    """The reference node of a tool belongs to no element: VTK leaves it out of ranges."""
-
+    # Nodes without bricks stand before, between and behind those of the two bricks.
     DECK = """*NODE
-900, 5., 5., 9.
-*BLOCK, NAME=B, NX=2, NY=2, NZ=2
-0., 0., 0.,  1., 1., 1.
+900, 50., 50., 90.
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 0., 1., 0.
+4, 1., 1., 0.
+901, -70., 0.5, 1.
+5, 0., 0., 1.
+6, 1., 0., 1.
+7, 0., 1., 1.
+8, 1., 1., 1.
+902, 0.5, 0.5, -80.
+11, 0., 0., 2.
+12, 1., 0., 2.
+13, 0., 1., 2.
+14, 1., 1., 2.
+903, 40., 0., 0.
+*ELEMENT, TYPE=C3D8, ELSET=B
+1, 1, 2, 4, 3, 5, 6, 8, 7
+2, 5, 6, 8, 7, 11, 12, 14, 13
+*NSET, NSET=TOP
+11, 12, 13, 14
+*NSET, NSET=MIDDLE
+5, 6, 7, 8
+*NSET, NSET=GRIPPED
+1, 2, 3, 4
 *MATERIAL, NAME=M
 *ELASTIC
 1000., 0.3
 *SOLID SECTION, ELSET=B, MATERIAL=M
+*NSET, NSET=SOME
+900, 901, 902, 903, 14
 *OBSTACLE, NAME=O, TYPE=PLANE, REF NODE=900
-0., 0., 1.,  0., 0., -1.
+0., 0., 2.,  0., 0., -1.
 *SURFACE INTERACTION, NAME=I
 *FRICTION
 0.3
 *CONTACT PAIR, INTERACTION=I
-B-ZMAX, O
+TOP, O
+*COUPLING, REF NODE=902, SURFACE=GRIPPED
+*KINEMATIC
+*EQUATION
+3
+6, 1, 1., 5, 1, -1., 903, 1, -1.
 *STEP
 *STATIC, DIRECT
-0.5, 1.
+<1/steps>, 1.
 *BOUNDARY
-B-ZMIN, 1, 3
-900, 1, 1, 3.
+902, 1, 6
+900, 1, 1, 0.03
 900, 2, 2
-900, 3, 3, -0.02
+903, 1, 1, 0.02
+*CLOAD
+900, 3, -7.
+*NODE PRINT, NSET=SOME
+U, RF
 *END STEP
 """
+    OUTSIDE = frozenset({900, 902, 903})
 
-    def test_ranges_are_those_of_the_body(self):
+    @classmethod
+    def deck(cls):
+        """The deck, in a file called block.inp, with the parameters that the command sets."""
+        path = Path(cls.folder.name) / "block.inp"
+        path.write_text("*PARAMETER\nn = 1\nsteps = 1\n" + cls.DECK)
+        return path
+
+    def of_node(self, name, number):
+        """What a reference node has in every increment."""
+        nodes = self.file["reference_nodes"]
+        (at,) = np.flatnonzero(nodes["node_id"][:] == number)
+        return nodes[name][:STEPS, at]
+
+    def test_the_mesh_holds_the_nodes_of_bricks_in_their_order(self):
+        ids = self.vtkhdf["PointData/node_id"][:]
+        self.assertEqual(ids.tolist(), [*range(1, 9), *range(11, 15)])
+        points = self.vtkhdf["Points"][:]
+        self.assertEqual(len(points), 12)
+        np.testing.assert_array_equal(points[ids == 14], [[1, 1, 2]])
+        bricks = ids[self.vtkhdf["Connectivity"][:]].reshape(-1, 8)
+        self.assertEqual(
+            bricks.tolist(), [[1, 2, 4, 3, 5, 6, 8, 7], [5, 6, 8, 7, 11, 12, 14, 13]]
+        )
+        # Slave nodes and the node with the largest residual are rows of these points.
+        (pair,) = self.file["contact"].values()
+        self.assertEqual(ids[pair["node"][:]].tolist(), [11, 12, 13, 14])
+        worst = self.file["history/worst_node"][:STEPS]
+        self.assertTrue(set(ids[worst[worst >= 0]].tolist()) <= {11, 12, 13, 14})
+
+    def test_reference_nodes_are_beside_it(self):
+        nodes = self.file["reference_nodes"]
+        # An unused node is noted and has no place; 901 is one.
+        self.assertEqual(nodes["node_id"][:].tolist(), sorted(self.OUTSIDE))
+        np.testing.assert_array_equal(
+            nodes["coordinates"][:], [[50, 50, 90], [0.5, 0.5, -80], [40, 0, 0]]
+        )
+        self.assertIn("1 of 16 nodes belong to no element", str(self.file["run/notes"][()]))
+        (pair,) = self.file["contact"].values()
+        self.assertEqual(nodes["node_id"][:][pair["obstacle_node"][0]], 900)
+
+    def test_motions_are_those_prescribed(self):
+        time = self.file["history/time"][:STEPS]
+        way = self.of_node("displacement", 900)
+        np.testing.assert_allclose(way[:, 0], 0.03 * time, rtol=1e-14)
+        np.testing.assert_array_equal(way[:, 1], 0)
+        self.assertTrue((np.diff(way[:, 2]) < 0).all())
+        np.testing.assert_array_equal(self.of_node("displacement", 902), 0)
+        np.testing.assert_array_equal(self.of_node("rotation", 902), 0)
+        # The equation: so far two nodes of the brick part.
+        says = self.of_node("displacement", 903)
+        np.testing.assert_allclose(says[:, 0], 0.02 * time, rtol=1e-14)
+        np.testing.assert_array_equal(says[:, 1:], 0)
+        ids, u = self.vtkhdf["PointData/node_id"][:], self.block("PointData", "displacement", 3)
+        np.testing.assert_allclose(u[ids == 6, 0] - u[ids == 5, 0], says[3, 0], rtol=1e-12)
+
+    def test_forces_are_those_of_loads_and_supports(self):
+        time = self.file["history/time"][:STEPS]
+        (pair,) = self.file["contact"].values()
+        # The tool presses with its load, and what drives it along x is the friction.
+        np.testing.assert_allclose(pair["resultant"][:STEPS, 2], -7 * time, rtol=1e-8)
+        drive = self.of_node("reaction_force", 900)
+        np.testing.assert_array_equal(drive[:, 2], 0)
+        np.testing.assert_allclose(drive[:, 0], pair["resultant"][:STEPS, 0], rtol=1e-8)
+        self.assertGreater(drive[-1, 0], 0.1)
+        # It takes a force to part two nodes of an elastic body.
+        self.assertGreater(self.of_node("reaction_force", 903)[-1, 0], 0.1)
+        # The grip holds the body: action is reaction, and about its node moments balance.
+        np.testing.assert_allclose(
+            self.of_node("reaction_force", 902), -pair["resultant"][:STEPS], atol=1e-8
+        )
+        x = self.vtkhdf["Points"][:]
+        for step in range(STEPS):
+            force = self.block("PointData", "contact_force", step)
+            moment = np.cross(x - [0.5, 0.5, -80], force).sum(axis=0)
+            held = self.of_node("reaction_moment", 902)[step]
+            self.assertLess(np.abs(held + moment).max(), 1e-7)
+
+    def test_bounds_are_those_of_the_body(self):
         need(MISSING)
-        with tempfile.TemporaryDirectory() as folder:
-            (Path(folder) / "tool.inp").write_text(self.DECK)
-            subprocess.run([os.environ["BIPOT"], "tool.inp", "--quiet"], cwd=folder, check=True)
-            reader = vtkHDFReader()
-            reader.SetFileName(str(Path(folder) / "tool.vtkhdf"))
-            for step in (0, 1):
-                reader.UpdateInformation()
-                reader.SetStep(step)
-                reader.Update()
-                data = reader.GetOutput().GetPointData()
-                moved = vtk_to_numpy(data.GetArray("displacement"))
-                nodes = vtk_to_numpy(data.GetArray("node_id"))
-                hidden = vtk_to_numpy(data.GetArray("vtkGhostType")) == 2
-                np.testing.assert_array_equal(hidden, nodes == 900)
-                self.assertEqual(moved[hidden, 0], 1.5 * (step + 1))
-                found = [0.0, 0.0]
-                self.assertTrue(data.GetRange("displacement", found, 0))
-                self.assertEqual(found, [moved[~hidden, 0].min(), moved[~hidden, 0].max()])
-                self.assertLess(found[1], 0.1)
+        reader = vtkHDFReader()
+        reader.SetFileName(str(self.path))
+        for step in (0, STEPS - 1):
+            reader.UpdateInformation()
+            reader.SetStep(step)
+            reader.Update()
+            grid = reader.GetOutput()
+            self.assertEqual(grid.GetBounds(), (0, 1, 0, 1, 0, 2))
+            moved = self.block("PointData", "displacement", step)[:, 0]
+            found = [0.0, 0.0]
+            self.assertTrue(grid.GetPointData().GetRange("displacement", found, 0))
+            self.assertEqual(found, [moved.min(), moved.max()])
+
+    def test_xdmf_bounds_are_those_of_the_body(self):
+        need(MISSING_XDMF)
+        reader = vtkXdmfReader()
+        reader.SetFileName(str(self.sidecar))
+        reader.UpdateInformation()
+        reader.Update()
+        self.assertEqual(reader.GetOutputDataObject(0).GetBounds(), (0, 1, 0, 1, 0, 2))
+
+    def test_tables_of_sets_list_reference_nodes_too(self):
+        with self.path.with_suffix(".node.csv").open(newline="") as table:
+            lines = list(csv.DictReader(table))
+        self.assertEqual(len(lines), 5 * STEPS)
+        ids = self.vtkhdf["PointData/node_id"][:]
+        for title, name, unit in (("displacement", "displacement", "length"),
+                                  ("reaction force", "reaction_force", "force")):
+            for number in (14, *sorted(self.OUTSIDE), 901):
+                found = np.array([
+                    [float(line[f"{title} {axis} [{unit}]"]) for axis in "xyz"]
+                    for line in lines if int(line["node"]) == number
+                ])
+                expected = np.zeros((STEPS, 3))
+                if number in self.OUTSIDE:
+                    expected = self.of_node(name, number)
+                elif number == 14:
+                    expected = np.concatenate([
+                        self.block("PointData", name, step)[ids == 14] for step in range(STEPS)
+                    ])
+                np.testing.assert_array_equal(found, expected, f"{title} of {number}")
 
 
 if __name__ == "__main__":

@@ -28,18 +28,20 @@ def write(path, size=(2, 1, 1), finished=3, field_increments=None, stress_on=("C
     every contact point the local reaction i (10, 2.5, 0). Points slide where x > 0. The deck's id
     of point p is 100 + p. `field_increments` lists the rows that have fields (default: all). The
     stress of increment i is -10 i along z on elements ("Cell" in `stress_on`), twice that on nodes
-    ("Point"). With `tool` an obstacle's reference node, far above, comes last and goes so far down.
+    ("Point"). With `tool` there is a reference node 900, far above, which goes so far down a time.
     """
     points, bricks = brick_mesh(*size)
     rows = finished + UNFINISHED
     stored = list(range(finished) if field_increments is None else field_increments)
     with h5py.File(path, "w") as file:
-        write_grid(file, points, bricks, stored, stress_on, tool)
+        write_grid(file, points, bricks, stored, stress_on)
         write_history(file, rows, finished)
         run = file.create_group("run")
         run.attrs.update({"program": "bipot", "version": "0.1.0", "status": np.bytes_("finished")})
         run["deck"] = np.bytes_("*HEADING\nA synthetic run")
         write_contact(file, points, rows, finished)
+        if tool:
+            write_reference_node(file, tool, rows)
 
 
 def with_unfinished(rows, shape=(), kind=float):
@@ -49,13 +51,10 @@ def with_unfinished(rows, shape=(), kind=float):
     return values
 
 
-def write_grid(file, points, bricks, stored, stress_on, tool):
+def write_grid(file, points, bricks, stored, stress_on):
     """Write the VTKHDF part with the fields of the rows in `stored` and one that is unfinished."""
     height = points[:, 2]
     shape = np.stack([0.01 * height, 0 * height, -0.01 * height], axis=1)
-    if tool:
-        points = np.append(points, [[0, 0, 50]], axis=0)
-        shape = np.append(shape, [[0, 0, -tool]], axis=0)
     grid = file.create_group("VTKHDF")
     grid.attrs["Version"] = np.array([2, 0], dtype="i8")
     grid.attrs.create("Type", np.bytes_("UnstructuredGrid"))
@@ -104,6 +103,18 @@ def write_history(file, rows, finished):
         history[f"certificate/{name}"] = with_unfinished(rows)
     for name in ("external_work", "strain", "dissipation", "balance"):
         history[f"energy/{name}"] = with_unfinished(rows)
+
+
+def write_reference_node(file, tool, rows):
+    """Write a reference node that goes down by `tool` in each increment, without any force."""
+    group = file.create_group("reference_nodes")
+    group["node_id"] = np.array([900])
+    group["coordinates"] = np.array([[0.0, 0, 50]])
+    displacement = with_unfinished(rows, (1, 3))
+    for row in range(rows - UNFINISHED):
+        displacement[row, 0, 2] = -(row + 1) * tool
+    group["displacement"] = displacement
+    group["reaction_force"] = with_unfinished(rows, (1, 3))
 
 
 def write_contact(file, points, rows, finished):

@@ -302,7 +302,7 @@ class Meshes(WithFolder):
             deck.boundary("TOP", "PINNED")
             deck.boundary("LOWER", "PINNED")
         with bipot.run(deck, quiet=True) as result:
-            self.assertEqual((len(result.points), len(result.bricks)), (17, 2))
+            self.assertEqual((len(result.points), len(result.bricks)), (16, 2))
 
     def test_what_is_no_mesh_of_bricks(self):
         points, bricks = synthetic_result.brick_mesh(1, 1, 1)

@@ -49,8 +49,38 @@ class ReaderTest(WithFolder):
         result = self.open()
         self.assertEqual(result.nearest_node((2.1, -0.1, 0.1)), 2)
         self.assertEqual(result.node(102), 2)
-        with self.assertRaisesRegex(ResultError, "no node 7"):
+        with self.assertRaisesRegex(ResultError, "bricks have no node 7$"):
             result.node(7)
+
+    def test_reference_nodes_are_histories(self):
+        synthetic_result.write(self.path, tool=2, field_increments=[1])
+        result = self.open()
+        nodes = result.reference_nodes
+        self.assertEqual((len(nodes), nodes.node_ids.tolist()), (1, [900]))
+        self.assertEqual(nodes.quantities, ["displacement", "reaction_force"])
+        self.assertEqual([node.node_id for node in nodes], [900])
+        tool = nodes[900]
+        self.assertEqual(tool.coordinates.tolist(), [0, 0, 50])
+        self.assertEqual(tool.displacement.tolist(), [[0, 0, -2], [0, 0, -4], [0, 0, -6]])
+        self.assertEqual(nodes.displacement.shape, (3, 1, 3))
+        self.assertEqual((tool.rotation.tolist(), nodes.rotation.shape), ([[0] * 3] * 3, (3, 1, 3)))
+        self.assertEqual(tool.reaction_force.tolist(), [[0] * 3] * 3)
+        with self.assertRaisesRegex(ResultError, "no dataset /reference_nodes/reaction_moment"):
+            _ = tool.reaction_moment
+        with self.assertRaisesRegex(ResultError, "no reference node 102; it has 900"):
+            nodes[102]
+        # It is no point of the mesh.
+        with self.assertRaisesRegex(ResultError, "no node 900; it is one of reference_nodes"):
+            result.node(900)
+        self.assertEqual(len(result.points), 12)
+
+    def test_without_reference_nodes_there_are_none(self):
+        result = self.open()
+        nodes = result.reference_nodes
+        self.assertEqual((len(nodes), list(nodes), nodes.coordinates.shape), (0, [], (0, 3)))
+        self.assertEqual((nodes.displacement.shape, nodes.quantities), ((3, 0, 3), []))
+        with self.assertRaisesRegex(ResultError, "no reference node 900$"):
+            nodes[900]
 
     def test_turns_local_reactions_to_global(self):
         pair = self.open().pairs["BODY-ZMIN:GROUND"]

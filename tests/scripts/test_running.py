@@ -305,6 +305,13 @@ class Results(WithFolder):
         np.testing.assert_array_equal(
             table["BODY-ZMIN:GROUND/resultant_z"], result.pairs[0].resultant[:, 2]
         )
+        deck = ROOT / "input" / "wheel.inp"
+        wheel = bipot.run(deck, quiet=True, n=8, steps=2, directory=self.folder)
+        self.addCleanup(wheel.close)
+        table, (hub,) = wheel.to_pandas(), wheel.reference_nodes
+        np.testing.assert_array_equal(table["900/rotation_y"], hub.rotation[:, 1])
+        np.testing.assert_array_equal(table["900/reaction_moment_y"], hub.reaction_moment[:, 1])
+        self.assertGreater(np.abs(hub.reaction_moment[-1, 1]), 0)
 
     @needs("pyvista")
     def test_a_grid_for_pyvista(self):

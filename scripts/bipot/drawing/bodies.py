@@ -61,8 +61,6 @@ class Bodies:
     def __init__(self, result, scale=None, apart=False, close=False):
         self.result = result
         self.faces, self.face_brick = result.boundary
-        # Reference nodes of obstacles belong to no brick: their motion is none of the bodies'.
-        self.nodes = np.unique(result.bricks)
         self.stress_on = "elements" if "stress" in result.field_names[1] else "nodes"
         self.scale = self.choose_scale() if scale is None else scale
         self.edges = sharp_edges(result.points[self.faces], self.faces)
@@ -104,7 +102,7 @@ class Bodies:
     def named_obstacles(self, index):
         """Return name and pieces (F, 4, 3) of each obstacle, once each."""
         found, points = {}, self.places(index)
-        still = points[self.nodes] - self.offset[self.nodes]
+        still = points - self.offset
         low, high = still.min(axis=0), still.max(axis=0)
         if self.box:
             low, high = np.maximum(low, self.box[0]), np.minimum(high, self.box[1])
@@ -134,10 +132,8 @@ class Bodies:
         Before what is round, turns, or came from afar, only true displacements touch; gaps that
         *CONTACT GAP adds are not drawn, and so must stay small.
         """
-        size = np.ptp(self.result.points[self.nodes], axis=0).max()
-        largest = max(
-            np.abs(self.displacement(index)[self.nodes]).max() for index in self.sampled()
-        )
+        size = np.ptp(self.result.points, axis=0).max()
+        largest = max(np.abs(self.displacement(index)).max() for index in self.sampled())
         if largest == 0 or 0.04 * size <= largest <= 0.6 * size:
             return 1.0
         wanted = 0.15 * size / largest
@@ -177,7 +173,7 @@ class Bodies:
             return views.choose_direction([one for one in surfaces if one not in before_bodies])[0]
         if self.box:
             points = np.clip(points, *self.box)
-        size = np.ptp(points[self.nodes], axis=0).max()
+        size = np.ptp(points, axis=0).max()
 
         def pull(eye):
             offset, far = views.pull_apart(points, self.body, before_bodies, eye)
@@ -213,7 +209,7 @@ class Bodies:
             return None
         low, high = touched.min(axis=0), touched.max(axis=0)
         extent = float(np.max(high - low))
-        if not 0 < extent <= SMALL * np.ptp(points[self.nodes], axis=0).max():
+        if not 0 < extent <= SMALL * np.ptp(points, axis=0).max():
             return None
         return low - MARGIN * extent, high + MARGIN * extent
 
@@ -237,9 +233,7 @@ class Bodies:
         elif quantity == "pressure":
             largest = max(np.nan_to_num(self.pressure(i)).max() for i in indices)
         else:
-            largest = max(
-                np.linalg.norm(self.displacement(i)[self.nodes], axis=1).max() for i in indices
-            )
+            largest = max(np.linalg.norm(self.displacement(i), axis=1).max() for i in indices)
         return Normalize(0, largest if largest > 0 else 1.0)
 
     def face_values(self, index, quantity):

@@ -18,7 +18,7 @@ def towards_the_eye(elevation, azimuth):
 
 
 def components(bricks, count):
-    """Return the number of the body (0, 1, ...) of each of `count` nodes; -1 where none has it."""
+    """Return the number of the body (0, 1, ...) of each of `count` nodes."""
     label = np.arange(count)
     while True:
         least = label.copy()
@@ -27,10 +27,7 @@ def components(bricks, count):
         if np.array_equal(least, label):
             break
         label = least
-    body = np.full(count, -1)
-    used = np.unique(bricks)
-    body[used] = np.unique(label[used], return_inverse=True)[1]
-    return body
+    return np.unique(label, return_inverse=True)[1]
 
 
 class ContactFaces:
@@ -65,7 +62,7 @@ def pull_apart(points, body, surfaces, eye):
     """Return how far each node is moved so that bodies in contact hide nothing of each other.
 
     points    (N, 3) where the nodes are drawn
-    body      (N,) number of the body, -1 where none has the node
+    body      (N,) number of the body
     surfaces  ContactFaces of the pairs between two bodies
     eye       the unit vector to the spectator
 
@@ -73,8 +70,7 @@ def pull_apart(points, body, surfaces, eye):
     """
     count = body.max() + 1
     offset, placed = np.zeros((count, 3)), np.zeros(count, dtype=bool)
-    used = body >= 0
-    size = np.ptp(points[used], axis=0).max()
+    size = np.ptp(points, axis=0).max()
     extent = [np.ptp(points[body == k], axis=0).prod() for k in range(count)]
     ways = []
     for surface in surfaces:
@@ -105,9 +101,7 @@ def pull_apart(points, body, surfaces, eye):
         offset[new] = base + pull * direction
         placed[new] = True
     _keep_with_neighbours(points, body, placed, offset)
-    moved = np.zeros(points.shape)
-    moved[used] = offset[body[used]]
-    return moved, float(np.linalg.norm(offset, axis=1).max())
+    return offset[body], float(np.linalg.norm(offset, axis=1).max())
 
 
 def _keep_with_neighbours(points, body, placed, offset):

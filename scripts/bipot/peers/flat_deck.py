@@ -210,7 +210,7 @@ class Scene:
     def take_mesh(self, result):
         """Take the coordinates from a result of the deck; DeckError where its bricks differ."""
         ids = result.node_ids
-        self.nodes = dict(zip(ids.tolist(), result.points.tolist(), strict=True))
+        self.nodes |= dict(zip(ids.tolist(), result.points.tolist(), strict=True))
         bricks = dict(zip(result.element_ids.tolist(), ids[result.bricks].tolist(), strict=True))
         ours = {name: list(corners) for name, (_, corners) in self.elements.items()}
         if bricks != ours:

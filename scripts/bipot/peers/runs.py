@@ -205,8 +205,7 @@ def converged(program, deck, overrides, folder):
 def default_penalty(scene, result):
     """Return a stiff penalty: 500 times the stiffest material over the body's extent."""
     modulus = max(float(cards["ELASTIC"][0]) for cards in scene.materials.values())
-    used = result.points[np.unique(result.bricks)]
-    extent = np.ptp(used, axis=0).max()
+    extent = np.ptp(result.points, axis=0).max()
     return float(f"{500 * modulus / extent:.1g}")
 
 

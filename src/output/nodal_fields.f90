@@ -1,0 +1,141 @@
+!> What the nodes of the deck have, a column a node: fields of the mesh, of reference nodes and of
+!> the sets that the deck prints are made of these.
+module nodal_fields_mod
+  use kinds_mod, only: wp
+  use small_matrix_mod, only: cross
+  use scene_mod, only: scene_t, pair_turns
+  use output_field_mod, only: field_source_t
+  implicit none
+  private
+
+  public :: node_id, coordinates, displacement, reaction_force, applied_force, rotation, &
+    reaction_moment, applied_moment
+
+contains
+
+  subroutine node_id(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
+
+    values(1, :) = source%scene%mesh%node_id(:size(values, 2))
+  end subroutine node_id
+
+  subroutine coordinates(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+
+    values = source%scene%mesh%coordinates(:, :size(values, 2))
+  end subroutine coordinates
+
+  subroutine displacement(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+
+    values = source%state%displacement(:, :size(values, 2))
+    call turn_local(source%scene, source%state%displacement, .true., values)
+  end subroutine displacement
+
+  subroutine reaction_force(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+
+    values = source%state%support_force(:, :size(values, 2))
+    call turn_local(source%scene, source%state%support_force, .false., values)
+  end subroutine reaction_force
+
+  subroutine applied_force(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+
+    values = source%state%external_force(:, :size(values, 2))
+    call turn_local(source%scene, source%state%external_force, .true., values)
+  end subroutine applied_force
+
+  !> Rotation vectors of reference nodes.
+  subroutine rotation(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+    integer :: i
+
+    do i = 1, size(source%scene%obstacles)
+      associate (obstacle => source%scene%obstacles(i))
+        if (obstacle%turns) values(:, obstacle%ref_node) = source%state%rotation(:, i)
+      end associate
+    end do
+    if (.not. allocated(source%scene%rotations)) return
+    associate (of => source%scene%rotations)
+      values(:, of%node) = of_rotations(source%scene, source%state%displacement, .true.)/ &
+        spread(of%length, 1, 3)
+    end associate
+  end subroutine rotation
+
+  !> What holds the torques of the contact forces; obstacles that share a node add up.
+  subroutine reaction_moment(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+    integer :: i
+
+    do i = 1, source%points%n
+      if (.not. pair_turns(source%scene, source%points%pair(i))) cycle
+      associate (obstacle => source%scene%obstacles(source%scene%pairs(source%points%pair( &
+                   i))%master), node => source%points%node(i), u => source%state%displacement, &
+                 x => source%scene%mesh%coordinates)
+        associate (ref_node => obstacle%ref_node)
+          values(:, ref_node) = values(:, ref_node) + cross(x(:, node) + u(:, node) - &
+            x(:, ref_node) - u(:, ref_node), source%state%reaction(:, i))
+        end associate
+      end associate
+    end do
+    if (.not. allocated(source%scene%rotations)) return
+    associate (of => source%scene%rotations)
+      values(:, of%node) = of_rotations(source%scene, source%state%support_force, .false.)* &
+        spread(of%length, 1, 3)
+    end associate
+  end subroutine reaction_moment
+
+  !> Moments on reference nodes of couplings; obstacles take none.
+  subroutine applied_moment(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+
+    associate (of => source%scene%rotations)
+      values(:, of%node) = of_rotations(source%scene, source%state%external_force, .true.)* &
+        spread(of%length, 1, 3)
+    end associate
+  end subroutine applied_moment
+
+  !> What the nodes have that stand for rotations, along x, y, z.
+  pure function of_rotations(scene, of_nodes, in_place) result(values)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: of_nodes(:, :) !! (3,n_nodes) of the state
+    logical, intent(in) :: in_place        !! as of `turn_local`
+    real(wp) :: values(3, size(scene%rotations))
+    real(wp), allocatable :: turned(:, :)
+
+    allocate (turned, source=of_nodes)
+    call turn_local(scene, of_nodes, in_place, turned)
+    values = turned(:, scene%rotations%rotation_node)
+  end function of_rotations
+
+  !> Put what nodes have along local directions into x, y, z: in their place, or what stands at the
+  !> nodes that stand in for them beside it.
+  pure subroutine turn_local(scene, of_nodes, in_place, values)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: of_nodes(:, :)  !! (3,n_nodes) of the state
+    logical, intent(in) :: in_place         !! only what is in its place
+    real(wp), intent(inout) :: values(:, :) !! (3, nodes of the deck) the same, and turned
+    integer :: k
+
+    if (.not. allocated(scene%local_axes)) return
+    do k = 1, size(scene%local_axes)
+      associate (of => scene%local_axes(k))
+        if (of%stand_in == of%node) then
+          values(:, of%node) = matmul(of_nodes(:, of%node), of%direction)
+        else if (.not. in_place) then
+          values(:, of%node) = values(:, of%node) + matmul(of_nodes(:, of%stand_in), of%direction)
+        end if
+      end associate
+    end do
+  end subroutine turn_local
+
+end module nodal_fields_mod
