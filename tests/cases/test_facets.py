@@ -14,6 +14,11 @@ from two_bodies import block, deck, pair, step
 
 RELEASE = os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release"
 HELD = "*BOUNDARY\n900, 1, 3\n"
+SHAPES = {
+    "ball": lambda x, y: np.sqrt(9 - x**2 - y**2) - 3,
+    "roller": lambda x, y: np.sqrt(9 - x**2) - 3 + 0 * y,
+    "askew": lambda x, y: 0.1 * x + 0 * y - 0.3,
+}
 ORIGIN = (900, (0.0, 0.0, 0.0))
 
 
@@ -48,18 +53,13 @@ class Facets(unittest.TestCase):
 class Symmetry(Facets):
     """Halves and quarters of a block on a round tool of facets, which planes of symmetry cut."""
 
-    ROUND = {
-        "ball": lambda x, y: np.sqrt(9 - x**2 - y**2) - 3,
-        "roller": lambda x, y: np.sqrt(9 - x**2) - 3 + 0 * y,
-    }
-    PRESS = step("UP-ZMAX, 3, 3, -0.06", 2)
-
-    def on_tool(self, shape, halves, steps=(), mu=0.3, split=False, cut=False):
+    def on_tool(self, shape, halves, steps=(), mu=0.3, depth=0.06, **tool_options):
         """(force times how many parts make the whole, {place: normal}), and the result.
 
         `halves`: whether of the block, -1..1 along x and y, the part above 0 is there alone;
-        `cut`: of the tool as well.
+        `cut`: of the tool as well; `split`: it is of triangles.
         """
+        cut = tool_options.pop("cut", False)
         low, size, n, held = [-1.0, -1.0], [2.0, 2.0], [8, 8], "UP-ZMAX, 1, 2"
         tool, facets = [-1.3, -1.3], [12, 12]
         for axis in np.flatnonzero(halves):
@@ -70,10 +70,10 @@ class Symmetry(Facets):
         text = deck(
             block("UP", (*n, 3), (*low, 0), (*size, 0.8)),
             fixed_plate(
-                "TOOL", tool, (1.3, 1.3), n=tuple(facets), split=split, height=self.ROUND[shape]
+                "TOOL", tool, (1.3, 1.3), n=tuple(facets), height=SHAPES[shape], **tool_options
             ),
             pair("UP-ZMIN, TOOL", mu),
-            self.PRESS,
+            step(f"UP-ZMAX, 3, 3, {-depth!r}", 2),
             *steps,
             held=held,
             tolerance=1e-12,
@@ -123,9 +123,7 @@ class Symmetry(Facets):
         for lines in ("900, 1, 1, 0.1", "900, 6, 6, 0.1"):
             normals = self.on_tool("ball", (1, 0), [step(lines, 2)])[1]
             self.assertGreater(max(abs(n[0]) for p, n in normals.items() if p[0] == 0), 0.01)
-        self.ROUND = {"askew": lambda x, y: 0.1 * x + 0 * y - 0.3}
-        self.PRESS = step("UP-ZMAX, 3, 3, -0.3")
-        normals = self.on_tool("askew", (1, 0))[1]
+        normals = self.on_tool("askew", (1, 0), depth=0.3)[1]
         want = np.array([-0.1, 0.0, 1.0]) / math.hypot(0.1, 1.0)
         for normal in normals.values():
             self.assertLess(np.abs(normal - want).max(), 1e-12)

@@ -370,7 +370,7 @@ class Symmetry(unittest.TestCase):
             self.assertLess(np.abs(moved[0] - moved[1]).max(), 1e-9)
 
     def test_a_half_slides_in_its_plane_as_the_whole_does(self):
-        """A block dragged along the plane over a softer one that it dents, one slave, then other."""
+        """A block dragged along the plane over a softer one that it dents, either the slave."""
         for surfaces in ("UP-ZMIN, LOW-ZMAX", "LOW-ZMAX, UP-ZMIN"):
             force, moved = [], []
             for n, low in ((1, 0.0), (2, -1.0)):

@@ -93,8 +93,9 @@ class Surface:
         width = faces[faces.min(axis=1) <= near].max()
         close = [f for f in map(list, self.obstacle.facets) if y[f].min() <= width
                  and y[f].max() >= -width]  # fmt: skip
-        wanted = np.unique(np.concatenate(close)) if close else []
-        for image in x[wanted] * np.where(np.arange(3) == axis, -1, 1) + 2 * place * np.eye(3)[axis]:
+        wanted = np.unique(np.concatenate(close)) if close else np.zeros(0, int)
+        for image in x[wanted]:
+            image[axis] = 2 * place - image[axis]
             if np.abs(x - image).max(axis=1).min() > near:
                 return False
         return len(wanted) > 0
