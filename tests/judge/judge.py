@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Run the program on random decks and judge its results by an independent finite-element program.
 
-    tests/judge/judge.py --decks 2000 --seed 1 [--family one|bodies|both] [--keep DIR] [--jobs 2]
+    tests/judge/judge.py --decks 2000 --seed 1 [--family one|bodies|both|joined] [--jobs 2]
     tests/judge/judge.py --only SEED [--family bodies]
 
 The family `one` has a body, or several that do not touch, before planes, spheres and cylinders;
 `bodies` has bodies that touch each other or are tied, obstacles of facets and obstacles that turn.
-Of `both` the second has a quarter as many decks as the first.
+Of `both` the second has a quarter as many decks as the first. `joined` has decks of these two with
+equations, couplings, local directions, supports that stay where they are, and temperatures.
 
 A deck is one of
 
@@ -40,6 +41,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is loaded
 
 from body_scenes import random_bodies
+from joined_scenes import random_joined
 from laws import Judge, Stored, Unreadable
 from random_scenes import random_scene
 from refusals import CONFIRMED, OPEN, REFUTED, confirm, ties_nothing
@@ -114,7 +116,7 @@ def judge_run(scene, deck, status, message, options):
     return outcome, f"{message.strip()[:300]} -- {words}"
 
 
-FAMILIES = {"one": random_scene, "bodies": random_bodies}
+FAMILIES = {"one": random_scene, "bodies": random_bodies, "joined": random_joined}
 
 
 def judge_seed(deck, options):
@@ -171,7 +173,7 @@ def judge_decks(decks, options):
 
 def chosen_decks(options):
     """The decks (family, seed) that the command line names."""
-    families = list(FAMILIES) if options.family == "both" else [options.family]
+    families = ["one", "bodies"] if options.family == "both" else [options.family]
     if options.only:
         return [(family, seed) for family in families for seed in options.only]
     out = []

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 from between_nodes import covered_corners, unfelt_overlap
 from bricks import FACES
+from joints import Joints
 from laws import Judge
 from load_path import LoadPath
 from mortar import LEAST_SHARE, normal_of, place_surface
@@ -279,7 +280,7 @@ def confirm(scene, stored, message):
         done = 0.0 if stored is None or stored.finished == 0 else stored.time[stored.finished - 1]
         turns = [t for t in path.kinks() if done - start < t * (1 - 1e-9) and t < time]
         time = min([time, *turns])
-    supports, loads = path.supports(time), path.loads(time)
+    supports, loads = path.supports(time), path.loads(time) + path.thermal(time)
     increment = Increment(scene, before, supports, loads, None, turned_before)
     if stored is not None and stored.finished:
         increment.pressed_before = stored.contact_force[stored.finished - 1]
@@ -462,6 +463,7 @@ def as_stored(scene, increment, solution, step, time):
         pairs[Judge.name_of(SimpleNamespace(scene=scene), pair)] = group
     residual = scene.bricks().internal_force(u) - increment.loads - pressed
     residual, _ = Ties(scene).hand_over(residual, increment.held)
+    residual, _ = Joints(scene, increment.held).hand_over(residual)
     supports = np.where(increment.held, residual, 0.0)
     contact = pressed.copy()
     return SimpleNamespace(

@@ -138,7 +138,13 @@ def held_at_zero(scene, step):
             held = {}
         for one in scene.steps[number].boundaries:
             for row in one.rows:
-                held[int(row), one.dof] = one.value == 0.0
+                at = scene.unknown_of(int(row), one.dof)[:2]
+                if not one.fixed:
+                    held[at] = one.value == 0.0
+                elif number == 0:
+                    held[at] = True
+                else:
+                    held.setdefault(at, False)
     return {key for key, at_zero in held.items() if at_zero}
 
 
