@@ -119,9 +119,39 @@ class Joiner:
         for dof in range(3):
             step.boundaries.append(Boundary(sorted(rows), dof, 0.0, None, name, fixed=True))
 
+    def sides(self):
+        """All (part, side, name), in any order."""
+        all_ = [(part, side, f"{one.name}-{side}")
+                for part, one in enumerate(self.scene.parts) for side in SIDES]  # fmt: skip
+        return [all_[k] for k in self.rng.permutation(len(all_))]
+
     def turn_axes(self):
-        """Supports and loads of a side that is held in all directions are said along others."""
+        """Supports and loads of a side that is held in all directions are said along others.
+
+        Or a side that nothing holds is held, or pushed, along slanting directions.
+        """
         scene = self.scene
+        if self.chance(0.5):
+            taken = self.faced | self.held() | self.dependent
+            for part, side, name in self.sides():
+                rows = sorted(self.rows(part, side))
+                free = [r for r in rows if r not in taken]
+                if len(free) < len(rows) and (len(free) < 2 or self.chance(0.5)):
+                    continue
+                name = name if len(free) == len(rows) else None
+                if not self.lay_axes(name, free):
+                    return
+                step = self.pick(*scene.steps)
+                if self.chance(0.6):
+                    force = self.force(part) * self.between(-1, 1) / len(free)
+                    amplitude = self.amplitude(step)
+                    step.forces.append(Force(free, self.pick(0, 1, 2), force, amplitude, name))
+                if self.chance(0.6) and not any("*BOUNDARY" in s.new for s in scene.steps):
+                    way = self.little(part) * self.between(-1, 1) * self.pick(0, 1)
+                    amplitude = self.amplitude(step)
+                    step.boundaries.append(Boundary(free, self.pick(0, 1, 2), way, amplitude, name))
+                return
+            return
         sides = {}
         for one in scene.steps[0].boundaries:
             if one.name is not None and one.dof < 3:
@@ -131,7 +161,11 @@ class Joiner:
                  if not set(rows) & (self.faced | self.dependent)]  # fmt: skip
         if not sides:
             return
-        name, rows = self.pick(*sides)
+        self.lay_axes(*self.pick(*sides))
+
+    def lay_axes(self, name, rows):
+        """Local directions at some nodes; false: they came out too close to an axis."""
+        scene = self.scene
         around = self.chance(0.4)
         if around:
             places = scene.points[list(rows)]
@@ -144,15 +178,16 @@ class Joiner:
             for place in places:
                 beside = np.cross(place - foot, way)
                 if np.linalg.norm(beside) < 0.2 * size * np.linalg.norm(way):
-                    return
+                    return False
         else:
             points = self.rng.normal(size=6)
             if np.linalg.norm(np.cross(points[:3], points[3:])) < 0.1:
-                return
+                return False
             here = Transform(rows, points, False)
         here.rows, here.name = [int(r) for r in rows], name
         scene.transforms.append(here)
         self.dependent |= set(here.rows)
+        return True
 
     def equate(self):
         """Nodes of a side go along with those of another, or with one of them."""
@@ -197,21 +232,22 @@ class Joiner:
     def couple(self):
         """A side goes with a reference node, or a reference node with a side."""
         scene = self.scene
-        part = int(self.rng.integers(len(scene.parts)))
-        side = self.pick(*SIDES)
-        rows = self.rows(part, side)
-        name = f"{scene.parts[part].name}-{side}"
-        others = {int(r) for s in scene.steps for b in s.boundaries if b.name != name
-                  for r in b.rows}  # fmt: skip
-        if rows & (self.faced | others | self.dependent):
+        if any("*BOUNDARY" in s.new for s in scene.steps):
+            return
+        mean = self.chance(0.4)
+        for part, side, name in self.sides():
+            rows = self.rows(part, side)
+            others = {int(r) for s in scene.steps for b in s.boundaries if b.name != name
+                      for r in b.rows}  # fmt: skip
+            if mean or not rows & (self.faced | others | self.dependent):
+                break
+        else:
             return
         place = scene.points[sorted(rows)].mean(axis=0)
         place = place + self.rng.uniform(-1, 1, 3) * scene.parts[part].size * self.pick(0.0, 0.5)
-        held = any(b.name == name for s in scene.steps for b in s.boundaries)
-        if any("*BOUNDARY" in s.new for s in scene.steps):
-            return
+        held = not mean and any(b.name == name for s in scene.steps for b in s.boundaries)
         reference = self.node(place)
-        kinematic = held or self.chance(0.5)
+        kinematic = held or not mean
         one = Coupling(part, side, reference, kinematic)
         step = self.pick(*scene.steps)
         if held:
@@ -282,8 +318,8 @@ def random_joined(seed):
     scene = (random_scene, random_bodies)[rng.integers(2)](seed)
     scene.exact = None
     joiner = Joiner(scene, rng)
-    for piece, often in ((joiner.couple, 0.5), (joiner.turn_axes, 0.35), (joiner.equate, 0.4),
-                         (joiner.warm, 0.4), (joiner.stay, 0.4), (joiner.couple, 0.2)):  # fmt: skip
+    for piece, often in ((joiner.couple, 0.5), (joiner.turn_axes, 0.4), (joiner.equate, 0.4),
+                         (joiner.warm, 0.4), (joiner.stay, 0.5), (joiner.couple, 0.2)):  # fmt: skip
         if joiner.chance(often):
             piece()
     scene.kind = "joined: " + scene.kind

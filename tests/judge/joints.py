@@ -8,6 +8,7 @@ supports prescribe (stand-ins), which no result file has.
 from itertools import combinations
 
 import numpy as np
+from scenes import EPS
 
 
 class Joints:
@@ -15,13 +16,18 @@ class Joints:
 
     def __init__(self, scene, held):
         self.scene, self.lines = scene, {}
+        axes = {row: one.directions(scene.points[row]) for one in scene.transforms
+                for row in one.rows}  # fmt: skip
         for one in scene.equations:
             for line in zip(*[rows for rows, _, _ in one.terms], strict=True):
                 dofs = [dof for _, dof, _ in one.terms]
                 weights = [weight for _, _, weight in one.terms]
                 terms = {}
                 for row, dof, weight in list(zip(line, dofs, weights, strict=True))[1:]:
-                    terms[row, dof] = terms.get((row, dof), 0.0) - weight / weights[0]
+                    for k, share in enumerate(axes[row][dof] if row in axes else np.eye(3)[dof]):
+                        if share:
+                            more = share * weight / weights[0]
+                            terms[row, k] = terms.get((row, k), 0.0) - more
                 self.lines[line[0], dofs[0]] = terms
         for one in scene.couplings:
             (self.follow if one.kinematic else self.take_mean)(one)
@@ -143,5 +149,7 @@ def with_stand_ins(scene, stored):
             axes = one.directions(stored.places[row])
             stored.u[:, stand_in] = stored.u[:, row] @ axes.T
             # Of a support along a direction nothing is left at the node itself.
-            stored.supports[:, stand_in] = stored.supports[:, row] @ axes.T
+            along = stored.supports[:, row] @ axes.T
+            size = np.linalg.norm(along, axis=1, keepdims=True)
+            stored.supports[:, stand_in] = np.where(np.abs(along) <= 8 * EPS * size, 0.0, along)
             stored.supports[:, row] = 0.0

@@ -225,17 +225,19 @@ class Judge:
             self.check_contact_forces(row, pressed, doubt, points)
             pressed = np.where(np.isin(np.arange(len(u)), self.mesh)[:, None],
                                stored.contact_force[row], pressed)  # fmt: skip
-        internal = scene.bricks().internal_force(u) - self.path.thermal(time)
+        # A hindered expansion is a load like others: its forces are a measure, too.
+        thermal = self.path.thermal(time)
+        internal = scene.bricks().internal_force(u) - thermal
         residual = internal - loads - pressed
         self.check_ties(row, u, held)
         self.joints = Joints(scene, held)
         self.check_joints(row, u)
-        residual, self.tie_doubt = self.ties.hand_over(residual, held)
         residual, joined = self.joints.hand_over(residual)
+        residual, self.tie_doubt = self.ties.hand_over(residual, held)
         support = np.where(held, residual, 0.0)
         force = max(
             np.linalg.norm(a[self.mesh], axis=1).max()
-            for a in (pressed, LET_GO * self.pressed_before, support, loads, internal)
+            for a in (pressed, LET_GO * self.pressed_before, support, loads, internal, thermal)
         ) or np.linalg.norm(loads, axis=1).max()  # fmt: skip
         if self.joints.lines:
             force = max(force, *(np.linalg.norm(a, axis=1).max() for a in (support, loads)))
@@ -492,7 +494,8 @@ class Judge:
         for at, jump, terms in self.joints.jumps(u):
             self.note("joint not kept by", row, jump, 64 * EPS * max(terms, size),
                       f"at node {self.scene.ids[at]}")  # fmt: skip
-        for one in () if self.strict else self.scene.couplings:
+        # An own solution has no rotations beside their rows.
+        for one in self.scene.couplings if hasattr(self.stored, "order") else ():
             arm = self.scene.longest_arm(one)
             stored, at, on = self.stored, one.reference, one.rotation
             turn = stored.rotation[row][at] * arm
@@ -516,7 +519,7 @@ class Judge:
         `far`: how far each node has been from its place, at either end of the increment.
         """
         imbalance = np.linalg.norm(np.where(held, 0.0, residual), axis=1)
-        rounding = self.joints.spread(self.ties.spread(self.scene.bricks().rounding(far)))
+        rounding = self.ties.spread(self.joints.spread(self.scene.bricks().rounding(far)))
         for reference in self.scene.references():
             rounding[reference] = 0.0
         # Bodies that move as a whole have forces of rounding alone. Beside a force that is more
@@ -547,8 +550,8 @@ class Judge:
     def check_stored_forces(self, row, u, residual, held, pressed, force):
         """Forces of supports and of contact in the file are those found here."""
         stored = self.stored
-        rounding = self.ties.spread(self.scene.bricks().rounding(u))
-        rounding = 2 * self.joints.spread(rounding)[:, None]
+        rounding = self.joints.spread(self.scene.bricks().rounding(u))
+        rounding = 2 * self.ties.spread(rounding)[:, None]
         allowed = self.allowed * max(force, np.abs(stored.supports[row]).max(initial=0)) + rounding
         allowed = allowed + self.tie_doubt
         free = np.where(held, 0.0, stored.supports[row])

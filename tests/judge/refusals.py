@@ -328,7 +328,7 @@ def confirm(scene, stored, message):
     force = max(np.abs(scene.bricks().internal_force(found.u)).max(), np.abs(loads).max())
     lost = scene.bricks().rounding(found.u)
     # Supports take what rounding makes of stiff bricks: not certified, whatever is found.
-    carried = lost[increment.held.any(axis=1)].max(initial=0.0)
+    carried = increment.body.joints.spread(lost)[increment.held.any(axis=1)].max(initial=0.0)
     if "not certified" in message and carried > 10 * scene.tolerance * force:
         return CONFIRMED, f"rounding in forces of supports is {carried / force:.1e} of the forces"
     spoilt = np.finfo(float).eps * increment.body.condition
@@ -462,8 +462,8 @@ def as_stored(scene, increment, solution, step, time):
             group["least_gap"] = (seen.least + increment.added[rows])[None]
         pairs[Judge.name_of(SimpleNamespace(scene=scene), pair)] = group
     residual = scene.bricks().internal_force(u) - increment.loads - pressed
-    residual, _ = Ties(scene).hand_over(residual, increment.held)
     residual, _ = Joints(scene, increment.held).hand_over(residual)
+    residual, _ = Ties(scene).hand_over(residual, increment.held)
     supports = np.where(increment.held, residual, 0.0)
     contact = pressed.copy()
     return SimpleNamespace(
