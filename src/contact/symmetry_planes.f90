@@ -6,19 +6,17 @@
 module symmetry_planes_mod
   use kinds_mod, only: wp
   use mesh_mod, only: joined_nodes
-  use obstacles_mod, only: obstacle_t
   use surfaces_mod, only: nodes_of
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use obstacle_shapes_mod, only: is_before_faces
+  use mirror_planes_mod, only: is_mirrored
   implicit none
   private
 
   public :: find_symmetry_planes
 
   real(wp), parameter :: rounding = 1.0e-9_wp !! of the size of the mesh: nodes on one plane
-  real(wp), parameter :: single = 1.0e-6_wp   !! of the size of both: corners of files [-]
 
 contains
 
@@ -98,7 +96,9 @@ contains
       end associate
       is_symmetric = .true.
       if (scene%pairs(pair)%master > 0) is_symmetric = stays_on_plane(pair, axis) .and. &
-        is_mirrored(scene, pair, axis, place)
+        is_mirrored(nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, &
+        scene%mesh%connectivity), scene%mesh%coordinates, scene%obstacles(scene%pairs( &
+        pair)%master), axis, place)
     end function is_symmetric
 
     !> Whether the obstacle of a pair is held across a plane, and turns about the normal of that at
@@ -124,91 +124,6 @@ contains
     end function stays_on_plane
 
   end subroutine find_symmetry_planes
-
-  !> Whether the facets of a pair end at a plane, on the side of the slave, or have their mirror
-  !> images among them as far from it as the slave's faces there.
-  pure logical function is_mirrored(scene, pair, axis, place)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: pair, axis
-    real(wp), intent(in) :: place !! of the plane along the axis [length]
-    integer, allocatable :: slave(:, :)
-    real(wp) :: close_by, width, inwards
-    integer :: f
-
-    associate (x => scene%mesh%coordinates, obstacle => scene%obstacles(scene%pairs(pair)%master))
-      allocate (slave, source=nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, &
-        scene%mesh%connectivity))
-      close_by = single*max(maxval(maxval(x, dim=2) - minval(x, dim=2)), &
-        maxval(maxval(obstacle%corner, dim=2) - minval(obstacle%corner, dim=2)))
-      width = 0.0_wp
-      inwards = 0.0_wp
-      do f = 1, size(slave, 2)
-        associate (way => x(axis, slave(:, f)) - place)
-          if (minval(abs(way)) <= close_by) width = max(width, maxval(abs(way)))
-          inwards = inwards + sum(way)
-        end associate
-      end do
-      associate (way => sign(1.0_wp, inwards)*(obstacle%corner(axis, :) - place))
-        if (minval(way) >= -close_by) then
-          is_mirrored = minval(way) <= close_by
-        else
-          is_mirrored = has_images(obstacle, axis, place, width, close_by)
-        end if
-      end associate
-    end associate
-  end function is_mirrored
-
-  !> Whether the corners of facets near a plane have corners as mirror images, and there are some.
-  !> How quadrilaterals are cut into triangles need not be alike on both sides.
-  pure logical function has_images(obstacle, axis, place, width, close_by)
-    type(obstacle_t), intent(in) :: obstacle
-    integer, intent(in) :: axis
-    real(wp), intent(in) :: place       !! of the plane along the axis [length]
-    real(wp), intent(in) :: width       !! from it on facets need none [length]
-    real(wp), intent(in) :: close_by    !! how far an image may be off [length]
-    type(face_grid_t) :: grid
-    logical :: is_near(size(obstacle%corner, 2))
-    real(wp) :: image(3)
-    integer :: f, i, n
-
-    is_near = .false.
-    do f = 1, size(obstacle%facet, 2)
-      n = count(obstacle%facet(:, f) > 0)
-      associate (corners => obstacle%facet(:n, f))
-        if (minval(obstacle%corner(axis, corners)) <= place + width .and. &
-          maxval(obstacle%corner(axis, corners)) >= place - width) is_near(corners) = .true.
-      end associate
-    end do
-    has_images = any(is_near)
-    if (.not. has_images) return
-    grid = make_face_grid(obstacle%facet, obstacle%corner)
-    do i = 1, size(is_near)
-      if (.not. is_near(i)) cycle
-      image = obstacle%corner(:, i)
-      image(axis) = 2.0_wp*place - image(axis)
-      has_images = is_corner(obstacle, grid, image, close_by)
-      if (.not. has_images) return
-    end do
-  end function has_images
-
-  !> Whether a facet has a corner at a place.
-  pure logical function is_corner(obstacle, grid, place, close_by)
-    type(obstacle_t), intent(in) :: obstacle
-    type(face_grid_t), intent(in) :: grid !! of its facets
-    real(wp), intent(in) :: place(3)      !! [length]
-    real(wp), intent(in) :: close_by      !! how far it may be off [length]
-    integer, allocatable :: near(:)
-    integer :: i, k
-
-    is_corner = .true.
-    call faces_near(grid, place - close_by, place + close_by, near)
-    do i = 1, size(near)
-      do k = 1, count(obstacle%facet(:, near(i)) > 0)
-        if (maxval(abs(obstacle%corner(:, obstacle%facet(k, near(i))) - place)) <= close_by) return
-      end do
-    end do
-    is_corner = .false.
-  end function is_corner
 
   !> The degrees of freedom that every *STEP holds at 0.
   pure function held_at_rest(scene) result(held)

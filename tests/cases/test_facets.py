@@ -53,7 +53,7 @@ class Facets(unittest.TestCase):
 class Symmetry(Facets):
     """Halves and quarters of a block on a round tool of facets, which planes of symmetry cut."""
 
-    def on_tool(self, shape, halves, steps=(), mu=0.3, depth=0.06, **tool_options):
+    def on_tool(self, shape, halves, steps=(), mu=0.3, depth=0.06, options="", **tool_options):
         """(force times how many parts make the whole, {place: normal}), and the result.
 
         `halves`: whether of the block, -1..1 along x and y, the part above 0 is there alone;
@@ -72,7 +72,7 @@ class Symmetry(Facets):
             fixed_plate(
                 "TOOL", tool, (1.3, 1.3), n=tuple(facets), height=SHAPES[shape], **tool_options
             ),
-            pair("UP-ZMIN, TOOL", mu),
+            pair("UP-ZMIN, TOOL", mu, options),
             step(f"UP-ZMAX, 3, 3, {-depth!r}", 2),
             *steps,
             held=held,
@@ -113,6 +113,15 @@ class Symmetry(Facets):
             whole = self.on_tool("ball", (0, 0), [slide])
             self.check(self.on_tool("ball", (1, 0), [slide]), whole, [1, 2], 1e-10)
             self.assertGreater(abs(whole[0][1]), 0.1 * whole[0][2])
+
+    def test_what_is_moved_onto_the_tool_stays_on_the_plane(self):
+        options = ", ADJUST=1."
+        whole = self.on_tool("ball", (0, 0), options=options)
+        self.assertGreater(np.ptp([z for _, _, z in whole[1]]), 0.25)
+        for halves in ((1, 0), (1, 1)):
+            part = self.on_tool("ball", halves, options=options)
+            self.assertEqual(sum(x == 0 for x, _, _ in part[1]), 5 + 4 * (1 - halves[1]))
+            self.check(part, whole, [2], 1e-9, 1e-8)
 
     def test_triangles_need_not_be_mirror_images(self):
         whole = self.on_tool("ball", (0, 0), split=True)

@@ -448,6 +448,34 @@ class GapsAndAdjust(unittest.TestCase):
             Run(self.blocks(0.004, options=", ADJUST=0.001"), "--plan", name="deck").output,
         )
 
+    def test_adjusted_nodes_stay_on_planes_where_both_bodies_end(self):
+        """A quarter of a ring on a hub of finer facets."""
+        text = deck(
+            quarter_ring("HUB", 1, (1.0, 2.0), (2, 7)),
+            quarter_ring("RING", 501, (2.02, 3.0), (2, 4)),
+            *(
+                f"*MATERIAL, NAME=M{name}\n*ELASTIC\n1000., 0.3\n"
+                f"*SOLID SECTION, ELSET={name}, MATERIAL=M{name}\n"
+                for name in ("HUB", "RING")
+            ),
+            pair("RING-IN, HUB-OUT", 0.0, ", ADJUST=0.1"),
+            step("RING-X, 1\nRING-Y, 2\nHUB-X, 1\nHUB-Y, 2\nHUB-ALL, 3\nRING-ALL, 3"),
+        )
+        run = Run(text, name="deck")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertIn("ADJUST of RING-IN:HUB-OUT moved 10 nodes", run.output)
+        with run.result() as result:
+            places = of_pair(result, "RING-IN:HUB-OUT", "coordinates")
+            frames = of_pair(result, "RING-IN:HUB-OUT", "frame")[-1]
+        for axis in (0, 1):
+            on = np.abs(places[:, axis]) < 0.1
+            self.assertEqual(on.sum(), 2)
+            self.assertEqual(np.abs(places[on, axis]).max(), 0.0)
+            self.assertEqual(np.abs(frames[on, 0, axis]).max(), 0.0)
+        self.assertGreater(np.abs(frames[:, 0, :2]).min(axis=1).max(), 0.3)
+        # There is no other pair.
+        self.assertNotIn("off the master", run.output)
+
     def test_deep_overlaps_are_pushed_out(self):
         """An interference of half the block, and many times the displacement."""
         result = solved(self, self.blocks(-0.3, depth=0.003))
