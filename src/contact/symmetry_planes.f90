@@ -1,12 +1,16 @@
-!> Planes of symmetry of pairs of surfaces, found by their supports. docs/theory.md section 11.
+!> Planes of symmetry of pairs before faces, found by their supports. docs/theory.md section 11.
 !>
 !> The weights of a point on such a plane reach nodes beside it, whose motion across the plane is
-!> none of the plane's: there the normal has no part, and no friction acts.
+!> none of the plane's, and its normal is a mean over the faces of one side: across the plane the
+!> normal has no part, and no friction acts.
 module symmetry_planes_mod
   use kinds_mod, only: wp
   use mesh_mod, only: joined_nodes
+  use surfaces_mod, only: nodes_of
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
+  use obstacle_shapes_mod, only: is_before_faces
+  use mirror_planes_mod, only: is_mirrored
   implicit none
   private
 
@@ -22,6 +26,7 @@ contains
     type(contact_points_t), intent(inout) :: points !! gets across
     logical, allocatable :: held(:, :)
     logical :: is_single(scene%mesh%n_nodes) !! without bricks: its place says nothing
+    integer, allocatable :: masters(:)       !! nodes of the pair's master; none of facets
     real(wp) :: side(2), close_by
     integer :: pair, axis, i, k
 
@@ -33,10 +38,10 @@ contains
     associate (x => scene%mesh%coordinates)
       close_by = rounding*maxval(maxval(x, dim=2) - minval(x, dim=2))
       do pair = 1, size(scene%pairs)
-        if (scene%pairs(pair)%master > 0) cycle
+        if (.not. is_before_faces(scene%pairs(pair), scene%obstacles)) cycle
+        masters = masters_of(pair)
         do axis = 1, 3
-          associate (nodes => [scene%surfaces(scene%pairs(pair)%surface)%nodes, &
-                               scene%surfaces(scene%pairs(pair)%master_surface)%nodes])
+          associate (nodes => [scene%surfaces(scene%pairs(pair)%surface)%nodes, masters])
             side = [minval(x(axis, nodes)), maxval(x(axis, nodes))]
           end associate
           do k = 1, 2
@@ -52,8 +57,19 @@ contains
 
   contains
 
+    !> The nodes of a body's surface.
+    pure function masters_of(pair) result(nodes)
+      integer, intent(in) :: pair
+      integer, allocatable :: nodes(:)
+
+      nodes = [integer ::]
+      if (scene%pairs(pair)%master == 0) nodes = scene%surfaces(scene%pairs(pair)% &
+        master_surface)%nodes
+    end function masters_of
+
     !> Whether all of both surfaces that lies on a plane is held across it, and not all of the slave
-    !> surface is; and the same of the bodies.
+    !> surface is; and the same of the bodies. Facets are cut by the plane, or their own mirror
+    !> image.
     pure logical function is_symmetric(pair, axis, place)
       integer, intent(in) :: pair, axis
       real(wp), intent(in) :: place !! of the plane along the axis [length]
@@ -61,8 +77,7 @@ contains
       integer :: bodies(scene%mesh%n_bodies), j
 
       is_symmetric = .false.
-      associate (slaves => scene%surfaces(scene%pairs(pair)%surface)%nodes, mesh => scene%mesh, &
-                 masters => scene%surfaces(scene%pairs(pair)%master_surface)%nodes)
+      associate (slaves => scene%surfaces(scene%pairs(pair)%surface)%nodes, mesh => scene%mesh)
         if (all(held(axis, slaves))) return
         bodies = 0
         bodies(mesh%body(slaves)) = 1
@@ -73,13 +88,40 @@ contains
         end do
         on_plane = abs(mesh%coordinates(axis, :) - place) <= close_by .and. of_pair
         if (.not. all(held(axis, :) .or. .not. on_plane)) return
-        if (.not. any(on_plane(slaves)) .or. .not. any(on_plane(masters))) return
+        if (.not. any(on_plane(slaves))) return
+        if (size(masters) > 0 .and. .not. any(on_plane(masters))) return
         ! Bodies on one side of it.
         if (any(of_pair .and. mesh%coordinates(axis, :) < place - close_by) .and. &
           any(of_pair .and. mesh%coordinates(axis, :) > place + close_by)) return
       end associate
       is_symmetric = .true.
+      if (scene%pairs(pair)%master > 0) is_symmetric = stays_on_plane(pair, axis) .and. &
+        is_mirrored(nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, &
+        scene%mesh%connectivity), scene%mesh%coordinates, scene%obstacles(scene%pairs( &
+        pair)%master), axis, place)
     end function is_symmetric
+
+    !> Whether the obstacle of a pair is held across a plane, and turns about the normal of that at
+    !> most.
+    pure logical function stays_on_plane(pair, axis)
+      integer, intent(in) :: pair, axis
+      integer :: step, j
+
+      stays_on_plane = .true.
+      associate (node => scene%obstacles(scene%pairs(pair)%master)%ref_node)
+        if (node == 0) return
+        stays_on_plane = held(axis, node)
+        do step = 1, size(scene%steps)
+          if (.not. allocated(scene%steps(step)%rotations)) cycle
+          do j = 1, size(scene%steps(step)%rotations)
+            associate (r => scene%steps(step)%rotations(j))
+              if (r%node == node .and. r%dof /= axis .and. abs(r%value) > 0.0_wp) stays_on_plane &
+                = .false.
+            end associate
+          end do
+        end do
+      end associate
+    end function stays_on_plane
 
   end subroutine find_symmetry_planes
 

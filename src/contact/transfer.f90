@@ -11,7 +11,7 @@
 !> constraints: B is composed with these.
 module transfer_mod
   use kinds_mod, only: wp
-  use blas_mod, only: daxpy
+  use block_diagonal_mod, only: block_diagonal_t, add_column, entry_of, order_of
   use huge_pages_mod, only: prefer_huge_pages
   use constraints_mod, only: constraints_t, active_constraints
   use mesh_mod, only: mesh_t
@@ -276,11 +276,10 @@ contains
     type(transfer_t), intent(in) :: transfer
     real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
     integer, intent(in)  :: row(:, :)       !! (3,n_points)
-    real(wp), intent(in), contiguous :: c(:, :)
-    !! (n_interface,n_interface) compliance of the interface [length/force]
+    type(block_diagonal_t), intent(in) :: c !! compliance of the interface [length/force]
     real(wp), allocatable, intent(out) :: w(:, :) !! (n_rows,n_rows) [length/force]
-    real(wp) :: of_point(size(c, 1), 3) !! C B^T of one point [length/force]
-    real(wp) :: across(3, size(c, 1))   !! the same, the three of an equation side by side
+    real(wp) :: of_point(order_of(c), 3) !! C B^T of one point [length/force]
+    real(wp) :: across(3, order_of(c))   !! the same, the three of an equation side by side
     real(wp) :: block(3, 3)
     integer :: i, j, a, b
 
@@ -308,7 +307,7 @@ contains
   !> C B^T of one point: what unit reactions along x, y, z do to the interface.
   subroutine press_point(transfer, c, j, moved)
     type(transfer_t), intent(in) :: transfer
-    real(wp), intent(in), contiguous :: c(:, :)      !! (n_interface,n_interface) [length/force]
+    type(block_diagonal_t), intent(in) :: c          !! of the interface [length/force]
     integer, intent(in) :: j
     real(wp), intent(out), contiguous :: moved(:, :) !! (n_interface,3) [length/force]
     integer :: b, k
@@ -316,8 +315,7 @@ contains
     moved = 0.0_wp
     do b = 1, 3
       do k = transfer%first(3*(j - 1) + b), transfer%first(3*(j - 1) + b + 1) - 1
-        call daxpy(size(c, 1), transfer%coefficient(k), c(:, transfer%equation(k)), 1, &
-          moved(:, b), 1)
+        call add_column(c, transfer%equation(k), transfer%coefficient(k), moved(:, b))
       end do
     end do
   end subroutine press_point
@@ -347,7 +345,7 @@ contains
     type(dof_map_t), intent(in) :: map
     type(contact_points_t), intent(in) :: points
     type(transfer_t), intent(in) :: transfer
-    real(wp), intent(in) :: c(:, :)            !! (n_interface,n_interface) [length/force]
+    type(block_diagonal_t), intent(in) :: c    !! compliance of the interface [length/force]
     real(wp) :: left(size(points%first) - 1)   !! (n_pairs) [-]
     real(wp) :: of_slave, of_both
     integer :: pair, i, a, k, l, n, equation(3)
@@ -364,11 +362,11 @@ contains
         of_both = 0.0_wp
         do a = 1, 3
           if (equation(a) == 0) cycle
-          of_slave = of_slave + c(equation(a), equation(a))
+          of_slave = of_slave + entry_of(c, equation(a), equation(a))
           do k = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
             do l = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
               of_both = of_both + transfer%coefficient(k)*transfer%coefficient(l)* &
-                c(transfer%equation(k), transfer%equation(l))
+                entry_of(c, transfer%equation(k), transfer%equation(l))
             end do
           end do
         end do

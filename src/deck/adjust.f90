@@ -11,6 +11,7 @@ module adjust_mod
   use numbers_mod, only: number_not_finite, number_ok, number_too_large, read_real
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: is_before_faces, locate_point
+  use mirror_planes_mod, only: keep_on_ends
   use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, enough
   use facet_mortar_mod, only: face_facets, facet_pair_t, join_facets, reach_of_all_facets, &
     reach_of_facets
@@ -105,7 +106,7 @@ contains
     end do
     call check_bricks(reader, model, pairs, adjusts, mover)
     do p = 1, size(pairs)
-      if (.not. adjusts(p)%wanted) cycle
+      if (.not. adjusts(p)%wanted .or. .not. any(mover > p)) cycle
       if (is_before_faces(pairs(p), obstacles)) then
         call note_left(reader, model, gaps_to_surface(model, surfaces, obstacles, pairs(p), &
           placed(p)%elements), pairs(p)%name, placed(p)%elements)
@@ -198,7 +199,7 @@ contains
   end subroutine check_bricks
 
   !> Move nodes onto a surface: along their normals by their gaps, three times over, since what
-  !> they face changes as they move.
+  !> they face changes as they move. Where both surfaces end at a plane its nodes stay on it.
   subroutine place_on_surface(reader, model, surfaces, obstacles, pairs, adjust, nodes, mover)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
@@ -270,6 +271,7 @@ contains
         reach = behind + distance
         if (however_far) reach = reach + reach_of_all_facets(now)
         call face_facets(now, reach, mortar, behind)
+        call keep_on_ends(slave, s, x, mortar%normal, obstacle=obstacles(pair%master))
       else
         allocate (master, source=nodes_of(surfaces(pair%master_surface)%faces, &
           model%mesh%connectivity))
@@ -277,6 +279,7 @@ contains
         reach = behind + distance
         if (however_far) reach = reach + reach_of_all(s, surfaces(pair%master_surface)%nodes, x)
         call make_mortar(slave, master, s, x, reach, mortar, behind)
+        call keep_on_ends(slave, s, x, mortar%normal, surfaces(pair%master_surface)%nodes)
       end if
       allocate (gap(size(s)), source=huge(1.0_wp))
       do i = 1, size(s)

@@ -4,7 +4,7 @@ module body_solver_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_not_solved
   use system_mod, only: wall_seconds
-  use dense_mod, only: norm_1, invert_spd
+  use block_diagonal_mod, only: block_diagonal_t, take_blocks, invert_blocks, norm_of_blocks
   use norm_estimate_mod, only: norm_estimate_t
   use near_stiffness_mod, only: near_stiffness_t, find_near
   use constraints_mod, only: constraints_t, active_constraints
@@ -70,6 +70,7 @@ contains
     !! a singular matrix; pieces that ties do not hold; no memory
     type(triplets_t) :: k
     integer, allocatable :: start(:), neighbours(:), order(:)
+    real(wp), allocatable :: schur(:, :)
     real(wp) :: clock, condensed
     integer :: n_stiffnesses, n_schur
 
@@ -109,18 +110,21 @@ contains
           neighbours, k, n_stiffnesses)
         call lap(clock, work%condense)
       end if
-      call factorise(k, order, n_schur, inverse%factor, inverse%compliance, error)
+      call factorise(k, order, n_schur, inverse%factor, schur, error)
       if (allocated(error)) return
       work%n_factorisations = work%n_factorisations + 1
       call lap(clock, work%factorise)
       if (.not. inverse%is_condensed) then
-        deallocate (inverse%compliance)
         call estimate_condition(scene, k, body, error)
         call lap(clock, work%condense)
         return
       end if
-      body%stiffness = point_stiffness(inverse%map, points%node, inverse%compliance)
-      condensed = norm_1(inverse%compliance)
+      body%stiffness = point_stiffness(inverse%map, points%node, schur)
+      inverse%condition = diagonal_ratio(k)
+      ! Not beside the copies of the blocks.
+      deallocate (k%row, k%column, k%value)
+      call take_blocks(schur, inverse%map%body_first, inverse%compliance)
+      condensed = norm_of_blocks(inverse%compliance)
       call invert_schur(inverse%compliance, error)
       if (allocated(error)) then
         if (.not. is_exact(scene%precision)) error%message = error%message//'; the factor ('// &
@@ -128,7 +132,7 @@ contains
           '*PRECISION hold more'
         return
       end if
-      inverse%condition = max(diagonal_ratio(k), condensed*norm_1(inverse%compliance))
+      inverse%condition = max(inverse%condition, condensed*norm_of_blocks(inverse%compliance))
     end associate
     call lap(clock, work%condense)
   end subroutine make_body_solver
@@ -220,14 +224,14 @@ contains
       contact_nodes(points), body%motions, error, scene%constraints)
   end subroutine change_obstacle_supports
 
-  !> Replace the Schur complement by its inverse, both triangles.
+  !> Replace the Schur complement by its inverse, body by body.
   subroutine invert_schur(s, error)
-    real(wp), intent(inout) :: s(:, :)
-    !! (n,n) stiffness [force/length], compliance out [length/force]
+    type(block_diagonal_t), intent(inout) :: s
+    !! stiffness [force/length], compliance out [length/force]
     type(error_t), allocatable, intent(out) :: error !! not positive definite
     logical :: positive_definite
 
-    call invert_spd(s, positive_definite)
+    call invert_blocks(s, positive_definite)
     if (.not. positive_definite) call raise(error, exit_not_solved, &
       'the stiffness condensed to the contact nodes is not positive definite: a body is not '// &
       'held, or the material is at the limit of what double precision holds')

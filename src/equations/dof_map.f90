@@ -20,6 +20,8 @@ module dof_map_mod
     integer, allocatable, private :: equation(:, :)
     !! (3,n_nodes) number of each unknown, 0 where prescribed or unused
     integer, allocatable :: node(:)         !! (n_free) node of each equation
+    integer, allocatable :: body_first(:)
+    !! (n_blocks+1) where each body begins on the interface, counted from there; made with a mesh
     type(constraints_t) :: constraints      !! active ones, chains substituted
     integer, allocatable, private :: constraint(:, :) !! (3,n_nodes) where there are any
   end type dof_map_t
@@ -45,8 +47,8 @@ contains
     map = map_of_dofs(body, prescribed, on_interface, active)
   end function map_of_nodes
 
-  !> Number the unknowns in the order of the nodes, interior first, interface last. What depends on
-  !> others is on the interface by its masters.
+  !> Number the unknowns in the order of the nodes, interior first, interface last, there one body
+  !> after the other. What depends on others is on the interface by its masters.
   pure function map_of_dofs(body, prescribed, on_interface, active) result(map)
     integer, intent(in) :: body(:)             !! (n_nodes) 0 where no element uses the node
     logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
@@ -89,12 +91,15 @@ contains
     logical, intent(in), dimension(:, :) :: prescribed, on_interface, depends !! (3,n_nodes)
     type(dof_map_t), intent(out) :: map
     logical :: wanted
-    integer :: pass, node, i
+    integer :: by_body(size(body)), pass, node, i, k
 
     allocate (map%equation(3, size(body)), source=0)
+    by_body = sorted_by(body)
     do pass = 1, 2
       wanted = pass == 2
-      do node = 1, size(body)
+      do k = 1, size(body)
+        node = k
+        if (wanted) node = by_body(k)
         if (body(node) == 0) cycle
         do i = 1, 3
           if (prescribed(i, node) .or. (on_interface(i, node) .neqv. wanted)) cycle
@@ -112,7 +117,31 @@ contains
         if (map%equation(i, node) > 0) map%node(map%equation(i, node)) = node
       end do
     end do
+    associate (of => body(map%node(map%n_free - map%n_interface + 1:)))
+      map%body_first = [pack([(i, i=1, size(of))], [(i == 1 .or. of(i) /= of(max(1, i - 1)), &
+        i=1, size(of))]), size(of) + 1]
+    end associate
   end subroutine number_unknowns
+
+  !> The nodes of body 0, then of body 1, and so on, each in their order.
+  pure function sorted_by(body) result(nodes)
+    integer, intent(in) :: body(:)       !! (n_nodes) from 0
+    integer :: nodes(size(body))
+    integer :: next(0:maxval([body, 0]) + 1), k
+
+    next = 0
+    do k = 1, size(body)
+      next(body(k) + 1) = next(body(k) + 1) + 1
+    end do
+    next(0) = 1
+    do k = 1, ubound(next, 1)
+      next(k) = next(k) + next(k - 1)
+    end do
+    do k = 1, size(body)
+      nodes(next(body(k))) = k
+      next(body(k)) = next(body(k)) + 1
+    end do
+  end function sorted_by
 
   !> A map of `numbers_of` another, as it is sent to other ranks: equations without nodes.
   pure function map_of_numbers(numbers, n_free, n_interface, active) result(map)

@@ -9,7 +9,7 @@
 module stiffness_inverse_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_machine
-  use dense_mod, only: times_symmetric
+  use block_diagonal_mod, only: block_diagonal_t, times_blocks
   use controls_mod, only: is_exact
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
@@ -27,7 +27,7 @@ module stiffness_inverse_mod
   type :: stiffness_inverse_t
     type(dof_map_t) :: map
     type(sparse_factor_t) :: factor
-    real(wp), allocatable :: compliance(:, :)  !! (n_interface,n_interface) [length/force]
+    type(block_diagonal_t) :: compliance       !! of the interface, a block a body [length/force]
     real(wp) :: condition = 1.0_wp             !! of the stiffness, at least [-]
     logical :: is_condensed = .true.           !! there is such a compliance
     type(error_t), allocatable :: failure
@@ -62,7 +62,7 @@ contains
         call inverse%factor%condense(b, reduced, error)
         if (allocated(error)) return
         do g = 1, size(reduced, 2)
-          reduced(:, g) = times_symmetric(inverse%compliance, reduced(:, g))
+          reduced(:, g) = times_blocks(inverse%compliance, reduced(:, g))
         end do
         call inverse%factor%expand(reduced, b, error)
       end if
@@ -97,7 +97,7 @@ contains
       call inverse%factor%condense(b, reduced, error)
       if (allocated(error)) return
       inverse%is_begun = .true.
-      begun(:) = times_symmetric(inverse%compliance, reduced(:, 1))
+      begun(:) = times_blocks(inverse%compliance, reduced(:, 1))
       b = 0.0_wp
       b(inverse%map%n_free - inverse%map%n_interface + 1:, 1) = begun
     end if
@@ -223,7 +223,7 @@ contains
     real(wp) :: b(inverse%map%n_free)
 
     call to_equations(inverse%map, force, b)
-    answer = times_symmetric(inverse%compliance, &
+    answer = times_blocks(inverse%compliance, &
       b(inverse%map%n_free - inverse%map%n_interface + 1:))
   end function answer_of_interface
 

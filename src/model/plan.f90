@@ -31,7 +31,9 @@ module plan_mod
     !! and more by cutting those in which an obstacle would turn too far
     integer :: n_outputs = 0                  !! of them, those whose fields are written
     integer :: n_equations = 0                !! free degrees of freedom, of all steps the most
-    integer :: n_interface = 0                !! of them, on slave nodes
+    integer :: n_interface = 0                !! of them, on contact nodes
+    integer, allocatable :: blocks(:)
+    !! orders of the blocks of the compliance, one a body, of the step where they have most entries
     integer :: n_factorisations = 0 !! one, and one more whenever other dofs are prescribed
     logical :: is_constant = .true. !! every step has the same degrees of freedom
     logical :: is_analysed = .false.     !! its costs are known, not only the least they can be

@@ -31,6 +31,7 @@ module count_sizes_mod
   !> Sizes that costs are made of.
   type :: sizes_t
     real(wp) :: nodes, bricks, equations, interface, rows, points, entries, factor
+    real(wp) :: squares, cubes   !! sums over the blocks of the compliance, one a body
     real(wp) :: front, workspace, flops
     real(wp) :: increments, outputs, steps, factorisations, motions
     real(wp) :: neighbours
@@ -59,6 +60,8 @@ contains
     sizes%bricks = scene%mesh%n_elements
     sizes%equations = plan%n_equations
     sizes%interface = plan%n_interface
+    sizes%squares = sum(real(plan%blocks, wp)**2)
+    sizes%cubes = sum(real(plan%blocks, wp)**3)
     sizes%rows = sum(real(plan%rows, wp))
     sizes%points = plan%points%n
     ! A node of a large mesh of bricks has 27 neighbours, half of them in one triangle.
@@ -131,8 +134,8 @@ contains
       flops = sizes%factorisations*sizes%flops + solutions(scene, sizes)*4.0_wp*sizes%factor
       return
     end if
-    flops = sizes%factorisations*(sizes%flops + sizes%interface**3) + &
-      solutions(scene, sizes)*(4.0_wp*sizes%factor + 2.0_wp*sizes%interface**2) + &
+    flops = sizes%factorisations*(sizes%flops + sizes%cubes) + &
+      solutions(scene, sizes)*(4.0_wp*sizes%factor + 2.0_wp*sizes%squares) + &
       2.0_wp*sizes%increments*products_of_increment(scene, sizes)*sizes%rows**2
   end function flops_of_run
 

@@ -155,7 +155,7 @@ contains
       scene%contact%compliance = compliance_dense
     else if (scene%contact%compliance == compliance_auto) then
       scene%contact%compliance = compliance_dense
-      if (8.0_wp*(sizes%interface**2 + sizes%rows**2) > enough*real(plan%memory_left, wp)) then
+      if (8.0_wp*(sizes%squares + sizes%rows**2) > enough*real(plan%memory_left, wp)) then
         scene%contact%compliance = compliance_products
         why = 'dense it does not fit'
       else
@@ -402,7 +402,7 @@ contains
     type(sizes_t), intent(in) :: sizes
     type(file_size_t), intent(in) :: file
     real(wp) :: bytes                   !! [bytes]
-    real(wp) :: matrix, mesh, factorising, running, square
+    real(wp) :: matrix, mesh, factorising, running, copying, square
 
     ! Row, column and value of every entry, ours and MUMPS's copy; neighbours, numbers of the
     ! unknowns, their order.
@@ -416,11 +416,15 @@ contains
     ! The factor stays; compliance and W; responses and loads of two patterns, old and new state,
     ! forces and fields of a step: some thirty vectors over the nodes; the columns of the increments
     ! ahead, ours and MUMPS's; HDF5's chunks.
-    running = sizes%workspace + square*(8.0_wp*sizes%interface**2 + &
+    running = sizes%workspace + square*(8.0_wp*sizes%squares + &
       (8.0_wp + sizes%copy)*sizes%rows**2) + (1.0_wp - square)*near_interface*sizes%interface + &
       30.0_wp*24.0_wp*sizes%nodes + 16.0_wp*sizes%equations*sizes%columns + krylov_bytes(sizes) + &
       file%cache
-    bytes = sizes%ranks*libraries + max(factorising, running)
+    ! The Schur complement beside its blocks, which are copied out of it where there are several.
+    copying = 0.0_wp
+    if (sizes%squares < sizes%interface**2) copying = mesh + sizes%workspace + &
+      square*8.0_wp*(sizes%interface**2 + sizes%squares)
+    bytes = sizes%ranks*libraries + max(factorising, running, copying)
   end function peak_memory
 
   !> The vectors of GMRES that are used; where bodies are free the dense system of the response to

@@ -129,8 +129,8 @@ contains
     ! Numbers of half the size are worked on twice as fast.
     seconds%factorise = sizes%factorisations*sizes%word/8.0_wp*(sizes%flops/speed%flops + &
       passes_to_factorise*8.0_wp*sizes%factor/speed%bytes) + scratch_time
-    seconds%condense = sizes%factorisations*(sizes%interface**3/speed%flops + &
-      40.0_wp*sizes%interface**2/speed%bytes)
+    seconds%condense = sizes%factorisations*(sizes%cubes/speed%flops + &
+      40.0_wp*sizes%squares/speed%bytes)
     product = sizes%rows**2/speed%entries
     ! A triangle beyond the caches comes from memory every time.
     if (4.0_wp*sizes%rows**2 > cached) product = max(product, 4.0_wp*sizes%rows**2/speed%bytes)
@@ -150,7 +150,7 @@ contains
     passes = passes_to_solve
     if (sizes%columns > 1.0_wp) passes = passes_ahead
     seconds%recover = n_recovered*(passes*sizes%word*sizes%factor + &
-      merge(8.0_wp*sizes%interface**2, 0.0_wp, sizes%is_dense))/speed%bytes + &
+      merge(8.0_wp*sizes%squares, 0.0_wp, sizes%is_dense))/speed%bytes + &
       2.0_wp*solutions(scene, sizes)*scratch_time
   end subroutine time_solver
 

@@ -80,11 +80,13 @@ contains
     logical :: prescribed(3, scene%mesh%n_nodes), before(3, scene%mesh%n_nodes)
     type(dof_map_t) :: map
     type(free_motions_t) :: motions
+    integer, allocatable :: blocks(:)
     integer :: step
 
     plan%rows = spread(0, 1, plan%points%n)
     plan%n_equations = 0
     plan%n_interface = 0
+    plan%blocks = [integer ::]
     plan%n_factorisations = 0
     do step = 1, size(scene%steps)
       if (step > 1) before = prescribed
@@ -103,12 +105,22 @@ contains
       if (step == 1) first_motions = motions
       map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), &
         interface_dofs(scene, plan%points), active_constraints(scene%constraints, prescribed))
+      blocks = map%body_first(2:) - map%body_first(:size(map%body_first) - 1)
       if (step > 1) plan%is_constant = plan%is_constant .and. map%n_free == plan%n_equations &
-        .and. map%n_interface == plan%n_interface
+        .and. size(blocks) == size(plan%blocks)
+      if (step > 1 .and. plan%is_constant) plan%is_constant = all(blocks == plan%blocks)
+      if (entries_of(blocks) > entries_of(plan%blocks)) plan%blocks = blocks
       plan%n_equations = max(plan%n_equations, map%n_free)
       plan%n_interface = max(plan%n_interface, map%n_interface)
     end do
   end subroutine count_unknowns
+
+  !> Entries of square blocks of these orders.
+  pure real(wp) function entries_of(orders)
+    integer, intent(in) :: orders(:)
+
+    entries_of = sum(real(orders, wp)**2)
+  end function entries_of
 
   !> Increments at most that end at kinks and first touches, beside the deck's.
   pure integer function count_events(scene)
@@ -189,7 +201,7 @@ contains
     call add_figure(plan, 'factorisations', real(plan%n_factorisations, wp), bound_at_most)
     call add_figure(plan, 'contact_points', real(count(plan%rows > 0), wp), bound_at_most)
     call add_figure(plan, 'contact_rows', real(sum(plan%rows), wp), bound_at_most)
-    call add_figure(plan, 'compliance_bytes', 8.0_wp*real(plan%n_interface, wp)**2, bound)
+    call add_figure(plan, 'compliance_bytes', 8.0_wp*entries_of(plan%blocks), bound)
     call add_figure(plan, 'contact_matrix_bytes', 8.0_wp*real(sum(plan%rows), wp)**2, &
       bound_at_most)
     if (scene%contact%compliance == compliance_products) call forget_compliance(plan)

@@ -49,12 +49,12 @@ contains
     if (sum(plan%rows) > 0) then
       copy = merge(4.0_wp, 0.0_wp, scene%precision%single_compliance) + &
         merge(2.0_wp, 0.0_wp, sum(plan%rows) >= rows_worth_rounding)
-      call add_line(plan, compliance_line, bound, to_text(plan%n_interface)//' x '// &
-        to_text(plan%n_interface)//' on contact nodes, '//to_text(sum(plan%rows))//' x '// &
+      call add_line(plan, compliance_line, bound, blocks_in_words(plan)// &
+        ' on contact nodes, '//to_text(sum(plan%rows))//' x '// &
         to_text(sum(plan%rows))//' in contact rows: dense, double precision'// &
         trim(merge(' and a copy of the rows in single precision', repeat(' ', 43), &
         copy > 0.0_wp))// &
-        ', '//bytes_in_words(8.0_wp*real(plan%n_interface, wp)**2 + &
+        ', '//bytes_in_words(8.0_wp*sum(real(plan%blocks, wp)**2) + &
         (8.0_wp + copy)*real(sum(plan%rows), wp)**2))
     end if
     call add_line(plan, factorisations, bound_at_most, factorisations_in_words(plan, &
@@ -65,6 +65,17 @@ contains
       solver_in_words(scene%contact))
     call add_line(plan, 'fields', bound_of_increments(scene), fields_in_words(scene, plan))
   end subroutine describe
+
+  !> 75 x 75, or of several bodies 2 blocks, the largest 75 x 75,
+  function blocks_in_words(plan) result(words)
+    type(plan_t), intent(in) :: plan
+    character(:), allocatable :: words
+
+    words = to_text(maxval([plan%blocks, 0]))
+    words = words//' x '//words
+    if (size(plan%blocks) > 1) words = to_text(size(plan%blocks))//' blocks, the largest '// &
+      words//','
+  end function blocks_in_words
 
   !> How the number of increments is meant: fixed where no *STEP lets them be cut.
   pure integer function bound_of_increments(scene)
@@ -113,7 +124,7 @@ contains
       plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
         to_text(sum(plan%rows))//' x '//to_text(sum(plan%rows))// &
         ' in contact rows, not formed: each product with it is a solution with the factor ('// &
-        why//'; dense it would take '//bytes_in_words(8.0_wp*real(plan%n_interface, wp)**2 + &
+        why//'; dense it would take '//bytes_in_words(8.0_wp*sum(real(plan%blocks, wp)**2) + &
         8.0_wp*real(sum(plan%rows), wp)**2)//')'
     end do
   end subroutine describe_products

@@ -7,6 +7,7 @@ module tally_mod
   use parallel_mod, only: usage_t, usage_of_others
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t, worst_entry
+  use block_diagonal_mod, only: count_entries
   use body_solver_mod, only: solver_work_t
   use condensed_contact_mod, only: count_points, count_rows, count_matrix_entries
   use step_solver_mod, only: step_solver_t
@@ -105,8 +106,8 @@ contains
       tally%interface_equations = max(tally%interface_equations, inverse%map%n_interface)
       tally%factor_entries = max(tally%factor_entries, real(inverse%factor%entries, wp))
       tally%solutions = inverse%factor%solutions
-      if (allocated(inverse%compliance)) tally%compliance_bytes = max(tally%compliance_bytes, &
-        8.0_wp*real(size(inverse%compliance, 1), wp)**2)
+      tally%compliance_bytes = max(tally%compliance_bytes, &
+        8.0_wp*count_entries(inverse%compliance))
     end associate
     ! A stiffness that could not be factorised has left no contact problem.
     if (.not. allocated(solver%contact%group)) return

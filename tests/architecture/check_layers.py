@@ -67,6 +67,7 @@ SEES_ONLY = {
         "contact/geometry/obstacle_shapes.f90",
         "contact/geometry/mortar.f90",
         "contact/geometry/facet_mortar.f90",
+        "contact/geometry/mirror_planes.f90",
     },
     ("output", "contact/geometry"): {"contact/geometry/obstacle_shapes.f90"},
     ("run", "hdf5"): {"hdf5/hdf5_files.f90"},  # the version of the library

@@ -73,6 +73,27 @@ class Periodic(unittest.TestCase):
         self.assertLess(self.stress_error(result, 5), 1e-12)
         self.assertAlmostEqual(of_node(result, 900, "displacement")[0], 0.01, delta=1e-13)
 
+    def test_sets_go_together_by_the_numbers_of_their_nodes(self):
+        """In whatever order the deck defines them: four posts, each lifted at one end."""
+        places = [(x, y, z) for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)]
+        lifts = {301: 0.01, 302: -0.02, 303: 0.03, 304: 0.015}
+        found = []
+        for order in (range(8), (6, 3, 4, 1, 7, 0, 5, 2)):
+            nodes = "".join(f"{11 + i}, " + ", ".join(map(repr, places[i])) + "\n" for i in order)
+            leaders = sorted(lifts) if order == range(8) else (302, 304, 301, 303)
+            nodes += "".join(f"{number}, 0., 0., 9.\n" for number in leaders)
+            text = deck(
+                f"*NODE\n{nodes}*ELEMENT, TYPE=C3D8, ELSET=A\n1, 11, 12, 14, 13, 15, 16, 18, 17\n",
+                "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n*SOLID SECTION, ELSET=A, MATERIAL=M\n",
+                "*NSET, NSET=TOP\n18, 15, 17, 16\n*NSET, NSET=LEADERS\n304, 302, 303, 301\n",
+                equations("TOP, 3, 1., LEADERS, 3, -2."),
+                step("\n".join(f"{n}, 3, 3, {v!r}" for n, v in lifts.items())),
+                held="11, 1, 3\n12, 1, 3\n13, 1, 3\n14, 1, 3",
+            )
+            result = solved(self, text)
+            found.append([of_node(result, 15 + k, "displacement")[2] for k in range(4)])
+        np.testing.assert_allclose(found, 2 * [[2 * lifts[n] for n in sorted(lifts)]], rtol=1e-13)
+
     def test_shear(self):
         """Sides that are held apart along another axis: simple shear."""
         text = deck(

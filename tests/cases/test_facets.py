@@ -15,6 +15,11 @@ from studies.deck_cards import block, deck, pair, step
 
 RELEASE = os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release"
 HELD = "*BOUNDARY\n900, 1, 3\n"
+SHAPES = {
+    "ball": lambda x, y: np.sqrt(9 - x**2 - y**2) - 3,
+    "roller": lambda x, y: np.sqrt(9 - x**2) - 3 + 0 * y,
+    "askew": lambda x, y: 0.1 * x + 0 * y - 0.3,
+}
 ORIGIN = (900, (0.0, 0.0, 0.0))
 
 
@@ -44,6 +49,94 @@ class Facets(unittest.TestCase):
         path = Path(folder.name) / "deck.inp"
         path.write_text(text)
         return Run(path)
+
+
+class Symmetry(Facets):
+    """Halves and quarters of a block on a round tool of facets, which planes of symmetry cut."""
+
+    def on_tool(self, shape, halves, steps=(), mu=0.3, depth=0.06, options="", **tool_options):
+        """(force times how many parts make the whole, {place: normal}), and the result.
+
+        `halves`: whether of the block, -1..1 along x and y, the part above 0 is there alone;
+        `cut`: of the tool as well; `split`: it is of triangles.
+        """
+        cut = tool_options.pop("cut", False)
+        low, size, n, held = [-1.0, -1.0], [2.0, 2.0], [8, 8], "UP-ZMAX, 1, 2"
+        tool, facets = [-1.3, -1.3], [12, 12]
+        for axis in np.flatnonzero(halves):
+            low[axis], size[axis], n[axis] = 0.0, 1.0, 4
+            held += f"\nUP-{'XY'[axis]}MIN, {axis + 1}"
+            if cut:
+                tool[axis], facets[axis] = 0.0, 6
+        text = deck(
+            block("UP", (*n, 3), (*low, 0), (*size, 0.8)),
+            fixed_plate(
+                "TOOL", tool, (1.3, 1.3), n=tuple(facets), height=SHAPES[shape], **tool_options
+            ),
+            pair("UP-ZMIN, TOOL", mu, options),
+            step(f"UP-ZMAX, 3, 3, {-depth!r}", 2),
+            *steps,
+            held=held,
+            tolerance=1e-12,
+        )
+        found = self.solve(text).file["contact/UP-ZMIN:TOOL"]
+        places = [tuple(np.round(x, 9)) for x in found["coordinates"][:]]
+        normals = dict(zip(places, found["frame"][-1][:, 0], strict=True))
+        return found["resultant"][-1] * 2 ** sum(halves), normals
+
+    def check(self, part, whole, axes, tolerance, of_normals=1e-12):
+        """The same forces along `axes`, and the same normals."""
+        size = np.abs(whole[0]).max()
+        for axis in axes:
+            self.assertLess(abs(part[0][axis] - whole[0][axis]) / size, tolerance)
+        for place, normal in part[1].items():
+            self.assertLess(np.abs(normal - whole[1][place]).max(), of_normals)
+
+    def test_a_part_does_what_the_whole_does(self):
+        for shape, mu in (("ball", 0.0), ("ball", 0.3), ("roller", 0.3)):
+            whole = self.on_tool(shape, (0, 0), mu=mu)
+            for halves in ((1, 0), (0, 1), (1, 1)):
+                with self.subTest(shape, mu=mu, halves=halves):
+                    part = self.on_tool(shape, halves, mu=mu)
+                    self.check(part, whole, [2], 1e-10)
+                    for (x, y, _), normal in part[1].items():
+                        if x == 0 and halves[0]:
+                            self.assertEqual(normal[0], 0.0)
+                        if y == 0 and halves[1]:
+                            self.assertEqual(normal[1], 0.0)
+            # Before half of the tool faces that are tilted do not see beyond the plane.
+            cut = self.on_tool(shape, (1, 0), mu=mu, cut=True)
+            self.check(cut, whole, [2], 1e-5, 1e-4)
+
+    def test_the_tool_may_move_in_the_plane_and_turn_about_its_normal(self):
+        for lines in ("900, 2, 2, 0.3", "900, 4, 4, 0.2"):
+            slide = step(lines, 3)
+            whole = self.on_tool("ball", (0, 0), [slide])
+            self.check(self.on_tool("ball", (1, 0), [slide]), whole, [1, 2], 1e-10)
+            self.assertGreater(abs(whole[0][1]), 0.1 * whole[0][2])
+
+    def test_what_is_moved_onto_the_tool_stays_on_the_plane(self):
+        options = ", ADJUST=1."
+        whole = self.on_tool("ball", (0, 0), options=options)
+        self.assertGreater(np.ptp([z for _, _, z in whole[1]]), 0.25)
+        for halves in ((1, 0), (1, 1)):
+            part = self.on_tool("ball", halves, options=options)
+            self.assertEqual(sum(x == 0 for x, _, _ in part[1]), 5 + 4 * (1 - halves[1]))
+            self.check(part, whole, [2], 1e-9, 1e-8)
+
+    def test_triangles_need_not_be_mirror_images(self):
+        whole = self.on_tool("ball", (0, 0), split=True)
+        self.check(self.on_tool("ball", (1, 0), split=True), whole, [2], 1e-8, 1e-3)
+
+    def test_what_leaves_the_plane_is_not_symmetric(self):
+        """A block beside a wall, before a tool that moves or turns along it or lies askew."""
+        for lines in ("900, 1, 1, 0.1", "900, 6, 6, 0.1"):
+            normals = self.on_tool("ball", (1, 0), [step(lines, 2)])[1]
+            self.assertGreater(max(abs(n[0]) for p, n in normals.items() if p[0] == 0), 0.01)
+        normals = self.on_tool("askew", (1, 0), depth=0.3)[1]
+        want = np.array([-0.1, 0.0, 1.0]) / math.hypot(0.1, 1.0)
+        for normal in normals.values():
+            self.assertLess(np.abs(normal - want).max(), 1e-12)
 
 
 class AgainstObstacles(Facets):

@@ -96,6 +96,18 @@ class Kept(unittest.TestCase):
         self.assertEqual(estimates["contact_rows"], 4 * 3 + 4 * 2 + 1)
         self.assertEqual(counters["contact_rows"], estimates["contact_rows"])
 
+    def test_bodies_that_only_touch_have_a_block_each(self):
+        # Slave and master faces of a stack, unknowns held from above and below left out.
+        estimates, counters = self.check(INPUT / "stack.inp")
+        entries = estimates["compliance_bytes"] / 8
+        self.assertEqual(counters["compliance_bytes"], estimates["compliance_bytes"])
+        # High: 4 x 4 nodes; middle: 5 x 5 twice; low: those that it takes for in reach.
+        high, middle = 3 * 16, 3 * 50
+        low = estimates["interface_equations"] - high - middle
+        self.assertEqual(entries, high**2 + middle**2 + low**2)
+        run = Run(INPUT / "stack.inp", "--plan")
+        self.assertIn(f"3 blocks, the largest {middle} x {middle}, on contact nodes", run.output)
+
     def test_other_supports_are_another_factorisation(self):
         deck = (INPUT / "block.inp").read_text()
         first, second, third = deck.split("*STEP")

@@ -371,6 +371,32 @@ class Symmetry(unittest.TestCase):
             self.assertLess(abs(force[0] / force[1] - 1), 1e-8)
             self.assertLess(np.abs(moved[0] - moved[1]).max(), 1e-9)
 
+    def test_a_half_slides_in_its_plane_as_the_whole_does(self):
+        """A block dragged along the plane over a softer one that it dents, either the slave."""
+        for surfaces in ("UP-ZMIN, LOW-ZMAX", "LOW-ZMAX, UP-ZMIN"):
+            force, moved = [], []
+            for n, low in ((1, 0.0), (2, -1.0)):
+                held = "UP-ZMAX, 1, 2\nLOW-ZMIN, 1, 3"
+                if n == 1:
+                    held += "\nUP-XMIN, 1\nLOW-XMIN, 1"
+                text = deck(
+                    block("LOW", (4 * n, 6, 3), (low, -1.2, -1), (n, 2.4, 1), young=300.0),
+                    block("UP", (3 * n, 5, 3), (0.6 * low, -0.6, 0), (0.6 * n, 1.2, 0.7)),
+                    pair(surfaces, 0.3),
+                    f"*CONTACT GAP, PARABOLA\n{surfaces.split(',')[0]}, 0., 0., 0., 4.\n",
+                    step("UP-ZMAX, 3, 3, -0.05", 2),
+                    step("UP-ZMAX, 2, 2, 0.1", 2),
+                    held=held,
+                    tolerance=1e-11,
+                )
+                result = solved(self, text)
+                name = surfaces.replace(", ", ":")
+                force.append(of_pair(result, name, "resultant")[-1] * 2 / n)
+                moved.append(result.field("displacement", -1)[result.nearest_node((0.0, 0.4, 0.0))])
+            self.assertGreater(abs(force[1][1]), 0.2 * abs(force[1][2]))
+            self.assertLess(np.abs(force[0] - force[1])[1:].max() / abs(force[1][2]), 1e-8)
+            self.assertLess(np.abs(moved[0] - moved[1]).max(), 1e-9)
+
     def test_planes_do_not_depend_on_what_the_plan_takes_to_be_in_reach(self):
         # The bodies overlap by more than they move: the plan sees no contact, and is revised.
         text = deck(
@@ -423,6 +449,34 @@ class GapsAndAdjust(unittest.TestCase):
             "moved no node",
             Run(self.blocks(0.004, options=", ADJUST=0.001"), "--plan", name="deck").output,
         )
+
+    def test_adjusted_nodes_stay_on_planes_where_both_bodies_end(self):
+        """A quarter of a ring on a hub of finer facets."""
+        text = deck(
+            quarter_ring("HUB", 1, (1.0, 2.0), (2, 7)),
+            quarter_ring("RING", 501, (2.02, 3.0), (2, 4)),
+            *(
+                f"*MATERIAL, NAME=M{name}\n*ELASTIC\n1000., 0.3\n"
+                f"*SOLID SECTION, ELSET={name}, MATERIAL=M{name}\n"
+                for name in ("HUB", "RING")
+            ),
+            pair("RING-IN, HUB-OUT", 0.0, ", ADJUST=0.1"),
+            step("RING-X, 1\nRING-Y, 2\nHUB-X, 1\nHUB-Y, 2\nHUB-ALL, 3\nRING-ALL, 3"),
+        )
+        run = Run(text, name="deck")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertIn("ADJUST of RING-IN:HUB-OUT moved 10 nodes", run.output)
+        with run.result() as result:
+            places = of_pair(result, "RING-IN:HUB-OUT", "coordinates")
+            frames = of_pair(result, "RING-IN:HUB-OUT", "frame")[-1]
+        for axis in (0, 1):
+            on = np.abs(places[:, axis]) < 0.1
+            self.assertEqual(on.sum(), 2)
+            self.assertEqual(np.abs(places[on, axis]).max(), 0.0)
+            self.assertEqual(np.abs(frames[on, 0, axis]).max(), 0.0)
+        self.assertGreater(np.abs(frames[:, 0, :2]).min(axis=1).max(), 0.3)
+        # There is no other pair.
+        self.assertNotIn("off the master", run.output)
 
     def test_deep_overlaps_are_pushed_out(self):
         """An interference of half the block, and many times the displacement."""

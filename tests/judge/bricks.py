@@ -146,6 +146,22 @@ class Bricks:
         np.add.at(out, self.nodes, force.reshape(-1, 8, 3))
         return out.astype(float)
 
+    def thermal_force(self, expansion, rise):
+        """Forces (N, 3) that the stress of a hindered expansion puts on nodes.
+
+        `expansion` (E,), `rise` of the temperature (N,): a brick takes the mean of its nodes.
+        """
+        strain = np.asarray(expansion, dtype=REAL) * np.asarray(rise)[self.nodes].mean(axis=1)
+        strain = np.broadcast_to(strain[:, None, None], (len(strain), 8, 3))
+        stress = self.stress(np.concatenate([strain, np.zeros_like(strain)], axis=2))
+        # What the modes take of it: their stress does no work on a stress that is constant.
+        driven = np.einsum("eg,egsi,egs->ei", self.weight, self.modes, stress)
+        answer = np.einsum("egsi,ei->egs", self.modes, self.solve_modes(driven))
+        force = np.einsum("eg,egsi,egs->ei", self.weight, self.b, stress - self.stress(answer))
+        out = np.zeros(self.points.shape, dtype=REAL)
+        np.add.at(out, self.nodes, force.reshape(-1, 8, 3))
+        return out.astype(float)
+
     def stiffness(self):
         """The dense matrix (3N, 3N), float."""
         stressed = self.stress(self.b)

@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """Run the program on random decks and judge its results by an independent finite-element program.
 
-    tests/judge/judge.py --decks 2000 --seed 1 [--family one|bodies|both] [--keep DIR] [--jobs 2]
+    tests/judge/judge.py --decks 2000 --seed 1 [--family one|bodies|joined] [--jobs 2]
     tests/judge/judge.py --only SEED [--family bodies]
 
 The family `one` has a body, or several that do not touch, before planes, spheres and cylinders;
 `bodies` has bodies that touch each other or are tied, obstacles of facets and obstacles that turn.
-Of `both` the second has a quarter as many decks as the first.
+`joined` has decks of these two with equations, couplings, local directions, supports that stay as
+they are, and temperatures. Of `all` the second and the third have a quarter as many decks as the
+first; of `both` the third has none.
 
 A deck is one of
 
@@ -40,6 +42,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is loaded
 
 from body_scenes import random_bodies
+from joined_scenes import random_joined
 from laws import Judge, Stored, Unreadable
 from random_scenes import random_scene
 from refusals import CONFIRMED, OPEN, REFUTED, confirm, ties_nothing
@@ -114,7 +117,7 @@ def judge_run(scene, deck, status, message, options):
     return outcome, f"{message.strip()[:300]} -- {words}"
 
 
-FAMILIES = {"one": random_scene, "bodies": random_bodies}
+FAMILIES = {"one": random_scene, "bodies": random_bodies, "joined": random_joined}
 
 
 def judge_seed(deck, options):
@@ -171,13 +174,14 @@ def judge_decks(decks, options):
 
 def chosen_decks(options):
     """The decks (family, seed) that the command line names."""
-    families = list(FAMILIES) if options.family == "both" else [options.family]
+    groups = {"all": list(FAMILIES), "both": ["one", "bodies"]}
+    families = groups.get(options.family, [options.family])
     if options.only:
         return [(family, seed) for family in families for seed in options.only]
     out = []
     for family in families:
         count = options.decks
-        if options.family == "both" and family == "bodies":
+        if options.family in groups and family != "one":
             count = options.decks // 4
         out += [(family, seed) for seed in range(options.seed, options.seed + count)]
     return out
@@ -188,7 +192,7 @@ def read_options(words=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--decks", type=int, default=200, help="how many")
     parser.add_argument("--seed", type=int, default=1, help="of the first deck")
-    parser.add_argument("--family", choices=[*FAMILIES, "both"], default="both")
+    parser.add_argument("--family", choices=[*FAMILIES, "both", "all"], default="all")
     parser.add_argument("--only", type=int, nargs="+", help="seeds of single decks, kept")
     parser.add_argument("--keep", type=Path, help="where decks that fail are kept")
     parser.add_argument("--jobs", type=int, default=1, help="processes")

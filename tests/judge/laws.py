@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import h5py
 import numpy as np
+from joints import Joints, file_rows, with_rotations, with_stand_ins
 from load_path import LoadPath
 from obstacles import across, chords, locate, shift_of, turned
 from scenes import EPS
@@ -61,19 +62,20 @@ class Stored:
             view = file["VTKHDF"]
             steps = view["Steps"]
             count = int(view["NumberOfPoints"][0])
+            n_rows = file_rows(scene)
             at = self.rows_of(scene, view["PointData/node_id"][:count], np.unique(scene.nodes))
-            moving = {o.reference for o in scene.obstacles if o.reference is not None}
+            moving = np.array(sorted({*scene.references(), *scene.loose}), int)
             tools = file.get("reference_nodes", {"node_id": np.zeros(0, dtype=int)})
-            at_tools = self.rows_of(scene, tools["node_id"][:], np.array(sorted(moving), int))
+            at_tools = self.rows_of(scene, tools["node_id"][:], moving)
             if int(steps.attrs["NSteps"]) != self.finished:
                 raise Unreadable("fields are not written for every increment")
-            self.places = scene.points.copy()
+            self.places = scene.points[:n_rows].copy()
             self.places[at] = view["Points"][:count]
-            if moving:
+            if len(moving):
                 self.places[at_tools] = tools["coordinates"][:]
 
             def field(name, empty):
-                found = np.zeros((self.finished, len(scene.ids), *empty))
+                found = np.zeros((self.finished, n_rows, *empty))
                 if name in view["PointData"]:
                     offsets = steps["PointDataOffsets"][name][: self.finished]
                     values = view["PointData"][name]
@@ -102,15 +104,17 @@ class Stored:
                     "area": group["area"][:],
                     "friction": float(group.attrs["friction_coefficient"]),
                 }  # fmt: skip
-
+        with_rotations(scene, self)
+        with_stand_ins(scene, self)
 
     @staticmethod
     def rows_of(scene, ids, expected):
         """The rows of nodes in the scene; they must be those of `expected`, in any order."""
-        order = np.argsort(scene.ids)
-        place = np.searchsorted(scene.ids, ids, sorter=order).clip(max=len(order) - 1)
+        known = scene.ids[: file_rows(scene)]
+        order = np.argsort(known)
+        place = np.searchsorted(known, ids, sorter=order).clip(max=len(order) - 1)
         rows = order[place]
-        if not (np.array_equal(scene.ids[rows], ids) and np.array_equal(np.sort(rows), expected)):
+        if not (np.array_equal(known[rows], ids) and np.array_equal(np.sort(rows), expected)):
             raise Unreadable("the nodes of the file are not those of the deck")
         return rows
 
@@ -235,15 +239,22 @@ class Judge:
             self.check_contact_forces(row, pressed, doubt, points)
             pressed = np.where(np.isin(np.arange(len(u)), self.mesh)[:, None],
                                stored.contact_force[row], pressed)  # fmt: skip
-        internal = scene.bricks().internal_force(u)
+        # A hindered expansion is a load like others: its forces are a measure, too.
+        thermal = self.path.thermal(time)
+        internal = scene.bricks().internal_force(u) - thermal
         residual = internal - loads - pressed
         self.check_ties(row, u, held)
+        self.joints = Joints(scene, held)
+        self.check_joints(row, u)
+        residual, joined = self.joints.hand_over(residual)
         residual, self.tie_doubt = self.ties.hand_over(residual, held)
         support = np.where(held, residual, 0.0)
         force = max(
             np.linalg.norm(a[self.mesh], axis=1).max()
-            for a in (pressed, LET_GO * self.pressed_before, support, loads, internal)
+            for a in (pressed, LET_GO * self.pressed_before, support, loads, internal, thermal)
         ) or np.linalg.norm(loads, axis=1).max()  # fmt: skip
+        if self.joints.lines:
+            force = max(force, *(np.linalg.norm(a, axis=1).max() for a in (support, loads)))
         before_it, self.pressed_before = LET_GO * self.pressed_before, pressed
         spread = max(np.ptp(u[rows], axis=0).max() for rows in self.body_rows)
         length = max(np.linalg.norm(u - before, axis=1).max(), spread, self.moved_alone(pressed))
@@ -257,7 +268,7 @@ class Judge:
         far = np.maximum(np.abs(u), np.abs(before))
         self.check_equilibrium(row, far, residual, held, acting, force)
         self.check_stored_forces(row, u, residual, held, pressed, force)
-        self.check_bodies(row, far, loads, pressed, held, before_it)
+        self.check_bodies(row, far, loads, pressed, -joined, before_it)
         scale = self.contact_scale(far, points, acting, force)
         self.check_surfaces(row, points, length)
         self.check_moments(row, points, u)
@@ -491,6 +502,23 @@ class Judge:
             room = 64 * EPS * size + tie.doubt * np.ptp(u[tie.reached], axis=0).max()
             self.note("tied surfaces part by", row, (np.abs(jump) / room).max(initial=0.0), 1.0)
 
+    def check_joints(self, row, u):
+        """What depends on others by equations, couplings or local directions goes as they say."""
+        size = max(np.ptp(self.scene.points[rows], axis=0).max() for rows in self.body_rows)
+        for at, jump, terms in self.joints.jumps(u):
+            self.note("joint not kept by", row, jump, 64 * EPS * max(terms, size),
+                      f"at node {self.scene.ids[at]}")  # fmt: skip
+        # An own solution has no rotations beside their rows.
+        for one in self.scene.couplings if hasattr(self.stored, "order") else ():
+            arm = self.scene.longest_arm(one)
+            stored, at, on = self.stored, one.reference, one.rotation
+            turn = stored.rotation[row][at] * arm
+            self.note("rotation of a reference node wrong by", row, np.abs(turn - u[on]).max(),
+                      64 * EPS * max(np.abs(u[on]).max(), TINY))  # fmt: skip
+            moment = stored.moments[row][at] - arm * stored.supports[row][on]
+            self.note("moment of a reference node wrong by", row, np.abs(moment).max(),
+                      1e-12 * max(np.abs(stored.moments[row][at]).max(), TINY))  # fmt: skip
+
     def name_of(self, pair):
         """The group of a pair in the file."""
         part = self.scene.parts[pair.part]
@@ -505,7 +533,7 @@ class Judge:
         `far`: how far each node has been from its place, at either end of the increment.
         """
         imbalance = np.linalg.norm(np.where(held, 0.0, residual), axis=1)
-        rounding = self.ties.spread(self.scene.bricks().rounding(far))
+        rounding = self.ties.spread(self.joints.spread(self.scene.bricks().rounding(far)))
         for reference in self.scene.references():
             rounding[reference] = 0.0
         # Bodies that move as a whole have forces of rounding alone. Beside a force that is more
@@ -515,6 +543,9 @@ class Judge:
             rest = NOISE * rounding[rows] + self.places_lost[rows]
             if np.all(acting[rows] <= rest):
                 excused[rows] = rest
+        beside = np.setdiff1d(np.arange(len(far)), np.concatenate(self.body_rows))
+        if np.all(acting[self.mesh] <= (NOISE * rounding + self.places_lost)[self.mesh]):
+            excused[beside] = NOISE * rounding[beside]
         if self.strict:
             excused = 0.0
         over = imbalance - excused - self.tie_doubt
@@ -533,7 +564,8 @@ class Judge:
     def check_stored_forces(self, row, u, residual, held, pressed, force):
         """Forces of supports and of contact in the file are those found here."""
         stored = self.stored
-        rounding = 2 * self.ties.spread(self.scene.bricks().rounding(u))[:, None]
+        rounding = self.joints.spread(self.scene.bricks().rounding(u))
+        rounding = 2 * self.ties.spread(rounding)[:, None]
         allowed = self.allowed * max(force, np.abs(stored.supports[row]).max(initial=0)) + rounding
         allowed = allowed + self.tie_doubt
         free = np.where(held, 0.0, stored.supports[row])
@@ -549,10 +581,13 @@ class Judge:
             off = np.abs(stored.contact_force[row][mesh] - pressed[mesh]).max()
             self.note("contact force of a node wrong by", row, off, slack)
 
-    def check_bodies(self, row, far, loads, pressed, held, before_it):
-        """Balance of every body in each of its rigid motions, without internal forces."""
+    def check_bodies(self, row, far, loads, pressed, joined, before_it):
+        """Balance of every body in each of its rigid motions, without internal forces.
+
+        `joined`: forces of equations, couplings and supports along local directions on nodes.
+        """
         supports = self.stored.supports[row]
-        rounding = self.scene.bricks().rounding(far)
+        rounding = self.joints.spread(self.scene.bricks().rounding(far))
         groups = [(rows, 6) for rows in self.body_rows]
         # Where forces of a tie act is known as well as its weights are.
         groups += [(np.array([r]), 3) for r in self.scene.references()]
@@ -566,9 +601,10 @@ class Judge:
                     motion[:, m] = 1.0
                 else:
                     motion = np.cross(np.eye(3)[m - 3], arm / reach)
-                parts = [np.sum(f[rows] * motion) for f in (loads, supports, pressed)]
-                sizes = [np.sum(np.abs(f[rows] * motion)) for f in (loads, supports, pressed)]
-                everything = [np.sum(np.abs(f[rows])) for f in (loads, supports, pressed)]
+                forces = (loads, supports, pressed, joined)
+                parts = [np.sum(f[rows] * motion) for f in forces]
+                sizes = [np.sum(np.abs(f[rows] * motion)) for f in forces]
+                everything = [np.sum(np.abs(f[rows])) for f in forces]
                 lost = sum(rounding[rows]) + 64 * EPS * sum(everything) + self.least
                 driven = abs(parts[0])
                 scale = sum(sizes)

@@ -42,6 +42,8 @@ class LoadPath:
                     density = [scene.materials[m].density or 0.0 for m in scene.material]
                     which = np.asarray(scene.parts[one.part].bricks)
                     self.weights[one.part] = bricks.weights(density, which)
+        self.expansion = [scene.materials[m].expansion or 0.0 for m in scene.material]
+        self.warm = scene.first_temperature()  # at the end of the step before
         self.levels = {}  # place of a load -> its value at the end of the step before
         self.prescribed = {}  # (row, dof) -> None
         self.step = None
@@ -49,7 +51,9 @@ class LoadPath:
     def begin(self, step, u):
         """Begin step number `step` from displacements `u` (N, 3)."""
         if self.step is not None:
-            self.levels = self.levels_at(self.scene.steps[self.step].period)[0]
+            period = self.scene.steps[self.step].period
+            self.levels = self.levels_at(period)[0]
+            self.warm = self.temperatures(period)
         self.step = step
         cards = self.scene.steps[step]
         if "*BOUNDARY" in cards.new:
@@ -57,11 +61,14 @@ class LoadPath:
         held = {key: ("hold", float(u[key])) for key in self.prescribed}
         for one in cards.boundaries:
             for row in one.rows:
-                key = (int(row), one.dof)
-                if one.amplitude is None:
-                    held[key] = ("ramp", float(u[key]), one.value)
+                *key, factor = self.scene.unknown_of(int(row), one.dof)
+                key = tuple(key)
+                if one.fixed:
+                    held[key] = ("hold", float(u[key]))
+                elif one.amplitude is None:
+                    held[key] = ("ramp", float(u[key]), factor * one.value)
                 else:
-                    held[key] = ("follow", one.amplitude, one.value)
+                    held[key] = ("follow", one.amplitude, factor * one.value)
         self.prescribed = held
         # Loads by place: several cards of one place add up.
         self.changes = {}
@@ -90,7 +97,7 @@ class LoadPath:
         """Times within the step at which a load or a support turns."""
         step = self.scene.steps[self.step]
         used = {amplitude for *_, amplitude in self.cards_of(step)}
-        used |= {one.amplitude for one in step.boundaries}
+        used |= {one.amplitude for one in [*step.boundaries, *step.temperatures]}
         found = [kinks_of(self.scene.amplitudes[a], step.period) for a in used - {None}]
         return sorted(t for one in found for t in one)
 
@@ -119,12 +126,35 @@ class LoadPath:
         for key, value in self.levels_at(time)[0].items():
             _, kind, place, which = key
             if kind == "force":
-                out[place, which] += value
+                self.scene.add_force(out, place, which, value)
             elif kind == "pressure":
                 out += value * self.pressure_forces[place, which]
             else:
                 out[:, which] += value * self.weights[place]
         return out
+
+    def temperatures(self, time):
+        """(N,) at `time` of the step; of one node the last card counts."""
+        step = self.scene.steps[self.step]
+        share = min(1.0, time / step.period)
+        out = self.warm.copy()
+        if "*TEMPERATURE" in step.new:
+            out += share * (self.scene.first_temperature() - out)
+        for one in step.temperatures:
+            rows = list(one.rows)
+            if one.amplitude is None:
+                out[rows] = self.warm[rows] + share * (one.value - self.warm[rows])
+            else:
+                factor, _ = amplitude_at(self.scene.amplitudes[one.amplitude], time)
+                out[rows] = factor * one.value
+        return out
+
+    def thermal(self, time):
+        """Nodal forces (N, 3) of hindered expansion at `time` of the step."""
+        if not any(self.expansion):
+            return np.zeros_like(self.scene.points)
+        rise = self.temperatures(time) - self.scene.first_temperature()
+        return self.scene.bricks().thermal_force(self.expansion, rise)
 
     def supports(self, time):
         """{(row, dof): (displacement, size of the terms it is made of, doubt from the time)}."""

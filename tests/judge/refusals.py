@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 from between_nodes import covered_corners, unfelt_overlap
 from bricks import FACES
+from joints import Joints
 from laws import Judge
 from load_path import LoadPath
 from mortar import LEAST_SHARE, normal_of, place_surface
@@ -279,7 +280,7 @@ def confirm(scene, stored, message):
         done = 0.0 if stored is None or stored.finished == 0 else stored.time[stored.finished - 1]
         turns = [t for t in path.kinks() if done - start < t * (1 - 1e-9) and t < time]
         time = min([time, *turns])
-    supports, loads = path.supports(time), path.loads(time)
+    supports, loads = path.supports(time), path.loads(time) + path.thermal(time)
     increment = Increment(scene, before, supports, loads, None, turned_before)
     if stored is not None and stored.finished:
         increment.pressed_before = stored.contact_force[stored.finished - 1]
@@ -327,7 +328,7 @@ def confirm(scene, stored, message):
     force = max(np.abs(scene.bricks().internal_force(found.u)).max(), np.abs(loads).max())
     lost = scene.bricks().rounding(found.u)
     # Supports take what rounding makes of stiff bricks: not certified, whatever is found.
-    carried = lost[increment.held.any(axis=1)].max(initial=0.0)
+    carried = increment.body.joints.spread(lost)[increment.held.any(axis=1)].max(initial=0.0)
     if "not certified" in message and carried > 10 * scene.tolerance * force:
         return CONFIRMED, f"rounding in forces of supports is {carried / force:.1e} of the forces"
     spoilt = np.finfo(float).eps * increment.body.condition
@@ -461,6 +462,7 @@ def as_stored(scene, increment, solution, step, time):
             group["least_gap"] = (seen.least + increment.added[rows])[None]
         pairs[Judge.name_of(SimpleNamespace(scene=scene), pair)] = group
     residual = scene.bricks().internal_force(u) - increment.loads - pressed
+    residual, _ = Joints(scene, increment.held).hand_over(residual)
     residual, _ = Ties(scene).hand_over(residual, increment.held)
     supports = np.where(increment.held, residual, 0.0)
     contact = pressed.copy()

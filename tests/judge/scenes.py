@@ -18,6 +18,7 @@ class Material:
     young: float
     poisson: float
     density: float | None = None
+    expansion: float | None = None
 
 
 @dataclass
@@ -100,11 +101,12 @@ class Boundary:
     value: float
     amplitude: int | None = None
     name: str | None = None  # of the set that has these rows
+    fixed: bool = False  # they stay what they are
 
 
 @dataclass
 class Force:
-    """A force on each of `rows`, direction 0..2."""
+    """A force on each of `rows`, direction 0..2; 3..5: a moment on a coupling's reference node."""
 
     rows: list
     dof: int
@@ -135,6 +137,59 @@ class Gravity:
 
 
 @dataclass
+class Temperature:
+    """The temperature of `rows`."""
+
+    rows: list
+    value: float
+    amplitude: int | None = None
+    name: str | None = None
+
+
+@dataclass
+class Equation:
+    """Terms [(rows, dof, coefficient)], as many rows in each; their sum is 0, row by row."""
+
+    terms: list
+
+
+@dataclass
+class Coupling:
+    """A side of a part and a reference node; `rotation` is the row that its rotations have."""
+
+    part: int
+    side: str
+    reference: int
+    kinematic: bool
+    dofs: tuple = (0, 1, 2)
+    rotation: int = -1
+
+
+@dataclass
+class Transform:
+    """Local directions of `rows`: two points (6,), read as TYPE=R or C; `stand_ins` are theirs."""
+
+    rows: list
+    points: np.ndarray
+    around: bool
+    name: str | None = None
+    stand_ins: list = field(default_factory=list)
+
+    def directions(self, place):
+        """Rows (3, 3): unit vectors at a place."""
+        first, second = self.points[:3], self.points[3:]
+        if self.around:
+            z = (second - first) / np.linalg.norm(second - first)
+            x = place - first
+            x = x - (x @ z) * z
+        else:
+            x, z = first, np.cross(first, second)
+            z = z / np.linalg.norm(z)
+        x = x / np.linalg.norm(x)
+        return np.array([x, np.cross(z, x), z])
+
+
+@dataclass
 class Step:
     """A *STEP; `new` holds the keywords whose earlier loads end with it."""
 
@@ -145,6 +200,7 @@ class Step:
     forces: list = field(default_factory=list)
     pressures: list = field(default_factory=list)
     gravity: list = field(default_factory=list)
+    temperatures: list = field(default_factory=list)
     new: set = field(default_factory=set)
 
 
@@ -172,6 +228,11 @@ class Scene:
     ties: list = field(default_factory=list)
     exact: np.ndarray | None = None  # (N, 3) displacements at the end, where they are known
     exact_to: float = 1e-8  # of the largest
+    equations: list = field(default_factory=list)
+    couplings: list = field(default_factory=list)
+    transforms: list = field(default_factory=list)
+    first_temperatures: list = field(default_factory=list)  # of Temperature
+    loose: list = field(default_factory=list)  # rows of nodes that couplings or equations name
 
     @property
     def tolerance(self):
@@ -225,6 +286,40 @@ class Scene:
     def references(self):
         """The rows of reference nodes."""
         return sorted({o.reference for o in self.obstacles if o.reference is not None})
+
+    def longest_arm(self, coupling):
+        """What turns the rotations of a coupling into lengths."""
+        rows = self.side_rows(coupling.part, coupling.side)
+        return np.linalg.norm(self.points[rows] - self.points[coupling.reference], axis=1).max()
+
+    def unknown_of(self, row, dof):
+        """(row, dof, factor) of the unknown that a card means by a dof 0..5 of a node."""
+        for one in self.couplings:
+            if one.reference == row and dof > 2:
+                return one.rotation, dof - 3, self.longest_arm(one)
+        for one in self.transforms:
+            if row in one.rows:
+                return one.stand_ins[one.rows.index(row)], dof, 1.0
+        return row, dof, 1.0
+
+    def add_force(self, out, row, dof, value):
+        """Add a force or moment of a card to forces (N, 3) along x, y, z."""
+        for one in self.couplings:
+            if one.reference == row and dof > 2:
+                out[one.rotation, dof - 3] += value / self.longest_arm(one)
+                return
+        for one in self.transforms:
+            if row in one.rows:
+                out[row] += value * one.directions(self.points[row])[dof]
+                return
+        out[row, dof] += value
+
+    def first_temperature(self):
+        """(N,) what nodes begin with."""
+        out = np.zeros(len(self.points))
+        for one in self.first_temperatures:
+            out[one.rows] = one.value
+        return out
 
     def added_gaps(self):
         """What *CONTACT GAP adds at each point, (N,)."""
@@ -303,7 +398,7 @@ class DeckWriter:
 
     def write_references(self):
         scene = self.scene
-        rows = scene.references()
+        rows = scene.references() + scene.loose
         if rows:
             self.add("*NODE")
         for row in rows:
@@ -316,6 +411,8 @@ class DeckWriter:
             self.add(f"{number(one.young)}, {number(one.poisson)}")
             if one.density is not None:
                 self.add("*DENSITY", number(one.density))
+            if one.expansion is not None:
+                self.add("*EXPANSION", number(one.expansion))
         for part in scene.parts:
             kinds = sorted(set(part.material))
             for m in kinds:
@@ -363,6 +460,28 @@ class DeckWriter:
             self.add(f"*TIE, NAME=T{index}", ", ".join(names))
         for (part, side), gap in scene.gaps.items():
             self.add("*CONTACT GAP", f"{scene.parts[part].name}-{side}, {number(gap)}")
+        self.write_joints()
+
+    def write_joints(self):
+        """Equations, couplings, local directions and first temperatures."""
+        scene = self.scene
+        for one in scene.equations:
+            terms = [f"{self.set_of(rows, None)}, {dof + 1}, {number(weight)}"
+                     for rows, dof, weight in one.terms]  # fmt: skip
+            self.add("*EQUATION", str(len(terms)), *terms)
+        for index, one in enumerate(scene.couplings):
+            self.add(f"*COUPLING, CONSTRAINT NAME=C{index}, REF NODE={scene.ids[one.reference]}, "
+                     f"SURFACE={scene.parts[one.part].name}-{one.side}")  # fmt: skip
+            self.add("*KINEMATIC" if one.kinematic else "*DISTRIBUTING")
+            if len(one.dofs) < 3:
+                self.add(*[f"{i + 1}, {i + 1}" for i in one.dofs])
+        for one in scene.transforms:
+            self.add(f"*TRANSFORM, NSET={self.set_of(one.rows, one.name)}, "
+                     f"TYPE={'C' if one.around else 'R'}")  # fmt: skip
+            self.add(", ".join(number(x) for x in one.points))
+        for one in scene.first_temperatures:
+            self.add("*INITIAL CONDITIONS, TYPE=TEMPERATURE")
+            self.add(f"{self.set_of(one.rows, one.name)}, {number(one.value)}")
 
     def pair_name(self, pair):
         """The name of a pair's results."""
@@ -410,7 +529,7 @@ class DeckWriter:
         """A name or an id for some points."""
         if name is not None:
             return name
-        if len(rows) == 1:
+        if len(set(rows)) == 1:
             return str(self.scene.ids[rows[0]])
         return self.sets.setdefault(tuple(rows), f"SET{len(self.sets)}")
 
@@ -419,8 +538,8 @@ class DeckWriter:
         self.add(f"{number(step.period / step.increments)}, {number(step.period)}")
         written = set()
 
-        def card(keyword, amplitude):
-            text = keyword
+        def card(keyword, amplitude, fixed=False):
+            text = keyword + (", FIXED" if fixed else "")
             if amplitude is not None:
                 text += f", AMPLITUDE=A{amplitude}"
             if keyword in step.new and keyword not in written:
@@ -429,7 +548,7 @@ class DeckWriter:
             self.add(text)
 
         for one in step.boundaries:
-            card("*BOUNDARY", one.amplitude)
+            card("*BOUNDARY", one.amplitude, one.fixed)
             place = self.set_of(one.rows, one.name)
             self.add(f"{place}, {one.dof + 1}, {one.dof + 1}, {number(one.value)}")
         for one in step.forces:
@@ -448,6 +567,9 @@ class DeckWriter:
             card("*DLOAD", one.amplitude)
             along = ", ".join(number(x) for x in one.direction)
             self.add(f"{self.scene.parts[one.part].name}, GRAV, {number(one.value)}, {along}")
+        for one in step.temperatures:
+            card("*TEMPERATURE", one.amplitude)
+            self.add(f"{self.set_of(one.rows, one.name)}, {number(one.value)}")
         for keyword in sorted(step.new - written):
             self.add(f"{keyword}, OP=NEW")
         self.add("*END STEP")

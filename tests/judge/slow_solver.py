@@ -13,6 +13,7 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+from joints import Joints
 from mortar import LEAST_KEPT, LEAST_SHARE
 from obstacles import chords, locate, shift_of, turned
 from surfaces import Surface, Ties
@@ -44,14 +45,21 @@ class Body:
         used = np.zeros(held.shape, dtype=bool)
         used[np.unique(scene.nodes)] = True
         used[scene.references()] = True
+        self.joints = joints = Joints(scene, held)
+        for at, terms in joints.lines.items():
+            for other in terms:
+                used[other] = True
+            used[at] = False
+        for at in joints.lines:
+            used[at] = False
         self.ties = ties = Ties(scene).all
         self.tied = [~held[tie.rows] for tie in ties]
         for tie in ties:
             used[tie.rows] &= held[tie.rows]
         self.free = np.flatnonzero((used & ~held).ravel())
         self.motions = rigid_motions(scene, held)[self.free]  # (n, m), orthonormal
-        self.follow = follow_ties(ties, self.free, held) if ties else None
-        if ties:
+        self.follow = follow_ties(ties, joints, self.free, held) if ties or joints.lines else None
+        if self.follow is not None:
             self.motions, _ = np.linalg.qr(self.motions)
             k = self.follow.T @ self.stiffness @ self.follow
         else:
@@ -86,7 +94,10 @@ class Body:
         for _ in self.ties:
             for tie, moves in zip(self.ties, self.tied, strict=True):
                 u[tie.rows] = np.where(moves, tie.weights @ u, u[tie.rows])
-        return u
+        flat = u.reshape(-1)
+        for _ in range(4 if self.joints.lines else 0):
+            self.joints.complete(flat)
+        return flat.reshape(u.shape)
 
     def balanced(self, force):
         """`force` (n,) less what `solve` leaves out of it: its part along rigid motions."""
@@ -98,20 +109,24 @@ class Body:
         return self.inverse @ (force / scale) / scale
 
 
-def follow_ties(ties, free, held):
+def follow_ties(ties, joints, free, held):
     """All displacements (3N, n) that a unit of each free direction makes, ties included."""
     out = np.zeros((held.size, len(free)))
     out[free, np.arange(len(free))] = 1.0
-    for _ in ties:  # chains
+    for _ in range(len(ties) + (4 if joints.lines else 0)):  # chains
         for tie in ties:
             for i in range(3):
                 moves = ~held[tie.rows, i]
                 out[3 * tie.rows[moves] + i] = tie.weights[moves] @ out[i::3]
+        joints.complete(out)
     return out
 
 
 def rigid_motions(scene, held):
     """Orthonormal (3N, m): motions of bodies and reference nodes that nothing held hinders."""
+    joints = Joints(scene, held)
+    if joints.lines:
+        return joined_motions(scene, held, joints)
     columns = []
     groups = [(rows, 6) for rows in scene.tied_bodies()]
     groups += [(np.array([r]), 3) for r in scene.references()]
@@ -133,6 +148,32 @@ def rigid_motions(scene, held):
     if not columns:
         return np.zeros((scene.points.size, 0))
     return np.hstack(columns)
+
+
+def joined_motions(scene, held, joints):
+    """The same where joints take part: motions of bodies and single nodes that keep all lines."""
+    columns = []
+    size = max(np.ptp(scene.points[rows], axis=0).max() for rows in scene.bodies())
+    for rows in scene.tied_bodies():
+        arm = (scene.points[rows] - scene.points[rows].mean(axis=0)) / size
+        for i in range(3):
+            for motion in (np.eye(3)[i], np.cross(np.eye(3)[i], arm)):
+                columns.append(np.zeros(scene.points.shape))
+                columns[-1][rows] = motion
+    meshed = set(np.unique(scene.nodes).tolist())
+    single = {(r, i) for r in scene.references() for i in range(3)}
+    for at, terms in joints.lines.items():
+        single |= {key for key in (at, *terms) if key[0] not in meshed}
+    for key in sorted(single):
+        columns.append(np.zeros(scene.points.shape))
+        columns[-1][key] = 1.0
+    motions = np.array(columns).reshape(len(columns), -1).T
+    rows = [motions[3 * r + d] - sum(share * motions[3 * a + b] for (a, b), share in terms.items())
+            for (r, d), terms in joints.lines.items()]  # fmt: skip
+    rows = np.vstack([motions[held.ravel()], *rows])
+    _, s, v = np.linalg.svd(rows)
+    modes = motions @ v[int(np.sum(s > 1e-9 * s.max(initial=1e-300))) :].T
+    return np.linalg.qr(modes)[0]
 
 
 class Increment:

@@ -41,17 +41,18 @@ class Surface:
         if self.obstacle is None:
             self.master = scene.faces(*pair.master)
             self.reached = np.unique(self.master)
-            self.mirror_rows = self.planes_of_symmetry()
         else:
             self.master, self.reached = self.obstacle.facets, np.unique(self.slave)
-            self.mirror_rows = []
+        self.mirror_rows = self.planes_of_symmetry()
         self.area = self.at_start().area
 
     def planes_of_symmetry(self):
         """[(axis, rows of the slave on the plane)] of docs/theory.md, section 11."""
         scene, out = self.scene, []
         steps = [held_at_zero(scene, number) for number in range(len(scene.steps))]
-        pair = np.concatenate([np.ravel(self.slave), np.ravel(self.master)])
+        pair = np.ravel(self.slave)
+        if self.obstacle is None:
+            pair = np.concatenate([pair, np.ravel(self.master)])
         bodies = [rows for rows in scene.tied_bodies() if np.isin(rows, pair).any()]
         rows = np.concatenate(bodies)
         slave = np.unique(self.slave)
@@ -63,9 +64,41 @@ class Surface:
                 both = all(np.isin(on, body).any() for body in bodies)
                 held = all((int(r), axis) in step for step in steps for r in on)
                 mine = slave[np.isin(slave, on)]
-                if both and held and len(mine) and len(mine) < len(slave):
+                if not (both and held and len(mine) and len(mine) < len(slave)):
+                    continue
+                if self.obstacle is None or self.is_mirrored(axis, end, x.mean() > end, steps):
                     out.append((axis, mine))
         return out
+
+    def is_mirrored(self, axis, place, above, steps):
+        """Whether facets stay cut by a plane, or stay their own images about it, as near as faces.
+
+        `above`: the body lies where coordinates are larger than the plane's `place`.
+        """
+        scene, at = self.scene, self.obstacle.reference
+        if at is not None:
+            if not all((at, axis) in step for step in steps):
+                return False
+            for step in scene.steps:
+                for one in step.boundaries:
+                    turned = one.dof >= 3 and one.dof != 3 + axis and one.value != 0
+                    if turned and at in [int(row) for row in one.rows]:
+                        return False
+        x = self.obstacle.corners
+        near = 1e-6 * max(np.ptp(x, axis=0).max(), np.ptp(scene.points, axis=0).max())
+        y = (x[:, axis] - place) * (1 if above else -1)
+        if y.min() >= -near:
+            return y.min() <= near
+        faces = np.abs(scene.points[np.asarray(self.slave), axis] - place)
+        width = faces[faces.min(axis=1) <= near].max()
+        close = [f for f in map(list, self.obstacle.facets) if y[f].min() <= width
+                 and y[f].max() >= -width]  # fmt: skip
+        wanted = np.unique(np.concatenate(close)) if close else np.zeros(0, int)
+        for image in x[wanted]:
+            image[axis] = 2 * place - image[axis]
+            if np.abs(x - image).max(axis=1).min() > near:
+                return False
+        return len(wanted) > 0
 
     def at_start(self):
         """The surface in the undeformed mesh."""
@@ -105,7 +138,13 @@ def held_at_zero(scene, step):
             held = {}
         for one in scene.steps[number].boundaries:
             for row in one.rows:
-                held[int(row), one.dof] = one.value == 0.0
+                at = scene.unknown_of(int(row), one.dof)[:2]
+                if not one.fixed:
+                    held[at] = one.value == 0.0
+                elif number == 0:
+                    held[at] = True
+                else:
+                    held.setdefault(at, False)
     return {key for key, at_zero in held.items() if at_zero}
 
 

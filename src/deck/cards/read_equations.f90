@@ -12,6 +12,7 @@ module read_equations_mod
   use kinds_mod, only: i8, wp
   use options_mod, only: allow_options, card_t, open_card
   use sets_mod, only: model_t, referenced_nodes
+  use sorting_mod, only: order_of
   use text_mod, only: to_text
   implicit none
   private
@@ -149,6 +150,7 @@ contains
     logical, intent(out) :: ok
     type(reference_t) :: reference
     logical :: each(3)
+    integer, allocatable :: order(:)
     integer :: k, before
 
     allocate (term%nodes(0))
@@ -166,6 +168,9 @@ contains
         'node set '//quoted(reference%name)//' has no nodes for an equation')
     end if
     if (.not. ok) return
+    ! By their numbers in the deck: it may define nodes in any order.
+    call order_of(model%mesh%node_id(term%nodes), order)
+    term%nodes = term%nodes(order)
     do k = 1, size(term%nodes)
       associate (node => term%nodes(k))
         if (model%reference(node)) then
