@@ -135,9 +135,16 @@ class SameScene(unittest.TestCase):
         self.compare(text)
 
     def test_equations_and_couplings(self):
-        """A periodic strip, its sides node by node; a face that goes with a node."""
+        """A periodic strip, its sides node by node; a face that goes with a node.
+
+        Sets go together by the numbers of their nodes, in whatever order the deck defines them.
+        """
         def text(n):
             cards, _ = body(n)
+            nodes = cards.split("*NODE\n")[1].split("*ELEMENT")[0]
+            lines = nodes.splitlines(keepends=True)
+            cards = cards.replace(nodes, "".join(lines[::2] + lines[-1 - len(lines) % 2 :: -2]))
+            self.assertEqual(sorted(cards.split("\n")), sorted(body(n)[0].split("\n")))
             return deck(
                 cards, "*NODE\n90001, 5., 0., 1.\n90002, 1., 0.5, 4.\n",
                 "*EQUATION\n3\nBODY-RIGHT, 1, 1., BODY-LEFT, 1, -1., 90001, 1, -1.\n"

@@ -138,7 +138,7 @@ def file_rows(scene):
 
 
 def with_rotations(scene, stored):
-    """Give a stored result the rows of couplings' rotations: displacements, and forces of supports."""
+    """Give a stored result the rows of couplings' rotations: displacements, support forces."""
     for one in scene.couplings:
         longest = scene.longest_arm(one)
         stored.u[:, one.rotation] = longest * stored.rotation[:, one.reference]
