@@ -508,16 +508,6 @@ class Judge:
         for at, jump, terms in self.joints.jumps(u):
             self.note("joint not kept by", row, jump, 64 * EPS * max(terms, size),
                       f"at node {self.scene.ids[at]}")  # fmt: skip
-        # An own solution has no rotations beside their rows.
-        for one in self.scene.couplings if hasattr(self.stored, "order") else ():
-            arm = self.scene.longest_arm(one)
-            stored, at, on = self.stored, one.reference, one.rotation
-            turn = stored.rotation[row][at] * arm
-            self.note("rotation of a reference node wrong by", row, np.abs(turn - u[on]).max(),
-                      64 * EPS * max(np.abs(u[on]).max(), TINY))  # fmt: skip
-            moment = stored.moments[row][at] - arm * stored.supports[row][on]
-            self.note("moment of a reference node wrong by", row, np.abs(moment).max(),
-                      1e-12 * max(np.abs(stored.moments[row][at]).max(), TINY))  # fmt: skip
 
     def name_of(self, pair):
         """The group of a pair in the file."""
