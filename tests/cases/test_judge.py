@@ -919,11 +919,11 @@ class Decks(unittest.TestCase):
 
     def test_random_decks(self):
         # The same in both builds would take minutes with the checks at run time.
-        decks, seed = ("100", "1") if RELEASE else ("30", "1001")
+        decks, seed = ("60", "1") if RELEASE else ("30", "1001")
         self.judge("one", "--decks", decks, "--seed", seed)
 
     def test_random_decks_of_bodies(self):
-        decks, seed = ("24", "1") if RELEASE else ("6", "1001")
+        decks, seed = ("16", "1") if RELEASE else ("6", "1001")
         self.judge("bodies", "--decks", decks, "--seed", seed)
 
 
