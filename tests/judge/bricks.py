@@ -199,7 +199,16 @@ class Bricks:
 
     def pressure_force(self, faces):
         """Forces (N, 3) of a unit pressure into the body on `faces` [(brick, 0..5)]."""
+        return self.pushed(faces)[0].astype(float)
+
+    def node_areas(self, faces):
+        """The part (N,) of the area of `faces` that belongs to each node: int N dA."""
+        return self.pushed(faces)[1].astype(float)
+
+    def pushed(self, faces):
+        """Forces of a unit pressure and areas of nodes, by 2 x 2 Gauss points of each face."""
         out = np.zeros(self.points.shape, dtype=REAL)
+        area = np.zeros(len(self.points), dtype=REAL)
         root = 1 / np.sqrt(REAL(3))
         for brick, face in faces:
             corners = self.nodes[brick][list(FACES[face])]
@@ -210,5 +219,7 @@ class Bricks:
                                   (1 + s) * (1 + t), (1 - s) * (1 + t)]) / 4  # fmt: skip
                     along_s = np.array([-(1 - t), 1 - t, 1 + t, -(1 + t)]) / 4 @ x
                     along_t = np.array([-(1 - s), -(1 + s), 1 + s, 1 - s]) / 4 @ x
-                    out[corners] -= np.outer(n, np.cross(along_s, along_t))
-        return out.astype(float)
+                    normal = np.cross(along_s, along_t)
+                    out[corners] -= np.outer(n, normal)
+                    area[corners] += n * np.sqrt(normal @ normal)
+        return out, area

@@ -52,8 +52,7 @@ class Joints:
         """A reference node goes with its surface: the fit of a rigid motion, weighed by area."""
         scene = self.scene
         rows = scene.side_rows(one.part, one.side)
-        share = np.linalg.norm(scene.bricks().pressure_force(scene.parts[one.part].sides[one.side]),
-                               axis=1)[rows]  # fmt: skip
+        share = scene.bricks().node_areas(scene.parts[one.part].sides[one.side])[rows]
         share /= share.sum()
         middle = share @ scene.points[rows]
         arm = scene.points[rows] - middle
@@ -140,7 +139,7 @@ def file_rows(scene):
 def with_rotations(scene, stored):
     """Give a stored result the rows of couplings' rotations: displacements, support forces."""
     for one in scene.couplings:
-        longest = scene.longest_arm(one)
+        longest = scene.longest_arm(one, stored.places)
         stored.u[:, one.rotation] = longest * stored.rotation[:, one.reference]
         stored.supports[:, one.rotation] = stored.moments[:, one.reference] / longest
 

@@ -287,10 +287,11 @@ class Scene:
         """The rows of reference nodes."""
         return sorted({o.reference for o in self.obstacles if o.reference is not None})
 
-    def longest_arm(self, coupling):
-        """What turns the rotations of a coupling into lengths."""
+    def longest_arm(self, coupling, places=None):
+        """What turns the rotations of a coupling into lengths; `places` instead of the points."""
+        points = self.points if places is None else places
         rows = self.side_rows(coupling.part, coupling.side)
-        return np.linalg.norm(self.points[rows] - self.points[coupling.reference], axis=1).max()
+        return np.linalg.norm(points[rows] - points[coupling.reference], axis=1).max()
 
     def unknown_of(self, row, dof):
         """(row, dof, factor) of the unknown that a card means by a dof 0..5 of a node."""
