@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from bipot.report import table as table_lines
 from studies.case_values import mean_square
+from studies.pages import percent, table
 
 
 def lame(interference=0.0025, radii=(10.0, 20.0, 30.0), modulus=210000.0, nu=0.3):
@@ -37,16 +37,6 @@ def sinks(result):
 
 
 # --- The part of the page -------------------------------------------------------------------------
-
-
-def percent(found, expected):
-    """Return the relative difference in words."""
-    return f"{100 * (found / expected - 1):+.2f} %"
-
-
-def table(heads, rows):
-    """Return a Markdown table as one text."""
-    return "\n".join(table_lines(heads, rows))
 
 
 def press(runs):

@@ -10,7 +10,6 @@ import numpy as np
 
 from bipot.figures import BLUE, GREEN, INK, ORANGE, new_axes, save
 from bipot.program import RunError, script_options
-from bipot.report import table as table_lines
 from bipot.result import OPEN, ResultError
 from studies import case_bodies, published_bodies
 from studies.case_values import (
@@ -22,21 +21,11 @@ from studies.case_values import (
     hertz,
     stick_radius,
 )
-from studies.pages import PAGES, fresh_runs
+from studies.pages import PAGES, fresh_runs, percent, table
 
 ELEMENTS = {"C3D8": (BLUE, "o"), "C3D8I": (ORANGE, "s"), "C3D8B": (GREEN, "^")}
 
 SSNV128 = {0.0: 2.86, 0.00125: 2.72, 0.005: 2.28, 0.0075: 1.98, 0.01125: 1.50}
-
-
-def table(heads, rows):
-    """Return a Markdown table as one text."""
-    return "\n".join(table_lines(heads, rows))
-
-
-def percent(found, expected):
-    """Return the relative difference in words."""
-    return f"{100 * (found / expected - 1):+.2f} %"
 
 
 # --- Plate with friction --------------------------------------------------------------------------

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from bipot.program import ROOT, RunError, built_program, command_text, program_options, run_block
+from bipot.report import table as table_lines
 from bipot.result import Result
 from studies.meshes import mesh_file
 
@@ -44,6 +45,16 @@ def claim(holds, words):
     if not holds:
         raise StudyError(f"the runs no longer show this, so the page must change: {words}")
     return words
+
+
+def table(heads, rows):
+    """Return a Markdown table as one text."""
+    return "\n".join(table_lines(heads, rows))
+
+
+def percent(found, expected):
+    """Return the relative difference in words."""
+    return f"{100 * (found / expected - 1):+.2f} %"
 
 
 class Runs:

@@ -8,10 +8,11 @@ import math
 
 import numpy as np
 
-from studies.case_bodies import fit_line_contact, percent, table
+from studies.case_bodies import fit_line_contact
 from studies.case_values import mean_square
 from studies.deck_cards import deck, pair, quarter_ring, step
 from studies.meshes import Mesh
+from studies.pages import percent, table
 
 MATERIAL = """*MATERIAL, NAME=M
 *ELASTIC

@@ -18,7 +18,7 @@ module command_line_mod
 
   public :: options_t, read_command_line, check_kind, help_text, command_text, resume_command
 
-  !> More would make 2,000,000 bricks of eight.
+  !> A brick is 262,144 then; once more, two million.
   integer, parameter :: max_refinement = 6
   integer, parameter :: n_solver_options = 7 !! the first of the list, which problems have, too
 
@@ -276,8 +276,7 @@ contains
     if (word(:min(1, len(word))) == '-') then
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
         '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--refine', &
-        '--quiet', &
-        '--output', '--set', '--export-fclib', '--acceleration', &
+        '--quiet', '--output', '--set', '--export-fclib', '--acceleration', &
         as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
     else if (options%deck /= '') then

@@ -188,10 +188,8 @@ contains
     integer, allocatable :: parts(:, :)       !! (2,m) likewise of the mesh
     integer :: i, k, n, of_face
 
-    of_face = 1
-    do while (of_face**3 < draft%pieces**2) ! 4**levels of 8**levels
-      of_face = 4*of_face
-    end do
+    ! 4**k of 8**k pieces.
+    of_face = nint(real(draft%pieces, wp)**(2.0_wp/3.0_wp))
     allocate (parts(2, of_face*size(faces, 2)))
     n = 0
     do i = 1, size(faces, 2)

@@ -73,7 +73,7 @@ contains
   subroutine refine_once(mesh, ok)
     type(mesh_draft_t), intent(inout) :: mesh
     logical, intent(out) :: ok !! false: there is no room
-    integer, allocatable :: fine(:, :), between(:, :), all(:, :)
+    integer, allocatable :: fine(:, :), between(:, :), longer(:, :)
     integer, allocatable :: node(:), rank(:) !! by ascending id; the place of a node in this
     logical, allocatable :: outer(:, :)
     integer :: n, n_new, e, a, i
@@ -114,8 +114,8 @@ contains
     end do
     mesh%connectivity(:, :8*n) = fine
     call move_alloc(outer, mesh%outer)
-    all = reshape([mesh%between, between], [8, size(mesh%between, 2) + n_new])
-    call move_alloc(all, mesh%between)
+    longer = reshape([mesh%between, between], [8, size(mesh%between, 2) + n_new])
+    call move_alloc(longer, mesh%between)
     mesh%highest_node = mesh%highest_node + n_new
     mesh%n_nodes = mesh%n_nodes + n_new
     mesh%n_elements = 8*n

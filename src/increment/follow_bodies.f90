@@ -1,9 +1,10 @@
-!> The place at which contact between surfaces is linearised, from iteration to iteration of an
-!> increment.
+!> The place at which contact between surfaces, or before curved obstacles, is linearised, from
+!> iteration to iteration of an increment.
 !>
 !> A placement at u_j leads to a displacement u; u_j -> u is a map whose fixed point is the
-!> solution. It is nearly linear, and contracts slowly where everything slides: Anderson's
-!> acceleration. docs/theory.md section 11.
+!> solution. It is nearly linear, and between surfaces contracts slowly where everything slides:
+!> Anderson's acceleration. Before curved obstacles the plain map mostly does, and is accelerated
+!> where it does not. docs/theory.md sections 9 and 11.
 module follow_bodies_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t

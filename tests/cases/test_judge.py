@@ -12,8 +12,8 @@ import unittest
 from dataclasses import replace
 from pathlib import Path
 
-import h5py
 import numpy as np
+from judged import findings
 from program import PROGRAM, SOURCE
 
 sys.path.insert(0, str(SOURCE / "tests" / "judge"))
@@ -397,12 +397,7 @@ class Tampered(unittest.TestCase):
 
     def findings(self, change=None):
         """Kinds of findings after `change(file)`."""
-        path = self.folder / "changed.vtkhdf"
-        shutil.copy(self.result, path)
-        if change:
-            with h5py.File(path, "r+") as file:
-                change(file)
-        return {f.kind for f in Judge(self.scene, Stored(self.scene, path), True).judge()}
+        return findings(self.scene, self.result, change)
 
     def rows(self, file, row, ids):
         """Rows of nodes with `ids` in the fields of an increment."""
@@ -687,13 +682,7 @@ class TamperedBodies(unittest.TestCase):
 
     def findings(self, name, change=None):
         """Kinds of findings after `change(file)`."""
-        path = self.folder / "changed.vtkhdf"
-        shutil.copy(self.results[name], path)
-        if change:
-            with h5py.File(path, "r+") as file:
-                change(file)
-        scene = self.scenes[name]
-        return {f.kind for f in Judge(scene, Stored(scene, path), True).judge()}
+        return findings(self.scenes[name], self.results[name], change)
 
     def changed(self, name, dataset, row, change):
         """Kinds of findings after `change(values)` of a row of a dataset; fields by increments."""

@@ -11,15 +11,14 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import h5py
 import numpy as np
+from judged import findings
 from program import PROGRAM, SOURCE
 
 sys.path.insert(0, str(SOURCE / "tests" / "judge"))
 
 from joined_scenes import Joiner, random_joined
 from joints import Joints
-from laws import Judge, Stored
 from load_path import LoadPath
 from random_scenes import Builder
 from scenes import Boundary, Coupling, Equation, Force, Step, Temperature, Transform, deck_of
@@ -240,13 +239,7 @@ class Tampered(unittest.TestCase):
 
     def findings(self, name, change=None):
         """Kinds of findings after `change(file)`."""
-        path = self.folder / "changed.vtkhdf"
-        shutil.copy(self.results[name], path)
-        if change:
-            with h5py.File(path, "r+") as file:
-                change(file)
-        scene = self.scenes[name]
-        return {f.kind for f in Judge(scene, Stored(scene, path), True).judge()}
+        return findings(self.scenes[name], self.results[name], change)
 
     def changed(self, name, field, row, column, factor=1 + 1e-5):
         """The same after a number at a node of the first increment is multiplied."""

@@ -111,7 +111,7 @@ contains
     integer, intent(in), optional :: master_nodes(:) !! of the other surface; or
     type(obstacle_t), intent(in), optional :: obstacle
     logical :: on(size(slave_nodes))
-    real(wp) :: close_by, place, length
+    real(wp) :: close_by, place, other, length
     integer :: axis, end, i
 
     close_by = rounding*maxval(maxval(x, dim=2) - minval(x, dim=2))
@@ -122,9 +122,9 @@ contains
         on = abs(x(axis, slave_nodes) - place) <= close_by
         if (all(on) .or. any(on .and. abs(normal(axis, :)) > leaning)) cycle
         if (present(master_nodes)) then
-          length = minval(x(axis, master_nodes))
-          if (end == 2) length = maxval(x(axis, master_nodes))
-          if (abs(length - place) > close_by) cycle
+          other = minval(x(axis, master_nodes))
+          if (end == 2) other = maxval(x(axis, master_nodes))
+          if (abs(other - place) > close_by) cycle
         end if
         if (present(obstacle)) then
           if (.not. is_mirrored(slave, x, obstacle, axis, place)) cycle

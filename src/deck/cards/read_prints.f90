@@ -44,10 +44,10 @@ contains
       print = print_t(of_elements=card%keyword == 'EL PRINT')
       if (print%of_elements) then
         call read_element_options(reader, card, print)
-        call read_set(reader, card, model, 'ELSET', model%element_sets, print, ok)
+        call read_set(reader, card, model, model%element_sets, print, ok)
       else
         call read_node_options(reader, card, print)
-        call read_set(reader, card, model, 'NSET', model%node_sets, print, ok)
+        call read_set(reader, card, model, model%node_sets, print, ok)
       end if
       call read_variables(reader, card, print)
       if (.not. ok) cycle
@@ -102,16 +102,17 @@ contains
   end subroutine read_element_options
 
   !> The set of a card and what is in it.
-  subroutine read_set(reader, card, model, option, sets, print, ok)
+  subroutine read_set(reader, card, model, sets, print, ok)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(model_t), intent(in) :: model
-    character(*), intent(in) :: option !! NSET or ELSET
-    type(set_list_t), intent(in) :: sets
+    type(set_list_t), intent(in) :: sets !! of the model: of nodes, or of elements
     type(print_t), intent(inout) :: print
     logical, intent(out) :: ok !! false: a mistake was reported, or there is nothing to write
+    character(:), allocatable :: option
     integer :: found
 
+    option = trim(merge('ELSET', 'NSET ', print%of_elements))
     call name_option(reader, card, option, .true., print%set, ok)
     if (.not. ok) return
     found = find_set(sets, print%set)
