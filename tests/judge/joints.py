@@ -2,7 +2,7 @@
 
 All are lines u[row, dof] = sum of coefficients times others. Rotations of reference nodes have rows
 of their own: the rotation times the longest arm. So have displacements along local directions that
-supports prescribe (stand-ins), which no result file has.
+supports prescribe (stand-ins). No result file has such rows: they are made of what it has.
 """
 
 from itertools import combinations
