@@ -31,7 +31,8 @@ module command_line_mod
     type(contact_controls_t) :: controls         !! of an FCLIB problem; a deck has its own
     character(:), allocatable :: solver_option   !! one that set them, empty for none
     real(wp) :: accuracy = 0.0_wp                !! --accuracy; 0: the deck's [-]
-    integer :: refine = 0                        !! --refine: how often bricks are cut into eight
+    integer :: refine = -1
+    !! --refine: how often bricks are cut into eight; negative: not given
     logical :: plan = .false.
     logical :: check = .false.                   !! --check: tell the deck's mistakes, and stop
     logical :: flat = .false.                    !! print the deck without parameters and blocks
@@ -121,7 +122,7 @@ contains
         'each other')
       return
     end if
-    if (options%flat .and. options%refine > 0) then
+    if (options%flat .and. options%refine >= 0) then
       call raise(error, exit_wrong_input, 'bipot: error: --flat prints the deck, which has no '// &
         'more bricks with --refine')
       return
@@ -153,7 +154,7 @@ contains
       if (options%flat) misplaced = '--flat'
       if (options%force) misplaced = '--force'
       if (options%accuracy > 0.0_wp) misplaced = '--accuracy'
-      if (options%refine > 0) misplaced = '--refine'
+      if (options%refine >= 0) misplaced = '--refine'
       if (options%continues) misplaced = '--continue'
       if (options%exported /= '') misplaced = '--export-fclib'
       if (size(options%overrides) > 0) misplaced = '--set'
@@ -246,9 +247,9 @@ contains
     call take_value(option, i, value, error)
     if (allocated(error)) return
     call read_integer(value, times, status)
-    if (status == number_ok .and. times >= 1 .and. times <= max_refinement) return
+    if (status == number_ok .and. times >= 0 .and. times <= max_refinement) return
     times = 0
-    call refuse(option, 'a whole number from 1 to '//to_text(max_refinement), value, error)
+    call refuse(option, 'a whole number from 0 to '//to_text(max_refinement), value, error)
   end subroutine take_refinement
 
   subroutine take_override(i, options, error)
@@ -385,11 +386,12 @@ contains
       '  --set name=value    change the value of a parameter of the deck; may be repeated'//nl// &
       '  --accuracy X        error allowed in the contact resultants, 0.01 for 1 %; the program'// &
       nl// &
-      '                      does no more than that takes, and says where it is not reached'// &
+      '                      chooses mesh and increments, and says where it is not reached'// &
       nl// &
-      '  --refine K          cut every brick into eight, K times (1 to 6); what the deck says'// &
+      '  --refine K          cut every brick into eight, K times (0 to 6); what the deck says'// &
       nl// &
-      '                      of sets, surfaces and loads is said of the finer mesh'//nl// &
+      '                      of sets, surfaces and loads is said of the finer mesh, which'//nl// &
+      '                      --accuracy then keeps'//nl// &
       '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
       '  --check             only check the deck: each mistake in a line, for editors'//nl// &
       '  --flat              print the deck as one text, without includes, parameters and'//nl// &

@@ -20,6 +20,7 @@ module console_mod
   !> Where and how to print.
   type :: console_t
     logical  :: quiet = .false.
+    logical  :: silent = .false.       !! not even the closing line is printed
     logical  :: terminal = .false.
     real(wp) :: started = 0.0_wp
     logical  :: headed = .false.

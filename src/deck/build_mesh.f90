@@ -117,6 +117,7 @@ contains
     if (allocated(draft%between)) then
       mesh%n_given = draft%n_given
       call move_alloc(draft%between, mesh%between)
+      call move_alloc(draft%place, mesh%place)
     end if
     mesh%element_kind = draft%element_kind(:draft%n_elements)
     deallocate (draft%element_kind)

@@ -2,6 +2,7 @@
 module mesh_draft_mod
   use growing_lists_mod, only: append, enlarge
   use kinds_mod, only: i8, wp
+  use mesh_size_mod, only: blocks_t
   use lookup_mod, only: find_id, id_lookup_t
   use resource_limits_mod, only: has_memory
   use numbers_mod, only: largest_number
@@ -10,7 +11,7 @@ module mesh_draft_mod
 
   public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, add_node_beside, reserve_elements
   public :: add_early_set, add_skipped, add_skipped_node, add_block, max_nodes, not_a_coordinate
-  public :: find_elements, with_outer, refined_faces, given_nodes
+  public :: is_of_block, find_elements, with_outer, refined_faces, given_nodes
   public :: set_of_nodes, set_of_elements, no_facet, shell_facet, rigid_facet
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
@@ -77,6 +78,9 @@ module mesh_draft_mod
     integer :: n_skipped_nodes = 0
     type(block_t), allocatable :: blocks(:)
     integer :: n_blocks = 0
+    type(blocks_t) :: counts !! of the deck's blocks
+    integer :: scale(2) = 1
+    !! each has scale(1)/scale(2) times the bricks along each axis that the deck says
     type(early_set_t), allocatable :: sets(:)
     integer :: n_sets = 0
     type(id_lookup_t) :: nodes, elements, skipped !! made when all are read
@@ -85,6 +89,7 @@ module mesh_draft_mod
     integer :: n_given = 0                       !! nodes of the deck
     integer, allocatable :: given_id(:)          !! ids of the deck's bricks
     integer, allocatable :: between(:, :)        !! as of mesh_t
+    real(wp), allocatable :: place(:, :)         !! likewise
     logical, allocatable :: outer(:, :)
     !! (6,n_elements) whether a face is a part of that face of the deck's brick
   end type mesh_draft_t
@@ -151,6 +156,21 @@ contains
     call enlarge(draft%element_kind, draft%n_elements, want)
     call enlarge(draft%connectivity, draft%n_elements, want)
   end subroutine reserve_elements
+
+  !> Whether a node, by its number, is one of a block.
+  pure logical function is_of_block(draft, node)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: node
+    integer :: i
+
+    is_of_block = .false.
+    do i = 1, draft%n_blocks
+      associate (block => draft%blocks(i))
+        is_of_block = is_of_block .or. (node >= block%first_node .and. &
+          node < block%first_node + product(block%n + 1))
+      end associate
+    end do
+  end function is_of_block
 
   !> The bricks that an id of the deck means; none where it is not one of a brick.
   pure function find_elements(draft, id) result(elements)

@@ -16,6 +16,7 @@ module read_deck_mod
   use flat_deck_mod, only: flat_deck
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
+  use mesh_size_mod, only: blocks_t, mesh_size_t
   use local_axes_mod, only: take_transforms, transforms_t
   use name_table_mod, only: name_table_t
   use obstacles_mod, only: obstacle_t
@@ -57,7 +58,7 @@ module read_deck_mod
 contains
 
   !> Read the deck at `path`.
-  subroutine read_deck(path, overrides, scene, error, in_lines, flat, refine)
+  subroutine read_deck(path, overrides, scene, error, in_lines, flat, mesh_size)
     character(*), intent(in) :: path
     type(string_t), intent(in) :: overrides(:)   !! name=value, in place of the deck's parameters
     type(scene_t), intent(out) :: scene
@@ -65,11 +66,11 @@ contains
     logical, intent(in), optional :: in_lines !! tell each mistake in one line, for editors
     type(string_t), intent(out), optional :: flat
     !! the deck as one text without parameters and blocks
-    integer, intent(in), optional :: refine   !! how often every brick is cut into eight
+    type(mesh_size_t), intent(in), optional :: mesh_size !! left out: as written
     type(reader_t) :: reader
 
     call read_source(path, reader%source, reader%diagnostics)
-    call read_scene(reader, overrides, scene, error, flat, refine)
+    call read_scene(reader, overrides, scene, error, flat, mesh_size)
     if (present(in_lines)) then
       if (in_lines) call mistakes_in_lines(reader%diagnostics, path, error)
     end if
@@ -91,13 +92,13 @@ contains
   end subroutine read_deck_text
 
   !> The scene of a deck whose source is there.
-  subroutine read_scene(reader, overrides, scene, error, flat, refine)
+  subroutine read_scene(reader, overrides, scene, error, flat, mesh_size)
     type(reader_t), intent(inout) :: reader
     type(string_t), intent(in) :: overrides(:)
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
     type(string_t), intent(out), optional :: flat
-    integer, intent(in), optional :: refine
+    type(mesh_size_t), intent(in), optional :: mesh_size
 
     call take_overrides(overrides, reader%parameters, reader%diagnostics, scene%overrides)
     ! Without its full text a deck is not worth reading: what follows would be guesses.
@@ -105,7 +106,7 @@ contains
       call find_cards(reader)
       call read_parameters(reader)
       call check_overrides(reader)
-      call read_cards(reader, scene, flat, refine)
+      call read_cards(reader, scene, flat, mesh_size)
       call check_parameter_use(reader)
     end if
     call mistakes_as_error(reader%diagnostics, error)
@@ -135,11 +136,11 @@ contains
   end subroutine add_files_of_obstacles
 
   !> Everything but the parameters.
-  subroutine read_cards(reader, scene, flat, refine)
+  subroutine read_cards(reader, scene, flat, mesh_size)
     type(reader_t), intent(inout) :: reader
     type(scene_t), intent(inout) :: scene
     type(string_t), intent(out), optional :: flat
-    integer, intent(in), optional :: refine
+    type(mesh_size_t), intent(in), optional :: mesh_size
     type(model_t) :: model
     type(surface_list_t) :: surfaces
     type(rigid_bodies_t) :: bodies
@@ -154,6 +155,10 @@ contains
     integer :: n_equations !! of the deck; others follow
 
     call read_heading(reader, scene%title)
+    if (present(mesh_size)) then
+      scene%mesh_size = mesh_size
+      model%mesh%scale = mesh_size%blocks
+    end if
     call read_mesh_cards(reader, model)
     if (present(flat)) call flat_deck(reader, model%mesh, flat)
     call connect_mesh(reader, model%mesh)
@@ -168,7 +173,7 @@ contains
     end if
     call check_bricks(reader, model%mesh)
     call read_sets(reader, model)
-    if (present(refine)) call refine_mesh(reader, model, refine)
+    if (present(mesh_size)) call refine_mesh(reader, model, mesh_size%parts)
     call read_transforms(reader, model, transforms)
     call read_equations(reader, model, equations)
     n_equations = equations%list%n
@@ -204,6 +209,8 @@ contains
     call read_amplitudes(reader, amplitudes)
     call read_first_temperatures(reader, model, scene%first_temperature)
     call read_steps(reader, model, amplitudes, surfaces, scene%steps, scene%regions)
+    if (.not. any_mistakes(reader%diagnostics)) scene%blocks = free_blocks(reader, model, &
+      scene%steps)
     if (.not. any_mistakes(reader%diagnostics)) then
       call take_transforms(reader, model, transforms, n_equations, scene%constraints, equations, &
         scene%steps, scene%local_axes)
@@ -230,6 +237,26 @@ contains
     call refuse_loose(reader, equations, scene%mesh)
     call check_turns(reader, scene)
   end subroutine read_cards
+
+  !> The blocks of a deck that would say the same of blocks of more or fewer bricks: all bricks are
+  !> of blocks, of which none is meant by its number, nor a node; and no node has a force of its own,
+  !> for on more nodes it would be more.
+  pure type(blocks_t) function free_blocks(reader, model, steps)
+    type(reader_t), intent(in) :: reader
+    type(model_t), intent(in) :: model
+    type(load_step_t), intent(in) :: steps(:)
+    integer :: i, n
+
+    n = 0
+    do i = 1, model%mesh%n_blocks
+      n = n + product(model%mesh%blocks(i)%n)
+    end do
+    if (reader%numbers_block .or. model%mesh%n_elements /= n) return
+    do i = 1, size(steps)
+      if (any(model%used(steps(i)%forces%node))) return
+    end do
+    free_blocks = model%mesh%counts
+  end function free_blocks
 
   !> Note temperatures where nothing expands.
   subroutine note_useless_temperatures(reader, scene)

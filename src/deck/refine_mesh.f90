@@ -1,4 +1,4 @@
-!> The mesh as read with every brick cut into eight, as often as wanted, and its sets with it.
+!> The mesh as read with every edge of its bricks cut into equal parts, and its sets with it.
 !>
 !> What stands further down in the deck then means the finer mesh: surfaces and loads of faces take
 !> the parts of the faces that they name, sets of bricks their pieces. A new node is in a set of
@@ -10,7 +10,7 @@ module refine_mesh_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: max_nodes, mesh_draft_t, reserve_elements, reserve_nodes
-  use refine_bricks_mod, only: corner_faces, middle_of, refine_bricks
+  use refine_bricks_mod, only: piece_faces, refine_bricks, value_between
   use resource_limits_mod, only: has_memory
   use sets_mod, only: finish, model_t, set_t
   use sorting_mod, only: order_of
@@ -25,57 +25,54 @@ module refine_mesh_mod
 
 contains
 
-  !> Refine the mesh `times` times; sets have been read.
-  subroutine refine_mesh(reader, model, times)
+  !> Cut every edge of the bricks into so many parts; sets have been read.
+  subroutine refine_mesh(reader, model, parts)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
-    integer, intent(in) :: times
+    integer, intent(in) :: parts
     integer :: n_elements, i
     integer(i8) :: pieces, nodes
     logical :: ok
 
-    if (times == 0 .or. model%mesh%n_elements == 0 .or. any_mistakes(reader%diagnostics)) return
+    if (parts == 1 .or. model%mesh%n_elements == 0 .or. any_mistakes(reader%diagnostics)) return
     n_elements = model%mesh%n_elements
-    pieces = 8_i8**times
+    pieces = int(parts, i8)**3
     nodes = pieces*n_elements
     ok = has_memory(bytes_of_brick*nodes/8)
     if (nodes > max_nodes .or. .not. ok) then
-      call report(reader, 0, 'the mesh cannot be refined '//in_words(times)//': that is '// &
+      call report(reader, 0, 'the mesh cannot be '//in_words(parts)//': that is '// &
         to_text(nodes)//' bricks, at most '//to_text(max_nodes)//' are possible, memory permitting')
-    else if (pieces*model%mesh%highest_element + nodes > huge(times) .or. &
-      model%mesh%highest_node + 2*nodes > huge(times)) then
-      call report(reader, 0, 'the mesh cannot be refined '//in_words(times)// &
+    else if (pieces*model%mesh%highest_element + nodes > huge(parts) .or. &
+      model%mesh%highest_node + 2*nodes > huge(parts)) then
+      call report(reader, 0, 'the mesh cannot be '//in_words(parts)// &
         ': its ids are too high, which those of its parts are above')
     end if
     if (any_mistakes(reader%diagnostics)) return
     model%mesh%n_given = model%mesh%n_nodes
     model%mesh%given_id = model%mesh%element_id(:n_elements)
-    allocate (model%mesh%between(8, 0), model%mesh%outer(6, n_elements))
-    model%mesh%outer = .true.
-    do i = 1, times
-      call refine_once(model%mesh, ok)
-      if (ok) cycle
-      call report(reader, 0, 'the mesh cannot be refined '//in_words(i)//': there is no room '// &
+    call cut_bricks(model%mesh, parts, ok)
+    if (.not. ok) then
+      call report(reader, 0, 'the mesh cannot be '//in_words(parts)//': there is no room '// &
         'for its nodes (at most '//to_text(max_nodes)//', memory permitting)')
       return
-    end do
+    end if
     call extend_marks(model)
     call extend_node_sets(model)
     do i = 1, model%element_sets%n
       call cut_members(model%mesh%pieces, model%element_sets%list(i))
     end do
-    call note(reader, 'refined '//in_words(times)//': the '// &
+    call note(reader, in_words(parts)//': the '// &
       to_text(n_elements)//' bricks of the deck are '//to_text(model%mesh%n_elements)// &
       ', its '//to_text(model%mesh%n_given)//' nodes '//to_text(model%mesh%n_nodes))
   end subroutine refine_mesh
 
-  !> Cut every brick once.
-  subroutine refine_once(mesh, ok)
+  !> Cut every brick.
+  subroutine cut_bricks(mesh, parts, ok)
     type(mesh_draft_t), intent(inout) :: mesh
+    integer, intent(in) :: parts
     logical, intent(out) :: ok !! false: there is no room
-    integer, allocatable :: fine(:, :), between(:, :), longer(:, :)
-    integer, allocatable :: node(:), rank(:) !! by ascending id; the place of a node in this
-    logical, allocatable :: outer(:, :)
+    integer, allocatable :: fine(:, :), node(:), rank(:)
+    !! nodes by ascending id; the place of a node in this
     integer :: n, n_new, e, a, i
 
     n = mesh%n_elements
@@ -84,43 +81,41 @@ contains
     allocate (rank(0:mesh%n_nodes))
     rank(0) = 0
     rank(node) = [(i, i=1, mesh%n_nodes)]
-    call refine_bricks(mesh%n_nodes, reshape(rank([mesh%connectivity(:, :n)]), [8, n]), fine, &
-      between)
-    n_new = size(between, 2)
+    call refine_bricks(mesh%n_nodes, reshape(rank([mesh%connectivity(:, :n)]), [8, n]), parts, &
+      fine, mesh%between, mesh%place)
+    n_new = size(mesh%between, 2)
     node = [0, node, [(mesh%n_nodes + i, i=1, n_new)]]
     fine = reshape(node(1 + [fine]), shape(fine))
-    between = reshape(node(1 + [between]), shape(between))
+    mesh%between = reshape(node(1 + [mesh%between]), shape(mesh%between))
+    mesh%pieces = parts**3
     call reserve_nodes(mesh, n_new, ok)
-    if (ok) call reserve_elements(mesh, 7*n, ok)
+    if (ok) call reserve_elements(mesh, (mesh%pieces - 1)*n, ok)
     if (.not. ok) return
     do i = 1, n_new
       associate (added => mesh%n_nodes + i)
         mesh%node_id(added) = mesh%highest_node + i
-        mesh%node_position(added) = mesh%node_position(between(1, i))
+        mesh%node_position(added) = mesh%node_position(mesh%between(1, i))
         do a = 1, 3
-          mesh%coordinates(a, added) = middle_of(mesh%coordinates(a, :mesh%n_nodes), between(:, i))
+          mesh%coordinates(a, added) = value_between(mesh%coordinates(a, :mesh%n_nodes), &
+            mesh%between(:, i), mesh%place(:, i))
         end do
       end associate
     end do
-    allocate (outer(6, 8*n))
+    allocate (mesh%outer(6, mesh%pieces*n))
     do e = n, 1, -1
-      do a = 8, 1, -1
-        i = 8*(e - 1) + a
+      do a = mesh%pieces, 1, -1
+        i = mesh%pieces*(e - 1) + a
         mesh%element_id(i) = mesh%element_id(e)
         mesh%element_position(i) = mesh%element_position(e)
         mesh%element_kind(i) = mesh%element_kind(e)
-        outer(:, i) = mesh%outer(:, e) .and. corner_faces(a)
+        mesh%outer(:, i) = piece_faces(a, parts)
       end do
     end do
-    mesh%connectivity(:, :8*n) = fine
-    call move_alloc(outer, mesh%outer)
-    longer = reshape([mesh%between, between], [8, size(mesh%between, 2) + n_new])
-    call move_alloc(longer, mesh%between)
+    mesh%connectivity(:, :mesh%pieces*n) = fine
     mesh%highest_node = mesh%highest_node + n_new
     mesh%n_nodes = mesh%n_nodes + n_new
-    mesh%n_elements = 8*n
-    mesh%pieces = 8*mesh%pieces
-  end subroutine refine_once
+    mesh%n_elements = mesh%pieces*n
+  end subroutine cut_bricks
 
   !> What was said of the deck's nodes one by one, said of the new ones: bricks have them.
   subroutine extend_marks(model)
@@ -205,13 +200,16 @@ contains
     set%n = size(set%members)
   end subroutine cut_members
 
-  !> Once, or so many times.
-  pure function in_words(n) result(words)
-    integer, intent(in) :: n
+  !> Refined once, or so many times; else in how many parts edges are cut.
+  pure function in_words(parts) result(words)
+    integer, intent(in) :: parts
     character(:), allocatable :: words
+    integer :: times
 
-    words = to_text(n)//' times'
-    if (n == 1) words = 'once'
+    times = bit_size(parts) - 1 - leadz(parts)
+    words = 'refined '//to_text(times)//' times'
+    if (times == 1) words = 'refined once'
+    if (popcnt(parts) > 1) words = 'refined, every edge in '//to_text(parts)//' parts'
   end function in_words
 
 end module refine_mesh_mod

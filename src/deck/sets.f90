@@ -5,7 +5,7 @@ module sets_mod
   use fields_mod, only: reference_t
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, find_name, name_lookup_t
-  use mesh_draft_mod, only: find_elements, mesh_draft_t, set_of_nodes
+  use mesh_draft_mod, only: find_elements, is_of_block, mesh_draft_t, set_of_nodes
   use sorting_mod, only: sort_unique
   use text_mod, only: string_t, to_text
   implicit none
@@ -71,7 +71,10 @@ contains
       found = find_id(model%mesh%nodes, model%mesh%node_id, reference%id)
       if (found == 0) call report(reader, reference%position, 'node '//to_text(reference%id)// &
         ' is not defined')
-      if (found > 0) nodes = [found]
+      if (found > 0) then
+        nodes = [found]
+        if (is_of_block(model%mesh, found)) reader%numbers_block = .true.
+      end if
     else
       found = find_set(model%node_sets, reference%name)
       if (found == 0) call report_unknown(reader, model%node_sets, reference%position, &
@@ -101,7 +104,7 @@ contains
     if (reference%id > 0) then
       elements = find_elements(model%mesh, reference%id)
       if (size(elements) > 0) then
-        continue
+        reader%numbers_block = .true.
       else if (find_id(model%mesh%skipped, model%mesh%skipped_id, reference%id) > 0) then
         continue
       else if (model%mesh%taken_out) then

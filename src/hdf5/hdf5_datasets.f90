@@ -21,7 +21,8 @@ module hdf5_datasets_mod
   !> Write a dataset of fixed extents:
   !> `write_dataset(file, path, values, description, quantity, error)`.
   interface write_dataset
-    module procedure write_reals_1, write_reals_2, write_integers, write_longs, write_bytes
+    module procedure write_reals_1, write_reals_2, write_reals_3, write_integers, &
+      write_longs, write_bytes
   end interface write_dataset
 
   !> Read a whole dataset, flat, first index fastest: `read_dataset(file, path, values, error)`.
@@ -56,6 +57,20 @@ contains
     call create_fixed(file, path, of_real, shape(values), c_loc(values), error)
     call describe(file, path, description, quantity, error)
   end subroutine write_reals_2
+
+  subroutine write_reals_3(file, path, values, description, quantity, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    real(wp), intent(in), contiguous, target :: values(:, :, :)
+    character(*), intent(in) :: description, quantity
+    type(error_t), allocatable, intent(inout) :: error
+    type(c_ptr) :: address
+
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call create_fixed(file, path, of_real, shape(values), address, error)
+    call describe(file, path, description, quantity, error)
+  end subroutine write_reals_3
 
   subroutine write_integers(file, path, values, description, quantity, error)
     type(hdf5_file_t), intent(in) :: file

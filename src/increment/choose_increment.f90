@@ -55,8 +55,9 @@ contains
     end if
     call find_event(scene, points, solver, old, increment, size)
     if (size%granted == 0) then
-      size%length = fitting(increment%start - size%base, size%length)
-      if (scene%accuracy%wanted > 0.0_wp) then
+      size%length = fitting(increment%start - size%base, size%length, &
+        whole_increment/scene%accuracy%divisions)
+      if (scene%accuracy%wanted > 0.0_wp .and. scene%accuracy%keeps_mesh) then
         call try_sizes(scene, points, solver, old, increment, size)
       else
         size%granted = 1
@@ -67,7 +68,7 @@ contains
     boundary = min(increment%position, size%event)
     if (present(is_plain)) is_plain = size%length == whole_increment .and. &
       size%event == no_event .and. .not. is_extra(increment%start) .and. &
-      .not. scene%accuracy%wanted > 0.0_wp
+      .not. (scene%accuracy%wanted > 0.0_wp .and. scene%accuracy%keeps_mesh)
     ! What would be left of it must not be shorter than the smallest increment.
     if (increment%start + size%length > boundary - smallest_increment) then
       increment = next_increment(scene%steps, old, boundary - increment%start)
@@ -119,12 +120,13 @@ contains
       size%n_touches)
   end subroutine find_event
 
-  !> The largest size up to twice `length` that begins and ends where one of its kind may.
-  pure integer(i8) function fitting(start, length)
+  !> The largest size up to twice `length`, and `most`, that begins and ends where one of its kind
+  !> may.
+  pure integer(i8) function fitting(start, length, most)
     integer(i8), intent(in) :: start  !! beside where sizes are counted from
-    integer(i8), intent(in) :: length
+    integer(i8), intent(in) :: length, most
 
-    fitting = min(whole_increment, 2*length)
+    fitting = min(most, 2*length)
     do while (modulo(start, fitting) /= 0)
       fitting = fitting/2
     end do

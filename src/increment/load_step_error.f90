@@ -10,6 +10,7 @@
 module load_step_error_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
+  use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -111,7 +112,7 @@ contains
     real(wp) function change()
       type(placement_t) :: placement
 
-      if (scene%accuracy%of_energy) then
+      if (scene%accuracy%of == accuracy_of_energy) then
         placement = solver%undeformed
         call place_curved(scene, points, new%displacement, placement, new%rotation)
         change = energy_change(points, placement, other, new, report%energy%strain)

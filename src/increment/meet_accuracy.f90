@@ -4,7 +4,7 @@
 module meet_accuracy_mod
   use kinds_mod, only: wp
   use text_mod, only: to_text, percent
-  use controls_mod, only: solver_sweeps
+  use controls_mod, only: solver_sweeps, subject_in_words
   use scene_mod, only: scene_t
   use mesh_mod, only: mesh_t
   use brick8_mod, only: volume
@@ -18,22 +18,26 @@ module meet_accuracy_mod
   real(wp), parameter :: least_fraction = 0.02_wp
   real(wp), parameter :: largest_fraction = 0.05_wp
   real(wp), parameter :: of_discretisation = 0.1_wp !! of the error of mesh and load steps
-  real(wp), parameter :: sharpest_for_single = 1.0e-3_wp
-  !! accuracy from which on sweeps may read W in single precision [-]
+  real(wp), parameter :: of_differences = 0.002_wp
+  !! of the accuracy where meshes are compared: what differs must not be the solver's residual
+  real(wp), parameter :: sharpest_for_single = 2.0e-5_wp
+  !! contact tolerance from which on sweeps may read W in single precision [-]
   real(wp), parameter :: order_of_mesh = 4.0_wp/3.0_wp
   !! of its error in the size of the bricks: 1 to 2 where it was measured
 
 contains
 
-  !> Let sweeps read the compliance in single precision where that is accurate enough.
+  !> Let sweeps read the compliance in single precision where that is accurate enough: when the
+  !> contact tolerance is set.
   subroutine choose_copy(scene)
     type(scene_t), intent(inout) :: scene
 
-    if (scene%accuracy%wanted >= sharpest_for_single .and. &
-      scene%contact%solver == solver_sweeps) scene%precision%single_compliance = .true.
+    if (scene%accuracy%wanted > 0.0_wp .and. scene%contact%tolerance >= sharpest_for_single &
+      .and. scene%contact%solver == solver_sweeps) scene%precision%single_compliance = .true.
   end subroutine choose_copy
 
-  !> Choose the contact tolerance, a tenth of the error that mesh and load steps make anyway.
+  !> Choose the contact tolerance: a tenth of the error that mesh and load steps make anyway; where
+  !> meshes are compared, a small part of the accuracy, of friction as of normal forces.
   subroutine set_contact_tolerance(scene, errors)
     type(scene_t), intent(inout) :: scene
     type(error_parts_t), intent(in), optional :: errors !! of the last *STEP, where there was one
@@ -41,6 +45,11 @@ contains
 
     associate (wanted => scene%accuracy%wanted)
       if (wanted <= 0.0_wp) return
+      if (.not. scene%accuracy%keeps_mesh) then
+        scene%contact%tolerance = of_differences*wanted*min(1.0_wp, minval(scene%pairs%mu, &
+          mask=scene%pairs%mu > 0.0_wp))
+        return
+      end if
       tolerance = least_fraction*wanted
       if (present(errors)) tolerance = min(largest_fraction*wanted, max(tolerance, &
         of_discretisation*(max(0.0_wp, errors%mesh) + max(0.0_wp, errors%load_steps))))
@@ -59,9 +68,9 @@ contains
     real(wp) :: others
 
     words = ''
-    if (scene%accuracy%wanted <= 0.0_wp) return
+    if (scene%accuracy%wanted <= 0.0_wp .or. .not. scene%accuracy%keeps_mesh) return
     if (total_error(errors) >= 0.0_wp .and. total_error(errors) <= scene%accuracy%wanted) return
-    words = 'step '//to_text(step)//': '//what(scene)//' are wrong by about '
+    words = 'step '//to_text(step)//': '//subject_in_words(scene%accuracy)//' are wrong by about '
     if (errors%load_steps < 0.0_wp) then
       words = words//percent(errors%mesh)//' by the mesh, and by the load steps nobody knows '// &
         'how much: twice their size could not be solved'
@@ -80,14 +89,6 @@ contains
         percent(errors%arithmetic)
     end if
   end function accuracy_shortfall
-
-  pure function what(scene) result(words)
-    type(scene_t), intent(in) :: scene
-    character(:), allocatable :: words
-
-    words = 'the contact resultants'
-    if (scene%accuracy%of_energy) words = 'the energies'
-  end function what
 
   !> Bricks of about 0.03 in place of 0.125 around element 17.
   function bricks_in_words(mesh, of_bricks, error, wanted) result(words)

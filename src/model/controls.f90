@@ -6,12 +6,15 @@ module controls_mod
   private
 
   public :: contact_controls_t, output_controls_t, print_t, precision_controls_t, &
-    accuracy_controls_t, is_exact, take_double, precision_in_words
+    accuracy_controls_t, is_exact, take_double, precision_in_words, accuracy_names, &
+    subject_in_words
   public :: solver_none, solver_auto, solver_sweeps, solver_global_newton
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
   public :: stop_at_residual, stop_at_change
   public :: linear_auto, linear_direct, linear_gmres
+  public :: accuracy_of_resultants, accuracy_of_energy, accuracy_of_pressure, accuracy_of_slip, &
+    accuracy_of_displacement, accuracy_of_mises
   public :: compliance_auto, compliance_dense, compliance_products
 
   ! The first three are what /history/solver stores.
@@ -39,6 +42,16 @@ module controls_mod
   integer, parameter :: compliance_auto = 0     !! the plan chooses
   integer, parameter :: compliance_dense = 1    !! W, by the Schur complement
   integer, parameter :: compliance_products = 2 !! each product with W a solution with the factor
+
+  ! What an accuracy is of.
+  integer, parameter :: accuracy_of_resultants = 1   !! of the pairs, normal and friction
+  integer, parameter :: accuracy_of_energy = 2       !! elastic, of the bodies
+  integer, parameter :: accuracy_of_pressure = 3     !! the largest of a pair
+  integer, parameter :: accuracy_of_slip = 4         !! the longest of a pair
+  integer, parameter :: accuracy_of_displacement = 5 !! the largest
+  integer, parameter :: accuracy_of_mises = 6        !! the largest mean of a brick
+  character(*), parameter :: accuracy_names(6) = [character(12) :: 'RESULTANTS', 'ENERGY', &
+    'PRESSURE', 'SLIP', 'DISPLACEMENT', 'MISES']
 
   !> *CONTACT SOLVER.
   type :: contact_controls_t
@@ -78,7 +91,10 @@ module controls_mod
   !> *ACCURACY: how wrong the results may be.
   type :: accuracy_controls_t
     real(wp) :: wanted = 0.0_wp      !! of the largest, below 1; 0: not asked for [-]
-    logical  :: of_energy = .false.  !! of the energies, not of the contact resultants
+    integer  :: of = accuracy_of_resultants
+    logical  :: keeps_mesh = .false. !! the mesh is not chosen: estimates by recovery are told
+    integer  :: divisions = 1
+    !! increments of the deck are cut in so many at least, where they may be cut: a power of 2
     logical  :: estimates = .true.   !! errors of mesh and load steps are estimated
   end type accuracy_controls_t
 
@@ -134,6 +150,27 @@ contains
     precision%saves_time = .false.
     precision%single_factor = .false.
   end subroutine take_double
+
+  !> What an accuracy is of.
+  function subject_in_words(accuracy) result(words)
+    type(accuracy_controls_t), intent(in) :: accuracy
+    character(:), allocatable :: words
+
+    select case (accuracy%of)
+    case (accuracy_of_energy)
+      words = 'the energies'
+    case (accuracy_of_pressure)
+      words = 'the largest contact pressures'
+    case (accuracy_of_slip)
+      words = 'the longest slips'
+    case (accuracy_of_displacement)
+      words = 'the largest displacement'
+    case (accuracy_of_mises)
+      words = 'the largest von Mises stress'
+    case default
+      words = 'the contact resultants'
+    end select
+  end function subject_in_words
 
   !> double precision; single precision, block low rank 1e-6.
   function precision_in_words(precision) result(words)

@@ -28,6 +28,7 @@ module mesh_mod
     integer,  allocatable :: between(:, :)
     !! (8,n) nodes that node `n_given` + i lies between, as of refine_bricks; not allocated where no
     !! brick was refined
+    real(wp), allocatable :: place(:, :)  !! (3,n) where it lies there, as of refine_bricks [-]
     integer,  allocatable :: brick_nodes(:)
     !! (n of them) nodes that elements use, ascending: the points of a result's mesh
     integer :: n_nodes = 0

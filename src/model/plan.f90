@@ -28,7 +28,7 @@ module plan_mod
     integer :: n_events = 0
     !! increments at most that end at events of the load path, beside the deck's
     integer :: n_cuts = 0
-    !! and more by cutting those in which an obstacle would turn too far
+    !! and more by cutting those in which an obstacle would turn too far, or as an accuracy wants it
     integer :: n_outputs = 0                  !! of them, those whose fields are written
     integer :: n_equations = 0                !! free degrees of freedom, of all steps the most
     integer :: n_interface = 0                !! of them, on contact nodes

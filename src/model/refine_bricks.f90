@@ -1,7 +1,8 @@
-!> Every brick cut into eight: nodes between those that are there, on edges, faces and in bricks.
+!> Every brick cut into equal parts along each of its edges: nodes between those that are there, on
+!> edges, faces and in bricks.
 !>
-!> A brick is trilinear in its nodes, and so are its eighths in theirs: they fill what it filled. Of
-!> one edge or face all bricks share the new node, so a mesh stays a mesh.
+!> A brick is trilinear in its nodes, and so are its pieces in theirs: they fill what it filled. Of
+!> one edge or face all bricks share the new nodes, so a mesh stays a mesh.
 module refine_bricks_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
@@ -10,7 +11,7 @@ module refine_bricks_mod
   implicit none
   private
 
-  public :: refine_bricks, middle_of, fill_between, corner_faces
+  public :: refine_bricks, value_between, fill_between, piece_faces, n_between
 
   integer, parameter :: edge_nodes(2, 12) = reshape([ &
     1, 2,  2, 3,  3, 4,  4, 1,  5, 6,  6, 7,  7, 8,  8, 5,  1, 5,  2, 6,  3, 7,  4, 8], [2, 12])
@@ -20,21 +21,24 @@ module refine_bricks_mod
 
 contains
 
-  !> Cut bricks into eight.
+  !> Cut bricks into `parts`**3 pieces.
   !>
-  !> Brick `e` becomes the bricks 8 (e - 1) + 1 to 8 e, one at each of its corners in their order,
-  !> its axes and the numbers of its faces kept. New nodes follow those that are there: first those
-  !> on edges, then on faces, then inside, each in the order of the nodes that they lie between. So
-  !> two sides of a mesh that correspond node by node, in ascending order, still do so.
-  pure subroutine refine_bricks(n_nodes, bricks, fine, between)
+  !> Brick `e` becomes the bricks parts**3 (e - 1) + 1 to parts**3 e, those along its first edge
+  !> first, its axes and the numbers of its faces kept. New nodes follow those that are there: first
+  !> those on edges, then on faces, then inside, each in the order of the nodes that they lie
+  !> between. So two sides of a mesh that correspond node by node, in ascending order, still do so.
+  subroutine refine_bricks(n_nodes, bricks, parts, fine, between, place)
     integer, intent(in) :: n_nodes
     integer, intent(in) :: bricks(:, :)                !! (8,n)
-    integer, allocatable, intent(out) :: fine(:, :)    !! (8,8n)
+    integer, intent(in) :: parts                       !! 2 or more
+    integer, allocatable, intent(out) :: fine(:, :)    !! (8,parts**3 n)
     integer, allocatable, intent(out) :: between(:, :)
-    !! (8,n_new) nodes that node n_nodes + i lies between: two or four in ascending order, or the
-    !! eight of a brick in its own; else 0
+    !! (8,n_new) nodes that node n_nodes + i lies between: the two of an edge, the four of a face
+    !! one after the other, or the eight of a brick; else 0
+    real(wp), allocatable, intent(out) :: place(:, :)
+    !! (3,n_new) where: along their first edge, from the first to the fourth, to the fifth, 0..1 [-]
     integer, allocatable :: edges(:, :), faces(:, :), on_edge(:), on_face(:)
-    integer :: table(0:2, 0:2, 0:2), number(27), x(3), n, n_edges, n_faces, e, a, b
+    integer :: grid(0:parts, 0:parts, 0:parts), n, n_edges, n_faces, of_edges, of_faces, e, a
 
     n = size(bricks, 2)
     allocate (edges(2, 12*n), faces(4, 6*n))
@@ -50,50 +54,107 @@ contains
     end do
     call number_columns(edges, on_edge, n_edges)
     call number_columns(faces, on_face, n_faces)
-    allocate (fine(8, 8*n), between(8, n_edges + n_faces + n))
+    of_edges = n_edges*(parts - 1)
+    of_faces = n_faces*(parts - 1)**2
+    allocate (fine(8, parts**3*n), between(8, n_between(n_edges, n_faces, n, parts)))
+    allocate (place(3, size(between, 2)))
     between = 0
-    table = places()
+    place = 0.0_wp
     do e = 1, n
-      number(:8) = bricks(:, e)
-      number(9:20) = n_nodes + on_edge(12*e - 11:12*e)
-      number(21:26) = n_nodes + n_edges + on_face(6*e - 5:6*e)
-      number(27) = n_nodes + n_edges + n_faces + e
+      do a = 1, 8
+        grid(parts*corner(1, a), parts*corner(2, a), parts*corner(3, a)) = bricks(a, e)
+      end do
       do a = 1, 12
-        between(:2, number(8 + a) - n_nodes) = edges(:, 12*(e - 1) + a)
+        call put_on_edge(edge_nodes(:, a), (on_edge(12*(e - 1) + a) - 1)*(parts - 1))
       end do
       do a = 1, 6
-        between(:4, number(20 + a) - n_nodes) = faces(:, 6*(e - 1) + a)
+        call put_on_face(face_nodes(:, a), of_edges + (on_face(6*(e - 1) + a) - 1)*(parts - 1)**2)
       end do
-      between(:, number(27) - n_nodes) = bricks(:, e)
-      do a = 1, 8
-        do b = 1, 8
-          x = corner(:, a) + corner(:, b)
-          fine(b, 8*(e - 1) + a) = number(table(x(1), x(2), x(3)))
+      call put_inside(of_edges + of_faces + (e - 1)*(parts - 1)**3)
+      call cut(fine(:, parts**3*(e - 1) + 1:parts**3*e))
+    end do
+
+  contains
+
+    !> The nodes on an edge, from its lower node on.
+    subroutine put_on_edge(ends, before)
+      integer, intent(in) :: ends(2) !! of the brick's nodes
+      integer, intent(in) :: before  !! new nodes before these
+      integer :: from, to, x(3), i
+
+      from = merge(ends(1), ends(2), bricks(ends(1), e) < bricks(ends(2), e))
+      to = sum(ends) - from
+      do i = 1, parts - 1
+        x = parts*corner(:, from) + i*(corner(:, to) - corner(:, from))
+        grid(x(1), x(2), x(3)) = n_nodes + before + i
+        between(:2, before + i) = [bricks(from, e), bricks(to, e)]
+        place(1, before + i) = real(i, wp)/real(parts, wp)
+      end do
+    end subroutine put_on_edge
+
+    !> The nodes in a face, from its lowest node on, towards the lower one beside it first.
+    subroutine put_on_face(nodes, before)
+      integer, intent(in) :: nodes(4) !! of the brick's nodes, around the face
+      integer, intent(in) :: before
+      integer :: around(4), x(3), i, j, k
+
+      around = cshift(nodes, minloc(bricks(nodes, e), dim=1) - 1)
+      if (bricks(around(4), e) < bricks(around(2), e)) around([2, 4]) = around([4, 2])
+      k = before
+      do j = 1, parts - 1
+        do i = 1, parts - 1
+          k = k + 1
+          x = parts*corner(:, around(1)) + i*(corner(:, around(2)) - corner(:, around(1))) + &
+            j*(corner(:, around(4)) - corner(:, around(1)))
+          grid(x(1), x(2), x(3)) = n_nodes + k
+          between(:4, k) = bricks(around, e)
+          place(:2, k) = real([i, j], wp)/real(parts, wp)
         end do
       end do
-    end do
+    end subroutine put_on_face
+
+    subroutine put_inside(before)
+      integer, intent(in) :: before
+      integer :: x, y, z, k
+
+      k = before
+      do z = 1, parts - 1
+        do y = 1, parts - 1
+          do x = 1, parts - 1
+            k = k + 1
+            grid(x, y, z) = n_nodes + k
+            between(:, k) = bricks(:, e)
+            place(:, k) = real([x, y, z], wp)/real(parts, wp)
+          end do
+        end do
+      end do
+    end subroutine put_inside
+
+    subroutine cut(pieces)
+      integer, intent(out) :: pieces(:, :) !! (8,parts**3)
+      integer :: x, y, z, k, b
+
+      k = 0
+      do z = 0, parts - 1
+        do y = 0, parts - 1
+          do x = 0, parts - 1
+            k = k + 1
+            do b = 1, 8
+              pieces(b, k) = grid(x + corner(1, b), y + corner(2, b), z + corner(3, b))
+            end do
+          end do
+        end do
+      end do
+    end subroutine cut
+
   end subroutine refine_bricks
 
-  !> Which of a brick's 27 nodes, its corners, middles of edges and of faces and its own, is at each
-  !> place of a grid of three by three by three.
-  pure function places() result(table)
-    integer :: table(0:2, 0:2, 0:2)
-    integer :: i, x(3)
+  !> How many nodes there will be between others.
+  pure integer function n_between(n_edges, n_faces, n_bricks, parts)
+    integer, intent(in) :: n_edges, n_faces, n_bricks, parts
 
-    table(1, 1, 1) = 27
-    do i = 1, 8
-      x = 2*corner(:, i)
-      table(x(1), x(2), x(3)) = i
-    end do
-    do i = 1, 12
-      x = sum(corner(:, edge_nodes(:, i)), dim=2)
-      table(x(1), x(2), x(3)) = 8 + i
-    end do
-    do i = 1, 6
-      x = sum(corner(:, face_nodes(:, i)), dim=2)/2
-      table(x(1), x(2), x(3)) = 20 + i
-    end do
-  end function places
+    n_between = n_edges*(parts - 1) + n_faces*(parts - 1)**2 + n_bricks*(parts - 1)**3
+  end function n_between
 
   !> Number columns by their entries, equal ones alike, in ascending order of these.
   pure subroutine number_columns(columns, number, n)
@@ -116,44 +177,68 @@ contains
     end do
   end subroutine number_columns
 
-  !> The mean of the values of the nodes that a new one lies between.
+  !> The value at a new node of what is linear along every edge of those that it lies between.
   !>
-  !> Summed in pairs: of equal values it is that value to the last bit, so that what is flat stays
-  !> flat.
-  pure real(wp) function middle_of(values, between)
+  !> Of equal values it is that value to the last bit, so that what is flat stays flat.
+  pure real(wp) function value_between(values, between, place) result(value)
     real(wp), intent(in) :: values(:)   !! (n_nodes)
     integer, intent(in) :: between(8)   !! as of refine_bricks
-    real(wp) :: pairs(4)
-    integer :: i
+    real(wp), intent(in) :: place(3)    !! likewise
 
-    do i = 1, 4
-      pairs(i) = 0.0_wp
-      if (between(2*i) > 0) pairs(i) = 0.5_wp*(values(between(2*i - 1)) + values(between(2*i)))
-    end do
-    middle_of = pairs(1)
-    if (between(4) > 0) middle_of = 0.5_wp*(pairs(1) + pairs(2))
-    if (between(8) > 0) middle_of = 0.5_wp*(middle_of + 0.5_wp*(pairs(3) + pairs(4)))
-  end function middle_of
+    if (between(3) == 0) then
+      value = along(values(between(1)), values(between(2)), place(1))
+    else if (between(5) == 0) then
+      value = in_face(between(:4))
+    else
+      value = along(in_face(between(:4)), in_face(between(5:)), place(3))
+    end if
 
-  !> Give nodes that lie between the deck's the mean of the values of these.
+  contains
+
+    pure real(wp) function in_face(nodes)
+      integer, intent(in) :: nodes(4)
+
+      in_face = along(along(values(nodes(1)), values(nodes(2)), place(1)), &
+        along(values(nodes(4)), values(nodes(3)), place(1)), place(2))
+    end function in_face
+
+    !> From the nearer end: the middle is the mean, whichever end comes first.
+    pure real(wp) function along(one, other, t)
+      real(wp), intent(in) :: one, other, t
+
+      if (t < 0.5_wp) then
+        along = one + t*(other - one)
+      else if (t > 0.5_wp) then
+        along = other + (1.0_wp - t)*(one - other)
+      else
+        along = 0.5_wp*(one + other)
+      end if
+    end function along
+
+  end function value_between
+
+  !> Give nodes that lie between the deck's the values that are linear between these.
   pure subroutine fill_between(mesh, values)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(inout) :: values(:) !! (n_nodes)
     integer :: i
 
     if (.not. allocated(mesh%between)) return
-    ! A node that was put between others comes before those between it and others.
     do i = 1, size(mesh%between, 2)
-      values(mesh%n_given + i) = middle_of(values, mesh%between(:, i))
+      values(mesh%n_given + i) = value_between(values, mesh%between(:, i), mesh%place(:, i))
     end do
   end subroutine fill_between
 
-  !> The faces S1 to S6 of a brick that its eighth at a corner has a part of.
-  pure function corner_faces(a) result(has)
-    integer, intent(in) :: a !! 1..8
+  !> The faces S1 to S6 of a brick that its piece k has a part of.
+  pure function piece_faces(k, parts) result(has)
+    integer, intent(in) :: k !! 1..parts**3
+    integer, intent(in) :: parts
     logical :: has(6)
 
-    has = any(face_nodes == a, dim=1)
-  end function corner_faces
+    associate (x => mod(k - 1, parts), y => mod((k - 1)/parts, parts), z => (k - 1)/parts**2, &
+               last => parts - 1)
+      has = [z == 0, z == last, y == 0, x == last, y == last, x == 0]
+    end associate
+  end function piece_faces
 
 end module refine_bricks_mod

@@ -4,6 +4,7 @@ module scene_mod
   use text_mod, only: string_t
   use constraints_mod, only: constraints_t
   use mesh_mod, only: mesh_t, shown_nodes, joined_nodes
+  use mesh_size_mod, only: blocks_t, mesh_size_t
   use surfaces_mod, only: surface_t
   use obstacles_mod, only: obstacle_t, ref_nodes
   use loads_mod, only: amplitude_t, load_step_t
@@ -79,6 +80,8 @@ module scene_mod
     character(:), allocatable :: overrides
     !! of the command line, one a line: name=value, --accuracy value, --refine times
     type(mesh_t) :: mesh
+    type(mesh_size_t) :: mesh_size          !! beside the deck
+    type(blocks_t) :: blocks
     type(constraints_t) :: constraints      !! of *TIE, *EQUATION, *COUPLING; no cycles
     type(material_t),     allocatable :: materials(:)
     type(surface_t),      allocatable :: surfaces(:)

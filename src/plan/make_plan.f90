@@ -47,6 +47,8 @@ contains
     plan%n_increments = count_increments(scene%steps)
     plan%n_events = count_events(scene)
     plan%n_cuts = sum([(count_cuts(scene, step), step=1, size(scene%steps))])
+    plan%n_cuts = plan%n_cuts + (scene%accuracy%divisions - 1)*sum(scene%steps%n_increments, &
+      mask=.not. scene%steps%direct)
     plan%n_outputs = count_outputs(scene)
     if (scene%output%frequency == 1) plan%n_outputs = plan%n_outputs + plan%n_cuts
     call count_unknowns(scene, plan, motions, error)

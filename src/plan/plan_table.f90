@@ -5,7 +5,7 @@ module plan_table_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t, to_text, percent
   use scene_mod, only: scene_t, contact_pair_t
-  use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
+  use controls_mod, only: subject_in_words, contact_controls_t, solver_auto, solver_global_newton, &
                           formulation_bipotential, local_uzawa, local_newton, local_newton6, &
                           stop_at_change, precision_controls_t, is_exact
   use output_field_mod, only: field_t, at_start
@@ -96,7 +96,7 @@ contains
       plural(' step', ' steps', size(scene%steps))
     if (all(scene%steps%direct)) return
     if (plan%n_cuts > 0) words = words//', '//to_text(plan%n_cuts)// &
-      ' more that turn obstacles by 10 degrees at most'
+      ' more by cutting them, as an accuracy or obstacles that turn want it'
     if (plan%n_events > 0) words = words//', at most '//to_text(plan%n_events)// &
       ' more that end at kinks of amplitudes or where contact begins'
     words = words//', cut where they are not solved'
@@ -104,13 +104,16 @@ contains
   end function increments_in_words
 
   !> 1 % of the contact resultants.
-  pure function accuracy_in_words(scene) result(words)
+  function accuracy_in_words(scene) result(words)
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: words
 
-    words = percent(scene%accuracy%wanted)//' of the contact resultants'
-    if (scene%accuracy%of_energy) words = percent(scene%accuracy%wanted)//' of the energies'
-    words = words//', at the end of each step'
+    words = percent(scene%accuracy%wanted)//' of '//subject_in_words(scene%accuracy)
+    if (scene%accuracy%keeps_mesh) then
+      words = words//', at the end of each step'
+    else
+      words = words//', on a mesh that is to be found'
+    end if
   end function accuracy_in_words
 
   !> Where W is not formed: that in the table, and why.

@@ -29,7 +29,11 @@ module result_checksums_mod
     '/run/counters'//nl//'/history@finished'//nl//'/VTKHDF/Steps@NSteps'//nl// &
     '/state/slot_1@row'//nl//'/state/slot_1@length'//nl//'/state/slot_1@bits'//nl// &
     '/state/slot_2@row'//nl//'/state/slot_2@length'//nl//'/state/slot_2@bits'//nl// &
-    '/checksums@contents'
+    '/checksums@contents'//nl//'/accuracy@reached'//nl//'/accuracy@mesh'//nl// &
+    '/accuracy@load_steps'//nl//'/accuracy@others'//nl//'/accuracy/brick_size'//nl// &
+    '/accuracy/divisions'//nl//'/accuracy/bricks'//nl//'/accuracy/processor_time'//nl// &
+    '/accuracy/values'//nl//'/accuracy/extrapolated'//nl//'/accuracy/error'//nl// &
+    '/accuracy/order'//nl//'/accuracy/scale'
 
   !> The open table.
   type :: checksums_t

@@ -12,6 +12,7 @@ module result_claims_mod
   use text_mod, only: printable, to_text
   use child_process_mod, only: child_t, begin_child, is_child, end_child, wait_for
   use controls_mod, only: precision_controls_t
+  use mesh_size_mod, only: mesh_size_t
   use scene_mod, only: scene_t
   use hdf5_files_mod, only: hdf5_file_t, look_at_file, create_file, open_file, close_file, exists, &
     file_absent, file_readable, file_locked, file_foreign
@@ -23,12 +24,12 @@ module result_claims_mod
   use result_state_mod, only: slots_t, read_state
   use result_checksums_mod, only: has_checksums, check_contents, read_increments
   use result_run_mod, only: provenance_t, program_name, run_finished, text_of, &
-    read_arithmetic
+    read_arithmetic, read_mesh_size
   implicit none
   private
 
-  public :: take_arithmetic, claim_place, open_unfinished, begin_look, clear_beginning, &
-    how_it_is_damaged
+  public :: take_arithmetic, take_mesh_size, claim_place, open_unfinished, begin_look, &
+    clear_beginning, how_it_is_damaged
 
   character(*), parameter :: in_use = 'is in use by another program, perhaps a run that writes it'
   character(*), parameter :: not_a_result = 'is not a result of '//program_name
@@ -222,6 +223,39 @@ contains
       precision%threads
     answer = trim(line)
   end function arithmetic_of
+
+  !> Choose the mesh and the divisions of increments with which a run began that is to be continued;
+  !> nothing where the file does not tell, which is refused later.
+  subroutine take_mesh_size(path, mesh_size, divisions)
+    character(*), intent(in) :: path
+    type(mesh_size_t), intent(inout) :: mesh_size
+    integer, intent(inout) :: divisions
+    type(child_t) :: child
+    character(:), allocatable :: answer, fate
+
+    call begin_look(path, child)
+    if (is_child(child)) call end_child(child, mesh_size_of(path))
+    call wait_for(child, answer, fate)
+    if (answer /= '') read (answer, *) mesh_size%blocks, mesh_size%parts, divisions
+  end subroutine take_mesh_size
+
+  !> Those of a file's run for `take_mesh_size`; empty where they cannot be read.
+  function mesh_size_of(path) result(answer)
+    character(*), intent(in) :: path
+    character(:), allocatable :: answer
+    type(mesh_size_t) :: mesh_size
+    type(hdf5_file_t) :: hdf5
+    type(error_t), allocatable :: error
+    integer :: divisions
+
+    answer = ''
+    if (look_at_file(path) /= file_readable) return
+    divisions = 1
+    call open_file(path, .false., hdf5, error)
+    call read_mesh_size(hdf5, mesh_size, divisions, error)
+    if (.not. allocated(error)) answer = to_text(mesh_size%blocks(1))//' '// &
+      to_text(mesh_size%blocks(2))//' '//to_text(mesh_size%parts)//' '//to_text(divisions)
+  end function mesh_size_of
 
   !> Open the file of a run that did not finish, to read it, if `provenance` may go on with it. All
   !> of it is read: to be called in a child.

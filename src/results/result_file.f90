@@ -29,6 +29,7 @@ module result_file_mod
   use resource_limits_mod, only: file_limit, no_limit
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
+  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t
   use state_mod, only: state_t
   use increments_mod, only: ends_step, asked_number
   use increment_report_mod, only: increment_report_t
@@ -37,8 +38,8 @@ module result_file_mod
   use pair_fields_mod, only: list_pair_fields
   use view_fields_mod, only: list_view_fields
   use reference_fields_mod, only: list_reference_fields
-  use hdf5_files_mod, only: hdf5_file_t, create_file, open_file, copy_object, flush_file, &
-    close_file, is_open
+  use hdf5_files_mod, only: hdf5_file_t, create_file, open_file, copy_object, exists, &
+    flush_file, close_file, is_open
   use hdf5_attributes_mod, only: read_attribute, write_attribute
   use hdf5_datasets_mod, only: read_dataset
   use result_history_mod, only: history_t, create_history, append_history, finish_row
@@ -48,6 +49,7 @@ module result_file_mod
   use result_checksums_mod, only: checksums_t, create_checksums, append_checksum, seal_contents, &
     check_contents, read_increments, steps_until
   use result_run_mod, only: provenance_t, write_run, resume_run, end_run
+  use result_accuracy_mod, only: create_accuracy, finish_accuracy
   use result_claims_mod, only: claim_place, open_unfinished, begin_look, clear_beginning, &
     how_it_is_damaged
   use fresh_file_mod, only: beginning_of, take_place, delete_file, settle, folder_lock_t, &
@@ -63,7 +65,8 @@ module result_file_mod
   private
 
   public :: result_file_t
-  public :: open_result, reopen_result, append_increment, count_increment, keep_state, finish_result
+  public :: open_result, reopen_result, append_increment, count_increment, keep_state, keep_accuracy, &
+    finish_result
   public :: sidecars_of
 
   integer, parameter :: n_sidecars = 4
@@ -95,7 +98,7 @@ contains
   ! ------------------------------------------------------------------ opening
 
   !> Begin the result file of a run.
-  subroutine open_result(path, scene, plan, provenance, overwrite, file, error)
+  subroutine open_result(path, scene, plan, provenance, overwrite, file, error, sequence)
     character(*), intent(in) :: path
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
@@ -103,6 +106,7 @@ contains
     logical, intent(in) :: overwrite !! replace whatever stands at `path` and no run writes
     type(result_file_t), intent(out) :: file
     type(error_t), allocatable, intent(out) :: error
+    type(mesh_sequence_t), intent(in), optional :: sequence !! that it goes on with a run
     logical :: is_folder
 
     inquire (file=path//'/.', exist=is_folder)
@@ -117,6 +121,7 @@ contains
     file%path = path
     call write_run(file%hdf5, scene, plan, provenance, error)
     if (.not. allocated(error)) call lay_out(file, scene, plan, 0, error)
+    if (present(sequence)) call create_accuracy(file%hdf5, sequence, error)
     call create_state(file%hdf5, 8*scene%mesh%n_nodes, error)
     call seal_contents(file%hdf5, error)
     call flush_file(file%hdf5, error)
@@ -193,6 +198,7 @@ contains
       begun = .true.
     end if
     call copy_object(old, '/run', new%hdf5, error)
+    if (exists(old, '/accuracy')) call copy_object(old, '/accuracy', new%hdf5, error)
     if (.not. allocated(error)) call lay_out(new, scene, plan, 0, error)
     call create_state(new%hdf5, 8*scene%mesh%n_nodes, error)
     if (.not. allocated(error)) call copy_increments(old, n_sound, new, error)
@@ -404,6 +410,18 @@ contains
     call flush_file(file%hdf5, error)
     file%is_broken = allocated(error)
   end subroutine keep_state
+
+  !> Keep what the runs of a sequence say, when the last one is done.
+  subroutine keep_accuracy(file, sequence, errors, is_reached, error)
+    type(result_file_t), intent(inout) :: file
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(in) :: errors
+    logical, intent(in) :: is_reached
+    type(error_t), allocatable, intent(out) :: error
+
+    call finish_accuracy(file%hdf5, sequence, errors, is_reached, error)
+    file%is_broken = allocated(error)
+  end subroutine keep_accuracy
 
   !> The paths of all that may stand beside a result.
   pure function sidecars_of(path) result(sidecars)

@@ -7,6 +7,7 @@ module result_run_mod
   use text_mod, only: string_t
   use scene_mod, only: scene_t
   use controls_mod, only: precision_controls_t
+  use mesh_size_mod, only: mesh_size_t
   use plan_mod, only: plan_t, bound_in_words
   use hdf5_files_mod, only: hdf5_file_t, create_group, flush_file
   use hdf5_attributes_mod, only: write_attribute, read_attribute
@@ -14,7 +15,7 @@ module result_run_mod
   implicit none
   private
 
-  public :: provenance_t, read_arithmetic, write_run, resume_run, end_run, program_name, text_of
+  public :: provenance_t, read_arithmetic, read_mesh_size, write_run, resume_run, end_run, program_name, text_of
   public :: run_finished, run_not_solved, run_stopped, run_failed
 
   ! What /run@status says. It is `running` until `end_run`, and for ever if that never comes.
@@ -63,6 +64,7 @@ contains
     call write_attribute(hdf5, '/run', 'command', text_of(provenance%command), error)
     call write_attribute(hdf5, '/run', 'started', text_of(provenance%started), error)
     call write_arithmetic(hdf5, scene%precision, scene%contact%compliance, error)
+    call write_mesh_size(hdf5, scene%mesh_size, scene%accuracy%divisions, error)
     call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
     call write_attribute(hdf5, '/run', 'continued', repeat(achar(0), room_for_sessions), error)
     if (allocated(provenance%counters)) call write_counters(hdf5, provenance%counters, error)
@@ -96,6 +98,38 @@ contains
       error)
     call write_attribute(hdf5, '/run', 'compliance', int(compliance, i8), error)
   end subroutine write_arithmetic
+
+  !> Keep what an accuracy chose, so that a continued run has the same mesh and increments.
+  subroutine write_mesh_size(hdf5, mesh_size, divisions, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    type(mesh_size_t), intent(in) :: mesh_size
+    integer, intent(in) :: divisions !! of the deck's increments
+    type(error_t), allocatable, intent(inout) :: error
+
+    call write_attribute(hdf5, '/run', 'blocks_times', int(mesh_size%blocks(1), i8), error)
+    call write_attribute(hdf5, '/run', 'blocks_over', int(mesh_size%blocks(2), i8), error)
+    call write_attribute(hdf5, '/run', 'parts', int(mesh_size%parts, i8), error)
+    call write_attribute(hdf5, '/run', 'divisions', int(divisions, i8), error)
+  end subroutine write_mesh_size
+
+  !> The mesh and the divisions that a file names.
+  subroutine read_mesh_size(hdf5, mesh_size, divisions, error)
+    type(hdf5_file_t), intent(in) :: hdf5
+    type(mesh_size_t), intent(inout) :: mesh_size
+    integer, intent(inout) :: divisions
+    type(error_t), allocatable, intent(inout) :: error
+    integer(i8) :: numbers(4)
+
+    call read_attribute(hdf5, '/run', 'blocks_times', numbers(1), error)
+    call read_attribute(hdf5, '/run', 'blocks_over', numbers(2), error)
+    call read_attribute(hdf5, '/run', 'parts', numbers(3), error)
+    call read_attribute(hdf5, '/run', 'divisions', numbers(4), error)
+    if (allocated(error)) return
+    if (any(numbers < 1) .or. any(numbers > 1000000)) return
+    mesh_size%blocks = int(numbers(:2))
+    mesh_size%parts = int(numbers(3))
+    divisions = int(numbers(4))
+  end subroutine read_mesh_size
 
   !> The arithmetic that a file names.
   subroutine read_arithmetic(hdf5, precision, compliance, error)

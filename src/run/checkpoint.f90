@@ -20,6 +20,7 @@ module checkpoint_mod
   use look_ahead_mod, only: ahead_t, carry_ahead
   use load_step_error_mod, only: coarse_run_t, start_coarse
   use choose_increment_mod, only: increment_size_t, carry_size
+  use mesh_sequence_mod, only: mesh_sequence_t, carry_sequence
   use result_file_mod, only: result_file_t, count_increment, keep_state
   use tally_mod, only: tally_t, carry_tally
   implicit none
@@ -43,6 +44,12 @@ module checkpoint_mod
     !! 1: a single factor, chosen to save time, did not hold the scene
     integer :: touched_in = 0
     !! the last *STEP of which it was told that contact begins inside an increment; 0: none
+    type(mesh_sequence_t), allocatable :: sequence
+    !! runs before this one, where an accuracy chooses the mesh
+    real(wp), allocatable :: values(:, :)
+    !! (n_components,n_increments) what that accuracy is of, of the deck's increments so far
+    real(wp) :: worst_errors(3) = 0.0_wp
+    !! of the run, as estimated in it: by load steps, by contact and arithmetic, by the mesh [-]
     real(wp), allocatable :: begun(:, :)
     !! (3,n_nodes) prescribed displacements at the beginning of the *STEP, 0 elsewhere [length]
   end type progress_t
@@ -110,6 +117,7 @@ contains
   subroutine carry_progress(list, progress)
     type(number_list_t), intent(inout) :: list
     type(progress_t), intent(inout) :: progress
+    integer :: i
 
     call archive_state(list, progress%state)
     call archive_state(list, progress%coarse%state)
@@ -122,6 +130,12 @@ contains
     call archive(list, progress%touched_in)
     call archive(list, progress%begun)
     call carry_tally(list, progress%tally)
+    if (.not. allocated(progress%sequence)) return
+    call carry_sequence(list, progress%sequence)
+    call archive(list, progress%values)
+    do i = 1, size(progress%worst_errors)
+      call archive(list, progress%worst_errors(i))
+    end do
   end subroutine carry_progress
 
   !> A new solver where a step holds other degrees of freedom than the one before; its loads in any

@@ -26,6 +26,7 @@ contains
     type(usage_t) :: others
     type(string_t) :: lines(4)
 
+    if (console%silent) return
     others = usage_of_others()
     associate (s => tally%work)
       lines(1)%text = 'time            read '//seconds(tally%read_time)//', assemble '// &

@@ -12,6 +12,7 @@ module run_increments_mod
   use output_field_mod, only: field_t, block_bytes
   use view_fields_mod, only: list_view_fields
   use step_solver_mod, only: step_solver_t
+  use measured_quantities_mod, only: measure_quantities
   use meet_accuracy_mod, only: set_contact_tolerance, accuracy_shortfall
   use result_file_mod, only: result_file_t, append_increment
   use tally_mod, only: add_increment
@@ -125,12 +126,32 @@ contains
       call add_increment(increment, report, fields_due(scene%output%frequency, &
         asked_number(increment%position), increment%last_of_step), progress%tally)
     end associate
+    if (allocated(progress%sequence)) call note_values(scene, plan, solved, progress)
     progress%state = solved%state
     progress%tolerance = scene%contact%tolerance
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - started
     call save_checkpoint(progress, file, error)
     progress%tally%write_time = progress%tally%write_time + wall_seconds() - clock
   end subroutine write_increment
+
+  !> Keep what the accuracy is of, at the end of an increment of the deck, and the worst errors.
+  subroutine note_values(scene, plan, solved, progress)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(solved_t), intent(in) :: solved
+    type(progress_t), intent(inout) :: progress !! its values and errors
+    integer :: asked
+
+    associate (increment => solved%increment, errors => solved%report%errors)
+      progress%worst_errors = max(progress%worst_errors, [errors%load_steps, errors%contact + &
+        errors%arithmetic, errors%mesh])
+      asked = asked_number(increment%position)
+      if (asked < 0) return
+      asked = asked + sum(scene%steps(:increment%step - 1)%n_increments)
+      call measure_quantities(scene, plan%points, progress%sequence%list, solved%state, &
+        solved%report, progress%values(:, asked))
+    end associate
+  end subroutine note_values
 
   !> Memory that HDF5 may ask for while an increment is written: its tables, and a few copies of
   !> the longest row, of a field or of the state, which it shuffles and deflates.

@@ -48,14 +48,15 @@ MAY_USE = {
     "contact/geometry": {"base", "algebra", "model", "elements"},
     "contact/solvers": {"base", "algebra", "model"},
     "increment": _BODY | _CONTACT,
+    "accuracy": {"base", "model", "elements"},
     "plan": _BODY | _CONTACT | {"output", "increment"},
     "hdf5": {"base", "machine"},
-    "results": _LOW | {"output", "hdf5"},
+    "results": _LOW | {"output", "accuracy", "hdf5"},
     "fclib": _BODY | _CONTACT | {"increment", "hdf5", "results"},
     "console": {"base", "machine", "model", "deck", "deck/language"},
     "run": _BODY
     | _CONTACT
-    | {"output", "deck", "increment", "plan", "hdf5", "results", "fclib", "console"},
+    | {"accuracy", "output", "deck", "increment", "plan", "hdf5", "results", "fclib", "console"},
     "app": _BODY | {"fclib", "console", "run"},
 }
 MAIN = "app/main.f90"

@@ -1,11 +1,11 @@
 !> How accurate the user wants the results.
 !>
-!>     *ACCURACY, OF=RESULTANTS
-!>     0.01                           of the largest resultant, or of the energy
+!>     *ACCURACY, OF=RESULTANTS, MESH=REFINE
+!>     0.01                           of the largest of what it is of
 !>     *ACCURACY, ESTIMATE=NO         errors of mesh and load steps are not estimated
 module read_accuracy_mod
   use cards_mod, only: reader_t, report
-  use controls_mod, only: accuracy_controls_t
+  use controls_mod, only: accuracy_controls_t, accuracy_names, accuracy_of_energy
   use diagnostics_mod, only: quoted
   use fields_mod, only: end_data, field_position, field_text, fields_t, next_data_line, real_field
   use kinds_mod, only: wp
@@ -24,18 +24,26 @@ contains
     type(accuracy_controls_t), intent(out) :: accuracy
     type(card_t) :: card
     type(fields_t) :: fields
-    integer :: choice, estimate
+    integer :: choice, estimate, mesh
     logical :: found, ok
 
     call open_only_card(reader, 'ACCURACY', card, found)
     if (.not. found) return
-    call allow_options(reader, card, ['OF      ', 'ESTIMATE'])
+    call allow_options(reader, card, ['OF      ', 'MESH    ', 'ESTIMATE'])
     estimate = 1
     call choice_option(reader, card, 'ESTIMATE', ['YES', 'NO '], estimate, ok)
     accuracy%estimates = estimate == 1
-    call choice_option(reader, card, 'OF', ['RESULTANTS', 'ENERGY    '], choice, ok)
-    if (ok) accuracy%of_energy = choice == 2
+    call choice_option(reader, card, 'OF', accuracy_names, choice, ok)
+    if (ok) accuracy%of = choice
+    mesh = 1
+    call choice_option(reader, card, 'MESH', ['REFINE', 'KEEP  '], mesh, ok)
+    accuracy%keeps_mesh = mesh == 2
+    if (accuracy%keeps_mesh .and. accuracy%of > accuracy_of_energy) call report(reader, &
+      option_position(card, 'OF'), 'on one mesh the errors of RESULTANTS and ENERGY are '// &
+      'estimated, others take several: MESH=REFINE')
     if (.not. accuracy%estimates) then
+      if (has_option(card, 'MESH')) call report(reader, option_position(card, 'MESH'), &
+        'MESH says whether an accuracy may choose the mesh, and with ESTIMATE=NO none is asked for')
       if (has_option(card, 'OF')) call report(reader, option_position(card, 'OF'), &
         'OF says what an accuracy is of, and with ESTIMATE=NO none is asked for')
       call next_data_line(reader, card, fields, found, 1, 'no data')

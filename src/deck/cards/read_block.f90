@@ -64,6 +64,7 @@ contains
     end do
     call read_box(reader, card, box, data_ok)
     ok = ok .and. data_ok
+    if (ok) call scale_counts(draft, block%n)
     if (ok) then
       if (product(real(block%n, wp) + 1.0_wp) + draft%n_nodes > max_nodes) then
         ok = .false.
@@ -78,6 +79,34 @@ contains
     if (ok) draft%element_kind(block%first_element:draft%n_elements) = kind
     call make_sets(reader, card, block, ok, draft)
   end subroutine read_block
+
+  !> The counts of a block as the mesh is to have them.
+  pure subroutine scale_counts(draft, n)
+    type(mesh_draft_t), intent(inout) :: draft
+    integer, intent(inout) :: n(3)
+    integer :: axis
+
+    do axis = 1, 3
+      draft%counts%common = common_divisor(draft%counts%common, n(axis))
+      draft%counts%longest = max(draft%counts%longest, n(axis))
+    end do
+    if (all(mod(n, draft%scale(2)) == 0) .and. all(n/draft%scale(2) <= max_nodes/draft%scale(1))) &
+      n = n/draft%scale(2)*draft%scale(1)
+  end subroutine scale_counts
+
+  !> The largest number that divides both.
+  elemental integer function common_divisor(one, other) result(divisor)
+    integer, intent(in) :: one, other !! 0 or more
+    integer :: rest, last
+
+    divisor = one
+    rest = other
+    do while (rest > 0)
+      last = mod(divisor, rest)
+      divisor = rest
+      rest = last
+    end do
+  end function common_divisor
 
   !> NX=, NY= or NZ=.
   subroutine read_count(reader, card, name, n, ok)

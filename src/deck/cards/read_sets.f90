@@ -19,7 +19,8 @@ module read_sets_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: i8
   use lookup_mod, only: find_id, find_name, make_name_lookup
-  use mesh_draft_mod, only: early_set_t, mesh_draft_t, set_of_elements, set_of_nodes
+  use mesh_draft_mod, only: early_set_t, is_of_block, mesh_draft_t, set_of_elements, &
+    set_of_nodes
   use options_mod, only: allow_no_data, allow_options, card_t, flag_option, has_option, &
     name_option, open_card, option_position
   use sets_mod, only: find_set, finish, model_t, &
@@ -251,6 +252,7 @@ contains
     ok = number > 0
     if (ok) then
       call append(set%members, set%n, number)
+      if (kind == set_of_elements .or. is_of_block(draft, number)) reader%numbers_block = .true.
     else if (kind == set_of_nodes) then
       call report(reader, position, 'node '//to_text(id)//' is not defined')
     else

@@ -43,6 +43,7 @@ module cards_mod
     type(card_place_t), allocatable :: cards(:)
     integer :: n_cards = 0
     integer :: n_steps = 0
+    logical :: numbers_block = .false. !! a node or brick of a *BLOCK is meant by its number
   end type reader_t
 
   !> The pieces between the commas of a line: positions without the blanks around.

@@ -1,0 +1,95 @@
+!> What the values of a quantity on three meshes, or with increments of three sizes, say of its
+!> error: Richardson's extrapolation with the order that is observed; of two, with the first order.
+!>
+!> docs/theory.md (10.9) to (10.11).
+module convergence_mod
+  use kinds_mod, only: wp
+  implicit none
+  private
+
+  public :: convergence_t, observe_convergence, assume_first_order, size_for_error
+
+  real(wp), parameter :: least_order = 0.5_wp, most_order = 2.0_wp !! that are believed
+  real(wp), parameter :: safety = 1.25_wp, safety_of_two = 3.0_wp
+  !! of the grid convergence index with three meshes and with two [-]
+
+  !> How a quantity converges.
+  type :: convergence_t
+    real(wp) :: order = 0.0_wp  !! observed, between the least and the most that are believed [-]
+    real(wp) :: error = 0.0_wp  !! of the finest value, in its own unit, with the factor of safety
+    real(wp) :: weight = 0.0_wp
+    !! extrapolated = finest + weight (finest - next coarser) [-]
+    logical  :: converges = .true. !! changes get smaller with the size
+  end type convergence_t
+
+contains
+
+  !> From the changes between three sizes, the coarsest first.
+  !>
+  !> Of an order p they are as h1^p - h2^p and h2^p - h3^p. Where the later change is accidentally
+  !> small, the earlier one still says how large the error may be with the highest order.
+  pure function observe_convergence(h, changes) result(observed)
+    real(wp), intent(in) :: h(3)       !! descending [-]
+    real(wp), intent(in) :: changes(2) !! sizes of the differences, 1 to 2 and 2 to 3
+    type(convergence_t) :: observed
+    real(wp) :: low, high, middle
+    integer :: i
+
+    observed%order = most_order
+    if (.not. maxval(changes) > 0.0_wp) return
+    ! As if the order were above 0.
+    observed%converges = changes(2)*log(h(1)/h(2)) < changes(1)*log(h(2)/h(3))
+    low = least_order
+    high = most_order
+    if (changes(2) >= changes(1)*falls_by(low)) then
+      high = low
+    else if (changes(2) <= changes(1)*falls_by(high)) then
+      low = high
+    end if
+    do i = 1, 50
+      middle = 0.5_wp*(low + high)
+      if (changes(2) > changes(1)*falls_by(middle)) then
+        high = middle
+      else
+        low = middle
+      end if
+    end do
+    observed%order = 0.5_wp*(low + high)
+    associate (p => observed%order)
+      observed%weight = h(3)**p/(h(2)**p - h(3)**p)
+      observed%error = safety*max(changes(2)*observed%weight, &
+        changes(1)*h(3)**p/(h(1)**p - h(2)**p))
+    end associate
+
+  contains
+
+    !> The second change over the first with an order: it falls as the order grows.
+    pure real(wp) function falls_by(p)
+      real(wp), intent(in) :: p
+
+      falls_by = (h(2)**p - h(3)**p)/(h(1)**p - h(2)**p)
+    end function falls_by
+
+  end function observe_convergence
+
+  !> From the change between two sizes, the coarser first.
+  pure function assume_first_order(h, change) result(assumed)
+    real(wp), intent(in) :: h(2)   !! descending [-]
+    real(wp), intent(in) :: change !! size of the difference
+    type(convergence_t) :: assumed
+
+    assumed%order = 1.0_wp
+    assumed%error = safety_of_two*change*h(2)/(h(1) - h(2))
+  end function assume_first_order
+
+  !> The size at which the error is what it is to be.
+  pure real(wp) function size_for_error(h, error, wanted, order)
+    real(wp), intent(in) :: h, error  !! size, and error there
+    real(wp), intent(in) :: wanted    !! > 0
+    real(wp), intent(in) :: order     !! > 0 [-]
+
+    size_for_error = h
+    if (error > 0.0_wp) size_for_error = h*(wanted/error)**(1.0_wp/order)
+  end function size_for_error
+
+end module convergence_mod

@@ -1,0 +1,99 @@
+!> A deck and what the command line says beside it, as a scene that may be planned and run.
+module prepare_scene_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, raise, exit_wrong_input
+  use text_mod, only: string_t, to_text
+  use fresh_file_mod, only: beginning_of
+  use mesh_size_mod, only: mesh_size_t
+  use controls_mod, only: accuracy_of_energy
+  use scene_mod, only: scene_t
+  use read_deck_mod, only: read_deck
+  use meet_accuracy_mod, only: choose_copy, set_contact_tolerance
+  use output_names_mod, only: keep_inputs, output_name
+  use result_file_mod, only: sidecars_of
+  use command_line_mod, only: options_t
+  implicit none
+  private
+
+  public :: prepare_scene, result_path
+
+contains
+
+  !> Read the deck with a mesh of the given size, and take the options.
+  subroutine prepare_scene(options, mesh_size, scene, error)
+    type(options_t), intent(in) :: options
+    type(mesh_size_t), intent(in) :: mesh_size
+    type(scene_t), intent(out) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    !! mistakes of the deck; options that do not fit it; the result would replace the deck
+
+    call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check, &
+      mesh_size=mesh_size)
+    if (allocated(error) .or. options%check) return
+    if (.not. options%plan) call keep_deck(options, scene, error)
+    if (.not. allocated(error)) call take_options(options, scene, error)
+  end subroutine prepare_scene
+
+  !> The accuracy of the command line wins over the deck's; what changes the result is kept with
+  !> the deck's parameters.
+  subroutine take_options(options, scene, error)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    !! an accuracy is wanted, and the deck leaves out the estimates that it takes
+
+    if (options%accuracy > 0.0_wp) then
+      if (.not. scene%accuracy%estimates) then
+        call raise(error, exit_wrong_input, 'bipot: error: --accuracy takes the estimates that '// &
+          'the deck leaves out by *ACCURACY, ESTIMATE=NO')
+        return
+      end if
+      scene%accuracy%wanted = options%accuracy
+    end if
+    associate (accuracy => scene%accuracy)
+      if (options%refine > 0 .or. (options%refine == 0 .and. accuracy%wanted > 0.0_wp)) then
+        call keep('--refine '//to_text(options%refine))
+        accuracy%keeps_mesh = .true.
+        if (accuracy%wanted > 0.0_wp .and. accuracy%of > accuracy_of_energy) call raise(error, &
+          exit_wrong_input, 'bipot: error: --refine keeps the mesh, and on one mesh only the '// &
+          'errors of RESULTANTS and ENERGY are estimated')
+        if (allocated(error)) return
+      end if
+    end associate
+    if (options%accuracy > 0.0_wp) call keep('--accuracy '//to_text(options%accuracy))
+    call set_contact_tolerance(scene)
+    call choose_copy(scene)
+
+  contains
+
+    subroutine keep(option)
+      character(*), intent(in) :: option
+
+      if (scene%overrides /= '') scene%overrides = scene%overrides//new_line('a')
+      scene%overrides = scene%overrides//option
+    end subroutine keep
+
+  end subroutine take_options
+
+  !> Where the result goes.
+  function result_path(options, scene) result(path)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(in) :: scene
+    character(:), allocatable :: path
+
+    path = output_name(options%output, scene%name//'.vtkhdf', '.vtkhdf')
+  end function result_path
+
+  !> Refuse to write a result, its beginning or its sidecars in the place of the deck.
+  subroutine keep_deck(options, scene, error)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t) :: outputs(2)
+
+    outputs(1)%text = result_path(options, scene)
+    outputs(2)%text = beginning_of(outputs(1)%text)
+    call keep_inputs(scene%files, [outputs, sidecars_of(outputs(1)%text)], error)
+  end subroutine keep_deck
+
+end module prepare_scene_mod

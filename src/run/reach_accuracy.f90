@@ -1,0 +1,187 @@
+!> The runs that it takes to reach an accuracy: coarse ones first, from which it is known what a
+!> finer one brings. Each takes the place of the one before in the result file; the last one is the
+!> result.
+!>
+!> docs/theory.md section 10.
+module reach_accuracy_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, raise, exit_wrong_input, exit_not_solved, exit_machine
+  use text_mod, only: to_text, percent
+  use resource_limits_mod, only: memory_left
+  use idle_processors_mod, only: processor_time_t
+  use mesh_size_mod, only: mesh_size_t, blocks_t, relative_size
+  use controls_mod, only: subject_in_words
+  use scene_mod, only: scene_t
+  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, choice_t, start_sequence, &
+    estimate_sequence, choose_run, skip_mesh, mesh_runs, to_run, is_reached, steps_too_coarse, &
+    not_convergent, beyond_machine
+  use plan_table_mod, only: bytes_in_words
+  use result_claims_mod, only: take_mesh_size
+  use command_line_mod, only: options_t
+  use console_mod, only: console_t, say, seconds_in_words
+  use prepare_scene_mod, only: prepare_scene, result_path
+  use run_mesh_mod, only: run_mesh, goes_on
+  implicit none
+  private
+
+  public :: reach_accuracy
+
+  integer, parameter :: most_skipped = 3 !! coarse meshes that are not solved
+
+contains
+
+  !> Run the deck on finer and finer meshes until its error is what is wanted.
+  subroutine reach_accuracy(options, deck, began, console, error)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(in) :: deck           !! as written
+    type(processor_time_t), intent(in) :: began !! when the program did
+    type(console_t), intent(in) :: console
+    type(error_t), allocatable, intent(out) :: error
+    !! wrong options; a run that failed; the accuracy not reached
+    type(options_t) :: of_run
+    type(scene_t) :: scene
+    type(mesh_sequence_t) :: sequence
+    type(sequence_error_t) :: errors
+    type(choice_t) :: choice
+    type(console_t) :: of_console
+    integer :: n_skipped
+    logical :: continues
+
+    call check_options(options, error)
+    if (allocated(error)) return
+    call start_sequence(deck, sequence)
+    of_run = options
+    n_skipped = 0
+    continues = goes_on(options, deck)
+    runs: do
+      call choose_run(sequence, real(memory_left(), wp), errors, choice)
+      if (choice%outcome /= to_run) exit runs
+      if (continues) call take_mesh_size(result_path(options, deck), choice%mesh_size, &
+        choice%divisions)
+      call prepare_scene(of_run, choice%mesh_size, scene, error)
+      if (allocated(error)) then
+        if (sequence%blocks%common == 0) return
+        ! Its blocks cannot have other bricks after all: numbers of nodes meet, say.
+        deallocate (error)
+        call start_sequence(deck, sequence)
+        sequence%blocks = blocks_t()
+        sequence%first = mesh_size_t()
+        cycle runs
+      end if
+      scene%accuracy%divisions = choice%divisions
+      of_console = console_of(console, options, choice)
+      call run_mesh(of_run, scene, began, of_console, error, sequence)
+      if (options%plan) return
+      continues = .false.
+      of_run%continues = .false.
+      of_run%overwrite = .true. ! what stands there is a run of ours
+      if (allocated(error)) then
+        if (error%exit_status /= exit_not_solved .or. size(sequence%runs) > 0 .or. &
+          n_skipped >= most_skipped) return
+        if (.not. console%quiet) call say('accuracy        '// &
+          to_text(scene%mesh%n_elements)//' bricks are too coarse: '//error%message)
+        deallocate (error)
+        n_skipped = n_skipped + 1
+        call skip_mesh(sequence)
+        cycle runs
+      end if
+      if (.not. console%quiet) call say('accuracy        '//run_in_words(sequence))
+    end do runs
+    call tell_outcome(deck, sequence, errors, choice, console, error)
+  end subroutine reach_accuracy
+
+  !> Refuse options that mean one mesh.
+  subroutine check_options(options, error)
+    type(options_t), intent(in) :: options
+    type(error_t), allocatable, intent(out) :: error
+
+    if (options%exported /= '') then
+      call raise(error, exit_wrong_input, 'bipot: error: --export-fclib writes the contact '// &
+        'problems of one mesh, and an accuracy tries several: --refine 0 keeps that of the deck')
+    end if
+  end subroutine check_options
+
+  !> Runs that are not expected to be the last one are told in a line.
+  function console_of(console, options, choice) result(of_run)
+    type(console_t), intent(in) :: console
+    type(options_t), intent(in) :: options
+    type(choice_t), intent(in) :: choice
+    type(console_t) :: of_run
+
+    of_run = console
+    if (options%plan) return
+    of_run%silent = .not. choice%may_be_last
+    of_run%quiet = console%quiet .or. of_run%silent
+  end function console_of
+
+  !> 64 bricks, half as large as the deck's, 0.3 s: mesh 3.1 %, load steps 0.2 %
+  function run_in_words(sequence) result(words)
+    type(mesh_sequence_t), intent(in) :: sequence
+    character(:), allocatable :: words
+    type(sequence_error_t) :: errors
+
+    call estimate_sequence(sequence, errors)
+    associate (run => sequence%runs(size(sequence%runs)))
+      words = to_text(run%n_bricks)//' bricks of '//to_text(relative_size(run%mesh_size), 3)// &
+        ' times the deck''s edges'
+      if (run%divisions > 1) words = words//', increments in '//to_text(run%divisions)
+      words = words//': '//seconds_in_words(run%seconds)
+      if (errors%mesh >= 0.0_wp .or. errors%load_steps > 0.0_wp) words = words//'; '// &
+        errors_in_words(sequence, errors)
+    end associate
+  end function run_in_words
+
+  !> Mesh 3.1 % (BODY:TOOL/friction_force), load steps 0.2 %.
+  function errors_in_words(sequence, errors) result(words)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(in) :: errors
+    character(:), allocatable :: words
+
+    words = ''
+    if (errors%mesh >= 0.0_wp) words = 'mesh '//percent(errors%mesh)
+    if (errors%worst > 0) words = words//' ('//sequence%list(errors%worst)%name//')'
+    if (errors%load_steps >= 0.0_wp) then
+      if (words /= '') words = words//', '
+      words = words//'load steps '//percent(errors%load_steps)
+    end if
+  end function errors_in_words
+
+  !> Say how it ended, and what it took.
+  subroutine tell_outcome(deck, sequence, errors, choice, console, error)
+    type(scene_t), intent(in) :: deck
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(in) :: errors
+    type(choice_t), intent(in) :: choice
+    type(console_t), intent(in) :: console
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: words, reason
+
+    words = percent(sequence%wanted)//' of '//subject_in_words(deck%accuracy)
+    if (choice%outcome == is_reached) then
+      if (.not. console%quiet) call say('accuracy        '//words//' is reached: '// &
+        errors_in_words(sequence, errors)//'; '//to_text(size(sequence%runs))//' runs, '// &
+        seconds_in_words(sum(sequence%runs%seconds))//' of the processor')
+      return
+    end if
+    select case (choice%outcome)
+    case (steps_too_coarse)
+      reason = 'the load steps make '//percent(errors%load_steps)
+      if (errors%load_steps < 0.0_wp) reason = 'the load steps make more, in '// &
+        to_text(maxval(sequence%runs%divisions))//' parts of each increment too'
+      if (all(deck%steps%direct)) reason = reason//', and DIRECT keeps them as they are'
+    case (not_convergent)
+      reason = sequence%list(errors%worst)%name//' does not converge: '// &
+        to_text(size(mesh_runs(sequence)))//' meshes change it again and again; a quantity at '// &
+        'a sharp edge or beneath a force on a node has no limit'
+    case default
+      reason = errors_in_words(sequence, errors)
+      if (choice%memory > 0.0_wp) reason = reason//'; it takes bricks '// &
+        to_text(choice%finer, 2)//' times as small, some '//bytes_in_words(choice%memory)// &
+        ' of memory'
+    end select
+    call raise(error, merge(exit_machine, exit_not_solved, choice%outcome == beyond_machine), &
+      'accuracy '//words//' was not reached: '//reason// &
+      '; the result is that of the last mesh, and otherwise complete')
+  end subroutine tell_outcome
+
+end module reach_accuracy_mod

@@ -1,0 +1,279 @@
+!> A deck on one mesh: plan, result file, increments, and how it went.
+module run_mesh_mod
+  use kinds_mod, only: wp, i8
+  use errors_mod, only: error_t, raise, exit_not_solved, exit_machine, exit_signal
+  use text_mod, only: string_t, to_text, percent
+  use system_mod, only: wall_seconds, cpu_seconds, catch_signals
+  use resource_limits_mod, only: check_library_room
+  use idle_processors_mod, only: processor_time_t
+  use scene_mod, only: scene_t
+  use plan_mod, only: plan_t, find_breaches
+  use make_plan_mod, only: make_plan
+  use choose_threads_mod, only: choose_threads
+  use estimate_costs_mod, only: estimate_costs
+  use fit_machine_mod, only: exceeds_machine
+  use initial_overlaps_mod, only: overlaps
+  use held_normals_mod, only: held_normals
+  use sparse_factor_mod, only: sparse_factor_t
+  use body_solver_mod, only: begin_body_solver
+  use step_solver_mod, only: step_solver_t
+  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, sequence_error_t, choice_t, add_run, &
+    choose_run, is_reached
+  use prepare_scene_mod, only: result_path
+  use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
+  use result_claims_mod, only: take_arithmetic
+  use result_file_mod, only: result_file_t, open_result, reopen_result, keep_accuracy, &
+    finish_result
+  use command_line_mod, only: options_t, resume_command
+  use tally_mod, only: tally_t, note_sizes, list_counters
+  use export_problems_mod, only: exports_t, choose_rows
+  use console_mod, only: console_t, say, print_lines, print_warning, clear_bar
+  use provenance_mod, only: make_provenance
+  use checkpoint_mod, only: progress_t, start_run, restore_checkpoint, save_checkpoint, &
+    how_to_continue
+  use run_increments_mod, only: run_increments, room_to_write
+  use close_run_mod, only: close_run
+  use version_mod, only: version
+  implicit none
+  private
+
+  public :: run_mesh, goes_on
+
+contains
+
+  !> Plan the scene, and unless only the plan is wanted, run it.
+  subroutine run_mesh(options, scene, began, console, error, sequence)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(inout) :: scene
+    type(processor_time_t), intent(in) :: began !! when the program did
+    type(console_t), intent(inout) :: console
+    type(error_t), allocatable, intent(out) :: error !! nothing solved, or the machine failed
+    type(mesh_sequence_t), intent(inout), optional :: sequence
+    !! the runs before this one, on other meshes or with other increments; gets this one
+    type(plan_t) :: plan
+    type(exports_t) :: exports
+    type(step_solver_t) :: solver
+    real(wp) :: read_time
+
+    call make_plan(scene, plan, error)
+    if (allocated(error)) return
+    if (goes_on(options, scene)) call take_arithmetic(result_path(options, scene), &
+      scene%precision, scene%contact%compliance)
+    call begin_body_solver(solver%body)
+    call estimate_costs(scene, result_path(options, scene), options%exported /= '', plan, &
+      solver%body%inverse%factor, error)
+    if (allocated(error)) return
+    if (.not. goes_on(options, scene)) call choose_threads(began, scene%precision, plan)
+    call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
+    if (allocated(error)) return
+    read_time = wall_seconds() - console%started
+    if (.not. console%quiet) call say('bipot '//version//': '//scene%title)
+    call print_lines(console, scene%notes)
+    call print_lines(console, plan%lines)
+    call note_contact(scene, plan, console)
+    call refuse_misfit(scene, plan, options%force, console, error)
+    if (allocated(error) .or. options%plan) return
+    call run_scene(options, scene, plan, exports, solver, console, read_time, error, sequence)
+  end subroutine run_mesh
+
+  !> Print what is to be noted of the contact, and keep it with the notes of the deck.
+  subroutine note_contact(scene, plan, console)
+    type(scene_t), intent(inout) :: scene
+    type(plan_t), intent(in) :: plan
+    type(console_t), intent(in) :: console
+    type(string_t), allocatable :: notes(:)
+
+    notes = overlaps(scene, plan%points)
+    notes = [notes, held_normals(scene, plan%points)]
+    call print_lines(console, notes)
+    scene%notes = [scene%notes, notes]
+  end subroutine note_contact
+
+  !> Whether there is a result to go on with.
+  logical function goes_on(options, scene)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(in) :: scene
+
+    inquire (file=result_path(options, scene), exist=goes_on)
+    goes_on = goes_on .and. options%continues
+  end function goes_on
+
+  !> Refuse a run that memory or disk will not hold before it has begun; forced, only say so.
+  subroutine refuse_misfit(scene, plan, forced, console, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    logical, intent(in) :: forced
+    type(console_t), intent(in) :: console
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: reasons
+
+    reasons = exceeds_machine(scene, plan)
+    if (reasons == '') return
+    if (forced) then
+      call print_warning(console, reasons)
+    else
+      call raise(error, exit_machine, 'bipot: error: '//reasons//new_line('a')// &
+        '  nothing was run (--force runs it anyway)')
+    end if
+  end subroutine refuse_misfit
+
+  !> Open the file, go through the increments, close the file whatever happened.
+  subroutine run_scene(options, scene, plan, exports, solver, console, read_time, error, sequence)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(inout) :: scene
+    type(plan_t), intent(inout) :: plan
+    type(exports_t), intent(in) :: exports
+    type(step_solver_t), intent(inout) :: solver !! its factor holds the symbolic analysis
+    type(console_t), intent(inout) :: console
+    real(wp), intent(in) :: read_time !! deck and plan [s]
+    type(error_t), allocatable, intent(out) :: error
+    type(mesh_sequence_t), intent(inout), optional :: sequence !! gets this run, when it is done
+    type(result_file_t) :: file
+    type(progress_t) :: progress
+    type(error_t), allocatable :: closing
+    character(:), allocatable :: path, status
+    integer(i8) :: written
+    real(wp) :: began
+    logical :: in_place
+
+    began = cpu_seconds()
+    path = result_path(options, scene)
+    call check_library_room(3*room_to_write(scene, plan), 'begin the result file', error)
+    if (allocated(error)) return
+    call catch_signals()
+    call start_run(scene, plan, progress)
+    progress%tally%read_time = read_time
+    if (present(sequence)) call begin_values(sequence, progress)
+    call begin_file(options, scene, plan, solver%body%inverse%factor, file, progress, error)
+    if (allocated(error)) return
+    if (progress%state%increments_done > 0 .and. .not. console%quiet) call say( &
+      'continued       behind increment '//to_text(progress%state%increments_done))
+    if (file%n_damaged == 1) call say('note: increment '//to_text(file%n_rows + 1)// &
+      ' was damaged in the file and is computed again')
+    if (file%n_damaged > 1) call say('note: increments '//to_text(file%n_rows + 1)//' to '// &
+      to_text(file%n_rows + file%n_damaged)//' were damaged in the file and are computed again')
+    call run_increments(scene, plan, exports, solver, file, console, progress, error)
+    progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
+    call note_sizes(solver, progress%tally)
+    inquire (file=path, size=written)
+    progress%tally%file_bytes = real(max(0_i8, written), wp)
+
+    if (present(sequence) .and. .not. allocated(error)) call end_values(scene, plan, &
+      cpu_seconds() - began, file, progress, sequence, error)
+    status = run_finished
+    if (allocated(error)) then
+      status = run_failed
+      if (error%exit_status == exit_not_solved) status = run_not_solved
+      if (error%exit_status > exit_signal) status = run_stopped
+    end if
+    call end_file(status, progress%tally, plan, file, console, closing)
+    if (allocated(error)) then
+      inquire (file=path, exist=in_place)
+      if (status == run_stopped) then
+        error%message = error%message//': '//how_to_continue(path, file%n_rows, &
+          plan%n_increments, resume_command())
+      else if (file%n_rows > 0 .and. in_place) then
+        error%message = error%message//new_line('a')//to_text(file%n_rows)// &
+          ' increments before it are kept in '//path
+      end if
+      return
+    end if
+    if (allocated(closing)) then
+      call move_alloc(closing, error)
+      return
+    end if
+    call close_run(scene, console, progress%tally, path)
+    if (progress%tally%missed > 0) call raise(error, exit_not_solved, 'accuracy '// &
+      percent(scene%accuracy%wanted)//' was not reached at the end of '// &
+      to_text(progress%tally%missed)//' of '//to_text(size(scene%steps))// &
+      ' steps; the result is otherwise complete')
+  end subroutine run_scene
+
+  !> Room for what an accuracy is of.
+  subroutine begin_values(sequence, progress)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(progress_t), intent(inout) :: progress
+
+    progress%sequence = sequence
+    allocate (progress%values(sum(sequence%list%n), sequence%n_increments), source=0.0_wp)
+  end subroutine begin_values
+
+  !> Add the run to the sequence, and keep what that says of it.
+  subroutine end_values(scene, plan, seconds, file, progress, sequence, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    real(wp), intent(in) :: seconds !! of the processor, in this session [s]
+    type(result_file_t), intent(inout) :: file
+    type(progress_t), intent(in) :: progress
+    type(mesh_sequence_t), intent(inout) :: sequence
+    type(error_t), allocatable, intent(out) :: error
+    type(sequence_error_t) :: errors
+    type(choice_t) :: choice
+
+    sequence = progress%sequence
+    call add_run(sequence, mesh_run_t(scene%mesh_size, scene%accuracy%divisions, &
+      scene%mesh%n_elements, real(plan%n_equations, wp), plan%more_memory, seconds, &
+      progress%worst_errors(1), progress%worst_errors(2), progress%worst_errors(3), &
+      progress%values))
+    call choose_run(sequence, real(plan%memory_left, wp), errors, choice)
+    call keep_accuracy(file, sequence, errors, choice%outcome == is_reached, error)
+  end subroutine end_values
+
+  !> Open the result file, that of a run to be continued where there is one.
+  subroutine begin_file(options, scene, plan, factor, file, progress, error)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(inout) :: plan
+    type(sparse_factor_t), intent(in) :: factor !! analysed
+    type(result_file_t), intent(inout) :: file
+    type(progress_t), intent(inout) :: progress
+    type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable :: ignored
+    character(:), allocatable :: path
+    real(wp), allocatable :: kept(:)
+
+    path = result_path(options, scene)
+    if (goes_on(options, scene)) then
+      call reopen_result(path, scene, plan, make_provenance(factor), file, kept, error)
+      if (allocated(error)) return
+      call restore_checkpoint(kept, scene, plan, file, progress, error)
+    else
+      call open_result(path, scene, plan, make_provenance(factor), options%overwrite, file, &
+        error, progress%sequence)
+      if (allocated(error)) return
+      call save_checkpoint(progress, file, error)
+      if (allocated(error)) call finish_result(file, run_failed, [real(wp) ::], ignored)
+    end if
+  end subroutine begin_file
+
+  !> Close the file with what the run adds up to; if all of it was run, say where it did not keep to
+  !> its plan.
+  subroutine end_file(status, tally, plan, file, console, error)
+    character(*), intent(in) :: status !! run_finished, run_not_solved, ...
+    type(tally_t), intent(in) :: tally
+    type(plan_t), intent(in) :: plan
+    type(result_file_t), intent(inout) :: file
+    type(console_t), intent(inout) :: console
+    type(error_t), allocatable, intent(out) :: error !! the file could not be finished
+    type(string_t), allocatable :: names(:)
+    real(wp), allocatable :: counters(:)
+
+    call list_counters(tally, names, counters)
+    call finish_result(file, status, counters, error)
+    call clear_bar(console)
+    if (status /= run_finished .or. allocated(error)) return
+    call tell_breaches(console, find_breaches(plan, names, counters))
+  end subroutine end_file
+
+  !> Say where the run did not keep to its plan.
+  subroutine tell_breaches(console, breaches)
+    type(console_t), intent(in) :: console
+    type(string_t), intent(in) :: breaches(:)
+    integer :: i
+
+    do i = 1, size(breaches)
+      call print_warning(console, breaches(i)%text)
+    end do
+  end subroutine tell_breaches
+
+end module run_mesh_mod
