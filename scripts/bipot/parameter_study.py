@@ -159,7 +159,7 @@ class _Runs:
     """The runs of a study: which are there, and what is to be done for the others."""
 
     def __init__(
-        self, deck: Path, folder: Path, program: Path, accuracy: float | None, refine: int
+        self, deck: Path, folder: Path, program: Path, accuracy: float | None, refine: int | None
     ):
         self.deck, self.folder, self.program = deck, folder, program
         self.accuracy, self.refine = accuracy, refine
@@ -207,7 +207,7 @@ def study(
     evaluate: Callable[[Result], Mapping[str, Any]] | None = None,
     overwrite: bool = False,
     accuracy: float | None = None,
-    refine: int = 0,
+    refine: int | None = None,
     threads: int | None = 1,
     timeout: float | None = None,
     quiet: bool = False,

@@ -28,6 +28,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from bipot.brick_faces import BRICK_FACES, face_nodes, outer_faces
 from bipot.errors import ResultError
+from bipot.mesh_sequence import GROUP as ACCURACY
+from bipot.mesh_sequence import MeshSequence
 from bipot.pairs import Pair, Pairs
 from bipot.reference_nodes import ReferenceNode, ReferenceNodes
 
@@ -37,8 +39,8 @@ if TYPE_CHECKING:
     import pyvista
 
 __all__ = (
-    "BRICK_FACES", "OPEN", "SLIDE", "STATUS_NAMES", "STICK", "Description", "Pair", "Pairs",
-    "ReferenceNode", "ReferenceNodes", "Result", "ResultError", "von_mises",
+    "BRICK_FACES", "OPEN", "SLIDE", "STATUS_NAMES", "STICK", "Description", "MeshSequence", "Pair",
+    "Pairs", "ReferenceNode", "ReferenceNodes", "Result", "ResultError", "von_mises",
 )
 
 Array = NDArray[Any]
@@ -200,6 +202,11 @@ class Result:
         """The entries of the certificate over the increments, by name; -1 is pending."""
         group = self.file["history/certificate"]
         return {name: self.history(f"certificate/{name}") for name in group}
+
+    @cached_property
+    def accuracy(self) -> MeshSequence | None:
+        """The runs that led to the accuracy asked for; None where the mesh was kept."""
+        return MeshSequence(self) if ACCURACY in self.file else None
 
     @cached_property
     def step_ends(self) -> Array:

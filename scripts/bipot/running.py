@@ -83,7 +83,7 @@ def _refuse_hdf5(path: str) -> None:
 
 def command_words(
     parameters: Mapping[str, Any] | None, more: Mapping[str, Any], *,
-    accuracy: float | None = None, refine: int = 0, overwrite: bool = False,
+    accuracy: float | None = None, refine: int | None = None, overwrite: bool = False,
     resume: bool = False, force: bool = False,
 ) -> list[str]:
     """Return a deck's parameters and the options of a run as words of the command line."""
@@ -93,7 +93,7 @@ def command_words(
             raise TypeError(f"parameter {name} must be a number or a text, not {value!r}")
     words = set_words(settings)
     words += [] if accuracy is None else ["--accuracy", str(accuracy)]
-    words += ["--refine", str(refine)] if refine else []
+    words += ["--refine", str(refine)] if refine is not None else []
     flags = {"--overwrite": overwrite, "--continue": resume, "--force": force}
     return words + [flag for flag, wanted in flags.items() if wanted]
 
@@ -288,7 +288,7 @@ def _read_plan(text: str, status: int, said: str) -> Plan:
 
 
 def plan(
-    deck: DeckLike, *, accuracy: float | None = None, refine: int = 0,
+    deck: DeckLike, *, accuracy: float | None = None, refine: int | None = None,
     parameters: Mapping[str, Any] | None = None, program: str | os.PathLike[str] | None = None,
     **values: Any,
 ) -> Plan:
@@ -433,7 +433,7 @@ def run(
     overwrite: bool = False,
     resume: bool = False,
     accuracy: float | None = None,
-    refine: int = 0,
+    refine: int | None = None,
     force: bool = False,
     threads: int | None = None,
     quiet: bool = False,
@@ -449,8 +449,8 @@ def run(
     directory   where the result goes (the working directory); made if it is not there
     overwrite   replace a result that is unfinished, of another deck, or of other parameters
     resume      go on with the run that left an unfinished result
-    accuracy    error allowed in the contact resultants, 0.01 for 1 %
-    refine      how often every brick is cut into eight
+    accuracy    error allowed in the contact resultants, 0.01 for 1 %; the mesh is then chosen
+    refine      how often every brick is cut into eight; with an accuracy this keeps the mesh
     force       run even what does not fit in memory or on the disk
     threads     of the linear algebra library (as the environment has it)
     quiet       no progress bar; there is one anyway only where tqdm is installed

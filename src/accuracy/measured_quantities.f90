@@ -5,7 +5,7 @@
 module measured_quantities_mod
   use kinds_mod, only: wp
   use controls_mod, only: accuracy_of_resultants, accuracy_of_energy, accuracy_of_pressure, &
-    accuracy_of_slip, accuracy_of_displacement, accuracy_of_mises
+    accuracy_of_slip, accuracy_of_displacement
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -72,7 +72,7 @@ contains
       end do
     case (accuracy_of_displacement)
       call add(quantity_t('largest_displacement', 'length', 'of the nodes of bricks', scale=1))
-    case (accuracy_of_mises)
+    case default
       call add(quantity_t('largest_von_mises', 'pressure', 'of the mean stresses of the bricks', &
         scale=1))
     end select
@@ -129,7 +129,7 @@ contains
           values(a) = report%energy%strain
         case ('largest_displacement')
           values(a) = maxval(norm2(state%displacement(:, scene%mesh%brick_nodes), dim=1))
-        case ('largest_von_mises')
+        case default
           values(a) = largest_mises()
         end select
       end associate

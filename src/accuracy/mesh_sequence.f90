@@ -1,6 +1,5 @@
 !> The runs by which an accuracy is reached: on meshes that get finer, and on the coarsest of them
-!> with increments that get smaller. What they say of the error of the last one, and which comes
-!> next.
+!> with increments that get smaller; and what they say of the error of the last one.
 !>
 !> docs/theory.md section 10.
 module mesh_sequence_mod
@@ -12,31 +11,15 @@ module mesh_sequence_mod
   use increments_mod, only: count_increments
   use measured_quantities_mod, only: quantity_t, list_quantities, error_scales
   use convergence_mod, only: convergence_t, observe_convergence, assume_first_order, &
-    size_for_error
+    most_order
   implicit none
   private
 
-  public :: mesh_sequence_t, mesh_run_t, sequence_error_t, choice_t, start_sequence, add_run, &
-    estimate_sequence, choose_run, skip_mesh, carry_sequence, mesh_runs, extrapolated
-  public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine
+  public :: mesh_sequence_t, mesh_run_t, sequence_error_t, start_sequence, add_run, &
+    estimate_sequence, error_by_steps, carry_sequence, mesh_runs, extrapolated
 
-  ! What comes next.
-  integer, parameter :: to_run = 1
-  integer, parameter :: is_reached = 2
-  integer, parameter :: steps_too_coarse = 3 !! load steps make too much, however small
-  integer, parameter :: not_convergent = 4   !! finer meshes change it as much as before, or more
-  integer, parameter :: beyond_machine = 5   !! the mesh that it takes does not fit
-
-  real(wp), parameter :: part_for_steps = 0.3_wp !! of the accuracy, that load steps may use up
-  real(wp), parameter :: aimed_at = 0.8_wp !! of what is left for the mesh
-  integer, parameter :: most_divisions = 64
-  integer, parameter :: fewest_bricks = 4 !! along the longest edge of a block, to begin with
-  real(wp), parameter :: least_step = 1.25_wp, largest_step = 2.0_wp !! from size to size
-  integer, parameter :: most_parts = 64
-  real(wp), parameter :: rounding = 1.0e-9_wp
-  real(wp), parameter :: small = 0.02_wp !! of the machine's memory [-]
-  real(wp), parameter :: hoped_order = 1.0_wp
-  !! of finer meshes: on coarse ones the order is often less than what it becomes
+  real(wp), parameter :: on_coarse_mesh = 2.0_wp
+  !! times what load steps make there, where few points slide, they make on finer ones at most
 
   !> A run of the sequence.
   type :: mesh_run_t
@@ -73,17 +56,6 @@ module mesh_sequence_mod
     type(convergence_t), allocatable :: of_mesh(:) !! (n_quantities), error relative to its scale
   end type sequence_error_t
 
-  !> What to do next.
-  type :: choice_t
-    integer :: outcome = to_run
-    type(mesh_size_t) :: mesh_size
-    integer :: divisions = 1
-    logical :: may_be_last = .false. !! it is expected to reach the accuracy
-    real(wp) :: finer = 1.0_wp
-    !! beyond the machine: how many times smaller the bricks of the last run would have to be [-]
-    real(wp) :: memory = 0.0_wp      !! and what that would take [bytes]
-  end type choice_t
-
 contains
 
   !> A sequence without runs.
@@ -93,57 +65,11 @@ contains
 
     call list_quantities(scene, sequence%list)
     allocate (sequence%runs(0))
-    sequence%blocks = scene%blocks
     sequence%recovers = scene%accuracy%of <= accuracy_of_energy
     sequence%divides = any(scene%pairs%mu > 0.0_wp) .and. .not. all(scene%steps%direct)
     sequence%n_increments = count_increments(scene%steps)
     sequence%wanted = scene%accuracy%wanted
-    sequence%first = coarsest(scene%blocks)
   end subroutine start_sequence
-
-  !> The mesh to begin with.
-  pure type(mesh_size_t) function coarsest(blocks)
-    type(blocks_t), intent(in) :: blocks
-
-    if (blocks%common == 0) return
-    coarsest%blocks = [1, blocks%common]
-    do while (coarsest%blocks(1)*blocks%longest < fewest_bricks*blocks%common)
-      coarsest%blocks(1) = coarsest%blocks(1) + 1
-    end do
-  end function coarsest
-
-  !> A finer mesh, of bricks about so many times smaller.
-  pure type(mesh_size_t) function finer(sequence, mesh_size, times)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(mesh_size_t), intent(in) :: mesh_size
-    real(wp), intent(in) :: times
-
-    finer = mesh_size
-    if (sequence%blocks%common == 0) then
-      finer%parts = more(mesh_size%parts)
-      return
-    end if
-    finer%blocks(1) = more(mesh_size%blocks(1))
-    ! Even numbers stay even: a node in the middle stays there.
-    if (mod(mesh_size%blocks(1), 2) == 0) finer%blocks(1) = finer%blocks(1) + &
-      mod(finer%blocks(1), 2)
-
-  contains
-
-    pure integer function more(n)
-      integer, intent(in) :: n
-
-      more = ceiling(max(least_step, min(times, largest_step))*real(n, wp) - rounding)
-    end function more
-
-  end function finer
-
-  !> Begin with a finer mesh than the one that was not solved.
-  subroutine skip_mesh(sequence)
-    type(mesh_sequence_t), intent(inout) :: sequence
-
-    sequence%first = finer(sequence, sequence%first, least_step)
-  end subroutine skip_mesh
 
   subroutine add_run(sequence, run)
     type(mesh_sequence_t), intent(inout) :: sequence
@@ -198,7 +124,7 @@ contains
     type(sequence_error_t), intent(out) :: errors
     real(wp) :: scales(size(sequence%list))
     integer, allocatable :: runs(:)
-    integer :: k, n
+    integer :: k, n, i
 
     associate (last => sequence%runs(size(sequence%runs)))
       errors%others = last%others
@@ -216,9 +142,11 @@ contains
           runs(1), runs(2)))
         cycle
       end if
-      errors%of_mesh(k) = observe_convergence(sizes_of(runs(n - 2:)), &
-        [change(sequence, k, scales(k), runs(n - 2), runs(n - 1)), &
-         change(sequence, k, scales(k), runs(n - 1), runs(n))])
+      do i = 3, n
+        call follow(sizes_of(runs(i - 2:i)), observe_convergence(sizes_of(runs(i - 2:i)), &
+          [change(sequence, k, scales(k), runs(i - 2), runs(i - 1)), &
+           change(sequence, k, scales(k), runs(i - 1), runs(i))]), errors%of_mesh(k))
+      end do
     end do
     errors%mesh = 0.0_wp
     if (size(sequence%list) == 0) return
@@ -228,6 +156,19 @@ contains
     if (n == 2) errors%mesh = max(errors%mesh, sequence%runs(runs(n))%recovery)
 
   contains
+
+    !> An error does not fall faster from mesh to mesh than with the highest order: one that seems
+    !> to was met by accident.
+    pure subroutine follow(h, next, observed)
+      real(wp), intent(in) :: h(3)
+      type(convergence_t), intent(in) :: next
+      type(convergence_t), intent(inout) :: observed
+      real(wp) :: at_least
+
+      at_least = observed%error*(h(3)/h(2))**most_order
+      observed = next
+      observed%error = max(observed%error, at_least)
+    end subroutine follow
 
     pure function sizes_of(runs) result(h)
       integer, intent(in) :: runs(:)
@@ -266,103 +207,9 @@ contains
          change(sequence, k, scales(k), runs(n - 1), runs(n))])
       of_quantity = observed%error
       if (mine < n) of_quantity = of_quantity + change(sequence, k, scales(k), runs(mine), runs(n))
-      error = max(error, of_quantity)
+      error = max(error, on_coarse_mesh*of_quantity)
     end do
   end function error_by_steps
-
-  !> The next run, or why there is none.
-  subroutine choose_run(sequence, memory_left, errors, choice)
-    type(mesh_sequence_t), intent(in) :: sequence
-    real(wp), intent(in) :: memory_left !! on this machine, before a run [bytes]
-    type(sequence_error_t), intent(out) :: errors
-    type(choice_t), intent(out) :: choice
-    integer, allocatable :: meshes(:)
-
-    choice%mesh_size = sequence%first
-    if (size(sequence%runs) == 0) return
-    if (sequence%divides) then
-      call choose_divisions(sequence, choice)
-      if (choice%outcome /= to_run .or. choice%divisions > maxval(sequence%runs%divisions)) return
-    end if
-    call estimate_sequence(sequence, errors)
-    meshes = pack(sequence%runs%n_bricks, sequence%runs%divisions == choice%divisions)
-    associate (last => sequence%runs(size(sequence%runs)))
-      ! Steps were tried beyond what it takes: the first mesh's run with these is there.
-      if (size(meshes) == 1 .or. last%divisions /= choice%divisions) then
-        choice%mesh_size = finer(sequence, sequence%first, 1.5_wp)
-      else
-        call choose_mesh(sequence, memory_left, errors, choice)
-      end if
-    end associate
-    if (choice%mesh_size%parts > most_parts) choice%outcome = beyond_machine
-  end subroutine choose_run
-
-  !> How the deck's increments are to be divided: tried on the first mesh with three sizes and more.
-  subroutine choose_divisions(sequence, choice)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(choice_t), intent(inout) :: choice
-    integer :: most, divisions
-
-    associate (allowed => part_for_steps*sequence%wanted)
-      most = maxval(sequence%runs%divisions)
-      if (most >= 4) then
-        divisions = 1
-        do while (divisions <= most)
-          if (error_by_steps(sequence, divisions) <= allowed) then
-            choice%divisions = divisions
-            return
-          end if
-          divisions = 2*divisions
-        end do
-      end if
-      choice%divisions = 2*most
-      if (choice%divisions > most_divisions) choice%outcome = steps_too_coarse
-    end associate
-  end subroutine choose_divisions
-
-  !> After three meshes and more: enough, or as fine as it takes.
-  subroutine choose_mesh(sequence, memory_left, errors, choice)
-    type(mesh_sequence_t), intent(in) :: sequence
-    real(wp), intent(in) :: memory_left
-    type(sequence_error_t), intent(in) :: errors
-    type(choice_t), intent(inout) :: choice
-    real(wp) :: left, needed
-    integer :: n
-
-    n = size(mesh_runs(sequence))
-    associate (last => sequence%runs(size(sequence%runs)))
-      left = sequence%wanted - max(0.0_wp, errors%load_steps) - errors%others
-      if (errors%mesh >= 0.0_wp .and. errors%mesh <= left) then
-        choice%outcome = is_reached
-        return
-      end if
-      if (left <= 0.1_wp*sequence%wanted) then
-        choice%outcome = steps_too_coarse
-        return
-      end if
-      if (n < 3) then
-        choice%mesh_size = finer(sequence, last%mesh_size, least_step)
-        choice%may_be_last = .true.
-        return
-      end if
-      if (.not. errors%of_mesh(errors%worst)%converges) then
-        ! What it takes is not known: a finer mesh may tell.
-        choice%mesh_size = finer(sequence, last%mesh_size, 1.5_wp)
-        if (n > 4) choice%outcome = not_convergent
-        return
-      end if
-      needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh, aimed_at*left, &
-        max(hoped_order, errors%of_mesh(errors%worst)%order))
-      choice%mesh_size = finer(sequence, last%mesh_size, needed)
-      choice%may_be_last = needed <= largest_step
-      ! The factor of bricks s times smaller takes s^4 of the memory. What is small yet is no
-      ! measure of that, and another mesh is cheap.
-      choice%finer = needed
-      choice%memory = last%memory*needed**4
-      if (choice%memory > 2.0_wp*memory_left .and. last%memory > small*memory_left) &
-        choice%outcome = beyond_machine
-    end associate
-  end subroutine choose_mesh
 
   !> The values of a quantity's component, extrapolated to bricks without size.
   pure function extrapolated(sequence, errors, k) result(values)

@@ -239,8 +239,8 @@ contains
   end subroutine read_cards
 
   !> The blocks of a deck that would say the same of blocks of more or fewer bricks: all bricks are
-  !> of blocks, of which none is meant by its number, nor a node; and no node has a force of its own,
-  !> for on more nodes it would be more.
+  !> of blocks, of which none is meant by its number, nor a node; and no node has a force of its
+  !> own, for on more nodes it would be more.
   pure type(blocks_t) function free_blocks(reader, model, steps)
     type(reader_t), intent(in) :: reader
     type(model_t), intent(in) :: model

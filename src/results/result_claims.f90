@@ -226,8 +226,10 @@ contains
 
   !> Choose the mesh and the divisions of increments with which a run began that is to be continued;
   !> nothing where the file does not tell, which is refused later.
-  subroutine take_mesh_size(path, mesh_size, divisions)
+  subroutine take_mesh_size(path, mesh_size, divisions, is_done)
     character(*), intent(in) :: path
+    logical, intent(out) :: is_done
+    !! the run is finished, and the accuracy that it is for not reached
     type(mesh_size_t), intent(inout) :: mesh_size
     integer, intent(inout) :: divisions
     type(child_t) :: child
@@ -236,7 +238,8 @@ contains
     call begin_look(path, child)
     if (is_child(child)) call end_child(child, mesh_size_of(path))
     call wait_for(child, answer, fate)
-    if (answer /= '') read (answer, *) mesh_size%blocks, mesh_size%parts, divisions
+    is_done = .false.
+    if (answer /= '') read (answer, *) mesh_size%blocks, mesh_size%parts, divisions, is_done
   end subroutine take_mesh_size
 
   !> Those of a file's run for `take_mesh_size`; empty where they cannot be read.
@@ -246,6 +249,8 @@ contains
     type(mesh_size_t) :: mesh_size
     type(hdf5_file_t) :: hdf5
     type(error_t), allocatable :: error
+    character(:), allocatable :: status
+    integer(i8) :: is_reached
     integer :: divisions
 
     answer = ''
@@ -253,8 +258,11 @@ contains
     divisions = 1
     call open_file(path, .false., hdf5, error)
     call read_mesh_size(hdf5, mesh_size, divisions, error)
+    call read_attribute(hdf5, '/run', 'status', status, error)
+    call read_attribute(hdf5, '/accuracy', 'reached', is_reached, error)
     if (.not. allocated(error)) answer = to_text(mesh_size%blocks(1))//' '// &
-      to_text(mesh_size%blocks(2))//' '//to_text(mesh_size%parts)//' '//to_text(divisions)
+      to_text(mesh_size%blocks(2))//' '//to_text(mesh_size%parts)//' '//to_text(divisions)// &
+      merge(' T', ' F', status == run_finished .and. is_reached == 0)
   end function mesh_size_of
 
   !> Open the file of a run that did not finish, to read it, if `provenance` may go on with it. All

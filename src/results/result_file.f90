@@ -65,8 +65,8 @@ module result_file_mod
   private
 
   public :: result_file_t
-  public :: open_result, reopen_result, append_increment, count_increment, keep_state, keep_accuracy, &
-    finish_result
+  public :: open_result, reopen_result, append_increment, count_increment, keep_state
+  public :: keep_accuracy, finish_result
   public :: sidecars_of
 
   integer, parameter :: n_sidecars = 4

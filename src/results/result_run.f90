@@ -15,7 +15,8 @@ module result_run_mod
   implicit none
   private
 
-  public :: provenance_t, read_arithmetic, read_mesh_size, write_run, resume_run, end_run, program_name, text_of
+  public :: provenance_t, read_arithmetic, read_mesh_size, write_run, resume_run, end_run, &
+    program_name, text_of
   public :: run_finished, run_not_solved, run_stopped, run_failed
 
   ! What /run@status says. It is `running` until `end_run`, and for ever if that never comes.

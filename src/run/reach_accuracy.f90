@@ -9,12 +9,12 @@ module reach_accuracy_mod
   use text_mod, only: to_text, percent
   use resource_limits_mod, only: memory_left
   use idle_processors_mod, only: processor_time_t
-  use mesh_size_mod, only: mesh_size_t, blocks_t, relative_size
+  use mesh_size_mod, only: blocks_t, relative_size
   use controls_mod, only: subject_in_words
   use scene_mod, only: scene_t
-  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, choice_t, start_sequence, &
-    estimate_sequence, choose_run, skip_mesh, mesh_runs, to_run, is_reached, steps_too_coarse, &
-    not_convergent, beyond_machine
+  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, mesh_runs
+  use next_run_mod, only: choice_t, begin_sequence, choose_run, skip_mesh, to_run, is_reached, &
+    steps_too_coarse, not_convergent, beyond_machine
   use plan_table_mod, only: bytes_in_words
   use result_claims_mod, only: take_mesh_size
   use command_line_mod, only: options_t
@@ -49,23 +49,20 @@ contains
 
     call check_options(options, error)
     if (allocated(error)) return
-    call start_sequence(deck, sequence)
+    call begin_sequence(deck, deck%blocks, sequence)
     of_run = options
     n_skipped = 0
     continues = goes_on(options, deck)
     runs: do
       call choose_run(sequence, real(memory_left(), wp), errors, choice)
       if (choice%outcome /= to_run) exit runs
-      if (continues) call take_mesh_size(result_path(options, deck), choice%mesh_size, &
-        choice%divisions)
+      if (continues) call take_up(result_path(options, deck), choice, of_run)
       call prepare_scene(of_run, choice%mesh_size, scene, error)
       if (allocated(error)) then
         if (sequence%blocks%common == 0) return
         ! Its blocks cannot have other bricks after all: numbers of nodes meet, say.
         deallocate (error)
-        call start_sequence(deck, sequence)
-        sequence%blocks = blocks_t()
-        sequence%first = mesh_size_t()
+        call begin_sequence(deck, blocks_t(), sequence)
         cycle runs
       end if
       scene%accuracy%divisions = choice%divisions
@@ -89,6 +86,24 @@ contains
     end do runs
     call tell_outcome(deck, sequence, errors, choice, console, error)
   end subroutine reach_accuracy
+
+  !> Go on with the run that a file is of, which knows those before it. Where it is done, and the
+  !> one that was to follow has not begun, nothing is known of them: they begin anew.
+  subroutine take_up(path, choice, of_run)
+    character(*), intent(in) :: path
+    type(choice_t), intent(inout) :: choice
+    type(options_t), intent(inout) :: of_run
+    type(choice_t) :: found
+    logical :: is_done
+
+    found = choice
+    call take_mesh_size(path, found%mesh_size, found%divisions, is_done)
+    if (is_done) then
+      of_run%continues = .false.
+    else
+      choice = found
+    end if
+  end subroutine take_up
 
   !> Refuse options that mean one mesh.
   subroutine check_options(options, error)

@@ -17,8 +17,8 @@ module run_mesh_mod
   use sparse_factor_mod, only: sparse_factor_t
   use body_solver_mod, only: begin_body_solver
   use step_solver_mod, only: step_solver_t
-  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, sequence_error_t, choice_t, add_run, &
-    choose_run, is_reached
+  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, sequence_error_t, add_run
+  use next_run_mod, only: choice_t, choose_run, is_reached
   use prepare_scene_mod, only: result_path
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
   use result_claims_mod, only: take_arithmetic
@@ -53,7 +53,6 @@ contains
     type(plan_t) :: plan
     type(exports_t) :: exports
     type(step_solver_t) :: solver
-    real(wp) :: read_time
 
     call make_plan(scene, plan, error)
     if (allocated(error)) return
@@ -66,14 +65,13 @@ contains
     if (.not. goes_on(options, scene)) call choose_threads(began, scene%precision, plan)
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
-    read_time = wall_seconds() - console%started
     if (.not. console%quiet) call say('bipot '//version//': '//scene%title)
     call print_lines(console, scene%notes)
     call print_lines(console, plan%lines)
     call note_contact(scene, plan, console)
     call refuse_misfit(scene, plan, options%force, console, error)
     if (allocated(error) .or. options%plan) return
-    call run_scene(options, scene, plan, exports, solver, console, read_time, error, sequence)
+    call run_scene(options, scene, plan, exports, solver, console, error, sequence)
   end subroutine run_mesh
 
   !> Print what is to be noted of the contact, and keep it with the notes of the deck.
@@ -118,14 +116,13 @@ contains
   end subroutine refuse_misfit
 
   !> Open the file, go through the increments, close the file whatever happened.
-  subroutine run_scene(options, scene, plan, exports, solver, console, read_time, error, sequence)
+  subroutine run_scene(options, scene, plan, exports, solver, console, error, sequence)
     type(options_t), intent(in) :: options
     type(scene_t), intent(inout) :: scene
     type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
     type(step_solver_t), intent(inout) :: solver !! its factor holds the symbolic analysis
     type(console_t), intent(inout) :: console
-    real(wp), intent(in) :: read_time !! deck and plan [s]
     type(error_t), allocatable, intent(out) :: error
     type(mesh_sequence_t), intent(inout), optional :: sequence !! gets this run, when it is done
     type(result_file_t) :: file
@@ -142,7 +139,7 @@ contains
     if (allocated(error)) return
     call catch_signals()
     call start_run(scene, plan, progress)
-    progress%tally%read_time = read_time
+    progress%tally%read_time = wall_seconds() - console%started ! deck and plan
     if (present(sequence)) call begin_values(sequence, progress)
     call begin_file(options, scene, plan, solver%body%inverse%factor, file, progress, error)
     if (allocated(error)) return

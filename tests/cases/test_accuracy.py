@@ -111,11 +111,13 @@ class Told(unittest.TestCase):
 
 
 class Asked(unittest.TestCase):
-    """--accuracy and *ACCURACY."""
+    """--accuracy and *ACCURACY on a mesh that is kept."""
 
     def judge(self, name, accuracy, reference, **settings):
         """The run ends well and is as accurate as asked, by its estimate and in truth."""
-        run = Run(deck(name), "--accuracy", str(accuracy), name=name, **settings)
+        run = Run(
+            deck(name), "--accuracy", str(accuracy), "--refine", "0", name=name, **settings
+        )
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             self.assertTrue(np.all(at_ends(result, "error/total") <= accuracy))
@@ -138,7 +140,7 @@ class Asked(unittest.TestCase):
 
     def test_increments_are_cut(self):
         """Increments follow the direction of the motion as finely as the accuracy asks."""
-        text = with_card(deck("block"), "*ACCURACY\n3e-4")
+        text = with_card(deck("block"), "*ACCURACY, MESH=KEEP\n3e-4")
         run = Run(text, name="block", n=4, steps=5, **AUTO)
         self.assertEqual(run.status, 2)
         with run.result() as result:
@@ -153,7 +155,8 @@ class Asked(unittest.TestCase):
 
     def test_the_mesh_is_too_coarse(self):
         """Said with the estimate and the bricks that would do; the result is complete."""
-        run = Run(deck("block"), "--accuracy", "0.001", name="block", n=4, steps=5, **AUTO)
+        text = with_card(deck("block"), "*ACCURACY, MESH=KEEP\n0.001")
+        run = Run(text, name="block", n=4, steps=5, **AUTO)
         self.assertEqual(run.status, 2)
         self.assertRegex(
             run.output,
@@ -167,7 +170,10 @@ class Asked(unittest.TestCase):
 
     def test_direct_keeps_increments(self):
         """With DIRECT the program only tells."""
-        run = Run(deck("tool", direct=True), "--accuracy", "0.2", name="tool", n=12, steps=2)
+        run = Run(
+            deck("tool", direct=True), "--accuracy", "0.2", "--refine", "0", name="tool", n=12,
+            steps=2,
+        )  # fmt: skip
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             self.assertEqual(len(result.history("step")), 4)
@@ -177,7 +183,7 @@ class Asked(unittest.TestCase):
         with Run(INPUT / "ssnv128.inp", n=64, thickness=0.005).result() as result:
             true = result.history("energy/strain")[-1]
         for accuracy in (0.01, 0.001):
-            text = with_card(deck("ssnv128"), f"*ACCURACY, OF=ENERGY\n{accuracy}")
+            text = with_card(deck("ssnv128"), f"*ACCURACY, OF=ENERGY, MESH=KEEP\n{accuracy}")
             run = Run(text, name="ssnv128", n=32, steps=1, thickness=0.005)
             self.assertEqual(run.status, 0, run.errors)
             with run.result() as result:
@@ -186,7 +192,7 @@ class Asked(unittest.TestCase):
 
     def test_a_body_that_contact_alone_holds(self):
         """The runs beside the run, by which load steps are judged, end where a body is free too."""
-        text = with_card(deck("roller"), "*ACCURACY, OF=ENERGY\n0.1")
+        text = with_card(deck("roller"), "*ACCURACY, OF=ENERGY, MESH=KEEP\n0.1")
         run = Run(text, name="roller", n=32, steps=1, tolerance=1e-9)
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
@@ -198,6 +204,8 @@ class Asked(unittest.TestCase):
             with_card(deck("ssnv128"), "*ACCURACY\n0.5"),
             "--accuracy",
             "0.01",
+            "--refine",
+            "0",
             name="ssnv128",
             n=8,
             steps=1,

@@ -11,6 +11,8 @@ import h5py
 from result_checks import INPUT, NAME, Case, Folder, Whole, rows_in, wait_for
 
 MANY = Case(INPUT / "block.inp", n=2, steps=400)  # seconds, of which no increment takes any
+# Runs on four meshes, one after the other.
+SOUGHT = Case(INPUT / "block.inp", "--accuracy", "0.02", steps=25, solver="AUTO", local="AUTO")
 # Minutes in one phase, of which the program is not asked for more than the beginning.
 LONG = Case(INPUT / "block.inp", "--force", n=40, steps=5, solver="AUTO", local="AUTO")
 
@@ -60,6 +62,25 @@ class Signals(Folder):
                 self.assertEqual(counters[names.index("increments")], rows)
         self.assertEqual(MANY.run(self.folder, "--continue")[0], 0)
         self.assertEqual(whole.differences(self.path), [])
+
+    def test_a_search_for_a_mesh_goes_on(self):
+        """Killed at any change of the file, on any mesh: in the end the same to the last bit."""
+        other = self.elsewhere()
+        n_changes = SOUGHT.count_changes(other)
+        whole = Whole(other / NAME)
+        with h5py.File(other / NAME) as file:
+            names = [n for n in file["accuracy"] if n != "processor_time"]
+            accuracy = {n: file["accuracy"][n][()] for n in names}
+            self.assertEqual(len(accuracy["brick_size"]), 4)
+        for part in (0.2, 0.5, 0.9):
+            self.path.unlink(missing_ok=True)
+            self.assertTrue(SOUGHT.kill_at(self.folder, int(part * n_changes)))
+            status, words = SOUGHT.run(self.folder, "--continue")
+            self.assertEqual(status, 0, words)
+            self.assertEqual(whole.differences(self.path), [], part)
+            with h5py.File(self.path) as file:
+                for name, values in accuracy.items():
+                    self.assertEqual(file["accuracy"][name][()].tobytes(), values.tobytes(), name)
 
     def test_what_it_says_can_be_given_to_a_shell(self):
         deck = self.folder / "a deck; it's --continue's" / "block $HOME.inp"

@@ -90,8 +90,9 @@ contains
       draft%counts%common = common_divisor(draft%counts%common, n(axis))
       draft%counts%longest = max(draft%counts%longest, n(axis))
     end do
-    if (all(mod(n, draft%scale(2)) == 0) .and. all(n/draft%scale(2) <= max_nodes/draft%scale(1))) &
-      n = n/draft%scale(2)*draft%scale(1)
+    associate (times => draft%scale(1), over => draft%scale(2))
+      if (all(mod(n, over) == 0) .and. all(n/over <= max_nodes/times)) n = n/over*times
+    end associate
   end subroutine scale_counts
 
   !> The largest number that divides both.

@@ -1,0 +1,58 @@
+"""The runs by which a result got to the accuracy that was asked for, and what they say of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from bipot.result import Result
+
+Array = NDArray[Any]
+
+GROUP = "/accuracy"
+
+
+class MeshSequence:
+    """K runs on finer and finer meshes, of which the last one is the result.
+
+    wanted, reached   the accuracy asked for, and whether the result has it
+    mesh, load_steps, others   errors of the result by source, -1 where they are not known
+    brick_size        (K,) edges of the bricks over those of the deck
+    divisions, bricks, processor_time   (K,) parts of each increment, bricks, seconds
+    names             what was compared: C names, such as "BODY:GROUND/friction_force_x"
+    values            (K, T, C) what each run gives at the ends of the deck's T increments
+    extrapolated      (T, C) for bricks without size; not certified
+    error, order, scale   (C,) of each name: error of the result by its mesh as a part of the scale,
+                      the order that was observed, and the scale
+    """
+
+    def __init__(self, result: Result):
+        group = result.file[GROUP]
+        self.wanted = float(group.attrs["wanted"])
+        self.reached = bool(group.attrs["reached"])
+        self.mesh, self.load_steps, self.others = (
+            float(group.attrs[name]) for name in ("mesh", "load_steps", "others")
+        )
+        self.brick_size: Array = group["brick_size"][()]
+        self.divisions: Array = group["divisions"][()].astype(int)
+        self.bricks: Array = group["bricks"][()].astype(int)
+        self.processor_time: Array = group["processor_time"][()]
+        self.names = [
+            name.decode() if isinstance(name, bytes) else str(name)
+            for name in np.atleast_1d(group["values"].attrs.get("name", []))
+        ]
+        self.values: Array = group["values"][()]
+        self.extrapolated: Array = group["extrapolated"][()]
+        self.error: Array = group["error"][()]
+        self.order: Array = group["order"][()]
+        self.scale: Array = group["scale"][()]
+
+    def __len__(self) -> int:
+        return len(self.bricks)
+
+    def __repr__(self) -> str:
+        state = "reached" if self.reached else "not reached"
+        return f"<MeshSequence {self.wanted:g} {state}, {len(self)} runs, {self.bricks[-1]} bricks>"

@@ -1,0 +1,199 @@
+!> Which run comes next on the way to an accuracy, or why there is none.
+!>
+!> docs/theory.md section 10.
+module next_run_mod
+  use kinds_mod, only: wp
+  use mesh_size_mod, only: mesh_size_t, blocks_t
+  use scene_mod, only: scene_t
+  use convergence_mod, only: size_for_error
+  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, start_sequence, &
+    estimate_sequence, error_by_steps, mesh_runs
+  implicit none
+  private
+
+  public :: choice_t, begin_sequence, choose_run, skip_mesh
+  public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine
+
+  ! What comes next.
+  integer, parameter :: to_run = 1
+  integer, parameter :: is_reached = 2
+  integer, parameter :: steps_too_coarse = 3 !! load steps make too much, however small
+  integer, parameter :: not_convergent = 4   !! finer meshes change it as much as before, or more
+  integer, parameter :: beyond_machine = 5   !! the mesh that it takes does not fit
+
+  real(wp), parameter :: part_for_steps = 0.3_wp !! of the accuracy, that load steps may use up
+  real(wp), parameter :: aimed_at = 0.8_wp !! of what is left for the mesh
+  integer, parameter :: most_divisions = 64
+  integer, parameter :: fewest_bricks = 4 !! along the longest edge of a block, to begin with
+  real(wp), parameter :: least_step = 1.25_wp, largest_step = 2.0_wp !! from size to size
+  integer, parameter :: most_parts = 64
+  real(wp), parameter :: rounding = 1.0e-9_wp
+  real(wp), parameter :: small = 0.02_wp !! of the machine's memory [-]
+  real(wp), parameter :: hoped_order = 1.0_wp
+  !! of finer meshes: on coarse ones the order is often less than what it becomes
+
+  !> What to do next.
+  type :: choice_t
+    integer :: outcome = to_run
+    type(mesh_size_t) :: mesh_size
+    integer :: divisions = 1
+    logical :: may_be_last = .false. !! it is expected to reach the accuracy
+    real(wp) :: finer = 1.0_wp
+    !! beyond the machine: how many times smaller the bricks of the last run would have to be [-]
+    real(wp) :: memory = 0.0_wp      !! and what that would take [bytes]
+  end type choice_t
+
+contains
+
+  !> A sequence without runs; the mesh to begin with is that of the deck where its blocks cannot
+  !> have other bricks.
+  subroutine begin_sequence(deck, blocks, sequence)
+    type(scene_t), intent(in) :: deck    !! as written
+    type(blocks_t), intent(in) :: blocks !! of it that may have others
+    type(mesh_sequence_t), intent(out) :: sequence
+
+    call start_sequence(deck, sequence)
+    sequence%blocks = blocks
+    sequence%first = coarsest(blocks)
+  end subroutine begin_sequence
+
+  !> The mesh to begin with.
+  pure type(mesh_size_t) function coarsest(blocks)
+    type(blocks_t), intent(in) :: blocks
+
+    if (blocks%common == 0) return
+    coarsest%blocks = [1, blocks%common]
+    do while (coarsest%blocks(1)*blocks%longest < fewest_bricks*blocks%common)
+      coarsest%blocks(1) = coarsest%blocks(1) + 1
+    end do
+  end function coarsest
+
+  !> A finer mesh, of bricks about so many times smaller.
+  pure type(mesh_size_t) function finer(sequence, mesh_size, times)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(mesh_size_t), intent(in) :: mesh_size
+    real(wp), intent(in) :: times
+
+    finer = mesh_size
+    if (sequence%blocks%common == 0) then
+      finer%parts = more(mesh_size%parts)
+      return
+    end if
+    finer%blocks(1) = more(mesh_size%blocks(1))
+    ! Even numbers stay even: a node in the middle stays there.
+    if (mod(mesh_size%blocks(1), 2) == 0) finer%blocks(1) = finer%blocks(1) + &
+      mod(finer%blocks(1), 2)
+
+  contains
+
+    pure integer function more(n)
+      integer, intent(in) :: n
+
+      more = ceiling(max(least_step, min(times, largest_step))*real(n, wp) - rounding)
+    end function more
+
+  end function finer
+
+  !> Begin with a finer mesh than the one that was not solved.
+  subroutine skip_mesh(sequence)
+    type(mesh_sequence_t), intent(inout) :: sequence
+
+    sequence%first = finer(sequence, sequence%first, least_step)
+  end subroutine skip_mesh
+
+  !> The next run, or why there is none.
+  subroutine choose_run(sequence, memory_left, errors, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: memory_left !! on this machine, before a run [bytes]
+    type(sequence_error_t), intent(out) :: errors
+    type(choice_t), intent(out) :: choice
+    integer, allocatable :: meshes(:)
+
+    choice%mesh_size = sequence%first
+    if (size(sequence%runs) == 0) return
+    if (sequence%divides) then
+      call choose_divisions(sequence, choice)
+      if (choice%outcome /= to_run .or. choice%divisions > maxval(sequence%runs%divisions)) return
+    end if
+    call estimate_sequence(sequence, errors)
+    meshes = pack(sequence%runs%n_bricks, sequence%runs%divisions == choice%divisions)
+    associate (last => sequence%runs(size(sequence%runs)))
+      ! Steps were tried beyond what it takes: the first mesh's run with these is there.
+      if (size(meshes) == 1 .or. last%divisions /= choice%divisions) then
+        choice%mesh_size = finer(sequence, sequence%first, 1.5_wp)
+      else
+        call choose_mesh(sequence, memory_left, errors, choice)
+      end if
+    end associate
+    if (choice%mesh_size%parts > most_parts) choice%outcome = beyond_machine
+  end subroutine choose_run
+
+  !> How the deck's increments are to be divided: tried on the first mesh with three sizes and more.
+  subroutine choose_divisions(sequence, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(choice_t), intent(inout) :: choice
+    integer :: most, divisions
+
+    associate (allowed => part_for_steps*sequence%wanted)
+      most = maxval(sequence%runs%divisions)
+      if (most >= 4) then
+        divisions = 1
+        do while (divisions <= most)
+          if (error_by_steps(sequence, divisions) <= allowed) then
+            choice%divisions = divisions
+            return
+          end if
+          divisions = 2*divisions
+        end do
+      end if
+      choice%divisions = 2*most
+      if (choice%divisions > most_divisions) choice%outcome = steps_too_coarse
+    end associate
+  end subroutine choose_divisions
+
+  !> After three meshes and more: enough, or as fine as it takes.
+  subroutine choose_mesh(sequence, memory_left, errors, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: memory_left
+    type(sequence_error_t), intent(in) :: errors
+    type(choice_t), intent(inout) :: choice
+    real(wp) :: left, needed
+    integer :: n
+
+    n = size(mesh_runs(sequence))
+    associate (last => sequence%runs(size(sequence%runs)))
+      left = sequence%wanted - max(0.0_wp, errors%load_steps) - errors%others
+      if (errors%mesh >= 0.0_wp .and. errors%mesh <= left) then
+        choice%outcome = is_reached
+        return
+      end if
+      if (left <= 0.1_wp*sequence%wanted) then
+        choice%outcome = steps_too_coarse
+        return
+      end if
+      if (n < 3) then
+        choice%mesh_size = finer(sequence, last%mesh_size, least_step)
+        choice%may_be_last = .true.
+        return
+      end if
+      if (.not. errors%of_mesh(errors%worst)%converges) then
+        ! What it takes is not known: a finer mesh may tell.
+        choice%mesh_size = finer(sequence, last%mesh_size, 1.5_wp)
+        if (n > 4) choice%outcome = not_convergent
+        return
+      end if
+      needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh, aimed_at*left, &
+        max(hoped_order, errors%of_mesh(errors%worst)%order))
+      choice%mesh_size = finer(sequence, last%mesh_size, needed)
+      choice%may_be_last = needed <= largest_step
+      ! The factor of bricks s times smaller takes s^4 of the memory. What is small yet is no
+      ! measure of that, and another mesh is cheap.
+      choice%finer = needed
+      choice%memory = last%memory*needed**4
+      if (choice%memory > 2.0_wp*memory_left .and. last%memory > small*memory_left) then
+        choice%outcome = beyond_machine
+      end if
+    end associate
+  end subroutine choose_mesh
+
+end module next_run_mod

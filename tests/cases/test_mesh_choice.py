@@ -1,0 +1,144 @@
+"""An accuracy that is asked for chooses the mesh, keeps its promise, or says why it cannot."""
+
+import unittest
+
+import numpy as np
+from program import INPUT, Run
+
+AUTO = {"solver": "AUTO", "local": "AUTO"}
+FINE = {**AUTO, "tolerance": 1e-9}
+
+
+def deck(name, *replacements):
+    """A deck of input/, its increments free to be cut, with other words in it."""
+    text = (INPUT / f"{name}.inp").read_text().replace("*STATIC, DIRECT", "*STATIC")
+    for old, new in replacements:
+        assert old in text, old
+        text = text.replace(old, new)
+    return text
+
+
+def with_card(text, card):
+    """The deck with a card before its first step."""
+    return text.replace("*STEP\n", f"{card}\n*STEP\n", 1)
+
+
+def of_deck(result):
+    """Which rows are ends of the deck's increments."""
+    return result.history("extra") == 0
+
+
+def friction_and_normal(result):
+    """What a plane below carries, in x, y and in z, at the ends of the deck's increments."""
+    resultant = result.pairs[0].resultant[of_deck(result)]
+    return resultant[:, :2], resultant[:, 2]
+
+
+class Reached(unittest.TestCase):
+    def test_a_promise_is_kept(self):
+        """The block: normal force of itself, friction of mu times that, in each increment."""
+        with Run(deck("block"), name="block", n=24, steps=20, **FINE).result() as fine:
+            friction, normal = friction_and_normal(fine)
+            friction, normal = friction[3::4], normal[3::4]
+        for accuracy in (0.1, 0.02):
+            run = Run(deck("block"), "--accuracy", str(accuracy), name="block", steps=5, **AUTO)
+            self.assertEqual(run.status, 0, run.errors)
+            self.assertIn(f"accuracy        {100 * accuracy:.0f} % of the contact resultants is "
+                          "reached", run.output)  # fmt: skip
+            with run.result() as result:
+                mine, pressing = friction_and_normal(result)
+                scale = abs(normal).max()
+                self.assertLess(abs(pressing - normal).max() / scale, accuracy)
+                error = np.linalg.norm(mine - friction, axis=1).max() / (0.3 * scale)
+                self.assertLess(error, accuracy)
+                group = result.file["accuracy"]
+                self.assertEqual(group.attrs["reached"], 1)
+                self.assertLessEqual(group.attrs["mesh"] + group.attrs["load_steps"], accuracy)
+                # It would be no estimate if it were not about as large as the error.
+                self.assertGreater(group.attrs["mesh"], 0.5 * error)
+                self.assertLess(group.attrs["mesh"], 8 * error)
+
+    def test_what_the_file_tells(self):
+        """The sequence, its values and what they tend to; the result is that of the last mesh."""
+        run = Run(deck("block"), "--accuracy", "0.1", name="block", steps=5, **AUTO)
+        with run.result() as result:
+            group = result.file["accuracy"]
+            size, divisions = group["brick_size"][:], group["divisions"][:]
+            self.assertTrue(np.all(np.diff(size) <= 0))
+            np.testing.assert_array_equal(divisions[:3], [1, 2, 4])
+            np.testing.assert_allclose(group["bricks"][:], 64 / size**3, rtol=1e-12)
+            self.assertEqual(len(result.file["VTKHDF/CellData/element_id"]), group["bricks"][-1])
+            self.assertTrue(np.all(group["processor_time"][:] > 0))
+            names = list(group["values"].attrs["name"].astype(str))
+            self.assertEqual(names[0], "BODY-ZMIN:GROUND/pressing_force")
+            self.assertEqual(names[4:], [f"BODY-ZMIN:GROUND/friction_force_{x}" for x in "xyz"])
+            values = group["values"][:]
+            resultant = result.pairs[0].resultant[of_deck(result)]
+            self.assertEqual(values.shape, (len(size), len(resultant), 7))
+            np.testing.assert_allclose(values[-1, :, 0], resultant[:, 2], rtol=1e-12)
+            np.testing.assert_allclose(values[-1, :, 4:6], resultant[:, :2], rtol=1e-9)
+            limit = group["extrapolated"][:, 0]
+            scale, mu = group["scale"][[0, 4]], 0.3
+            self.assertAlmostEqual(scale[0], values[-1, :, 0].max(), delta=1e-9 * scale[0])
+            self.assertAlmostEqual(scale[1], mu * scale[0], delta=1e-9 * scale[0])
+        with Run(deck("block"), name="block", n=24, steps=5, **FINE).result() as fine:
+            true = friction_and_normal(fine)[1]
+        self.assertLess(abs(limit - true).max(), 0.5 * abs(values[-1, :, 0] - true).max())
+
+    def test_any_mesh(self):
+        """Bricks of a deck that names nodes by their numbers are cut; sets stay what they are."""
+        text = with_card(deck("block"), "*NSET, NSET=ONE\n1")
+        run = Run(text, "--accuracy", "0.2", name="cut", n=2, steps=5, **AUTO)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            group = result.file["accuracy"]
+            np.testing.assert_allclose(group["bricks"][:] * group["brick_size"][:] ** 3,
+                                       8.0, rtol=1e-12)  # fmt: skip
+            self.assertEqual(group["brick_size"][0], 1)
+
+    def test_local_quantities(self):
+        """The largest pressure under a ball: Hertz."""
+        text = with_card(deck("hertz"), "*ACCURACY, OF=PRESSURE\n0.1")
+        run = Run(text, name="hertz")
+        self.assertEqual(run.status, 0, run.errors)
+        # 2 E' a/(pi R), with the edge of the block at eight radii of the contact: some parts in a
+        # hundred are the block's.
+        true = 2 * 20000 / (1 - 0.3**2) * 10 / (np.pi * 50)
+        with run.result() as result:
+            found = result.file["accuracy/values"][-1, -1, 0]
+            pressure = result.pairs[0].reaction[-1][:, 0] / result.pairs[0].area
+        self.assertAlmostEqual(found, np.nanmax(pressure), delta=1e-9 * found)
+        self.assertLess(abs(found / true - 1), 0.1)
+
+
+class NotReached(unittest.TestCase):
+    def test_what_has_no_limit(self):
+        """The pressure at the sharp edge of the block grows for ever: said so, with status 2."""
+        text = with_card(deck("quarter"), "*ACCURACY, OF=PRESSURE\n0.01")
+        run = Run(text, name="quarter", steps=1)
+        self.assertEqual(run.status, 2, run.output)
+        self.assertIn("does not converge", run.errors)
+        with run.result() as result:
+            self.assertEqual(result.file["accuracy"].attrs["reached"], 0)
+            self.assertTrue(np.all(result.history("certified") == 1))
+
+    def test_options_that_mean_one_mesh(self):
+        for words, message in (
+            (["--export-fclib", "1"], "--refine 0 keeps that of the deck"),
+            (["--refine", "0"], "on one mesh only the errors of RESULTANTS and ENERGY"),
+        ):
+            text = with_card(deck("block"), "*ACCURACY, OF=SLIP\n0.1")
+            run = Run(text, *words, name="block", n=2, steps=5)
+            self.assertEqual(run.status, 1)
+            self.assertIn(message, run.errors)
+            self.assertEqual(run.errors.count("\n"), 1)
+
+    def test_a_plan_is_that_of_the_first_mesh(self):
+        run = Run(deck("block"), "--accuracy", "0.1", "--plan", name="block")
+        self.assertEqual(run.status, 0)
+        self.assertIn("125 nodes, 64 bricks", run.output)
+        self.assertIn("10 % of the contact resultants, on a mesh that is to be found", run.output)
+
+
+if __name__ == "__main__":
+    unittest.main()
