@@ -73,6 +73,7 @@ contains
       of_run%continues = .false.
       of_run%overwrite = .true. ! what stands there is a run of ours
       if (allocated(error)) then
+        if (size(sequence%runs) > 0) call tell_earlier(deck, sequence, scene%mesh%n_elements, error)
         if (error%exit_status /= exit_not_solved .or. size(sequence%runs) > 0 .or. &
           n_skipped >= most_skipped) return
         if (.not. console%quiet) call say('accuracy        '// &
@@ -160,6 +161,21 @@ contains
       words = words//'load steps '//percent(errors%load_steps)
     end if
   end function errors_in_words
+
+  !> Say how far it was before a run that failed, where it was not stopped.
+  subroutine tell_earlier(deck, sequence, n_bricks, error)
+    type(scene_t), intent(in) :: deck
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: n_bricks !! of the run that failed
+    type(error_t), intent(inout) :: error
+    type(sequence_error_t) :: errors
+
+    if (error%exit_status /= exit_not_solved .and. error%exit_status /= exit_machine) return
+    call estimate_sequence(sequence, errors)
+    error%message = 'accuracy '//percent(sequence%wanted)//' of '// &
+      subject_in_words(deck%accuracy)//' was not reached ('//errors_in_words(sequence, errors)// &
+      '); then, on '//to_text(n_bricks)//' bricks: '//error%message
+  end subroutine tell_earlier
 
   !> Say how it ended, and what it took.
   subroutine tell_outcome(deck, sequence, errors, choice, console, error)

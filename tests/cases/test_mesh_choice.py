@@ -77,6 +77,11 @@ class Reached(unittest.TestCase):
             self.assertEqual(values.shape, (len(size), len(resultant), 7))
             np.testing.assert_allclose(values[-1, :, 0], resultant[:, 2], rtol=1e-12)
             np.testing.assert_allclose(values[-1, :, 4:6], resultant[:, :2], rtol=1e-9)
+            sequence = result.accuracy
+            self.assertEqual((sequence.names, sequence.reached, len(sequence)),
+                             (names, True, len(size)))  # fmt: skip
+            np.testing.assert_array_equal(sequence.values, values)
+            self.assertIn("0.1 reached", repr(sequence))
             limit = group["extrapolated"][:, 0]
             scale, mu = group["scale"][[0, 4]], 0.3
             self.assertAlmostEqual(scale[0], values[-1, :, 0].max(), delta=1e-9 * scale[0])

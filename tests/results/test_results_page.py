@@ -99,6 +99,33 @@ E
 *END STEP
 """
 
+# For /accuracy, which is there where an accuracy chose the mesh.
+ASKED = """\
+*BLOCK, NAME=BODY, NX=4, NY=4, NZ=4
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=SOFT
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=BODY, MATERIAL=SOFT
+*OBSTACLE, NAME=GROUND, TYPE=PLANE
+0., 0., 0.,  0., 0., 1.
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=DRY
+BODY-ZMIN, GROUND
+*ACCURACY
+0.5
+*STEP
+*STATIC
+0.5, 1.
+*BOUNDARY
+BODY-ZMAX, 1, 1, 0.02
+BODY-ZMAX, 2, 2, 0.
+BODY-ZMAX, 3, 3, -0.02
+*END STEP
+"""
+
 
 def section(heading):
     """Return the text of the page under a heading of the third level."""
@@ -158,15 +185,18 @@ class Page(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         folder = cls.enterClassContext(tempfile.TemporaryDirectory())
-        deck = Path(folder) / "all.inp"
-        deck.write_text(DECK)
-        done = subprocess.run(
-            [PROGRAM, str(deck), "--quiet"], cwd=folder, capture_output=True, text=True,
-            timeout=600, check=False
-        )
-        if done.returncode != 0:
-            raise AssertionError(done.stdout + done.stderr)
-        cls.file = cls.enterClassContext(h5py.File(Path(folder) / "all.vtkhdf"))
+        files = []
+        for name, text in (("all", DECK), ("asked", ASKED)):
+            deck = Path(folder) / f"{name}.inp"
+            deck.write_text(text)
+            done = subprocess.run(
+                [PROGRAM, str(deck), "--quiet"], cwd=folder, capture_output=True, text=True,
+                timeout=600, check=False
+            )
+            if done.returncode != 0:
+                raise AssertionError(done.stdout + done.stderr)
+            files.append(cls.enterClassContext(h5py.File(deck.with_suffix(".vtkhdf"))))
+        cls.file, cls.asked = files
         mesh, history = cls.file["VTKHDF"], cls.file["history"]
         cls.sizes = {
             "N": int(mesh["NumberOfPoints"][0]),
@@ -175,7 +205,7 @@ class Page(unittest.TestCase):
             "T": int(history.attrs["finished"]),
         }
 
-    def datasets(self, group):
+    def datasets(self, group, file=None):
         """Return the datasets below a group by their names in it."""
         found = {}
 
@@ -183,13 +213,13 @@ class Page(unittest.TestCase):
             if isinstance(item, h5py.Dataset):
                 found[name] = item
 
-        self.file[group].visititems(note)
+        (file or self.file)[group].visititems(note)
         return found
 
-    def check(self, group, listed, sizes):
+    def check(self, group, listed, sizes, file=None):
         """Hold a group against what the page lists of it."""
         self.assertEqual(len(set(sizes.values())), len(sizes), f"{sizes}: shapes would be alike")
-        found = self.datasets(group)
+        found = self.datasets(group, file)
         self.assertEqual(sorted(found), sorted(listed), f"{group}: in the file, on the page")
         for name, shapes in listed.items():
             with self.subTest(dataset=f"{group}/{name}"):
@@ -236,6 +266,15 @@ class Page(unittest.TestCase):
         self.check("reference_nodes", listed, self.sizes | {"R": 3})
         self.assertEqual(self.file["reference_nodes/node_id"][:].tolist(), [1, 2, 3])
 
+    def test_accuracy(self):
+        listed = listed_shapes(section("/accuracy"))
+        runs = len(self.asked["accuracy/bricks"])
+        self.check("accuracy", listed, {"K": runs, "T": 2, "C": 7}, self.asked)
+        text = section("/accuracy")
+        for name in self.asked["accuracy"].attrs:
+            if name != "description":
+                self.assertIn(f"`{name}`", text)
+
     def test_printed_sets(self):
         of_nodes, of_elements = section("/print").split("Of a set of elements")
         self.assertEqual(sorted(self.file["print"]), ["1", "2", "3"])
@@ -263,7 +302,8 @@ class Page(unittest.TestCase):
     def test_every_group_has_a_section(self):
         text = PAGE.read_text(encoding="utf-8")
         groups = re.findall(r"^### `/(\w+)", text, re.MULTILINE)
-        self.assertEqual(sorted(self.file), sorted(groups))
+        self.assertEqual(sorted(self.asked), sorted(set(groups) - {"print", "reference_nodes"}))
+        self.assertEqual(sorted({*self.file, "accuracy"}), sorted(groups))
         for group in ("run", "checksums", "state"):
             for name in self.file[group]:
                 self.assertIn(f"`{name}`", section(f"/{group}"))
