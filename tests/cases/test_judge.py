@@ -419,6 +419,17 @@ class Tampered(unittest.TestCase):
         found = self.findings(change)
         self.assertIn("out of balance", found)
 
+    def test_a_point_that_sticks_but_is_said_to_slide(self):
+        def change(file):
+            status = file["contact/B0-ZMIN:O0/status"]
+            values = status[0]
+            self.assertIn(1, values)
+            values[values == 1] = 2
+            status[0] = values
+
+        found = self.findings(change)
+        self.assertEqual(found, {"friction of a point that slides below its limit by"})
+
     def test_a_support_force_changed_by_a_hundred_thousandth(self):
         def change(file):
             force = file["VTKHDF/PointData/reaction_force"]
@@ -884,9 +895,10 @@ class Decks(unittest.TestCase):
         # a load path that begins out of balance. 60066: loads that contact has no part in. 60316:
         # a stiffness that has no factor. 61012: at rest, out of balance by less than rounding of
         # places is worth. 70471: no factor in single precision alone. 71215: a body that tips over
-        # an edge.
+        # an edge. 80129: stiff bricks that are carried far, whose forces are not as exact as long
+        # bricks make it seem. 80336: mu = 1e6, and points that slide under next to no force.
         seeds = (10252, 10335, 10404, 20001, 20040, 20079, 20148, 20166, 30008, 30101, 30179,
-                 60066, 60316, 61012, 70471, 71215)  # fmt: skip
+                 60066, 60316, 61012, 70471, 71215, 80129, 80336)  # fmt: skip
         self.judge("one", "--only", *map(str, seeds))
 
     @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")

@@ -701,8 +701,10 @@ class Judge:
         self.note("slip of a point that sticks", row,
                   (way * sticks).max() / length if length > 0 else 0.0, 1e-3)  # fmt: skip
         inside = (mu * normal_force - size) * (status == 2) * ~p["held"]
+        # Reactions are known to `allowed`, limits of friction to what `mu` makes of it.
         self.note("friction of a point that slides below its limit by", row,
-                  inside.max() / force if force > 0 else 0.0, 1e-3)  # fmt: skip
+                  inside.max() / force if force > 0 else 0.0,
+                  max(1e-3, allowed * np.hypot(1.0, mu)))  # fmt: skip
         resultant = p["force"].sum(axis=0)
         self.note("resultant wrong by", row, np.abs(stored["resultant"][row] - resultant).max(),
                   1e-12 * max(strength.sum(), 1e-300))  # fmt: skip
