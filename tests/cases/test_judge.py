@@ -918,9 +918,10 @@ class Decks(unittest.TestCase):
         # places is worth. 70471: no factor in single precision alone. 71215: a body that tips over
         # an edge. 80129: stiff bricks that are carried far, whose forces are not as exact as long
         # bricks make it seem. 80336: mu = 1e6, and points that slide under next to no force.
+        # 80092: a tool left without load where its nodes all but touch.
         # 61425, 80246: friction that Newton's method solves only as it grows from none.
         seeds = (10252, 10335, 10404, 20001, 20040, 20079, 20148, 20166, 30008, 30101, 30179,
-                 60066, 60316, 61012, 61425, 70471, 71215, 80129, 80246, 80336)  # fmt: skip
+                 60066, 60316, 61012, 61425, 70471, 71215, 80092, 80129, 80246, 80336)  # fmt: skip
         self.judge("one", "--only", *map(str, seeds))
 
     @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")

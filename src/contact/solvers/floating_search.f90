@@ -12,7 +12,8 @@
 !> brackets the place. Free gaps are closed so, however small the load is. A motion that nothing
 !> drives stays where it is. Where no centre leaves less out of balance, Newton's method on
 !> reactions and motions together has its turn, from the start, from the best centre, from no
-!> reactions and from no friction; then nothing balances it. What contact leaves on a neutral motion is given back.
+!> reactions and from no friction; then nothing balances it. What contact leaves on a neutral motion
+!> is given back.
 !> docs/theory.md section 9.
 module floating_search_mod
   use kinds_mod, only: wp
