@@ -171,7 +171,7 @@ contains
     if (n_columns < 0 .or. n_columns > max(0, extents(2))) list%is_short = .true.
     if (list%is_short) return
     if (extents(1) < 0) return
-    if (n_columns > 0 .and. extents(1) > left/n_columns) list%is_short = .true.
+    if (extents(1) > left/max(1, n_columns) .and. n_columns > 0) list%is_short = .true.
     if (list%is_short) return
     if (allocated(values)) deallocate (values)
     allocate (values(extents(1), extents(2)), source=0.0_wp)

@@ -4,12 +4,13 @@
 !> section 6.
 module certificate_mod
   use kinds_mod, only: wp
-  use constraints_mod, only: constraints_t
   use mesh_mod, only: mesh_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increment_report_mod, only: certificate_t, energy_t, contact_fields_t, worst_entry
   use body_balance_mod, only: acting_t, worst_balance
+  use increment_forces_mod, only: increment_forces_t
+  use bodies_at_rest_mod, only: are_at_rest, spread_of_row
   use constrained_forces_mod, only: hand_over, torn
   use error_measures_mod, only: are_finite, excusable, largest, largest_alone, largest_spread, &
     ratio, rounded
@@ -17,7 +18,7 @@ module certificate_mod
   implicit none
   private
 
-  public :: certify, judge_contact, energy_balance, increment_forces_t
+  public :: certify, judge_contact, energy_balance
 
   !> Of numbers that are none.
   type(certificate_t), parameter :: nothing_true = certificate_t(huge(1.0_wp), huge(1.0_wp), &
@@ -30,18 +31,6 @@ module certificate_mod
   !! of the reactions before an increment: forces at its end are measured by no less [-]
   real(wp), parameter :: nothing = 1.0e-8_wp
   !! of the largest rounding of a force: forces are measured by no less [-]
-
-  !> The forces of an increment, and what its supports ask for; all (3,n_nodes) in x, y, z.
-  type :: increment_forces_t
-    real(wp), allocatable :: internal(:, :)   !! from the stresses [force]
-    real(wp), allocatable :: external(:, :)   !! loads [force]
-    logical,  allocatable :: prescribed(:, :) !! degrees of freedom held by supports
-    real(wp), allocatable :: displacement(:, :) !! that is prescribed, 0 elsewhere [length]
-    type(constraints_t) :: constraints        !! those of the scene, whatever supports hold
-    real(wp), allocatable :: rounding(:) !! (n_nodes) that the internal forces carry [force]
-    real(wp), allocatable :: stiffness(:) !! (n_nodes) of each node by itself [force/length]
-    real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]
-  end type increment_forces_t
 
 contains
 
@@ -118,7 +107,7 @@ contains
         if (norm2(x(2:, i)) <= rounding_here) x(2:, i) = 0.0_wp
       end associate
     end do
-    at_rest = is_at_rest(mesh, forces, pressed)
+    at_rest = are_at_rest(mesh, points, contact, new%displacement, forces, pressed)
     ! Of bodies whose forces are all rounding the reactions say nothing, but where they are said to
     ! hold what slips.
     reaction = contact%reaction
@@ -187,18 +176,6 @@ contains
     worst = worst_balance(apart, acting, carries, max(rounding, forces%rounding), f_of_piece)
   end function balance_of_pieces
 
-  !> By what rounding of places grows in the gap of a point: before an obstacle by nothing, before a
-  !> surface by what its weights add up to, and by the integrals that they are made of.
-  pure real(wp) function spread_of_row(contact, i) result(factor)
-    type(contact_fields_t), intent(in) :: contact
-    integer, intent(in) :: i !! point
-
-    factor = 1.0_wp
-    associate (first => contact%weights%first(i), last => contact%weights%first(i + 1) - 1)
-      if (last > first) factor = 4.0_wp*(1.0_wp + sum(abs(contact%weights%weight(first:last))))
-    end associate
-  end function spread_of_row
-
   !> How far displacements are from what is prescribed, beside that and the size of the mesh.
   !> docs/theory.md (6.1).
   pure real(wp) function departure(mesh, u, forces)
@@ -239,24 +216,6 @@ contains
       end associate
     end do
   end function forces_of_bodies
-
-  !> Whether nothing acts on a body, and it has moved as a whole: all its forces are rounding, of
-  !> displacements or, where it touches something, of places.
-  pure function is_at_rest(mesh, forces, pressed) result(at_rest)
-    type(mesh_t), intent(in) :: mesh
-    type(increment_forces_t), intent(in) :: forces
-    real(wp), intent(in) :: pressed(:, :)     !! (3,n_nodes) [force]
-    logical :: at_rest(0:mesh%n_bodies)       !! 0: nodes without a body, never
-    integer :: node
-
-    at_rest = .true.
-    at_rest(0) = .false.
-    do node = 1, mesh%n_nodes
-      if (any(abs(forces%external(:, node)) > 0.0_wp) .or. max(norm2(forces%internal(:, node)), &
-        norm2(pressed(:, node))) > forces%rounding(node) + forces%stiffness(node)* &
-        forces%rounding_of_gaps) at_rest(mesh%body(node)) = .false.
-    end do
-  end function is_at_rest
 
   !> The largest force out of balance at a node, beside the largest of its body; where that is not
   !> allowed, less what rounding excuses.

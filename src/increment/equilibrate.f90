@@ -16,7 +16,7 @@ module equilibrate_mod
   use mesh_forces_mod, only: internal_force, force_rounding
   use rigid_modes_mod, only: add_motions
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse
-  use certificate_mod, only: increment_forces_t
+  use increment_forces_mod, only: increment_forces_t
   use follow_points_mod, only: measure_points
   use drag_points_mod, only: drag_points
   use placement_mod, only: placement_t, place_curved

@@ -9,7 +9,7 @@ module trial_mod
   use increments_mod, only: increment_t
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_unbalanced
-  use certificate_mod, only: increment_forces_t
+  use increment_forces_mod, only: increment_forces_t
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_gaps, &
     relative_gaps, add_driven_friction
   use rigid_modes_mod, only: generalised_loads, add_motions

@@ -75,6 +75,8 @@ SEES_ONLY = {
 }
 CERTIFICATE = {
     "contact/error_measures.f90",
+    "contact/increment_forces.f90",
+    "contact/bodies_at_rest.f90",
     "contact/constrained_forces.f90",
     "contact/turned_slips.f90",
     "contact/body_balance.f90",

@@ -266,6 +266,10 @@ class Judge:
         self.places_lost = scene.bricks().node_size() * rounded
         acting = np.max([np.linalg.norm(f, axis=1) for f in (internal, loads, pressed)], axis=0)
         far = np.maximum(np.abs(u), np.abs(before))
+        self.goes_along = [
+            self.is_carried(rows, u, far, held, np.abs(loads) + np.abs(thermal), pressed)
+            for rows in self.body_rows
+        ]
         self.check_equilibrium(row, far, residual, held, acting, force)
         self.check_stored_forces(row, u, residual, held, pressed, force)
         self.check_bodies(row, far, loads, pressed, -joined, before_it)
@@ -529,9 +533,9 @@ class Judge:
         # Bodies that move as a whole have forces of rounding alone. Beside a force that is more
         # than the rounding of its own node, rounding excuses next to nothing.
         excused = np.minimum(rounding, EXCUSED * force)
-        for rows in self.body_rows:
+        for rows, goes_along in zip(self.body_rows, self.goes_along, strict=True):
             rest = NOISE * rounding[rows] + self.places_lost[rows]
-            if np.all(acting[rows] <= rest):
+            if goes_along or np.all(acting[rows] <= rest):
                 excused[rows] = rest
         beside = np.setdiff1d(np.arange(len(far)), np.concatenate(self.body_rows))
         if np.all(acting[self.mesh] <= (NOISE * rounding + self.places_lost)[self.mesh]):
@@ -550,6 +554,30 @@ class Judge:
             allowed,
             f"of the largest force {force:.3g} at node {self.scene.ids[at]}",
         )
+
+    def is_carried(self, rows, u, far, held, loads, pressed):
+        """Whether nothing deforms a body, and it goes as a rigid motion to what is allowed.
+
+        Nothing loads it, nothing presses on it, and its supports go as one. Rounding of its stiff
+        bricks may then leave more force in soft ones than that of their own displacements.
+        """
+        rest = NOISE * self.scene.bricks().rounding(far)[rows]
+        if np.any(loads[rows]) or np.any(np.linalg.norm(pressed[rows], axis=1) > rest):
+            return False
+        arm = self.scene.points[rows] - self.scene.points[rows].mean(axis=0)
+        arm = arm / (np.abs(arm).max() or 1.0)
+        ways = [np.tile(e, (len(rows), 1)) for e in np.eye(3)]
+        ways += [np.cross(e, arm) for e in np.eye(3)]
+        motions = np.stack([way.ravel() for way in ways], axis=1)
+        moved, largest = u[rows].ravel(), np.abs(u[rows]).max()
+
+        def off(among):
+            share = np.linalg.lstsq(motions[among], moved[among], rcond=1e-12)[0]
+            return np.abs(moved[among] - motions[among] @ share).max(initial=0.0)
+
+        everything = np.ones(moved.shape, dtype=bool)
+        return (off(held[rows].ravel()) <= 64 * EPS * largest
+                and off(everything) <= self.allowed * largest)  # fmt: skip
 
     def check_stored_forces(self, row, u, residual, held, pressed, force):
         """Forces of supports and of contact in the file are those found here."""
@@ -701,8 +729,10 @@ class Judge:
         self.note("slip of a point that sticks", row,
                   (way * sticks).max() / length if length > 0 else 0.0, 1e-3)  # fmt: skip
         inside = (mu * normal_force - size) * (status == 2) * ~p["held"]
+        # Reactions are known to `allowed`, limits of friction to what `mu` makes of it.
         self.note("friction of a point that slides below its limit by", row,
-                  inside.max() / force if force > 0 else 0.0, 1e-3)  # fmt: skip
+                  inside.max() / force if force > 0 else 0.0,
+                  max(1e-3, allowed * np.hypot(1.0, mu)))  # fmt: skip
         resultant = p["force"].sum(axis=0)
         self.note("resultant wrong by", row, np.abs(stored["resultant"][row] - resultant).max(),
                   1e-12 * max(strength.sum(), 1e-300))  # fmt: skip

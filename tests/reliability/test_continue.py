@@ -37,7 +37,9 @@ SMALL = {
 }
 
 RELEASE = os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release"
-# Those whose states have something that others have not; the rest only where the program is fast.
+LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")
+# Those whose states have something that others have not; the rest only where the program is fast,
+# and killed once.
 DIFFERENT = ("block", "foundation", "mindlin", "slope", "wheel")
 
 # A step behind those of the block in which nothing balances the loads any more.
@@ -232,7 +234,9 @@ class EveryDeck(Folder):
         for name, overrides in SMALL.items():
             if not RELEASE and name not in DIFFERENT:
                 continue
-            self.check(Case(INPUT / f"{name}.inp", **overrides))
+            twice = LONG or name in DIFFERENT
+            kills = (0.35, 0.8) if twice else (0.6,)
+            self.check(Case(INPUT / f"{name}.inp", **overrides), kills=kills)
 
     def test_supports_obstacles_and_outputs_that_change(self):
         self.check(Case(HERE / "changes.inp"), kills=(0.2, 0.35, 0.5, 0.65, 0.75, 0.95))

@@ -4,6 +4,7 @@ import argparse
 import os
 import resource
 import shutil
+import tempfile
 import unittest
 import zlib
 from pathlib import Path
@@ -88,17 +89,33 @@ class Checksums(Folder):
 class Damage(Folder):
     """What is done about one damaged number."""
 
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.kept = Path(tempfile.mkdtemp(prefix="bipot-"))
+        cls.addClassCleanup(shutil.rmtree, cls.kept)
+
     def setUp(self):
         super().setUp()
-        self.case = Case(INPUT / "block.inp", n=3, steps=12, solver="AUTO", local="AUTO")
-        self.kill()
+        self.kill(Case(INPUT / "block.inp", n=3, steps=12, solver="AUTO", local="AUTO"))
 
-    def kill(self):
+    def kill(self, case):
+        """Take the files of a killed run and of a whole one; the first who asks has them made."""
+        self.case = case
+        kept = self.kept / case.deck.stem
+        if not kept.exists():
+            self.kill_anew()
+            shutil.copytree(self.folder, kept)
+        self.killed = self.fresh("killed")
+        shutil.copy(kept / "killed" / NAME, self.killed)
+        self.whole = Whole(kept / "whole" / NAME)
+        self.rows = rows_in(self.killed / NAME)
+
+    def kill_anew(self):
         """Kill a run when an increment has just been counted: the state of the one before is there.
         """
         whole = self.fresh("whole")
         n = self.case.count_changes(whole)
-        self.whole = Whole(whole / NAME)
         self.killed = self.fresh("killed")
         change = n // 2
         self.assertTrue(self.case.kill_at(self.killed, change))
@@ -106,7 +123,6 @@ class Damage(Folder):
         while rows_in(self.killed / NAME) == before:
             change += 1
             self.assertTrue(self.case.kill_at(self.fresh("killed"), change))
-        self.rows = rows_in(self.killed / NAME)
 
     def change(self, name, row):
         """Change a number of a row in a copy of the file; return the copy's folder."""
@@ -139,8 +155,7 @@ class Damage(Folder):
                 self.assertEqual(self.whole.differences(folder / NAME), [])
 
     def test_reference_nodes_are_checked_too(self):
-        self.case = Case(INPUT / "tool.inp", n=4, steps=3)
-        self.kill()
+        self.kill(Case(INPUT / "tool.inp", n=4, steps=3))
         self.assertGreater(self.rows, 1)
         for row, expected in ((self.rows - 1, 0), (0, 1)):
             for name in ("displacement", "reaction_force"):

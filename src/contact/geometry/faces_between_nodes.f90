@@ -61,6 +61,7 @@ module faces_between_nodes_mod
 
   real(wp), parameter :: at_three(3) = [-1, 0, 1]
   real(wp), parameter :: simpson(3) = [1.0_wp/3.0_wp, 4.0_wp/3.0_wp, 1.0_wp/3.0_wp]
+  real(wp), parameter :: all_but = 0.01_wp  !! of a depth: a gap beside which it is that of contact
   real(wp), parameter :: known_to = 0.05_wp !! part of its bulge that a smooth surface may be off
 
 contains
@@ -127,6 +128,13 @@ contains
         call look_at_pair(pair)
       end do
       found%untouched = deepest_untouched(dents, near)
+      if (found%untouched%depth > 0.0_wp) then
+        ! How deep it is where nodes all but touch is a matter of the mesh, as where they do.
+        call mark_touching(scene, points, faces, obstacle, after, new%reaction, max(allowed, &
+          all_but*found%untouched%depth), near)
+        found%touches = any(near)
+        found%untouched = deepest_untouched(dents, near)
+      end if
       deallocate (dents)
       call judge(found, allowed, last_of_step, entries)
     end do

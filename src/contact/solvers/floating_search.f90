@@ -11,8 +11,9 @@
 !> centre goes along e, as far as it takes: e(c) falls along a line, so that a change of its sign
 !> brackets the place. Free gaps are closed so, however small the load is. A motion that nothing
 !> drives stays where it is. Where no centre leaves less out of balance, Newton's method on
-!> reactions and motions together has its turn, from the start, from the best centre and from no
-!> reactions; then nothing balances it. What contact leaves on a neutral motion is given back.
+!> reactions and motions together has its turn, from the start, from the best centre, from no
+!> reactions and from no friction; then nothing balances it. What contact leaves on a neutral motion
+!> is given back.
 !> docs/theory.md section 9.
 module floating_search_mod
   use kinds_mod, only: wp
@@ -24,6 +25,7 @@ module floating_search_mod
   use global_newton_mod, only: response_to_shifts
   use floating_mod, only: floating_t, shift_of
   use solve_mod, only: solve_contact
+  use growing_friction_mod, only: friction_shares
   use joint_newton_mod, only: solve_jointly
   implicit none
   private
@@ -157,8 +159,8 @@ contains
   end subroutine solve_floating
 
   !> Newton's method on reactions and motions together, with one scaling of the laws after another,
-  !> each from where the search began, from the best centre and from no reactions at all. What it
-  !> comes to is a centre to try like any other.
+  !> each from where the search began, from the best centre and from no reactions at all; then from
+  !> no friction to more and more of it. What it comes to is a centre to try like any other.
   subroutine try_jointly(problem, floating, controls, drift, search, x_free, report)
     type(contact_problem_t), intent(in) :: problem
     type(floating_t), intent(in) :: floating
@@ -178,27 +180,50 @@ contains
     scaled = problem
     scale: do k = 1, size(scalings)
       if (k > 1) scaled%rho_global = spread(scalings(k)*problem%rho_map, 1, 2)
-      starts: do i = 1, 3
+      do i = 1, 3
         search%now%centre = search%first
         search%now%r = search%r_first
         if (i == 2) search%now = search%best
         if (i == 3) search%now%r = 0.0_wp
-        call solve_jointly(scaled, floating%q, search%load, search%x_start, search%now%r, &
-          search%now%centre, left)
-        if (k > 1) call solve_jointly(problem, floating%q, search%load, search%x_start, &
-          search%now%r, search%now%centre, left)
-        if (left > promising .or. is_out_of_scale(search)) cycle starts
-        x_free = search%x_start + matmul(floating%q, search%now%centre)
-        call try_centre(problem, floating, x_free, controls, drift, search, report)
+        call go_on(scaled)
+        if (k > 1) call go_on(problem)
+        call try_it()
         if (report%converged) return
-      end do starts
+      end do
     end do scale
+    scaled = problem
+    search%now%centre = search%first
+    search%now%r = 0.0_wp
+    do k = lbound(friction_shares, 1), ubound(friction_shares, 1)
+      scaled%mu = friction_shares(k)*problem%mu
+      call go_on(scaled)
+    end do
+    call try_it()
+    if (report%converged) return
     ! What was said before stands.
     report%residual = before%residual
     report%worst_point = before%worst_point
     report%solver = before%solver
     report%ending = before%ending
     search%now = last
+
+  contains
+
+    !> Newton's method from the present reactions and centre.
+    subroutine go_on(law)
+      type(contact_problem_t), intent(in) :: law
+
+      call solve_jointly(law, floating%q, search%load, search%x_start, search%now%r, &
+        search%now%centre, left)
+    end subroutine go_on
+
+    !> See what the centre that came out says, if anything.
+    subroutine try_it()
+      if (left > promising .or. is_out_of_scale(search)) return
+      x_free = search%x_start + matmul(floating%q, search%now%centre)
+      call try_centre(problem, floating, x_free, controls, drift, search, report)
+    end subroutine try_it
+
   end subroutine try_jointly
 
   !> Go along what is out of balance at the best centre, further and further until it changes its

@@ -5,11 +5,12 @@
 !>   1. global Newton from the last increment's reactions; where W is singular a few
 !>      accelerated sweeps, unless it is a narrow band
 !>   2. proximal steps by global Newton
-!>   3. sweeps, exact local solutions, accelerated, for as long as they gain; beside them Newton
+!>   3. Newton from no reactions, with no friction at first and then more and more of it
+!>   4. sweeps, exact local solutions, accelerated, for as long as they gain; beside them Newton
 !>      again whenever they have gained much
-!>   4. plain sweeps, neither relaxed nor accelerated, as many as MAX SWEEPS allows
+!>   5. plain sweeps, neither relaxed nor accelerated, as many as MAX SWEEPS allows
 !>
-!> and all of it once more from no reactions, where those of the last increment led nowhere.
+!> and all of it but 3. once more from no reactions, where those of the last increment led nowhere.
 !>
 !> Global Newton alone takes proximal steps where W is singular. Where W is known by its products
 !> alone global Newton is all there is; whoever can may form W then.
@@ -25,19 +26,21 @@ module solve_mod
   use global_newton_mod, only: solve_by_global_newton
   use proximal_newton_mod, only: solve_by_proximal_newton, needs_proximal_steps, &
                                   is_narrow_band, largest_proximal
+  use growing_friction_mod, only: solve_with_growing_friction
   implicit none
   private
 
   public :: solve_contact
 
   integer,  parameter :: first_sweeps = 100     !! of stage 1
-  integer,  parameter :: round_of_sweeps = 500  !! of stage 3, before it is asked what they gained
+  integer,  parameter :: round_of_sweeps = 500  !! of stage 4, before it is asked what they gained
   real(wp), parameter :: relaxation = 0.4_wp    !! keeps the count of sweeps flat in the mesh [-]
   real(wp), parameter :: gain = 0.5_wp          !! of the residual, in a round that is worth another
   real(wp), parameter :: much = 0.1_wp          !! of the residual, worth another try by Newton
 
   !> What a stage of AUTO runs.
-  integer, parameter :: by_newton = 1, by_proximal_newton = 2, by_sweeps = 3
+  integer, parameter :: by_newton = 1, by_proximal_newton = 2, by_sweeps = 3, &
+    by_growing_friction = 4
 
 contains
 
@@ -72,7 +75,7 @@ contains
         call solve_by_global_newton(problem, x_free, controls, r, report)
       end if
     case (solver_auto)
-      call solve_automatically(problem, x_free, controls, r, report)
+      call solve_automatically(problem, x_free, controls, r, report, .true.)
       if (report%converged .or. .not. is_warm) return
       call start_anew(problem, x_free, controls, r, report)
     case default
@@ -91,7 +94,7 @@ contains
     real(wp) :: trial(3, problem%n_points)
 
     trial = 0.0_wp
-    call solve_automatically(problem, x_free, controls, trial, here)
+    call solve_automatically(problem, x_free, controls, trial, here, .false.)
     if (here%residual < report%residual) r = trial
     call take_over(here, report)
   end subroutine start_anew
@@ -109,12 +112,13 @@ contains
   end subroutine start_newton_anew
 
   !> The stages of AUTO.
-  subroutine solve_automatically(problem, x_free, controls, r, report)
+  subroutine solve_automatically(problem, x_free, controls, r, report, is_first)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: r(:, :)
     type(contact_report_t), intent(out) :: report
+    logical, intent(in) :: is_first !! what begins from nothing anyway has its turn once
     type(contact_controls_t) :: sweeps
     integer :: newton
 
@@ -136,6 +140,10 @@ contains
     if (problem%n_rows <= largest_proximal) then
       call stage(problem, x_free, sweeps, by_proximal_newton, r, report)
       if (report%converged) return
+      if (is_first .and. any(problem%mu > 0.0_wp)) then
+        call stage(problem, x_free, sweeps, by_growing_friction, r, report)
+        if (report%converged) return
+      end if
     end if
     sweeps%max_sweeps = controls%max_sweeps
     call sweep_and_try(problem, x_free, sweeps, newton, r, report)
@@ -200,6 +208,8 @@ contains
       call solve_by_global_newton(problem, x_free, controls, trial, here)
     case (by_proximal_newton)
       call solve_by_proximal_newton(problem, x_free, controls, trial, here)
+    case (by_growing_friction)
+      call solve_with_growing_friction(problem, x_free, controls, trial, here)
     case default
       call solve_by_sweeps(problem, x_free, controls, trial, here)
     end select
