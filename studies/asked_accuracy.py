@@ -2,7 +2,7 @@
 
     studies/run asked_accuracy [-o docs/studies/asked-accuracy.md]
 
-Ten scenes, 10 % and 2 %, on meshes and with increments that the program chooses. By hand: meshes
+Nine scenes, 10 % and 2 %, on meshes and with increments that the program chooses. By hand: meshes
 and increments, all combinations; the cheapest run that is as accurate. The truth is the limit of
 three fine meshes with fine increments. Errors are those of docs/deck.md, *ACCURACY: of each pair
 the normal forces as parts of their largest sum, friction as a part of mu times that, at the ends of
@@ -64,7 +64,6 @@ SCENES = (
     Scene("hertz", "hertz", 0.0, steps=1),
     Scene("ball, pressed a way", "ball", 0.0, steps=1, replaced=BALL),
     Scene("spence", "spence", 0.2986),
-    Scene("corner", "corner", 0.2, (4, 6, 8, 12, 16, 20), settings={"mu": 0.2}),
     Scene("foundation", "foundation", 0.3, (2, 4, 6, 8, 10), 6, other=("base", 1.5)),
     Scene("tool", "tool", 0.2, (8, 12, 16, 24, 36), 2),
 )  # fmt: skip

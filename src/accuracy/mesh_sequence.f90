@@ -54,6 +54,8 @@ module mesh_sequence_mod
     real(wp) :: others = 0.0_wp      !! contact and arithmetic [-]
     integer  :: worst = 0            !! the quantity whose error by the mesh is the largest
     type(convergence_t), allocatable :: of_mesh(:) !! (n_quantities), error relative to its scale
+    integer, allocatable :: n_rising(:)
+    !! (n_quantities) how often in a row three meshes did not converge, up to the last
   end type sequence_error_t
 
 contains
@@ -136,6 +138,7 @@ contains
     n = size(runs)
     if (n < 2 .or. (n == 2 .and. .not. sequence%recovers)) return
     allocate (errors%of_mesh(size(sequence%list)))
+    allocate (errors%n_rising(size(sequence%list)), source=0)
     do k = 1, size(sequence%list)
       if (n == 2) then
         errors%of_mesh(k) = assume_first_order(sizes_of(runs), change(sequence, k, scales(k), &
@@ -146,6 +149,7 @@ contains
         call follow(sizes_of(runs(i - 2:i)), observe_convergence(sizes_of(runs(i - 2:i)), &
           [change(sequence, k, scales(k), runs(i - 2), runs(i - 1)), &
            change(sequence, k, scales(k), runs(i - 1), runs(i))]), errors%of_mesh(k))
+        errors%n_rising(k) = merge(0, errors%n_rising(k) + 1, errors%of_mesh(k)%converges)
       end do
     end do
     errors%mesh = 0.0_wp

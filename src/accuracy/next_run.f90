@@ -176,10 +176,10 @@ contains
         choice%may_be_last = .true.
         return
       end if
-      if (.not. errors%of_mesh(errors%worst)%converges) then
+      if (errors%n_rising(errors%worst) > 0) then
         ! What it takes is not known: a finer mesh may tell.
         choice%mesh_size = finer(sequence, last%mesh_size, 1.5_wp)
-        if (n > 4) choice%outcome = not_convergent
+        if (errors%n_rising(errors%worst) > 1 .or. n > 4) choice%outcome = not_convergent
         return
       end if
       needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh, aimed_at*left, &

@@ -85,7 +85,7 @@ contains
       end if
       if (.not. console%quiet) call say('accuracy        '//run_in_words(sequence))
     end do runs
-    call tell_outcome(deck, sequence, errors, choice, console, error)
+    call tell_outcome(deck, sequence, errors, choice, error)
   end subroutine reach_accuracy
 
   !> Go on with the run that a file is of, which knows those before it. Where it is done, and the
@@ -178,18 +178,17 @@ contains
   end subroutine tell_earlier
 
   !> Say how it ended, and what it took.
-  subroutine tell_outcome(deck, sequence, errors, choice, console, error)
+  subroutine tell_outcome(deck, sequence, errors, choice, error)
     type(scene_t), intent(in) :: deck
     type(mesh_sequence_t), intent(in) :: sequence
     type(sequence_error_t), intent(in) :: errors
     type(choice_t), intent(in) :: choice
-    type(console_t), intent(in) :: console
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: words, reason
 
     words = percent(sequence%wanted)//' of '//subject_in_words(deck%accuracy)
     if (choice%outcome == is_reached) then
-      if (.not. console%quiet) call say('accuracy        '//words//' is reached: '// &
+      call say('accuracy        '//words//' is reached: '// &
         errors_in_words(sequence, errors)//'; '//to_text(size(sequence%runs))//' runs, '// &
         seconds_in_words(sum(sequence%runs%seconds))//' of the processor')
       return
