@@ -24,6 +24,7 @@ module estimate_costs_mod
   use assembly_mod, only: triplets_t
   use mesh_parts_mod, only: list_parts
   use ordering_mod, only: order_equations
+  use new_iterative_body_mod, only: check_iterative_body
   use sparse_factor_mod, only: sparse_factor_t, analyse
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use contact_interface_mod, only: interface_dofs
@@ -104,8 +105,16 @@ contains
       sizes%rows <= 0.0_wp .or. scene%contact%solver == solver_sweeps)) then
       scene%contact%compliance = compliance_dense
     end if
-    call choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)
-    if (allocated(error)) return
+    if (scene%precision%iterative) then
+      call check_iterative_body(error)
+      if (allocated(error)) return
+      scene%contact%compliance = compliance_products
+      sizes%is_dense = .false.
+      reasons = ''
+    else
+      call choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)
+      if (allocated(error)) return
+    end if
     if (plan%is_analysed) call look_at_later_steps(scene, plan, sizes, error)
     if (allocated(error)) return
     plan%more_memory = peak_memory(sizes, file) + granted
