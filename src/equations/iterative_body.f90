@@ -69,8 +69,10 @@ contains
     type(error_t), allocatable, intent(out) :: error !! of the library; it does not converge
     real(wp), dimension(size(b)) :: x, z, p, q
     real(wp) :: size_b, rho, last_rho, curvature
+    real(wp) :: nothing(3, 3, 0)
     integer :: i
 
+    call body%hold([integer ::], nothing, nothing)
     body%solutions = body%solutions + 1
     size_b = norm2(b)
     x = 0.0_wp

@@ -23,7 +23,7 @@ module equilibrate_mod
   use follow_bodies_mod, only: follow_t, begin_following, has_moved, next_place, &
     farthest_point
   use transfer_mod, only: nodal_forces
-  use condensed_contact_mod, only: condense_contact, neutral_motions
+  use condensed_contact_mod, only: condense_contact, is_on_bodies, neutral_motions
   use step_solver_mod, only: step_solver_t
   use neutral_motions_mod, only: neutral_step, way_to_rest
   use trial_mod, only: trial_t, displacement_of, solve_reactions
@@ -85,6 +85,12 @@ contains
         error = solver%body%inverse%failure
         return
       end if
+      if (allocated(solver%body%inverse%iterative)) then
+        if (allocated(solver%body%inverse%iterative%failure)) then
+          error = solver%body%inverse%iterative%failure
+          return
+        end if
+      end if
       if (report%ending == ended_unbalanced) then
         if (allocated(begun)) call abandon_inverse(solver%body%inverse)
         return
@@ -126,6 +132,10 @@ contains
         call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
       end if
       if (imbalance <= trial%controls%tolerance) cycle newton_raphson
+      if (is_on_bodies(solver%contact)) then
+        trial%left = trial%left + residual
+        cycle newton_raphson
+      end if
       ! Contact sees the correction of the interface; that of the interior comes with its answer.
       call begin_inverse(solver%body%inverse, residual, begun, correction, error)
       if (allocated(error)) return
