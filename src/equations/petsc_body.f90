@@ -371,7 +371,7 @@ contains
     call note(body, pc_set_prefix(body%inverse, 'bipot_'//c_null_char))
     call note(body, pc_set_type(body%inverse, 'gamg'//c_null_char))
     call set_option('bipot_mg_levels_ksp_type', 'chebyshev')
-    call set_option('bipot_mg_levels_pc_type', 'jacobi')
+    call set_option('bipot_mg_levels_pc_type', 'sor')
     call note(body, pc_set_from_options(body%inverse))
     call note(body, pc_set_up(body%inverse))
     call note(body, pc_complexity(body%inverse, unknowns, entries))

@@ -110,6 +110,8 @@ contains
       if (allocated(error)) return
       scene%contact%compliance = compliance_products
       sizes%is_dense = .false.
+      call take_precision(scene%precision, sizes)
+      call forget_compliance(plan)
       reasons = ''
     else
       call choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)

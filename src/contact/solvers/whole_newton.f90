@@ -25,6 +25,8 @@ module whole_newton_mod
   real(wp), parameter :: tightest_inner = 1.0e-4_wp !! residuals of GMRES, relative [-]
   real(wp), parameter :: loosest_inner = 1.0e-1_wp
   real(wp), parameter :: shortest_step = 1.0e-3_wp
+  real(wp), parameter :: slides = 1.0e-6_wp     !! that far from the cone at most, beside mu r_n [-]
+  real(wp), parameter :: expected_across = 0.9_wp !! the same as next, of a slip not known yet [-]
   real(wp), parameter :: most_across = 0.999_wp !! of what holds across a slip, for the system [-]
 
   !> Displacements and reactions on the way, and what they leave.
@@ -58,13 +60,15 @@ contains
   !> to it.
   !>
   !> Not converging is no error: the report says so.
-  subroutine solve_with_body(problem, body, x_free, load, largest, controls, v, r, report)
+  subroutine solve_with_body(problem, body, x_free, load, largest, controls, anew, v, r, report)
     type(contact_problem_t), target, intent(in) :: problem
     class(body_map_t), target, intent(in) :: body
     real(wp), intent(in) :: x_free(:)       !! (n_rows) without reactions and load [length]
     real(wp), intent(in) :: load(:)         !! (n) f, beside that of x_free [force]
     real(wp), intent(in) :: largest         !! force at a node, so far [force]
     type(contact_controls_t), intent(in) :: controls
+    logical, intent(inout) :: anew
+    !! coarsen the bodies for what is held first; no longer where that is done
     real(wp), intent(inout) :: v(:)         !! (n) a guess in, displacement out [length]
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
@@ -74,8 +78,10 @@ contains
     real(wp), allocatable :: dv(:), dg(:), dr(:, :)
     real(wp) :: r_start(3, problem%n_points), forcing, last_merit, left
     integer :: stalled
+    logical :: is_known !! by the reactions to start from: what is held
 
     r_start = r
+    is_known = any(abs(r) > 0.0_wp)
     call begin(problem, body, x_free, load, v, r, now)
     last_merit = 0.0_wp
     report%residual = huge(report%residual)
@@ -96,9 +102,14 @@ contains
       left = controls%tolerance/report%residual
       forcing = forcing_term(now%merit, last_merit, left)
       last_merit = now%merit
+      if (is_known) call expect(problem, now)
       call make_system(problem, now, system)
       call body%hold(system%held, system%across)
+      if (anew) call body%coarsen()
+      anew = .false.
       call find_step(problem, body, system, now, forcing, dv, dg, dr, report%products)
+      if (is_known) now%merit = huge(1.0_wp)
+      is_known = .false.
       call search_line(problem, now, dv, dg, dr, body)
       report%iterations = report%iterations + 1
     end do newton
@@ -165,6 +176,50 @@ contains
     if (last_merit > 0.0_wp) forcing_term = fraction*min(1.0_wp, merit/last_merit)**2
     forcing_term = min(loosest_inner, max(tightest_inner, forcing_term, 0.3_wp*left))
   end function forcing_term
+
+  !> Take for held what the reactions to start from say, whatever the gaps there: displacements are
+  !> not those of these reactions yet. Residuals become those of what is so to come.
+  subroutine expect(problem, now)
+    type(contact_problem_t), intent(in) :: problem
+    type(place_t), intent(inout) :: now
+    real(wp), dimension(3, problem%n_points) :: r, x, z
+    real(wp) :: p(3, 3), t(2)
+    integer :: i, a
+
+    r = unpack_rows(problem, now%at%r)
+    x = unpack_rows(problem, now%at%x)
+    z = 0.0_wp
+    do i = 1, problem%n_points
+      associate (mu => problem%mu(i), rho => problem%rho_global([1, 2, 2], i))
+        p = 0.0_wp
+        if (r(1, i) > 0.0_wp) then
+          p(1, 1) = 1.0_wp
+          if (norm2(r(2:, i)) < (1.0_wp - slides)*mu*r(1, i)) then
+            p(2, 2) = 1.0_wp
+            p(3, 3) = 1.0_wp
+            z(:, i) = rho*x(:, i)
+          else if (mu > 0.0_wp) then
+            t = r(2:, i)/norm2(r(2:, i))
+            p(2:, 1) = mu*t
+            do a = 1, 2
+              p(2:, 1 + a) = -expected_across*t(a)*t
+              p(1 + a, 1 + a) = p(1 + a, 1 + a) + expected_across
+            end do
+            z(1, i) = rho(1)*x(1, i)
+            z(2:, i) = p(2:, 1)*z(1, i) + matmul(p(2:, 2:), rho(2:)*x(2:, i)) - (mu*r(1, i)*t - &
+              r(2:, i)) + matmul(p(2:, 2:), mu*r(1, i)*t - r(2:, i))
+          else
+            z(1, i) = rho(1)*x(1, i)
+          end if
+        end if
+        now%at%dz_dr(:, :, i) = -p
+        do a = 1, 3
+          now%at%dz_dr(a, a, i) = now%at%dz_dr(a, a, i) + 1.0_wp
+        end do
+      end associate
+    end do
+    now%at%z = pack_rows(problem, z)
+  end subroutine expect
 
   !> What is held, and what the others do, by the derivatives of the projections. docs/theory.md
   !> (4.17).
