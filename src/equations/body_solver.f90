@@ -236,7 +236,8 @@ contains
         inverse%materials = scene%materials
       end if
       allocate (x(n), b(inverse%map%n_free, 1))
-      do while (norm%goes_on(x))
+      do while (n > 0)
+        if (.not. norm%goes_on(x)) exit
         b = 0.0_wp
         b(size(b, 1) - n + 1:, 1) = x
         call solve_equations(inverse, b, .true., error)

@@ -11,7 +11,7 @@ module petsc_calls_mod
   public :: mat_create, mat_destroy, mat_set_block_size, mat_set_option, mat_assembly_begin, &
     mat_assembly_end, mat_mult, mat_set_near_null_space, null_space_create, null_space_destroy
   public :: pc_create, pc_destroy, pc_set_type, pc_set_operators, pc_set_prefix, &
-    pc_set_from_options, pc_set_up, pc_apply, pc_complexity
+    pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_complexity
   public :: yes, no, final_assembly, positive_definite
 
   integer(c_int), parameter :: no = 0, yes = 1        !! PetscBool
@@ -251,6 +251,15 @@ module petsc_calls_mod
       type(c_ptr), value :: pc
       integer(c_int) :: status
     end function pc_set_up
+
+    !> Whether the preconditioner stays as it is when its matrix changes.
+    function pc_set_reuse(pc, flag) result(status) bind(c, name='PCSetReusePreconditioner')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      integer(c_int), value :: flag
+      integer(c_int) :: status
+    end function pc_set_reuse
 
     function pc_apply(pc, x, y) result(status) bind(c, name='PCApply')
       import :: c_int, c_ptr
