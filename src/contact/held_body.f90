@@ -24,7 +24,6 @@ module held_body_mod
   contains
     procedure :: n => count_unknowns
     procedure :: hold => hold_points
-    procedure :: coarsen
     procedure :: product => press
     procedure :: precondition
     procedure :: at_points
@@ -97,12 +96,6 @@ contains
     end do
     call map%inverse%iterative%hold(map%node, held_xyz, stiffer_xyz)
   end subroutine hold_points
-
-  subroutine coarsen(map)
-    class(held_body_t), intent(in) :: map
-
-    call map%inverse%iterative%coarsen()
-  end subroutine coarsen
 
   subroutine press(map, v, product)
     class(held_body_t), intent(in) :: map

@@ -22,15 +22,15 @@ module iterative_body_mod
     type(error_t), allocatable :: failure !! of the library; it holds for good
   contains
     procedure(hold_directions), deferred :: hold
-    procedure(coarsen_matrix), deferred :: coarsen
     procedure(multiply), deferred :: product
     procedure(multiply), deferred :: precondition
     procedure :: solve => solve_by_conjugate_gradients
   end type iterative_body_t
 
   abstract interface
-    !> Hold directions at nodes from now on, and no others. The approximate inverse stays the one
-    !> that `coarsen` made; it loses by every node that has been held or let go since.
+    !> Hold directions at nodes from now on, and no others. The approximate inverse sees it on the
+    !> unknowns alone, not on what these are coarsened to: that is made once, so that what an
+    !> increment computes depends on no other.
     subroutine hold_directions(body, node, held, stiffer)
       import :: iterative_body_t, wp
       implicit none
@@ -41,13 +41,6 @@ module iterative_body_mod
       !! (3,3,m) stiffness that the inverse takes for one of the node, 0 along what is held
       !! [force/length]
     end subroutine hold_directions
-
-    !> Make the approximate inverse anew, with what is held now.
-    subroutine coarsen_matrix(body)
-      import :: iterative_body_t
-      implicit none
-      class(iterative_body_t), intent(inout) :: body
-    end subroutine coarsen_matrix
 
     !> K x, whatever is held; or the approximate inverse of P K P with x, 0 along what is held.
     subroutine multiply(body, x, y)

@@ -50,7 +50,6 @@ module petsc_body_mod
     real(wp), allocatable :: left(:, :, :)  !! (3,3,m) P
   contains
     procedure :: hold => hold_at_nodes
-    procedure :: coarsen
     procedure :: product => product_with_k
     procedure :: precondition => apply_inverse
     final :: release
@@ -101,7 +100,7 @@ contains
       call note(made, mat_set_block_size(made%matrix, 3_c_int))
       call note(made, mat_set_option(made%matrix, positive_definite, yes))
     end if
-    call made%coarsen()
+    call coarsen(made)
     if (allocated(made%failure)) error = made%failure
     call move_alloc(made, body)
   end subroutine make_petsc_body
@@ -347,18 +346,14 @@ contains
     end do
   end subroutine put_block
 
-  !> The hierarchy of the matrix as it is now.
+  !> The hierarchy of K.
   subroutine coarsen(body)
     class(petsc_body_t), intent(inout) :: body
     type(c_ptr) :: motions(n_rigid), space
     real(wp) :: unknowns, entries
-    integer(c_int) :: status
     integer :: i
 
     if (allocated(body%failure)) return
-    if (c_associated(body%inverse)) call note(body, pc_destroy(body%inverse))
-    call pc_create(int(communicator(), c_int), body%inverse, status)
-    call note(body, status)
     call make_motions(body, motions)
     call note(body, null_space_create(body%ranks, no, int(n_rigid, c_int), motions, space))
     if (allocated(body%failure)) return
@@ -388,7 +383,7 @@ contains
 
   end subroutine coarsen
 
-  !> The rigid motions of all bodies together, orthonormal, 0 along what is held or no unknown.
+  !> The rigid motions of all bodies together, orthonormal, 0 along what is no unknown.
   subroutine make_motions(body, motions)
     class(petsc_body_t), intent(inout) :: body
     type(c_ptr), intent(out) :: motions(n_rigid) !! PETSc's vectors
@@ -396,7 +391,7 @@ contains
     real(wp), pointer :: values(:)
     type(c_ptr) :: array
     real(wp) :: centre(3), x(3)
-    integer :: n, i, j, k
+    integer :: n, i, j
 
     n = size(body%position, 2)
     allocate (motion(3, n, n_rigid), source=0.0_wp)
@@ -412,10 +407,6 @@ contains
       do j = 1, 3
         if (.not. body%is_unknown(3*(i - 1) + j)) motion(j, i, :) = 0.0_wp
       end do
-    end do
-    do k = 1, size(body%node)
-      i = body%node(k)
-      motion(:, i, :) = matmul(body%left(:, :, k), motion(:, i, :))
     end do
     do j = 1, n_rigid
       do i = 1, j - 1

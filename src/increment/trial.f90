@@ -50,7 +50,6 @@ module trial_mod
     !! (3,n_nodes) of these, by the weights of their time [force]
     real(wp), allocatable :: guess(:, :)
     !! (3,n_nodes) of u_contact, where it is found together with the reactions [length]
-    logical :: is_coarsened = .false. !! the bodies, for the contact of this increment
     real(wp), allocatable :: left(:, :)
     !! (3,n_nodes) forces that it takes up beside theirs, there [force]
     real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
@@ -306,17 +305,14 @@ contains
     type(contact_report_t), intent(out) :: report
     real(wp), dimension(solver%body%inverse%map%n_free) :: v, load
     real(wp) :: largest
-    logical :: anew
 
     associate (map => solver%body%inverse%map)
       v = unknowns_of(map, trial%guess)
       call to_equations(map, trial%left, load)
       largest = max(maxval(norm2(trial%forces%external, dim=1)), maxval(norm2(old%support_force, &
         dim=1)))
-      anew = .not. trial%is_coarsened
-      call solve_with_body(group%problem, group%body, x_free, load, largest, trial%controls, anew, &
-        v, r, report)
-      trial%is_coarsened = .not. anew
+      call solve_with_body(group%problem, group%body, x_free, load, largest, trial%controls, v, r, &
+        report)
       call to_nodes(map, v, trial%u_contact)
       trial%guess = trial%u_contact
     end associate

@@ -13,7 +13,6 @@ module body_map_mod
   contains
     procedure(count_unknowns), deferred :: n
     procedure(hold_points), deferred :: hold
-    procedure(coarsen_body), deferred :: coarsen
     procedure(multiply), deferred :: product
     procedure(multiply), deferred :: precondition
     procedure(take_rows), deferred :: at_points
@@ -36,13 +35,6 @@ module body_map_mod
       real(wp), intent(in) :: held(:, :, :)    !! (3,3,n_points) projection on what is held [-]
       real(wp), intent(in) :: stiffer(:, :, :) !! (3,3,n_points) across it [force/length]
     end subroutine hold_points
-
-    !> Make what `precondition` does anew, for what is held now.
-    subroutine coarsen_body(map)
-      import :: body_map_t
-      implicit none
-      class(body_map_t), intent(in) :: map
-    end subroutine coarsen_body
 
     !> K v, or about the inverse of what K is where nothing moves along what is held.
     subroutine multiply(map, v, product)

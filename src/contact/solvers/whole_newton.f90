@@ -24,10 +24,11 @@ module whole_newton_mod
   integer,  parameter :: max_products = 80      !! largest Krylov space
   real(wp), parameter :: tightest_inner = 1.0e-4_wp !! residuals of GMRES, relative [-]
   real(wp), parameter :: loosest_inner = 1.0e-1_wp
-  real(wp), parameter :: shortest_step = 1.0e-3_wp
+  real(wp), parameter :: shortest_step = 0.2_wp
+  integer,  parameter :: remembered = 4         !! places that the line search looks back at
   real(wp), parameter :: slides = 1.0e-6_wp     !! that far from the cone at most, beside mu r_n [-]
   real(wp), parameter :: expected_across = 0.9_wp !! the same as next, of a slip not known yet [-]
-  real(wp), parameter :: most_across = 0.999_wp !! of what holds across a slip, for the system [-]
+  real(wp), parameter :: most_across = 0.999_wp !! of what holds across a slip; beyond it is held there [-]
 
   !> Displacements and reactions on the way, and what they leave.
   type :: place_t
@@ -35,6 +36,8 @@ module whole_newton_mod
     real(wp), allocatable :: g(:)  !! (n) K v - C^T r - f [force]
     type(iterate_t) :: at          !! reactions and gaps
     real(wp) :: merit = 0.0_wp     !! of both residuals [force]
+    real(wp) :: allowed(remembered) = 0.0_wp
+    !! those of the last places: one of them may be come up to [force]
   end type place_t
 
   !> What the system of a Newton step is made of, a point at a time.
@@ -60,15 +63,13 @@ contains
   !> to it.
   !>
   !> Not converging is no error: the report says so.
-  subroutine solve_with_body(problem, body, x_free, load, largest, controls, anew, v, r, report)
+  subroutine solve_with_body(problem, body, x_free, load, largest, controls, v, r, report)
     type(contact_problem_t), target, intent(in) :: problem
     class(body_map_t), target, intent(in) :: body
     real(wp), intent(in) :: x_free(:)       !! (n_rows) without reactions and load [length]
     real(wp), intent(in) :: load(:)         !! (n) f, beside that of x_free [force]
     real(wp), intent(in) :: largest         !! force at a node, so far [force]
     type(contact_controls_t), intent(in) :: controls
-    logical, intent(inout) :: anew
-    !! coarsen the bodies for what is held first; no longer where that is done
     real(wp), intent(inout) :: v(:)         !! (n) a guess in, displacement out [length]
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
@@ -105,10 +106,7 @@ contains
       if (is_known) call expect(problem, now)
       call make_system(problem, now, system)
       call body%hold(system%held, system%across)
-      if (anew) call body%coarsen()
-      anew = .false.
       call find_step(problem, body, system, now, forcing, dv, dg, dr, report%products)
-      if (is_known) now%merit = huge(1.0_wp)
       is_known = .false.
       call search_line(problem, now, dv, dg, dr, body)
       report%iterations = report%iterations + 1
@@ -263,7 +261,10 @@ contains
         end do
         cycle
       end if
-      if (largest > most_across) t = t*(most_across/largest)
+      if (largest > most_across) then
+        system%held(2:, 2:, i) = t/largest
+        t = 0.0_wp
+      end if
       e = inverse_of(reshape([1.0_wp - t(1, 1), -t(2, 1), -t(1, 2), 1.0_wp - t(2, 2)], [2, 2]))
       system%across(2:, 2:, i) = problem%rho_global(2, i)*matmul(e, t)
       system%follows(2:, i) = matmul(e, p(2:, 1))
@@ -389,6 +390,7 @@ contains
     real(wp), dimension(3, problem%n_points) :: x
     real(wp) :: step, merit
 
+    now%allowed = [now%allowed(2:), now%merit]
     call body%at_points(dv, x)
     trial = now%at
     step = 1.0_wp
@@ -397,7 +399,7 @@ contains
       trial%x = now%at%x + step*pack_rows(problem, x)
       call evaluate(problem, trial)
       merit = norm2([trial%merit, norm2(now%g + step*dg)])
-      if (merit <= (1.0_wp - 1.0e-4_wp*step)*now%merit .or. step < shortest_step) exit
+      if (merit <= (1.0_wp - 1.0e-4_wp*step)*maxval(now%allowed) .or. step < shortest_step) exit
       step = 0.5_wp*step
     end do
     now%at = trial
