@@ -365,6 +365,8 @@ contains
     call note(body, pc_set_operators(body%inverse, body%matrix, body%matrix))
     call note(body, pc_set_prefix(body%inverse, 'bipot_'//c_null_char))
     call note(body, pc_set_type(body%inverse, 'gamg'//c_null_char))
+    ! One that is coarsened to a node or two leaves coarse motions undetermined.
+    call set_option('bipot_pc_gamg_coarse_eq_limit', '500')
     call set_option('bipot_mg_levels_ksp_type', 'chebyshev')
     call set_option('bipot_mg_levels_pc_type', 'sor')
     call note(body, pc_set_from_options(body%inverse))
@@ -383,7 +385,7 @@ contains
 
   end subroutine coarsen
 
-  !> The rigid motions of all bodies together, orthonormal, 0 along what is no unknown.
+  !> The rigid motions of all bodies together, orthonormal.
   subroutine make_motions(body, motions)
     class(petsc_body_t), intent(inout) :: body
     type(c_ptr), intent(out) :: motions(n_rigid) !! PETSc's vectors
@@ -404,9 +406,6 @@ contains
       motion(:, i, 4) = [0.0_wp, -x(3), x(2)]
       motion(:, i, 5) = [x(3), 0.0_wp, -x(1)]
       motion(:, i, 6) = [-x(2), x(1), 0.0_wp]
-      do j = 1, 3
-        if (.not. body%is_unknown(3*(i - 1) + j)) motion(j, i, :) = 0.0_wp
-      end do
     end do
     do j = 1, n_rigid
       do i = 1, j - 1
