@@ -11,7 +11,8 @@ module petsc_calls_mod
   public :: mat_create, mat_destroy, mat_set_block_size, mat_set_option, mat_assembly_begin, &
     mat_assembly_end, mat_mult, mat_set_near_null_space, null_space_create, null_space_destroy
   public :: pc_create, pc_destroy, pc_set_type, pc_set_operators, pc_set_prefix, &
-    pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_complexity
+    pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_complexity, pc_levels, &
+    pc_smoother, ksp_set_type, ksp_get_pc
   public :: yes, no, final_assembly, positive_definite
 
   integer(c_int), parameter :: no = 0, yes = 1        !! PetscBool
@@ -267,6 +268,40 @@ module petsc_calls_mod
       type(c_ptr), value :: pc, x, y
       integer(c_int) :: status
     end function pc_apply
+
+    function pc_levels(pc, n) result(status) bind(c, name='PCMGGetLevels')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      integer(c_int), intent(out) :: n
+      integer(c_int) :: status
+    end function pc_levels
+
+    !> What smooths on a level, 0 the coarsest.
+    function pc_smoother(pc, level, ksp) result(status) bind(c, name='PCMGGetSmoother')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      integer(c_int), value :: level
+      type(c_ptr), intent(out) :: ksp
+      integer(c_int) :: status
+    end function pc_smoother
+
+    function ksp_set_type(ksp, name) result(status) bind(c, name='KSPSetType')
+      import :: c_char, c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ksp
+      character(c_char), intent(in) :: name(*)
+      integer(c_int) :: status
+    end function ksp_set_type
+
+    function ksp_get_pc(ksp, pc) result(status) bind(c, name='KSPGetPC')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ksp
+      type(c_ptr), intent(out) :: pc
+      integer(c_int) :: status
+    end function ksp_get_pc
 
     !> Unknowns and entries of all levels beside those of the finest.
     function pc_complexity(pc, unknowns, entries) result(status) &
