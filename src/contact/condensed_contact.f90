@@ -55,7 +55,7 @@ module condensed_contact_mod
 
 contains
 
-  !> Find the groups: bodies with points in reach, and bodies and obstacles that move freely, joined
+  !> Find the groups: one of all where bodies are solved for by iteration; else bodies with points in reach, and bodies and obstacles that move freely, joined
   !> where a body faces another, or an obstacle that moves freely.
   subroutine find_groups(scene, points, motions, contact)
     type(scene_t), intent(in) :: scene
@@ -91,6 +91,9 @@ contains
         if (points%in_reach(i)) call join(masters(1), scene%mesh%body(points%node(i)))
       end do
     end do
+
+    ! Solved together with all displacements they have one problem.
+    if (scene%precision%iterative) root = 1
 
     n = 0
     group_of = 0
@@ -149,18 +152,17 @@ contains
     do i = 1, size(contact%group)
       if (only_curved .and. .not. any(points%is_curved(contact%group(i)%point))) cycle
       call condense_group(scene, points, body, undeformed, placement, rows, &
-        size(contact%group) == 1, contact%group(i))
+        contact%group(i))
     end do
   end subroutine condense_contact
 
   !> The contact problem of a group.
-  subroutine condense_group(scene, points, body, undeformed, placement, rows, is_alone, group)
+  subroutine condense_group(scene, points, body, undeformed, placement, rows, group)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(body_solver_t), intent(in) :: body
     type(placement_t), intent(in) :: undeformed, placement
     type(placed_rows_t), intent(in) :: rows  !! of the placement
-    logical, intent(in) :: is_alone          !! there is no other group
     type(contact_group_t), intent(inout) :: group
     real(wp), allocatable :: w(:, :), g(:, :), undeformed_g(:, :)
     type(compliance_t) :: compliance
@@ -211,9 +213,8 @@ contains
     if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
     if (allocated(group%body)) deallocate (group%body)
-    if (allocated(body%inverse%iterative) .and. is_alone .and. size(group%motion) == 0 .and. n > 0) &
-      call hold_body(body%inverse, points, rows%transfer, placement%frame, row, group%active, &
-      group%body)
+    if (allocated(body%inverse%iterative) .and. n > 0) call hold_body(body%inverse, points, &
+      rows%transfer, placement%frame, row, group%active, group%body)
   end subroutine condense_group
 
   !> The placement as far as the undeformed mesh says how points lie: normals before deformation

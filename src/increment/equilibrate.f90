@@ -5,7 +5,7 @@
 !> section 11).
 module equilibrate_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t
+  use errors_mod, only: error_t, raise, exit_not_solved
   use constraints_mod, only: constraints_t, give_to_masters
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
@@ -23,7 +23,7 @@ module equilibrate_mod
   use follow_bodies_mod, only: follow_t, begin_following, has_moved, next_place, &
     farthest_point
   use transfer_mod, only: nodal_forces
-  use condensed_contact_mod, only: condense_contact, is_on_bodies, neutral_motions
+  use condensed_contact_mod, only: condense_contact, count_rows, is_on_bodies, neutral_motions
   use step_solver_mod, only: step_solver_t
   use neutral_motions_mod, only: neutral_step, way_to_rest
   use trial_mod, only: trial_t, displacement_of, solve_reactions
@@ -77,6 +77,13 @@ contains
         call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
         call condense_contact(scene, points, solver%body, undeformed, trial%placement, .true., &
           solver%contact)
+      end if
+      if (allocated(solver%body%inverse%iterative) .and. count_rows(solver%contact) > 0 .and. .not. &
+        is_on_bodies(solver%contact)) then
+        call raise(error, exit_not_solved, '*BODY SOLVER, TYPE=ITERATIVE does not cover points '// &
+          'that depend on other nodes, or whose supports are oblique to the obstacle; '// &
+          'TYPE=FACTOR does')
+        return
       end if
       if (.not. trial%is_foreseen) call solve_sharply(scene, points, solver, old, &
         size(follow%node) > 0, trial, new%reaction, report)
