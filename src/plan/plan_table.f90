@@ -137,13 +137,15 @@ contains
     integer :: i
 
     do i = 1, size(plan%lines)
-      associate (line => plan%lines(i)%text)
-        if (index(line, compliance_line//' ') == 1) line = line(:name_width + bound_width)// &
+      if (index(plan%lines(i)%text, compliance_line//' ') == 1) then
+        plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
           'none: contact is solved together with the displacements'
-        if (index(line, factorisations//' ') == 1) line = line(:name_width + bound_width)// &
-          'none: solutions '//precision_in_words(scene%precision)//', a hierarchy of meshes '// &
-          to_text(plan%n_factorisations)//plural(' time', ' times', plan%n_factorisations)
-      end associate
+      else if (index(plan%lines(i)%text, factorisations//' ') == 1) then
+        plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
+          'none: solutions '//precision_in_words(scene%precision)//', coarsened for '// &
+          to_text(plan%n_factorisations)//plural(' set', ' sets', plan%n_factorisations)// &
+          ' of supports'
+      end if
     end do
   end subroutine describe_iterative
 

@@ -77,18 +77,20 @@ contains
     type(system_t), target :: system
     type(contact_report_t) :: here
     real(wp), allocatable :: dv(:), dg(:), dr(:, :)
-    real(wp) :: r_start(3, problem%n_points), forcing, last_merit, left
+    real(wp) :: r_start(3, problem%n_points), forcing, last_merit, left, scale
     integer :: stalled
     logical :: is_known !! by the reactions to start from: what is held
 
     r_start = r
     is_known = any(abs(r) > 0.0_wp)
     call begin(problem, body, x_free, load, v, r, now)
+    ! Where reactions vanish what is left of those to start from is beside what they were.
+    scale = max(largest, maxval(abs(now%g)))
     last_merit = 0.0_wp
     report%residual = huge(report%residual)
     stalled = 0
     newton: do
-      call judge(problem, body, x_free, now, largest, r_start, here)
+      call judge(problem, body, x_free, now, scale, r_start, here)
       stalled = stalled + 1
       if (here%residual < 0.9_wp*report%residual) stalled = 0
       if (here%residual < report%residual) then

@@ -1,0 +1,221 @@
+"""Bodies solved for by iteration beside bodies with a factor, and how what it does not cover ends."""
+
+import os
+import sys
+import unittest
+from pathlib import Path
+
+SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
+sys.path.insert(0, str(SOURCE / "tests" / "cases"))
+
+import h5py  # noqa: E402
+import numpy as np  # noqa: E402
+from program import INPUT, PROGRAM, Run  # noqa: E402
+
+AUTO = {"solver": "AUTO", "local": "AUTO", "tolerance": 1e-11}
+LIMIT = 1e-8
+WRONG_INPUT, NOT_SOLVED = 1, 2
+ITERATIVE = "*BODY SOLVER, TYPE=ITERATIVE"
+MPIEXEC = os.environ.get("MPIEXEC", "mpiexec")
+
+HELD_ABOVE = """*HEADING
+A block that is held above, before an obstacle
+*BLOCK, NAME=BODY, ELSET=BODY, TYPE=C3D8, NX=5, NY=4, NZ=4
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=STEEL
+*ELASTIC
+210000., 0.3
+*SOLID SECTION, ELSET=BODY, MATERIAL=STEEL
+*OBSTACLE, NAME=TOOL, TYPE={kind}
+{shape}
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=DRY
+BODY-ZMIN, TOOL
+*CONTACT SOLVER, TOLERANCE=1e-11
+*STEP
+*STATIC
+0.5, 1.0
+*BOUNDARY
+BODY-ZMAX, 1, 1, 0.02
+BODY-ZMAX, 2, 2, {aside}
+BODY-ZMAX, 3, 3, -0.03
+*END STEP
+"""
+
+MESHED = """*HEADING
+The base of the punch's mesh by Gmsh, lifted against a plane above it
+*INCLUDE, INPUT={mesh}
+*MATERIAL, NAME=STEEL
+*ELASTIC
+210000., 0.3
+*MATERIAL, NAME=ALUMINIUM
+*ELASTIC
+70000., 0.3
+*SOLID SECTION, ELSET=PUNCH, MATERIAL=STEEL
+*SOLID SECTION, ELSET=BASE, MATERIAL=ALUMINIUM
+*OBSTACLE, NAME=ABOVE, TYPE=PLANE
+0., 0., {height},  0., 0., -1.
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.2
+*CONTACT PAIR, INTERACTION=DRY
+BASE-TOP, ABOVE
+*CONTACT SOLVER, TOLERANCE=1e-11
+*BOUNDARY
+PUNCH, 1, 3, 0.
+BASE-X0, 1, 1, 0.
+*STEP
+*STATIC
+0.5, 1.0
+*BOUNDARY
+BASE-BOTTOM, 1, 2, 0.
+BASE-BOTTOM, 3, 3, 0.01
+*END STEP
+"""
+
+
+def with_card(deck, card):
+    """The text of a deck with a card before its first step."""
+    return deck.replace("*STEP", f"{card}\n*STEP", 1)
+
+
+def forces(run):
+    """Every force of a result: name to array."""
+    found = {}
+
+    def keep(name, item):
+        if name.rsplit("/", 1)[-1] in ("reaction", "resultant", "reaction_force", "contact_force"):
+            found[name] = item[()]
+
+    with h5py.File(run.file) as file:
+        file.visititems(keep)
+    return found
+
+
+class SameForces(unittest.TestCase):
+    def agree(self, deck, *, most=None, **overrides):
+        """Both solvers give the same forces, certified; `most` iterations an increment."""
+        run = Run(with_card(deck, ITERATIVE), name="iterative", **overrides)
+        self.assertEqual(run.status, 0, run.errors)
+        factor = Run(with_card(deck, "*BODY SOLVER, TYPE=FACTOR"), name="factor", **overrides)
+        self.assertEqual(factor.status, 0, factor.errors)
+        expected, found = forces(factor), forces(run)
+        self.assertEqual(expected.keys(), found.keys())
+        pressed = [name for name in expected if np.any(expected[name])]
+        self.assertTrue(any(name.endswith("/reaction") for name in pressed))
+        for name in pressed:
+            largest = abs(expected[name]).max()
+            np.testing.assert_allclose(
+                found[name], expected[name], rtol=0, atol=LIMIT * largest, err_msg=name
+            )
+        with run.result() as result:
+            self.assertTrue(np.all(result.history("certified") == 1))
+            counters = result.counters
+        self.assertGreater(counters["body_iterations"], 0)
+        self.assertEqual(counters["factorisations"], 0)
+        if most is not None:
+            self.assertLessEqual(counters["compliance_products"], most * counters["increments"])
+        with factor.result() as result:
+            self.assertEqual(result.counters["body_iterations"], 0)
+
+    def block(self, **overrides):
+        deck = (INPUT / "block.inp").read_text(encoding="utf-8")
+        self.agree(deck, **{"n": 6, "steps": 10, **AUTO, **overrides})
+
+    def test_the_block(self):
+        self.block()
+
+    def test_its_iterations_stay_few_in_small_increments(self):
+        self.block(n=10, steps=50, most=30)
+
+    def test_without_friction(self):
+        self.block(mu=0)
+
+    def test_with_much_friction(self):
+        self.block(mu=1.5)
+
+    def test_incompatible_modes(self):
+        self.block(element="C3D8I")
+
+    def test_mean_dilatation(self):
+        self.block(element="C3D8B", nu=0.49)
+
+    def test_a_quarter_between_planes_of_symmetry(self):
+        self.agree((INPUT / "quarter.inp").read_text(encoding="utf-8"))
+
+    def test_a_sphere(self):
+        self.agree(HELD_ABOVE.format(kind="SPHERE", shape="0.5, 0.5, -3., 3.", aside="0."))
+
+    def test_a_cylinder(self):
+        shape = "0.5, 0., -3.,  0., 1., 0.,  3."
+        self.agree(HELD_ABOVE.format(kind="CYLINDER", shape=shape, aside="0.01"))
+
+    def test_a_plane_that_leans(self):
+        shape = "0.5, 0.5, 0.,  0.1, 0.05, 1."
+        self.agree(HELD_ABOVE.format(kind="PLANE", shape=shape, aside="0.01"))
+
+    def test_a_mesh_by_gmsh(self):
+        mesh = INPUT / "meshes" / "punch.inp"
+        with h5py.File(self.punch().file) as file:
+            top = file["VTKHDF/Points"][:, 2].max()
+        self.assertGreater(top, 0.0)
+
+    @staticmethod
+    def punch():
+        return Run(INPUT / "punch.inp")
+
+
+class Continued(unittest.TestCase):
+    def test_a_continued_run_has_the_same_bits(self):
+        deck = (INPUT / "block.inp").read_text(encoding="utf-8")
+        deck = with_card(deck, ITERATIVE)
+        options = {"n": 4, "steps": 20, **AUTO}
+        whole = Run(deck, name="whole", **options)
+        self.assertEqual(whole.status, 0, whole.errors)
+        again = Run(deck, name="whole", **options)
+        self.assertEqual(forces(whole).keys(), forces(again).keys())
+        for name, values in forces(whole).items():
+            np.testing.assert_array_equal(values, forces(again)[name], err_msg=name)
+
+
+class Refused(unittest.TestCase):
+    def refused(self, deck, words, *options, status=WRONG_INPUT, **overrides):
+        run = Run(with_card(deck, ITERATIVE), *options, name="refused", **overrides)
+        self.assertEqual(run.status, status, run.errors)
+        self.assertIn(words, run.errors)
+        self.assertIn("TYPE=FACTOR", run.errors)
+        return run
+
+    def read(self, name):
+        return (INPUT / f"{name}.inp").read_text(encoding="utf-8")
+
+    def test_bodies_before_each_other(self):
+        deck = self.read("block") + ""
+        self.refused(self.read("stack"), "held" if False else "does not cover")
+        self.assertTrue(deck)
+
+    def test_sweeps(self):
+        self.refused(self.read("block"), "SOLVER=SWEEPS")
+
+    def test_a_body_that_contact_holds(self):
+        self.refused(self.read("hertz"), "contact alone holds")
+
+    def test_what_does_not_converge_says_so(self):
+        run = self.refused(
+            self.read("block"), "TYPE=FACTOR", status=NOT_SOLVED, nu=0.4999999999, **AUTO
+        )
+        self.assertNotIn("certified to", run.output)
+
+    def test_several_ranks(self):
+        launch = (MPIEXEC, "-n", "2", "--oversubscribe", "--bind-to", "none", PROGRAM)
+        run = Run(
+            with_card(self.read("block"), ITERATIVE), name="refused", command=launch, **AUTO
+        )
+        self.assertEqual(run.status, WRONG_INPUT, run.errors)
+        self.assertIn("runs on one rank", run.errors)
+
+
+if __name__ == "__main__":
+    unittest.main()
