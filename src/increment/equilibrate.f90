@@ -15,6 +15,7 @@ module equilibrate_mod
     ended_moving
   use mesh_forces_mod, only: internal_force, force_rounding
   use rigid_modes_mod, only: add_motions
+  use dof_map_mod, only: to_equations
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse
   use certificate_mod, only: increment_forces_t
   use follow_points_mod, only: measure_points
@@ -50,6 +51,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
     real(wp) :: correction(3, size(trial%u_free, 2)) !! [length]
+    real(wp) :: change(solver%body%inverse%map%n_free) !! of the load that iteration takes up [force]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
     real(wp) :: led(solver%body%motions%n)  !! by these steps so far [length]
@@ -140,7 +142,9 @@ contains
       end if
       if (imbalance <= trial%controls%tolerance) cycle newton_raphson
       if (is_on_bodies(solver%contact)) then
-        trial%left = trial%left + residual
+        ! What iteration has not solved is out of balance too, but no load.
+        call to_equations(solver%body%inverse%map, residual, change)
+        trial%left = trial%left + change + trial%unsolved
         cycle newton_raphson
       end if
       ! Contact sees the correction of the interface; that of the interior comes with its answer.

@@ -23,7 +23,7 @@ module trial_mod
   use transfer_mod, only: relative_motion, nodal_forces, gap_at
   use condensed_contact_mod, only: contact_group_t, count_points, form_compliance
   use compliance_mod, only: is_map
-  use dof_map_mod, only: to_equations, to_nodes, unknowns_of
+  use dof_map_mod, only: to_nodes, unknowns_of
   use stiffness_inverse_mod, only: answer_of_interface, at_interface
   use load_response_mod, only: sum_patterns, prescribed_displacement
   use turns_mod, only: rotation_at
@@ -50,8 +50,9 @@ module trial_mod
     !! (3,n_nodes) of these, by the weights of their time [force]
     real(wp), allocatable :: guess(:, :)
     !! (3,n_nodes) of u_contact, where it is found together with the reactions [length]
-    real(wp), allocatable :: left(:, :)
-    !! (3,n_nodes) forces that it takes up beside theirs, there [force]
+    real(wp), allocatable :: left(:)
+    !! (n_free) forces that it takes up beside theirs, there [force]
+    real(wp), allocatable :: unsolved(:) !! (n_free) of all of these, what it does not [force]
     real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
     real(wp), allocatable :: neutral_residual(:)
     !! (k) what turned normals leave on neutral motions [force]
@@ -111,7 +112,8 @@ contains
     allocate (trial%u_contact(3, scene%mesh%n_nodes), trial%applied_reaction(3, points%n), &
       trial%applied_force(3, scene%mesh%n_nodes), source=0.0_wp)
     if (allocated(solver%body%inverse%iterative)) then
-      allocate (trial%left(3, scene%mesh%n_nodes), source=0.0_wp)
+      allocate (trial%left(solver%body%inverse%map%n_free), source=0.0_wp)
+      trial%unsolved = trial%left
       call sum_patterns(scene, solver%response, increment%begin, &
         increment%begin*scene%steps(increment%step)%period, loaded, external)
       trial%guess = old%displacement - loaded
@@ -263,7 +265,7 @@ contains
         drift%a = trial%motion(group%motion)
       end if
       if (allocated(group%body)) then
-        call solve_on_bodies(scene, solver, old, group, x_free, trial, r, of_group)
+        call solve_on_bodies(solver, old, group, x_free, trial, r, of_group)
       else
         call solve_with_or_without(scene, group, trial%controls, x_free, drift, r, of_group)
       end if
@@ -294,8 +296,7 @@ contains
 
   !> The reactions of a group together with the displacement that they and what was left out of
   !> balance cause.
-  subroutine solve_on_bodies(scene, solver, old, group, x_free, trial, r, report)
-    type(scene_t), intent(in) :: scene
+  subroutine solve_on_bodies(solver, old, group, x_free, trial, r, report)
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
     type(contact_group_t), intent(in) :: group
@@ -303,16 +304,14 @@ contains
     type(trial_t), intent(inout) :: trial        !! gets u_contact
     real(wp), intent(inout) :: r(:, :)           !! (3,n_active) n, t1, t2 [force]
     type(contact_report_t), intent(out) :: report
-    real(wp), dimension(solver%body%inverse%map%n_free) :: v, load
-    real(wp) :: largest
+    real(wp) :: v(solver%body%inverse%map%n_free), largest
 
     associate (map => solver%body%inverse%map)
       v = unknowns_of(map, trial%guess)
-      call to_equations(map, trial%left, load)
       largest = max(maxval(norm2(trial%forces%external, dim=1)), maxval(norm2(old%support_force, &
         dim=1)))
-      call solve_with_body(group%problem, group%body, x_free, load, largest, trial%controls, v, r, &
-        report)
+      call solve_with_body(group%problem, group%body, x_free, trial%left, largest, trial%controls, &
+        v, r, trial%unsolved, report)
       call to_nodes(map, v, trial%u_contact)
       trial%guess = trial%u_contact
     end associate

@@ -63,7 +63,7 @@ contains
   !> to it.
   !>
   !> Not converging is no error: the report says so.
-  subroutine solve_with_body(problem, body, x_free, load, largest, controls, v, r, report)
+  subroutine solve_with_body(problem, body, x_free, load, largest, controls, v, r, remains, report)
     type(contact_problem_t), target, intent(in) :: problem
     class(body_map_t), target, intent(in) :: body
     real(wp), intent(in) :: x_free(:)       !! (n_rows) without reactions and load [length]
@@ -72,17 +72,19 @@ contains
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: v(:)         !! (n) a guess in, displacement out [length]
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
+    real(wp), intent(out) :: remains(:)     !! (n) K v - C^T r - f, as found [force]
     type(contact_report_t), intent(out) :: report
     type(place_t) :: now
     type(system_t), target :: system
     type(contact_report_t) :: here
     real(wp), allocatable :: dv(:), dg(:), dr(:, :)
-    real(wp) :: r_start(3, problem%n_points), forcing, last_merit, left, scale
+    real(wp) :: r_start(3, problem%n_points), unsolved(size(v)), forcing, last_merit, left, scale
     integer :: stalled
     logical :: is_known !! by the reactions to start from: what is held
 
     r_start = r
     is_known = any(abs(r) > 0.0_wp)
+    remains = 0.0_wp
     call begin(problem, body, x_free, load, v, r, now)
     ! Where reactions vanish what is left of those to start from is beside what they were.
     scale = max(largest, maxval(abs(now%g)))
@@ -90,7 +92,7 @@ contains
     report%residual = huge(report%residual)
     stalled = 0
     newton: do
-      call judge(problem, body, x_free, now, scale, r_start, here)
+      call judge(problem, body, x_free, now, scale, r_start, unsolved, here)
       stalled = stalled + 1
       if (here%residual < 0.9_wp*report%residual) stalled = 0
       if (here%residual < report%residual) then
@@ -98,6 +100,7 @@ contains
         report%worst_point = here%worst_point
         r = unpack_rows(problem, now%at%r - now%at%z)
         v = now%v
+        remains = unsolved
       end if
       report%converged = report%residual <= controls%tolerance
       if (report%converged .or. stalled > max_stalled .or. &
@@ -148,14 +151,14 @@ contains
 
   !> How good a place is: its natural map once reactions are projected, and the forces that are then
   !> out of balance at an unknown, beside the largest.
-  subroutine judge(problem, body, x_free, now, largest, r_start, here)
+  subroutine judge(problem, body, x_free, now, largest, r_start, left, here)
     type(contact_problem_t), intent(in) :: problem
     class(body_map_t), intent(in) :: body
     real(wp), intent(in) :: x_free(:)
     type(place_t), intent(in) :: now
     real(wp), intent(in) :: largest, r_start(:, :)
+    real(wp), intent(out) :: left(:)  !! (n) those forces [force]
     type(contact_report_t), intent(inout) :: here
-    real(wp), dimension(size(now%g)) :: left
     real(wp) :: scale
 
     call measure(problem, x_free, now%at%x, now%at%r - now%at%z, r_start, here)
