@@ -23,7 +23,7 @@ module whole_newton_mod
   integer,  parameter :: max_stalled = 8        !! iterations without a tenth of progress
   integer,  parameter :: max_products = 80      !! largest Krylov space
   real(wp), parameter :: tightest_inner = 1.0e-4_wp !! residuals of GMRES, relative [-]
-  real(wp), parameter :: loosest_inner = 1.0e-1_wp
+  real(wp), parameter :: loosest_inner = 1.0e-2_wp
   real(wp), parameter :: shortest_step = 0.2_wp
   integer,  parameter :: remembered = 4         !! places that the line search looks back at
   real(wp), parameter :: slides = 1.0e-6_wp     !! that far from the cone at most, beside mu r_n [-]
