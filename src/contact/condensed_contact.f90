@@ -26,8 +26,8 @@ module condensed_contact_mod
   private
 
   public :: condensed_contact_t, contact_group_t, find_groups, condense_contact, count_points, &
-    count_rows, count_matrix_entries, is_on_bodies, neutral_motions, whole_problem, form_compliance, &
-    dense_bytes
+    count_rows, count_matrix_entries, is_on_bodies, neutral_motions, whole_problem, &
+    form_compliance, dense_bytes
 
   !> Points that contact couples, and the rigid motions that it sees there.
   type :: contact_group_t
@@ -55,8 +55,9 @@ module condensed_contact_mod
 
 contains
 
-  !> Find the groups: one of all where bodies are solved for by iteration; else bodies with points in reach, and bodies and obstacles that move freely, joined
-  !> where a body faces another, or an obstacle that moves freely.
+  !> Find the groups: bodies with points in reach, and bodies and obstacles that move freely, joined
+  !> where a body faces another, or an obstacle that moves freely; one of all where bodies are solved
+  !> for by iteration.
   subroutine find_groups(scene, points, motions, contact)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

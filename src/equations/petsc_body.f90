@@ -15,10 +15,10 @@ module petsc_body_mod
   use assembly_mod, only: triplets_t
   use dof_map_mod, only: dof_map_t, equations_of
   use iterative_body_mod, only: iterative_body_t
-  use petsc_calls_mod, only: final_assembly, get_ranks, ksp_get_pc, ksp_set_type, mat_assembly_begin, mat_assembly_end, &
-    mat_create, mat_destroy, mat_mult, mat_set_block_size, mat_set_near_null_space, &
-    mat_set_option, no, null_space_create, null_space_destroy, pc_apply, pc_complexity, pc_levels, pc_smoother, &
-    pc_create, pc_destroy, pc_set_from_options, pc_set_operators, pc_set_prefix, pc_set_reuse, &
+  use petsc_calls_mod, only: final_assembly, get_ranks, ksp_get_pc, ksp_set_type, &
+    mat_assembly_begin, mat_assembly_end, mat_create, mat_destroy, mat_mult, mat_set_block_size, mat_set_near_null_space, &
+    mat_set_option, no, null_space_create, null_space_destroy, pc_apply, pc_complexity, &
+    pc_levels, pc_smoother, pc_create, pc_destroy, pc_set_from_options, pc_set_operators, pc_set_prefix, pc_set_reuse, &
     pc_set_type, pc_set_up, petsc_initialize, petsc_initialized, petsc_push_error_handler, &
     petsc_return_error_handler, petsc_set_option, positive_definite, vec_create, vec_destroy, &
     vec_duplicate, vec_get_array, vec_restore_array, yes
@@ -35,7 +35,7 @@ module petsc_body_mod
     integer, allocatable :: place(:)   !! (n) of each equation, among three a node
     integer, allocatable :: number(:)  !! (n_nodes) of each node among those with unknowns, or 0
     integer(c_int), pointer :: first(:) => null(), column(:) => null()
-    !! (n_rows+1) and columns, both from 0; columns ascend, those of a node's three rows are the same
+    !! (n_rows+1) and columns, both from 0; columns ascend, a node's three rows have the same
     real(wp), pointer :: value(:) => null()            !! [force/length]
     real(wp), pointer :: x(:) => null(), y(:) => null() !! (n_rows) what PETSc multiplies, and gets
     real(wp), allocatable :: position(:, :) !! (3,nodes with unknowns) [length]

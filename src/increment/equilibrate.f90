@@ -51,7 +51,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
     real(wp) :: correction(3, size(trial%u_free, 2)) !! [length]
-    real(wp) :: change(solver%body%inverse%map%n_free) !! of the load that iteration takes up [force]
+    real(wp) :: change(solver%body%inverse%map%n_free) !! of the load of iterations [force]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
     real(wp) :: led(solver%body%motions%n)  !! by these steps so far [length]
@@ -80,8 +80,8 @@ contains
         call condense_contact(scene, points, solver%body, undeformed, trial%placement, .true., &
           solver%contact)
       end if
-      if (allocated(solver%body%inverse%iterative) .and. count_rows(solver%contact) > 0 .and. .not. &
-        is_on_bodies(solver%contact)) then
+      if (allocated(solver%body%inverse%iterative) .and. count_rows(solver%contact) > 0 .and. &
+        .not. is_on_bodies(solver%contact)) then
         call raise(error, exit_not_solved, '*BODY SOLVER, TYPE=ITERATIVE does not cover points '// &
           'that depend on other nodes, or whose supports are oblique to the obstacle; '// &
           'TYPE=FACTOR does')

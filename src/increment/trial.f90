@@ -14,7 +14,7 @@ module trial_mod
     relative_gaps, add_driven_friction
   use rigid_modes_mod, only: generalised_loads, add_motions
   use solve_mod, only: solve_contact
-  use whole_newton_mod, only: solve_with_body
+  use whole_newton_mod, only: bodies_t, solve_with_body
   use floating_mod, only: resisting_rows
   use floating_search_mod, only: drift_t, solve_floating
   use describe_motions_mod, only: free_in_words, motion_in_words, unresisted_part
@@ -304,15 +304,16 @@ contains
     type(trial_t), intent(inout) :: trial        !! gets u_contact
     real(wp), intent(inout) :: r(:, :)           !! (3,n_active) n, t1, t2 [force]
     type(contact_report_t), intent(out) :: report
-    real(wp) :: v(solver%body%inverse%map%n_free), largest
+    type(bodies_t) :: bodies
 
     associate (map => solver%body%inverse%map)
-      v = unknowns_of(map, trial%guess)
-      largest = max(maxval(norm2(trial%forces%external, dim=1)), maxval(norm2(old%support_force, &
+      bodies%v = unknowns_of(map, trial%guess)
+      bodies%load = trial%left
+      bodies%largest = max(maxval(norm2(trial%forces%external, dim=1)), maxval(norm2(old%support_force, &
         dim=1)))
-      call solve_with_body(group%problem, group%body, x_free, trial%left, largest, trial%controls, &
-        v, r, trial%unsolved, report)
-      call to_nodes(map, v, trial%u_contact)
+      call solve_with_body(group%problem, group%body, x_free, trial%controls, bodies, r, report)
+      trial%unsolved = bodies%remains
+      call to_nodes(map, bodies%v, trial%u_contact)
       trial%guess = trial%u_contact
     end associate
   end subroutine solve_on_bodies

@@ -6,7 +6,7 @@
 !> constants are measured once and documented in docs/plan.md.
 module estimate_costs_mod
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t
+  use errors_mod, only: error_t, raise, exit_wrong_input
   use text_mod, only: to_text
   use system_mod, only: cpu_seconds
   use resource_limits_mod, only: resident_bytes, memory_left, disk_left
@@ -36,8 +36,8 @@ module estimate_costs_mod
   use estimate_time_mod, only: seconds_t, seconds_of_run, seconds_at_fixed_rates, &
     total_seconds
   use make_plan_mod, only: forget_compliance
-  use plan_table_mod, only: add_line, describe_choice, describe_products, describe_iterative, bytes_in_words, &
-    time_in_words
+  use plan_table_mod, only: add_line, describe_choice, describe_products, describe_iterative, &
+    bytes_in_words, time_in_words
   implicit none
   private
 
@@ -106,7 +106,13 @@ contains
       (needs_matrix .or. sizes%rows <= 0.0_wp .or. scene%contact%solver == solver_sweeps)) then
       scene%contact%compliance = compliance_dense
     end if
-    call choose_body(scene, needs_matrix, file, plan, factor, sizes, ordering, reasons, error)
+    if (needs_matrix .and. scene%precision%iterative) then
+      call raise(error, exit_wrong_input, 'bipot: error: *BODY SOLVER, TYPE=ITERATIVE does not '// &
+        'cover --export, which writes the compliance of the contact; TYPE=FACTOR does')
+      return
+    end if
+    if (needs_matrix) scene%precision%body_is_given = .true.
+    call choose_body(scene, file, plan, factor, sizes, ordering, reasons, error)
     if (allocated(error)) return
     if (plan%is_analysed .and. .not. scene%precision%iterative) call look_at_later_steps(scene, &
       plan, sizes, error)
@@ -137,9 +143,8 @@ contains
 
   !> Whether there is a factor: where the deck leaves it open and the build has the choice, as long
   !> as it fits.
-  subroutine choose_body(scene, needs_matrix, file, plan, factor, sizes, ordering, reasons, error)
+  subroutine choose_body(scene, file, plan, factor, sizes, ordering, reasons, error)
     type(scene_t), intent(inout) :: scene  !! its precision and compliance as they are chosen
-    logical, intent(in) :: needs_matrix    !! W itself is wanted
     type(file_size_t), intent(in) :: file
     type(plan_t), intent(inout) :: plan
     type(sparse_factor_t), intent(inout) :: factor
@@ -168,12 +173,12 @@ contains
       contact_nodes(plan%points), motions, error, scene%constraints)
     if (allocated(error)) return
     if (scene%precision%iterative) then
-      call check_iterative(scene, plan%points, needs_matrix, motions%n, error)
+      call check_iterative(scene, plan%points, motions%n, error)
       if (allocated(error)) return
     else
       iterated = scene
       iterated%contact%compliance = compliance_products
-      call check_iterative(iterated, plan%points, needs_matrix, motions%n, refusal)
+      call check_iterative(iterated, plan%points, motions%n, refusal)
       if (allocated(refusal)) return
       scene%precision%iterative = .true.
       scene%precision%single_factor = .false.

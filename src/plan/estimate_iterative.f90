@@ -21,10 +21,9 @@ module estimate_iterative_mod
 contains
 
   !> Refuse what iteration does not cover.
-  subroutine check_iterative(scene, points, needs_matrix, motions, error)
+  subroutine check_iterative(scene, points, motions, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    logical, intent(in) :: needs_matrix !! W itself is wanted, for a file say
     integer, intent(in) :: motions      !! rigid ones that the supports of a step leave free
     type(error_t), allocatable, intent(out) :: error
     logical :: is_taken(scene%mesh%n_nodes)
@@ -37,7 +36,6 @@ contains
       'COMPLIANCE=DENSE of *CONTACT SOLVER')
     if (scene%contact%stop_rule == stop_at_change) call refuse('STOP=CHANGE of *CONTACT SOLVER')
     if (scene%contact%linear == linear_direct) call refuse('LINEAR=DIRECT of *CONTACT SOLVER')
-    if (needs_matrix) call refuse('--export, which writes the compliance of the contact')
     if (motions > 0) call refuse('bodies or obstacles that contact alone holds')
     if (any(scene%pairs%master == 0)) call refuse('contact of bodies with each other')
     is_taken = .false.

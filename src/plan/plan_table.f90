@@ -20,8 +20,8 @@ module plan_table_mod
   implicit none
   private
 
-  public :: describe, describe_choice, describe_products, describe_iterative, bound_of_increments, add_line, &
-    bytes_in_words, time_in_words
+  public :: describe, describe_choice, describe_products, describe_iterative, &
+    bound_of_increments, add_line, bytes_in_words, time_in_words
 
   integer, parameter :: most_listed = 6 !! bodies or pairs that get a line of their own
   character(*), parameter :: factorisations = 'factorisations'

@@ -220,8 +220,8 @@ contains
     call read_arithmetic(hdf5, precision, compliance, error)
     if (allocated(error)) return
     write (line, '(4(l1,1x),2(i0,1x),i0)') precision%iterative, precision%single_factor, &
-      precision%saves_time, precision%out_of_core, transfer(precision%block_low_rank, 0_i8), compliance, &
-      precision%threads
+      precision%saves_time, precision%out_of_core, transfer(precision%block_low_rank, 0_i8), &
+      compliance, precision%threads
     answer = trim(line)
   end function arithmetic_of
 

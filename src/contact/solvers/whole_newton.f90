@@ -1,7 +1,7 @@
 !> Semi-smooth Newton on the displacements of the bodies and the reactions together, its linear
 !> systems solved by iteration on the displacements.
 !>
-!>     K v - C^T r = f,      Z(r, x_free + C v) = 0                                docs/theory.md (4.16)
+!>     K v - C^T r = f,      Z(r, x_free + C v) = 0,      docs/theory.md (4.16)
 !>
 !> Of a point that is held the displacement is known and its reaction is what is left out of
 !> balance there; of the others the reaction is known, or follows the normal one. So the reactions
@@ -17,7 +17,7 @@ module whole_newton_mod
   implicit none
   private
 
-  public :: solve_with_body
+  public :: bodies_t, solve_with_body
 
   integer,  parameter :: max_iterations = 40
   integer,  parameter :: max_stalled = 8        !! iterations without a tenth of progress
@@ -28,7 +28,22 @@ module whole_newton_mod
   integer,  parameter :: remembered = 4         !! places that the line search looks back at
   real(wp), parameter :: slides = 1.0e-6_wp     !! that far from the cone at most, beside mu r_n [-]
   real(wp), parameter :: expected_across = 0.9_wp !! the same as next, of a slip not known yet [-]
-  real(wp), parameter :: most_across = 0.999_wp !! of what holds across a slip; beyond it is held there [-]
+  real(wp), parameter :: most_across = 0.999_wp
+  !! of what holds across a slip; beyond it is held there [-]
+
+  !> What contact does to the bodies, and what else.
+  type :: bodies_t
+    real(wp), allocatable :: v(:)       !! (n) a guess in, displacement out [length]
+    real(wp), allocatable :: load(:)    !! (n) f, beside that of x_free [force]
+    real(wp), allocatable :: remains(:) !! (n) out: K v - C^T r - f, as found [force]
+    real(wp) :: largest = 0.0_wp        !! force at a node, so far [force]
+  end type bodies_t
+
+  !> A step: of displacements, of what they leave, of reactions.
+  type :: step_t
+    real(wp), allocatable :: v(:), g(:) !! (n) [length], [force]
+    real(wp), allocatable :: r(:, :)    !! (3,n_points) [force]
+  end type step_t
 
   !> Displacements and reactions on the way, and what they leave.
   type :: place_t
@@ -63,31 +78,28 @@ contains
   !> to it.
   !>
   !> Not converging is no error: the report says so.
-  subroutine solve_with_body(problem, body, x_free, load, largest, controls, v, r, remains, report)
+  subroutine solve_with_body(problem, body, x_free, controls, bodies, r, report)
     type(contact_problem_t), target, intent(in) :: problem
     class(body_map_t), target, intent(in) :: body
     real(wp), intent(in) :: x_free(:)       !! (n_rows) without reactions and load [length]
-    real(wp), intent(in) :: load(:)         !! (n) f, beside that of x_free [force]
-    real(wp), intent(in) :: largest         !! force at a node, so far [force]
     type(contact_controls_t), intent(in) :: controls
-    real(wp), intent(inout) :: v(:)         !! (n) a guess in, displacement out [length]
+    type(bodies_t), intent(inout) :: bodies
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
-    real(wp), intent(out) :: remains(:)     !! (n) K v - C^T r - f, as found [force]
     type(contact_report_t), intent(out) :: report
     type(place_t) :: now
     type(system_t), target :: system
     type(contact_report_t) :: here
-    real(wp), allocatable :: dv(:), dg(:), dr(:, :)
-    real(wp) :: r_start(3, problem%n_points), unsolved(size(v)), forcing, last_merit, left, scale
+    type(step_t) :: step
+    real(wp) :: r_start(3, problem%n_points), unsolved(size(bodies%v)), forcing, last_merit, left, scale
     integer :: stalled
     logical :: is_known !! by the reactions to start from: what is held
 
     r_start = r
     is_known = any(abs(r) > 0.0_wp)
-    remains = 0.0_wp
-    call begin(problem, body, x_free, load, v, r, now)
+    bodies%remains = 0.0_wp*bodies%v
+    call begin(problem, body, x_free, bodies, r, now)
     ! Where reactions vanish what is left of those to start from is beside what they were.
-    scale = max(largest, maxval(abs(now%g)))
+    scale = max(bodies%largest, maxval(abs(now%g)))
     last_merit = 0.0_wp
     report%residual = huge(report%residual)
     stalled = 0
@@ -99,8 +111,8 @@ contains
         report%residual = here%residual
         report%worst_point = here%worst_point
         r = unpack_rows(problem, now%at%r - now%at%z)
-        v = now%v
-        remains = unsolved
+        bodies%v = now%v
+        bodies%remains = unsolved
       end if
       report%converged = report%residual <= controls%tolerance
       if (report%converged .or. stalled > max_stalled .or. &
@@ -111,9 +123,9 @@ contains
       if (is_known) call expect(problem, now)
       call make_system(problem, now, system)
       call body%hold(system%held, system%across)
-      call find_step(problem, body, system, now, forcing, dv, dg, dr, report%products)
+      call find_step(problem, body, system, now, forcing, step, report%products)
       is_known = .false.
-      call search_line(problem, now, dv, dg, dr, body)
+      call search_line(problem, now, step, body)
       report%iterations = report%iterations + 1
     end do newton
     if (.not. report%converged) report%ending = ended_stalled
@@ -123,24 +135,25 @@ contains
   end subroutine solve_with_body
 
   !> The place to start from: of the guess as much as the reactions to start from ask for.
-  subroutine begin(problem, body, x_free, load, v, r, now)
+  subroutine begin(problem, body, x_free, bodies, r, now)
     type(contact_problem_t), intent(in) :: problem
     class(body_map_t), intent(in) :: body
-    real(wp), intent(in) :: x_free(:), load(:), v(:), r(:, :)
+    real(wp), intent(in) :: x_free(:), r(:, :)
+    type(bodies_t), intent(in) :: bodies
     type(place_t), intent(out) :: now
     real(wp), dimension(3, problem%n_points) :: x
-    real(wp) :: forces(size(v)), share, energy
+    real(wp) :: forces(size(bodies%v)), share, energy
 
-    allocate (now%g(size(v)), now%v(size(v)))
+    allocate (now%g, mold=bodies%v)
     allocate (now%at%r(problem%n_rows), now%at%x(problem%n_rows), now%at%z(problem%n_rows))
     allocate (now%at%dz_dr(3, 3, problem%n_points), now%at%dz_dx(3, 3, problem%n_points))
-    forces = load
+    forces = bodies%load
     call body%add_from_points(r, forces)
-    call body%product(v, now%g)
-    energy = dot_product(v, now%g)
+    call body%product(bodies%v, now%g)
+    energy = dot_product(bodies%v, now%g)
     share = 0.0_wp
-    if (energy > 0.0_wp) share = dot_product(v, forces)/energy
-    now%v = share*v
+    if (energy > 0.0_wp) share = dot_product(bodies%v, forces)/energy
+    now%v = share*bodies%v
     now%g = share*now%g - forces
     now%at%r = pack_rows(problem, r)
     call body%at_points(now%v, x)
@@ -296,32 +309,29 @@ contains
   end subroutine make_system
 
   !> The Newton step: its displacement, what it does to the balance of forces, its reactions.
-  subroutine find_step(problem, body, system, now, forcing, dv, dg, dr, products)
+  subroutine find_step(problem, body, system, now, forcing, step, products)
     type(contact_problem_t), target, intent(in) :: problem
     class(body_map_t), target, intent(in) :: body
     type(system_t), target, intent(in) :: system
     type(place_t), intent(in) :: now
     real(wp), intent(in) :: forcing
-    real(wp), allocatable, intent(out) :: dv(:), dg(:) !! (n) [length], [force]
-    real(wp), allocatable, intent(out) :: dr(:, :)     !! (3,n_points) [force]
-    integer, intent(inout) :: products                 !! of the system, summed
+    type(step_t), intent(out) :: step
+    integer, intent(inout) :: products  !! of the system, summed
     type(eliminated_t) :: map
     real(wp), dimension(size(now%v)) :: f, w
     real(wp), dimension(3, problem%n_points) :: of_points, x, z
     integer :: i, inner
     logical :: reached
 
-    allocate (dv(size(now%v)), source=0.0_wp)
-    allocate (dg(size(now%v)))
-    allocate (dr(3, problem%n_points))
+    allocate (step%v(size(now%v)), step%g(size(now%v)), source=0.0_wp)
+    allocate (step%r(3, problem%n_points))
     z = unpack_rows(problem, now%at%z)
     do i = 1, problem%n_points
       x(:, i) = -matmul(system%held(:, :, i), z(:, i)/problem%rho_global([1, 2, 2], i))
     end do
-    call body%add_from_points(x, dv)
-    dg = 0.0_wp
-    if (any(abs(dv) > 0.0_wp)) call body%product(dv, dg)
-    f = now%g + dg
+    call body%add_from_points(x, step%v)
+    if (any(abs(step%v) > 0.0_wp)) call body%product(step%v, step%g)
+    f = now%g + step%g
     call body%at_points(f, of_points)
     call eliminate(problem, system, body, of_points, 0.0_wp*x, f, with_own=.true.)
     map%body => body
@@ -330,20 +340,20 @@ contains
     call solve_by_gmres(map, -f, forcing, max_products, w, inner, reached)
     products = products + inner
     call body%precondition(w, f)
-    dv = dv + f
+    step%v = step%v + f
     call body%product(f, w)
-    dg = dg + w
+    step%g = step%g + w
     ! What is held takes what is out of balance there, the others what the law says.
-    call body%at_points(now%g + dg, of_points)
-    call body%at_points(dv, x)
+    call body%at_points(now%g + step%g, of_points)
+    call body%at_points(step%v, x)
     do i = 1, problem%n_points
-      dr(:, i) = matmul(system%held(:, :, i), of_points(:, i))
+      step%r(:, i) = matmul(system%held(:, :, i), of_points(:, i))
       of_points(:, i) = system%own(:, i) + system%follows(:, i)*of_points(1, i) - &
         matmul(system%across(:, :, i), x(:, i))
-      dr(:, i) = dr(:, i) + of_points(:, i) - matmul(system%held(:, :, i), of_points(:, i))
+      step%r(:, i) = step%r(:, i) + of_points(:, i) - matmul(system%held(:, :, i), of_points(:, i))
     end do
-    where (problem%row == 0) dr = 0.0_wp
-    call body%add_from_points(-dr, dg)
+    where (problem%row == 0) step%r = 0.0_wp
+    call body%add_from_points(-step%r, step%g)
   end subroutine find_step
 
   !> From forces of the bodies to the residual of the system: at the points reactions are taken off,
@@ -386,30 +396,30 @@ contains
   end subroutine apply_eliminated
 
   !> Halve the step until the residuals decrease.
-  subroutine search_line(problem, now, dv, dg, dr, body)
+  subroutine search_line(problem, now, full, body)
     type(contact_problem_t), intent(in) :: problem
     type(place_t), intent(inout) :: now
-    real(wp), intent(in) :: dv(:), dg(:), dr(:, :)
+    type(step_t), intent(in) :: full
     class(body_map_t), intent(in) :: body
     type(iterate_t) :: trial
     real(wp), dimension(3, problem%n_points) :: x
     real(wp) :: step, merit
 
     now%allowed = [now%allowed(2:), now%merit]
-    call body%at_points(dv, x)
+    call body%at_points(full%v, x)
     trial = now%at
     step = 1.0_wp
     do
-      trial%r = now%at%r + step*pack_rows(problem, dr)
+      trial%r = now%at%r + step*pack_rows(problem, full%r)
       trial%x = now%at%x + step*pack_rows(problem, x)
       call evaluate(problem, trial)
-      merit = norm2([trial%merit, norm2(now%g + step*dg)])
+      merit = norm2([trial%merit, norm2(now%g + step*full%g)])
       if (merit <= (1.0_wp - 1.0e-4_wp*step)*maxval(now%allowed) .or. step < shortest_step) exit
       step = 0.5_wp*step
     end do
     now%at = trial
-    now%v = now%v + step*dv
-    now%g = now%g + step*dg
+    now%v = now%v + step*full%v
+    now%g = now%g + step*full%g
     now%merit = merit
   end subroutine search_line
 
