@@ -56,8 +56,8 @@ module condensed_contact_mod
 contains
 
   !> Find the groups: bodies with points in reach, and bodies and obstacles that move freely, joined
-  !> where a body faces another, or an obstacle that moves freely; one of all where bodies are solved
-  !> for by iteration.
+  !> where a body faces another, or an obstacle that moves freely; one of all where bodies are
+  !> solved for by iteration.
   subroutine find_groups(scene, points, motions, contact)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

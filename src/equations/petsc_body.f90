@@ -16,12 +16,13 @@ module petsc_body_mod
   use dof_map_mod, only: dof_map_t, equations_of
   use iterative_body_mod, only: iterative_body_t
   use petsc_calls_mod, only: final_assembly, get_ranks, ksp_get_pc, ksp_set_type, &
-    mat_assembly_begin, mat_assembly_end, mat_create, mat_destroy, mat_mult, mat_set_block_size, mat_set_near_null_space, &
-    mat_set_option, no, null_space_create, null_space_destroy, pc_apply, pc_complexity, &
-    pc_levels, pc_smoother, pc_create, pc_destroy, pc_set_from_options, pc_set_operators, pc_set_prefix, pc_set_reuse, &
-    pc_set_type, pc_set_up, petsc_initialize, petsc_initialized, petsc_push_error_handler, &
-    petsc_return_error_handler, petsc_set_option, positive_definite, vec_create, vec_destroy, &
-    vec_duplicate, vec_get_array, vec_restore_array, yes
+    mat_assembly_begin, mat_assembly_end, mat_create, mat_destroy, mat_mult, mat_set_block_size, &
+    mat_set_near_null_space, mat_set_option, no, null_space_create, null_space_destroy, &
+    pc_apply, pc_complexity, pc_create, pc_destroy, pc_levels, pc_set_from_options, &
+    pc_set_operators, pc_set_prefix, pc_set_reuse, pc_set_type, pc_set_up, pc_smoother, &
+    petsc_initialize, petsc_initialized, petsc_push_error_handler, petsc_return_error_handler, &
+    petsc_set_option, positive_definite, vec_create, vec_destroy, vec_duplicate, vec_get_array, &
+    vec_restore_array, yes
   implicit none
   private
 

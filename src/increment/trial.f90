@@ -309,8 +309,8 @@ contains
     associate (map => solver%body%inverse%map)
       bodies%v = unknowns_of(map, trial%guess)
       bodies%load = trial%left
-      bodies%largest = max(maxval(norm2(trial%forces%external, dim=1)), maxval(norm2(old%support_force, &
-        dim=1)))
+      bodies%largest = max(maxval(norm2(trial%forces%external, dim=1)), &
+        maxval(norm2(old%support_force, dim=1)))
       call solve_with_body(group%problem, group%body, x_free, trial%controls, bodies, r, report)
       trial%unsolved = bodies%remains
       call to_nodes(map, bodies%v, trial%u_contact)

@@ -165,8 +165,8 @@ contains
       call choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)
       if (allocated(error)) return
       need = peak_memory(sizes, file) + granted
-      if (scene%precision%body_is_given .or. .not. has_iterative_body() .or. need <= enough* &
-        real(plan%memory_left, wp)) return
+      if (scene%precision%body_is_given .or. need <= enough*real(plan%memory_left, wp)) return
+      if (.not. has_iterative_body()) return
     end if
     ordering = 0.0_wp
     call find_free_motions(scene%mesh, prescribed_dofs(scene, 1), ref_nodes(scene%obstacles), &

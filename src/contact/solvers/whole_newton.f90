@@ -90,7 +90,8 @@ contains
     type(system_t), target :: system
     type(contact_report_t) :: here
     type(step_t) :: step
-    real(wp) :: r_start(3, problem%n_points), unsolved(size(bodies%v)), forcing, last_merit, left, scale
+    real(wp) :: r_start(3, problem%n_points), unsolved(size(bodies%v))
+    real(wp) :: forcing, last_merit, left, scale
     integer :: stalled
     logical :: is_known !! by the reactions to start from: what is held
 
