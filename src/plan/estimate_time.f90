@@ -49,7 +49,7 @@ module estimate_time_mod
   ! iteration [s].
   real(wp), parameter :: iterations_with_friction = 35.0_wp, iterations_without = 15.0_wp
   real(wp), parameter :: iterations_of_load = 60.0_wp
-  real(wp), parameter :: equation_set_up = 1.5e-5_wp, equation_iterated = 6.0e-7_wp
+  real(wp), parameter :: equation_set_up = 1.5e-5_wp, equation_iterated = 1.0e-6_wp
 
   ! Of an increment before faces that move, its estimate of the error included.
   real(wp), parameter :: placements = 14.0_wp    !! of the points, and of W those of rows:
