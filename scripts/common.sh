@@ -13,6 +13,7 @@ system_python=/usr/bin/python3
 {
   packages_build=(gfortran cmake make libopenblas-dev libmumps-seq-dev libmetis-dev libhdf5-dev zlib1g-dev)
   packages_mpi=(libmumps-dev openmpi-bin)
+  packages_iterative=(libpetsc-real-dev)
   packages_scripts=(python3 python3-numpy python3-h5py python3-matplotlib)
   packages_tests=(python3-venv)
 }

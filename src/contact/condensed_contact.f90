@@ -17,6 +17,8 @@ module condensed_contact_mod
     motions_at_rows, stiffness_left, stiffness_left_nearby, give_way
   use solutions_map_mod, only: map_of_rows
   use compliance_map_mod, only: compliance_map_t
+  use body_map_mod, only: body_map_t
+  use held_body_mod, only: hold_body
   use compliance_mod, only: compliance_t, take_matrix, take_map, get_matrix, add_single_copy, is_map
   use problem_mod, only: contact_problem_t, make_problem
   use floating_mod, only: floating_t, free_the_motions
@@ -24,8 +26,8 @@ module condensed_contact_mod
   private
 
   public :: condensed_contact_t, contact_group_t, find_groups, condense_contact, count_points, &
-    count_rows, count_matrix_entries, neutral_motions, whole_problem, form_compliance, &
-    dense_bytes
+    count_rows, count_matrix_entries, is_on_bodies, neutral_motions, whole_problem, &
+    form_compliance, dense_bytes
 
   !> Points that contact couples, and the rigid motions that it sees there.
   type :: contact_group_t
@@ -34,6 +36,8 @@ module condensed_contact_mod
     integer, allocatable :: active(:)  !! points of the run that have rows, in the problem's order
     type(contact_problem_t) :: problem !! over the active points
     type(floating_t) :: floating       !! what the motions do to it
+    class(body_map_t), allocatable :: body
+    !! where it is solved together with the displacements, by iteration
   end type contact_group_t
 
   !> All of it. Before flat obstacles it holds as long as the supports do; what has curved ones is
@@ -52,7 +56,8 @@ module condensed_contact_mod
 contains
 
   !> Find the groups: bodies with points in reach, and bodies and obstacles that move freely, joined
-  !> where a body faces another, or an obstacle that moves freely.
+  !> where a body faces another, or an obstacle that moves freely; one of all where bodies are
+  !> solved for by iteration.
   subroutine find_groups(scene, points, motions, contact)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -87,6 +92,9 @@ contains
         if (points%in_reach(i)) call join(masters(1), scene%mesh%body(points%node(i)))
       end do
     end do
+
+    ! Solved together with all displacements they have one problem.
+    if (scene%precision%iterative) root = 1
 
     n = 0
     group_of = 0
@@ -205,6 +213,9 @@ contains
     end if
     if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
+    if (allocated(group%body)) deallocate (group%body)
+    if (allocated(body%inverse%iterative) .and. n > 0) call hold_body(body%inverse, points, &
+      rows%transfer, placement%frame, row, group%active, group%body)
   end subroutine condense_group
 
   !> The placement as far as the undeformed mesh says how points lie: normals before deformation
@@ -275,6 +286,14 @@ contains
     of_node(body%constraints%node(:body%constraints%n)) = .true.
     depends = of_node(nodes)
   end function depends_on_others
+
+  !> Whether contact is solved together with the displacements.
+  pure logical function is_on_bodies(contact)
+    type(condensed_contact_t), intent(in) :: contact
+
+    is_on_bodies = .false.
+    if (size(contact%group) == 1) is_on_bodies = allocated(contact%group(1)%body)
+  end function is_on_bodies
 
   !> Points with rows, of all groups.
   pure integer function count_points(contact)

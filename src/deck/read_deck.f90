@@ -32,6 +32,7 @@ module read_deck_mod
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
   use read_obstacles_mod, only: read_obstacles
   use read_precision_mod, only: read_precision
+  use read_body_solver_mod, only: read_body_solver
   use read_prints_mod, only: read_prints
   use read_accuracy_mod, only: read_accuracy
   use read_rigid_bodies_mod, only: find_facets, make_obstacles, read_rigid_bodies, rigid_bodies_t
@@ -203,6 +204,7 @@ contains
     call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
     call read_contact_controls(reader, scene%contact)
     call read_precision(reader, scene%precision)
+    call read_body_solver(reader, scene%precision)
     call read_accuracy(reader, scene%accuracy)
     call read_output_controls(reader, scene%output)
     call read_prints(reader, model, scene%output%prints)

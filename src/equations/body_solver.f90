@@ -14,11 +14,12 @@ module body_solver_mod
   use controls_mod, only: is_exact, precision_in_words, compliance_products
   use scene_mod, only: scene_t
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of
-  use assembly_mod, only: triplets_t, diagonal_ratio, assemble_stiffness
+  use assembly_mod, only: triplets_t, diagonal_of, diagonal_ratio, assemble_stiffness
   use mesh_parts_mod, only: assemble_parts
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: factorise, is_analysed, analysed_order
   use stiffness_inverse_mod, only: stiffness_inverse_t, solve_equations
+  use new_iterative_body_mod, only: new_iterative_body
   use near_schur_mod, only: near_schur_t, probe_schur, blocks_nearby
   use tied_pieces_mod, only: check_pieces
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
@@ -28,6 +29,8 @@ module body_solver_mod
   public :: body_solver_t, solver_work_t, begin_body_solver, make_body_solver, &
     change_obstacle_supports, invert_schur, point_stiffness, lap
 
+  real(wp), parameter :: left_alone = 0.5_wp
+  !! of the diagonal of the stiffness, in that of the condensed one: about, where none is found [-]
   real(wp), parameter :: few = 3.0_wp !! times its diagonal: a row of the condensed stiffness [-]
 
   !> What depends on the supports and the interface, and on nothing else.
@@ -94,6 +97,17 @@ contains
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
       call lap(clock, work%assemble)
       inverse%factor%precision = scene%precision
+      if (scene%precision%iterative) then
+        call stand_alone(points, k, body)
+        if (allocated(inverse%iterative)) deallocate (inverse%iterative)
+        call new_iterative_body(k, inverse%map, scene%mesh%coordinates, start, neighbours, &
+          inverse%iterative, error)
+        if (allocated(error)) return
+        call lap(clock, work%factorise)
+        call estimate_condition(scene, k, body, error)
+        call lap(clock, work%condense)
+        return
+      end if
       if (is_analysed(inverse%factor, k, n_schur)) then
         order = analysed_order(inverse%factor) ! by the plan
       else
@@ -182,6 +196,31 @@ contains
     end associate
   end subroutine look_nearby
 
+  !> The stiffness of the points, and how far the interface gives way, as their own unknowns say
+  !> alone.
+  subroutine stand_alone(points, k, body)
+    type(contact_points_t), intent(in) :: points
+    type(triplets_t), intent(in) :: k     !! with its values
+    type(body_solver_t), intent(inout) :: body
+    real(wp) :: diagonal(k%n)
+    integer :: index(3), i, a
+
+    diagonal = left_alone*diagonal_of(k)
+    associate (map => body%inverse%map, near => body%stiffness)
+      body%flexibility = 1.0_wp/diagonal(map%n_free - map%n_interface + 1:)
+      near%start = [(i, i=1, points%n + 1)]
+      near%other = [(i, i=1, points%n)]
+      if (allocated(near%block)) deallocate (near%block)
+      allocate (near%block(3, 3, points%n), source=0.0_wp)
+      do i = 1, points%n
+        index = interface_equations_of(map, points%node(i))
+        do a = 1, 3
+          if (index(a) > 0) near%block(a, a, i) = 1.0_wp/body%flexibility(index(a))
+        end do
+      end do
+    end associate
+  end subroutine stand_alone
+
   !> The condition of the whole without a Schur complement, by some solutions.
   subroutine estimate_condition(scene, k, body, error)
     type(scene_t), intent(in) :: scene
@@ -197,7 +236,8 @@ contains
         inverse%materials = scene%materials
       end if
       allocate (x(n), b(inverse%map%n_free, 1))
-      do while (norm%goes_on(x))
+      do while (n > 0)
+        if (.not. norm%goes_on(x)) exit
         b = 0.0_wp
         b(size(b, 1) - n + 1:, 1) = x
         call solve_equations(inverse, b, .true., error)

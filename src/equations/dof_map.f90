@@ -11,7 +11,8 @@ module dof_map_mod
   private
 
   public :: dof_map_t, make_dof_map, map_of_numbers, map_of_matrix, part_of_map, numbers_of, &
-    equations_of, interface_equations_of, interface_terms_of, is_unknown, to_equations, to_nodes
+    equations_of, interface_equations_of, interface_terms_of, is_unknown, to_equations, &
+    unknowns_of, to_nodes
 
   !> Equations 1 .. n_free - n_interface are interior, the last n_interface are of the interface.
   type :: dof_map_t
@@ -264,6 +265,15 @@ contains
       call pick(map, given, b)
     end if
   end subroutine to_equations
+
+  !> Displacements of the nodes as those of the equations; what depends on others is left out.
+  pure function unknowns_of(map, nodal) result(unknowns)
+    type(dof_map_t), intent(in) :: map
+    real(wp), intent(in) :: nodal(:, :)   !! (3,n_nodes)
+    real(wp) :: unknowns(map%n_free)
+
+    call pick(map, nodal, unknowns)
+  end function unknowns_of
 
   !> The values that have an equation.
   pure subroutine pick(map, nodal, b)

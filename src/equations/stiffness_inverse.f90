@@ -5,7 +5,8 @@
 !>
 !> Or nothing is condensed: where the compliance of the interface would be too large the factor is
 !> that of all unknowns, every product with the compliance is a solution with it, and a solution has
-!> no halves. An inexact factor is refined then, until its solutions are those of the stiffness.
+!> no halves. An inexact factor is refined then, until its solutions are those of the stiffness. So
+!> are solutions by iteration, which stand in for those with a factor where there is none.
 module stiffness_inverse_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_machine
@@ -16,6 +17,7 @@ module stiffness_inverse_mod
   use mesh_forces_mod, only: internal_force
   use dof_map_mod, only: dof_map_t, to_equations, to_nodes
   use sparse_factor_mod, only: sparse_factor_t
+  use iterative_body_mod, only: iterative_body_t
   implicit none
   private
 
@@ -23,10 +25,15 @@ module stiffness_inverse_mod
   public :: answer_of_interface, at_interface, recover_columns, at_nodes
   public :: solve_equations
 
+  ! Of solutions by iteration, beside the load [-].
+  real(wp), parameter :: closely = 1.0e-8_wp !! of those that are refined, or correct others
+  real(wp), parameter :: loosely = 1.0e-4_wp !! of those that some digits are enough for
+
   !> The stiffness of the free degrees of freedom, factorised and condensed.
   type :: stiffness_inverse_t
     type(dof_map_t) :: map
     type(sparse_factor_t) :: factor
+    class(iterative_body_t), allocatable :: iterative !! in the place of a factor
     type(block_diagonal_t) :: compliance       !! of the interface, a block a body [length/force]
     real(wp) :: condition = 1.0_wp             !! of the stiffness, at least [-]
     logical :: is_condensed = .true.           !! there is such a compliance
@@ -57,7 +64,7 @@ contains
         call to_equations(map, force(:, :, g), b(:, g))
       end do
       if (map%n_interface == 0 .or. .not. inverse%is_condensed) then
-        call inverse%factor%solve(b, error)
+        call solve_once(inverse, b, closely, error)
       else
         call inverse%factor%condense(b, reduced, error)
         if (allocated(error)) return
@@ -92,7 +99,7 @@ contains
     allocate (begun(merge(inverse%map%n_interface, 0, inverse%is_condensed)))
     call to_equations(inverse%map, force, b(:, 1))
     if (inverse%map%n_interface == 0 .or. .not. inverse%is_condensed) then
-      call inverse%factor%solve(b, error)
+      call solve_once(inverse, b, closely, error)
     else
       call inverse%factor%condense(b, reduced, error)
       if (allocated(error)) return
@@ -161,7 +168,7 @@ contains
     integer :: i, g
 
     if (roughly .or. is_exact(inverse%factor%precision)) then
-      call inverse%factor%solve(b, error)
+      call solve_once(inverse, b, loosely, error)
       return
     end if
     allocate (left, source=b)
@@ -169,7 +176,7 @@ contains
     allocate (last(size(b, 2)), source=huge(1.0_wp))
     allocate (goes_on(size(b, 2)), source=.true.)
     do i = 1, most
-      call inverse%factor%solve(left, error)
+      call solve_once(inverse, left, closely, error)
       if (allocated(error)) return
       do g = 1, size(b, 2)
         if (goes_on(g)) x(:, g) = x(:, g) + left(:, g)
@@ -198,6 +205,24 @@ contains
     end function forces_of
 
   end subroutine solve_equations
+
+  !> K^-1 b as it comes, several at once: with the factor, or by iteration.
+  subroutine solve_once(inverse, b, tolerance, error)
+    type(stiffness_inverse_t), intent(inout) :: inverse
+    real(wp), contiguous, intent(inout) :: b(:, :)   !! (n_free,m) [force] in, [length] out
+    real(wp), intent(in) :: tolerance                !! of iterations, beside b [-]
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed; no convergence
+    integer :: g
+
+    if (.not. allocated(inverse%iterative)) then
+      call inverse%factor%solve(b, error)
+      return
+    end if
+    do g = 1, size(b, 2)
+      call inverse%iterative%solve(b(:, g), tolerance, error)
+      if (allocated(error)) return
+    end do
+  end subroutine solve_once
 
   !> Forget a solution that was begun.
   pure subroutine abandon_inverse(inverse)

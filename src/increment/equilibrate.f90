@@ -5,7 +5,7 @@
 !> section 11).
 module equilibrate_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t
+  use errors_mod, only: error_t, raise, exit_not_solved
   use constraints_mod, only: constraints_t, give_to_masters
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
@@ -15,6 +15,7 @@ module equilibrate_mod
     ended_moving
   use mesh_forces_mod, only: internal_force, force_rounding
   use rigid_modes_mod, only: add_motions
+  use dof_map_mod, only: to_equations
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse
   use increment_forces_mod, only: increment_forces_t
   use follow_points_mod, only: measure_points
@@ -23,7 +24,7 @@ module equilibrate_mod
   use follow_bodies_mod, only: follow_t, begin_following, has_moved, next_place, &
     farthest_point
   use transfer_mod, only: nodal_forces
-  use condensed_contact_mod, only: condense_contact, neutral_motions
+  use condensed_contact_mod, only: condense_contact, count_rows, is_on_bodies, neutral_motions
   use step_solver_mod, only: step_solver_t
   use neutral_motions_mod, only: neutral_step, way_to_rest
   use trial_mod, only: trial_t, displacement_of, solve_reactions
@@ -50,6 +51,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
     real(wp) :: correction(3, size(trial%u_free, 2)) !! [length]
+    real(wp) :: change(solver%body%inverse%map%n_free) !! of the load of iterations [force]
     real(wp) :: imbalance, last_imbalance, moved, last_moved
     real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
     real(wp) :: led(solver%body%motions%n)  !! by these steps so far [length]
@@ -78,12 +80,25 @@ contains
         call condense_contact(scene, points, solver%body, undeformed, trial%placement, .true., &
           solver%contact)
       end if
+      if (allocated(solver%body%inverse%iterative) .and. count_rows(solver%contact) > 0 .and. &
+        .not. is_on_bodies(solver%contact)) then
+        call raise(error, exit_not_solved, '*BODY SOLVER, TYPE=ITERATIVE does not cover points '// &
+          'that depend on other nodes, or whose supports are oblique to the obstacle; '// &
+          'TYPE=FACTOR does')
+        return
+      end if
       if (.not. trial%is_foreseen) call solve_sharply(scene, points, solver, old, &
         size(follow%node) > 0, trial, new%reaction, report)
       trial%is_foreseen = .false.
       if (allocated(solver%body%inverse%failure)) then
         error = solver%body%inverse%failure
         return
+      end if
+      if (allocated(solver%body%inverse%iterative)) then
+        if (allocated(solver%body%inverse%iterative%failure)) then
+          error = solver%body%inverse%iterative%failure
+          return
+        end if
       end if
       if (report%ending == ended_unbalanced) then
         if (allocated(begun)) call abandon_inverse(solver%body%inverse)
@@ -126,6 +141,12 @@ contains
         call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
       end if
       if (imbalance <= trial%controls%tolerance) cycle newton_raphson
+      if (is_on_bodies(solver%contact)) then
+        ! What iteration has not solved is out of balance too, but no load.
+        call to_equations(solver%body%inverse%map, residual, change)
+        trial%left = trial%left + change + trial%unsolved
+        cycle newton_raphson
+      end if
       ! Contact sees the correction of the interface; that of the interior comes with its answer.
       call begin_inverse(solver%body%inverse, residual, begun, correction, error)
       if (allocated(error)) return

@@ -14,6 +14,7 @@ module trial_mod
     relative_gaps, add_driven_friction
   use rigid_modes_mod, only: generalised_loads, add_motions
   use solve_mod, only: solve_contact
+  use whole_newton_mod, only: bodies_t, solve_with_body
   use floating_mod, only: resisting_rows
   use floating_search_mod, only: drift_t, solve_floating
   use describe_motions_mod, only: free_in_words, motion_in_words, unresisted_part
@@ -22,6 +23,7 @@ module trial_mod
   use transfer_mod, only: relative_motion, nodal_forces, gap_at
   use condensed_contact_mod, only: contact_group_t, count_points, form_compliance
   use compliance_mod, only: is_map
+  use dof_map_mod, only: to_nodes, unknowns_of
   use stiffness_inverse_mod, only: answer_of_interface, at_interface
   use load_response_mod, only: sum_patterns, prescribed_displacement
   use turns_mod, only: rotation_at
@@ -46,6 +48,11 @@ module trial_mod
     !! (3,n_points) the reactions that u_contact answers, x, y, z [force]
     real(wp), allocatable :: applied_force(:, :)
     !! (3,n_nodes) of these, by the weights of their time [force]
+    real(wp), allocatable :: guess(:, :)
+    !! (3,n_nodes) of u_contact, where it is found together with the reactions [length]
+    real(wp), allocatable :: left(:)
+    !! (n_free) forces that it takes up beside theirs, there [force]
+    real(wp), allocatable :: unsolved(:) !! (n_free) of all of these, what it does not [force]
     real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
     real(wp), allocatable :: neutral_residual(:)
     !! (k) what turned normals leave on neutral motions [force]
@@ -104,6 +111,14 @@ contains
 
     allocate (trial%u_contact(3, scene%mesh%n_nodes), trial%applied_reaction(3, points%n), &
       trial%applied_force(3, scene%mesh%n_nodes), source=0.0_wp)
+    if (allocated(solver%body%inverse%iterative)) then
+      allocate (trial%left(solver%body%inverse%map%n_free), source=0.0_wp)
+      trial%unsolved = trial%left
+      call sum_patterns(scene, solver%response, increment%begin, &
+        increment%begin*scene%steps(increment%step)%period, loaded, external)
+      trial%guess = old%displacement - loaded
+      return
+    end if
     if (is_exact(scene%precision) .or. .not. solver%body%inverse%is_condensed) return
     call sum_patterns(scene, solver%response, increment%begin, &
       increment%begin*scene%steps(increment%step)%period, loaded, external)
@@ -249,7 +264,11 @@ contains
         drift%rounding = rounding(group%motion)
         drift%a = trial%motion(group%motion)
       end if
-      call solve_with_or_without(scene, group, trial%controls, x_free, drift, r, of_group)
+      if (allocated(group%body)) then
+        call solve_on_bodies(solver, old, group, x_free, trial, r, of_group)
+      else
+        call solve_with_or_without(scene, group, trial%controls, x_free, drift, r, of_group)
+      end if
       if (size(group%motion) > 0) then
         trial%motion(group%motion) = drift%a
         trial%neutral_residual = [trial%neutral_residual, drift%turned]
@@ -265,10 +284,39 @@ contains
       end if
       report%x_free = [report%x_free, x_free]
       call add_reactions(trial%placement, group, r, reaction)
+      if (allocated(group%body)) then
+        trial%applied_reaction = reaction
+        trial%applied_force = nodal_forces(points, trial%placement%weights, reaction, &
+          scene%mesh%n_nodes)
+      end if
       call add_report(group, of_group, contact)
     end subroutine solve_group
 
   end subroutine solve_reactions
+
+  !> The reactions of a group together with the displacement that they and what was left out of
+  !> balance cause.
+  subroutine solve_on_bodies(solver, old, group, x_free, trial, r, report)
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: old
+    type(contact_group_t), intent(in) :: group
+    real(wp), intent(in) :: x_free(:)            !! (n_rows) [length]
+    type(trial_t), intent(inout) :: trial        !! gets u_contact
+    real(wp), intent(inout) :: r(:, :)           !! (3,n_active) n, t1, t2 [force]
+    type(contact_report_t), intent(out) :: report
+    type(bodies_t) :: bodies
+
+    associate (map => solver%body%inverse%map)
+      bodies%v = unknowns_of(map, trial%guess)
+      bodies%load = trial%left
+      bodies%largest = max(maxval(norm2(trial%forces%external, dim=1)), &
+        maxval(norm2(old%support_force, dim=1)))
+      call solve_with_body(group%problem, group%body, x_free, trial%controls, bodies, r, report)
+      trial%unsolved = bodies%remains
+      call to_nodes(map, bodies%v, trial%u_contact)
+      trial%guess = trial%u_contact
+    end associate
+  end subroutine solve_on_bodies
 
   !> The reactions and motions of a group. Where its W is known by its products, and these do not
   !> lead to the deck's tolerance, W is formed for the other solvers if there is memory for it.

@@ -68,14 +68,16 @@ module controls_mod
     integer  :: compliance = compliance_auto !! of the contact rows; once planned no longer AUTO
   end type contact_controls_t
 
-  !> *PRECISION: residuals, forces and displacements are double whatever is chosen.
+  !> *PRECISION and *BODY SOLVER: residuals, forces and displacements are double whatever is chosen.
   type :: precision_controls_t
+    logical  :: iterative = .false.         !! no factor: solutions for the bodies by iteration
     logical  :: single_factor = .false.     !! of the stiffness
     logical  :: single_compliance = .false. !! of the contact rows
     real(wp) :: block_low_rank = 0.0_wp
     !! what compression may drop from the factor, beside a pivot near 1; 0: full rank [-]
     logical  :: out_of_core = .false.       !! the factor lives on the disk
     ! What the deck says and the plan must keep to.
+    logical  :: body_is_given = .false.     !! iterative
     logical  :: factor_is_given = .false.   !! single_factor
     logical  :: low_rank_is_given = .false. !! block_low_rank
     logical  :: core_is_given = .false.     !! out_of_core
@@ -135,11 +137,12 @@ module controls_mod
 
 contains
 
-  !> Whether solutions with the factor are good to double precision as they come.
+  !> Whether solutions for the bodies are good to double precision as they come.
   pure logical function is_exact(precision)
     type(precision_controls_t), intent(in) :: precision
 
-    is_exact = .not. precision%single_factor .and. precision%block_low_rank <= 0.0_wp
+    is_exact = .not. precision%single_factor .and. precision%block_low_rank <= 0.0_wp .and. &
+      .not. precision%iterative
   end function is_exact
 
   !> Double precision where single was chosen to save time.
@@ -178,6 +181,7 @@ contains
     character(:), allocatable :: words
 
     words = 'double precision'
+    if (precision%iterative) words = 'by iteration'
     if (precision%single_factor) words = 'single precision'
     if (precision%block_low_rank > 0.0_wp) words = words//', block low rank '// &
       to_text(precision%block_low_rank, 3)

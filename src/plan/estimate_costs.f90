@@ -6,7 +6,7 @@
 !> constants are measured once and documented in docs/plan.md.
 module estimate_costs_mod
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t
+  use errors_mod, only: error_t, raise, exit_wrong_input
   use text_mod, only: to_text
   use system_mod, only: cpu_seconds
   use resource_limits_mod, only: resident_bytes, memory_left, disk_left
@@ -24,18 +24,20 @@ module estimate_costs_mod
   use assembly_mod, only: triplets_t
   use mesh_parts_mod, only: list_parts
   use ordering_mod, only: order_equations
+  use new_iterative_body_mod, only: has_iterative_body
   use sparse_factor_mod, only: sparse_factor_t, analyse
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use contact_interface_mod, only: interface_dofs
   use step_loads_mod, only: prescribed_dofs
   use alternatives_mod, only: alternatives, where_in_words
   use count_sizes_mod, only: sizes_t, count_sizes, products_of_increment, solutions, flops_of_run
+  use estimate_iterative_mod, only: check_iterative, iterative_bytes
   use estimate_file_mod, only: file_size_t, size_of_file
   use estimate_time_mod, only: seconds_t, seconds_of_run, seconds_at_fixed_rates, &
     total_seconds
   use make_plan_mod, only: forget_compliance
-  use plan_table_mod, only: add_line, describe_choice, describe_products, bytes_in_words, &
-    time_in_words
+  use plan_table_mod, only: add_line, describe_choice, describe_products, describe_iterative, &
+    bytes_in_words, time_in_words
   implicit none
   private
 
@@ -100,13 +102,20 @@ contains
     sizes%fraction_here = sizes%ranks/real(n_ranks(), wp)
     call count_sizes(scene, plan, sizes)
     file = size_of_file(scene, plan, sizes)
-    if (scene%contact%compliance /= compliance_dense .and. (needs_matrix .or. &
-      sizes%rows <= 0.0_wp .or. scene%contact%solver == solver_sweeps)) then
+    if (scene%contact%compliance /= compliance_dense .and. .not. scene%precision%iterative .and. &
+      (needs_matrix .or. sizes%rows <= 0.0_wp .or. scene%contact%solver == solver_sweeps)) then
       scene%contact%compliance = compliance_dense
     end if
-    call choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)
+    if (needs_matrix .and. scene%precision%iterative) then
+      call raise(error, exit_wrong_input, 'bipot: error: *BODY SOLVER, TYPE=ITERATIVE does not '// &
+        'cover --export, which writes the compliance of the contact; TYPE=FACTOR does')
+      return
+    end if
+    if (needs_matrix) scene%precision%body_is_given = .true.
+    call choose_body(scene, file, plan, factor, sizes, ordering, reasons, error)
     if (allocated(error)) return
-    if (plan%is_analysed) call look_at_later_steps(scene, plan, sizes, error)
+    if (plan%is_analysed .and. .not. scene%precision%iterative) call look_at_later_steps(scene, &
+      plan, sizes, error)
     if (allocated(error)) return
     plan%more_memory = peak_memory(sizes, file) + granted
     plan%file_size = file%size
@@ -118,17 +127,75 @@ contains
     call add_figure(plan, 'likely_file_bytes', file%size, bound_about)
     if (plan%is_analysed) then
       seconds = seconds_of_run(scene, sizes, file, ordering)
-      call add_figure(plan, 'factor_entries', sizes%factor, merge(bound_fixed, bound_at_most, &
-        plan%n_factorisations == 1 .and. scene%precision%block_low_rank <= 0.0_wp))
-      call add_figure(plan, 'solutions', solutions(scene, sizes), bound_about)
-      call add_figure(plan, 'compliance_products', sizes%increments* &
-        products_of_increment(scene, sizes), bound_about)
-      call add_figure(plan, 'operations', flops_of_run(scene, sizes), bound_about)
+      if (.not. scene%precision%iterative) then
+        call add_figure(plan, 'factor_entries', sizes%factor, merge(bound_fixed, bound_at_most, &
+          plan%n_factorisations == 1 .and. scene%precision%block_low_rank <= 0.0_wp))
+        call add_figure(plan, 'solutions', solutions(scene, sizes), bound_about)
+        call add_figure(plan, 'compliance_products', sizes%increments* &
+          products_of_increment(scene, sizes), bound_about)
+        call add_figure(plan, 'operations', flops_of_run(scene, sizes), bound_about)
+      end if
       call add_figure(plan, 'cpu_seconds', cpu_seconds() + total_seconds(seconds), bound_about)
     end if
     call describe_costs(plan, sizes, file, memory, seconds)
     if (reasons /= '') call describe_choice(scene, reasons, plan)
   end subroutine estimate_costs
+
+  !> Whether there is a factor: where the deck leaves it open and the build has the choice, as long
+  !> as it fits.
+  subroutine choose_body(scene, file, plan, factor, sizes, ordering, reasons, error)
+    type(scene_t), intent(inout) :: scene  !! its precision and compliance as they are chosen
+    type(file_size_t), intent(in) :: file
+    type(plan_t), intent(inout) :: plan
+    type(sparse_factor_t), intent(inout) :: factor
+    type(sizes_t), intent(inout) :: sizes
+    real(wp), intent(out) :: ordering      !! [s]
+    character(:), allocatable, intent(out) :: reasons
+    type(error_t), allocatable, intent(out) :: error
+    type(free_motions_t) :: motions
+    type(scene_t) :: iterated
+    type(error_t), allocatable :: refusal
+    type(sizes_t) :: bare
+    real(wp) :: need
+
+    bare = sizes
+    reasons = ''
+    need = 0.0_wp
+    if (.not. scene%precision%iterative) then
+      call choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)
+      if (allocated(error)) return
+      need = peak_memory(sizes, file) + granted
+      if (scene%precision%body_is_given .or. need <= enough*real(plan%memory_left, wp)) return
+      if (.not. has_iterative_body()) return
+    end if
+    ordering = 0.0_wp
+    call find_free_motions(scene%mesh, prescribed_dofs(scene, 1), ref_nodes(scene%obstacles), &
+      contact_nodes(plan%points), motions, error, scene%constraints)
+    if (allocated(error)) return
+    if (scene%precision%iterative) then
+      call check_iterative(scene, plan%points, motions%n, error)
+      if (allocated(error)) return
+    else
+      iterated = scene
+      iterated%contact%compliance = compliance_products
+      call check_iterative(iterated, plan%points, motions%n, refusal)
+      if (allocated(refusal)) return
+      scene%precision%iterative = .true.
+      scene%precision%single_factor = .false.
+      scene%precision%block_low_rank = 0.0_wp
+      scene%precision%out_of_core = .false.
+      reasons = 'with a factor the run needs '//bytes_in_words(need)
+    end if
+    scene%contact%compliance = compliance_products
+    sizes = bare
+    sizes%is_dense = .false.
+    sizes%factor = 0.0_wp
+    call take_precision(scene%precision, sizes)
+    sizes%workspace = iterative_bytes(sizes)
+    plan%is_analysed = .true.
+    call forget_compliance(plan)
+    call describe_iterative(scene, plan)
+  end subroutine choose_body
 
   !> Whether W is formed: where the deck leaves it open, as its figures say.
   !>

@@ -44,6 +44,13 @@ module estimate_time_mod
   real(wp), parameter :: passes_of_probe = 0.5_wp !! over the factor of the interior, many at once
   real(wp), parameter :: visit_of_sweep = 0.5_wp     !! of a point, in internal forces of a brick
 
+  ! Where bodies are solved for by iteration: iterations of an increment and of the response to a
+  ! load, the estimate of its error included; an equation's share of the hierarchy, and of an
+  ! iteration [s].
+  real(wp), parameter :: iterations_with_friction = 35.0_wp, iterations_without = 15.0_wp
+  real(wp), parameter :: iterations_of_load = 60.0_wp
+  real(wp), parameter :: equation_set_up = 1.5e-5_wp, equation_iterated = 1.0e-6_wp
+
   ! Of an increment before faces that move, its estimate of the error included.
   real(wp), parameter :: placements = 14.0_wp    !! of the points, and of W those of rows:
   real(wp), parameter :: rebuilds = 6.5_wp
@@ -72,7 +79,8 @@ contains
     speed = reference_speed()
     call sum_up(reference_brick, stiffness_of_brick*reference_brick, sizes%bricks*reference_brick)
     if (total_seconds(seconds) < brief) return
-    call measure_speed(nint(sizes%front), nint(sizes%rows), int(sizes%word*sizes%factor, i8), speed)
+    if (.not. scene%precision%iterative) call measure_speed(nint(sizes%front), nint(sizes%rows), &
+      int(sizes%word*sizes%factor, i8), speed)
     call time_brick(scene, stiffness_time, force_time)
     call sum_up(force_time, stiffness_time, time_of_forces(scene))
 
@@ -126,6 +134,10 @@ contains
     type(seconds_t), intent(inout) :: seconds !! gets factorise, condense, contact, recover
     real(wp) :: product, passes, n_recovered
 
+    if (scene%precision%iterative) then
+      call time_iterations(scene, sizes, seconds)
+      return
+    end if
     ! Numbers of half the size are worked on twice as fast.
     seconds%factorise = sizes%factorisations*sizes%word/8.0_wp*(sizes%flops/speed%flops + &
       passes_to_factorise*8.0_wp*sizes%factor/speed%bytes) + scratch_time
@@ -153,6 +165,21 @@ contains
       merge(8.0_wp*sizes%squares, 0.0_wp, sizes%is_dense))/speed%bytes + &
       2.0_wp*solutions(scene, sizes)*scratch_time
   end subroutine time_solver
+
+  !> The same phases where bodies are solved for by iteration, at fixed rates.
+  pure subroutine time_iterations(scene, sizes, seconds)
+    type(scene_t), intent(in) :: scene
+    type(sizes_t), intent(in) :: sizes
+    type(seconds_t), intent(inout) :: seconds !! gets factorise, contact, recover
+    real(wp) :: iterations
+
+    iterations = iterations_with_friction
+    if (.not. any(scene%pairs%mu > 0.0_wp)) iterations = iterations_without
+    if (sizes%rows <= 0.0_wp) iterations = 0.0_wp
+    seconds%factorise = sizes%factorisations*sizes%equations*equation_set_up
+    seconds%contact = sizes%increments*iterations*sizes%equations*equation_iterated
+    seconds%recover = 2.0_wp*sizes%steps*iterations_of_load*sizes%equations*equation_iterated
+  end subroutine time_iterations
 
   !> What the factor, contact and internal forces take on a machine of fixed rates: whether W is
   !> formed, and in what arithmetic, follows from the deck alone, or no run would compute the same

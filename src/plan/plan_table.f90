@@ -7,7 +7,8 @@ module plan_table_mod
   use scene_mod, only: scene_t, contact_pair_t
   use controls_mod, only: subject_in_words, contact_controls_t, solver_auto, solver_global_newton, &
                           formulation_bipotential, local_uzawa, local_newton, local_newton6, &
-                          stop_at_change, precision_controls_t, is_exact
+                          stop_at_change, precision_controls_t, is_exact, &
+                          precision_in_words
   use output_field_mod, only: field_t, at_start
   use view_fields_mod, only: list_view_fields
   use compliance_mod, only: rows_worth_rounding
@@ -19,8 +20,8 @@ module plan_table_mod
   implicit none
   private
 
-  public :: describe, describe_choice, describe_products, bound_of_increments, add_line, &
-    bytes_in_words, time_in_words
+  public :: describe, describe_choice, describe_products, describe_iterative, &
+    bound_of_increments, add_line, bytes_in_words, time_in_words
 
   integer, parameter :: most_listed = 6 !! bodies or pairs that get a line of their own
   character(*), parameter :: factorisations = 'factorisations'
@@ -131,6 +132,25 @@ contains
         8.0_wp*real(sum(plan%rows), wp)**2)//')'
     end do
   end subroutine describe_products
+
+  !> Where bodies are solved for by iteration, and contact together with them.
+  subroutine describe_iterative(scene, plan)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(inout) :: plan
+    integer :: i
+
+    do i = 1, size(plan%lines)
+      if (index(plan%lines(i)%text, compliance_line//' ') == 1) then
+        plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
+          'none: contact is solved together with the displacements'
+      else if (index(plan%lines(i)%text, factorisations//' ') == 1) then
+        plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
+          'none: solutions '//precision_in_words(scene%precision)//', coarsened for '// &
+          to_text(plan%n_factorisations)//plural(' set', ' sets', plan%n_factorisations)// &
+          ' of supports'
+      end if
+    end do
+  end subroutine describe_iterative
 
   !> Where the plan has chosen how the stiffness is factorised: that in the table, and why.
   subroutine describe_choice(scene, reasons, plan)

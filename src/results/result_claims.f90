@@ -183,17 +183,19 @@ contains
     type(child_t) :: child
     character(:), allocatable :: answer, fate
     integer(i8) :: bits
-    logical :: single, saves_time, out_of_core
+    logical :: iterative, single, saves_time, out_of_core
 
     call begin_look(path, child)
     if (is_child(child)) call end_child(child, arithmetic_of(path, precision, compliance))
     call wait_for(child, answer, fate)
     if (answer == '') return
-    read (answer, *) single, saves_time, out_of_core, bits, compliance, precision%threads
+    read (answer, *) iterative, single, saves_time, out_of_core, bits, compliance, precision%threads
+    precision%iterative = iterative
     precision%single_factor = single
     precision%saves_time = saves_time
     precision%out_of_core = out_of_core
     precision%block_low_rank = transfer(bits, 1.0_wp)
+    precision%body_is_given = .true.
     precision%factor_is_given = .true.
     precision%low_rank_is_given = .true.
     precision%core_is_given = .true.
@@ -218,9 +220,9 @@ contains
     compliance = given_compliance
     call read_arithmetic(hdf5, precision, compliance, error)
     if (allocated(error)) return
-    write (line, '(3(l1,1x),2(i0,1x),i0)') precision%single_factor, precision%saves_time, &
-      precision%out_of_core, transfer(precision%block_low_rank, 0_i8), compliance, &
-      precision%threads
+    write (line, '(4(l1,1x),2(i0,1x),i0)') precision%iterative, precision%single_factor, &
+      precision%saves_time, precision%out_of_core, transfer(precision%block_low_rank, 0_i8), &
+      compliance, precision%threads
     answer = trim(line)
   end function arithmetic_of
 

@@ -6,7 +6,7 @@ module result_run_mod
   use errors_mod, only: error_t
   use text_mod, only: string_t
   use scene_mod, only: scene_t
-  use controls_mod, only: precision_controls_t
+  use controls_mod, only: precision_controls_t, compliance_products
   use mesh_size_mod, only: mesh_size_t
   use plan_mod, only: plan_t, bound_in_words
   use hdf5_files_mod, only: hdf5_file_t, create_group, flush_file
@@ -27,6 +27,9 @@ module result_run_mod
   character(*), parameter :: run_failed = 'failed'         !! the machine: memory, a library
   integer, parameter :: longest_status = 16
   integer, parameter :: room_for_sessions = 1000 !! bytes, a line each time a run was continued
+
+  ! What /run@compliance says where nothing is factorised; else compliance_dense or its kin.
+  integer(i8), parameter :: by_iteration = 3
 
   character(*), parameter :: program_name = 'bipot'
 
@@ -97,7 +100,8 @@ contains
     call write_attribute(hdf5, '/run', 'block_low_rank', precision%block_low_rank, error)
     call write_attribute(hdf5, '/run', 'out_of_core', merge(1_i8, 0_i8, precision%out_of_core), &
       error)
-    call write_attribute(hdf5, '/run', 'compliance', int(compliance, i8), error)
+    call write_attribute(hdf5, '/run', 'compliance', merge(by_iteration, int(compliance, i8), &
+      precision%iterative), error)
   end subroutine write_arithmetic
 
   !> Keep what an accuracy chose, so that a continued run has the same mesh and increments.
@@ -148,7 +152,8 @@ contains
     call read_attribute(hdf5, '/run', 'out_of_core', out_of_core, error)
     call read_attribute(hdf5, '/run', 'compliance', kind_of_compliance, error)
     if (allocated(error)) return
-    compliance = int(kind_of_compliance)
+    precision%iterative = kind_of_compliance == by_iteration
+    compliance = int(min(kind_of_compliance, int(compliance_products, i8)))
     precision%single_factor = single == 1
     precision%saves_time = saves_time == 1
     precision%threads = int(threads)

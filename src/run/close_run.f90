@@ -78,7 +78,9 @@ contains
     real(wp), intent(in) :: before, after !! largest out-of-balance force, of the largest force [-]
     character(:), allocatable :: words
 
-    words = 'factor in '//precision_in_words(precision)//': forces balance to '// &
+    words = 'factor in '//precision_in_words(precision)
+    if (precision%iterative) words = 'solutions '//precision_in_words(precision)
+    words = words//': forces balance to '// &
       or_rounding(before)//' as solved, to '//or_rounding(after)//' as refined'
   end function accuracy_in_words
 

@@ -88,7 +88,7 @@ contains
         ', allowed '// &
         to_text(10.0_wp*scene%contact%tolerance)//' (condition of the stiffness at least '// &
         to_text(condition, 2)//')'
-      if (.not. is_exact(scene%precision)) then
+      if (.not. is_exact(scene%precision) .and. .not. scene%precision%iterative) then
         where_and_what = where_and_what//'; the factor ('// &
           precision_in_words(scene%precision)//') left '//to_text(report%unrefined, 2)// &
           ' of the forces out of balance, Newton-Raphson '//to_text(report%imbalance, 2)// &
@@ -100,9 +100,14 @@ contains
       where_and_what = where_and_what//tolerance_in_reach(0.1_wp*worst_entry(report%certificate), &
         scene%contact%tolerance)
     end if
-    if (scene%contact%compliance == compliance_products .and. .not. report%converged .and. &
-      report%ending /= ended_moving) where_and_what = where_and_what// &
-      missing_in_words(dense_bytes(sum(plan%rows)))
+    if (scene%precision%iterative) then
+      where_and_what = where_and_what//'; bodies were solved for by iteration: TYPE=FACTOR of '// &
+        '*BODY SOLVER has other solvers of contact to fall back on'
+    else if (scene%contact%compliance == compliance_products .and. .not. report%converged .and. &
+      report%ending /= ended_moving) then
+      where_and_what = where_and_what// &
+        missing_in_words(dense_bytes(sum(plan%rows)))
+    end if
     if (report%ending /= ended_unbalanced) where_and_what = where_and_what// &
       wedge_in_words(scene, plan%points, report%contact)
     call raise(error, exit_not_solved, where_and_what)

@@ -40,7 +40,8 @@ module tally_mod
     real(wp) :: compliance_bytes = 0.0_wp     !! of the interface
     real(wp) :: contact_matrix_bytes = 0.0_wp !! W
     real(wp) :: factor_entries = 0.0_wp
-    integer(i8) :: solutions = 0        !! with the factor, of this session
+    integer(i8) :: solutions = 0        !! for the bodies, of this session
+    integer(i8) :: body_iterations = 0  !! on all their unknowns, of this session
     type(solver_work_t) :: work         !! of this session
     real(wp) :: file_bytes = 0.0_wp     !! of the result, when it is complete but for the counters
     real(wp) :: allowed = 0.0_wp        !! the most that a certificate entry was allowed [-]
@@ -108,6 +109,10 @@ contains
       tally%solutions = inverse%factor%solutions
       tally%compliance_bytes = max(tally%compliance_bytes, &
         8.0_wp*count_entries(inverse%compliance))
+      if (allocated(inverse%iterative)) then
+        tally%solutions = tally%solutions + inverse%iterative%solutions
+        tally%body_iterations = inverse%iterative%iterations
+      end if
     end associate
     ! A stiffness that could not be factorised has left no contact problem.
     if (.not. allocated(solver%contact%group)) return
@@ -159,6 +164,7 @@ contains
     if (lists) call add('factorisations', real(tally%work%n_factorisations, wp))
     call amount('factor_entries', tally%factor_entries)
     if (lists) call add('solutions', real(tally%solutions, wp))
+    if (lists) call add('body_iterations', real(tally%body_iterations, wp))
     call whole('newton_raphson_iterations', tally%newton_raphson)
     call whole('contact_iterations', tally%contact_iterations)
     call whole('compliance_products', tally%products)

@@ -52,6 +52,7 @@ module keywords_mod
     keyword_t('CONTACT GAP', in_model, is_read), &
     keyword_t('CONTACT SOLVER', in_model, is_read), &
     keyword_t('PRECISION', in_model, is_read), &
+    keyword_t('BODY SOLVER', in_model, is_read), &
     keyword_t('ACCURACY', in_model, is_read), &
     keyword_t('AMPLITUDE', in_model, is_read), &
     keyword_t('INITIAL CONDITIONS', in_model, is_read), &

@@ -1,0 +1,427 @@
+!> Semi-smooth Newton on the displacements of the bodies and the reactions together, its linear
+!> systems solved by iteration on the displacements.
+!>
+!>     K v - C^T r = f,      Z(r, x_free + C v) = 0,      docs/theory.md (4.16)
+!>
+!> Of a point that is held the displacement is known and its reaction is what is left out of
+!> balance there; of the others the reaction is known, or follows the normal one. So the reactions
+!> are eliminated, and the systems are those of the bodies with these directions held.
+module whole_newton_mod
+  use kinds_mod, only: wp
+  use controls_mod, only: contact_controls_t, solver_global_newton
+  use increment_report_mod, only: ended_at_limit, ended_stalled
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, measure
+  use newton_iterate_mod, only: iterate_t, evaluate
+  use gmres_mod, only: linear_map_t, solve_by_gmres
+  use body_map_mod, only: body_map_t
+  implicit none
+  private
+
+  public :: bodies_t, solve_with_body
+
+  integer,  parameter :: max_iterations = 40
+  integer,  parameter :: max_stalled = 8        !! iterations without a tenth of progress
+  integer,  parameter :: max_products = 80      !! largest Krylov space
+  real(wp), parameter :: tightest_inner = 1.0e-4_wp !! residuals of GMRES, relative [-]
+  real(wp), parameter :: loosest_inner = 1.0e-2_wp
+  real(wp), parameter :: shortest_step = 0.2_wp
+  integer,  parameter :: remembered = 4         !! places that the line search looks back at
+  real(wp), parameter :: slides = 1.0e-6_wp     !! that far from the cone at most, beside mu r_n [-]
+  real(wp), parameter :: expected_across = 0.9_wp !! the same as next, of a slip not known yet [-]
+  real(wp), parameter :: most_across = 0.999_wp
+  !! of what holds across a slip; beyond it is held there [-]
+
+  !> What contact does to the bodies, and what else.
+  type :: bodies_t
+    real(wp), allocatable :: v(:)       !! (n) a guess in, displacement out [length]
+    real(wp), allocatable :: load(:)    !! (n) f, beside that of x_free [force]
+    real(wp), allocatable :: remains(:) !! (n) out: K v - C^T r - f, as found [force]
+    real(wp) :: largest = 0.0_wp        !! force at a node, so far [force]
+  end type bodies_t
+
+  !> A step: of displacements, of what they leave, of reactions.
+  type :: step_t
+    real(wp), allocatable :: v(:), g(:) !! (n) [length], [force]
+    real(wp), allocatable :: r(:, :)    !! (3,n_points) [force]
+  end type step_t
+
+  !> Displacements and reactions on the way, and what they leave.
+  type :: place_t
+    real(wp), allocatable :: v(:)  !! (n) displacement of the bodies [length]
+    real(wp), allocatable :: g(:)  !! (n) K v - C^T r - f [force]
+    type(iterate_t) :: at          !! reactions and gaps
+    real(wp) :: merit = 0.0_wp     !! of both residuals [force]
+    real(wp) :: allowed(remembered) = 0.0_wp
+    !! those of the last places: one of them may be come up to [force]
+  end type place_t
+
+  !> What the system of a Newton step is made of, a point at a time.
+  type :: system_t
+    real(wp), allocatable :: held(:, :, :)    !! (3,3,n_points) projection on what is held [-]
+    real(wp), allocatable :: across(:, :, :)  !! (3,3,n_points) stiffness across a slip
+    real(wp), allocatable :: follows(:, :)    !! (3,n_points) of a tangential reaction, the normal
+    real(wp), allocatable :: own(:, :)        !! (3,n_points) and what it is without [force]
+  end type system_t
+
+  !> The system over the inverse: L M.
+  type, extends(linear_map_t) :: eliminated_t
+    class(body_map_t), pointer :: body => null()
+    type(contact_problem_t), pointer :: problem => null()
+    type(system_t), pointer :: system => null()
+  contains
+    procedure :: apply => apply_eliminated
+  end type eliminated_t
+
+contains
+
+  !> Iterate until the scaled natural map is at the tolerance, and the forces of the bodies balance
+  !> to it.
+  !>
+  !> Not converging is no error: the report says so.
+  subroutine solve_with_body(problem, body, x_free, controls, bodies, r, report)
+    type(contact_problem_t), target, intent(in) :: problem
+    class(body_map_t), target, intent(in) :: body
+    real(wp), intent(in) :: x_free(:)       !! (n_rows) without reactions and load [length]
+    type(contact_controls_t), intent(in) :: controls
+    type(bodies_t), intent(inout) :: bodies
+    real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
+    type(contact_report_t), intent(out) :: report
+    type(place_t) :: now
+    type(system_t), target :: system
+    type(contact_report_t) :: here
+    type(step_t) :: step
+    real(wp) :: r_start(3, problem%n_points), unsolved(size(bodies%v))
+    real(wp) :: forcing, last_merit, left, scale
+    integer :: stalled
+    logical :: is_known !! by the reactions to start from: what is held
+
+    r_start = r
+    is_known = any(abs(r) > 0.0_wp)
+    bodies%remains = 0.0_wp*bodies%v
+    call begin(problem, body, x_free, bodies, r, now)
+    ! Where reactions vanish what is left of those to start from is beside what they were.
+    scale = max(bodies%largest, maxval(abs(now%g)))
+    last_merit = 0.0_wp
+    report%residual = huge(report%residual)
+    stalled = 0
+    newton: do
+      call judge(problem, body, x_free, now, scale, r_start, unsolved, here)
+      stalled = stalled + 1
+      if (here%residual < 0.9_wp*report%residual) stalled = 0
+      if (here%residual < report%residual) then
+        report%residual = here%residual
+        report%worst_point = here%worst_point
+        r = unpack_rows(problem, now%at%r - now%at%z)
+        bodies%v = now%v
+        bodies%remains = unsolved
+      end if
+      report%converged = report%residual <= controls%tolerance
+      if (report%converged .or. stalled > max_stalled .or. &
+        report%iterations >= max_iterations) exit newton
+      left = controls%tolerance/report%residual
+      forcing = forcing_term(now%merit, last_merit, left)
+      last_merit = now%merit
+      if (is_known) call expect(problem, now)
+      call make_system(problem, now, system)
+      call body%hold(system%held, system%across)
+      call find_step(problem, body, system, now, forcing, step, report%products)
+      is_known = .false.
+      call search_line(problem, now, step, body)
+      report%iterations = report%iterations + 1
+    end do newton
+    if (.not. report%converged) report%ending = ended_stalled
+    if (.not. report%converged .and. report%iterations >= max_iterations) report%ending = &
+      ended_at_limit
+    report%solver = solver_global_newton
+  end subroutine solve_with_body
+
+  !> The place to start from: of the guess as much as the reactions to start from ask for.
+  subroutine begin(problem, body, x_free, bodies, r, now)
+    type(contact_problem_t), intent(in) :: problem
+    class(body_map_t), intent(in) :: body
+    real(wp), intent(in) :: x_free(:), r(:, :)
+    type(bodies_t), intent(in) :: bodies
+    type(place_t), intent(out) :: now
+    real(wp), dimension(3, problem%n_points) :: x
+    real(wp) :: forces(size(bodies%v)), share, energy
+
+    allocate (now%g, mold=bodies%v)
+    allocate (now%at%r(problem%n_rows), now%at%x(problem%n_rows), now%at%z(problem%n_rows))
+    allocate (now%at%dz_dr(3, 3, problem%n_points), now%at%dz_dx(3, 3, problem%n_points))
+    forces = bodies%load
+    call body%add_from_points(r, forces)
+    call body%product(bodies%v, now%g)
+    energy = dot_product(bodies%v, now%g)
+    share = 0.0_wp
+    if (energy > 0.0_wp) share = dot_product(bodies%v, forces)/energy
+    now%v = share*bodies%v
+    now%g = share*now%g - forces
+    now%at%r = pack_rows(problem, r)
+    call body%at_points(now%v, x)
+    now%at%x = x_free + pack_rows(problem, x)
+    call evaluate(problem, now%at)
+    now%merit = norm2([now%at%merit, norm2(now%g)])
+  end subroutine begin
+
+  !> How good a place is: its natural map once reactions are projected, and the forces that are then
+  !> out of balance at an unknown, beside the largest.
+  subroutine judge(problem, body, x_free, now, largest, r_start, left, here)
+    type(contact_problem_t), intent(in) :: problem
+    class(body_map_t), intent(in) :: body
+    real(wp), intent(in) :: x_free(:)
+    type(place_t), intent(in) :: now
+    real(wp), intent(in) :: largest, r_start(:, :)
+    real(wp), intent(out) :: left(:)  !! (n) those forces [force]
+    type(contact_report_t), intent(inout) :: here
+    real(wp) :: scale
+
+    call measure(problem, x_free, now%at%x, now%at%r - now%at%z, r_start, here)
+    left = now%g
+    call body%add_from_points(unpack_rows(problem, now%at%z), left)
+    scale = max(largest, maxval(abs(now%at%r), dim=1))
+    if (maxval(abs(left)) > 0.0_wp) here%residual = max(here%residual, maxval(abs(left))/ &
+      max(scale, tiny(scale)))
+  end subroutine judge
+
+  !> How exactly the next linear system has to be solved, as of global Newton.
+  pure real(wp) function forcing_term(merit, last_merit, left)
+    real(wp), intent(in) :: merit, last_merit !! now and an iteration before, 0 at first [force]
+    real(wp), intent(in) :: left              !! tolerance over residual [-]
+    real(wp), parameter :: fraction = 0.9_wp
+
+    forcing_term = loosest_inner
+    if (last_merit > 0.0_wp) forcing_term = fraction*min(1.0_wp, merit/last_merit)**2
+    forcing_term = min(loosest_inner, max(tightest_inner, forcing_term, 0.3_wp*left))
+  end function forcing_term
+
+  !> Take for held what the reactions to start from say, whatever the gaps there: displacements are
+  !> not those of these reactions yet. Residuals become those of what is so to come.
+  subroutine expect(problem, now)
+    type(contact_problem_t), intent(in) :: problem
+    type(place_t), intent(inout) :: now
+    real(wp), dimension(3, problem%n_points) :: r, x, z
+    real(wp) :: p(3, 3), t(2)
+    integer :: i, a
+
+    r = unpack_rows(problem, now%at%r)
+    x = unpack_rows(problem, now%at%x)
+    z = 0.0_wp
+    do i = 1, problem%n_points
+      associate (mu => problem%mu(i), rho => problem%rho_global([1, 2, 2], i))
+        p = 0.0_wp
+        if (r(1, i) > 0.0_wp) then
+          p(1, 1) = 1.0_wp
+          if (norm2(r(2:, i)) < (1.0_wp - slides)*mu*r(1, i)) then
+            p(2, 2) = 1.0_wp
+            p(3, 3) = 1.0_wp
+            z(:, i) = rho*x(:, i)
+          else if (mu > 0.0_wp) then
+            t = r(2:, i)/norm2(r(2:, i))
+            p(2:, 1) = mu*t
+            do a = 1, 2
+              p(2:, 1 + a) = -expected_across*t(a)*t
+              p(1 + a, 1 + a) = p(1 + a, 1 + a) + expected_across
+            end do
+            z(1, i) = rho(1)*x(1, i)
+            z(2:, i) = p(2:, 1)*z(1, i) + matmul(p(2:, 2:), rho(2:)*x(2:, i)) - (mu*r(1, i)*t - &
+              r(2:, i)) + matmul(p(2:, 2:), mu*r(1, i)*t - r(2:, i))
+          else
+            z(1, i) = rho(1)*x(1, i)
+          end if
+        end if
+        now%at%dz_dr(:, :, i) = -p
+        do a = 1, 3
+          now%at%dz_dr(a, a, i) = now%at%dz_dr(a, a, i) + 1.0_wp
+        end do
+      end associate
+    end do
+    now%at%z = pack_rows(problem, z)
+  end subroutine expect
+
+  !> What is held, and what the others do, by the derivatives of the projections. docs/theory.md
+  !> (4.17).
+  subroutine make_system(problem, now, system)
+    type(contact_problem_t), intent(in) :: problem
+    type(place_t), intent(in) :: now
+    type(system_t), intent(inout) :: system
+    real(wp), dimension(3, problem%n_points) :: z
+    real(wp) :: p(3, 3), t(2, 2), e(2, 2), hold_n, largest
+    integer :: i, a
+
+    z = unpack_rows(problem, now%at%z)
+    if (.not. allocated(system%held)) then
+      allocate (system%held(3, 3, problem%n_points), system%across(3, 3, problem%n_points))
+      allocate (system%follows(3, problem%n_points), system%own(3, problem%n_points))
+    end if
+    system%held = 0.0_wp
+    system%across = 0.0_wp
+    system%follows = 0.0_wp
+    system%own = -z
+    do i = 1, problem%n_points
+      p = -now%at%dz_dr(:, :, i)
+      do a = 1, 3
+        p(a, a) = p(a, a) + 1.0_wp
+      end do
+      hold_n = merge(1.0_wp, 0.0_wp, p(1, 1) > 0.0_wp)
+      system%held(1, 1, i) = hold_n
+      t = p(2:, 2:)
+      do a = 1, 2
+        if (problem%row(1 + a, i) == 0) then
+          t(a, :) = 0.0_wp
+          t(:, a) = 0.0_wp
+        end if
+      end do
+      largest = t(1, 1) + t(2, 2)
+      if (largest > 1.0_wp .or. (is_held(t(1, 1), problem%row(2, i)) .and. is_held(t(2, 2), &
+        problem%row(3, i)) .and. largest > 0.0_wp)) then
+        ! It sticks.
+        do a = 2, 3
+          if (problem%row(a, i) > 0) system%held(a, a, i) = 1.0_wp
+        end do
+        cycle
+      end if
+      if (largest > most_across) then
+        system%held(2:, 2:, i) = t/largest
+        t = 0.0_wp
+      end if
+      e = inverse_of(reshape([1.0_wp - t(1, 1), -t(2, 1), -t(1, 2), 1.0_wp - t(2, 2)], [2, 2]))
+      system%across(2:, 2:, i) = problem%rho_global(2, i)*matmul(e, t)
+      system%follows(2:, i) = matmul(e, p(2:, 1))
+      system%own(2:, i) = matmul(e, p(2:, 1)*z(1, i) - z(2:, i))
+    end do
+
+  contains
+
+    pure logical function is_held(t_aa, row)
+      real(wp), intent(in) :: t_aa
+      integer, intent(in) :: row
+
+      is_held = row == 0 .or. t_aa >= 1.0_wp
+    end function is_held
+
+    pure function inverse_of(m) result(inverse)
+      real(wp), intent(in) :: m(2, 2)
+      real(wp) :: inverse(2, 2)
+
+      inverse = reshape([m(2, 2), -m(2, 1), -m(1, 2), m(1, 1)], [2, 2])/ &
+        (m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1))
+    end function inverse_of
+
+  end subroutine make_system
+
+  !> The Newton step: its displacement, what it does to the balance of forces, its reactions.
+  subroutine find_step(problem, body, system, now, forcing, step, products)
+    type(contact_problem_t), target, intent(in) :: problem
+    class(body_map_t), target, intent(in) :: body
+    type(system_t), target, intent(in) :: system
+    type(place_t), intent(in) :: now
+    real(wp), intent(in) :: forcing
+    type(step_t), intent(out) :: step
+    integer, intent(inout) :: products  !! of the system, summed
+    type(eliminated_t) :: map
+    real(wp), dimension(size(now%v)) :: f, w
+    real(wp), dimension(3, problem%n_points) :: of_points, x, z
+    integer :: i, inner
+    logical :: reached
+
+    allocate (step%v(size(now%v)), step%g(size(now%v)), source=0.0_wp)
+    allocate (step%r(3, problem%n_points))
+    z = unpack_rows(problem, now%at%z)
+    do i = 1, problem%n_points
+      x(:, i) = -matmul(system%held(:, :, i), z(:, i)/problem%rho_global([1, 2, 2], i))
+    end do
+    call body%add_from_points(x, step%v)
+    if (any(abs(step%v) > 0.0_wp)) call body%product(step%v, step%g)
+    f = now%g + step%g
+    call body%at_points(f, of_points)
+    call eliminate(problem, system, body, of_points, 0.0_wp*x, f, with_own=.true.)
+    map%body => body
+    map%problem => problem
+    map%system => system
+    call solve_by_gmres(map, -f, forcing, max_products, w, inner, reached)
+    products = products + inner
+    call body%precondition(w, f)
+    step%v = step%v + f
+    call body%product(f, w)
+    step%g = step%g + w
+    ! What is held takes what is out of balance there, the others what the law says.
+    call body%at_points(now%g + step%g, of_points)
+    call body%at_points(step%v, x)
+    do i = 1, problem%n_points
+      step%r(:, i) = matmul(system%held(:, :, i), of_points(:, i))
+      of_points(:, i) = system%own(:, i) + system%follows(:, i)*of_points(1, i) - &
+        matmul(system%across(:, :, i), x(:, i))
+      step%r(:, i) = step%r(:, i) + of_points(:, i) - matmul(system%held(:, :, i), of_points(:, i))
+    end do
+    where (problem%row == 0) step%r = 0.0_wp
+    call body%add_from_points(-step%r, step%g)
+  end subroutine find_step
+
+  !> From forces of the bodies to the residual of the system: at the points reactions are taken off,
+  !> 0 along what is held.
+  subroutine eliminate(problem, system, body, of_points, x, f, with_own)
+    type(contact_problem_t), intent(in) :: problem
+    type(system_t), intent(in) :: system
+    class(body_map_t), intent(in) :: body
+    real(wp), intent(in) :: of_points(:, :)  !! (3,n_points) C f [force]
+    real(wp), intent(in) :: x(:, :)          !! (3,n_points) displacement there [length]
+    real(wp), intent(inout) :: f(:)          !! (n) [force]
+    logical, intent(in) :: with_own          !! what reactions are without the step too
+    real(wp) :: reaction(3, problem%n_points), change(3)
+    integer :: i
+
+    do i = 1, problem%n_points
+      reaction(:, i) = system%follows(:, i)*of_points(1, i) - matmul(system%across(:, :, i), &
+        x(:, i))
+      if (with_own) reaction(:, i) = reaction(:, i) + system%own(:, i)
+      change = reaction(:, i) - of_points(:, i)
+      reaction(:, i) = reaction(:, i) - matmul(system%held(:, :, i), change)
+    end do
+    where (problem%row == 0) reaction = 0.0_wp
+    call body%add_from_points(-reaction, f)
+  end subroutine eliminate
+
+  !> The system's matrix times the approximate inverse times v.
+  subroutine apply_eliminated(map, v, product)
+    class(eliminated_t), intent(in) :: map
+    real(wp), intent(in)  :: v(:)       !! (n)
+    real(wp), intent(out) :: product(:) !! (n)
+    real(wp), dimension(3, map%problem%n_points) :: of_points, x
+    real(wp) :: w(size(v))
+
+    call map%body%precondition(v, w)
+    call map%body%product(w, product)
+    call map%body%at_points(product, of_points)
+    call map%body%at_points(w, x)
+    call eliminate(map%problem, map%system, map%body, of_points, x, product, with_own=.false.)
+  end subroutine apply_eliminated
+
+  !> Halve the step until the residuals decrease.
+  subroutine search_line(problem, now, full, body)
+    type(contact_problem_t), intent(in) :: problem
+    type(place_t), intent(inout) :: now
+    type(step_t), intent(in) :: full
+    class(body_map_t), intent(in) :: body
+    type(iterate_t) :: trial
+    real(wp), dimension(3, problem%n_points) :: x
+    real(wp) :: step, merit
+
+    now%allowed = [now%allowed(2:), now%merit]
+    call body%at_points(full%v, x)
+    trial = now%at
+    step = 1.0_wp
+    do
+      trial%r = now%at%r + step*pack_rows(problem, full%r)
+      trial%x = now%at%x + step*pack_rows(problem, x)
+      call evaluate(problem, trial)
+      merit = norm2([trial%merit, norm2(now%g + step*full%g)])
+      if (merit <= (1.0_wp - 1.0e-4_wp*step)*maxval(now%allowed) .or. step < shortest_step) exit
+      step = 0.5_wp*step
+    end do
+    now%at = trial
+    now%v = now%v + step*full%v
+    now%g = now%g + step*full%g
+    now%merit = merit
+  end subroutine search_line
+
+end module whole_newton_mod

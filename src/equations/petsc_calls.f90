@@ -1,0 +1,317 @@
+!> What the program calls of PETSC, by its C names. Each returns 0 where it worked.
+module petsc_calls_mod
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_ptr
+  implicit none
+  private
+
+  public :: petsc_initialize, petsc_initialized, petsc_push_error_handler, &
+    petsc_return_error_handler, petsc_set_option
+  public :: vec_create, get_ranks, vec_duplicate, vec_destroy, vec_get_array, &
+    vec_restore_array
+  public :: mat_create, mat_destroy, mat_set_block_size, mat_set_option, mat_assembly_begin, &
+    mat_assembly_end, mat_mult, mat_set_near_null_space, null_space_create, null_space_destroy
+  public :: pc_create, pc_destroy, pc_set_type, pc_set_operators, pc_set_prefix, &
+    pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_complexity, pc_levels, &
+    pc_smoother, ksp_set_type, ksp_get_pc
+  public :: yes, no, final_assembly, positive_definite
+
+  integer(c_int), parameter :: no = 0, yes = 1        !! PetscBool
+  integer(c_int), parameter :: final_assembly = 0     !! MAT_FINAL_ASSEMBLY
+  integer(c_int), parameter :: positive_definite = 15 !! MAT_SPD
+
+  interface
+    function petsc_initialize(n, arguments, file, help) result(status) &
+      bind(c, name='PetscInitialize')
+      import :: c_int, c_ptr
+      implicit none
+      integer(c_int), intent(inout) :: n
+      type(c_ptr), intent(in) :: arguments !! of a list of texts
+      type(c_ptr), value :: file, help
+      integer(c_int) :: status
+    end function petsc_initialize
+
+    function petsc_initialized(flag) result(status) bind(c, name='PetscInitialized')
+      import :: c_int
+      implicit none
+      integer(c_int), intent(out) :: flag
+      integer(c_int) :: status
+    end function petsc_initialized
+
+    function petsc_push_error_handler(handler, context) result(status) &
+      bind(c, name='PetscPushErrorHandler')
+      import :: c_int, c_funptr, c_ptr
+      implicit none
+      type(c_funptr), value :: handler
+      type(c_ptr), value :: context
+      integer(c_int) :: status
+    end function petsc_push_error_handler
+
+    !> An error handler that says nothing: called by PETSc alone.
+    function petsc_return_error_handler(ranks, line, procedure_name, file, code, kind, &
+      message, context) result(status) bind(c, name='PetscReturnErrorHandler')
+      import :: c_char, c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ranks, context
+      integer(c_int), value :: line, code, kind
+      character(c_char), intent(in) :: procedure_name(*), file(*), message(*)
+      integer(c_int) :: status
+    end function petsc_return_error_handler
+
+    function petsc_set_option(options, name, value) result(status) &
+      bind(c, name='PetscOptionsSetValue')
+      import :: c_char, c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: options !! null: the program's
+      character(c_char), intent(in) :: name(*), value(*)
+      integer(c_int) :: status
+    end function petsc_set_option
+
+    !> By the name of PETSc's Fortran, for it takes Fortran's handle of the ranks.
+    subroutine pc_create(ranks, pc, status) bind(c, name='pccreate_')
+      import :: c_int, c_ptr
+      implicit none
+      integer(c_int), intent(in) :: ranks
+      type(c_ptr), intent(out) :: pc
+      integer(c_int), intent(out) :: status
+    end subroutine pc_create
+
+    !> The handle of an object's ranks, as C has it.
+    function get_ranks(object, ranks) result(status) bind(c, name='PetscObjectGetComm')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: object
+      type(c_ptr), intent(out) :: ranks
+      integer(c_int) :: status
+    end function get_ranks
+
+    !> A vector in memory of the caller's.
+    function vec_create(ranks, block_size, n, array, vector) result(status) &
+      bind(c, name='VecCreateSeqWithArray')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ranks, array
+      integer(c_int), value :: block_size, n
+      type(c_ptr), intent(out) :: vector
+      integer(c_int) :: status
+    end function vec_create
+
+    function vec_duplicate(vector, other) result(status) bind(c, name='VecDuplicate')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: vector
+      type(c_ptr), intent(out) :: other
+      integer(c_int) :: status
+    end function vec_duplicate
+
+    function vec_destroy(vector) result(status) bind(c, name='VecDestroy')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), intent(inout) :: vector
+      integer(c_int) :: status
+    end function vec_destroy
+
+    function vec_get_array(vector, array) result(status) bind(c, name='VecGetArray')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: vector
+      type(c_ptr), intent(out) :: array
+      integer(c_int) :: status
+    end function vec_get_array
+
+    function vec_restore_array(vector, array) result(status) bind(c, name='VecRestoreArray')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: vector
+      type(c_ptr), intent(inout) :: array
+      integer(c_int) :: status
+    end function vec_restore_array
+
+    !> A matrix by rows, in memory of the caller's; rows and columns are counted from 0.
+    function mat_create(ranks, n_rows, n_columns, first, column, value, matrix) &
+      result(status) bind(c, name='MatCreateSeqAIJWithArrays')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ranks, first, column, value
+      integer(c_int), value :: n_rows, n_columns
+      type(c_ptr), intent(out) :: matrix
+      integer(c_int) :: status
+    end function mat_create
+
+    function mat_destroy(matrix) result(status) bind(c, name='MatDestroy')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), intent(inout) :: matrix
+      integer(c_int) :: status
+    end function mat_destroy
+
+    function mat_set_block_size(matrix, block_size) result(status) bind(c, name='MatSetBlockSize')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: matrix
+      integer(c_int), value :: block_size
+      integer(c_int) :: status
+    end function mat_set_block_size
+
+    function mat_set_option(matrix, option, flag) result(status) bind(c, name='MatSetOption')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: matrix
+      integer(c_int), value :: option, flag
+      integer(c_int) :: status
+    end function mat_set_option
+
+    function mat_assembly_begin(matrix, kind) result(status) bind(c, name='MatAssemblyBegin')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: matrix
+      integer(c_int), value :: kind
+      integer(c_int) :: status
+    end function mat_assembly_begin
+
+    function mat_assembly_end(matrix, kind) result(status) bind(c, name='MatAssemblyEnd')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: matrix
+      integer(c_int), value :: kind
+      integer(c_int) :: status
+    end function mat_assembly_end
+
+    function mat_mult(matrix, x, y) result(status) bind(c, name='MatMult')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: matrix, x, y
+      integer(c_int) :: status
+    end function mat_mult
+
+    function mat_set_near_null_space(matrix, space) result(status) &
+      bind(c, name='MatSetNearNullSpace')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: matrix, space
+      integer(c_int) :: status
+    end function mat_set_near_null_space
+
+    function null_space_create(ranks, has_constant, n, vectors, space) result(status) &
+      bind(c, name='MatNullSpaceCreate')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ranks
+      integer(c_int), value :: has_constant, n
+      type(c_ptr), intent(in) :: vectors(*) !! orthonormal
+      type(c_ptr), intent(out) :: space
+      integer(c_int) :: status
+    end function null_space_create
+
+    function null_space_destroy(space) result(status) bind(c, name='MatNullSpaceDestroy')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), intent(inout) :: space
+      integer(c_int) :: status
+    end function null_space_destroy
+
+    function pc_destroy(pc) result(status) bind(c, name='PCDestroy')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), intent(inout) :: pc
+      integer(c_int) :: status
+    end function pc_destroy
+
+    function pc_set_type(pc, name) result(status) bind(c, name='PCSetType')
+      import :: c_char, c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      character(c_char), intent(in) :: name(*)
+      integer(c_int) :: status
+    end function pc_set_type
+
+    function pc_set_operators(pc, matrix, other) result(status) bind(c, name='PCSetOperators')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc, matrix, other
+      integer(c_int) :: status
+    end function pc_set_operators
+
+    function pc_set_prefix(pc, prefix) result(status) bind(c, name='PCSetOptionsPrefix')
+      import :: c_char, c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      character(c_char), intent(in) :: prefix(*)
+      integer(c_int) :: status
+    end function pc_set_prefix
+
+    function pc_set_from_options(pc) result(status) bind(c, name='PCSetFromOptions')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      integer(c_int) :: status
+    end function pc_set_from_options
+
+    function pc_set_up(pc) result(status) bind(c, name='PCSetUp')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      integer(c_int) :: status
+    end function pc_set_up
+
+    !> Whether the preconditioner stays as it is when its matrix changes.
+    function pc_set_reuse(pc, flag) result(status) bind(c, name='PCSetReusePreconditioner')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      integer(c_int), value :: flag
+      integer(c_int) :: status
+    end function pc_set_reuse
+
+    function pc_apply(pc, x, y) result(status) bind(c, name='PCApply')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc, x, y
+      integer(c_int) :: status
+    end function pc_apply
+
+    function pc_levels(pc, n) result(status) bind(c, name='PCMGGetLevels')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      integer(c_int), intent(out) :: n
+      integer(c_int) :: status
+    end function pc_levels
+
+    !> What smooths on a level, 0 the coarsest.
+    function pc_smoother(pc, level, ksp) result(status) bind(c, name='PCMGGetSmoother')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      integer(c_int), value :: level
+      type(c_ptr), intent(out) :: ksp
+      integer(c_int) :: status
+    end function pc_smoother
+
+    function ksp_set_type(ksp, name) result(status) bind(c, name='KSPSetType')
+      import :: c_char, c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ksp
+      character(c_char), intent(in) :: name(*)
+      integer(c_int) :: status
+    end function ksp_set_type
+
+    function ksp_get_pc(ksp, pc) result(status) bind(c, name='KSPGetPC')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ksp
+      type(c_ptr), intent(out) :: pc
+      integer(c_int) :: status
+    end function ksp_get_pc
+
+    !> Unknowns and entries of all levels beside those of the finest.
+    function pc_complexity(pc, unknowns, entries) result(status) &
+      bind(c, name='PCMGGetGridComplexity')
+      import :: c_double, c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      real(c_double), intent(out) :: unknowns, entries
+      integer(c_int) :: status
+    end function pc_complexity
+  end interface
+
+end module petsc_calls_mod

@@ -1,0 +1,249 @@
+"""Bodies solved for by iteration beside bodies with a factor, and what iteration refuses."""
+
+import os
+import signal
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
+sys.path.insert(0, str(SOURCE / "tests" / "cases"))
+
+import h5py  # noqa: E402
+import numpy as np  # noqa: E402
+from program import INPUT, PROGRAM, Run  # noqa: E402
+
+AUTO = {"solver": "AUTO", "local": "AUTO", "tolerance": 1e-11}
+LIMIT = 1e-8
+WRONG_INPUT, NOT_SOLVED = 1, 2
+ITERATIVE = "*BODY SOLVER, TYPE=ITERATIVE"
+MPIEXEC = os.environ.get("MPIEXEC", "mpiexec")
+
+HELD_ABOVE = """*HEADING
+A block that is held above, before an obstacle
+*BLOCK, NAME=BODY, ELSET=BODY, TYPE=C3D8, NX=5, NY=4, NZ=4
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=STEEL
+*ELASTIC
+210000., 0.3
+*SOLID SECTION, ELSET=BODY, MATERIAL=STEEL
+*OBSTACLE, NAME=TOOL, TYPE={kind}
+{shape}
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=DRY
+BODY-ZMIN, TOOL
+*CONTACT SOLVER, TOLERANCE=1e-11
+*STEP
+*STATIC, DIRECT
+0.5, 1.0
+*BOUNDARY
+BODY-ZMAX, 1, 1, 0.02
+BODY-ZMAX, 2, 2, {aside}
+BODY-ZMAX, 3, 3, -0.03
+*END STEP
+"""
+
+MESHED = """*HEADING
+The mesh by Gmsh of a punch and its base, both held below, each before a plane of its own
+*PARAMETER
+element = C3D8
+*INCLUDE, INPUT={mesh}
+*MATERIAL, NAME=STEEL
+*ELASTIC
+210000., 0.3
+*MATERIAL, NAME=ALUMINIUM
+*ELASTIC
+70000., 0.3
+*SOLID SECTION, ELSET=PUNCH, MATERIAL=STEEL
+*SOLID SECTION, ELSET=BASE, MATERIAL=ALUMINIUM
+*OBSTACLE, NAME=ABOVE, TYPE=PLANE
+0., 0., 0.,  0.02, 0., -1.
+*OBSTACLE, NAME=BELOW, TYPE=PLANE
+0., 0., 0.,  0., 0.01, 1.
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.2
+*CONTACT PAIR, INTERACTION=DRY
+BASE-TOP, ABOVE
+*CONTACT PAIR, INTERACTION=DRY
+PUNCH-SOLE, BELOW
+*CONTACT SOLVER, TOLERANCE=1e-11
+*STEP
+*STATIC, DIRECT
+0.5, 1.0
+*BOUNDARY
+BASE-BOTTOM, 1, 2, 0.
+BASE-BOTTOM, 3, 3, 0.01
+PUNCH-TOP, 1, 1, 0.005
+PUNCH-TOP, 2, 2, 0.
+PUNCH-TOP, 3, 3, -0.02
+*END STEP
+"""
+
+
+def with_card(deck, card):
+    """The text of a deck with a card before its first step."""
+    return deck.replace("*STEP", f"{card}\n*STEP", 1)
+
+
+def forces(run):
+    """Every force of a result: name to array."""
+    found = {}
+
+    def keep(name, item):
+        if name.rsplit("/", 1)[-1] in ("reaction", "resultant", "reaction_force", "contact_force"):
+            found[name] = item[()]
+
+    with h5py.File(run.file) as file:
+        file.visititems(keep)
+    return found
+
+
+class SameForces(unittest.TestCase):
+    def agree(self, deck, *, most=None, **overrides):
+        """Both solvers give the same forces, certified; `most` iterations an increment."""
+        run = Run(with_card(deck, ITERATIVE), name="iterative", **overrides)
+        self.assertEqual(run.status, 0, run.errors)
+        factor = Run(with_card(deck, "*BODY SOLVER, TYPE=FACTOR"), name="factor", **overrides)
+        self.assertEqual(factor.status, 0, factor.errors)
+        expected, found = forces(factor), forces(run)
+        self.assertEqual(expected.keys(), found.keys())
+        pressed = [name for name in expected if np.any(expected[name])]
+        self.assertTrue(any(name.endswith("/reaction") for name in pressed))
+        for name in pressed:
+            largest = abs(expected[name]).max()
+            np.testing.assert_allclose(
+                found[name], expected[name], rtol=0, atol=LIMIT * largest, err_msg=name
+            )
+        with run.result() as result:
+            self.assertTrue(np.all(result.history("certified") == 1))
+            counters = result.counters
+        self.assertGreater(counters["body_iterations"], 0)
+        self.assertEqual(counters["factorisations"], 0)
+        if most is not None:
+            self.assertLessEqual(counters["compliance_products"], most * counters["increments"])
+        with factor.result() as result:
+            self.assertEqual(result.counters["body_iterations"], 0)
+
+    def block(self, **overrides):
+        deck = (INPUT / "block.inp").read_text(encoding="utf-8")
+        self.agree(deck, **{"n": 6, "steps": 10, **AUTO, **overrides})
+
+    def test_the_block(self):
+        self.block()
+
+    def test_its_iterations_stay_few_in_small_increments(self):
+        self.block(n=10, steps=50, most=30)
+
+    def test_without_friction(self):
+        self.block(mu=0)
+
+    def test_with_much_friction(self):
+        self.block(mu=1.5)
+
+    def test_incompatible_modes(self):
+        self.block(element="C3D8I")
+
+    def test_mean_dilatation(self):
+        self.block(element="C3D8B", nu=0.4, steps=20)
+
+    def test_a_quarter_between_planes_of_symmetry(self):
+        self.agree((INPUT / "quarter.inp").read_text(encoding="utf-8"))
+
+    def test_a_sphere(self):
+        self.agree(HELD_ABOVE.format(kind="SPHERE", shape="0.5, 0.5, -3., 3.", aside="0."))
+
+    def test_a_cylinder(self):
+        shape = "0.5, 0., -3.,  0., 1., 0.,  3."
+        self.agree(HELD_ABOVE.format(kind="CYLINDER", shape=shape, aside="0.01"))
+
+    def test_a_plane_that_leans(self):
+        shape = "0.5, 0.5, 0.,  0.1, 0.05, 1."
+        self.agree(HELD_ABOVE.format(kind="PLANE", shape=shape, aside="0.01"))
+
+    def test_two_bodies_of_a_mesh_by_gmsh(self):
+        self.agree(MESHED.format(mesh=INPUT / "meshes" / "punch.inp"))
+
+
+class Continued(unittest.TestCase):
+    def test_a_continued_run_has_the_forces_of_one_that_was_not(self):
+        deck = with_card((INPUT / "block.inp").read_text(encoding="utf-8"), ITERATIVE)
+        options = {"n": 4, "steps": 20, **AUTO}
+        whole = Run(deck, name="whole", **options)
+        self.assertEqual(whole.status, 0, whole.errors)
+        # Its first increments, then the others.
+        run = Run(deck, "--plan", name="whole", **options)
+        command = [PROGRAM, str(run.deck)]
+        for key, value in options.items():
+            command += ["--set", f"{key}={value}"]
+        with subprocess.Popen(
+            command, cwd=run.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as process:
+            for line in process.stdout:
+                if "7 of 20" in line:
+                    process.send_signal(signal.SIGTERM)
+                    break
+            process.communicate(timeout=600)
+        subprocess.run(
+            [*command, "--continue"], cwd=run.folder, timeout=600, check=True, capture_output=True
+        )
+        expected, found = forces(whole), forces(run)
+        self.assertEqual(expected.keys(), found.keys())
+        for name, values in expected.items():
+            largest = max(abs(values).max(), 1e-300)
+            np.testing.assert_allclose(
+                found[name], values, rtol=0, atol=1e-10 * largest, err_msg=name
+            )
+
+    def test_a_run_has_the_same_bits_again(self):
+        deck = with_card((INPUT / "block.inp").read_text(encoding="utf-8"), ITERATIVE)
+        one, other = (Run(deck, name="same", n=4, steps=10, **AUTO) for _ in range(2))
+        for name, values in forces(one).items():
+            np.testing.assert_array_equal(forces(other)[name], values, err_msg=name)
+
+
+class Refused(unittest.TestCase):
+    def refused(self, deck, words, *options, status=WRONG_INPUT, **overrides):
+        run = Run(with_card(deck, ITERATIVE), *options, name="refused", **overrides)
+        self.assertEqual(run.status, status, run.errors)
+        self.assertIn(words, run.errors)
+        self.assertIn("TYPE=FACTOR", run.errors)
+        return run
+
+    def read(self, name):
+        return (INPUT / f"{name}.inp").read_text(encoding="utf-8")
+
+    def test_bodies_before_each_other(self):
+        deck = self.read("punch").replace("meshes/", f"{INPUT}/meshes/")
+        deck = deck.replace("*BOUNDARY", "*BOUNDARY\nPUNCH-TOP, 1, 3, 0.", 1)
+        self.refused(deck, "bodies with each other")
+
+    def test_nodes_before_two_obstacles(self):
+        deck = self.read("corner").replace("*STEP", "*BOUNDARY\nCUBE-ZMAX, 1, 3, 0.\n*STEP", 1)
+        self.refused(deck, "two obstacles")
+
+    def test_sweeps(self):
+        self.refused(self.read("block"), "SOLVER=SWEEPS")
+
+    def test_a_body_that_contact_holds(self):
+        self.refused(self.read("hertz"), "contact alone holds")
+
+    def test_what_does_not_converge_says_so(self):
+        soft = {"n": 6, "element": "C3D8B", "nu": 0.4999, **AUTO}
+        run = self.refused(self.read("block"), "by iteration", status=NOT_SOLVED, **soft)
+        self.assertNotIn("certified to", run.output)
+
+    def test_several_ranks(self):
+        launch = (MPIEXEC, "-n", "2", "--oversubscribe", "--bind-to", "none", PROGRAM)
+        run = Run(
+            with_card(self.read("block"), ITERATIVE), name="refused", command=launch, **AUTO
+        )
+        self.assertEqual(run.status, WRONG_INPUT, run.errors)
+        self.assertIn("runs on one rank", run.errors)
+
+
+if __name__ == "__main__":
+    unittest.main()
