@@ -18,7 +18,6 @@ module iterative_body_mod
     integer :: n = 0                !! equations
     integer(i8) :: iterations = 0   !! each with a product and an approximate inverse, summed
     integer(i8) :: solutions = 0    !! right-hand sides solved for
-    integer(i8) :: entries = 0      !! of the matrix and of those it is coarsened to
     type(error_t), allocatable :: failure !! of the library; it holds for good
   contains
     procedure(hold_directions), deferred :: hold

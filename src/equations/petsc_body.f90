@@ -18,7 +18,7 @@ module petsc_body_mod
   use petsc_calls_mod, only: final_assembly, get_ranks, ksp_get_pc, ksp_set_type, &
     mat_assembly_begin, mat_assembly_end, mat_create, mat_destroy, mat_mult, mat_set_block_size, &
     mat_set_near_null_space, mat_set_option, no, null_space_create, null_space_destroy, &
-    pc_apply, pc_complexity, pc_create, pc_destroy, pc_levels, pc_set_from_options, &
+    pc_apply, pc_create, pc_destroy, pc_levels, pc_set_from_options, &
     pc_set_operators, pc_set_prefix, pc_set_reuse, pc_set_type, pc_set_up, pc_smoother, &
     petsc_initialize, petsc_initialized, petsc_push_error_handler, petsc_return_error_handler, &
     petsc_set_option, positive_definite, vec_create, vec_destroy, vec_duplicate, vec_get_array, &
@@ -351,7 +351,6 @@ contains
   subroutine coarsen(body)
     class(petsc_body_t), intent(inout) :: body
     type(c_ptr) :: motions(n_rigid), space
-    real(wp) :: unknowns, entries
     integer :: i
 
     if (allocated(body%failure)) return
@@ -374,8 +373,6 @@ contains
     call note(body, pc_set_up(body%inverse))
     call note(body, pc_set_reuse(body%inverse, yes))
     call smooth_by_rows()
-    call note(body, pc_complexity(body%inverse, unknowns, entries))
-    body%entries = nint(entries*real(size(body%value, kind=i8), wp), i8)
 
   contains
 

@@ -1,6 +1,6 @@
 !> What the program calls of PETSC, by its C names. Each returns 0 where it worked.
 module petsc_calls_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_char, c_funptr, c_int, c_ptr
   implicit none
   private
 
@@ -11,7 +11,7 @@ module petsc_calls_mod
   public :: mat_create, mat_destroy, mat_set_block_size, mat_set_option, mat_assembly_begin, &
     mat_assembly_end, mat_mult, mat_set_near_null_space, null_space_create, null_space_destroy
   public :: pc_create, pc_destroy, pc_set_type, pc_set_operators, pc_set_prefix, &
-    pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_complexity, pc_levels, &
+    pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_levels, &
     pc_smoother, ksp_set_type, ksp_get_pc
   public :: yes, no, final_assembly, positive_definite
 
@@ -302,16 +302,6 @@ module petsc_calls_mod
       type(c_ptr), intent(out) :: pc
       integer(c_int) :: status
     end function ksp_get_pc
-
-    !> Unknowns and entries of all levels beside those of the finest.
-    function pc_complexity(pc, unknowns, entries) result(status) &
-      bind(c, name='PCMGGetGridComplexity')
-      import :: c_double, c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: pc
-      real(c_double), intent(out) :: unknowns, entries
-      integer(c_int) :: status
-    end function pc_complexity
   end interface
 
 end module petsc_calls_mod

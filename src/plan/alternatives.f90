@@ -47,7 +47,9 @@ contains
     type(precision_controls_t), intent(in) :: precision
     character(:), allocatable :: words
 
-    words = precision_in_words(precision)//', in core'
+    words = precision_in_words(precision)
+    if (precision%iterative) return
+    words = words//', in core'
     if (precision%out_of_core) words = precision_in_words(precision)//', out of core'
   end function where_in_words
 

@@ -145,9 +145,7 @@ contains
           'none: contact is solved together with the displacements'
       else if (index(plan%lines(i)%text, factorisations//' ') == 1) then
         plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
-          'none: solutions '//precision_in_words(scene%precision)//', coarsened for '// &
-          to_text(plan%n_factorisations)//plural(' set', ' sets', plan%n_factorisations)// &
-          ' of supports'
+          factorisations_in_words(plan, scene%precision)
       end if
     end do
   end subroutine describe_iterative
@@ -278,6 +276,12 @@ contains
     type(precision_controls_t), intent(in) :: precision
     character(:), allocatable :: words
 
+    if (precision%iterative) then
+      words = 'none: solutions '//precision_in_words(precision)//', coarsened for '// &
+        to_text(plan%n_factorisations)//plural(' set', ' sets', plan%n_factorisations)// &
+        ' of supports'
+      return
+    end if
     words = '1 for the whole run (small strain, same supports throughout)'
     if (plan%n_factorisations > 1) words = to_text(plan%n_factorisations)// &
       ' (steps prescribe different degrees of freedom)'
