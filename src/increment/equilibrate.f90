@@ -80,26 +80,13 @@ contains
         call condense_contact(scene, points, solver%body, undeformed, trial%placement, .true., &
           solver%contact)
       end if
-      if (allocated(solver%body%inverse%iterative) .and. count_rows(solver%contact) > 0 .and. &
-        .not. is_on_bodies(solver%contact)) then
-        call raise(error, exit_not_solved, '*BODY SOLVER, TYPE=ITERATIVE does not cover points '// &
-          'that depend on other nodes, or whose supports are oblique to the obstacle; '// &
-          'TYPE=FACTOR does')
-        return
-      end if
+      call check_covered(solver, error)
+      if (allocated(error)) return
       if (.not. trial%is_foreseen) call solve_sharply(scene, points, solver, old, &
         size(follow%node) > 0, trial, new%reaction, report)
       trial%is_foreseen = .false.
-      if (allocated(solver%body%inverse%failure)) then
-        error = solver%body%inverse%failure
-        return
-      end if
-      if (allocated(solver%body%inverse%iterative)) then
-        if (allocated(solver%body%inverse%iterative%failure)) then
-          error = solver%body%inverse%iterative%failure
-          return
-        end if
-      end if
+      call take_failure(solver, error)
+      if (allocated(error)) return
       if (report%ending == ended_unbalanced) then
         if (allocated(begun)) call abandon_inverse(solver%body%inverse)
         return
@@ -161,6 +148,32 @@ contains
     report%ending = ended_moving
     report%residual = moved
   end subroutine equilibrate
+
+  !> Refuse contact that a body solved for by iteration does not cover.
+  subroutine check_covered(solver, error)
+    type(step_solver_t), intent(in) :: solver
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. allocated(solver%body%inverse%iterative)) return
+    if (count_rows(solver%contact) == 0 .or. is_on_bodies(solver%contact)) return
+    call raise(error, exit_not_solved, '*BODY SOLVER, TYPE=ITERATIVE does not cover points '// &
+      'that depend on other nodes, or whose supports are oblique to the obstacle; '// &
+      'TYPE=FACTOR does')
+  end subroutine check_covered
+
+  !> How solutions for the bodies have failed, where they have.
+  subroutine take_failure(solver, error)
+    type(step_solver_t), intent(in) :: solver
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (inverse => solver%body%inverse)
+      if (allocated(inverse%failure)) then
+        error = inverse%failure
+      else if (allocated(inverse%iterative)) then
+        if (allocated(inverse%iterative%failure)) error = inverse%iterative%failure
+      end if
+    end associate
+  end subroutine take_failure
 
   !> The displacement with the reactions of `new`.
   subroutine displace(scene, points, solver, trial, new, begun, pressed, error)
