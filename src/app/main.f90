@@ -2,13 +2,14 @@
 !> status.
 program bipot
   use, intrinsic :: iso_c_binding, only: c_int
+  use kinds_mod, only: i8
   use errors_mod, only: error_t, exit_ok
   use libc_mod, only: c_exit
   use standard_streams_mod, only: open_standard_streams, write_to, standard_error
   use runtime_failures_mod, only: meet_runtime_failures
   use blas_core_mod, only: choose_blas_core, check_blas_room
   use dense_mod, only: begin_blas
-  use resource_limits_mod, only: check_stack_room
+  use resource_limits_mod, only: check_library_room, check_stack_room
   use system_mod, only: catch_signals
   use parallel_mod, only: start_ranks, end_ranks, is_host
   use worker_loop_mod, only: worker_loop
@@ -50,6 +51,8 @@ program bipot
 contains
 
   subroutine read_and_run()
+    integer(i8), parameter :: to_look = 8000000_i8 !! what HDF5 takes to open a file [bytes]
+
     call read_command_line(options, error)
     if (allocated(error)) return
     if (options%help) then
@@ -57,7 +60,8 @@ contains
     else if (options%version) then
       call say('bipot '//version)
     else
-      call run(is_fclib_path(options%deck))
+      call check_library_room(to_look, 'look at the deck', error)
+      if (.not. allocated(error)) call run(is_fclib_path(options%deck))
     end if
   end subroutine read_and_run
 
