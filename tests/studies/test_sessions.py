@@ -25,7 +25,8 @@ from studies.sessions import (  # noqa: E402
 
 # Commands outside sessions: these are run by other tests, or install something.
 ELSEWHERE = re.compile(
-    r"scripts/(test|run DECK|run --mpi|run --iterative|wheel|sanitize|lint)\b|pip install|apt install|apt-get"
+    r"scripts/(test|run DECK|run --(mpi|iterative)|wheel|sanitize|lint)\b"
+    r"|pip install|apt install|apt-get"
 )
 COMMAND = re.compile(
     r"^ *(?:\$ )?((?:build/)?bipot (?!\d)\S.*|scripts/\w+\b.*|studies/run.*)$", re.MULTILINE
