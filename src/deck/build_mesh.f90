@@ -111,32 +111,24 @@ contains
     deallocate (draft%node_id)
     mesh%connectivity = draft%connectivity(:, :draft%n_elements)
     deallocate (draft%connectivity)
-    mesh%element_id = ids_of_pieces(draft)
+    if (allocated(draft%piece_id)) then
+      call move_alloc(draft%piece_id, mesh%element_id)
+    else
+      mesh%element_id = draft%element_id(:draft%n_elements)
+    end if
     deallocate (draft%element_id)
     mesh%n_given = draft%n_nodes
     if (allocated(draft%between)) then
       mesh%n_given = draft%n_given
       call move_alloc(draft%between, mesh%between)
       call move_alloc(draft%place, mesh%place)
+      if (allocated(draft%hangs)) mesh%hangs = [draft%hangs, &
+        spread(.false., 1, draft%n_nodes - size(draft%hangs))]
     end if
     mesh%element_kind = draft%element_kind(:draft%n_elements)
     deallocate (draft%element_kind)
     call move_alloc(material, mesh%material)
     call find_bodies(mesh, constraints)
   end subroutine build_mesh
-
-  !> Ids of bricks: those of the deck, and of what brick `id` was cut into (id - 1) pieces + 1 and
-  !> so on.
-  pure function ids_of_pieces(draft) result(ids)
-    type(mesh_draft_t), intent(in) :: draft
-    integer, allocatable :: ids(:)
-    integer :: e
-
-    ids = draft%element_id(:draft%n_elements)
-    if (draft%pieces == 1) return
-    do e = 1, draft%n_elements
-      ids(e) = draft%pieces*(ids(e) - 1) + modulo(e - 1, draft%pieces) + 1
-    end do
-  end function ids_of_pieces
 
 end module build_mesh_mod

@@ -164,11 +164,14 @@ contains
     type(coupling_t), intent(in) :: coupling
     type(equation_list_t), intent(inout) :: equations
     real(wp) :: turn(3, 3)
+    logical :: hangs(model%mesh%n_nodes) !! these go with others
     integer :: i, a
 
+    hangs = .false.
+    if (allocated(model%mesh%hangs)) hangs(:size(model%mesh%hangs)) = model%mesh%hangs
     do i = 1, size(surface%nodes)
       associate (node => surface%nodes(i), ref => coupling%node)
-        if (node == ref) cycle
+        if (node == ref .or. hangs(node)) cycle
         turn = -cross_matrix((model%mesh%coordinates(:, node) - model%mesh%coordinates(:, ref))/ &
           model%rotation_arm(ref))
         where (abs(turn) <= nothing) turn = 0.0_wp

@@ -27,8 +27,8 @@ contains
       call sort_ascending(key(:, i))
     end do
 
+    call drop_divided(mesh, key, outer)
     ! Two bricks that meet in a face both have it among the candidates: then it is inside.
-    outer = .true.
     call order_of_columns(key, order)
     do i = 2, size(order)
       if (any(key(:, order(i)) /= key(:, order(i - 1)))) cycle
@@ -42,6 +42,40 @@ contains
       faces(:, n) = candidate(:, i)
     end do
   end subroutine find_outer_faces
+
+  !> Faces that are not outside since smaller ones lie on their other side, and these: their middle
+  !> is a node that hangs.
+  pure subroutine drop_divided(mesh, key, outer)
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, intent(in) :: key(:, :)     !! (4,n) nodes, ascending
+    logical, intent(out) :: outer(:)     !! (n)
+    integer, allocatable :: middle(:, :), order(:), both(:, :)
+    logical :: in_middle(mesh%n_nodes)
+    integer :: i, n, node
+
+    outer = .true.
+    if (.not. allocated(mesh%hangs)) return
+    in_middle = .false.
+    n = 0
+    allocate (middle(4, 0))
+    do i = 1, size(mesh%hangs) - mesh%n_given
+      node = mesh%n_given + i
+      if (.not. mesh%hangs(node) .or. mesh%between(3, i) == 0) cycle
+      in_middle(node) = .true.
+      call append(middle, n, mesh%between(:4, i))
+      call sort_ascending(middle(:, n))
+    end do
+    do i = 1, size(outer)
+      outer(i) = .not. any(in_middle(key(:, i)))
+    end do
+    both = reshape([middle(:, :n), key], [4, n + size(key, 2)])
+    call order_of_columns(both, order)
+    do i = 2, size(order)
+      if (order(i) <= n) cycle
+      if (order(i - 1) <= n .and. all(both(:, order(i)) == both(:, order(i - 1)))) &
+        outer(order(i) - n) = .false.
+    end do
+  end subroutine drop_divided
 
   !> All faces of bricks whose four nodes are among `nodes`.
   subroutine find_candidates(mesh, nodes, faces)

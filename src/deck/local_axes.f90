@@ -97,6 +97,7 @@ contains
     integer :: number(model%mesh%n_nodes), n_mistakes, node
 
     if (.not. allocated(transforms%of_node)) return
+    if (allocated(model%mesh%hangs)) call leave_out_hanging(model, transforms, steps)
     n_mistakes = reader%diagnostics%n_mistakes
     do node = 1, size(number)
       if (model%rotation_node(node) == 0) cycle
@@ -111,6 +112,26 @@ contains
     call turn_values(list, number, steps)
     call list_axes(list, axes)
   end subroutine take_transforms
+
+  !> Nodes that hang go with others, which have local directions: they have none, and no support
+  !> along them.
+  pure subroutine leave_out_hanging(model, transforms, steps)
+    type(model_t), intent(in) :: model
+    type(transforms_t), intent(inout) :: transforms
+    type(load_step_t), intent(inout) :: steps(:)
+    logical :: leaves(size(transforms%of_node))
+    integer :: step
+
+    leaves = .false.
+    leaves(:size(model%mesh%hangs)) = model%mesh%hangs
+    leaves = leaves .and. transforms%of_node > 0
+    where (leaves) transforms%of_node = 0
+    do step = 1, size(steps)
+      associate (boundary => steps(step)%boundary)
+        steps(step)%boundary = pack(boundary, .not. leaves(boundary%node))
+      end associate
+    end do
+  end subroutine leave_out_hanging
 
   !> The nodes of which steps or equations of the deck name local degrees of freedom, in ascending
   !> order.

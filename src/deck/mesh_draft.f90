@@ -84,12 +84,15 @@ module mesh_draft_mod
     type(early_set_t), allocatable :: sets(:)
     integer :: n_sets = 0
     type(id_lookup_t) :: nodes, elements, skipped !! made when all are read
-    ! Where bricks are refined: each one of the deck is as many as `pieces`, one after the other.
-    integer :: pieces = 1
+    ! Where bricks are refined:
+    integer, allocatable :: first_piece(:)
+    !! (n+1) of each brick of the deck; its pieces follow each other
+    integer, allocatable :: piece_id(:)          !! (n_elements) ids of pieces
     integer :: n_given = 0                       !! nodes of the deck
     integer, allocatable :: given_id(:)          !! ids of the deck's bricks
     integer, allocatable :: between(:, :)        !! as of mesh_t
     real(wp), allocatable :: place(:, :)         !! likewise
+    logical, allocatable :: hangs(:)             !! likewise
     logical, allocatable :: outer(:, :)
     !! (6,n_elements) whether a face is a part of that face of the deck's brick
   end type mesh_draft_t
@@ -177,15 +180,28 @@ contains
     type(mesh_draft_t), intent(in) :: draft
     integer, intent(in) :: id
     integer, allocatable :: elements(:)
-    integer :: found, i
+    integer :: found
 
     if (allocated(draft%given_id)) then
       found = find_id(draft%elements, draft%given_id, id)
     else
       found = find_id(draft%elements, draft%element_id, id)
     end if
-    elements = [(draft%pieces*(found - 1) + i, i=1, merge(draft%pieces, 0, found > 0))]
+    elements = [integer ::]
+    if (found > 0) elements = pieces_of(draft, found)
   end function find_elements
+
+  !> The bricks that a brick of the deck was cut into.
+  pure function pieces_of(draft, brick) result(pieces)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: brick
+    integer, allocatable :: pieces(:)
+    integer :: i
+
+    pieces = [brick]
+    if (allocated(draft%first_piece)) pieces = [(i, i=draft%first_piece(brick), &
+      draft%first_piece(brick + 1) - 1)]
+  end function pieces_of
 
   !> Those of bricks that have a part of this face of the deck's bricks.
   pure function with_outer(draft, elements, face) result(chosen)
@@ -206,20 +222,18 @@ contains
     type(mesh_draft_t), intent(in) :: draft
     integer, intent(in) :: faces(:, :)        !! (2,n) brick of the deck, face 1..6
     integer, allocatable :: parts(:, :)       !! (2,m) likewise of the mesh
-    integer :: i, k, n, of_face
+    integer :: i, k, n
 
-    ! 4**k of 8**k pieces.
-    of_face = nint(real(draft%pieces, wp)**(2.0_wp/3.0_wp))
-    allocate (parts(2, of_face*size(faces, 2)))
+    allocate (parts(2, size(faces, 2)))
     n = 0
     do i = 1, size(faces, 2)
-      associate (bricks => with_outer(draft, [(draft%pieces*(faces(1, i) - 1) + k, k=1, &
-        draft%pieces)], faces(2, i)))
-        parts(1, n + 1:n + of_face) = bricks
-        parts(2, n + 1:n + of_face) = faces(2, i)
+      associate (bricks => with_outer(draft, pieces_of(draft, faces(1, i)), faces(2, i)))
+        do k = 1, size(bricks)
+          call append(parts, n, [bricks(k), faces(2, i)])
+        end do
       end associate
-      n = n + of_face
     end do
+    parts = parts(:, :n)
   end function refined_faces
 
   !> Those of nodes that are the deck's.

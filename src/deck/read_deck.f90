@@ -39,6 +39,8 @@ module read_deck_mod
   use read_properties_mod, only: find_weights, read_materials, read_sections
   use read_sets_mod, only: read_sets
   use read_source_mod, only: read_source, source_from_text
+  use read_refinements_mod, only: read_refinements
+  use refine_locally_mod, only: constrain_hanging, place_hanging, refinement_t, refine_locally
   use refine_mesh_mod, only: refine_mesh
   use read_temperatures_mod, only: read_first_temperatures
   use read_steps_mod, only: read_steps
@@ -152,6 +154,7 @@ contains
     type(coupling_t), allocatable :: couplings(:)
     type(equation_list_t) :: equations
     type(transforms_t) :: transforms
+    type(refinement_t), allocatable :: refinements(:)
     integer, allocatable :: material(:)
     integer :: n_equations !! of the deck; others follow
 
@@ -174,7 +177,9 @@ contains
     end if
     call check_bricks(reader, model%mesh)
     call read_sets(reader, model)
-    if (present(mesh_size)) call refine_mesh(reader, model, mesh_size%parts)
+    call refine_mesh(reader, model, scene%mesh_size%parts)
+    call read_refinements(reader, model, refinements)
+    call refine_locally(reader, model, refinements, scene%mesh_size%zone)
     call read_transforms(reader, model, transforms)
     call read_equations(reader, model, equations)
     n_equations = equations%list%n
@@ -189,12 +194,15 @@ contains
     call find_coupled_surfaces(reader, model, surfaces, couplings)
     if (.not. any_mistakes(reader%diagnostics)) then
       call move_tied_nodes(reader, model, surfaces%list(:surfaces%n), ties)
+      call place_hanging(model%mesh)
     end if
     call read_contact(reader, model, surfaces, scene%obstacles, obstacles, scene%pairs, adjusts)
     if (.not. any_mistakes(reader%diagnostics)) then
       call adjust_nodes(reader, model, surfaces%list(:surfaces%n), scene%obstacles, scene%pairs, &
         adjusts)
+      call place_hanging(model%mesh)
       call refuse_tied_pairs(reader, surfaces%list(:surfaces%n), ties, scene%pairs)
+      call constrain_hanging(model%mesh, scene%constraints)
       call make_constraints(reader, model, surfaces%list(:surfaces%n), ties, scene%constraints)
     end if
     if (.not. any_mistakes(reader%diagnostics)) then
@@ -233,7 +241,7 @@ contains
     if (allocated(scene%first_temperature)) scene%first_temperature = &
       [scene%first_temperature, spread(0.0_wp, 1, model%mesh%n_stand_ins)]
     call move_alloc(amplitudes%list, scene%amplitudes)
-    call note_held(reader, scene%constraints, model%mesh%n_nodes, scene%steps)
+    call note_held(reader, scene%constraints, model%mesh%n_nodes, model%mesh%hangs, scene%steps)
     call refuse_held(reader, model, equations, scene%steps)
     call build_mesh(model%mesh, material, scene%constraints, scene%mesh)
     call refuse_loose(reader, equations, scene%mesh)

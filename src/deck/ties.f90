@@ -12,6 +12,7 @@ module ties_mod
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
+  use local_refinement_mod, only: hanging_of
   use mortar_mod, only: mortar_t, make_mortar, take_up_shifts, reach_of_faces, enough, &
     face_each_other
   use scene_mod, only: contact_pair_t
@@ -168,7 +169,7 @@ contains
     type(model_t), intent(in) :: model
     type(surface_t), intent(in) :: surfaces(:)
     type(tie_t), intent(in) :: ties(:)
-    type(constraints_t), intent(out) :: constraints
+    type(constraints_t), intent(inout) :: constraints !! gets them, behind what there is
     type(mortar_t) :: mortar
     logical, allocatable :: tied(:)
     real(wp) :: off
@@ -211,6 +212,7 @@ contains
               mortar%weights%weight(first:last), constraints)
           end associate
         end do
+        if (allocated(model%mesh%hangs)) tied = tied .or. model%mesh%hangs(slaves)
         n = count(.not. tied)
         if (n > 0) then
           i = findloc(tied, .false., dim=1)
@@ -262,7 +264,9 @@ contains
     allocate (master, source=nodes_of(surfaces(tie%master)%faces, model%mesh%connectivity))
     associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes))
       call make_mortar(slave, master, surfaces(tie%slave)%nodes, x, &
-        max(tolerance_of(model, surfaces, tie), reach_of_faces(slave, master, x)), mortar)
+        max(tolerance_of(model, surfaces, tie), reach_of_faces(slave, master, x)), mortar, &
+        hanging=hanging_of(model%mesh%hangs, model%mesh%between, model%mesh%n_given, &
+        surfaces(tie%slave)%nodes), is_tie=.true.)
       call take_up_shifts(surfaces(tie%slave)%nodes, x, mortar)
     end associate
     allocate (tied(size(mortar%area)))
@@ -333,10 +337,11 @@ contains
   end function meet
 
   !> Note that supports hold tied nodes, which leaves the tie along their axes.
-  subroutine note_held(reader, constraints, n_nodes, steps)
+  subroutine note_held(reader, constraints, n_nodes, hangs, steps)
     type(reader_t), intent(inout) :: reader
     type(constraints_t), intent(in) :: constraints
     integer, intent(in) :: n_nodes
+    logical, allocatable, intent(in) :: hangs(:) !! (n_nodes) they are not tied; not allocated: none
     type(load_step_t), intent(in) :: steps(:)
     integer :: number(3, n_nodes), step, i
     logical :: held(3, n_nodes)
@@ -344,6 +349,9 @@ contains
     if (constraints%n == 0) return
     number = constraint_of(constraints, n_nodes)
     where (number > constraints%n - constraints%n_equations) number = 0
+    if (allocated(hangs)) then
+      where (spread(hangs, 1, 3)) number = 0
+    end if
     held = .false.
     do step = 1, size(steps)
       if (.not. allocated(steps(step)%boundary)) cycle

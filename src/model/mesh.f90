@@ -29,6 +29,9 @@ module mesh_mod
     !! (8,n) nodes that node `n_given` + i lies between, as of refine_bricks; not allocated where no
     !! brick was refined
     real(wp), allocatable :: place(:, :)  !! (3,n) where it lies there, as of refine_bricks [-]
+    logical,  allocatable :: hangs(:)
+    !! (n_nodes) whether a node lies in the middle of an edge or a face of a brick that has no node
+    !! there, and moves as those that it lies between; not allocated: none does
     integer,  allocatable :: brick_nodes(:)
     !! (n of them) nodes that elements use, ascending: the points of a result's mesh
     integer :: n_nodes = 0

@@ -4,13 +4,22 @@ module mesh_size_mod
   implicit none
   private
 
-  public :: mesh_size_t, relative_size, blocks_t
+  public :: mesh_size_t, relative_size, blocks_t, zone_t, is_near
+
+  real(wp), parameter :: ring = 0.6_wp !! of a brick's diagonal: about an edge [-]
+
+  !> Where bricks are cut again: about balls, and as far around them as a brick is large.
+  type :: zone_t
+    integer :: times = 0
+    real(wp), allocatable :: balls(:, :) !! (4,n) centre and radius [length]
+  end type zone_t
 
   !> A mesh of the deck: that which it writes down, of other blocks, refined.
   type :: mesh_size_t
     integer :: blocks(2) = [1, 1]
     !! of the bricks along each axis of each *BLOCK there are blocks(1)/blocks(2) times as many
     integer :: parts = 1 !! into which every edge of a brick is cut
+    type(zone_t) :: zone !! where they are cut again
   end type mesh_size_t
 
   !> The blocks of a deck that may have more or fewer bricks without its saying something else.
@@ -28,5 +37,25 @@ contains
     relative_size = real(mesh_size%blocks(2), wp)/(real(mesh_size%blocks(1), wp)* &
       real(mesh_size%parts, wp))
   end function relative_size
+
+  !> Whether a brick lies in a zone, or in the ring around it.
+  pure logical function is_near(zone, x)
+    type(zone_t), intent(in) :: zone
+    real(wp), intent(in) :: x(3, 8) !! its nodes [length]
+    real(wp) :: low(3), high(3), reach
+    integer :: i
+
+    is_near = .false.
+    if (zone%times == 0) return
+    low = minval(x, 2)
+    high = maxval(x, 2)
+    reach = ring*norm2(high - low)
+    do i = 1, size(zone%balls, 2)
+      associate (centre => zone%balls(:3, i), radius => zone%balls(4, i))
+        is_near = norm2(max(low - centre, centre - high, 0.0_wp)) <= radius + reach
+      end associate
+      if (is_near) return
+    end do
+  end function is_near
 
 end module mesh_size_mod

@@ -8,7 +8,9 @@ module candidate_points_mod
   use refine_bricks_mod, only: fill_between
   use scene_mod, only: scene_t, contact_gap_t
   use contact_points_mod, only: contact_points_t
+  use local_refinement_mod, only: fold_to_parents, hanging_of
   use mesh_forces_mod, only: add_nodal_areas
+  use sorting_mod, only: sort_unique
   use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
@@ -42,6 +44,8 @@ contains
       points%first(pair) = k + 1
       associate (surface => scene%surfaces(scene%pairs(pair)%surface))
         call add_nodal_areas(scene%mesh, surface, area)
+        if (allocated(scene%mesh%hangs)) call fold_to_parents(scene%mesh%hangs, &
+          scene%mesh%between, scene%mesh%n_given, area)
         do i = 1, size(surface%nodes)
           slot = slot + 1
           if (.not. is_new(slot)) cycle
@@ -53,7 +57,7 @@ contains
           points%is_curved(k) = .not. has_fixed_normals(scene, pair)
           points%on_surface(k) = is_before_faces(scene%pairs(pair), scene%obstacles)
         end do
-        area(surface%nodes) = 0.0_wp
+        area = 0.0_wp
       end associate
     end do
     points%first(size(scene%pairs) + 1) = k + 1
@@ -80,6 +84,11 @@ contains
           associate (nodes => scene%surfaces(of%master_surface)%nodes)
             points%master_node = [points%master_node, pack(nodes, wanted(nodes))]
           end associate
+          ! A point may stand for nodes about it.
+          associate (hanging => hanging_of(scene%mesh%hangs, scene%mesh%between, &
+                     scene%mesh%n_given, scene%surfaces(of%surface)%nodes))
+            points%master_node = [points%master_node, each_once([hanging])]
+          end associate
         else if (scene%obstacles(of%master)%ref_node > 0) then
           points%master_node = [points%master_node, scene%obstacles(of%master)%ref_node]
         end if
@@ -88,10 +97,20 @@ contains
     points%first_master(size(scene%pairs) + 1) = size(points%master_node) + 1
   end subroutine list_master_nodes
 
+  !> Numbers above 0, each once.
+  pure function each_once(list) result(once)
+    integer, intent(in) :: list(:)
+    integer, allocatable :: once(:)
+
+    once = pack(list, list > 0)
+    call sort_unique(once)
+  end function each_once
+
   !> Which slots (the nodes of the first pair's surface, then those of the second, ...) are points.
   !>
   !> Obstacle by obstacle, so that one mark a node is enough. Before faces every node is one:
-  !> the weights of a pair are integrals over all of its faces.
+  !> the weights of a pair are integrals over all of its faces. Else no node is one that hangs: it
+  !> touches where those do that it lies between.
   pure subroutine find_new(scene, is_new)
     type(scene_t), intent(in) :: scene
     logical, allocatable, intent(out) :: is_new(:) !! (slots of all pairs)
@@ -120,6 +139,8 @@ contains
         associate (nodes => scene%surfaces(scene%pairs(pair)%surface)%nodes)
           do i = 1, size(nodes)
             is_new(first(pair) + i) = marked(nodes(i)) /= obstacle
+            if (allocated(scene%mesh%hangs)) is_new(first(pair) + i) = is_new(first(pair) + i) &
+              .and. .not. scene%mesh%hangs(nodes(i))
             marked(nodes(i)) = obstacle
           end do
         end associate

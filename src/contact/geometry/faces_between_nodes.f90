@@ -5,6 +5,7 @@ module faces_between_nodes_mod
   use small_matrix_mod, only: cross
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: enters_faces, has_round_master, get_core, shift_of, turned
+  use local_refinement_mod, only: parents_of
   use local_frame_mod, only: transport_tangent
   use rotations_mod, only: turn_between
   use scene_mod, only: scene_t
@@ -298,6 +299,14 @@ contains
       if (.not. (points%area(i) > 0.0_wp .and. any(abs(reaction(:, i)) > 0.0_wp))) cycle
       pressure(points%node(i)) = max(0.0_wp, dot_product(reaction(:, i), &
         placement%frame(:, 1, i)))/points%area(i)
+    end do
+    if (.not. allocated(scene%mesh%hangs)) return
+    do i = 1, size(scene%mesh%between, 2)
+      if (.not. scene%mesh%hangs(scene%mesh%n_given + i)) cycle
+      associate (node => scene%mesh%n_given + i, parents => parents_of(scene%mesh%between(:, i)))
+        extra(node) = sum(extra(parents))/real(size(parents), wp)
+        pressure(node) = sum(pressure(parents))/real(size(parents), wp)
+      end associate
     end do
   end subroutine spread_points
 

@@ -16,23 +16,27 @@ module facet_mortar_mod
     integer,  allocatable :: facet(:, :)  !! (4,n_facets) the same; the fourth is 0 in a triangle
     integer :: n = 0                      !! slave nodes: the first places
     real(wp), allocatable :: x(:, :)  !! (3,n+n_corners) [length]
+    integer,  allocatable :: hanging(:, :) !! as of `make_mortar`, by their places
   end type facet_pair_t
 
 contains
 
   !> Slave nodes where they are now, and an obstacle as it has turned, moved by `shift`.
-  pure function join_facets(slave, slave_nodes, x, obstacle, shift) result(pair)
+  pure function join_facets(slave, slave_nodes, x, obstacle, shift, hanging) result(pair)
     integer, intent(in) :: slave(:, :)    !! (4,n_slave) nodes, anticlockwise from outside
     integer, intent(in) :: slave_nodes(:) !! (n) each once
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     type(obstacle_t), intent(in) :: obstacle
     real(wp), intent(in) :: shift(3)      !! [length]
+    integer, intent(in), optional :: hanging(:, :) !! as of `make_mortar`
     type(facet_pair_t) :: pair
-    integer :: number(size(x, 2)), i, n
+    integer :: number(0:size(x, 2)), i, n
 
     n = size(slave_nodes)
     pair%n = n
+    number(0) = 0
     number(slave_nodes) = [(i, i=1, n)]
+    if (present(hanging)) pair%hanging = reshape(number([hanging]), shape(hanging))
     allocate (pair%slave(4, size(slave, 2)), pair%facet(4, size(obstacle%facet, 2)))
     allocate (pair%x(3, n + size(obstacle%corner, 2)))
     do i = 1, size(slave, 2)
@@ -54,7 +58,7 @@ contains
     integer :: i
 
     call make_mortar(pair%slave, pair%facet, [(i, i=1, pair%n)], pair%x, reach, mortar, &
-      behind, is_rigid=.true.)
+      behind, is_rigid=.true., hanging=pair%hanging)
   end subroutine face_facets
 
   !> Half of the largest face, of the slave or of the obstacle.

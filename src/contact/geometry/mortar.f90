@@ -52,7 +52,8 @@ contains
   !> The weights of the master's nodes where nodes are at `x`.
   !>
   !> Rows add up to 1, and give places on a flat master exactly, to rounding.
-  pure subroutine make_mortar(slave, master, slave_nodes, x, reach, mortar, behind, is_rigid)
+  pure subroutine make_mortar(slave, master, slave_nodes, x, reach, mortar, behind, is_rigid, &
+    hanging, is_tie)
     integer, intent(in) :: slave(:, :)   !! (4,n_slave) nodes, anticlockwise from outside
     integer, intent(in) :: master(:, :)  !! (4,n_master) the same; the fourth is 0 in a triangle
     integer, intent(in) :: slave_nodes(:) !! (n) each once, in the order of the rows
@@ -63,13 +64,19 @@ contains
     !! how far a master may be behind the slave, where that is another distance [length]
     logical, intent(in), optional :: is_rigid
     !! the master moves as one: its nodes need no weights, and the rows stay empty
+    integer, intent(in), optional :: hanging(:, :)
+    !! (5,m) slave nodes that hang, with the two or four that they lie between: these get what they
+    !! have, and they are not covered
+    logical, intent(in), optional :: is_tie
+    !! `take_up_shifts` follows, which gives rows the places of their nodes: they need none of the
+    !! slave's own
     type(face_grid_t) :: grid
     type(part_t), allocatable :: parts(:)
     type(entries_t) :: entries
     type(plane_t) :: plane
     real(wp) :: length, size_of_master, reaches(2)
     integer :: number(size(x, 2)), n, f, i, k
-    logical :: makes_rows
+    logical :: makes_rows, has_own
 
     makes_rows = .true.
     if (present(is_rigid)) makes_rows = .not. is_rigid
@@ -98,6 +105,9 @@ contains
       call add_face(number(slave(:, f)), x(:, slave(:, f)), plane%area, x, parts, makes_rows, &
         mortar, entries)
     end do
+    has_own = makes_rows
+    if (present(is_tie)) has_own = .not. is_tie
+    if (present(hanging)) call fold_rows(hanging, number, has_own, mortar, entries)
     do i = 1, n
       length = norm2(mortar%normal(:, i))
       if (length > 0.0_wp) mortar%normal(:, i) = mortar%normal(:, i)/length
@@ -343,6 +353,59 @@ contains
       end do
     end do
   end subroutine add_face
+
+  !> Give what nodes have that hang to those that they lie between, in equal parts: each of these
+  !> then stands for its own place and for theirs, by what it has of both.
+  pure   subroutine fold_rows(hanging, number, has_own, mortar, entries)
+    integer, intent(in) :: hanging(:, :) !! (5,m)
+    integer, intent(in) :: number(:)     !! (n_nodes) rows of the surface's
+    logical, intent(in) :: has_own       !! rows get what they stand for of the slave's own
+    type(mortar_t), intent(inout) :: mortar
+    type(entries_t), intent(inout) :: entries
+    integer :: rows(4, size(mortar%area)), n(size(mortar%area)), n_entries, own, node, h, i, k
+    real(wp) :: part
+
+    n = 0
+    do h = 1, size(hanging, 2)
+      own = number(hanging(1, h))
+      n(own) = count(hanging(2:, h) > 0)
+      rows(:n(own), own) = number(hanging(2:n(own) + 1, h))
+    end do
+    n_entries = entries%n
+    do i = 1, n_entries
+      own = entries%row(i)
+      if (n(own) == 0) cycle
+      node = entries%node(i)
+      part = entries%weight(i)/real(n(own), wp)
+      entries%weight(i) = part
+      entries%row(i) = rows(1, own)
+      do k = 2, n(own)
+        call append_entry(rows(k, own), node, part, entries)
+      end do
+    end do
+    do h = 1, size(hanging, 2)
+      own = number(hanging(1, h))
+      part = 1.0_wp/real(n(own), wp)
+      do k = 1, n(own)
+        associate (row => rows(k, own))
+          mortar%outward(:, row) = mortar%outward(:, row) + part*mortar%outward(:, own)
+          mortar%whole_area(row) = mortar%whole_area(row) + part*mortar%whole_area(own)
+          mortar%area(row) = mortar%area(row) + part*mortar%area(own)
+          mortar%normal(:, row) = mortar%normal(:, row) + part*mortar%normal(:, own)
+          mortar%apart(:, row) = mortar%apart(:, row) + part*mortar%apart(:, own)
+          mortar%least_gap(row) = min(mortar%least_gap(row), mortar%least_gap(own))
+          if (.not. has_own .or. .not. mortar%area(own) > 0.0_wp) cycle
+          call append_entry(row, hanging(k + 1, h), part*mortar%area(own), entries)
+          call append_entry(row, hanging(1, h), -part*mortar%area(own), entries)
+        end associate
+      end do
+      mortar%area(own) = 0.0_wp
+      mortar%whole_area(own) = 0.0_wp
+      mortar%normal(:, own) = 0.0_wp
+      mortar%apart(:, own) = 0.0_wp
+      mortar%least_gap(own) = huge(1.0_wp)
+    end do
+  end subroutine fold_rows
 
   !> One more contribution.
   pure subroutine append_entry(row, node, weight, entries)

@@ -5,6 +5,7 @@ module placement_mod
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
   use scene_mod, only: scene_t
+  use local_refinement_mod, only: hanging_of
   use surfaces_mod, only: nodes_of
   use contact_points_mod, only: contact_points_t, weights_t, is_across
   use local_frame_mod, only: local_frame
@@ -312,7 +313,7 @@ contains
       x = 0.0_wp
       x(:, s) = mesh%coordinates(:, s) + u(:, s)
       now = join_facets(nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), s, x, &
-        obstacle, shift)
+        obstacle, shift, hanging_of(mesh%hangs, mesh%between, mesh%n_given, s))
       reach = reach_of_facets(now) + of%overlap + &
         norm2(max(maxval(u(:, s), 2) - minval(way, 2), maxval(way, 2) - minval(u(:, s), 2)))
       call face_facets(now, reach, mortar)
@@ -351,7 +352,9 @@ contains
           maxval(u(:, m), 2) - minval(u(:, s), 2)))
         x(:, s) = x(:, s) + u(:, s)
         x(:, m) = x(:, m) + u(:, m)
-        call make_mortar(slave, master, slave_nodes, x, reach, mortar)
+        call make_mortar(slave, master, slave_nodes, x, reach, mortar, &
+          hanging=hanging_of(mesh%hangs, mesh%between, mesh%n_given, &
+          slave_nodes))
       end if
       ! What is placed once for all faces whatever lies opposite. So do bodies that are apart: what
       ! moves freely may fall any way.
@@ -359,7 +362,8 @@ contains
       if (.not. is_apart) is_apart = .not. any(mortar%area > 0.0_wp)
       if (.not. is_apart) return
       call make_mortar(slave, master, slave_nodes, x, reach + reach_of_all(s, m, x), mortar, &
-        behind=reach)
+        behind=reach, hanging=hanging_of(mesh%hangs, mesh%between, mesh%n_given, &
+          slave_nodes))
     end associate
   end subroutine face_surface
 

@@ -168,6 +168,9 @@ contains
         'node set '//quoted(reference%name)//' has no nodes for an equation')
     end if
     if (.not. ok) return
+    ! Those that hang go with others.
+    if (allocated(model%mesh%hangs)) term%nodes = pack(term%nodes, .not. &
+      model%mesh%hangs(term%nodes))
     ! By their numbers in the deck: it may define nodes in any order.
     call order_of(model%mesh%node_id(term%nodes), order)
     term%nodes = term%nodes(order)

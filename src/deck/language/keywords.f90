@@ -37,6 +37,7 @@ module keywords_mod
     keyword_t('RIGID BODY', in_model, is_read), &
     keyword_t('MATERIAL', in_model, is_read), &
     keyword_t('ELASTIC', in_model, is_read), &
+    keyword_t('REFINE', in_model, is_read), &
     keyword_t('DENSITY', in_model, is_read), &
     keyword_t('EXPANSION', in_model, is_read), &
     keyword_t('SOLID SECTION', in_model, is_read), &

@@ -1,0 +1,192 @@
+!> Bricks of the mesh as read replaced by their pieces, and its sets with them.
+!>
+!> What stands further down in the deck then means the finer mesh: surfaces and loads of faces take
+!> the parts of the faces that they name, sets of bricks their pieces. A new node is in a set of
+!> nodes where all those that it lies between are. Forces on nodes and tables stay with the deck's
+!> nodes.
+module cut_mesh_mod
+  use growing_lists_mod, only: append
+  use kinds_mod, only: wp
+  use mesh_draft_mod, only: mesh_draft_t, reserve_elements, reserve_nodes
+  use refine_bricks_mod, only: piece_faces, value_between
+  use sets_mod, only: finish, model_t, set_t
+  use sorting_mod, only: order_of
+  implicit none
+  private
+
+  public :: nodes_by_id, replace_bricks
+
+contains
+
+  !> Nodes by ascending id, in whose order sets of an equation go together, and the place of each
+  !> node in this; 0 stays 0.
+  pure subroutine nodes_by_id(mesh, node, rank)
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, allocatable, intent(out) :: node(:) !! (0:n_nodes)
+    integer, allocatable, intent(out) :: rank(:) !! (0:n_nodes)
+    integer, allocatable :: order(:)
+    integer :: i
+
+    call order_of(mesh%node_id(:mesh%n_nodes), order)
+    allocate (node(0:mesh%n_nodes), rank(0:mesh%n_nodes))
+    node(0) = 0
+    node(1:) = order
+    rank(node) = [(i, i=0, mesh%n_nodes)]
+  end subroutine nodes_by_id
+
+  !> Put pieces in the place of bricks, and new nodes behind all others.
+  subroutine replace_bricks(model, bricks, origin, piece, parts, id, between, place, ok)
+    type(model_t), intent(inout) :: model
+    integer, intent(in) :: bricks(:, :)  !! (8,n) nodes; new ones as they follow those there are
+    integer, intent(in) :: origin(:)     !! (n) ascending: the brick that each is a piece of
+    integer, intent(in) :: piece(:)      !! (n) which, 0: it is all of it
+    integer, intent(in) :: parts         !! into which edges are cut
+    integer, intent(in) :: id(:)         !! (n)
+    integer, intent(in) :: between(:, :) !! (8,n_new) as of refine_bricks
+    real(wp), intent(in) :: place(:, :)  !! (3,n_new) likewise
+    logical, intent(out) :: ok           !! false: there is no room
+    integer :: first(model%mesh%n_elements + 1), n, i
+
+    n = model%mesh%n_elements
+    associate (mesh => model%mesh)
+      if (.not. allocated(mesh%first_piece)) then
+        mesh%n_given = mesh%n_nodes
+        mesh%given_id = mesh%element_id(:n)
+        mesh%first_piece = [(i, i=1, n + 1)]
+        allocate (mesh%outer(6, n), source=.true.)
+        allocate (mesh%between(8, 0), mesh%place(3, 0))
+      end if
+      call reserve_nodes(mesh, size(between, 2), ok)
+      if (ok) call reserve_elements(mesh, size(origin) - n, ok)
+      if (.not. ok) return
+      call add_nodes(mesh, between, place)
+      do i = size(origin), 1, -1
+        first(origin(i)) = i
+      end do
+      first(n + 1) = size(origin) + 1
+      mesh%first_piece = first(mesh%first_piece)
+      n = size(origin)
+      mesh%element_id(:n) = mesh%element_id(origin)
+      mesh%element_position(:n) = mesh%element_position(origin)
+      mesh%element_kind(:n) = mesh%element_kind(origin)
+      mesh%connectivity(:, :n) = bricks
+      mesh%piece_id = id
+      mesh%outer = mesh%outer(:, origin)
+      do i = 1, n
+        if (piece(i) > 0) mesh%outer(:, i) = mesh%outer(:, i) .and. piece_faces(piece(i), parts)
+      end do
+      mesh%n_elements = n
+    end associate
+    call extend_marks(model, size(between, 2))
+    call extend_node_sets(model, model%mesh%n_nodes - size(between, 2))
+    do i = 1, model%element_sets%n
+      call cut_members(first, model%element_sets%list(i))
+    end do
+  end subroutine replace_bricks
+
+  !> New nodes, behind all others, where those are that they lie between.
+  subroutine add_nodes(mesh, between, place)
+    type(mesh_draft_t), intent(inout) :: mesh
+    integer, intent(in) :: between(:, :)
+    real(wp), intent(in) :: place(:, :)
+    integer :: i, a
+
+    do i = 1, size(between, 2)
+      associate (added => mesh%n_nodes + i)
+        mesh%node_id(added) = mesh%highest_node + i
+        mesh%node_position(added) = mesh%node_position(between(1, i))
+        do a = 1, 3
+          mesh%coordinates(a, added) = value_between(mesh%coordinates(a, :mesh%n_nodes), &
+            between(:, i), place(:, i))
+        end do
+      end associate
+    end do
+    mesh%between = reshape([mesh%between, between], [8, size(mesh%between, 2) + size(between, 2)])
+    mesh%place = reshape([mesh%place, place], [3, size(mesh%between, 2)])
+    mesh%highest_node = mesh%highest_node + size(between, 2)
+    mesh%n_nodes = mesh%n_nodes + size(between, 2)
+  end subroutine add_nodes
+
+  !> What was said of the deck's nodes one by one, said of new ones: bricks have them.
+  subroutine extend_marks(model, more)
+    type(model_t), intent(inout) :: model
+    integer, intent(in) :: more
+
+    model%used = [model%used, spread(.true., 1, more)]
+    model%reference = [model%reference, spread(.false., 1, more)]
+    model%rigid = [model%rigid, spread(.false., 1, more)]
+    model%joined = [model%joined, spread(.false., 1, more)]
+    model%rotation_node = [model%rotation_node, spread(0, 1, more)]
+    model%rotation_arm = [model%rotation_arm, spread(1.0_wp, 1, more)]
+  end subroutine extend_marks
+
+  !> Add to every set of nodes the new ones that lie between members alone.
+  subroutine extend_node_sets(model, n_before)
+    type(model_t), intent(inout) :: model
+    integer, intent(in) :: n_before !! nodes that are not new
+    integer, allocatable :: first(:), list(:)
+    logical, allocatable :: is_member(:)
+    integer :: i, k, m, node, n_old
+
+    call list_by_highest(model%mesh, n_before, first, list)
+    allocate (is_member(0:model%mesh%n_nodes), source=.false.)
+    is_member(0) = .true. ! in the place of a node that there is not
+    do i = 1, model%node_sets%n
+      associate (set => model%node_sets%list(i))
+        if (.not. allocated(set%members)) cycle
+        is_member(set%members(:set%n)) = .true.
+        n_old = set%n
+        do m = 1, n_old
+          do k = first(set%members(m)), first(set%members(m) + 1) - 1
+            node = list(k)
+            if (.not. all(is_member(model%mesh%between(:, node - model%mesh%n_given)))) cycle
+            is_member(node) = .true.
+            call append(set%members, set%n, node)
+          end do
+        end do
+        is_member(set%members(:set%n)) = .false.
+        call finish(set)
+      end associate
+    end do
+  end subroutine extend_node_sets
+
+  !> The new nodes by the highest of those that they lie between.
+  pure subroutine list_by_highest(mesh, n_before, first, list)
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, intent(in) :: n_before !! nodes that are not new
+    integer, allocatable, intent(out) :: first(:)
+    !! (n_nodes + 1) where those of a node begin in `list`
+    integer, allocatable, intent(out) :: list(:)  !! new nodes
+    integer :: i, highest
+
+    allocate (first(mesh%n_nodes + 1), source=0)
+    allocate (list(mesh%n_nodes - n_before))
+    do i = 1, size(list)
+      highest = maxval(mesh%between(:, n_before - mesh%n_given + i))
+      first(highest) = first(highest) + 1
+    end do
+    first(1) = first(1) + 1
+    do i = 2, size(first)
+      first(i) = first(i) + first(i - 1)
+    end do
+    ! Each one is where those of the next node begin: filled from behind.
+    do i = size(list), 1, -1
+      highest = maxval(mesh%between(:, n_before - mesh%n_given + i))
+      first(highest) = first(highest) - 1
+      list(first(highest)) = n_before + i
+    end do
+  end subroutine list_by_highest
+
+  !> The pieces of the bricks of a set.
+  pure subroutine cut_members(first, set)
+    integer, intent(in) :: first(:) !! (n+1) the first piece of each brick
+    type(set_t), intent(inout) :: set
+    integer :: i, k
+
+    if (.not. allocated(set%members)) return
+    set%members = [((k, k=first(set%members(i)), first(set%members(i) + 1) - 1), &
+      i=1, set%n)]
+    set%n = size(set%members)
+  end subroutine cut_members
+
+end module cut_mesh_mod

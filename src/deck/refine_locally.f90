@@ -1,0 +1,198 @@
+!> Some bricks of the mesh as read cut into eight, again and again: those of a set, those at the
+!> nodes of a set, those about a zone. Where they meet others, nodes hang.
+!>
+!> docs/theory.md section 12.
+module refine_locally_mod
+  use cards_mod, only: note, reader_t, report
+  use constraints_mod, only: add_constraint, constraints_t
+  use cut_mesh_mod, only: nodes_by_id, replace_bricks
+  use diagnostics_mod, only: any_mistakes
+  use growing_lists_mod, only: append
+  use kinds_mod, only: wp
+  use local_refinement_mod, only: cut_some, cut_with, find_hanging, parents_of
+  use mesh_draft_mod, only: max_nodes, mesh_draft_t
+  use mesh_size_mod, only: is_near, zone_t
+  use refine_bricks_mod, only: value_between
+  use resource_limits_mod, only: has_memory
+  use sets_mod, only: model_t
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: refinement_t, refine_locally, place_hanging, constrain_hanging, most_times
+
+  integer, parameter :: most_times = 10
+  !> Of a brick with all that it takes to cut it. [byte]
+  integer, parameter :: bytes_of_brick = 2000
+
+  !> A *REFINE.
+  type :: refinement_t
+    integer :: position = 0
+    integer :: times = 1
+    integer :: node_set = 0    !! bricks at its nodes, those between them too; 0: none
+    integer :: element_set = 0 !! its bricks
+  end type refinement_t
+
+contains
+
+  !> Cut what the deck's cards and the zone say; sets have been read.
+  subroutine refine_locally(reader, model, refinements, zone)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model
+    type(refinement_t), intent(in) :: refinements(:)
+    type(zone_t), intent(in) :: zone
+    integer, allocatable :: cuts(:)
+    logical, allocatable :: chosen(:)
+    integer :: pass, n_before
+    logical :: ok
+
+    if (max(zone%times, maxval([refinements%times, 0])) == 0 .or. model%mesh%n_elements == 0 .or. &
+      any_mistakes(reader%diagnostics)) return
+    n_before = model%mesh%n_elements
+    allocate (cuts(n_before), source=0)
+    do pass = 1, max(zone%times, maxval([refinements%times, 0]))
+      chosen = choose_bricks(model, refinements, zone, pass)
+      if (.not. any(chosen)) cycle
+      if (allocated(model%mesh%between)) then
+        call cut_with(model%mesh%connectivity(:, :model%mesh%n_elements), model%mesh%n_nodes, &
+          model%mesh%between, model%mesh%n_given, cuts, chosen)
+      end if
+      call cut_chosen(model, chosen, cuts, ok)
+      if (.not. ok) then
+        call report(reader, merge(refinements(1)%position, 0, size(refinements) > 0), &
+          'the mesh cannot be refined locally: there is no room for its nodes, or its ids are '// &
+          'too high (at most '//to_text(max_nodes)//' nodes, memory permitting)')
+        return
+      end if
+    end do
+    if (.not. any(cuts > 0)) return
+    associate (mesh => model%mesh)
+      mesh%hangs = find_hanging(mesh%n_nodes, mesh%connectivity(:, :mesh%n_elements), &
+        mesh%between, mesh%n_given)
+      if (.not. any(mesh%hangs)) deallocate (mesh%hangs)
+      call note(reader, 'refined locally: '//to_text(n_before)//' bricks are '// &
+        to_text(mesh%n_elements))
+    end associate
+  end subroutine refine_locally
+
+  !> The bricks that are to be cut for the n-th time.
+  function choose_bricks(model, refinements, zone, pass) result(chosen)
+    type(model_t), intent(in) :: model
+    type(refinement_t), intent(in) :: refinements(:)
+    type(zone_t), intent(in) :: zone
+    integer, intent(in) :: pass
+    logical :: chosen(model%mesh%n_elements)
+    logical :: at(model%mesh%n_nodes)
+    integer :: i, e
+
+    chosen = .false.
+    at = .false.
+    do i = 1, size(refinements)
+      if (refinements(i)%times < pass) cycle
+      if (refinements(i)%element_set > 0) then
+        associate (set => model%element_sets%list(refinements(i)%element_set))
+          if (allocated(set%members)) chosen(set%members) = .true.
+        end associate
+      else
+        associate (set => model%node_sets%list(refinements(i)%node_set))
+          if (allocated(set%members)) at(set%members) = .true.
+        end associate
+      end if
+    end do
+    associate (mesh => model%mesh)
+      if (any(at)) then
+        do e = 1, mesh%n_elements
+          chosen(e) = chosen(e) .or. any(at(mesh%connectivity(:, e)))
+        end do
+      end if
+      if (pass > zone%times) return
+      do e = 1, mesh%n_elements
+        if (.not. chosen(e)) chosen(e) = is_near(zone, mesh%coordinates(:, mesh%connectivity(:, e)))
+      end do
+    end associate
+  end function choose_bricks
+
+  !> Cut the chosen bricks into eight.
+  subroutine cut_chosen(model, chosen, cuts, ok)
+    type(model_t), intent(inout) :: model
+    logical, intent(in) :: chosen(:)
+    integer, allocatable, intent(inout) :: cuts(:) !! (n_elements) how often each was cut
+    logical, intent(out) :: ok                     !! false: there is no room
+    integer, allocatable :: node(:), rank(:), fine(:, :), origin(:), piece(:), added(:, :), id(:)
+    integer, allocatable :: between(:, :)
+    integer :: n, n_nodes, highest, i
+
+    n = model%mesh%n_elements
+    n_nodes = model%mesh%n_nodes
+    if (allocated(model%mesh%piece_id)) then
+      id = model%mesh%piece_id
+    else
+      id = model%mesh%element_id(:n)
+    end if
+    highest = maxval(id)
+    ok = has_memory(int(bytes_of_brick, kind(1_8))*8*count(chosen)) .and. n + 7*count(chosen) < &
+      max_nodes .and. highest < huge(highest) - 8*count(chosen) .and. &
+      model%mesh%highest_node < huge(highest) - 16*count(chosen)
+    if (.not. ok) return
+    call nodes_by_id(model%mesh, node, rank)
+    allocate (between(8, 0))
+    if (allocated(model%mesh%between)) between = reshape(rank([model%mesh%between]), &
+      shape(model%mesh%between))
+    call cut_some(n_nodes, reshape(rank([model%mesh%connectivity(:, :n)]), [8, n]), between, &
+      n_nodes - size(between, 2), chosen, fine, origin, piece, added)
+    node = [node, [(n_nodes + i, i=1, size(added, 2))]]
+    id = id(origin)
+    do i = 1, size(id)
+      if (piece(i) == 0) cycle
+      highest = highest + 1
+      id(i) = highest
+    end do
+    call replace_bricks(model, reshape(node(1 + [fine]), shape(fine)), origin, piece, 2, id, &
+      reshape(node(1 + [added]), shape(added)), middle_of(added), ok)
+    if (ok) cuts = cuts(origin) + merge(1, 0, piece > 0)
+  end subroutine cut_chosen
+
+  !> Where new nodes lie between others: in the middle.
+  pure function middle_of(between) result(place)
+    integer, intent(in) :: between(:, :) !! (8,n) as of refine_bricks
+    real(wp) :: place(3, size(between, 2))
+
+    place = 0.5_wp
+    where (between(3, :) == 0) place(2, :) = 0.0_wp
+    where (between(5, :) == 0) place(3, :) = 0.0_wp
+  end function middle_of
+
+  !> Put nodes that hang back into the middle, after others were moved.
+  pure subroutine place_hanging(mesh)
+    type(mesh_draft_t), intent(inout) :: mesh
+    integer :: node, a
+
+    if (.not. allocated(mesh%hangs)) return
+    do node = mesh%n_given + 1, mesh%n_nodes
+      if (.not. mesh%hangs(node)) cycle
+      do a = 1, 3
+        mesh%coordinates(a, node) = value_between(mesh%coordinates(a, :mesh%n_nodes), &
+          mesh%between(:, node - mesh%n_given), mesh%place(:, node - mesh%n_given))
+      end do
+    end do
+  end subroutine place_hanging
+
+  !> Nodes that hang move as those that they lie between: in front of all other constraints.
+  pure subroutine constrain_hanging(mesh, constraints)
+    type(mesh_draft_t), intent(in) :: mesh
+    type(constraints_t), intent(inout) :: constraints
+    integer :: node, dof
+
+    if (.not. allocated(mesh%hangs)) return
+    do node = mesh%n_given + 1, size(mesh%hangs)
+      if (.not. mesh%hangs(node)) cycle
+      associate (parents => parents_of(mesh%between(:, node - mesh%n_given)))
+        do dof = 1, 3
+          call add_constraint(constraints, node, dof, parents, spread(dof, 1, size(parents)), &
+            spread(1.0_wp/real(size(parents), wp), 1, size(parents)))
+        end do
+      end associate
+    end do
+  end subroutine constrain_hanging
+
+end module refine_locally_mod

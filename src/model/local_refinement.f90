@@ -1,0 +1,282 @@
+!> Some bricks of a mesh cut into eight, others not: which must be cut with them, and which nodes
+!> hang.
+!>
+!> A node hangs where it lies in the middle of an edge or of a face that an uncut brick has: there
+!> its displacement must be the mean of the two or four nodes around, so that the mesh does not
+!> open. Bricks that meet, if only at a node, differ by one cut at most. Then no node hangs from
+!> one that hangs itself.
+module local_refinement_mod
+  use growing_lists_mod, only: append
+  use kinds_mod, only: wp
+  use refine_bricks_mod, only: refine_bricks
+  use sorting_mod, only: order_of_columns, sort_ascending
+  use surfaces_mod, only: face_nodes
+  implicit none
+  private
+
+  public :: cut_with, cut_some, find_hanging, parents_of, fold_to_parents, &
+    hanging_of
+
+  integer, parameter :: edge_nodes(2, 12) = reshape([ &
+    1, 2,  2, 3,  3, 4,  4, 1,  5, 6,  6, 7,  7, 8,  8, 5,  1, 5,  2, 6,  3, 7,  4, 8], [2, 12])
+
+  !> Of every node the bricks that have it, one after the other.
+  type :: bricks_at_t
+    integer, allocatable :: first(:) !! (n_nodes+1)
+    integer, allocatable :: list(:)
+  end type bricks_at_t
+
+contains
+
+  !> The nodes that a node lies between: two, four or eight.
+  pure function parents_of(between) result(parents)
+    integer, intent(in) :: between(8) !! as of refine_bricks
+    integer, allocatable :: parents(:)
+
+    parents = pack(between, between > 0)
+  end function parents_of
+
+  !> Choose, too, every brick that would be two cuts behind a neighbour if it stayed as it is.
+  subroutine cut_with(bricks, n_nodes, between, n_given, cuts, chosen)
+    integer, intent(in) :: bricks(:, :)     !! (8,n)
+    integer, intent(in) :: n_nodes
+    integer, intent(in) :: between(:, :)    !! (8,n_nodes-n_given) as of refine_bricks
+    integer, intent(in) :: n_given          !! nodes before those that lie between others
+    integer, intent(in) :: cuts(:)          !! (n) how often each brick was cut so far
+    logical, intent(inout) :: chosen(:)     !! (n)
+    type(bricks_at_t) :: at
+    integer, allocatable :: queue(:)
+    integer :: next, n, a, e
+
+    at = list_bricks(bricks, n_nodes)
+    n = 0
+    do e = 1, size(chosen)
+      if (chosen(e)) call append(queue, n, e)
+    end do
+    next = 0
+    do while (next < n)
+      next = next + 1
+      e = queue(next)
+      do a = 1, 8
+        associate (node => bricks(a, e))
+          call choose_behind([node])
+          if (node > n_given) call choose_behind(parents_of(between(:, node - n_given)))
+        end associate
+      end do
+    end do
+
+  contains
+
+    !> Choose bricks with all of these nodes that were cut less often.
+    subroutine choose_behind(nodes)
+      integer, intent(in) :: nodes(:)
+      integer :: k, i
+
+      do k = at%first(nodes(1)), at%first(nodes(1) + 1) - 1
+        associate (other => at%list(k))
+          if (chosen(other) .or. cuts(other) >= cuts(e)) cycle
+          if (.not. all([(any(bricks(:, other) == nodes(i)), i=1, size(nodes))])) cycle
+          chosen(other) = .true.
+          call append(queue, n, other)
+        end associate
+      end do
+    end subroutine choose_behind
+
+  end subroutine cut_with
+
+  !> Cut the chosen bricks into eight. Their pieces take their place, as those of refine_bricks
+  !> follow each other. A node that an earlier cut put in the middle of an edge or face is found
+  !> again.
+  subroutine cut_some(n_nodes, bricks, between, n_given, chosen, fine, origin, piece, added)
+    integer, intent(in) :: n_nodes
+    integer, intent(in) :: bricks(:, :)              !! (8,n)
+    integer, intent(in) :: between(:, :)             !! (8,n_nodes-n_given) as of refine_bricks
+    integer, intent(in) :: n_given
+    logical, intent(in) :: chosen(:)                 !! (n)
+    integer, allocatable, intent(out) :: fine(:, :)  !! (8,n+7*count(chosen))
+    integer, allocatable, intent(out) :: origin(:)   !! of each the brick that it was, or is a piece of
+    integer, allocatable, intent(out) :: piece(:)    !! which of it: 1..8; 0: all of it
+    integer, allocatable, intent(out) :: added(:, :) !! (8,n_new) as `between`, of nodes n_nodes+1...
+    integer, allocatable :: cut(:, :), middle(:, :), node(:)
+    real(wp), allocatable :: place(:, :)
+    integer :: e, k, n, m
+
+    call refine_bricks(n_nodes, bricks(:, pack([(e, e=1, size(chosen))], chosen)), 2, cut, middle, &
+      place)
+    call find_again(middle, between, n_given, n_nodes, node, added)
+    allocate (fine(8, size(chosen) + 7*count(chosen)), origin(size(chosen) + 7*count(chosen)))
+    allocate (piece(size(origin)), source=0)
+    n = 0
+    m = 0
+    do e = 1, size(chosen)
+      if (.not. chosen(e)) then
+        n = n + 1
+        fine(:, n) = bricks(:, e)
+        origin(n) = e
+        cycle
+      end if
+      do k = 1, 8
+        fine(:, n + k) = merge(cut(:, m + k), node(max(1, cut(:, m + k) - n_nodes)), &
+          cut(:, m + k) <= n_nodes)
+      end do
+      piece(n + 1:n + 8) = [(k, k=1, 8)]
+      origin(n + 1:n + 8) = e
+      n = n + 8
+      m = m + 8
+    end do
+  end subroutine cut_some
+
+  !> The numbers of middles: those of earlier ones between the same nodes, new ones of others.
+  pure subroutine find_again(middle, between, n_given, n_nodes, node, added)
+    integer, intent(in) :: middle(:, :)              !! (8,m) as of refine_bricks
+    integer, intent(in) :: between(:, :)             !! (8,n_nodes-n_given) likewise
+    integer, intent(in) :: n_given, n_nodes
+    integer, allocatable, intent(out) :: node(:)     !! (m)
+    integer, allocatable, intent(out) :: added(:, :) !! (8,n_new) of `middle` what is new
+    integer :: key(4, size(between, 2) + size(middle, 2)), i, n, n_old, first
+    integer, allocatable :: order(:)
+
+    n_old = size(between, 2)
+    do i = 1, size(key, 2)
+      if (i <= n_old) then
+        key(:, i) = between(:4, i)
+      else
+        key(:, i) = middle(:4, i - n_old)
+      end if
+      call sort_ascending(key(:, i))
+    end do
+    call order_of_columns(key, order)
+    allocate (node(size(middle, 2)), source=0)
+    first = 0
+    do i = 1, size(order)
+      if (i == 1) then
+        first = 1
+      else if (any(key(:, order(i)) /= key(:, order(first)))) then
+        first = i
+      end if
+      ! Equal ones stand in the order of their numbers: an earlier node comes first. What lies in a
+      ! brick is of no other.
+      if (order(i) <= n_old .or. order(first) > n_old) cycle
+      if (middle(5, order(i) - n_old) == 0 .and. between(5, order(first)) == 0) &
+        node(order(i) - n_old) = n_given + order(first)
+    end do
+    n = count(node == 0)
+    allocate (added(8, n))
+    n = 0
+    do i = 1, size(node)
+      if (node(i) > 0) cycle
+      n = n + 1
+      node(i) = n_nodes + n
+      added(:, n) = middle(:, i)
+    end do
+  end subroutine find_again
+
+  !> Which nodes lie in the middle of an edge or a face of a brick.
+  pure function find_hanging(n_nodes, bricks, between, n_given) result(hangs)
+    integer, intent(in) :: n_nodes
+    integer, intent(in) :: bricks(:, :)   !! (8,n)
+    integer, intent(in) :: between(:, :)  !! (8,n_nodes-n_given) as of refine_bricks
+    integer, intent(in) :: n_given
+    logical :: hangs(n_nodes)
+    type(bricks_at_t) :: at
+    integer :: i, k
+
+    at = list_bricks(bricks, n_nodes)
+    hangs = .false.
+    do i = 1, size(between, 2)
+      associate (nodes => parents_of(between(:, i)), node => n_given + i)
+        if (size(nodes) == 8) cycle
+        do k = at%first(nodes(1)), at%first(nodes(1) + 1) - 1
+          hangs(node) = hangs(node) .or. has_side(bricks(:, at%list(k)), nodes)
+        end do
+      end associate
+    end do
+  end function find_hanging
+
+  !> Whether nodes are those of an edge or a face of a brick.
+  pure logical function has_side(brick, nodes)
+    integer, intent(in) :: brick(8)
+    integer, intent(in) :: nodes(:) !! two or four
+    integer :: side, i
+
+    has_side = .false.
+    if (size(nodes) == 2) then
+      do side = 1, 12
+        has_side = has_side .or. all([(any(brick(edge_nodes(:, side)) == nodes(i)), i=1, 2)])
+      end do
+    else
+      do side = 1, 6
+        has_side = has_side .or. all([(any(brick(face_nodes(:, side)) == nodes(i)), i=1, 4)])
+      end do
+    end if
+  end function has_side
+
+  !> Those of some nodes that hang, with those that they lie between, which are among them too.
+  pure function hanging_of(hangs, between, n_given, nodes) result(hanging)
+    logical, allocatable, intent(in) :: hangs(:)      !! (n_nodes) not allocated: none does
+    integer, allocatable, intent(in) :: between(:, :) !! (8,n_nodes-n_given) as of refine_bricks
+    integer, intent(in) :: n_given
+    integer, intent(in) :: nodes(:)
+    integer, allocatable :: hanging(:, :)   !! (5,m) node, its parents: two, then 0, or four
+    logical, allocatable :: among(:)
+    integer :: i, n
+
+    allocate (hanging(5, 0))
+    if (.not. allocated(hangs)) return
+    allocate (among(0:size(hangs)), source=.false.)
+    among([0, nodes]) = .true.
+    n = 0
+    do i = 1, size(nodes)
+      if (.not. hangs(nodes(i))) cycle
+      associate (parents => between(:4, nodes(i) - n_given))
+        if (all(among(parents))) call append(hanging, n, [nodes(i), parents])
+      end associate
+    end do
+    hanging = hanging(:, :n)
+  end function hanging_of
+
+  !> What belongs to nodes that hang, given in equal parts to those that they lie between.
+  pure subroutine fold_to_parents(hangs, between, n_given, values)
+    logical, intent(in) :: hangs(:)         !! (n_nodes)
+    integer, intent(in) :: between(:, :)    !! (8,n_nodes-n_given) as of refine_bricks
+    integer, intent(in) :: n_given
+    real(wp), intent(inout) :: values(:)    !! (n_nodes) 0 afterwards where they hang
+    integer :: node
+
+    do node = n_given + 1, size(hangs)
+      if (.not. hangs(node)) cycle
+      associate (nodes => parents_of(between(:, node - n_given)))
+        values(nodes) = values(nodes) + values(node)/real(size(nodes), wp)
+        values(node) = 0.0_wp
+      end associate
+    end do
+  end subroutine fold_to_parents
+
+  !> Of every node the bricks that have it.
+  pure function list_bricks(bricks, n_nodes) result(at)
+    integer, intent(in) :: bricks(:, :)
+    integer, intent(in) :: n_nodes
+    type(bricks_at_t) :: at
+    integer :: next(n_nodes), e, a, i
+
+    allocate (at%first(n_nodes + 1), source=0)
+    do e = 1, size(bricks, 2)
+      do a = 1, 8
+        at%first(bricks(a, e) + 1) = at%first(bricks(a, e) + 1) + 1
+      end do
+    end do
+    at%first(1) = 1
+    do i = 1, n_nodes
+      at%first(i + 1) = at%first(i) + at%first(i + 1)
+    end do
+    next = at%first(:n_nodes)
+    allocate (at%list(size(bricks)))
+    do e = 1, size(bricks, 2)
+      do a = 1, 8
+        at%list(next(bricks(a, e))) = e
+        next(bricks(a, e)) = next(bricks(a, e)) + 1
+      end do
+    end do
+  end function list_bricks
+
+end module local_refinement_mod
