@@ -22,6 +22,7 @@ class MeshSequence:
     mesh, load_steps, others   errors of the result by source, -1 where they are not known
     brick_size        (K,) edges of the bricks over those of the deck
     divisions, bricks, processor_time   (K,) parts of each increment, bricks, seconds
+    cuts              (K,) how often the bricks at contact were cut beside all others
     names             what was compared: C names, such as "BODY:GROUND/friction_force_x"
     values            (K, T, C) what each run gives at the ends of the deck's T increments
     extrapolated      (T, C) for bricks without size; not certified
@@ -38,6 +39,7 @@ class MeshSequence:
         )
         self.brick_size: Array = group["brick_size"][()]
         self.divisions: Array = group["divisions"][()].astype(int)
+        self.cuts: Array = group["cuts"][()].astype(int)
         self.bricks: Array = group["bricks"][()].astype(int)
         self.processor_time: Array = group["processor_time"][()]
         self.names = [

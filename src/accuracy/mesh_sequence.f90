@@ -16,7 +16,7 @@ module mesh_sequence_mod
   private
 
   public :: mesh_sequence_t, mesh_run_t, sequence_error_t, start_sequence, add_run, &
-    estimate_sequence, error_by_steps, carry_sequence, mesh_runs, extrapolated
+    estimate_sequence, error_by_steps, carry_sequence, mesh_runs, extrapolated, change
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
@@ -33,6 +33,8 @@ module mesh_sequence_mod
     real(wp) :: others = 0.0_wp       !! contact and arithmetic, the worst [-]
     real(wp) :: recovery = 0.0_wp     !! error by the mesh, by recovery of stresses, the worst [-]
     real(wp), allocatable :: values(:, :) !! (n_components,n_increments) of the deck's increments
+    real(wp), allocatable :: balls(:, :)  !! (4,n) where contact acted, as of zone_t
+    real(wp) :: near = 1.0_wp             !! the part of the bricks that are there [-]
   end type mesh_run_t
 
   !> All runs so far, and what they are compared by.
@@ -80,14 +82,20 @@ contains
     sequence%runs = [sequence%runs, run]
   end subroutine add_run
 
-  !> The runs with the increments of the last one, a mesh each.
-  pure function mesh_runs(sequence) result(runs)
+  !> The runs with the increments of the last one, a mesh each, that differ in the size of all
+  !> bricks: those at contact are cut as often as in the last one, or so many times.
+  pure function mesh_runs(sequence, times) result(runs)
     type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in), optional :: times
     integer, allocatable :: runs(:)
-    integer :: i
+    integer :: i, cuts
 
-    runs = pack([(i, i=1, size(sequence%runs))], sequence%runs%divisions == &
-      sequence%runs(size(sequence%runs))%divisions)
+    associate (last => sequence%runs(size(sequence%runs)))
+      cuts = last%mesh_size%zone%times
+      if (present(times)) cuts = times
+      runs = pack([(i, i=1, size(sequence%runs))], [(sequence%runs(i)%divisions == last%divisions &
+        .and. sequence%runs(i)%mesh_size%zone%times == cuts, i=1, size(sequence%runs))])
+    end associate
   end function mesh_runs
 
   !> The runs on the first mesh.
@@ -98,7 +106,7 @@ contains
 
     associate (sizes => sequence%runs%mesh_size)
       runs = pack([(i, i=1, size(sequence%runs))], [(relative_size(sizes(i)) >= &
-        relative_size(sizes(1)), i=1, size(sequence%runs))])
+        relative_size(sizes(1)) .and. sizes(i)%zone%times == 0, i=1, size(sequence%runs))])
     end associate
   end function step_runs
 
@@ -120,22 +128,25 @@ contains
     if (scale > 0.0_wp) change = change/scale
   end function change
 
-  !> What the runs say of the error of the last one.
-  subroutine estimate_sequence(sequence, errors)
+  !> What the runs say of the error of one of them.
+  subroutine estimate_sequence(sequence, errors, times)
     type(mesh_sequence_t), intent(in) :: sequence !! with a run at least
     type(sequence_error_t), intent(out) :: errors
+    integer, intent(in), optional :: times
+    !! of the last run with so many cuts at contact; left out: of the last run
     real(wp) :: scales(size(sequence%list))
     integer, allocatable :: runs(:)
     integer :: k, n, i
 
-    associate (last => sequence%runs(size(sequence%runs)))
+    runs = mesh_runs(sequence, times)
+    n = size(runs)
+    if (n == 0) return
+    associate (last => sequence%runs(runs(n)))
       errors%others = last%others
       scales = error_scales(sequence%list, last%values)
       errors%load_steps = last%load_steps
       if (sequence%divides) errors%load_steps = error_by_steps(sequence, last%divisions)
     end associate
-    runs = mesh_runs(sequence)
-    n = size(runs)
     if (n < 2 .or. (n == 2 .and. .not. sequence%recovers)) return
     allocate (errors%of_mesh(size(sequence%list)))
     allocate (errors%n_rising(size(sequence%list)), source=0)
@@ -156,8 +167,11 @@ contains
     if (size(sequence%list) == 0) return
     errors%worst = maxloc(errors%of_mesh%error, dim=1)
     errors%mesh = errors%of_mesh(errors%worst)%error
-    ! Two meshes may be alike by accident: another witness must say so.
-    if (n == 2) errors%mesh = max(errors%mesh, sequence%runs(runs(n))%recovery)
+    ! Two meshes may be alike by accident, and so may those that are finer in some places: another
+    ! witness must say so.
+    associate (last => sequence%runs(runs(n)))
+      if (n == 2 .or. last%mesh_size%zone%times > 0) errors%mesh = max(errors%mesh, last%recovery)
+    end associate
 
   contains
 
@@ -224,9 +238,9 @@ contains
     integer, allocatable :: runs(:)
 
     associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
-      values = sequence%runs(size(sequence%runs))%values(a:b, :)
-      if (.not. allocated(errors%of_mesh)) return
       runs = mesh_runs(sequence)
+      values = sequence%runs(runs(size(runs)))%values(a:b, :)
+      if (.not. allocated(errors%of_mesh)) return
       values = values + errors%of_mesh(k)%weight*(values - &
         sequence%runs(runs(size(runs) - 1))%values(a:b, :))
     end associate
@@ -254,6 +268,8 @@ contains
       call archive(list, run%others)
       call archive(list, run%recovery)
       call archive(list, run%values)
+      call archive(list, run%balls)
+      call archive(list, run%near)
       if (i > size(sequence%runs)) call add_run(sequence, run)
     end do
 
@@ -265,6 +281,8 @@ contains
       call archive(list, mesh_size%blocks(1))
       call archive(list, mesh_size%blocks(2))
       call archive(list, mesh_size%parts)
+      call archive(list, mesh_size%zone%times)
+      call archive(list, mesh_size%zone%balls)
     end subroutine carry_size
 
   end subroutine carry_sequence

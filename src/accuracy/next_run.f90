@@ -5,6 +5,7 @@ module next_run_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: mesh_size_t, blocks_t
   use scene_mod, only: scene_t
+  use choose_cuts_mod, only: choose_cuts
   use convergence_mod, only: size_for_error
   use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, start_sequence, &
     estimate_sequence, error_by_steps, mesh_runs
@@ -26,6 +27,9 @@ module next_run_mod
   integer, parameter :: most_divisions = 64
   integer, parameter :: fewest_bricks = 4 !! along the longest edge of a block, to begin with
   real(wp), parameter :: least_step = 1.25_wp, largest_step = 2.0_wp !! from size to size
+  real(wp), parameter :: second_step = 1.5_wp !! from the first size to the second
+  real(wp), parameter :: worth_a_try = 1.5_wp
+  !! times smaller that all bricks must get, from which on cuts at contact are tried
   integer, parameter :: most_parts = 64
   real(wp), parameter :: rounding = 1.0e-9_wp
   real(wp), parameter :: small = 0.02_wp !! of the machine's memory [-]
@@ -107,7 +111,6 @@ contains
     real(wp), intent(in) :: memory_left !! on this machine, before a run [bytes]
     type(sequence_error_t), intent(out) :: errors
     type(choice_t), intent(out) :: choice
-    integer, allocatable :: meshes(:)
 
     choice%mesh_size = sequence%first
     if (size(sequence%runs) == 0) return
@@ -115,15 +118,15 @@ contains
       call choose_divisions(sequence, choice)
       if (choice%outcome /= to_run .or. choice%divisions > maxval(sequence%runs%divisions)) return
     end if
-    call estimate_sequence(sequence, errors)
-    meshes = pack(sequence%runs%n_bricks, sequence%runs%divisions == choice%divisions)
     associate (last => sequence%runs(size(sequence%runs)))
       ! Steps were tried beyond what it takes: the first mesh's run with these is there.
-      if (size(meshes) == 1 .or. last%divisions /= choice%divisions) then
-        choice%mesh_size = finer(sequence, sequence%first, 1.5_wp)
+      if (last%divisions /= choice%divisions) then
+        call estimate_sequence(sequence, errors)
+        choice%mesh_size = finer(sequence, sequence%first, second_step)
       else
         call choose_mesh(sequence, memory_left, errors, choice)
       end if
+      choice%mesh_size%zone%balls = last%balls
     end associate
     if (choice%mesh_size%parts > most_parts) choice%outcome = beyond_machine
   end subroutine choose_run
@@ -151,17 +154,46 @@ contains
     end associate
   end subroutine choose_divisions
 
-  !> After three meshes and more: enough, or as fine as it takes.
+  !> Enough, or as fine as it takes: all bricks, or those at contact ahead of them.
   subroutine choose_mesh(sequence, memory_left, errors, choice)
     type(mesh_sequence_t), intent(in) :: sequence
     real(wp), intent(in) :: memory_left
-    type(sequence_error_t), intent(in) :: errors
+    type(sequence_error_t), intent(out) :: errors !! of the run that the next one follows
     type(choice_t), intent(inout) :: choice
-    real(wp) :: left, needed
-    integer :: n
+    integer :: cuts, next, base
 
-    n = size(mesh_runs(sequence))
-    associate (last => sequence%runs(size(sequence%runs)))
+    call estimate_sequence(sequence, errors, 0)
+    call refine_all(sequence, 0, memory_left, errors, choice)
+    if (choice%finer < worth_a_try .and. choice%outcome == to_run) return
+    if (choice%outcome == is_reached .or. choice%outcome == steps_too_coarse) return
+    if (size(mesh_runs(sequence, 0)) < 3) return
+    call choose_cuts(sequence, cuts, next, base)
+    if (next > 0) then
+      choice = choice_t(mesh_size=sequence%runs(base)%mesh_size, divisions=choice%divisions)
+      choice%mesh_size%zone%times = next
+    else if (cuts > 0) then
+      choice = choice_t(divisions=choice%divisions)
+      call estimate_sequence(sequence, errors, cuts)
+      call refine_all(sequence, cuts, memory_left, errors, choice)
+    end if
+  end subroutine choose_mesh
+
+  !> What follows on the runs with so many cuts at contact.
+  subroutine refine_all(sequence, cuts, memory_left, errors, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: cuts
+    real(wp), intent(in) :: memory_left
+    type(sequence_error_t), intent(in) :: errors !! of the last of them
+    type(choice_t), intent(inout) :: choice
+    integer, allocatable :: runs(:)
+    real(wp) :: left, needed
+
+    runs = mesh_runs(sequence, cuts)
+    associate (last => sequence%runs(runs(size(runs))))
+      if (size(runs) == 1) then
+        choice%mesh_size = finer(sequence, last%mesh_size, second_step)
+        return
+      end if
       left = sequence%wanted - max(0.0_wp, errors%load_steps) - errors%others
       if (errors%mesh >= 0.0_wp .and. errors%mesh <= left) then
         choice%outcome = is_reached
@@ -171,15 +203,15 @@ contains
         choice%outcome = steps_too_coarse
         return
       end if
-      if (n < 3) then
+      if (size(runs) < 3) then
         choice%mesh_size = finer(sequence, last%mesh_size, least_step)
         choice%may_be_last = .true.
         return
       end if
       if (errors%n_rising(errors%worst) > 0) then
         ! What it takes is not known: a finer mesh may tell.
-        choice%mesh_size = finer(sequence, last%mesh_size, 1.5_wp)
-        if (errors%n_rising(errors%worst) > 1 .or. n > 4) choice%outcome = not_convergent
+        choice%mesh_size = finer(sequence, last%mesh_size, second_step)
+        if (errors%n_rising(errors%worst) > 1 .or. size(runs) > 4) choice%outcome = not_convergent
         return
       end if
       needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh, aimed_at*left, &
@@ -194,6 +226,6 @@ contains
         choice%outcome = beyond_machine
       end if
     end associate
-  end subroutine choose_mesh
+  end subroutine refine_all
 
 end module next_run_mod

@@ -6,7 +6,7 @@ module mesh_size_mod
 
   public :: mesh_size_t, relative_size, blocks_t, zone_t, is_near
 
-  real(wp), parameter :: ring = 0.6_wp !! of a brick's diagonal: about an edge [-]
+  real(wp), parameter :: ring = 1.5_wp !! of a brick's diagonal: between two edges and three [-]
 
   !> Where bricks are cut again: about balls, and as far around them as a brick is large.
   type :: zone_t

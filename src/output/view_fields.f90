@@ -7,6 +7,7 @@ module view_fields_mod
   use step_fields_mod, only: tensor_field_t
   use expansion_mod, only: find_thermal_stress
   use invariants_mod, only: von_mises, principal_values
+  use local_refinement_mod, only: parents_of
   use mesh_fields_mod, only: fill_tensor_fields
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     compute_field, every_time, at_start, at_supports, at_contact, of_bricks
@@ -151,7 +152,7 @@ contains
     end do
   end subroutine contact_force
 
-  !> Points that share a node add up.
+  !> Points that share a node add up. A node that hangs has none: between others, it has their mean.
   subroutine contact_pressure(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
@@ -163,6 +164,15 @@ contains
           source%report%contact%reaction(1, i)/area
       end associate
     end do
+    associate (mesh => source%scene%mesh)
+      if (.not. allocated(mesh%hangs)) return
+      do i = mesh%n_given + 1, min(size(mesh%hangs), size(values, 2))
+        if (.not. mesh%hangs(i)) cycle
+        associate (parents => parents_of(mesh%between(:, i - mesh%n_given)))
+          values(1, i) = sum(values(1, parents))/real(size(parents), wp)
+        end associate
+      end do
+    end associate
   end subroutine contact_pressure
 
   !> The status of a node is that of its point which slides, else sticks, else is open.

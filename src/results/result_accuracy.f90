@@ -37,6 +37,7 @@ contains
     call write_attribute(file, group, 'others', 0.0_wp, error)
     call of_runs('brick_size', 'edges of the bricks over those of the deck', 'ratio')
     call of_runs('divisions', 'parts of each increment of the deck', 'number')
+    call of_runs('cuts', 'of bricks at contact, beside all others', 'number')
     call of_runs('bricks', 'bricks of the mesh', 'number')
     call of_runs('processor_time', 'of the run', 'seconds')
     call write_dataset(file, group//'/values', reshape([real(wp) ::], [components, &
@@ -123,6 +124,8 @@ contains
       call rewrite_dataset(file, group//'/brick_size', [(relative_size(runs(i)%mesh_size), i=1, &
         size(runs))], error)
       call rewrite_dataset(file, group//'/divisions', real(runs%divisions, wp), error)
+      call rewrite_dataset(file, group//'/cuts', [(real(runs(i)%mesh_size%zone%times, wp), i=1, &
+        size(runs))], error)
       call rewrite_dataset(file, group//'/bricks', real(runs%n_bricks, wp), error)
       call rewrite_dataset(file, group//'/processor_time', [runs%seconds], error)
     end associate

@@ -236,12 +236,19 @@ contains
     integer, intent(inout) :: divisions
     type(child_t) :: child
     character(:), allocatable :: answer, fate
+    type(hdf5_file_t) :: hdf5
+    type(error_t), allocatable :: error
 
     call begin_look(path, child)
     if (is_child(child)) call end_child(child, mesh_size_of(path))
     call wait_for(child, answer, fate)
     is_done = .false.
-    if (answer /= '') read (answer, *) mesh_size%blocks, mesh_size%parts, divisions, is_done
+    if (answer == '') return
+    is_done = answer == 'T'
+    ! What a child has read does no harm here.
+    call open_file(path, .false., hdf5, error)
+    call read_mesh_size(hdf5, mesh_size, divisions, error)
+    call close_file(hdf5, error)
   end subroutine take_mesh_size
 
   !> Those of a file's run for `take_mesh_size`; empty where they cannot be read.
@@ -262,9 +269,8 @@ contains
     call read_mesh_size(hdf5, mesh_size, divisions, error)
     call read_attribute(hdf5, '/run', 'status', status, error)
     call read_attribute(hdf5, '/accuracy', 'reached', is_reached, error)
-    if (.not. allocated(error)) answer = to_text(mesh_size%blocks(1))//' '// &
-      to_text(mesh_size%blocks(2))//' '//to_text(mesh_size%parts)//' '//to_text(divisions)// &
-      merge(' T', ' F', status == run_finished .and. is_reached == 0)
+    if (.not. allocated(error)) answer = merge('T', 'F', status == run_finished .and. &
+      is_reached == 0)
   end function mesh_size_of
 
   !> Open the file of a run that did not finish, to read it, if `provenance` may go on with it. All

@@ -11,7 +11,7 @@ module result_run_mod
   use plan_mod, only: plan_t, bound_in_words
   use hdf5_files_mod, only: hdf5_file_t, create_group, flush_file
   use hdf5_attributes_mod, only: write_attribute, read_attribute
-  use hdf5_datasets_mod, only: write_dataset, rewrite_dataset, write_text
+  use hdf5_datasets_mod, only: write_dataset, rewrite_dataset, read_dataset, write_text
   implicit none
   private
 
@@ -30,6 +30,8 @@ module result_run_mod
 
   ! What /run@compliance says where nothing is factorised; else compliance_dense or its kin.
   integer(i8), parameter :: by_iteration = 3
+
+  character(*), parameter :: zone = '/run/refined_about'
 
   character(*), parameter :: program_name = 'bipot'
 
@@ -115,6 +117,10 @@ contains
     call write_attribute(hdf5, '/run', 'blocks_over', int(mesh_size%blocks(2), i8), error)
     call write_attribute(hdf5, '/run', 'parts', int(mesh_size%parts, i8), error)
     call write_attribute(hdf5, '/run', 'divisions', int(divisions, i8), error)
+    call write_attribute(hdf5, '/run', 'cuts', int(mesh_size%zone%times, i8), error)
+    if (mesh_size%zone%times == 0) return
+    call write_dataset(hdf5, zone, mesh_size%zone%balls, 'balls about which bricks were cut '// &
+      'again: centre and radius', 'length', error)
   end subroutine write_mesh_size
 
   !> The mesh and the divisions that a file names.
@@ -123,14 +129,22 @@ contains
     type(mesh_size_t), intent(inout) :: mesh_size
     integer, intent(inout) :: divisions
     type(error_t), allocatable, intent(inout) :: error
-    integer(i8) :: numbers(4)
+    integer(i8) :: numbers(5)
+    real(wp), allocatable :: balls(:)
 
     call read_attribute(hdf5, '/run', 'blocks_times', numbers(1), error)
     call read_attribute(hdf5, '/run', 'blocks_over', numbers(2), error)
     call read_attribute(hdf5, '/run', 'parts', numbers(3), error)
     call read_attribute(hdf5, '/run', 'divisions', numbers(4), error)
+    call read_attribute(hdf5, '/run', 'cuts', numbers(5), error)
     if (allocated(error)) return
-    if (any(numbers < 1) .or. any(numbers > 1000000)) return
+    if (any(numbers(:4) < 1) .or. any(numbers > 1000000) .or. numbers(5) < 0) return
+    if (numbers(5) > 0) then
+      call read_dataset(hdf5, zone, balls, error)
+      if (allocated(error)) return
+      mesh_size%zone%balls = reshape(balls, [4, size(balls)/4])
+    end if
+    mesh_size%zone%times = int(numbers(5))
     mesh_size%blocks = int(numbers(:2))
     mesh_size%parts = int(numbers(3))
     divisions = int(numbers(4))

@@ -48,6 +48,7 @@ module checkpoint_mod
     !! runs before this one, where an accuracy chooses the mesh
     real(wp), allocatable :: values(:, :)
     !! (n_components,n_increments) what that accuracy is of, of the deck's increments so far
+    real(wp), allocatable :: touched(:, :) !! (1,n_nodes) as of mark_touched, likewise
     real(wp) :: worst_errors(3) = 0.0_wp
     !! of the run, as estimated in it: by load steps, by contact and arithmetic, by the mesh [-]
     real(wp), allocatable :: begun(:, :)
@@ -133,6 +134,7 @@ contains
     if (.not. allocated(progress%sequence)) return
     call carry_sequence(list, progress%sequence)
     call archive(list, progress%values)
+    call archive(list, progress%touched)
     do i = 1, size(progress%worst_errors)
       call archive(list, progress%worst_errors(i))
     end do

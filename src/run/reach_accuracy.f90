@@ -140,6 +140,8 @@ contains
     associate (run => sequence%runs(size(sequence%runs)))
       words = to_text(run%n_bricks)//' bricks of '//to_text(relative_size(run%mesh_size), 3)// &
         ' times the deck''s edges'
+      if (run%mesh_size%zone%times > 0) words = words//', '//to_text(2**run%mesh_size%zone%times)// &
+        ' times smaller at contact'
       if (run%divisions > 1) words = words//', increments in '//to_text(run%divisions)
       words = words//': '//seconds_in_words(run%seconds)
       if (errors%mesh >= 0.0_wp .or. errors%load_steps > 0.0_wp) words = words//'; '// &

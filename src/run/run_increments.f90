@@ -12,6 +12,7 @@ module run_increments_mod
   use output_field_mod, only: field_t, block_bytes
   use view_fields_mod, only: list_view_fields
   use step_solver_mod, only: step_solver_t
+  use contact_zone_mod, only: mark_touched
   use measured_quantities_mod, only: measure_quantities
   use meet_accuracy_mod, only: set_contact_tolerance, accuracy_shortfall
   use result_file_mod, only: result_file_t, append_increment
@@ -145,6 +146,7 @@ contains
     associate (increment => solved%increment, errors => solved%report%errors)
       progress%worst_errors = max(progress%worst_errors, [errors%load_steps, errors%contact + &
         errors%arithmetic, errors%mesh])
+      call mark_touched(plan%points, solved%report%contact, progress%touched)
       asked = asked_number(increment%position)
       if (asked < 0) return
       asked = asked + sum(scene%steps(:increment%step - 1)%n_increments)

@@ -17,7 +17,8 @@ module run_mesh_mod
   use sparse_factor_mod, only: sparse_factor_t
   use body_solver_mod, only: begin_body_solver
   use step_solver_mod, only: step_solver_t
-  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, sequence_error_t, add_run
+  use contact_zone_mod, only: balls_about, share_near
+  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, sequence_error_t, add_run, estimate_sequence
   use next_run_mod, only: choice_t, choose_run, is_reached
   use prepare_scene_mod, only: result_path
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
@@ -140,7 +141,7 @@ contains
     call catch_signals()
     call start_run(scene, plan, progress)
     progress%tally%read_time = wall_seconds() - console%started ! deck and plan
-    if (present(sequence)) call begin_values(sequence, progress)
+    if (present(sequence)) call begin_values(sequence, scene%mesh%n_nodes, progress)
     call begin_file(options, scene, plan, solver%body%inverse%factor, file, progress, error)
     if (allocated(error)) return
     if (progress%state%increments_done > 0 .and. .not. console%quiet) call say( &
@@ -187,12 +188,14 @@ contains
   end subroutine run_scene
 
   !> Room for what an accuracy is of.
-  subroutine begin_values(sequence, progress)
+  subroutine begin_values(sequence, n_nodes, progress)
     type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: n_nodes
     type(progress_t), intent(inout) :: progress
 
     progress%sequence = sequence
     allocate (progress%values(sum(sequence%list%n), sequence%n_increments), source=0.0_wp)
+    allocate (progress%touched(1, n_nodes), source=0.0_wp)
   end subroutine begin_values
 
   !> Add the run to the sequence, and keep what that says of it.
@@ -204,15 +207,18 @@ contains
     type(progress_t), intent(in) :: progress
     type(mesh_sequence_t), intent(inout) :: sequence
     type(error_t), allocatable, intent(out) :: error
-    type(sequence_error_t) :: errors
+    type(sequence_error_t) :: errors, of_choice
     type(choice_t) :: choice
+    real(wp), allocatable :: balls(:, :)
 
     sequence = progress%sequence
+    balls = balls_about(scene%mesh, progress%touched)
     call add_run(sequence, mesh_run_t(scene%mesh_size, scene%accuracy%divisions, &
       scene%mesh%n_elements, real(plan%n_equations, wp), plan%more_memory, seconds, &
       progress%worst_errors(1), progress%worst_errors(2), progress%worst_errors(3), &
-      progress%values))
-    call choose_run(sequence, real(plan%memory_left, wp), errors, choice)
+      progress%values, balls, share_near(scene%mesh, balls)))
+    call choose_run(sequence, real(plan%memory_left, wp), of_choice, choice)
+    call estimate_sequence(sequence, errors)
     call keep_accuracy(file, sequence, errors, choice%outcome == is_reached, error)
   end subroutine end_values
 

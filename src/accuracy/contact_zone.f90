@@ -1,0 +1,104 @@
+!> Where a run's contact acted: what an accuracy refines about.
+module contact_zone_mod
+  use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t
+  use mesh_size_mod, only: zone_t, is_near
+  use contact_points_mod, only: contact_points_t
+  use increment_report_mod, only: contact_fields_t
+  use sorting_mod, only: order_of_columns
+  implicit none
+  private
+
+  public :: mark_touched, balls_about, share_near
+
+  integer, parameter :: most_balls = 400
+
+contains
+
+  !> Mark the nodes through which contact presses, of both sides.
+  pure subroutine mark_touched(points, contact, touched)
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact
+    real(wp), intent(inout) :: touched(:, :) !! (1,n_nodes) 1 where marked, else 0 [-]
+    integer :: i
+
+    do i = 1, points%n
+      if (.not. contact%reaction(1, i) > 0.0_wp) cycle
+      touched(1, points%node(i)) = 1.0_wp
+      associate (first => contact%weights%first(i), last => contact%weights%first(i + 1) - 1)
+        touched(1, contact%weights%node(first:last)) = 1.0_wp
+      end associate
+    end do
+  end subroutine mark_touched
+
+  !> Balls that hold the marked nodes of bricks, and reach half-way to their neighbours.
+  pure function balls_about(mesh, touched) result(balls)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: touched(:, :)   !! (1,n_nodes) of mark_touched
+    real(wp), allocatable :: balls(:, :)    !! (4,n) centre, radius [length]
+    real(wp) :: radius(mesh%n_nodes), low(3), cell
+    integer, allocatable :: nodes(:), cells(:, :), order(:)
+    integer :: e, i, n
+    logical, allocatable :: is_first(:)
+
+    radius = 0.0_wp
+    do e = 1, mesh%n_elements
+      associate (nodes => mesh%connectivity(:, e))
+        ! Half an edge of a cube with this diagonal.
+        radius(nodes) = max(radius(nodes), 0.5_wp/sqrt(3.0_wp)*norm2(maxval(mesh%coordinates(:, &
+          nodes), 2) - minval(mesh%coordinates(:, nodes), 2)))
+      end associate
+    end do
+    nodes = pack([(i, i=1, mesh%n_nodes)], touched(1, :) > 0.0_wp .and. radius > 0.0_wp)
+    balls = reshape([real(wp) ::], [4, 0])
+    if (size(nodes) == 0) return
+    if (size(nodes) <= most_balls) then
+      balls = reshape([(mesh%coordinates(:, nodes(i)), radius(nodes(i)), i=1, size(nodes))], &
+        [4, size(nodes)])
+      return
+    end if
+    ! Too many: one for all in a cell of a grid, which gets coarser until they are few.
+    low = minval(mesh%coordinates(:, nodes), 2)
+    cell = 2.0_wp*minval(radius(nodes))
+    do
+      cells = floor((mesh%coordinates(:, nodes) - spread(low, 2, size(nodes)))/cell)
+      call order_of_columns(cells, order)
+      is_first = [(.true., i=1, size(nodes))]
+      do i = 2, size(nodes)
+        is_first(i) = any(cells(:, order(i)) /= cells(:, order(i - 1)))
+      end do
+      if (count(is_first) <= most_balls) exit
+      cell = 1.25_wp*cell
+    end do
+    deallocate (balls)
+    allocate (balls(4, count(is_first)))
+    n = 0
+    do i = 1, size(nodes)
+      associate (node => nodes(order(i)))
+        if (is_first(i)) then
+          n = n + 1
+          balls(:3, n) = low + cell*(real(cells(:, order(i)), wp) + 0.5_wp)
+          balls(4, n) = 0.0_wp
+        end if
+        balls(4, n) = max(balls(4, n), radius(node) + norm2(mesh%coordinates(:, node) - &
+          balls(:3, n)))
+      end associate
+    end do
+  end function balls_about
+
+  !> The part of the bricks that are in a zone, or in the ring around it [-].
+  pure real(wp) function share_near(mesh, balls) result(share)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: balls(:, :) !! (4,n)
+    type(zone_t) :: zone
+    integer :: e, n
+
+    zone = zone_t(1, balls)
+    n = 0
+    do e = 1, mesh%n_elements
+      if (is_near(zone, mesh%coordinates(:, mesh%connectivity(:, e)))) n = n + 1
+    end do
+    share = real(n, wp)/real(max(1, mesh%n_elements), wp)
+  end function share_near
+
+end module contact_zone_mod
