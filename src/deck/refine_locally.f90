@@ -1,7 +1,7 @@
 !> Some bricks of the mesh as read cut into eight, again and again: those of a set, those at the
 !> nodes of a set, those about a zone. Where they meet others, nodes hang.
 !>
-!> docs/theory.md section 12.
+!> docs/theory.md section 11.
 module refine_locally_mod
   use cards_mod, only: note, reader_t, report
   use constraints_mod, only: add_constraint, constraints_t
@@ -30,7 +30,8 @@ module refine_locally_mod
     integer :: position = 0
     integer :: times = 1
     integer :: node_set = 0    !! bricks at its nodes, those between them too; 0: none
-    integer :: element_set = 0 !! its bricks
+    integer :: element_set = 0 !! its bricks; 0: none
+    type(zone_t) :: zone       !! bricks about it
   end type refinement_t
 
 contains
@@ -50,7 +51,11 @@ contains
       any_mistakes(reader%diagnostics)) return
     n_before = model%mesh%n_elements
     allocate (cuts(n_before), source=0)
+    ok = fewest_bricks(model, refinements) < max_nodes
+    if (.not. ok) call refuse()
+    if (.not. ok) return
     do pass = 1, max(zone%times, maxval([refinements%times, 0]))
+      if (pass == 1) call refuse_far(reader, model, refinements)
       chosen = choose_bricks(model, refinements, zone, pass)
       if (.not. any(chosen)) cycle
       if (allocated(model%mesh%between)) then
@@ -58,12 +63,8 @@ contains
           model%mesh%between, model%mesh%n_given, cuts, chosen)
       end if
       call cut_chosen(model, chosen, cuts, ok)
-      if (.not. ok) then
-        call report(reader, merge(refinements(1)%position, 0, size(refinements) > 0), &
-          'the mesh cannot be refined locally: there is no room for its nodes, or its ids are '// &
-          'too high (at most '//to_text(max_nodes)//' nodes, memory permitting)')
-        return
-      end if
+      if (.not. ok) call refuse()
+      if (.not. ok) return
     end do
     if (.not. any(cuts > 0)) return
     associate (mesh => model%mesh)
@@ -73,7 +74,50 @@ contains
       call note(reader, 'refined locally: '//to_text(n_before)//' bricks are '// &
         to_text(mesh%n_elements))
     end associate
+
+  contains
+
+    subroutine refuse()
+      integer :: position
+
+      position = 0
+      if (size(refinements) > 0) position = refinements(1)%position
+      call report(reader, position, 'the mesh cannot be refined locally: there is no room for '// &
+        'its nodes, or its ids are too high (at most '//to_text(max_nodes)// &
+        ' nodes, memory permitting)')
+    end subroutine refuse
+
   end subroutine refine_locally
+
+  !> Report balls that lie where no brick is.
+  subroutine refuse_far(reader, model, refinements)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(refinement_t), intent(in) :: refinements(:)
+    integer :: i
+
+    do i = 1, size(refinements)
+      if (refinements(i)%zone%times == 0) cycle
+      if (any(choose_bricks(model, refinements(i:i), zone_t(), 1))) cycle
+      call report(reader, refinements(i)%position, &
+        'there is no brick to be cut: none is near the balls')
+    end do
+  end subroutine refuse_far
+
+  !> How many bricks there will be at least.
+  pure real(wp) function fewest_bricks(model, refinements) result(n)
+    type(model_t), intent(in) :: model
+    type(refinement_t), intent(in) :: refinements(:)
+    integer :: i
+
+    n = 0.0_wp
+    do i = 1, size(refinements)
+      if (refinements(i)%element_set == 0) cycle
+      associate (set => model%element_sets%list(refinements(i)%element_set))
+        if (allocated(set%members)) n = max(n, size(set%members)*8.0_wp**refinements(i)%times)
+      end associate
+    end do
+  end function fewest_bricks
 
   !> The bricks that are to be cut for the n-th time.
   function choose_bricks(model, refinements, zone, pass) result(chosen)
@@ -89,27 +133,39 @@ contains
     at = .false.
     do i = 1, size(refinements)
       if (refinements(i)%times < pass) cycle
+      call choose_near(refinements(i)%zone)
       if (refinements(i)%element_set > 0) then
         associate (set => model%element_sets%list(refinements(i)%element_set))
           if (allocated(set%members)) chosen(set%members) = .true.
         end associate
-      else
+      else if (refinements(i)%node_set > 0) then
         associate (set => model%node_sets%list(refinements(i)%node_set))
           if (allocated(set%members)) at(set%members) = .true.
         end associate
       end if
     end do
-    associate (mesh => model%mesh)
-      if (any(at)) then
-        do e = 1, mesh%n_elements
-          chosen(e) = chosen(e) .or. any(at(mesh%connectivity(:, e)))
-        end do
-      end if
-      if (pass > zone%times) return
-      do e = 1, mesh%n_elements
-        if (.not. chosen(e)) chosen(e) = is_near(zone, mesh%coordinates(:, mesh%connectivity(:, e)))
+    if (any(at)) then
+      do e = 1, model%mesh%n_elements
+        chosen(e) = chosen(e) .or. any(at(model%mesh%connectivity(:, e)))
       end do
-    end associate
+    end if
+    call choose_near(zone)
+
+  contains
+
+    subroutine choose_near(zone)
+      type(zone_t), intent(in) :: zone
+      integer :: k
+
+      if (pass > zone%times) return
+      associate (mesh => model%mesh)
+        do k = 1, mesh%n_elements
+          if (.not. chosen(k)) chosen(k) = is_near(zone, mesh%coordinates(:, &
+            mesh%connectivity(:, k)))
+        end do
+      end associate
+    end subroutine choose_near
+
   end function choose_bricks
 
   !> Cut the chosen bricks into eight.
