@@ -11,7 +11,7 @@ module choose_cuts_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: relative_size
   use measured_quantities_mod, only: error_scales
-  use mesh_sequence_mod, only: mesh_sequence_t, mesh_runs, change
+  use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change
   implicit none
   private
 
@@ -28,8 +28,9 @@ module choose_cuts_mod
 contains
 
   !> The cuts that pay, as far as runs have shown; or a run that shows more.
-  pure subroutine choose_cuts(sequence, cuts, next, base)
-    type(mesh_sequence_t), intent(in) :: sequence !! a run at least
+  pure subroutine choose_cuts(sequence, divisions, cuts, next, base)
+    type(mesh_sequence_t), intent(in) :: sequence !! three meshes without cuts at least
+    integer, intent(in) :: divisions              !! of the deck's increments, of the runs
     integer, intent(out) :: cuts                  !! 0: none
     integer, intent(out) :: next                  !! cuts to be tried; 0: none
     integer, intent(out) :: base                  !! on the mesh of this run
@@ -38,9 +39,10 @@ contains
 
     cuts = 0
     next = 0
-    call find_base(sequence, base, half)
+    call find_base(sequence, divisions, base, half)
     if (base == 0) return
     before = base
+    far = 0.0_wp
     do
       ! A run with one cut more costs no more than the largest so far.
       associate (run => sequence%runs(before))
@@ -68,7 +70,7 @@ contains
       integer, intent(in) :: n
       integer, allocatable :: runs(:)
 
-      runs = mesh_runs(sequence, n)
+      runs = mesh_runs(sequence, family_t(n, divisions))
       run_on_base = 0
       if (size(runs) == 0) return
       if (relative_size(sequence%runs(runs(1))%mesh_size) >= relative_size(sequence%runs( &
@@ -89,8 +91,9 @@ contains
 
   !> The coarsest mesh on which contact is in few places, of those with a run whose bricks are half
   !> as large.
-  pure subroutine find_base(sequence, base, half)
+  pure subroutine find_base(sequence, divisions, base, half)
     type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: divisions
     integer, intent(out) :: base !! its run; 0: there is none
     integer, intent(out) :: half !! the run with smaller bricks
     integer, allocatable :: runs(:)
@@ -98,7 +101,7 @@ contains
 
     base = 0
     half = 0
-    runs = mesh_runs(sequence, 0)
+    runs = mesh_runs(sequence, family_t(0, divisions))
     do i = 1, size(runs)
       associate (run => sequence%runs(runs(i)))
         if (run%near > most_near .or. .not. run%near > 0.0_wp) cycle

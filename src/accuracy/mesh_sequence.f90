@@ -16,7 +16,8 @@ module mesh_sequence_mod
   private
 
   public :: mesh_sequence_t, mesh_run_t, sequence_error_t, start_sequence, add_run, &
-    estimate_sequence, error_by_steps, carry_sequence, mesh_runs, extrapolated, change
+    estimate_sequence, error_by_steps, carry_sequence, mesh_runs, extrapolated, change, &
+    family_t, family_of, step_runs
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
@@ -36,6 +37,12 @@ module mesh_sequence_mod
     real(wp), allocatable :: balls(:, :)  !! (4,n) where contact acted, as of zone_t
     real(wp) :: near = 1.0_wp             !! the part of the bricks that are there [-]
   end type mesh_run_t
+
+  !> Runs that differ in the size of all bricks alone.
+  type :: family_t
+    integer :: cuts = 0      !! of bricks at contact, beside all others
+    integer :: divisions = 1 !! of the deck's increments
+  end type family_t
 
   !> All runs so far, and what they are compared by.
   type :: mesh_sequence_t
@@ -82,31 +89,37 @@ contains
     sequence%runs = [sequence%runs, run]
   end subroutine add_run
 
-  !> The runs with the increments of the last one, a mesh each, that differ in the size of all
-  !> bricks: those at contact are cut as often as in the last one, or so many times.
-  pure function mesh_runs(sequence, times) result(runs)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in), optional :: times
-    integer, allocatable :: runs(:)
-    integer :: i, cuts
+  !> The family of a run.
+  pure type(family_t) function family_of(run)
+    type(mesh_run_t), intent(in) :: run
 
-    associate (last => sequence%runs(size(sequence%runs)))
-      cuts = last%mesh_size%zone%times
-      if (present(times)) cuts = times
-      runs = pack([(i, i=1, size(sequence%runs))], [(sequence%runs(i)%divisions == last%divisions &
-        .and. sequence%runs(i)%mesh_size%zone%times == cuts, i=1, size(sequence%runs))])
-    end associate
-  end function mesh_runs
+    family_of = family_t(run%mesh_size%zone%times, run%divisions)
+  end function family_of
 
-  !> The runs on the first mesh.
-  pure function step_runs(sequence) result(runs)
+  !> The runs of a family, a mesh each, the coarsest first.
+  pure function mesh_runs(sequence, family) result(runs)
     type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family
     integer, allocatable :: runs(:)
     integer :: i
 
-    associate (sizes => sequence%runs%mesh_size)
-      runs = pack([(i, i=1, size(sequence%runs))], [(relative_size(sizes(i)) >= &
-        relative_size(sizes(1)) .and. sizes(i)%zone%times == 0, i=1, size(sequence%runs))])
+    runs = pack([(i, i=1, size(sequence%runs))], [(sequence%runs(i)%divisions == &
+      family%divisions .and. sequence%runs(i)%mesh_size%zone%times == family%cuts, i=1, &
+      size(sequence%runs))])
+  end function mesh_runs
+
+  !> The runs on the coarsest mesh with so many cuts at contact.
+  pure function step_runs(sequence, cuts) result(runs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: cuts
+    integer, allocatable :: runs(:)
+    integer :: i
+
+    associate (all => sequence%runs)
+      runs = pack([(i, i=1, size(all))], [(all(i)%mesh_size%zone%times == cuts, i=1, size(all))])
+      if (size(runs) == 0) return
+      runs = pack(runs, [(relative_size(all(runs(i))%mesh_size) >= &
+        relative_size(all(runs(1))%mesh_size), i=1, size(runs))])
     end associate
   end function step_runs
 
@@ -129,23 +142,27 @@ contains
   end function change
 
   !> What the runs say of the error of one of them.
-  subroutine estimate_sequence(sequence, errors, times)
+  subroutine estimate_sequence(sequence, errors, family)
     type(mesh_sequence_t), intent(in) :: sequence !! with a run at least
     type(sequence_error_t), intent(out) :: errors
-    integer, intent(in), optional :: times
-    !! of the last run with so many cuts at contact; left out: of the last run
+    type(family_t), intent(in), optional :: family
+    !! of the last run of it; left out: of the last run
     real(wp) :: scales(size(sequence%list))
     integer, allocatable :: runs(:)
     integer :: k, n, i
 
-    runs = mesh_runs(sequence, times)
+    if (present(family)) then
+      runs = mesh_runs(sequence, family)
+    else
+      runs = mesh_runs(sequence, family_of(sequence%runs(size(sequence%runs))))
+    end if
     n = size(runs)
     if (n == 0) return
     associate (last => sequence%runs(runs(n)))
       errors%others = last%others
       scales = error_scales(sequence%list, last%values)
       errors%load_steps = last%load_steps
-      if (sequence%divides) errors%load_steps = error_by_steps(sequence, last%divisions)
+      if (sequence%divides) errors%load_steps = error_by_steps(sequence, family_of(last))
     end associate
     if (n < 2 .or. (n == 2 .and. .not. sequence%recovers)) return
     allocate (errors%of_mesh(size(sequence%list)))
@@ -198,11 +215,12 @@ contains
 
   end subroutine estimate_sequence
 
-  !> The error that load steps make with so many divisions of the deck's increments, as the runs on
-  !> the first mesh say; negative where they do not.
-  function error_by_steps(sequence, divisions) result(error)
+  !> The error that load steps make with a family's divisions of the deck's increments, as the runs
+  !> on its coarsest mesh say, where there are three, or on the first mesh of all; negative where
+  !> they do not.
+  function error_by_steps(sequence, family) result(error)
     type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: divisions
+    type(family_t), intent(in) :: family
     real(wp) :: error
     type(convergence_t) :: observed
     real(wp), allocatable :: scales(:)
@@ -211,10 +229,11 @@ contains
     integer :: k, n, mine
 
     error = -1.0_wp
-    runs = step_runs(sequence)
+    runs = step_runs(sequence, family%cuts)
+    if (size(runs) < 3) runs = step_runs(sequence, 0)
     n = size(runs)
     if (n < 3) return
-    mine = findloc(sequence%runs(runs)%divisions, divisions, dim=1)
+    mine = findloc(sequence%runs(runs)%divisions, family%divisions, dim=1)
     if (mine == 0) return
     scales = error_scales(sequence%list, sequence%runs(runs(n))%values)
     h = 1.0_wp/real(sequence%runs(runs(n - 2:))%divisions, wp)
@@ -225,8 +244,9 @@ contains
          change(sequence, k, scales(k), runs(n - 1), runs(n))])
       of_quantity = observed%error
       if (mine < n) of_quantity = of_quantity + change(sequence, k, scales(k), runs(mine), runs(n))
-      error = max(error, on_coarse_mesh*of_quantity)
+      error = max(error, of_quantity)
     end do
+    if (sequence%runs(runs(1))%mesh_size%zone%times == 0) error = on_coarse_mesh*error
   end function error_by_steps
 
   !> The values of a quantity's component, extrapolated to bricks without size.
@@ -238,7 +258,7 @@ contains
     integer, allocatable :: runs(:)
 
     associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
-      runs = mesh_runs(sequence)
+      runs = mesh_runs(sequence, family_of(sequence%runs(size(sequence%runs))))
       values = sequence%runs(runs(size(runs)))%values(a:b, :)
       if (.not. allocated(errors%of_mesh)) return
       values = values + errors%of_mesh(k)%weight*(values - &

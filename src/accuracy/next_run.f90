@@ -3,12 +3,12 @@
 !> docs/theory.md section 10.
 module next_run_mod
   use kinds_mod, only: wp
-  use mesh_size_mod, only: mesh_size_t, blocks_t
+  use mesh_size_mod, only: mesh_size_t, blocks_t, zone_t
   use scene_mod, only: scene_t
   use choose_cuts_mod, only: choose_cuts
   use convergence_mod, only: size_for_error
-  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, start_sequence, &
-    estimate_sequence, error_by_steps, mesh_runs
+  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, family_t, start_sequence, &
+    estimate_sequence, error_by_steps, mesh_runs, step_runs
   implicit none
   private
 
@@ -65,6 +65,7 @@ contains
   pure type(mesh_size_t) function coarsest(blocks)
     type(blocks_t), intent(in) :: blocks
 
+    coarsest = mesh_size_t()
     if (blocks%common == 0) return
     coarsest%blocks = [1, blocks%common]
     do while (coarsest%blocks(1)*blocks%longest < fewest_bricks*blocks%common)
@@ -109,86 +110,90 @@ contains
   subroutine choose_run(sequence, memory_left, errors, choice)
     type(mesh_sequence_t), intent(in) :: sequence
     real(wp), intent(in) :: memory_left !! on this machine, before a run [bytes]
-    type(sequence_error_t), intent(out) :: errors
+    type(sequence_error_t), intent(out) :: errors !! of the run that the next one follows
     type(choice_t), intent(out) :: choice
 
     choice%mesh_size = sequence%first
     if (size(sequence%runs) == 0) return
-    if (sequence%divides) then
-      call choose_divisions(sequence, choice)
-      if (choice%outcome /= to_run .or. choice%divisions > maxval(sequence%runs%divisions)) return
-    end if
-    associate (last => sequence%runs(size(sequence%runs)))
-      ! Steps were tried beyond what it takes: the first mesh's run with these is there.
-      if (last%divisions /= choice%divisions) then
-        call estimate_sequence(sequence, errors)
-        choice%mesh_size = finer(sequence, sequence%first, second_step)
-      else
-        call choose_mesh(sequence, memory_left, errors, choice)
-      end if
-      choice%mesh_size%zone%balls = last%balls
-    end associate
+    call choose_next(sequence, memory_left, errors, choice)
     if (choice%mesh_size%parts > most_parts) choice%outcome = beyond_machine
   end subroutine choose_run
 
-  !> How the deck's increments are to be divided: tried on the first mesh with three sizes and more.
-  subroutine choose_divisions(sequence, choice)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(choice_t), intent(inout) :: choice
-    integer :: most, divisions
-
-    associate (allowed => part_for_steps*sequence%wanted)
-      most = maxval(sequence%runs%divisions)
-      if (most >= 4) then
-        divisions = 1
-        do while (divisions <= most)
-          if (error_by_steps(sequence, divisions) <= allowed) then
-            choice%divisions = divisions
-            return
-          end if
-          divisions = 2*divisions
-        end do
-      end if
-      choice%divisions = 2*most
-      if (choice%divisions > most_divisions) choice%outcome = steps_too_coarse
-    end associate
-  end subroutine choose_divisions
-
-  !> Enough, or as fine as it takes: all bricks, or those at contact ahead of them.
-  subroutine choose_mesh(sequence, memory_left, errors, choice)
+  !> Increments on the first mesh, then all bricks, those at contact, increments there.
+  subroutine choose_next(sequence, memory_left, errors, choice)
     type(mesh_sequence_t), intent(in) :: sequence
     real(wp), intent(in) :: memory_left
-    type(sequence_error_t), intent(out) :: errors !! of the run that the next one follows
+    type(sequence_error_t), intent(out) :: errors
     type(choice_t), intent(inout) :: choice
-    integer :: cuts, next, base
+    type(family_t) :: family
+    integer :: next, base
+    logical :: found
 
-    call estimate_sequence(sequence, errors, 0)
-    call refine_all(sequence, 0, memory_left, errors, choice)
-    if (choice%finer < worth_a_try .and. choice%outcome == to_run) return
+    call estimate_sequence(sequence, errors)
+    call choose_divisions(sequence, family, found)
+    choice%divisions = family%divisions
+    if (family%divisions > most_divisions) choice%outcome = steps_too_coarse
+    if (.not. found) return
+    call estimate_sequence(sequence, errors, family)
+    call refine_all(sequence, family, memory_left, errors, choice)
     if (choice%outcome == is_reached .or. choice%outcome == steps_too_coarse) return
-    if (size(mesh_runs(sequence, 0)) < 3) return
-    call choose_cuts(sequence, cuts, next, base)
+    if (choice%finer < worth_a_try .and. choice%outcome == to_run) return
+    if (size(mesh_runs(sequence, family)) < 3) return
+    call choose_cuts(sequence, family%divisions, family%cuts, next, base)
+    if (next == 0 .and. family%cuts == 0) return
     if (next > 0) then
-      choice = choice_t(mesh_size=sequence%runs(base)%mesh_size, divisions=choice%divisions)
-      choice%mesh_size%zone%times = next
-    else if (cuts > 0) then
-      choice = choice_t(divisions=choice%divisions)
-      call estimate_sequence(sequence, errors, cuts)
-      call refine_all(sequence, cuts, memory_left, errors, choice)
+      choice = choice_t(mesh_size=sequence%runs(base)%mesh_size, divisions=family%divisions)
+      choice%mesh_size%zone = zone_t(next, sequence%runs(size(sequence%runs))%balls)
+      return
     end if
-  end subroutine choose_mesh
+    ! Few points touch on the first mesh: what load steps make of them is known better here.
+    associate (runs => mesh_runs(sequence, family))
+      choice = choice_t(mesh_size=sequence%runs(runs(1))%mesh_size)
+    end associate
+    call choose_divisions(sequence, family, found)
+    choice%divisions = family%divisions
+    if (family%divisions > most_divisions) choice%outcome = steps_too_coarse
+    if (.not. found) return
+    call estimate_sequence(sequence, errors, family)
+    call refine_all(sequence, family, memory_left, errors, choice)
+  end subroutine choose_next
 
-  !> What follows on the runs with so many cuts at contact.
-  subroutine refine_all(sequence, cuts, memory_left, errors, choice)
+  !> How the deck's increments are to be divided: tried on the coarsest mesh of a family with three
+  !> sizes and more, from what it has on.
+  subroutine choose_divisions(sequence, family, found)
     type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: cuts
+    type(family_t), intent(inout) :: family !! gets the divisions
+    logical, intent(out) :: found           !! else a run with these is to be made there
+    integer, allocatable :: runs(:)
+    integer :: fewest, most
+
+    found = .not. sequence%divides
+    if (found) return
+    runs = step_runs(sequence, family%cuts)
+    fewest = minval(sequence%runs(runs)%divisions)
+    most = maxval(sequence%runs(runs)%divisions)
+    if (most >= 4*fewest) then
+      family%divisions = fewest
+      do while (family%divisions <= most .and. .not. found)
+        found = error_by_steps(sequence, family) <= part_for_steps*sequence%wanted
+        if (.not. found) family%divisions = 2*family%divisions
+      end do
+    else
+      family%divisions = 2*most
+    end if
+  end subroutine choose_divisions
+
+  !> What follows on the runs of a family: enough, or as fine as it takes.
+  subroutine refine_all(sequence, family, memory_left, errors, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family
     real(wp), intent(in) :: memory_left
     type(sequence_error_t), intent(in) :: errors !! of the last of them
     type(choice_t), intent(inout) :: choice
     integer, allocatable :: runs(:)
     real(wp) :: left, needed
 
-    runs = mesh_runs(sequence, cuts)
+    runs = mesh_runs(sequence, family)
     associate (last => sequence%runs(runs(size(runs))))
       if (size(runs) == 1) then
         choice%mesh_size = finer(sequence, last%mesh_size, second_step)

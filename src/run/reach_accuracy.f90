@@ -12,7 +12,8 @@ module reach_accuracy_mod
   use mesh_size_mod, only: blocks_t, relative_size
   use controls_mod, only: subject_in_words
   use scene_mod, only: scene_t
-  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, mesh_runs
+  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, mesh_runs, &
+    family_of
   use next_run_mod, only: choice_t, begin_sequence, choose_run, skip_mesh, to_run, is_reached, &
     steps_too_coarse, not_convergent, beyond_machine
   use plan_table_mod, only: bytes_in_words
@@ -203,7 +204,8 @@ contains
       if (all(deck%steps%direct)) reason = reason//', and DIRECT keeps them as they are'
     case (not_convergent)
       reason = sequence%list(errors%worst)%name//' does not converge: '// &
-        to_text(size(mesh_runs(sequence)))//' meshes change it again and again; a quantity at '// &
+        to_text(size(mesh_runs(sequence, family_of( &
+        sequence%runs(size(sequence%runs))))))//' meshes change it again and again; a quantity at '// &
         'a sharp edge or beneath a force on a node has no limit'
     case default
       reason = errors_in_words(sequence, errors)
