@@ -1,10 +1,10 @@
-!> How often the bricks at contact are to be cut ahead of all others: tried on a coarse mesh, where a
-!> run is cheap, and judged by one whose bricks are all of half the size.
+!> How often the bricks at contact are to be cut ahead of all others: tried on a coarse mesh, where
+!> a run is cheap, and judged by one whose bricks are all of half the size.
 !>
 !> What one cut there misses of this is the part of the mesh that is far from contact; what another
-!> cut changes is the part at contact. All bricks then get smaller together, those at contact so many
-!> cuts ahead: the errors of such runs fall with the size of all bricks as they do without cuts, and
-!> are estimated likewise.
+!> cut changes is the part at contact. All bricks then get smaller together, those at contact so
+!> many cuts ahead: the errors of such runs fall with the size of all bricks as they do without
+!> cuts, and are estimated likewise.
 !>
 !> docs/theory.md section 10.
 module choose_cuts_mod
@@ -45,8 +45,8 @@ contains
     far = 0.0_wp
     do
       ! A run with one cut more costs no more than the largest so far.
-      associate (run => sequence%runs(before))
-        if (run%equations*(1.0_wp + 7.0_wp*run%near) > 2.0_wp*maxval(sequence%runs%equations)) return
+      associate (run => sequence%runs(before), most => 2.0_wp*maxval(sequence%runs%equations))
+        if (run%equations*(1.0_wp + 7.0_wp*run%near) > most) return
       end associate
       now = run_on_base(cuts + 1)
       if (now == 0) then

@@ -13,7 +13,7 @@ module adjust_mod
   use obstacle_shapes_mod, only: is_before_faces, locate_point
   use mirror_planes_mod, only: keep_on_ends
   use local_refinement_mod, only: hanging_of
-  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, enough
+  use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, enough
   use facet_mortar_mod, only: face_facets, facet_pair_t, join_facets, reach_of_all_facets, &
     reach_of_facets
   use options_mod, only: card_t, name_option, option_position
@@ -258,30 +258,31 @@ contains
     logical, intent(in) :: however_far
     type(mortar_t), intent(out) :: mortar
     real(wp), allocatable, intent(out) :: gap(:)  !! (n_slaves) huge where nothing is [length]
-    integer, allocatable :: slave(:, :), master(:, :), hanging(:, :)
+    type(slave_t) :: slave
+    integer, allocatable :: master(:, :)
     type(facet_pair_t) :: now
     integer :: i
     real(wp) :: reach, behind
 
     associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes), &
                s => surfaces(pair%surface)%nodes)
-      allocate (slave, source=nodes_of(surfaces(pair%surface)%faces, model%mesh%connectivity))
-      hanging = hanging_of(model%mesh%hangs, model%mesh%between, model%mesh%n_given, s)
+      slave = slave_t(nodes_of(surfaces(pair%surface)%faces, model%mesh%connectivity), s, &
+        hanging_of(model%mesh%hangs, model%mesh%between, model%mesh%n_given, s))
       if (pair%master > 0) then
-        now = join_facets(slave, s, x, obstacles(pair%master), at_rest, hanging)
+        now = join_facets(slave, x, obstacles(pair%master), at_rest)
         behind = reach_of_facets(now) + pair%overlap
         reach = behind + distance
         if (however_far) reach = reach + reach_of_all_facets(now)
         call face_facets(now, reach, mortar, behind)
-        call keep_on_ends(slave, s, x, mortar%normal, obstacle=obstacles(pair%master))
+        call keep_on_ends(slave%faces, s, x, mortar%normal, obstacle=obstacles(pair%master))
       else
         allocate (master, source=nodes_of(surfaces(pair%master_surface)%faces, &
           model%mesh%connectivity))
-        behind = reach_of_faces(slave, master, x) + pair%overlap
+        behind = reach_of_faces(slave%faces, master, x) + pair%overlap
         reach = behind + distance
         if (however_far) reach = reach + reach_of_all(s, surfaces(pair%master_surface)%nodes, x)
-        call make_mortar(slave, master, s, x, reach, mortar, behind, hanging=hanging)
-        call keep_on_ends(slave, s, x, mortar%normal, surfaces(pair%master_surface)%nodes)
+        call make_mortar(slave, master, x, reach, mortar, behind)
+        call keep_on_ends(slave%faces, s, x, mortar%normal, surfaces(pair%master_surface)%nodes)
       end if
       allocate (gap(size(s)), source=huge(1.0_wp))
       do i = 1, size(s)

@@ -14,7 +14,16 @@ module cut_mesh_mod
   implicit none
   private
 
-  public :: nodes_by_id, replace_bricks
+  public :: pieces_t, nodes_by_id, replace_bricks
+
+  !> What bricks are cut into.
+  type :: pieces_t
+    integer, allocatable :: nodes(:, :) !! (8,n) new ones as they follow those that there are
+    integer, allocatable :: origin(:)   !! (n) ascending: the brick that each is a piece of
+    integer, allocatable :: number(:)   !! (n) which piece, 0: all of it
+    integer, allocatable :: id(:)       !! (n)
+    integer :: parts = 2                !! into which edges are cut
+  end type pieces_t
 
 contains
 
@@ -35,20 +44,16 @@ contains
   end subroutine nodes_by_id
 
   !> Put pieces in the place of bricks, and new nodes behind all others.
-  subroutine replace_bricks(model, bricks, origin, piece, parts, id, between, place, ok)
+  subroutine replace_bricks(model, pieces, between, place, ok)
     type(model_t), intent(inout) :: model
-    integer, intent(in) :: bricks(:, :)  !! (8,n) nodes; new ones as they follow those there are
-    integer, intent(in) :: origin(:)     !! (n) ascending: the brick that each is a piece of
-    integer, intent(in) :: piece(:)      !! (n) which, 0: it is all of it
-    integer, intent(in) :: parts         !! into which edges are cut
-    integer, intent(in) :: id(:)         !! (n)
+    type(pieces_t), intent(in) :: pieces
     integer, intent(in) :: between(:, :) !! (8,n_new) as of refine_bricks
     real(wp), intent(in) :: place(:, :)  !! (3,n_new) likewise
     logical, intent(out) :: ok           !! false: there is no room
     integer :: first(model%mesh%n_elements + 1), n, i
 
     n = model%mesh%n_elements
-    associate (mesh => model%mesh)
+    associate (mesh => model%mesh, origin => pieces%origin)
       if (.not. allocated(mesh%first_piece)) then
         mesh%n_given = mesh%n_nodes
         mesh%given_id = mesh%element_id(:n)
@@ -69,11 +74,12 @@ contains
       mesh%element_id(:n) = mesh%element_id(origin)
       mesh%element_position(:n) = mesh%element_position(origin)
       mesh%element_kind(:n) = mesh%element_kind(origin)
-      mesh%connectivity(:, :n) = bricks
-      mesh%piece_id = id
+      mesh%connectivity(:, :n) = pieces%nodes
+      mesh%piece_id = pieces%id
       mesh%outer = mesh%outer(:, origin)
       do i = 1, n
-        if (piece(i) > 0) mesh%outer(:, i) = mesh%outer(:, i) .and. piece_faces(piece(i), parts)
+        if (pieces%number(i) > 0) mesh%outer(:, i) = mesh%outer(:, i) .and. &
+          piece_faces(pieces%number(i), pieces%parts)
       end do
       mesh%n_elements = n
     end associate

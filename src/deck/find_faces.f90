@@ -72,8 +72,8 @@ contains
     call order_of_columns(both, order)
     do i = 2, size(order)
       if (order(i) <= n) cycle
-      if (order(i - 1) <= n .and. all(both(:, order(i)) == both(:, order(i - 1)))) &
-        outer(order(i) - n) = .false.
+      if (order(i - 1) > n) cycle
+      if (all(both(:, order(i)) == both(:, order(i - 1)))) outer(order(i) - n) = .false.
     end do
   end subroutine drop_divided
 

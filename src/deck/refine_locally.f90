@@ -5,10 +5,9 @@
 module refine_locally_mod
   use cards_mod, only: note, reader_t, report
   use constraints_mod, only: add_constraint, constraints_t
-  use cut_mesh_mod, only: nodes_by_id, replace_bricks
+  use cut_mesh_mod, only: nodes_by_id, pieces_t, replace_bricks
   use diagnostics_mod, only: any_mistakes
-  use growing_lists_mod, only: append
-  use kinds_mod, only: wp
+  use kinds_mod, only: i8, wp
   use local_refinement_mod, only: cut_some, cut_with, find_hanging, parents_of
   use mesh_draft_mod, only: max_nodes, mesh_draft_t
   use mesh_size_mod, only: is_near, zone_t
@@ -23,7 +22,7 @@ module refine_locally_mod
 
   integer, parameter :: most_times = 10
   !> Of a brick with all that it takes to cut it. [byte]
-  integer, parameter :: bytes_of_brick = 2000
+  integer(i8), parameter :: bytes_of_brick = 2000_i8
 
   !> A *REFINE.
   type :: refinement_t
@@ -174,19 +173,19 @@ contains
     logical, intent(in) :: chosen(:)
     integer, allocatable, intent(inout) :: cuts(:) !! (n_elements) how often each was cut
     logical, intent(out) :: ok                     !! false: there is no room
-    integer, allocatable :: node(:), rank(:), fine(:, :), origin(:), piece(:), added(:, :), id(:)
-    integer, allocatable :: between(:, :)
+    type(pieces_t) :: pieces
+    integer, allocatable :: node(:), rank(:), between(:, :), added(:, :)
     integer :: n, n_nodes, highest, i
 
     n = model%mesh%n_elements
     n_nodes = model%mesh%n_nodes
     if (allocated(model%mesh%piece_id)) then
-      id = model%mesh%piece_id
+      pieces%id = model%mesh%piece_id
     else
-      id = model%mesh%element_id(:n)
+      pieces%id = model%mesh%element_id(:n)
     end if
-    highest = maxval(id)
-    ok = has_memory(int(bytes_of_brick, kind(1_8))*8*count(chosen)) .and. n + 7*count(chosen) < &
+    highest = maxval(pieces%id)
+    ok = has_memory(8*bytes_of_brick*count(chosen)) .and. n + 7*count(chosen) < &
       max_nodes .and. highest < huge(highest) - 8*count(chosen) .and. &
       model%mesh%highest_node < huge(highest) - 16*count(chosen)
     if (.not. ok) return
@@ -195,17 +194,18 @@ contains
     if (allocated(model%mesh%between)) between = reshape(rank([model%mesh%between]), &
       shape(model%mesh%between))
     call cut_some(n_nodes, reshape(rank([model%mesh%connectivity(:, :n)]), [8, n]), between, &
-      n_nodes - size(between, 2), chosen, fine, origin, piece, added)
+      chosen, pieces%nodes, pieces%origin, pieces%number, added)
     node = [node, [(n_nodes + i, i=1, size(added, 2))]]
-    id = id(origin)
-    do i = 1, size(id)
-      if (piece(i) == 0) cycle
+    pieces%nodes = reshape(node(1 + [pieces%nodes]), shape(pieces%nodes))
+    pieces%id = pieces%id(pieces%origin)
+    do i = 1, size(pieces%id)
+      if (pieces%number(i) == 0) cycle
       highest = highest + 1
-      id(i) = highest
+      pieces%id(i) = highest
     end do
-    call replace_bricks(model, reshape(node(1 + [fine]), shape(fine)), origin, piece, 2, id, &
-      reshape(node(1 + [added]), shape(added)), middle_of(added), ok)
-    if (ok) cuts = cuts(origin) + merge(1, 0, piece > 0)
+    call replace_bricks(model, pieces, reshape(node(1 + [added]), shape(added)), &
+      middle_of(added), ok)
+    if (ok) cuts = cuts(pieces%origin) + merge(1, 0, pieces%number > 0)
   end subroutine cut_chosen
 
   !> Where new nodes lie between others: in the middle.

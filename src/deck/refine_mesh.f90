@@ -2,7 +2,7 @@
 module refine_mesh_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: any_mistakes
-  use cut_mesh_mod, only: nodes_by_id, replace_bricks
+  use cut_mesh_mod, only: nodes_by_id, pieces_t, replace_bricks
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: max_nodes
   use refine_bricks_mod, only: refine_bricks
@@ -69,9 +69,9 @@ contains
     call refine_bricks(n_nodes, reshape(rank([model%mesh%connectivity(:, :n)]), [8, n]), parts, &
       bricks, between, place)
     node = [node, [(n_nodes + i, i=1, size(between, 2))]]
-    call replace_bricks(model, reshape(node(1 + [bricks]), shape(bricks)), &
-      [((e, k=1, pieces), e=1, n)], [((k, k=1, pieces), e=1, n)], parts, &
-      [((pieces*(model%mesh%element_id(e) - 1) + k, k=1, pieces), e=1, n)], &
+    call replace_bricks(model, pieces_t(reshape(node(1 + [bricks]), shape(bricks)), &
+      [((e, k=1, pieces), e=1, n)], [((k, k=1, pieces), e=1, n)], &
+      [((pieces*(model%mesh%element_id(e) - 1) + k, k=1, pieces), e=1, n)], parts), &
       reshape(node(1 + [between]), shape(between)), place, ok)
   end subroutine cut_bricks
 

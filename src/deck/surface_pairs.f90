@@ -5,7 +5,8 @@ module surface_pairs_mod
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t, find_bodies
-  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, face_each_other
+  use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, &
+    face_each_other
   use facet_mortar_mod, only: face_facets, facet_pair_t, facets_face, join_facets, &
     reach_of_all_facets, reach_of_facets
   use face4_mod, only: face_area_vectors
@@ -146,7 +147,7 @@ contains
     type(mortar_t) :: mortar
     real(wp) :: far
 
-    now = join_facets(nodes_of(slave%faces, model%mesh%connectivity), slave%nodes, &
+    now = join_facets(slave_t(nodes_of(slave%faces, model%mesh%connectivity), slave%nodes), &
       model%mesh%coordinates(:, :model%mesh%n_nodes), obstacle, at_rest)
     ok = facets_face(now)
     if (.not. ok) then
@@ -208,14 +209,14 @@ contains
         return
       end if
       ! Bodies overlap by less than they are thick.
-      call make_mortar(slaves, masters, s, x, far, mortar, &
+      call make_mortar(slave_t(slaves, s), masters, x, far, mortar, &
         behind=0.999_wp*thickness(model, [slave%nodes(1), master%nodes(1)]))
       if (any(mortar%area > 0.0_wp)) then
         pair%overlap = max(0.0_wp, -minval(mortar%least_gap, mask=mortar%area > 0.0_wp))
         call note_coarse_slave(reader, slave, master, slaves, masters, x, mortar)
         return
       end if
-      call make_mortar(slaves, masters, s, x, far, mortar)
+      call make_mortar(slave_t(slaves, s), masters, x, far, mortar)
       ok = .not. any(mortar%area > 0.0_wp)
     end associate
     if (ok) then

@@ -13,7 +13,7 @@ module ties_mod
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
   use local_refinement_mod, only: hanging_of
-  use mortar_mod, only: mortar_t, make_mortar, take_up_shifts, reach_of_faces, enough, &
+  use mortar_mod, only: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, enough, &
     face_each_other
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
@@ -258,15 +258,16 @@ contains
     type(tie_t), intent(in) :: tie
     type(mortar_t), intent(out) :: mortar
     logical, allocatable, intent(out) :: tied(:)
-    integer, allocatable :: slave(:, :), master(:, :)
+    type(slave_t) :: slave
+    integer, allocatable :: master(:, :)
 
-    allocate (slave, source=nodes_of(surfaces(tie%slave)%faces, model%mesh%connectivity))
+    slave = slave_t(nodes_of(surfaces(tie%slave)%faces, model%mesh%connectivity), &
+      surfaces(tie%slave)%nodes, hanging_of(model%mesh%hangs, model%mesh%between, &
+      model%mesh%n_given, surfaces(tie%slave)%nodes))
     allocate (master, source=nodes_of(surfaces(tie%master)%faces, model%mesh%connectivity))
     associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes))
-      call make_mortar(slave, master, surfaces(tie%slave)%nodes, x, &
-        max(tolerance_of(model, surfaces, tie), reach_of_faces(slave, master, x)), mortar, &
-        hanging=hanging_of(model%mesh%hangs, model%mesh%between, model%mesh%n_given, &
-        surfaces(tie%slave)%nodes), is_tie=.true.)
+      call make_mortar(slave, master, x, max(tolerance_of(model, surfaces, tie), &
+        reach_of_faces(slave%faces, master, x)), mortar, is_tie=.true.)
       call take_up_shifts(surfaces(tie%slave)%nodes, x, mortar)
     end associate
     allocate (tied(size(mortar%area)))
@@ -350,7 +351,7 @@ contains
     number = constraint_of(constraints, n_nodes)
     where (number > constraints%n - constraints%n_equations) number = 0
     if (allocated(hangs)) then
-      where (spread(hangs, 1, 3)) number = 0
+      where (spread(hangs, 1, 3)) number(:, :size(hangs)) = 0
     end if
     held = .false.
     do step = 1, size(steps)

@@ -87,23 +87,22 @@ contains
   !> Cut the chosen bricks into eight. Their pieces take their place, as those of refine_bricks
   !> follow each other. A node that an earlier cut put in the middle of an edge or face is found
   !> again.
-  subroutine cut_some(n_nodes, bricks, between, n_given, chosen, fine, origin, piece, added)
+  subroutine cut_some(n_nodes, bricks, between, chosen, fine, origin, piece, added)
     integer, intent(in) :: n_nodes
     integer, intent(in) :: bricks(:, :)              !! (8,n)
-    integer, intent(in) :: between(:, :)             !! (8,n_nodes-n_given) as of refine_bricks
-    integer, intent(in) :: n_given
+    integer, intent(in) :: between(:, :)             !! (8,..) as of refine_bricks: the last nodes
     logical, intent(in) :: chosen(:)                 !! (n)
     integer, allocatable, intent(out) :: fine(:, :)  !! (8,n+7*count(chosen))
-    integer, allocatable, intent(out) :: origin(:)   !! of each the brick that it was, or is a piece of
+    integer, allocatable, intent(out) :: origin(:)   !! of each the brick that it is all or part of
     integer, allocatable, intent(out) :: piece(:)    !! which of it: 1..8; 0: all of it
-    integer, allocatable, intent(out) :: added(:, :) !! (8,n_new) as `between`, of nodes n_nodes+1...
+    integer, allocatable, intent(out) :: added(:, :) !! (8,n_new) as `between`, of new nodes
     integer, allocatable :: cut(:, :), middle(:, :), node(:)
     real(wp), allocatable :: place(:, :)
     integer :: e, k, n, m
 
     call refine_bricks(n_nodes, bricks(:, pack([(e, e=1, size(chosen))], chosen)), 2, cut, middle, &
       place)
-    call find_again(middle, between, n_given, n_nodes, node, added)
+    call find_again(middle, between, n_nodes, node, added)
     allocate (fine(8, size(chosen) + 7*count(chosen)), origin(size(chosen) + 7*count(chosen)))
     allocate (piece(size(origin)), source=0)
     n = 0
@@ -127,10 +126,10 @@ contains
   end subroutine cut_some
 
   !> The numbers of middles: those of earlier ones between the same nodes, new ones of others.
-  pure subroutine find_again(middle, between, n_given, n_nodes, node, added)
+  pure subroutine find_again(middle, between, n_nodes, node, added)
     integer, intent(in) :: middle(:, :)              !! (8,m) as of refine_bricks
-    integer, intent(in) :: between(:, :)             !! (8,n_nodes-n_given) likewise
-    integer, intent(in) :: n_given, n_nodes
+    integer, intent(in) :: between(:, :)             !! (8,n_old) likewise: the last nodes
+    integer, intent(in) :: n_nodes
     integer, allocatable, intent(out) :: node(:)     !! (m)
     integer, allocatable, intent(out) :: added(:, :) !! (8,n_new) of `middle` what is new
     integer :: key(4, size(between, 2) + size(middle, 2)), i, n, n_old, first
@@ -157,8 +156,8 @@ contains
       ! Equal ones stand in the order of their numbers: an earlier node comes first. What lies in a
       ! brick is of no other.
       if (order(i) <= n_old .or. order(first) > n_old) cycle
-      if (middle(5, order(i) - n_old) == 0 .and. between(5, order(first)) == 0) &
-        node(order(i) - n_old) = n_given + order(first)
+      if (middle(5, order(i) - n_old) > 0 .or. between(5, order(first)) > 0) cycle
+      node(order(i) - n_old) = n_nodes - n_old + order(first)
     end do
     n = count(node == 0)
     allocate (added(8, n))

@@ -141,8 +141,9 @@ contains
     associate (run => sequence%runs(size(sequence%runs)))
       words = to_text(run%n_bricks)//' bricks of '//to_text(relative_size(run%mesh_size), 3)// &
         ' times the deck''s edges'
-      if (run%mesh_size%zone%times > 0) words = words//', '//to_text(2**run%mesh_size%zone%times)// &
-        ' times smaller at contact'
+      associate (cuts => run%mesh_size%zone%times)
+        if (cuts > 0) words = words//', '//to_text(2**cuts)//' times smaller at contact'
+      end associate
       if (run%divisions > 1) words = words//', increments in '//to_text(run%divisions)
       words = words//': '//seconds_in_words(run%seconds)
       if (errors%mesh >= 0.0_wp .or. errors%load_steps > 0.0_wp) words = words//'; '// &
@@ -204,9 +205,9 @@ contains
       if (all(deck%steps%direct)) reason = reason//', and DIRECT keeps them as they are'
     case (not_convergent)
       reason = sequence%list(errors%worst)%name//' does not converge: '// &
-        to_text(size(mesh_runs(sequence, family_of( &
-        sequence%runs(size(sequence%runs))))))//' meshes change it again and again; a quantity at '// &
-        'a sharp edge or beneath a force on a node has no limit'
+        to_text(size(mesh_runs(sequence, family_of(sequence%runs(size(sequence%runs))))))// &
+        ' meshes change it again and again; a quantity at a sharp edge or beneath a force on a '// &
+        'node has no limit'
     case default
       reason = errors_in_words(sequence, errors)
       if (choice%memory > 0.0_wp) reason = reason//'; it takes bricks '// &

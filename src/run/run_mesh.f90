@@ -18,7 +18,8 @@ module run_mesh_mod
   use body_solver_mod, only: begin_body_solver
   use step_solver_mod, only: step_solver_t
   use contact_zone_mod, only: balls_about, share_near
-  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, sequence_error_t, add_run, estimate_sequence
+  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, sequence_error_t, add_run, &
+    estimate_sequence
   use next_run_mod, only: choice_t, choose_run, is_reached
   use prepare_scene_mod, only: result_path
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed

@@ -10,7 +10,8 @@ from two_bodies import solved
 from studies.deck_cards import block, deck, pair, step
 
 GROUND = "*OBSTACLE, NAME=GROUND, TYPE=PLANE\n0., 0., 0., 0., 0., 1.\n"
-PRESSURE = "*STEP\n*STATIC, DIRECT\n1., 1.\n*DSLOAD\n{top}, P, 10.\n*EL FILE\nS\n*CONTACT FILE\n*END STEP\n"
+PRESSURE = ("*STEP\n*STATIC, DIRECT\n1., 1.\n*DSLOAD\n{top}, P, 10.\n"
+            "*EL FILE\nS\n*CONTACT FILE\n*END STEP\n")  # fmt: skip
 
 
 def at(name, *nodes, times=1):
@@ -24,7 +25,7 @@ class SameSpace(unittest.TestCase):
 
     def test_all_bricks_are_those_of_a_refined_mesh(self):
         """Cut all, once or twice: the deck refined as a whole, with equations, ties and rollers."""
-        cards, mesh = body(1)
+        cards, _ = body(1)
         lid = block("LID", (2, 1, 1), (0, 0, 2), (2, 1, 0.5), 2000.0)
         rest = (
             lid, "*TIE, NAME=T\nLID-ZMIN, BODY-TOP\n", GROUND, pair("BODY-SOLE, GROUND", 0.3),

@@ -3,7 +3,8 @@
 module facet_mortar_mod
   use kinds_mod, only: wp
   use obstacles_mod, only: obstacle_t
-  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, face_each_other
+  use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, &
+    face_each_other
   implicit none
   private
 
@@ -12,38 +13,35 @@ module facet_mortar_mod
 
   !> A slave surface and facets, where both are, as faces over one list of places.
   type :: facet_pair_t
-    integer,  allocatable :: slave(:, :)  !! (4,n_slave) faces, by their places
+    type(slave_t) :: slave                !! by their places
     integer,  allocatable :: facet(:, :)  !! (4,n_facets) the same; the fourth is 0 in a triangle
     integer :: n = 0                      !! slave nodes: the first places
     real(wp), allocatable :: x(:, :)  !! (3,n+n_corners) [length]
-    integer,  allocatable :: hanging(:, :) !! as of `make_mortar`, by their places
   end type facet_pair_t
 
 contains
 
   !> Slave nodes where they are now, and an obstacle as it has turned, moved by `shift`.
-  pure function join_facets(slave, slave_nodes, x, obstacle, shift, hanging) result(pair)
-    integer, intent(in) :: slave(:, :)    !! (4,n_slave) nodes, anticlockwise from outside
-    integer, intent(in) :: slave_nodes(:) !! (n) each once
+  pure function join_facets(slave, x, obstacle, shift) result(pair)
+    type(slave_t), intent(in) :: slave
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     type(obstacle_t), intent(in) :: obstacle
     real(wp), intent(in) :: shift(3)      !! [length]
-    integer, intent(in), optional :: hanging(:, :) !! as of `make_mortar`
     type(facet_pair_t) :: pair
     integer :: number(0:size(x, 2)), i, n
 
-    n = size(slave_nodes)
+    n = size(slave%nodes)
     pair%n = n
     number(0) = 0
-    number(slave_nodes) = [(i, i=1, n)]
-    if (present(hanging)) pair%hanging = reshape(number([hanging]), shape(hanging))
-    allocate (pair%slave(4, size(slave, 2)), pair%facet(4, size(obstacle%facet, 2)))
+    number(slave%nodes) = [(i, i=1, n)]
+    pair%slave%nodes = [(i, i=1, n)]
+    pair%slave%faces = reshape(number([slave%faces]), shape(slave%faces))
+    if (allocated(slave%hanging)) pair%slave%hanging = reshape(number([slave%hanging]), &
+      shape(slave%hanging))
+    allocate (pair%facet(4, size(obstacle%facet, 2)))
     allocate (pair%x(3, n + size(obstacle%corner, 2)))
-    do i = 1, size(slave, 2)
-      pair%slave(:, i) = number(slave(:, i))
-    end do
     pair%facet(:, :) = merge(obstacle%facet + n, 0, obstacle%facet > 0)
-    pair%x(:, :n) = x(:, slave_nodes)
+    pair%x(:, :n) = x(:, slave%nodes)
     do i = 1, size(obstacle%corner, 2)
       pair%x(:, n + i) = obstacle%corner(:, i) + shift
     end do
@@ -55,17 +53,15 @@ contains
     real(wp), intent(in) :: reach            !! as of `make_mortar` [length]
     type(mortar_t), intent(out) :: mortar    !! in the order of the slave nodes
     real(wp), intent(in), optional :: behind !! as of `make_mortar` [length]
-    integer :: i
 
-    call make_mortar(pair%slave, pair%facet, [(i, i=1, pair%n)], pair%x, reach, mortar, &
-      behind, is_rigid=.true., hanging=pair%hanging)
+    call make_mortar(pair%slave, pair%facet, pair%x, reach, mortar, behind, is_rigid=.true.)
   end subroutine face_facets
 
   !> Half of the largest face, of the slave or of the obstacle.
   pure real(wp) function reach_of_facets(pair) result(reach)
     type(facet_pair_t), intent(in) :: pair
 
-    reach = reach_of_faces(pair%slave, pair%facet, pair%x)
+    reach = reach_of_faces(pair%slave%faces, pair%facet, pair%x)
   end function reach_of_facets
 
   !> How far apart the farthest places of slave and obstacle are, at most.
@@ -80,7 +76,7 @@ contains
   pure logical function facets_face(pair)
     type(facet_pair_t), intent(in) :: pair
 
-    facets_face = face_each_other(pair%slave, pair%facet, pair%x)
+    facets_face = face_each_other(pair%slave%faces, pair%facet, pair%x)
   end function facets_face
 
 end module facet_mortar_mod

@@ -12,7 +12,7 @@ module mortar_mod
   implicit none
   private
 
-  public :: mortar_t, make_mortar, take_up_shifts, reach_of_faces, reach_of_all, &
+  public :: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, reach_of_all, &
     face_each_other, enough
 
   !> What the nodes of a slave surface face.
@@ -27,6 +27,15 @@ module mortar_mod
     real(wp), allocatable :: least_gap(:)
     !! (n) at the points of the quadrature on the node's faces, huge where there are none [length]
   end type mortar_t
+
+  !> A slave surface.
+  type :: slave_t
+    integer, allocatable :: faces(:, :)   !! (4,n_slave) nodes, anticlockwise from outside
+    integer, allocatable :: nodes(:)      !! (n) each once, in the order of the rows
+    integer, allocatable :: hanging(:, :)
+    !! (5,m) of these the nodes that hang, with the two or four that they lie between: these get
+    !! what they have, and they are not covered
+  end type slave_t
 
   !> Contributions to rows, in any order. There may be more room in the arrays.
   type :: entries_t
@@ -52,11 +61,9 @@ contains
   !> The weights of the master's nodes where nodes are at `x`.
   !>
   !> Rows add up to 1, and give places on a flat master exactly, to rounding.
-  pure subroutine make_mortar(slave, master, slave_nodes, x, reach, mortar, behind, is_rigid, &
-    hanging, is_tie)
-    integer, intent(in) :: slave(:, :)   !! (4,n_slave) nodes, anticlockwise from outside
+  pure subroutine make_mortar(slave, master, x, reach, mortar, behind, is_rigid, is_tie)
+    type(slave_t), intent(in) :: slave
     integer, intent(in) :: master(:, :)  !! (4,n_master) the same; the fourth is 0 in a triangle
-    integer, intent(in) :: slave_nodes(:) !! (n) each once, in the order of the rows
     real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
     real(wp), intent(in) :: reach        !! how far apart faces may be, along their normals [length]
     type(mortar_t), intent(out) :: mortar
@@ -64,9 +71,6 @@ contains
     !! how far a master may be behind the slave, where that is another distance [length]
     logical, intent(in), optional :: is_rigid
     !! the master moves as one: its nodes need no weights, and the rows stay empty
-    integer, intent(in), optional :: hanging(:, :)
-    !! (5,m) slave nodes that hang, with the two or four that they lie between: these get what they
-    !! have, and they are not covered
     logical, intent(in), optional :: is_tie
     !! `take_up_shifts` follows, which gives rows the places of their nodes: they need none of the
     !! slave's own
@@ -80,8 +84,8 @@ contains
 
     makes_rows = .true.
     if (present(is_rigid)) makes_rows = .not. is_rigid
-    n = size(slave_nodes)
-    number(slave_nodes) = [(i, i=1, n)]
+    n = size(slave%nodes)
+    number(slave%nodes) = [(i, i=1, n)]
     allocate (mortar%area(n), mortar%whole_area(n), source=0.0_wp)
     allocate (mortar%normal(3, n), mortar%outward(3, n), mortar%apart(3, n), source=0.0_wp)
     allocate (mortar%least_gap(n), source=huge(1.0_wp))
@@ -90,24 +94,22 @@ contains
     size_of_master = largest_face(master, x)
     reaches = reach
     if (present(behind)) reaches(2) = behind
-    do f = 1, size(slave, 2)
-      plane = plane_of_face(x(:, slave(:, f)))
-      associate (of_node => mortar%whole_area(number(slave(:, f))))
-        mortar%whole_area(number(slave(:, f))) = of_node + 0.25_wp*plane%area
+    do f = 1, size(slave%faces, 2)
+      associate (nodes => slave%faces(:, f))
+        plane = plane_of_face(x(:, nodes))
+        mortar%whole_area(number(nodes)) = mortar%whole_area(number(nodes)) + 0.25_wp*plane%area
+        do i = 1, 4
+          associate (outward => mortar%outward(:, number(nodes(i))))
+            outward = outward + plane%area*plane%axis(:, 3)
+          end associate
+        end do
+        call find_parts(grid, master, x, x(:, nodes), plane, reaches, size_of_master, parts)
+        call add_face(number(nodes), x(:, nodes), plane%area, x, parts, makes_rows, mortar, entries)
       end associate
-      do i = 1, 4
-        associate (outward => mortar%outward(:, number(slave(i, f))))
-          outward = outward + plane%area*plane%axis(:, 3)
-        end associate
-      end do
-      call find_parts(grid, master, x, x(:, slave(:, f)), plane, reaches, &
-        size_of_master, parts)
-      call add_face(number(slave(:, f)), x(:, slave(:, f)), plane%area, x, parts, makes_rows, &
-        mortar, entries)
     end do
     has_own = makes_rows
     if (present(is_tie)) has_own = .not. is_tie
-    if (present(hanging)) call fold_rows(hanging, number, has_own, mortar, entries)
+    if (allocated(slave%hanging)) call fold_rows(slave%hanging, number, has_own, mortar, entries)
     do i = 1, n
       length = norm2(mortar%normal(:, i))
       if (length > 0.0_wp) mortar%normal(:, i) = mortar%normal(:, i)/length
@@ -124,7 +126,7 @@ contains
         mortar%apart(:, i) = mortar%apart(:, i)/mortar%area(i)
         cycle
       end if
-      mortar%apart(:, i) = x(:, slave_nodes(i))
+      mortar%apart(:, i) = x(:, slave%nodes(i))
       do k = mortar%weights%first(i), mortar%weights%first(i + 1) - 1
         mortar%apart(:, i) = mortar%apart(:, i) - mortar%weights%weight(k)* &
           x(:, mortar%weights%node(k))

@@ -9,7 +9,7 @@ module placement_mod
   use surfaces_mod, only: nodes_of
   use contact_points_mod, only: contact_points_t, weights_t, is_across
   use local_frame_mod, only: local_frame
-  use mortar_mod, only: mortar_t, make_mortar, reach_of_faces, reach_of_all, enough
+  use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, enough
   use facet_mortar_mod, only: facet_pair_t, join_facets, face_facets, reach_of_facets, &
     reach_of_all_facets
   implicit none
@@ -312,8 +312,8 @@ contains
       ! What came to overlap has moved as far.
       x = 0.0_wp
       x(:, s) = mesh%coordinates(:, s) + u(:, s)
-      now = join_facets(nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), s, x, &
-        obstacle, shift, hanging_of(mesh%hangs, mesh%between, mesh%n_given, s))
+      now = join_facets(slave_t(nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), s, &
+        hanging_of(mesh%hangs, mesh%between, mesh%n_given, s)), x, obstacle, shift)
       reach = reach_of_facets(now) + of%overlap + &
         norm2(max(maxval(u(:, s), 2) - minval(way, 2), maxval(way, 2) - minval(u(:, s), 2)))
       call face_facets(now, reach, mortar)
@@ -332,38 +332,36 @@ contains
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
     type(mortar_t), intent(out) :: mortar !! of the points of the pair
     real(wp) :: x(3, scene%mesh%n_nodes), reach
-    integer, allocatable :: slave(:, :), master(:, :)
+    type(slave_t) :: slave
+    integer, allocatable :: master(:, :)
     logical :: is_apart
 
     associate (of => scene%pairs(pair), mesh => scene%mesh, &
                slave_nodes => points%node(points%first(pair):points%first(pair + 1) - 1), &
                s => scene%surfaces(scene%pairs(pair)%surface)%nodes, &
                m => scene%surfaces(scene%pairs(pair)%master_surface)%nodes)
-      allocate (slave, source=nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
+      slave = slave_t(nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), slave_nodes, &
+        hanging_of(mesh%hangs, mesh%between, mesh%n_given, slave_nodes))
       allocate (master, source=nodes_of(scene%surfaces(of%master_surface)%faces, &
         mesh%connectivity))
       x = 0.0_wp
       x(:, s) = mesh%coordinates(:, s)
       x(:, m) = mesh%coordinates(:, m)
-      reach = reach_of_faces(slave, master, x) + of%overlap
+      reach = reach_of_faces(slave%faces, master, x) + of%overlap
       if (.not. of%small_sliding) then
         ! What came to overlap has moved as far.
         reach = reach + norm2(max(maxval(u(:, s), 2) - minval(u(:, m), 2), &
           maxval(u(:, m), 2) - minval(u(:, s), 2)))
         x(:, s) = x(:, s) + u(:, s)
         x(:, m) = x(:, m) + u(:, m)
-        call make_mortar(slave, master, slave_nodes, x, reach, mortar, &
-          hanging=hanging_of(mesh%hangs, mesh%between, mesh%n_given, &
-          slave_nodes))
+        call make_mortar(slave, master, x, reach, mortar)
       end if
       ! What is placed once for all faces whatever lies opposite. So do bodies that are apart: what
       ! moves freely may fall any way.
       is_apart = of%small_sliding
       if (.not. is_apart) is_apart = .not. any(mortar%area > 0.0_wp)
       if (.not. is_apart) return
-      call make_mortar(slave, master, slave_nodes, x, reach + reach_of_all(s, m, x), mortar, &
-        behind=reach, hanging=hanging_of(mesh%hangs, mesh%between, mesh%n_given, &
-          slave_nodes))
+      call make_mortar(slave, master, x, reach + reach_of_all(s, m, x), mortar, behind=reach)
     end associate
   end subroutine face_surface
 
