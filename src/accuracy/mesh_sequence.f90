@@ -277,6 +277,7 @@ contains
     call archive(list, n)
     call carry_size(sequence%first)
     do i = 1, n
+      run = mesh_run_t()
       if (i <= size(sequence%runs)) run = sequence%runs(i)
       call carry_size(run%mesh_size)
       call archive(list, run%divisions)

@@ -138,7 +138,55 @@ class Patch(unittest.TestCase):
         self.assert_uniform(result)
 
 
+EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6),
+         (3, 7))  # fmt: skip
+FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+
+
+def openings(result):
+    """Return, of every node in the middle of an edge or face of a brick, how far it is off that.
+
+    Found by places alone, where the nodes are after the last increment.
+    """
+    body = np.arange(len(result.points))  # the lowest node that bricks connect each one to
+    while True:
+        lowest = body.copy()
+        np.minimum.at(lowest, result.bricks, body[result.bricks].min(axis=1)[:, None])
+        if np.array_equal(lowest, body):
+            break
+        body = lowest
+    places = np.round(result.points, 9)
+    at = {(body[node], *places[node]): node for node in np.unique(result.bricks)}
+    moved = result.points + result.field("displacement", -1)
+    found = []
+    for brick in result.bricks:
+        for side in (*EDGES, *FACES):
+            around = brick[list(side)]
+            middle = np.round(result.points[around].mean(axis=0), 9)
+            node = at.get((body[around[0]], *middle))
+            if node is not None:
+                found.append(np.abs(moved[node] - moved[around].mean(axis=0)).max())
+    return np.array(found)
+
+
 class Meaning(unittest.TestCase):
+    def test_the_mesh_stays_closed(self):
+        """Under a ball that is drawn sideways, and in bodies that touch and are tied."""
+        low = block("LOW", 2, (0, 0, 0), (2, 2, 1))
+        up = block("UP", 3, (0, 0, 1), (2, 2, 1), 300.0)
+        lid = block("LID", 2, (0, 0, 2), (2, 2, 1), 3000.0)
+        refine = at("L", 27, times=2) + at("U", 27 + 6, times=2) + at("M", 27 + 64 + 5)
+        scene = deck(low, up, lid, refine, "*TIE, NAME=T\nLID-ZMIN, UP-ZMAX\n",
+                     pair("UP-ZMIN, LOW-ZMAX", 0.3), held="LOW-ZMIN, 1, 3",
+                     *(step(f"LID-ZMAX, 3, 3, -0.05\nLID-ZMAX, 1, 1, {x}") for x in (0, 0.02)))  # fmt: skip
+        indent = (INPUT / "indent.inp").read_text()
+        for text in (indent, scene):
+            result = solved(self, text)
+            found = openings(result)
+            self.assertGreater(len(found), 50)
+            motion = np.abs(result.field("displacement", -1)).max()
+            self.assertLess(found.max(), 1e-12 * motion)
+
     def test_hertz(self):
         """Bricks cut twice at contact: the pressure of Hertz, from which coarse bricks are far.
 

@@ -13,6 +13,8 @@ from result_checks import INPUT, NAME, Case, Folder, Whole, rows_in, wait_for
 MANY = Case(INPUT / "block.inp", n=2, steps=400)  # seconds, of which no increment takes any
 # Runs on four meshes, one after the other.
 SOUGHT = Case(INPUT / "block.inp", "--accuracy", "0.02", steps=25, solver="AUTO", local="AUTO")
+# Runs of which the last ones have smaller bricks where contact is.
+SMALL_CONTACT = Case(INPUT.parent / "tests" / "reliability" / "small_contact.inp")
 # Minutes in one phase, of which the program is not asked for more than the beginning.
 LONG = Case(INPUT / "block.inp", "--force", n=40, steps=5, solver="AUTO", local="AUTO")
 
@@ -65,17 +67,24 @@ class Signals(Folder):
 
     def test_a_search_for_a_mesh_goes_on(self):
         """Killed at any change of the file, on any mesh: in the end the same to the last bit."""
+        self.check_search(SOUGHT, 4, 0)
+
+    def test_a_search_that_cuts_bricks_at_contact_goes_on(self):
+        self.check_search(SMALL_CONTACT, 9, 3)
+
+    def check_search(self, case, n_runs, cuts):
         other = self.elsewhere()
-        n_changes = SOUGHT.count_changes(other)
+        n_changes = case.count_changes(other)
         whole = Whole(other / NAME)
         with h5py.File(other / NAME) as file:
             names = [n for n in file["accuracy"] if n != "processor_time"]
             accuracy = {n: file["accuracy"][n][()] for n in names}
-            self.assertEqual(len(accuracy["brick_size"]), 4)
+            self.assertEqual(len(accuracy["brick_size"]), n_runs)
+            self.assertEqual(accuracy["cuts"][-1], cuts)
         for part in (0.2, 0.5, 0.9):
             self.path.unlink(missing_ok=True)
-            self.assertTrue(SOUGHT.kill_at(self.folder, int(part * n_changes)))
-            status, words = SOUGHT.run(self.folder, "--continue")
+            self.assertTrue(case.kill_at(self.folder, int(part * n_changes)))
+            status, words = case.run(self.folder, "--continue")
             self.assertEqual(status, 0, words)
             self.assertEqual(whole.differences(self.path), [], part)
             with h5py.File(self.path) as file:
