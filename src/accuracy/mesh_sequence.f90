@@ -1,5 +1,6 @@
-!> The runs by which an accuracy is reached: on meshes that get finer, and on the coarsest of them
-!> with increments that get smaller; and what they say of the error of the last one.
+!> The runs by which an accuracy is reached, or time and memory are used well: on meshes that get
+!> finer, and on the coarsest of them with increments that get smaller; and what they say of the
+!> error of the last one.
 !>
 !> docs/theory.md section 10.
 module mesh_sequence_mod
@@ -15,8 +16,8 @@ module mesh_sequence_mod
   implicit none
   private
 
-  public :: mesh_sequence_t, mesh_run_t, sequence_error_t, start_sequence, add_run, &
-    estimate_sequence, error_by_steps, carry_sequence, mesh_runs, extrapolated
+  public :: mesh_sequence_t, mesh_run_t, planned_t, sequence_error_t, start_sequence, add_run, &
+    has_bound, estimate_sequence, error_by_steps, carry_sequence, mesh_runs, extrapolated
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
@@ -33,7 +34,17 @@ module mesh_sequence_mod
     real(wp) :: others = 0.0_wp       !! contact and arithmetic, the worst [-]
     real(wp) :: recovery = 0.0_wp     !! error by the mesh, by recovery of stresses, the worst [-]
     real(wp), allocatable :: values(:, :) !! (n_components,n_increments) of the deck's increments
+    real(wp) :: planned = 0.0_wp      !! its seconds, as planned; 0: not known [s]
   end type mesh_run_t
+
+  !> What a plan says that a run takes.
+  type :: planned_t
+    type(mesh_size_t) :: mesh_size
+    real(wp) :: start = 0.0_wp      !! of the processor, however many increments there are [s]
+    real(wp) :: increments = 0.0_wp !! of the processor, for the deck's increments undivided [s]
+    real(wp) :: planning = 0.0_wp   !! what the plan itself took, deck and mesh included [s]
+    real(wp) :: memory = 0.0_wp     !! beside what the process has [bytes]
+  end type planned_t
 
   !> All runs so far, and what they are compared by.
   type :: mesh_sequence_t
@@ -44,7 +55,13 @@ module mesh_sequence_mod
     logical  :: recovers = .false.  !! recovery of stresses is about what the accuracy is of
     logical  :: divides = .false.   !! increments may be cut, and what comes out depends on it
     integer  :: n_increments = 0    !! of the deck
-    real(wp) :: wanted = 0.0_wp     !! accuracy [-]
+    real(wp) :: wanted = 0.0_wp     !! accuracy; 0: as accurate as time and memory allow [-]
+    real(wp) :: time = 0.0_wp       !! of the processor that all runs may take; 0: any [s]
+    real(wp) :: memory = 0.0_wp     !! that a run may take at its peak; 0: what there is [bytes]
+    type(planned_t), allocatable :: plans(:) !! a mesh each: of the runs, and of meshes left out
+    real(wp) :: earlier = 0.0_wp    !! time of the processor of sessions that this one continues [s]
+    real(wp) :: spent = 0.0_wp      !! up to the end of the last run, theirs included [s]
+    real(wp) :: room = 0.0_wp       !! memory that the last run might have taken [bytes]
   end type mesh_sequence_t
 
   !> What is known of the last run's error.
@@ -67,11 +84,21 @@ contains
 
     call list_quantities(scene, sequence%list)
     allocate (sequence%runs(0))
+    allocate (sequence%plans(0))
     sequence%recovers = scene%accuracy%of <= accuracy_of_energy
     sequence%divides = any(scene%pairs%mu > 0.0_wp) .and. .not. all(scene%steps%direct)
     sequence%n_increments = count_increments(scene%steps)
     sequence%wanted = scene%accuracy%wanted
+    sequence%time = scene%accuracy%time
+    sequence%memory = scene%accuracy%memory
   end subroutine start_sequence
+
+  !> Whether time or memory of the runs have a bound beside the machine's.
+  pure logical function has_bound(sequence)
+    type(mesh_sequence_t), intent(in) :: sequence
+
+    has_bound = sequence%time > 0.0_wp .or. sequence%memory > 0.0_wp
+  end function has_bound
 
   subroutine add_run(sequence, run)
     type(mesh_sequence_t), intent(inout) :: sequence
@@ -133,6 +160,9 @@ contains
       scales = error_scales(sequence%list, last%values)
       errors%load_steps = last%load_steps
       if (sequence%divides) errors%load_steps = error_by_steps(sequence, last%divisions)
+      ! Too little time to divide increments leaves what the run itself says of them.
+      if (errors%load_steps < 0.0_wp .and. sequence%wanted <= 0.0_wp) errors%load_steps = &
+        last%load_steps
     end associate
     runs = mesh_runs(sequence)
     n = size(runs)
@@ -242,6 +272,8 @@ contains
     n = size(sequence%runs)
     call archive(list, n)
     call carry_size(sequence%first)
+    call archive(list, sequence%spent)
+    call archive(list, sequence%room)
     do i = 1, n
       if (i <= size(sequence%runs)) run = sequence%runs(i)
       call carry_size(run%mesh_size)
@@ -254,6 +286,7 @@ contains
       call archive(list, run%others)
       call archive(list, run%recovery)
       call archive(list, run%values)
+      call archive(list, run%planned)
       if (i > size(sequence%runs)) call add_run(sequence, run)
     end do
 

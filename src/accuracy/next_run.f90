@@ -11,8 +11,10 @@ module next_run_mod
   implicit none
   private
 
-  public :: choice_t, begin_sequence, choose_run, skip_mesh
-  public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine
+  public :: choice_t, begin_sequence, choose_run, skip_mesh, finer, next_finer, least_step, &
+    most_divisions
+  public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, &
+    time_is_over
 
   ! What comes next.
   integer, parameter :: to_run = 1
@@ -20,6 +22,8 @@ module next_run_mod
   integer, parameter :: steps_too_coarse = 3 !! load steps make too much, however small
   integer, parameter :: not_convergent = 4   !! finer meshes change it as much as before, or more
   integer, parameter :: beyond_machine = 5   !! the mesh that it takes does not fit
+  integer, parameter :: is_finest = 6        !! nothing finer fits the time and memory allowed
+  integer, parameter :: time_is_over = 7     !! and the accuracy takes more
 
   real(wp), parameter :: part_for_steps = 0.3_wp !! of the accuracy, that load steps may use up
   real(wp), parameter :: aimed_at = 0.8_wp !! of what is left for the mesh
@@ -41,6 +45,10 @@ module next_run_mod
     real(wp) :: finer = 1.0_wp
     !! beyond the machine: how many times smaller the bricks of the last run would have to be [-]
     real(wp) :: memory = 0.0_wp      !! and what that would take [bytes]
+    real(wp) :: seconds = 0.0_wp     !! foreseen up to its end, all runs; 0: not known [s]
+    real(wp) :: error = -1.0_wp      !! foreseen; negative: not known [-]
+    integer :: n_plans = 0           !! that were made of this run so far
+    logical :: is_replaced = .false. !! the plan of another run led to this one
   end type choice_t
 
 contains
@@ -93,6 +101,19 @@ contains
     end function more
 
   end function finer
+
+  !> The next finer mesh.
+  pure type(mesh_size_t) function next_finer(sequence, mesh_size)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(mesh_size_t), intent(in) :: mesh_size
+
+    next_finer = mesh_size
+    if (sequence%blocks%common == 0) then
+      next_finer%parts = mesh_size%parts + 1
+    else
+      next_finer%blocks(1) = mesh_size%blocks(1) + 2 - mod(mesh_size%blocks(1), 2)
+    end if
+  end function next_finer
 
   !> Begin with a finer mesh than the one that was not solved.
   subroutine skip_mesh(sequence)

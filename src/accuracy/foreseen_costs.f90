@@ -1,0 +1,144 @@
+!> What a run of a sequence is foreseen to take, from the plans that were made and from how the runs
+!> so far compare with theirs.
+module foreseen_costs_mod
+  use kinds_mod, only: wp
+  use mesh_size_mod, only: mesh_size_t, relative_size
+  use mesh_sequence_mod, only: mesh_sequence_t, planned_t
+  implicit none
+  private
+
+  public :: fits, seconds_to_run, memory_to_run, note_plan
+
+  ! How costs grow as bricks get smaller, between dense and sparse work: as a power of their number
+  ! along an edge.
+  real(wp), parameter :: growth_of_start = 4.5_wp      !! factor and its Schur complement
+  real(wp), parameter :: growth_of_increments = 4.0_wp !! solutions, contact
+  real(wp), parameter :: growth_of_memory = 4.0_wp
+  real(wp), parameter :: growth_of_plan = 3.5_wp
+  real(wp), parameter :: fixed = 47.0e6_wp !! of the libraries, whatever the mesh [bytes]
+
+  ! How far a run may be from its plan and yet say how far the next one will be [-].
+  real(wp), parameter :: least_ratio = 0.4_wp, largest_ratio = 5.0_wp
+
+contains
+
+  !> Keep what the plan of a run says, in place of an earlier one of the same mesh.
+  subroutine note_plan(sequence, planned)
+    type(mesh_sequence_t), intent(inout) :: sequence
+    type(planned_t), intent(in) :: planned
+    integer :: i
+
+    do i = 1, size(sequence%plans)
+      if (is_same(relative_size(sequence%plans(i)%mesh_size), &
+        relative_size(planned%mesh_size))) then
+        sequence%plans(i) = planned
+        return
+      end if
+    end do
+    sequence%plans = [sequence%plans, planned]
+  end subroutine note_plan
+
+  !> Whether a run is foreseen to be within the bounds.
+  logical function fits(sequence, mesh_size, divisions, room, part, is_planned)
+    type(mesh_sequence_t), intent(in) :: sequence !! with a plan at least
+    type(mesh_size_t), intent(in) :: mesh_size
+    integer, intent(in) :: divisions
+    real(wp), intent(in) :: room !! memory that it may take beside what the process has [bytes]
+    real(wp), intent(in) :: part !! of the time that is left, that it may take [-]
+    logical, intent(in), optional :: is_planned !! the time for its plan is spent
+
+    fits = memory_to_run(sequence, mesh_size) <= room
+    if (fits .and. sequence%time > 0.0_wp) fits = seconds_to_run(sequence, mesh_size, divisions, &
+      is_planned) <= part*(sequence%time - sequence%spent)
+  end function fits
+
+  !> Processor time of a run: as planned, times what the last run took of its own plan.
+  real(wp) function seconds_to_run(sequence, mesh_size, divisions, is_planned) result(seconds)
+    type(mesh_sequence_t), intent(in) :: sequence !! with a plan at least
+    type(mesh_size_t), intent(in) :: mesh_size
+    integer, intent(in) :: divisions
+    logical, intent(in), optional :: is_planned !! the time for its plan is spent
+    real(wp) :: ratio, h
+    integer :: i
+
+    ratio = 1.0_wp
+    do i = size(sequence%runs), 1, -1
+      associate (run => sequence%runs(i))
+        if (run%planned <= 0.0_wp) cycle
+        ratio = max(least_ratio, min(run%seconds/run%planned, largest_ratio))
+        exit
+      end associate
+    end do
+    h = relative_size(mesh_size)
+    seconds = ratio*(planned_at(sequence, sequence%plans%start, growth_of_start, h) + &
+      divisions*planned_at(sequence, sequence%plans%increments, growth_of_increments, h))
+    if (present(is_planned)) then
+      if (is_planned) return
+    end if
+    seconds = seconds + planned_at(sequence, sequence%plans%planning, growth_of_plan, h)
+  end function seconds_to_run
+
+  !> Memory of a run beside what the process has.
+  real(wp) function memory_to_run(sequence, mesh_size) result(memory)
+    type(mesh_sequence_t), intent(in) :: sequence !! with a plan at least
+    type(mesh_size_t), intent(in) :: mesh_size
+
+    memory = fixed + planned_at(sequence, max(1.0_wp, sequence%plans%memory - fixed), &
+      growth_of_memory, relative_size(mesh_size))
+  end function memory_to_run
+
+  !> A cost at a size of bricks: between the plans of a coarser and a finer mesh along a power of
+  !> the size; else from the nearest, with the growth that is given.
+  pure real(wp) function planned_at(sequence, costs, growth, h) result(cost)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: costs(:) !! of its plans
+    real(wp), intent(in) :: growth   !! [-]
+    real(wp), intent(in) :: h        !! size of the bricks [-]
+    real(wp), parameter :: least = 1.0e-9_wp
+    real(wp) :: at
+    integer :: coarser, finer, i
+
+    coarser = 0
+    finer = 0
+    do i = 1, size(costs)
+      at = relative_size(sequence%plans(i)%mesh_size)
+      if (is_same(at, h)) then
+        cost = costs(i)
+        return
+      end if
+      if (at > h) then
+        if (coarser == 0) coarser = i
+        if (at < size_of(coarser)) coarser = i
+      else
+        if (finer == 0) finer = i
+        if (at > size_of(finer)) finer = i
+      end if
+    end do
+    if (coarser > 0 .and. finer > 0) then
+      associate (a => max(costs(coarser), least), b => max(costs(finer), least))
+        cost = a*(b/a)**(log(size_of(coarser)/h)/log(size_of(coarser)/size_of(finer)))
+      end associate
+    else
+      i = max(coarser, finer)
+      cost = costs(i)*(size_of(i)/h)**growth
+    end if
+
+  contains
+
+    pure real(wp) function size_of(k)
+      integer, intent(in) :: k
+
+      size_of = relative_size(sequence%plans(k)%mesh_size)
+    end function size_of
+
+  end function planned_at
+
+  !> Whether two sizes of bricks are one.
+  pure logical function is_same(a, b)
+    real(wp), intent(in) :: a, b
+    real(wp), parameter :: rounding = 1.0e-9_wp
+
+    is_same = abs(a - b) <= rounding*a
+  end function is_same
+
+end module foreseen_costs_mod

@@ -1,0 +1,338 @@
+!> Which run comes next where processor time or memory have a bound: the mesh and the increments
+!> that are foreseen to be most accurate within it.
+!>
+!> docs/theory.md section 10.
+module run_within_mod
+  use kinds_mod, only: wp
+  use mesh_size_mod, only: mesh_size_t, relative_size
+  use convergence_mod, only: size_for_error
+  use foreseen_costs_mod, only: fits, seconds_to_run, memory_to_run
+  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, &
+    error_by_steps, has_bound
+  use next_run_mod, only: choice_t, choose_run, finer, next_finer, least_step, most_divisions, &
+    to_run, is_finest, time_is_over
+  implicit none
+  private
+
+  public :: choose_next, judge_plan
+
+  ! Of the time that is left, what a run may take as it is foreseen: the last one, and one that
+  ! tries the increments out.
+  real(wp), parameter :: part_for_run = 0.7_wp
+  real(wp), parameter :: part_for_trial = 0.15_wp
+
+  real(wp), parameter :: largest_jump = 2.2_wp
+  !! from size to size: the mesh before the last then takes a few parts in a hundred of its time
+  real(wp), parameter :: nearly_last = 1.5_wp !! finer than the only one by no more: at once
+  real(wp), parameter :: worth_another_plan = 1.15_wp !! bricks so many times smaller
+  real(wp), parameter :: worth_dividing = 0.8_wp !! error left, of that without
+  integer, parameter :: most_plans = 4 !! of one run, before it is begun
+  integer, parameter :: first_trials = 4 !! divisions that are tried on the first mesh
+
+contains
+
+  !> The next run, or why there is none: with a bound the one that is foreseen to be within it.
+  subroutine choose_next(sequence, room, errors, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: room !! memory that a run may take beside what the process has [bytes]
+    type(sequence_error_t), intent(out) :: errors
+    type(choice_t), intent(out) :: choice
+
+    if (sequence%wanted <= 0.0_wp) then
+      call choose_finest(sequence, room, errors, choice)
+      return
+    end if
+    call choose_run(sequence, room, errors, choice)
+    if (choice%outcome == to_run .and. has_bound(sequence) .and. size(sequence%runs) > 0) call &
+      keep_within(sequence, room, errors, choice)
+  end subroutine choose_next
+
+  !> What comes of a choice whose plan is made: whether it is run, or else what is to be planned
+  !> instead.
+  subroutine judge_plan(sequence, room, choice)
+    type(mesh_sequence_t), intent(in) :: sequence !! knows the plan
+    real(wp), intent(in) :: room
+    type(choice_t), intent(inout) :: choice !! gets what is foreseen, or is another
+    type(sequence_error_t) :: errors
+    type(choice_t) :: other
+    real(wp) :: apart
+    logical :: is_within
+
+    choice%is_replaced = .false.
+    choice%n_plans = choice%n_plans + 1
+    if (size(sequence%runs) == 0 .or. .not. has_bound(sequence)) return
+    is_within = fits(sequence, choice%mesh_size, choice%divisions, room, part_for_run, &
+      is_planned=.true.)
+    if (.not. is_within .or. (choice%may_be_last .and. choice%n_plans < most_plans)) then
+      call choose_next(sequence, room, errors, other)
+      apart = relative_size(choice%mesh_size)/relative_size(other%mesh_size)
+      if (.not. is_within .or. (other%outcome == to_run .and. other%divisions == &
+        choice%divisions .and. apart >= worth_another_plan)) then
+        other%n_plans = choice%n_plans
+        other%is_replaced = .true.
+        choice = other
+        return
+      end if
+    end if
+    choice%seconds = sequence%spent + seconds_to_run(sequence, choice%mesh_size, &
+      choice%divisions, is_planned=.true.)
+    call estimate_sequence(sequence, errors)
+    choice%error = expected_error(sequence, errors, relative_size(choice%mesh_size), &
+      choice%divisions)
+  end subroutine judge_plan
+
+  !> Without an accuracy: the larger error first, of mesh or increments, as far as the bounds reach.
+  subroutine choose_finest(sequence, room, errors, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: room
+    type(sequence_error_t), intent(out) :: errors
+    type(choice_t), intent(out) :: choice
+    integer :: most
+
+    choice%mesh_size = sequence%first
+    if (size(sequence%runs) == 0) return
+    call estimate_sequence(sequence, errors)
+    most = maxval(sequence%runs%divisions)
+    if (sequence%divides .and. most < first_trials .and. .not. is_beyond_first(sequence)) then
+      choice%divisions = 2*most
+      if (fits(sequence, sequence%first, choice%divisions, room, part_for_trial)) return
+    end if
+    choice%divisions = divisions_in_use(sequence)
+    if (is_exact(sequence, errors)) then
+      choice%outcome = is_finest
+      return
+    end if
+    if (errors%mesh > 0.0_wp .and. errors%load_steps > 0.0_wp .and. sequence%divides) call &
+      divide_further(sequence, room, errors, choice%divisions)
+    if (choice%divisions > most) return
+    call choose_size(sequence, room, choice)
+  end subroutine choose_finest
+
+  !> Whether there is a run on a finer mesh than the first.
+  pure logical function is_beyond_first(sequence)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer :: i
+
+    is_beyond_first = .false.
+    do i = 2, size(sequence%runs)
+      is_beyond_first = is_beyond_first .or. relative_size(sequence%runs(i)%mesh_size) < &
+        relative_size(sequence%runs(1)%mesh_size)
+    end do
+  end function is_beyond_first
+
+  !> The divisions that finer meshes have: of those tried on the first mesh alone none is in use
+  !> yet, but one that goes beyond the trials.
+  pure integer function divisions_in_use(sequence) result(divisions)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer :: i
+
+    divisions = 1
+    do i = 1, size(sequence%runs)
+      associate (run => sequence%runs(i))
+        if (run%divisions > first_trials .or. relative_size(run%mesh_size) < &
+          relative_size(sequence%runs(1)%mesh_size)) divisions = max(divisions, run%divisions)
+      end associate
+    end do
+  end function divisions_in_use
+
+  !> Whether mesh and load steps make no more than contact and arithmetic: nothing is to be gained.
+  pure logical function is_exact(sequence, errors)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(in) :: errors
+
+    is_exact = .false.
+    if (size(sequence%list) == 0 .or. errors%mesh < 0.0_wp) return
+    if (.not. allocated(errors%n_rising)) return
+    is_exact = count(sequence%runs%divisions == sequence%runs(size(sequence%runs))%divisions) > 2 &
+      .and. errors%mesh + max(0.0_wp, errors%load_steps) <= errors%others
+  end function is_exact
+
+  !> More divisions, where on the finest mesh that they leave time for less error is foreseen.
+  subroutine divide_further(sequence, room, errors, divisions)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: room
+    type(sequence_error_t), intent(in) :: errors !! of the last run
+    integer, intent(inout) :: divisions          !! in use
+    integer :: more, best
+    real(wp) :: error, least
+
+    best = divisions
+    least = worth_dividing*error_with(divisions)
+    more = 2*divisions
+    do while (more <= min(most_divisions, 2*max(first_trials, maxval(sequence%runs%divisions))))
+      error = error_with(more)
+      if (error < least) then
+        least = error
+        best = more
+      end if
+      more = 2*more
+    end do
+    divisions = best
+
+  contains
+
+    !> What is expected with so many on the finest mesh within the bounds.
+    real(wp) function error_with(n) result(error)
+      integer, intent(in) :: n
+      type(mesh_size_t) :: finest
+      logical :: found
+
+      call find_finest(sequence, sequence%first, n, room, finest, found)
+      error = huge(1.0_wp)
+      if (n == divisions) then
+        ! The mesh of the last run is there already.
+        if (.not. found) finest = sequence%runs(size(sequence%runs))%mesh_size
+        found = .true.
+        if (relative_size(finest) > relative_size(sequence%runs(size(sequence%runs))%mesh_size)) &
+          finest = sequence%runs(size(sequence%runs))%mesh_size
+      end if
+      if (found) error = expected_error(sequence, errors, relative_size(finest), n)
+    end function error_with
+
+  end subroutine divide_further
+
+  !> The error that a run is expected to have; negative where nothing is known.
+  real(wp) function expected_error(sequence, errors, h, divisions) result(error)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(in) :: errors !! of the last run
+    real(wp), intent(in) :: h                    !! size of its bricks [-]
+    integer, intent(in) :: divisions
+    real(wp) :: order, of_steps
+    integer :: tried
+
+    error = -1.0_wp
+    if (errors%mesh < 0.0_wp .or. errors%worst == 0) return
+    order = errors%of_mesh(errors%worst)%order
+    associate (last => sequence%runs(size(sequence%runs)))
+      error = errors%mesh*(h/relative_size(last%mesh_size))**order
+      if (.not. sequence%divides) then
+        of_steps = errors%load_steps
+      else
+        tried = maxval(sequence%runs%divisions)
+        of_steps = error_by_steps(sequence, min(divisions, tried))* &
+          real(min(divisions, tried), wp)/real(divisions, wp)
+        if (of_steps < 0.0_wp) of_steps = errors%load_steps*real(last%divisions, wp)/ &
+          real(divisions, wp)
+      end if
+    end associate
+    error = error + max(0.0_wp, of_steps) + errors%others
+  end function expected_error
+
+  !> The next mesh with the divisions that are chosen: the finest within the bounds where the one
+  !> before is near enough to it, else one between.
+  subroutine choose_size(sequence, room, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: room
+    type(choice_t), intent(inout) :: choice
+    type(mesh_size_t) :: from, finest
+    real(wp) :: ratio
+    integer :: n
+    logical :: found
+
+    call find_run(sequence, choice%divisions, from, n)
+    call find_finest(sequence, from, choice%divisions, room, finest, found)
+    ratio = relative_size(from)/relative_size(finest)
+    if (.not. found .or. (n > 1 .and. ratio < least_step)) then
+      choice%outcome = is_finest
+      return
+    end if
+    choice%mesh_size = finest
+    choice%may_be_last = .true.
+    if (ratio <= largest_jump .and. .not. (n == 1 .and. ratio > nearly_last)) return
+    from = finer(sequence, from, ratio/largest_jump)
+    if (relative_size(from) <= relative_size(finest)) return
+    choice%mesh_size = from
+    choice%may_be_last = .false.
+  end subroutine choose_size
+
+  !> With an accuracy: a run that goes beyond the bounds is replaced by the finest mesh within.
+  subroutine keep_within(sequence, room, errors, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: room
+    type(sequence_error_t), intent(inout) :: errors
+    type(choice_t), intent(inout) :: choice !! a run
+    type(mesh_size_t) :: from, finest
+    integer :: n
+    logical :: found
+
+    if (fits(sequence, choice%mesh_size, choice%divisions, room, part_for_run)) return
+    call tell_needs(sequence, errors, choice)
+    call find_run(sequence, choice%divisions, from, n)
+    found = n > 0
+    if (found) call find_finest(sequence, from, choice%divisions, room, finest, found)
+    if (found) found = n == 1 .or. relative_size(from)/relative_size(finest) >= least_step
+    choice%may_be_last = .true.
+    if (found) then
+      choice%mesh_size = finest
+    else
+      choice%outcome = time_is_over
+    end if
+  end subroutine keep_within
+
+  !> What a run that would reach the accuracy takes.
+  subroutine tell_needs(sequence, errors, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(inout) :: errors
+    type(choice_t), intent(inout) :: choice !! gets finer, seconds and memory
+    type(mesh_size_t) :: enough
+    real(wp) :: needed
+
+    call estimate_sequence(sequence, errors)
+    enough = choice%mesh_size
+    associate (last => sequence%runs(size(sequence%runs)))
+      needed = relative_size(last%mesh_size)/relative_size(enough)
+      if (errors%mesh > 0.0_wp .and. errors%worst > 0) then
+        needed = max(needed, 1.0_wp/size_for_error(1.0_wp, errors%mesh, sequence%wanted, &
+          max(1.0_wp, errors%of_mesh(errors%worst)%order)))
+        do while (relative_size(last%mesh_size)/relative_size(enough) < needed)
+          enough = next_finer(sequence, enough)
+        end do
+      end if
+    end associate
+    choice%finer = needed
+    choice%seconds = sequence%spent + seconds_to_run(sequence, enough, choice%divisions)
+    choice%memory = memory_to_run(sequence, enough)
+  end subroutine tell_needs
+
+  !> The finest mesh with a run of so many divisions, and how many such meshes there are.
+  subroutine find_run(sequence, divisions, finest, n)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: divisions
+    type(mesh_size_t), intent(out) :: finest
+    integer, intent(out) :: n
+    integer :: i
+
+    n = 0
+    finest = sequence%first
+    do i = 1, size(sequence%runs)
+      if (sequence%runs(i)%divisions /= divisions) cycle
+      n = n + 1
+      if (n == 1 .or. relative_size(sequence%runs(i)%mesh_size) < relative_size(finest)) &
+        finest = sequence%runs(i)%mesh_size
+    end do
+  end subroutine find_run
+
+  !> The finest mesh within the bounds that is finer than a given one.
+  subroutine find_finest(sequence, from, divisions, room, finest, found)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(mesh_size_t), intent(in) :: from
+    integer, intent(in) :: divisions
+    real(wp), intent(in) :: room
+    type(mesh_size_t), intent(out) :: finest
+    logical, intent(out) :: found
+    type(mesh_size_t) :: next
+    integer, parameter :: farthest = 1000
+    integer :: i
+
+    found = .false.
+    finest = from
+    next = from
+    do i = 1, farthest
+      next = next_finer(sequence, next)
+      if (.not. fits(sequence, next, divisions, room, part_for_run)) return
+      finest = next
+      found = .true.
+    end do
+  end subroutine find_finest
+
+end module run_within_mod
