@@ -9,13 +9,18 @@ module foreseen_costs_mod
 
   public :: fits, seconds_to_run, memory_to_run, note_plan
 
-  ! How costs grow as bricks get smaller, between dense and sparse work: as a power of their number
-  ! along an edge.
-  real(wp), parameter :: growth_of_start = 4.5_wp      !! factor and its Schur complement
-  real(wp), parameter :: growth_of_increments = 4.0_wp !! solutions, contact
-  real(wp), parameter :: growth_of_memory = 4.0_wp
-  real(wp), parameter :: growth_of_plan = 3.5_wp
-  real(wp), parameter :: fixed = 47.0e6_wp !! of the libraries, whatever the mesh [bytes]
+  !> How a cost grows as bricks get smaller: but for a part that is fixed, as a power of their number
+  !> along an edge; while it is small as another, until the arithmetic of the factor, or memory
+  !> beyond the caches, prevails.
+  type :: growth_t
+    real(wp) :: fixed, small !! [s] or [bytes]
+    real(wp) :: power(2)     !! while it is small, and from there on [-]
+  end type growth_t
+
+  type(growth_t), parameter :: of_start = growth_t(0.01_wp, 0.3_wp, [3.5_wp, 4.8_wp])
+  type(growth_t), parameter :: of_increments = growth_t(0.0_wp, 0.3_wp, [2.8_wp, 4.2_wp])
+  type(growth_t), parameter :: of_planning = growth_t(0.01_wp, 0.3_wp, [3.3_wp, 3.3_wp])
+  type(growth_t), parameter :: of_memory = growth_t(47.0e6_wp, 20.0e6_wp, [2.5_wp, 4.0_wp])
 
   ! How far a run may be from its plan and yet say how far the next one will be [-].
   real(wp), parameter :: least_ratio = 0.4_wp, largest_ratio = 5.0_wp
@@ -70,12 +75,12 @@ contains
       end associate
     end do
     h = relative_size(mesh_size)
-    seconds = ratio*(planned_at(sequence, sequence%plans%start, growth_of_start, h) + &
-      divisions*planned_at(sequence, sequence%plans%increments, growth_of_increments, h))
+    seconds = ratio*(planned_at(sequence, sequence%plans%start, of_start, h) + &
+      divisions*planned_at(sequence, sequence%plans%increments, of_increments, h))
     if (present(is_planned)) then
       if (is_planned) return
     end if
-    seconds = seconds + planned_at(sequence, sequence%plans%planning, growth_of_plan, h)
+    seconds = seconds + planned_at(sequence, sequence%plans%planning, of_planning, h)
   end function seconds_to_run
 
   !> Memory of a run beside what the process has.
@@ -83,8 +88,7 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence !! with a plan at least
     type(mesh_size_t), intent(in) :: mesh_size
 
-    memory = fixed + planned_at(sequence, max(1.0_wp, sequence%plans%memory - fixed), &
-      growth_of_memory, relative_size(mesh_size))
+    memory = planned_at(sequence, sequence%plans%memory, of_memory, relative_size(mesh_size))
   end function memory_to_run
 
   !> A cost at a size of bricks: between the plans of a coarser and a finer mesh along a power of
@@ -92,9 +96,9 @@ contains
   pure real(wp) function planned_at(sequence, costs, growth, h) result(cost)
     type(mesh_sequence_t), intent(in) :: sequence
     real(wp), intent(in) :: costs(:) !! of its plans
-    real(wp), intent(in) :: growth   !! [-]
+    type(growth_t), intent(in) :: growth
     real(wp), intent(in) :: h        !! size of the bricks [-]
-    real(wp), parameter :: least = 1.0e-9_wp
+    real(wp), parameter :: least = 1.0e-9_wp, least_part = 0.1_wp
     real(wp) :: at
     integer :: coarser, finer, i
 
@@ -120,10 +124,23 @@ contains
       end associate
     else
       i = max(coarser, finer)
-      cost = costs(i)*(size_of(i)/h)**growth
+      associate (grows => max(costs(i) - growth%fixed, least_part*costs(i)))
+        cost = costs(i) - grows + grown(grows, size_of(i)/h)
+      end associate
     end if
 
   contains
+
+    !> A cost with bricks so many times smaller.
+    pure real(wp) function grown(from, times)
+      real(wp), intent(in) :: from, times
+      real(wp) :: while_small !! times, 1 and more
+
+      while_small = 1.0_wp
+      if (from < growth%small) while_small = min(max(1.0_wp, times), &
+        (growth%small/max(from, least))**(1.0_wp/growth%power(1)))
+      grown = from*while_small**growth%power(1)*(times/while_small)**growth%power(2)
+    end function grown
 
     pure real(wp) function size_of(k)
       integer, intent(in) :: k

@@ -5,12 +5,12 @@
 module run_within_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: mesh_size_t, relative_size
-  use convergence_mod, only: size_for_error
+  use convergence_mod, only: safety, safety_of_two, size_for_error
   use foreseen_costs_mod, only: fits, seconds_to_run, memory_to_run
   use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, &
-    error_by_steps, has_bound
+    error_by_steps, has_bound, mesh_runs
   use next_run_mod, only: choice_t, choose_run, finer, next_finer, least_step, most_divisions, &
-    to_run, is_finest, time_is_over
+    to_run, is_finest, time_is_over, beyond_machine
   implicit none
   private
 
@@ -18,15 +18,17 @@ module run_within_mod
 
   ! Of the time that is left, what a run may take as it is foreseen: the last one, and one that
   ! tries the increments out.
-  real(wp), parameter :: part_for_run = 0.7_wp
+  real(wp), parameter :: part_for_run = 0.8_wp
   real(wp), parameter :: part_for_trial = 0.15_wp
 
   real(wp), parameter :: largest_jump = 2.2_wp
   !! from size to size: the mesh before the last then takes a few parts in a hundred of its time
+  real(wp), parameter :: farthest_jump = 3.0_wp
+  !! where a plan shows that there is more time than was thought
   real(wp), parameter :: nearly_last = 1.5_wp !! finer than the only one by no more: at once
-  real(wp), parameter :: worth_another_plan = 1.15_wp !! bricks so many times smaller
+  real(wp), parameter :: worth_another_plan = 1.12_wp !! bricks so many times smaller
   real(wp), parameter :: worth_dividing = 0.8_wp !! error left, of that without
-  integer, parameter :: most_plans = 4 !! of one run, before it is begun
+  integer, parameter :: most_plans = 3 !! of one run, before it is begun
   integer, parameter :: first_trials = 4 !! divisions that are tried on the first mesh
 
 contains
@@ -43,8 +45,8 @@ contains
       return
     end if
     call choose_run(sequence, room, errors, choice)
-    if (choice%outcome == to_run .and. has_bound(sequence) .and. size(sequence%runs) > 0) call &
-      keep_within(sequence, room, errors, choice)
+    if (has_bound(sequence) .and. size(sequence%runs) > 0 .and. (choice%outcome == to_run .or. &
+      choice%outcome == beyond_machine)) call keep_within(sequence, room, errors, choice)
   end subroutine choose_next
 
   !> What comes of a choice whose plan is made: whether it is run, or else what is to be planned
@@ -55,7 +57,6 @@ contains
     type(choice_t), intent(inout) :: choice !! gets what is foreseen, or is another
     type(sequence_error_t) :: errors
     type(choice_t) :: other
-    real(wp) :: apart
     logical :: is_within
 
     choice%is_replaced = .false.
@@ -63,23 +64,58 @@ contains
     if (size(sequence%runs) == 0 .or. .not. has_bound(sequence)) return
     is_within = fits(sequence, choice%mesh_size, choice%divisions, room, part_for_run, &
       is_planned=.true.)
-    if (.not. is_within .or. (choice%may_be_last .and. choice%n_plans < most_plans)) then
+    if (.not. is_within) then
       call choose_next(sequence, room, errors, other)
-      apart = relative_size(choice%mesh_size)/relative_size(other%mesh_size)
-      if (.not. is_within .or. (other%outcome == to_run .and. other%divisions == &
-        choice%divisions .and. apart >= worth_another_plan)) then
-        other%n_plans = choice%n_plans
-        other%is_replaced = .true.
-        choice = other
-        return
-      end if
+      other%n_plans = choice%n_plans
+      other%is_replaced = .true.
+      choice = other
+      return
     end if
+    if (choice%may_be_last .and. sequence%wanted <= 0.0_wp .and. choice%n_plans < most_plans) &
+      call try_finer(sequence, room, choice)
+    if (choice%is_replaced) return
     choice%seconds = sequence%spent + seconds_to_run(sequence, choice%mesh_size, &
       choice%divisions, is_planned=.true.)
     call estimate_sequence(sequence, errors)
     choice%error = expected_error(sequence, errors, relative_size(choice%mesh_size), &
       choice%divisions)
   end subroutine judge_plan
+
+  !> Take another mesh in place of a planned one that would leave much of the bounds unused.
+  subroutine try_finer(sequence, room, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: room
+    type(choice_t), intent(inout) :: choice
+    type(mesh_size_t) :: from, finest
+    integer :: n
+    logical :: found
+
+    call find_run(sequence, choice%divisions, from, n)
+    call find_finest(sequence, choice%mesh_size, choice%divisions, room, finest, found)
+    if (.not. found .or. n < 2) return
+    do while (relative_size(from) > farthest_jump*relative_size(finest))
+      call go_back(sequence, choice%mesh_size, finest)
+    end do
+    if (relative_size(choice%mesh_size) < worth_another_plan*relative_size(finest)) return
+    choice%mesh_size = finest
+    choice%is_replaced = .true.
+  end subroutine try_finer
+
+  !> The mesh before one, from a coarser one on; that one where there is none between.
+  subroutine go_back(sequence, from, mesh_size)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(mesh_size_t), intent(in) :: from
+    type(mesh_size_t), intent(inout) :: mesh_size
+    type(mesh_size_t) :: next, found
+
+    found = from
+    next = next_finer(sequence, from)
+    do while (relative_size(next) > relative_size(mesh_size))
+      found = next
+      next = next_finer(sequence, next)
+    end do
+    mesh_size = found
+  end subroutine go_back
 
   !> Without an accuracy: the larger error first, of mesh or increments, as far as the bounds reach.
   subroutine choose_finest(sequence, room, errors, choice)
@@ -205,6 +241,8 @@ contains
     order = errors%of_mesh(errors%worst)%order
     associate (last => sequence%runs(size(sequence%runs)))
       error = errors%mesh*(h/relative_size(last%mesh_size))**order
+      ! Of two meshes more is held to be possible than is likely.
+      if (size(mesh_runs(sequence)) == 2) error = error*safety/safety_of_two
       if (.not. sequence%divides) then
         of_steps = errors%load_steps
       else
@@ -227,7 +265,7 @@ contains
     type(mesh_size_t) :: from, finest
     real(wp) :: ratio
     integer :: n
-    logical :: found
+    logical :: found, few
 
     call find_run(sequence, choice%divisions, from, n)
     call find_finest(sequence, from, choice%divisions, room, finest, found)
@@ -238,46 +276,49 @@ contains
     end if
     choice%mesh_size = finest
     choice%may_be_last = .true.
-    if (ratio <= largest_jump .and. .not. (n == 1 .and. ratio > nearly_last)) return
+    ! Where only memory has a bound a mesh more takes nothing that counts.
+    few = n == 1 .or. (n == 2 .and. sequence%time <= 0.0_wp)
+    if (ratio <= largest_jump .and. .not. (few .and. ratio > nearly_last)) return
     from = finer(sequence, from, ratio/largest_jump)
     if (relative_size(from) <= relative_size(finest)) return
     choice%mesh_size = from
     choice%may_be_last = .false.
   end subroutine choose_size
 
-  !> With an accuracy: a run that goes beyond the bounds is replaced by the finest mesh within.
+  !> With an accuracy: where the run that it takes goes beyond the bounds, the finest mesh within
+  !> them that has its increments; where these are still tried out, those tried last.
   subroutine keep_within(sequence, room, errors, choice)
     type(mesh_sequence_t), intent(in) :: sequence
     real(wp), intent(in) :: room
     type(sequence_error_t), intent(inout) :: errors
-    type(choice_t), intent(inout) :: choice !! a run
-    type(mesh_size_t) :: from, finest
-    integer :: n
-    logical :: found
+    type(choice_t), intent(inout) :: choice !! a run, or that the machine does not hold it
+    type(choice_t) :: needed
+    logical :: is_trial
 
-    if (fits(sequence, choice%mesh_size, choice%divisions, room, part_for_run)) return
-    call tell_needs(sequence, errors, choice)
-    call find_run(sequence, choice%divisions, from, n)
-    found = n > 0
-    if (found) call find_finest(sequence, from, choice%divisions, room, finest, found)
-    if (found) found = n == 1 .or. relative_size(from)/relative_size(finest) >= least_step
-    choice%may_be_last = .true.
-    if (found) then
-      choice%mesh_size = finest
-    else
-      choice%outcome = time_is_over
+    is_trial = choice%divisions > maxval(sequence%runs%divisions)
+    if (choice%outcome == to_run) then
+      if (fits(sequence, choice%mesh_size, choice%divisions, room, merge(part_for_trial, &
+        part_for_run, is_trial))) return
     end if
+    call estimate_sequence(sequence, errors)
+    needed = choice
+    choice%outcome = to_run
+    if (is_trial) choice%divisions = maxval(sequence%runs%divisions)
+    call choose_size(sequence, room, choice)
+    if (choice%outcome == to_run) return
+    call tell_needs(sequence, errors, needed)
+    choice = needed
+    choice%outcome = time_is_over
   end subroutine keep_within
 
   !> What a run that would reach the accuracy takes.
   subroutine tell_needs(sequence, errors, choice)
     type(mesh_sequence_t), intent(in) :: sequence
-    type(sequence_error_t), intent(inout) :: errors
+    type(sequence_error_t), intent(in) :: errors
     type(choice_t), intent(inout) :: choice !! gets finer, seconds and memory
     type(mesh_size_t) :: enough
     real(wp) :: needed
 
-    call estimate_sequence(sequence, errors)
     enough = choice%mesh_size
     associate (last => sequence%runs(size(sequence%runs)))
       needed = relative_size(last%mesh_size)/relative_size(enough)

@@ -17,8 +17,8 @@ module estimate_costs_mod
   use obstacle_shapes_mod, only: has_fixed_normals
   use contact_points_mod, only: contact_nodes
   use scene_mod, only: scene_t
-  use controls_mod, only: is_exact, precision_controls_t, solver_sweeps, compliance_auto, &
-    compliance_dense, compliance_products
+  use controls_mod, only: is_exact, accuracy_controls_t, precision_controls_t, solver_sweeps, &
+    compliance_auto, compliance_dense, compliance_products
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most, bound_about
   use dof_map_mod, only: dof_map_t, make_dof_map
   use assembly_mod, only: triplets_t
@@ -93,10 +93,10 @@ contains
     character(:), allocatable :: reasons
 
     others = usage_of_others()
-    base = real(resident_bytes() + others%resident, wp)
+    base = taken_already(scene%accuracy)
     plan%memory_left = memory_left()
     if (scene%accuracy%memory > 0.0_wp) plan%memory_left = min(plan%memory_left, &
-      room_within(scene%accuracy%memory))
+      room_within(scene%accuracy))
     plan%disk_left = disk_left(path)
     scene%precision%scratch = path(:index(path, '/', back=.true.))
     if (scene%precision%scratch == '') scene%precision%scratch = './'
@@ -145,15 +145,25 @@ contains
     if (reasons /= '') call describe_choice(scene, reasons, plan)
   end subroutine estimate_costs
 
-  !> What a run may take beside what the process has, for the peak to stay below a bound: what must
-  !> be left whenever a library is called need not be used.
-  function room_within(memory) result(bytes)
-    real(wp), intent(in) :: memory !! that the process may take [bytes]
-    integer(i8) :: bytes
+  !> Memory that the process has and does not get again: what runs before this one have touched of
+  !> the libraries is counted with those.
+  function taken_already(accuracy) result(bytes)
+    type(accuracy_controls_t), intent(in) :: accuracy
+    real(wp) :: bytes !! [bytes]
     type(usage_t) :: others
 
     others = usage_of_others()
-    bytes = int(max(0.0_wp, memory + granted - real(resident_bytes() + others%resident, wp)), i8)
+    bytes = real(resident_bytes() + others%resident, wp)
+    if (accuracy%runs_before > 0) bytes = bytes - others%ranks_here*libraries
+  end function taken_already
+
+  !> What a run may take beside that for its peak to stay below a bound: what must be left whenever
+  !> a library is called need not be used.
+  function room_within(accuracy) result(bytes)
+    type(accuracy_controls_t), intent(in) :: accuracy !! with a bound of the memory
+    integer(i8) :: bytes
+
+    bytes = int(max(0.0_wp, accuracy%memory + granted - taken_already(accuracy)), i8)
   end function room_within
 
   !> Whether there is a factor: where the deck leaves it open and the build has the choice, as long

@@ -56,14 +56,18 @@ contains
     type(plan_t), intent(in) :: plan
     character(:), allocatable :: text
     real(wp), parameter :: fixed = 47.0e6_wp !! of the libraries, whatever the mesh [bytes]
-    real(wp) :: coarser, left
+    real(wp) :: coarser, left, peak
 
     text = 'the run needs about '
     if (.not. plan%is_analysed) text = 'the run needs more than '
-    text = text//bytes_in_words(plan%more_memory)//' of memory, and '
-    if (scene%accuracy%memory > 0.0_wp) text = text//'of the '// &
-      bytes_in_words(scene%accuracy%memory)//' that --memory allows '
-    text = text//bytes_in_words(real(plan%memory_left, wp))//' are free'
+    peak = figure_of(plan, 'peak_memory_bytes')
+    if (scene%accuracy%memory > 0.0_wp .and. peak > scene%accuracy%memory) then
+      text = text//bytes_in_words(peak)//' of memory, and --memory allows '// &
+        bytes_in_words(scene%accuracy%memory)
+    else
+      text = text//bytes_in_words(plan%more_memory)//' of memory, and '// &
+        bytes_in_words(real(plan%memory_left, wp))//' are free'
+    end if
     if (scene%precision%single_factor .or. scene%precision%out_of_core) text = text// &
       ' (with the factor in '//where_in_words(scene%precision)//')'
     left = real(plan%memory_left, wp) - fixed

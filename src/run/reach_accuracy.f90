@@ -11,7 +11,7 @@ module reach_accuracy_mod
   use system_mod, only: cpu_seconds
   use idle_processors_mod, only: processor_time_t
   use mesh_size_mod, only: blocks_t, relative_size
-  use controls_mod, only: subject_in_words
+  use controls_mod, only: accuracy_controls_t, subject_in_words
   use scene_mod, only: scene_t
   use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, mesh_runs, &
     has_bound
@@ -58,7 +58,8 @@ contains
     n_skipped = 0
     continues = goes_on(options, deck)
     runs: do
-      if (.not. choice%is_replaced) call choose_next(sequence, memory_for(sequence), errors, choice)
+      if (.not. choice%is_replaced) call choose_next(sequence, memory_for(deck%accuracy, sequence), errors, &
+        choice)
       if (choice%outcome /= to_run) exit runs
       sequence%spent = sequence%earlier + cpu_seconds()
       if (continues) call take_up(result_path(options, deck), choice, of_run)
@@ -72,6 +73,7 @@ contains
         cycle runs
       end if
       scene%accuracy%divisions = choice%divisions
+      scene%accuracy%runs_before = size(sequence%runs)
       of_console = console_of(console, options, choice)
       call run_mesh(of_run, scene, began, of_console, error, sequence, choice)
       if (choice%is_replaced .and. .not. allocated(error)) cycle runs
@@ -96,11 +98,12 @@ contains
   end subroutine reach_accuracy
 
   !> Memory that a run may take beside what the process has.
-  real(wp) function memory_for(sequence) result(bytes)
+  real(wp) function memory_for(accuracy, sequence) result(bytes)
+    type(accuracy_controls_t), intent(in) :: accuracy
     type(mesh_sequence_t), intent(in) :: sequence
 
     bytes = real(memory_left(), wp)
-    if (sequence%memory > 0.0_wp) bytes = min(bytes, real(room_within(sequence%memory), wp))
+    if (accuracy%memory > 0.0_wp) bytes = min(bytes, real(room_within(accuracy), wp))
     ! What comes next was decided with this one when the last run ended, and kept in its file.
     if (has_bound(sequence) .and. sequence%room > 0.0_wp) bytes = sequence%room
   end function memory_for
@@ -213,7 +216,8 @@ contains
     character(:), allocatable :: words, runs, reason
 
     words = percent(sequence%wanted)//' of '//subject_in_words(deck%accuracy)
-    runs = '; '//to_text(size(sequence%runs))//' runs, '
+    runs = '; '//to_text(size(sequence%runs))//trim(merge(' run ', ' runs', &
+      size(sequence%runs) == 1))//', '
     if (choice%outcome == is_reached) then
       call say('accuracy        '//words//' is reached: '//errors_in_words(sequence, errors)// &
         runs//seconds_in_words(sum(sequence%runs%seconds))//' of the processor')
@@ -238,10 +242,14 @@ contains
         to_text(size(mesh_runs(sequence)))//' meshes change it again and again; a quantity at '// &
         'a sharp edge or beneath a force on a node has no limit'
     case (time_is_over)
-      reason = 'within '//bounds_in_words(deck%accuracy)//' it is '// &
-        errors_in_words(sequence, errors)//'; it takes bricks '//to_text(choice%finer, 2)// &
-        ' times as small, some '//time_in_words(choice%seconds)//' of the processor and '// &
-        bytes_in_words(choice%memory)//' of memory'
+      reason = 'within '//bounds_in_words(deck%accuracy)//' too few runs say how wrong it is'
+      if (errors%mesh >= 0.0_wp) reason = 'within '//bounds_in_words(deck%accuracy)//' it is '// &
+        errors_in_words(sequence, errors)
+      reason = reason//'; the next run'
+      if (choice%finer > 1.0_wp) reason = reason//', of bricks '//to_text(choice%finer, 2)// &
+        ' times as small,'
+      reason = reason//' takes it to some '//time_in_words(choice%seconds)//' of the '// &
+        'processor and '//bytes_in_words(choice%memory)//' of memory'
     case default
       reason = errors_in_words(sequence, errors)
       if (choice%memory > 0.0_wp) reason = reason//'; it takes bricks '// &

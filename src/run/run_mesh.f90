@@ -21,7 +21,7 @@ module run_mesh_mod
   use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, planned_t, sequence_error_t, add_run, &
     has_bound
   use foreseen_costs_mod, only: note_plan
-  use next_run_mod, only: choice_t, is_reached, is_finest
+  use next_run_mod, only: choice_t, is_reached
   use run_within_mod, only: choose_next, judge_plan
   use prepare_scene_mod, only: result_path
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
@@ -274,8 +274,8 @@ contains
     sequence%spent = sequence%earlier + cpu_seconds()
     sequence%room = real(plan%memory_left, wp)
     call choose_next(sequence, sequence%room, errors, choice)
-    call keep_accuracy(file, sequence, errors, any(choice%outcome == [is_reached, is_finest]), &
-      error)
+    call keep_accuracy(file, sequence, errors, choice%outcome == is_reached .or. &
+      sequence%wanted <= 0.0_wp, error)
   end subroutine end_values
 
   !> Open the result file, that of a run to be continued where there is one.
