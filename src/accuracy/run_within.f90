@@ -51,9 +51,12 @@ contains
 
   !> What comes of a choice whose plan is made: whether it is run, or else what is to be planned
   !> instead.
-  subroutine judge_plan(sequence, room, choice)
+  !>
+  !> Where nothing is to be run at all, the finest mesh within the bounds is looked for by plans alone.
+  subroutine judge_plan(sequence, room, only_plans, choice)
     type(mesh_sequence_t), intent(in) :: sequence !! knows the plan
     real(wp), intent(in) :: room
+    logical, intent(in) :: only_plans
     type(choice_t), intent(inout) :: choice !! gets what is foreseen, or is another
     type(sequence_error_t) :: errors
     type(choice_t) :: other
@@ -61,7 +64,11 @@ contains
 
     choice%is_replaced = .false.
     choice%n_plans = choice%n_plans + 1
-    if (size(sequence%runs) == 0 .or. .not. has_bound(sequence)) return
+    if (.not. has_bound(sequence)) return
+    if (size(sequence%runs) == 0) then
+      if (only_plans .and. sequence%wanted <= 0.0_wp) call foresee_finest(sequence, room, choice)
+      return
+    end if
     is_within = fits(sequence, choice%mesh_size, choice%divisions, room, part_for_run, &
       is_planned=.true.)
     if (.not. is_within) then
@@ -80,6 +87,22 @@ contains
     choice%error = expected_error(sequence, errors, relative_size(choice%mesh_size), &
       choice%divisions)
   end subroutine judge_plan
+
+  !> Without a run: another mesh in place of a planned one that is not the finest within the bounds.
+  subroutine foresee_finest(sequence, room, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: room
+    type(choice_t), intent(inout) :: choice
+    type(mesh_size_t) :: finest
+    integer, parameter :: most = 8 !! plans
+    logical :: found
+
+    if (choice%n_plans >= most) return
+    call find_finest(sequence, sequence%first, 1, room, finest, found)
+    choice%is_replaced = relative_size(finest) < relative_size(choice%mesh_size) .or. &
+      relative_size(finest) > relative_size(choice%mesh_size)
+    choice%mesh_size = finest
+  end subroutine foresee_finest
 
   !> Take another mesh in place of a planned one that would leave much of the bounds unused.
   subroutine try_finer(sequence, room, choice)

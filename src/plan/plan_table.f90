@@ -112,18 +112,20 @@ contains
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: words
 
-    if (scene%accuracy%wanted > 0.0_wp) then
-      words = percent(scene%accuracy%wanted)//' of '//subject_in_words(scene%accuracy)
-    else
-      words = 'the best of '//subject_in_words(scene%accuracy)
-      if (scene%accuracy%keeps_mesh) words = 'as it comes'
-    end if
-    if (.not. scene%accuracy%keeps_mesh) then
-      words = words//', on a mesh that is to be found'
-    else if (scene%accuracy%wanted > 0.0_wp) then
-      words = words//', at the end of each step'
-    end if
-    if (is_bounded(scene%accuracy)) words = words//', within '//bounds_in_words(scene%accuracy)
+    associate (accuracy => scene%accuracy)
+      words = 'as it comes'
+      if (accuracy%wanted > 0.0_wp) then
+        words = percent(accuracy%wanted)//' of '//subject_in_words(accuracy)
+        if (accuracy%keeps_mesh) then
+          words = words//', at the end of each step'
+        else
+          words = words//', on a mesh that is to be found'
+        end if
+      else if (.not. accuracy%keeps_mesh) then
+        words = 'the best of '//subject_in_words(accuracy)//', on such a mesh after coarser ones'
+      end if
+      if (is_bounded(accuracy)) words = words//', within '//bounds_in_words(accuracy)
+    end associate
   end function accuracy_in_words
 
   !> Where W is not formed: that in the table, and why.

@@ -75,7 +75,7 @@ contains
     if (present(sequence)) then
       is_first = size(sequence%runs) == 0
       call note_costs(scene, plan, sequence)
-      call judge_plan(sequence, real(plan%memory_left, wp), choice)
+      call judge_plan(sequence, real(plan%memory_left, wp), options%plan, choice)
       if (choice%is_replaced) return
     end if
     ! Of the time that is allowed other threads would use up an unknown part.
