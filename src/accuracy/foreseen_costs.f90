@@ -9,9 +9,9 @@ module foreseen_costs_mod
 
   public :: fits, seconds_to_run, memory_to_run, note_plan
 
-  !> How a cost grows as bricks get smaller: but for a part that is fixed, as a power of their number
-  !> along an edge; while it is small as another, until the arithmetic of the factor, or memory
-  !> beyond the caches, prevails.
+  !> How a cost grows as bricks get smaller: but for a part that is fixed, as a power of their
+  !> number along an edge; while it is small as another, until the arithmetic of the factor, or
+  !> memory beyond the caches, prevails.
   type :: growth_t
     real(wp) :: fixed, small !! [s] or [bytes]
     real(wp) :: power(2)     !! while it is small, and from there on [-]

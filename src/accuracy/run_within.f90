@@ -9,6 +9,7 @@ module run_within_mod
   use foreseen_costs_mod, only: fits, seconds_to_run, memory_to_run
   use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, &
     error_by_steps, has_bound, mesh_runs
+  use finest_mesh_mod, only: find_run, find_finest, go_back
   use next_run_mod, only: choice_t, choose_run, finer, next_finer, least_step, most_divisions, &
     to_run, is_finest, time_is_over, beyond_machine
   implicit none
@@ -52,7 +53,8 @@ contains
   !> What comes of a choice whose plan is made: whether it is run, or else what is to be planned
   !> instead.
   !>
-  !> Where nothing is to be run at all, the finest mesh within the bounds is looked for by plans alone.
+  !> Where nothing is to be run at all, the finest mesh within the bounds is looked for by plans
+  !> alone.
   subroutine judge_plan(sequence, room, only_plans, choice)
     type(mesh_sequence_t), intent(in) :: sequence !! knows the plan
     real(wp), intent(in) :: room
@@ -78,8 +80,9 @@ contains
       choice = other
       return
     end if
-    if (choice%may_be_last .and. sequence%wanted <= 0.0_wp .and. choice%n_plans < most_plans) &
+    if (choice%may_be_last .and. sequence%wanted <= 0.0_wp .and. choice%n_plans < most_plans) then
       call try_finer(sequence, room, choice)
+    end if
     if (choice%is_replaced) return
     choice%seconds = sequence%spent + seconds_to_run(sequence, choice%mesh_size, &
       choice%divisions, is_planned=.true.)
@@ -98,7 +101,7 @@ contains
     logical :: found
 
     if (choice%n_plans >= most) return
-    call find_finest(sequence, sequence%first, 1, room, finest, found)
+    call find_finest(sequence, sequence%first, 1, room, part_for_run, finest, found)
     choice%is_replaced = relative_size(finest) < relative_size(choice%mesh_size) .or. &
       relative_size(finest) > relative_size(choice%mesh_size)
     choice%mesh_size = finest
@@ -114,7 +117,8 @@ contains
     logical :: found
 
     call find_run(sequence, choice%divisions, from, n)
-    call find_finest(sequence, choice%mesh_size, choice%divisions, room, finest, found)
+    call find_finest(sequence, choice%mesh_size, choice%divisions, room, part_for_run, finest, &
+      found)
     if (.not. found .or. n < 2) return
     do while (relative_size(from) > farthest_jump*relative_size(finest))
       call go_back(sequence, choice%mesh_size, finest)
@@ -123,22 +127,6 @@ contains
     choice%mesh_size = finest
     choice%is_replaced = .true.
   end subroutine try_finer
-
-  !> The mesh before one, from a coarser one on; that one where there is none between.
-  subroutine go_back(sequence, from, mesh_size)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(mesh_size_t), intent(in) :: from
-    type(mesh_size_t), intent(inout) :: mesh_size
-    type(mesh_size_t) :: next, found
-
-    found = from
-    next = next_finer(sequence, from)
-    do while (relative_size(next) > relative_size(mesh_size))
-      found = next
-      next = next_finer(sequence, next)
-    end do
-    mesh_size = found
-  end subroutine go_back
 
   !> Without an accuracy: the larger error first, of mesh or increments, as far as the bounds reach.
   subroutine choose_finest(sequence, room, errors, choice)
@@ -236,14 +224,16 @@ contains
       type(mesh_size_t) :: finest
       logical :: found
 
-      call find_finest(sequence, sequence%first, n, room, finest, found)
+      call find_finest(sequence, sequence%first, n, room, part_for_run, finest, found)
       error = huge(1.0_wp)
       if (n == divisions) then
         ! The mesh of the last run is there already.
-        if (.not. found) finest = sequence%runs(size(sequence%runs))%mesh_size
+        associate (last => sequence%runs(size(sequence%runs)))
+          if (.not. found .or. relative_size(finest) > relative_size(last%mesh_size)) then
+            finest = last%mesh_size
+          end if
+        end associate
         found = .true.
-        if (relative_size(finest) > relative_size(sequence%runs(size(sequence%runs))%mesh_size)) &
-          finest = sequence%runs(size(sequence%runs))%mesh_size
       end if
       if (found) error = expected_error(sequence, errors, relative_size(finest), n)
     end function error_with
@@ -291,7 +281,7 @@ contains
     logical :: found, few
 
     call find_run(sequence, choice%divisions, from, n)
-    call find_finest(sequence, from, choice%divisions, room, finest, found)
+    call find_finest(sequence, from, choice%divisions, room, part_for_run, finest, found)
     ratio = relative_size(from)/relative_size(finest)
     if (.not. found .or. (n > 1 .and. ratio < least_step)) then
       choice%outcome = is_finest
@@ -357,46 +347,5 @@ contains
     choice%seconds = sequence%spent + seconds_to_run(sequence, enough, choice%divisions)
     choice%memory = memory_to_run(sequence, enough)
   end subroutine tell_needs
-
-  !> The finest mesh with a run of so many divisions, and how many such meshes there are.
-  subroutine find_run(sequence, divisions, finest, n)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: divisions
-    type(mesh_size_t), intent(out) :: finest
-    integer, intent(out) :: n
-    integer :: i
-
-    n = 0
-    finest = sequence%first
-    do i = 1, size(sequence%runs)
-      if (sequence%runs(i)%divisions /= divisions) cycle
-      n = n + 1
-      if (n == 1 .or. relative_size(sequence%runs(i)%mesh_size) < relative_size(finest)) &
-        finest = sequence%runs(i)%mesh_size
-    end do
-  end subroutine find_run
-
-  !> The finest mesh within the bounds that is finer than a given one.
-  subroutine find_finest(sequence, from, divisions, room, finest, found)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(mesh_size_t), intent(in) :: from
-    integer, intent(in) :: divisions
-    real(wp), intent(in) :: room
-    type(mesh_size_t), intent(out) :: finest
-    logical, intent(out) :: found
-    type(mesh_size_t) :: next
-    integer, parameter :: farthest = 1000
-    integer :: i
-
-    found = .false.
-    finest = from
-    next = from
-    do i = 1, farthest
-      next = next_finer(sequence, next)
-      if (.not. fits(sequence, next, divisions, room, part_for_run)) return
-      finest = next
-      found = .true.
-    end do
-  end subroutine find_finest
 
 end module run_within_mod

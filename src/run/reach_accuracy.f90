@@ -1,6 +1,6 @@
 !> The runs that it takes to reach an accuracy, or to use the time and memory that are allowed:
-!> coarse ones first, from which it is known what a finer one brings. Each takes the place of the one before in the result file; the last one is the
-!> result.
+!> coarse ones first, from which it is known what a finer one brings. Each takes the place of the
+!> one before in the result file; the last one is the result.
 !>
 !> docs/theory.md section 10.
 module reach_accuracy_mod
@@ -58,8 +58,8 @@ contains
     n_skipped = 0
     continues = goes_on(options, deck)
     runs: do
-      if (.not. choice%is_replaced) call choose_next(sequence, memory_for(deck%accuracy, sequence), errors, &
-        choice)
+      if (.not. choice%is_replaced) call choose_next(sequence, memory_for(deck%accuracy, &
+        sequence), errors, choice)
       if (choice%outcome /= to_run) exit runs
       sequence%spent = sequence%earlier + cpu_seconds()
       if (continues) call take_up(result_path(options, deck), choice, of_run)

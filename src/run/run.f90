@@ -1,6 +1,5 @@
 !> A run of a deck, from the command line to its end.
 module run_mod
-  use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: string_t
   use standard_streams_mod, only: standard_output, write_most

@@ -47,8 +47,8 @@ contains
 
   !> Plan the scene, and unless only the plan is wanted, run it.
   !>
-  !> Where the sequence has bounds, a mesh may turn out too fine for them, or too coarse to use them,
-  !> once it is planned: then nothing is run, and the choice is another.
+  !> Where the sequence has bounds, a mesh may turn out too fine for them, or too coarse to use
+  !> them, once it is planned: then nothing is run, and the choice is another.
   subroutine run_mesh(options, scene, began, console, error, sequence, choice)
     type(options_t), intent(in) :: options
     type(scene_t), intent(inout) :: scene
@@ -71,9 +71,9 @@ contains
     call estimate_costs(scene, result_path(options, scene), options%exported /= '', plan, &
       solver%body%inverse%factor, error)
     if (allocated(error)) return
-    is_first = .true.
+    is_first = .not. goes_on(options, scene)
     if (present(sequence)) then
-      is_first = size(sequence%runs) == 0
+      is_first = is_first .and. size(sequence%runs) == 0
       call note_costs(scene, plan, sequence)
       call judge_plan(sequence, real(plan%memory_left, wp), options%plan, choice)
       if (choice%is_replaced) return
@@ -90,8 +90,7 @@ contains
     call print_lines(console, scene%notes)
     call print_lines(console, plan%lines)
     call note_contact(scene, plan, console)
-    call refuse_misfit(scene, plan, is_first .and. .not. goes_on(options, scene), options%force, &
-      console, error)
+    call refuse_misfit(scene, plan, is_first, options%force, console, error)
     if (allocated(error) .or. options%plan) return
     call run_scene(options, scene, plan, exports, solver, console, error, sequence)
   end subroutine run_mesh
@@ -123,7 +122,7 @@ contains
   subroutine refuse_misfit(scene, plan, is_first, forced, console, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    logical, intent(in) :: is_first !! no run before it says how long it will take
+    logical, intent(in) :: is_first !! it begins, and no run before it says how long it will take
     logical, intent(in) :: forced
     type(console_t), intent(in) :: console
     type(error_t), allocatable, intent(out) :: error

@@ -162,7 +162,8 @@ class Options(unittest.TestCase):
         again = Run(run.deck, "--memory", "0.05GB", "-o", str(run.file), **AUTO, mu=0)
         self.assertEqual(again.status, 1)
         self.assertIn("--memory 45MB", again.errors)
-        again = Run(run.deck, "--memory", "0.045GB", "-o", str(run.file), "--continue", **AUTO, mu=0)
+        words = ("--memory", "0.045GB", "-o", str(run.file), "--continue")
+        again = Run(run.deck, *words, **AUTO, mu=0)
         self.assertEqual(again.status, 1)
         self.assertIn("is finished: there is nothing to continue", again.errors)
 
