@@ -17,7 +17,8 @@ module mesh_sequence_mod
   private
 
   public :: mesh_sequence_t, mesh_run_t, planned_t, sequence_error_t, start_sequence, add_run, &
-    has_bound, estimate_sequence, error_by_steps, carry_sequence, mesh_runs, extrapolated
+    has_bound, on_coarse_mesh, estimate_sequence, error_by_steps, carry_sequence, mesh_runs, &
+    extrapolated
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most

@@ -5,10 +5,10 @@
 module run_within_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: mesh_size_t, relative_size
-  use convergence_mod, only: safety, safety_of_two, size_for_error
+  use convergence_mod, only: least_order, safety, safety_of_two, size_for_error
   use foreseen_costs_mod, only: fits, seconds_to_run, memory_to_run
   use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, &
-    error_by_steps, has_bound, mesh_runs
+    error_by_steps, has_bound, mesh_runs, on_coarse_mesh
   use finest_mesh_mod, only: find_run, find_finest, go_back
   use next_run_mod, only: choice_t, choose_run, finer, next_finer, least_step, most_divisions, &
     to_run, is_finest, time_is_over, beyond_machine
@@ -19,7 +19,7 @@ module run_within_mod
 
   ! Of the time that is left, what a run may take as it is foreseen: the last one, and one that
   ! tries the increments out.
-  real(wp), parameter :: part_for_run = 0.8_wp
+  real(wp), parameter :: part_for_run = 0.85_wp
   real(wp), parameter :: part_for_trial = 0.15_wp
 
   real(wp), parameter :: largest_jump = 2.2_wp
@@ -235,18 +235,21 @@ contains
         end associate
         found = .true.
       end if
-      if (found) error = expected_error(sequence, errors, relative_size(finest), n)
+      ! What is likely counts here, not what finer meshes may make of it.
+      if (found) error = expected_error(sequence, errors, relative_size(finest), n, &
+        1.0_wp/on_coarse_mesh)
     end function error_with
 
   end subroutine divide_further
 
   !> The error that a run is expected to have; negative where nothing is known.
-  real(wp) function expected_error(sequence, errors, h, divisions) result(error)
+  real(wp) function expected_error(sequence, errors, h, divisions, of_steps) result(error)
     type(mesh_sequence_t), intent(in) :: sequence
     type(sequence_error_t), intent(in) :: errors !! of the last run
     real(wp), intent(in) :: h                    !! size of its bricks [-]
     integer, intent(in) :: divisions
-    real(wp) :: order, of_steps
+    real(wp), intent(in), optional :: of_steps   !! what of their error counts (all) [-]
+    real(wp) :: order, steps
     integer :: tried
 
     error = -1.0_wp
@@ -256,17 +259,20 @@ contains
       error = errors%mesh*(h/relative_size(last%mesh_size))**order
       ! Of two meshes more is held to be possible than is likely.
       if (size(mesh_runs(sequence)) == 2) error = error*safety/safety_of_two
-      if (.not. sequence%divides) then
-        of_steps = errors%load_steps
-      else
-        tried = maxval(sequence%runs%divisions)
-        of_steps = error_by_steps(sequence, min(divisions, tried))* &
-          real(min(divisions, tried), wp)/real(divisions, wp)
-        if (of_steps < 0.0_wp) of_steps = errors%load_steps*real(last%divisions, wp)/ &
-          real(divisions, wp)
+      steps = errors%load_steps
+      if (sequence%divides) then
+        tried = min(divisions, maxval(sequence%runs%divisions))
+        steps = error_by_steps(sequence, tried)
+        if (steps < 0.0_wp) then
+          tried = last%divisions
+          steps = errors%load_steps
+        end if
+        steps = steps*(real(tried, wp)/real(divisions, wp))**least_order
       end if
     end associate
-    error = error + max(0.0_wp, of_steps) + errors%others
+    steps = max(0.0_wp, steps)
+    if (present(of_steps)) steps = of_steps*steps
+    error = error + steps + errors%others
   end function expected_error
 
   !> The next mesh with the divisions that are chosen: the finest within the bounds where the one
