@@ -24,6 +24,8 @@ module foreseen_costs_mod
 
   ! How far a run may be from its plan and yet say how far the next one will be [-].
   real(wp), parameter :: least_ratio = 0.4_wp, largest_ratio = 5.0_wp
+  real(wp), parameter :: longest_overhead = 0.05_wp !! of a run beside its plan [s]
+  real(wp), parameter :: many = 2.0_wp              !! times that, and a run is long
 
 contains
 
@@ -64,16 +66,8 @@ contains
     integer, intent(in) :: divisions
     logical, intent(in), optional :: is_planned !! the time for its plan is spent
     real(wp) :: ratio, h
-    integer :: i
 
-    ratio = 1.0_wp
-    do i = size(sequence%runs), 1, -1
-      associate (run => sequence%runs(i))
-        if (run%planned <= 0.0_wp) cycle
-        ratio = max(least_ratio, min(run%seconds/run%planned, largest_ratio))
-        exit
-      end associate
-    end do
+    ratio = ratio_to_plan(sequence)
     h = relative_size(mesh_size)
     seconds = ratio*(planned_at(sequence, sequence%plans%start, of_start, h) + &
       divisions*planned_at(sequence, sequence%plans%increments, of_increments, h))
@@ -82,6 +76,26 @@ contains
     end if
     seconds = seconds + planned_at(sequence, sequence%plans%planning, of_planning, h)
   end function seconds_to_run
+
+  !> What runs take over what their plans say, by the last one.
+  pure real(wp) function ratio_to_plan(sequence) result(ratio)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp) :: overhead
+    integer :: i
+
+    ratio = 1.0_wp
+    do i = size(sequence%runs), 1, -1
+      associate (run => sequence%runs(i), first => sequence%runs(1))
+        if (run%planned <= 0.0_wp .or. first%planned <= 0.0_wp) cycle
+        ! Of a short run a good part is what every run takes and plans leave out; of the next one it
+        ! is none.
+        overhead = max(0.0_wp, min(first%seconds - first%planned, longest_overhead))
+        if (run%seconds > many*overhead) overhead = 0.0_wp
+        ratio = max(least_ratio, min((run%seconds - overhead)/run%planned, largest_ratio))
+        return
+      end associate
+    end do
+  end function ratio_to_plan
 
   !> Memory of a run beside what the process has.
   real(wp) function memory_to_run(sequence, mesh_size) result(memory)

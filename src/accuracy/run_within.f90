@@ -19,8 +19,8 @@ module run_within_mod
 
   ! Of the time that is left, what a run may take as it is foreseen: the last one, and one that
   ! tries the increments out.
-  real(wp), parameter :: part_for_run = 0.85_wp
-  real(wp), parameter :: part_for_trial = 0.15_wp
+  real(wp), parameter :: part_for_run = 0.8_wp
+  real(wp), parameter :: part_for_trial = 0.06_wp
 
   real(wp), parameter :: largest_jump = 2.2_wp
   !! from size to size: the mesh before the last then takes a few parts in a hundred of its time

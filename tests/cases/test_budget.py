@@ -31,7 +31,7 @@ class Within(unittest.TestCase):
     def test_time(self):
         """A result, its error by several meshes, and all of it in the file; foreseen and told."""
         with run_block(n=4).result() as result:
-            time = max(1, round(20 * result.counters["cpu_seconds"]))  # a busy machine takes longer
+            time = max(1, round(15 * result.counters["cpu_seconds"]))  # a busy machine takes longer
         run = run_block("--time", str(time))
         self.assertEqual(run.status, 0, run.errors)
         self.assertRegex(run.output, r"\nforeseen        \d+ bricks.*: error [\d.]+ %, .* of the "
