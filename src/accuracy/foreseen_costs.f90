@@ -24,6 +24,8 @@ module foreseen_costs_mod
 
   ! How far a run may be from its plan and yet say how far the next one will be [-].
   real(wp), parameter :: least_ratio = 0.4_wp, largest_ratio = 5.0_wp
+  real(wp), parameter :: growth_of_ratio = 0.05_wp
+  !! with the time: what a short run has in caches a long one has not [-]
   real(wp), parameter :: longest_overhead = 0.05_wp !! of a run beside its plan [s]
   real(wp), parameter :: many = 2.0_wp              !! times that, and a run is long
 
@@ -65,25 +67,29 @@ contains
     type(mesh_size_t), intent(in) :: mesh_size
     integer, intent(in) :: divisions
     logical, intent(in), optional :: is_planned !! the time for its plan is spent
-    real(wp) :: ratio, h
+    real(wp) :: ratio, before, h
 
-    ratio = ratio_to_plan(sequence)
+    call compare_with_plan(sequence, ratio, before)
     h = relative_size(mesh_size)
     seconds = ratio*(planned_at(sequence, sequence%plans%start, of_start, h) + &
       divisions*planned_at(sequence, sequence%plans%increments, of_increments, h))
+    if (before > 0.0_wp) seconds = seconds*max(1.0_wp, seconds/before)**growth_of_ratio
     if (present(is_planned)) then
       if (is_planned) return
     end if
     seconds = seconds + planned_at(sequence, sequence%plans%planning, of_planning, h)
   end function seconds_to_run
 
-  !> What runs take over what their plans say, by the last one.
-  pure real(wp) function ratio_to_plan(sequence) result(ratio)
+  !> What runs take over what their plans say, by the last one that was not continued.
+  pure subroutine compare_with_plan(sequence, ratio, seconds)
     type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(out) :: ratio
+    real(wp), intent(out) :: seconds !! of that run; 0: there is none [s]
     real(wp) :: overhead
     integer :: i
 
     ratio = 1.0_wp
+    seconds = 0.0_wp
     do i = size(sequence%runs), 1, -1
       associate (run => sequence%runs(i), first => sequence%runs(1))
         if (run%planned <= 0.0_wp .or. first%planned <= 0.0_wp) cycle
@@ -92,10 +98,11 @@ contains
         overhead = max(0.0_wp, min(first%seconds - first%planned, longest_overhead))
         if (run%seconds > many*overhead) overhead = 0.0_wp
         ratio = max(least_ratio, min((run%seconds - overhead)/run%planned, largest_ratio))
+        seconds = run%seconds
         return
       end associate
     end do
-  end function ratio_to_plan
+  end subroutine compare_with_plan
 
   !> Memory of a run beside what the process has.
   real(wp) function memory_to_run(sequence, mesh_size) result(memory)

@@ -27,7 +27,7 @@ module run_within_mod
   real(wp), parameter :: farthest_jump = 3.0_wp
   !! where a plan shows that there is more time than was thought
   real(wp), parameter :: nearly_last = 1.5_wp !! finer than the only one by no more: at once
-  real(wp), parameter :: worth_another_plan = 1.12_wp !! bricks so many times smaller
+  real(wp), parameter :: worth_another_plan = 1.08_wp !! bricks so many times smaller
   real(wp), parameter :: worth_dividing = 0.8_wp !! error left, of that without
   integer, parameter :: most_plans = 3 !! of one run, before it is begun
   integer, parameter :: first_trials = 4 !! divisions that are tried on the first mesh

@@ -46,6 +46,9 @@ contains
     if (options%accuracy > 0.0_wp) scene%accuracy%wanted = options%accuracy
     scene%accuracy%time = options%time
     scene%accuracy%memory = options%memory
+    ! Without contact there are no resultants to compare.
+    if (is_bounded(scene%accuracy) .and. scene%accuracy%wanted <= 0.0_wp .and. &
+      size(scene%pairs) == 0) scene%accuracy%of = accuracy_of_energy
     associate (accuracy => scene%accuracy)
       if (options%refine > 0 .or. (options%refine == 0 .and. (accuracy%wanted > 0.0_wp .or. &
         is_bounded(accuracy)))) then
