@@ -142,7 +142,8 @@ contains
     most = maxval(sequence%runs%divisions)
     if (sequence%divides .and. most < first_trials .and. .not. is_beyond_first(sequence)) then
       choice%divisions = 2*most
-      if (fits(sequence, sequence%first, choice%divisions, room, part_for_trial)) return
+      if (is_brief(sequence) .and. fits(sequence, sequence%first, choice%divisions, room, &
+        part_for_trial)) return
     end if
     choice%divisions = divisions_in_use(sequence)
     if (is_exact(sequence, errors)) then
@@ -154,6 +155,14 @@ contains
     if (choice%divisions > most) return
     call choose_size(sequence, room, choice)
   end subroutine choose_finest
+
+  !> Whether the last run took no more time than one that tries increments out may take.
+  pure logical function is_brief(sequence)
+    type(mesh_sequence_t), intent(in) :: sequence
+
+    is_brief = sequence%time <= 0.0_wp .or. sequence%runs(size(sequence%runs))%seconds <= &
+      part_for_trial*(sequence%time - sequence%spent)
+  end function is_brief
 
   !> Whether there is a run on a finer mesh than the first.
   pure logical function is_beyond_first(sequence)
