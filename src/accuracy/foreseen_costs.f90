@@ -48,7 +48,7 @@ contains
   end subroutine note_plan
 
   !> Whether a run is foreseen to be within the bounds.
-  logical function fits(sequence, mesh_size, divisions, room, part, is_planned)
+  pure logical function fits(sequence, mesh_size, divisions, room, part, is_planned)
     type(mesh_sequence_t), intent(in) :: sequence !! with a plan at least
     type(mesh_size_t), intent(in) :: mesh_size
     integer, intent(in) :: divisions
@@ -62,7 +62,7 @@ contains
   end function fits
 
   !> Processor time of a run: as planned, times what the last run took of its own plan.
-  real(wp) function seconds_to_run(sequence, mesh_size, divisions, is_planned) result(seconds)
+  pure real(wp) function seconds_to_run(sequence, mesh_size, divisions, is_planned) result(seconds)
     type(mesh_sequence_t), intent(in) :: sequence !! with a plan at least
     type(mesh_size_t), intent(in) :: mesh_size
     integer, intent(in) :: divisions
@@ -105,7 +105,7 @@ contains
   end subroutine compare_with_plan
 
   !> Memory of a run beside what the process has.
-  real(wp) function memory_to_run(sequence, mesh_size) result(memory)
+  pure real(wp) function memory_to_run(sequence, mesh_size) result(memory)
     type(mesh_sequence_t), intent(in) :: sequence !! with a plan at least
     type(mesh_size_t), intent(in) :: mesh_size
 
