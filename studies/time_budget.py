@@ -105,9 +105,9 @@ def page(program):
             f"{FINER} times the increments, and `doubt` how far the finest of these is from the",
             "limit; `ratio` is that of the true errors, none of them taken for less than the",
             "doubt. `runs` are all that were made, `bricks` and `parts` of each increment those",
-            f"of the last. One thread, {machine()}; other programs had the machine's other",
-            "processor, and its memory, now and then. By hand nothing tells how accurate a run is,",
-            "nor how long it will take: its seconds are those of that one run, found afterwards.",
+            f"of the last. One thread, {machine()}, whose processors and memory other programs",
+            "used too. By hand nothing tells how accurate a run is, nor how long it will take: its",
+            "seconds are those of that one run, found afterwards.",
             "",
             f"Within the time: **{sum(used <= 1)}** of {len(used)}, at most {used.max():.2f} of "
             f"it, {np.median(used):.2f} in the median. The error is {np.median(ratios):.2f} times",
