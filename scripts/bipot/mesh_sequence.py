@@ -1,4 +1,4 @@
-"""The runs by which a result got to the accuracy that was asked for, and what they say of it."""
+"""The runs by which a result got to its accuracy, and what they say of it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ GROUP = "/accuracy"
 class MeshSequence:
     """K runs on finer and finer meshes, of which the last one is the result.
 
-    wanted, reached   the accuracy asked for, and whether the result has it
+    wanted, reached   the accuracy asked for (0: none), and whether the result has it
+    time_allowed, memory_allowed   seconds of the processor and bytes that runs might take, 0: any
     mesh, load_steps, others   errors of the result by source, -1 where they are not known
     brick_size        (K,) edges of the bricks over those of the deck
     divisions, bricks, processor_time   (K,) parts of each increment, bricks, seconds
@@ -34,6 +35,8 @@ class MeshSequence:
         group = result.file[GROUP]
         self.wanted = float(group.attrs["wanted"])
         self.reached = bool(group.attrs["reached"])
+        self.time_allowed = float(group.attrs.get("time_allowed", 0))
+        self.memory_allowed = float(group.attrs.get("memory_allowed", 0))
         self.mesh, self.load_steps, self.others = (
             float(group.attrs[name]) for name in ("mesh", "load_steps", "others")
         )
@@ -56,5 +59,9 @@ class MeshSequence:
         return len(self.bricks)
 
     def __repr__(self) -> str:
-        state = "reached" if self.reached else "not reached"
-        return f"<MeshSequence {self.wanted:g} {state}, {len(self)} runs, {self.bricks[-1]} bricks>"
+        told = [f"{self.wanted:g} {'' if self.reached else 'not '}reached"] if self.wanted else []
+        bounds = [f"{self.time_allowed:g} s"] if self.time_allowed else []
+        bounds += [f"{self.memory_allowed / 1e6:g} MB"] if self.memory_allowed else []
+        told += [f"within {' and '.join(bounds)}"] if bounds else []
+        told += [f"{len(self)} runs", f"{self.bricks[-1]} bricks"]
+        return f"<MeshSequence {', '.join(told)}>"

@@ -83,8 +83,8 @@ def _refuse_hdf5(path: str) -> None:
 
 def command_words(
     parameters: Mapping[str, Any] | None, more: Mapping[str, Any], *,
-    accuracy: float | None = None, refine: int | None = None, overwrite: bool = False,
-    resume: bool = False, force: bool = False,
+    accuracy: float | None = None, time: float | None = None, memory: str | None = None,
+    refine: int | None = None, overwrite: bool = False, resume: bool = False, force: bool = False,
 ) -> list[str]:
     """Return a deck's parameters and the options of a run as words of the command line."""
     settings = {**(parameters or {}), **more}
@@ -93,6 +93,8 @@ def command_words(
             raise TypeError(f"parameter {name} must be a number or a text, not {value!r}")
     words = set_words(settings)
     words += [] if accuracy is None else ["--accuracy", str(accuracy)]
+    words += [] if time is None else ["--time", str(time)]
+    words += [] if memory is None else ["--memory", str(memory)]
     words += ["--refine", str(refine)] if refine is not None else []
     flags = {"--overwrite": overwrite, "--continue": resume, "--force": force}
     return words + [flag for flag, wanted in flags.items() if wanted]
@@ -288,7 +290,8 @@ def _read_plan(text: str, status: int, said: str) -> Plan:
 
 
 def plan(
-    deck: DeckLike, *, accuracy: float | None = None, refine: int | None = None,
+    deck: DeckLike, *, accuracy: float | None = None, time: float | None = None,
+    memory: str | None = None, refine: int | None = None,
     parameters: Mapping[str, Any] | None = None, program: str | os.PathLike[str] | None = None,
     **values: Any,
 ) -> Plan:
@@ -297,7 +300,9 @@ def plan(
     Raises DeckError where the deck is wrong. A run that this machine cannot hold is no error:
     `fits` of the plan says so.
     """
-    words = command_words(parameters, values, accuracy=accuracy, refine=refine)
+    words = command_words(
+        parameters, values, accuracy=accuracy, time=time, memory=memory, refine=refine
+    )
     done = _ask(deck, program, ["--plan", *words])
     if done.returncode not in (0, 3) or not done.stdout:
         raise _error(done.returncode, done.stderr, done.stdout)
@@ -433,6 +438,8 @@ def run(
     overwrite: bool = False,
     resume: bool = False,
     accuracy: float | None = None,
+    time: float | None = None,
+    memory: str | None = None,
     refine: int | None = None,
     force: bool = False,
     threads: int | None = None,
@@ -450,7 +457,10 @@ def run(
     overwrite   replace a result that is unfinished, of another deck, or of other parameters
     resume      go on with the run that left an unfinished result
     accuracy    error allowed in the contact resultants, 0.01 for 1 %; the mesh is then chosen
-    refine      how often every brick is cut into eight; with an accuracy this keeps the mesh
+    time        seconds of the processor that all runs together may take: the most accurate mesh
+                and increments within them are chosen
+    memory      that a run may take, as "4GB" or "500MB": the same
+    refine      how often every brick is cut into eight; beside these three it keeps the mesh
     force       run even what does not fit in memory or on the disk
     threads     of the linear algebra library (as the environment has it)
     quiet       no progress bar; there is one anyway only where tqdm is installed
@@ -464,8 +474,8 @@ def run(
     """
     path = result_path(deck, output, directory)
     words = command_words(
-        parameters, values, accuracy=accuracy, refine=refine, overwrite=overwrite, resume=resume,
-        force=force,
+        parameters, values, accuracy=accuracy, time=time, memory=memory, refine=refine,
+        overwrite=overwrite, resume=resume, force=force,
     )
     path.parent.mkdir(parents=True, exist_ok=True)
     if isinstance(deck, Deck):

@@ -7,7 +7,8 @@ module convergence_mod
   implicit none
   private
 
-  public :: most_order, convergence_t, observe_convergence, assume_first_order, size_for_error
+  public :: least_order, most_order, safety, safety_of_two, convergence_t, observe_convergence, &
+    assume_first_order, size_for_error
 
   real(wp), parameter :: least_order = 0.5_wp, most_order = 2.0_wp !! that are believed
   real(wp), parameter :: safety = 1.25_wp, safety_of_two = 3.0_wp

@@ -1,5 +1,6 @@
-!> The runs by which an accuracy is reached: on meshes that get finer, and on the coarsest of them
-!> with increments that get smaller; and what they say of the error of the last one.
+!> The runs by which an accuracy is reached, or time and memory are used well: on meshes that get
+!> finer, and on the coarsest of them with increments that get smaller; and what they say of the
+!> error of the last one.
 !>
 !> docs/theory.md section 10.
 module mesh_sequence_mod
@@ -15,9 +16,9 @@ module mesh_sequence_mod
   implicit none
   private
 
-  public :: mesh_sequence_t, mesh_run_t, sequence_error_t, start_sequence, add_run, &
-    estimate_sequence, error_by_steps, carry_sequence, mesh_runs, extrapolated, change, &
-    family_t, family_of, step_runs
+  public :: mesh_sequence_t, mesh_run_t, planned_t, sequence_error_t, family_t, start_sequence, &
+    add_run, has_bound, on_coarse_mesh, estimate_sequence, error_by_steps, carry_sequence, &
+    mesh_runs, extrapolated, change, family_of, step_runs
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
@@ -34,6 +35,7 @@ module mesh_sequence_mod
     real(wp) :: others = 0.0_wp       !! contact and arithmetic, the worst [-]
     real(wp) :: recovery = 0.0_wp     !! error by the mesh, by recovery of stresses, the worst [-]
     real(wp), allocatable :: values(:, :) !! (n_components,n_increments) of the deck's increments
+    real(wp) :: planned = 0.0_wp      !! its seconds, as planned; 0: not known [s]
     real(wp), allocatable :: balls(:, :)  !! (4,n) where contact acted, as of zone_t
     real(wp) :: near = 1.0_wp             !! the part of the bricks that are there [-]
   end type mesh_run_t
@@ -44,6 +46,15 @@ module mesh_sequence_mod
     integer :: divisions = 1 !! of the deck's increments
   end type family_t
 
+  !> What a plan says that a run takes.
+  type :: planned_t
+    type(mesh_size_t) :: mesh_size
+    real(wp) :: start = 0.0_wp      !! of the processor, however many increments there are [s]
+    real(wp) :: increments = 0.0_wp !! of the processor, for the deck's increments undivided [s]
+    real(wp) :: planning = 0.0_wp   !! what the plan itself took, deck and mesh included [s]
+    real(wp) :: memory = 0.0_wp     !! beside what the process has [bytes]
+  end type planned_t
+
   !> All runs so far, and what they are compared by.
   type :: mesh_sequence_t
     type(quantity_t), allocatable :: list(:)
@@ -53,7 +64,13 @@ module mesh_sequence_mod
     logical  :: recovers = .false.  !! recovery of stresses is about what the accuracy is of
     logical  :: divides = .false.   !! increments may be cut, and what comes out depends on it
     integer  :: n_increments = 0    !! of the deck
-    real(wp) :: wanted = 0.0_wp     !! accuracy [-]
+    real(wp) :: wanted = 0.0_wp     !! accuracy; 0: as accurate as time and memory allow [-]
+    real(wp) :: time = 0.0_wp       !! of the processor that all runs may take; 0: any [s]
+    real(wp) :: memory = 0.0_wp     !! that a run may take at its peak; 0: what there is [bytes]
+    type(planned_t), allocatable :: plans(:) !! a mesh each: of the runs, and of meshes left out
+    real(wp) :: earlier = 0.0_wp    !! time of the processor of sessions that this one continues [s]
+    real(wp) :: spent = 0.0_wp      !! up to the end of the last run, theirs included [s]
+    real(wp) :: room = 0.0_wp       !! memory that the last run might have taken [bytes]
   end type mesh_sequence_t
 
   !> What is known of the last run's error.
@@ -76,11 +93,21 @@ contains
 
     call list_quantities(scene, sequence%list)
     allocate (sequence%runs(0))
+    allocate (sequence%plans(0))
     sequence%recovers = scene%accuracy%of <= accuracy_of_energy
     sequence%divides = any(scene%pairs%mu > 0.0_wp) .and. .not. all(scene%steps%direct)
     sequence%n_increments = count_increments(scene%steps)
     sequence%wanted = scene%accuracy%wanted
+    sequence%time = scene%accuracy%time
+    sequence%memory = scene%accuracy%memory
   end subroutine start_sequence
+
+  !> Whether time or memory of the runs have a bound beside the machine's.
+  pure logical function has_bound(sequence)
+    type(mesh_sequence_t), intent(in) :: sequence
+
+    has_bound = sequence%time > 0.0_wp .or. sequence%memory > 0.0_wp
+  end function has_bound
 
   subroutine add_run(sequence, run)
     type(mesh_sequence_t), intent(inout) :: sequence
@@ -163,6 +190,9 @@ contains
       scales = error_scales(sequence%list, last%values)
       errors%load_steps = last%load_steps
       if (sequence%divides) errors%load_steps = error_by_steps(sequence, family_of(last))
+      ! Too little time to divide increments leaves what the run itself says of them.
+      if (errors%load_steps < 0.0_wp .and. sequence%wanted <= 0.0_wp) errors%load_steps = &
+        last%load_steps
     end associate
     if (n < 2 .or. (n == 2 .and. .not. sequence%recovers)) return
     allocate (errors%of_mesh(size(sequence%list)))
@@ -276,6 +306,8 @@ contains
     n = size(sequence%runs)
     call archive(list, n)
     call carry_size(sequence%first)
+    call archive(list, sequence%spent)
+    call archive(list, sequence%room)
     do i = 1, n
       run = mesh_run_t()
       if (i <= size(sequence%runs)) run = sequence%runs(i)
@@ -289,6 +321,7 @@ contains
       call archive(list, run%others)
       call archive(list, run%recovery)
       call archive(list, run%values)
+      call archive(list, run%planned)
       call archive(list, run%balls)
       call archive(list, run%near)
       if (i > size(sequence%runs)) call add_run(sequence, run)

@@ -8,12 +8,14 @@ module next_run_mod
   use choose_cuts_mod, only: choose_cuts
   use convergence_mod, only: size_for_error
   use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, family_t, start_sequence, &
-    estimate_sequence, error_by_steps, mesh_runs, step_runs
+    estimate_sequence, error_by_steps, has_bound, mesh_runs, step_runs
   implicit none
   private
 
-  public :: choice_t, begin_sequence, choose_run, skip_mesh
-  public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine
+  public :: choice_t, begin_sequence, choose_run, skip_mesh, finer, next_finer, least_step, &
+    most_divisions
+  public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, &
+    time_is_over
 
   ! What comes next.
   integer, parameter :: to_run = 1
@@ -21,6 +23,8 @@ module next_run_mod
   integer, parameter :: steps_too_coarse = 3 !! load steps make too much, however small
   integer, parameter :: not_convergent = 4   !! finer meshes change it as much as before, or more
   integer, parameter :: beyond_machine = 5   !! the mesh that it takes does not fit
+  integer, parameter :: is_finest = 6        !! nothing finer fits the time and memory allowed
+  integer, parameter :: time_is_over = 7     !! and the accuracy takes more
 
   real(wp), parameter :: part_for_steps = 0.3_wp !! of the accuracy, that load steps may use up
   real(wp), parameter :: aimed_at = 0.8_wp !! of what is left for the mesh
@@ -45,6 +49,10 @@ module next_run_mod
     real(wp) :: finer = 1.0_wp
     !! beyond the machine: how many times smaller the bricks of the last run would have to be [-]
     real(wp) :: memory = 0.0_wp      !! and what that would take [bytes]
+    real(wp) :: seconds = 0.0_wp     !! foreseen up to its end, all runs; 0: not known [s]
+    real(wp) :: error = -1.0_wp      !! foreseen; negative: not known [-]
+    integer :: n_plans = 0           !! that were made of this run so far
+    logical :: is_replaced = .false. !! the plan of another run led to this one
   end type choice_t
 
 contains
@@ -99,6 +107,19 @@ contains
 
   end function finer
 
+  !> The next finer mesh.
+  pure type(mesh_size_t) function next_finer(sequence, mesh_size)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(mesh_size_t), intent(in) :: mesh_size
+
+    next_finer = mesh_size
+    if (sequence%blocks%common == 0) then
+      next_finer%parts = mesh_size%parts + 1
+    else
+      next_finer%blocks(1) = mesh_size%blocks(1) + 2 - mod(mesh_size%blocks(1), 2)
+    end if
+  end function next_finer
+
   !> Begin with a finer mesh than the one that was not solved.
   subroutine skip_mesh(sequence)
     type(mesh_sequence_t), intent(inout) :: sequence
@@ -115,12 +136,12 @@ contains
 
     choice%mesh_size = sequence%first
     if (size(sequence%runs) == 0) return
-    call choose_next(sequence, memory_left, errors, choice)
+    call follow_runs(sequence, memory_left, errors, choice)
     if (choice%mesh_size%parts > most_parts) choice%outcome = beyond_machine
   end subroutine choose_run
 
   !> Increments on the first mesh, then all bricks, those at contact, increments there.
-  subroutine choose_next(sequence, memory_left, errors, choice)
+  subroutine follow_runs(sequence, memory_left, errors, choice)
     type(mesh_sequence_t), intent(in) :: sequence
     real(wp), intent(in) :: memory_left
     type(sequence_error_t), intent(out) :: errors
@@ -138,7 +159,8 @@ contains
     call refine_all(sequence, family, memory_left, errors, choice)
     if (choice%outcome == is_reached .or. choice%outcome == steps_too_coarse) return
     if (choice%finer < worth_a_try .and. choice%outcome == to_run) return
-    if (size(mesh_runs(sequence, family)) < 3) return
+    ! What cuts take is not foreseen.
+    if (has_bound(sequence) .or. size(mesh_runs(sequence, family)) < 3) return
     call choose_cuts(sequence, family%divisions, family%cuts, next, base)
     if (next == 0 .and. family%cuts == 0) return
     if (next > 0) then
@@ -156,7 +178,7 @@ contains
     if (.not. found) return
     call estimate_sequence(sequence, errors, family)
     call refine_all(sequence, family, memory_left, errors, choice)
-  end subroutine choose_next
+  end subroutine follow_runs
 
   !> How the deck's increments are to be divided: tried on the coarsest mesh of a family with three
   !> sizes and more, from what it has on.

@@ -1,7 +1,7 @@
 !> The command line.
 !>
-!>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--refine K]
-!>                [--plan | --check | --flat] [--force] [--export-fclib STEPS]
+!>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--time S] [--memory SIZE]
+!>                [--refine K] [--plan | --check | --flat] [--force] [--export-fclib STEPS]
 !>                [--overwrite | --continue] [--quiet]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite] [--quiet]
 !>     bipot --help | --version
@@ -11,6 +11,7 @@ module command_line_mod
   use text_mod, only: as_list, nearest_word, string_t, to_text, upper
   use controls_mod, only: contact_controls_t, solver_global_newton, solver_sweeps
   use diagnostics_mod, only: guess, quoted
+  use memory_sizes_mod, only: take_size
   use numbers_mod, only: number_ok, read_integer, take_positive
   use solver_options_mod, only: set_solver_option, solver_options
   implicit none
@@ -20,6 +21,7 @@ module command_line_mod
 
   !> A brick is 262,144 then; once more, two million.
   integer, parameter :: max_refinement = 6
+  real(wp), parameter :: most_time = 1.0e9_wp !! some thirty years [s]
   integer, parameter :: n_solver_options = 7 !! the first of the list, which problems have, too
 
   !> What the user asked for.
@@ -31,6 +33,8 @@ module command_line_mod
     type(contact_controls_t) :: controls         !! of an FCLIB problem; a deck has its own
     character(:), allocatable :: solver_option   !! one that set them, empty for none
     real(wp) :: accuracy = 0.0_wp                !! --accuracy; 0: the deck's [-]
+    real(wp) :: time = 0.0_wp                    !! --time: of the processor; 0: any [s]
+    real(wp) :: memory = 0.0_wp                  !! --memory: at the peak; 0: what there is [bytes]
     integer :: refine = -1
     !! --refine: how often bricks are cut into eight; negative: not given
     logical :: plan = .false.
@@ -94,6 +98,17 @@ contains
         if (allocated(error)) return
         call take_positive(value, 1.0_wp, options%accuracy, wanted)
         if (allocated(wanted)) call refuse(word, wanted, value, error)
+      case ('--time')
+        call take_value(word, i, value, error)
+        if (allocated(error)) return
+        call take_positive(value, most_time, options%time, wanted)
+        if (allocated(wanted)) call refuse(word, wanted//', in seconds of the processor', value, &
+          error)
+      case ('--memory')
+        call take_value(word, i, value, error)
+        if (allocated(error)) return
+        call take_size(value, options%memory, wanted)
+        if (allocated(wanted)) call refuse(word, wanted, value, error)
       case ('--refine')
         call take_refinement(word, i, options%refine, error)
       case ('--acceleration')
@@ -154,6 +169,8 @@ contains
       if (options%flat) misplaced = '--flat'
       if (options%force) misplaced = '--force'
       if (options%accuracy > 0.0_wp) misplaced = '--accuracy'
+      if (options%time > 0.0_wp) misplaced = '--time'
+      if (options%memory > 0.0_wp) misplaced = '--memory'
       if (options%refine >= 0) misplaced = '--refine'
       if (options%continues) misplaced = '--continue'
       if (options%exported /= '') misplaced = '--export-fclib'
@@ -276,7 +293,8 @@ contains
 
     if (word(:min(1, len(word))) == '-') then
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
-        '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--refine', &
+        '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--time', &
+        '--memory', '--refine', &
         '--quiet', '--output', '--set', '--export-fclib', '--acceleration', &
         as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
@@ -343,7 +361,8 @@ contains
     character(*), intent(in) :: option
 
     select case (option)
-    case ('-o', '--output', '--set', '--export-fclib', '--accuracy', '--refine')
+    case ('-o', '--output', '--set', '--export-fclib', '--accuracy', '--time', '--memory', &
+      '--refine')
       takes_value = .true.
     case default
       takes_value = is_solver_option(option)
@@ -388,10 +407,13 @@ contains
       nl// &
       '                      chooses mesh and increments, and says where it is not reached'// &
       nl// &
+      '  --time S            seconds of the processor that all runs together may take: the'//nl// &
+      '                      program chooses the most accurate mesh and increments for them'//nl// &
+      '  --memory SIZE       memory that a run may take, as 4GB or 500MB; the same for it'//nl// &
       '  --refine K          cut every brick into eight, K times (0 to 6); what the deck says'// &
       nl// &
       '                      of sets, surfaces and loads is said of the finer mesh, which'//nl// &
-      '                      --accuracy then keeps'//nl// &
+      '                      --accuracy, --time and --memory then keep'//nl// &
       '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
       '  --check             only check the deck: each mistake in a line, for editors'//nl// &
       '  --flat              print the deck as one text, without includes, parameters and'//nl// &

@@ -7,7 +7,7 @@ module controls_mod
 
   public :: contact_controls_t, output_controls_t, print_t, precision_controls_t, &
     accuracy_controls_t, is_exact, take_double, precision_in_words, accuracy_names, &
-    subject_in_words
+    subject_in_words, is_bounded, chooses_mesh
   public :: solver_none, solver_auto, solver_sweeps, solver_global_newton
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
@@ -98,6 +98,9 @@ module controls_mod
     integer  :: divisions = 1
     !! increments of the deck are cut in so many at least, where they may be cut: a power of 2
     logical  :: estimates = .true.   !! errors of mesh and load steps are estimated
+    integer  :: runs_before = 0      !! of the process, on other meshes or with other increments
+    real(wp) :: time = 0.0_wp        !! of the processor that a run may take; 0: any [s]
+    real(wp) :: memory = 0.0_wp      !! at the peak, that it may take; 0: what there is [bytes]
   end type accuracy_controls_t
 
   !> *NODE PRINT, *EL PRINT: what is written of a set, as a table of text too.
@@ -153,6 +156,22 @@ contains
     precision%saves_time = .false.
     precision%single_factor = .false.
   end subroutine take_double
+
+  !> Whether time or memory of a run have a bound beside the machine's.
+  pure logical function is_bounded(accuracy)
+    type(accuracy_controls_t), intent(in) :: accuracy
+
+    is_bounded = accuracy%time > 0.0_wp .or. accuracy%memory > 0.0_wp
+  end function is_bounded
+
+  !> Whether the program is to find a mesh: one that an accuracy takes, or that time and memory
+  !> allow.
+  pure logical function chooses_mesh(accuracy)
+    type(accuracy_controls_t), intent(in) :: accuracy
+
+    chooses_mesh = (accuracy%wanted > 0.0_wp .or. is_bounded(accuracy)) .and. &
+      .not. accuracy%keeps_mesh
+  end function chooses_mesh
 
   !> What an accuracy is of.
   function subject_in_words(accuracy) result(words)

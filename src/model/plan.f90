@@ -39,6 +39,8 @@ module plan_mod
     logical :: is_analysed = .false.     !! its costs are known, not only the least they can be
     real(wp) :: more_memory = 0.0_wp     !! beside what the process has already [bytes]
     integer(i8) :: memory_left = huge(1_i8) !! on this machine, before the run [bytes]
+    real(wp) :: seconds = 0.0_wp         !! of the processor, from the plan on [s]
+    real(wp) :: start_seconds = 0.0_wp   !! of it, however many increments there are [s]
     real(wp) :: file_size = 0.0_wp       !! of the result, at its end [bytes]
     real(wp) :: fields_size = 0.0_wp     !! of it, the fields of all increments [bytes]
     real(wp) :: scratch_size = 0.0_wp    !! of a factor out of core, beside it [bytes]

@@ -17,8 +17,8 @@ module estimate_costs_mod
   use obstacle_shapes_mod, only: has_fixed_normals
   use contact_points_mod, only: contact_nodes
   use scene_mod, only: scene_t
-  use controls_mod, only: is_exact, precision_controls_t, solver_sweeps, compliance_auto, &
-    compliance_dense, compliance_products
+  use controls_mod, only: is_exact, accuracy_controls_t, precision_controls_t, solver_sweeps, &
+    compliance_auto, compliance_dense, compliance_products
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most, bound_about
   use dof_map_mod, only: dof_map_t, make_dof_map
   use assembly_mod, only: triplets_t
@@ -36,12 +36,12 @@ module estimate_costs_mod
   use estimate_time_mod, only: seconds_t, seconds_of_run, seconds_at_fixed_rates, &
     total_seconds
   use make_plan_mod, only: forget_compliance
-  use plan_table_mod, only: add_line, describe_choice, describe_products, describe_iterative, &
-    bytes_in_words, time_in_words
+  use amounts_mod, only: bytes_in_words, time_in_words
+  use plan_table_mod, only: add_line, describe_choice, describe_products, describe_iterative
   implicit none
   private
 
-  public :: estimate_costs
+  public :: estimate_costs, room_within
 
   ! Memory that no array of the run explains [bytes]: pages of the libraries' code that are first
   ! touched by a solution and by writing, HDF5's own tables, the heap's unused parts.
@@ -93,8 +93,10 @@ contains
     character(:), allocatable :: reasons
 
     others = usage_of_others()
-    base = real(resident_bytes() + others%resident, wp)
+    base = taken_already(scene%accuracy)
     plan%memory_left = memory_left()
+    if (scene%accuracy%memory > 0.0_wp) plan%memory_left = min(plan%memory_left, &
+      room_within(scene%accuracy))
     plan%disk_left = disk_left(path)
     scene%precision%scratch = path(:index(path, '/', back=.true.))
     if (scene%precision%scratch == '') scene%precision%scratch = './'
@@ -127,6 +129,8 @@ contains
     call add_figure(plan, 'likely_file_bytes', file%size, bound_about)
     if (plan%is_analysed) then
       seconds = seconds_of_run(scene, sizes, file, ordering)
+      plan%seconds = total_seconds(seconds)
+      plan%start_seconds = seconds%prepare + seconds%factorise + seconds%condense
       if (.not. scene%precision%iterative) then
         call add_figure(plan, 'factor_entries', sizes%factor, merge(bound_fixed, bound_at_most, &
           plan%n_factorisations == 1 .and. scene%precision%block_low_rank <= 0.0_wp))
@@ -135,11 +139,32 @@ contains
           products_of_increment(scene, sizes), bound_about)
         call add_figure(plan, 'operations', flops_of_run(scene, sizes), bound_about)
       end if
-      call add_figure(plan, 'cpu_seconds', cpu_seconds() + total_seconds(seconds), bound_about)
+      call add_figure(plan, 'cpu_seconds', cpu_seconds() + plan%seconds, bound_about)
     end if
     call describe_costs(plan, sizes, file, memory, seconds)
     if (reasons /= '') call describe_choice(scene, reasons, plan)
   end subroutine estimate_costs
+
+  !> Memory that the process has and does not get again: what runs before this one have touched of
+  !> the libraries is counted with those.
+  function taken_already(accuracy) result(bytes)
+    type(accuracy_controls_t), intent(in) :: accuracy
+    real(wp) :: bytes !! [bytes]
+    type(usage_t) :: others
+
+    others = usage_of_others()
+    bytes = real(resident_bytes() + others%resident, wp)
+    if (accuracy%runs_before > 0) bytes = bytes - others%ranks_here*libraries
+  end function taken_already
+
+  !> What a run may take beside that for its peak to stay below a bound: what must be left whenever
+  !> a library is called need not be used.
+  function room_within(accuracy) result(bytes)
+    type(accuracy_controls_t), intent(in) :: accuracy !! with a bound of the memory
+    integer(i8) :: bytes
+
+    bytes = int(max(0.0_wp, accuracy%memory + granted - taken_already(accuracy)), i8)
+  end function room_within
 
   !> Whether there is a factor: where the deck leaves it open and the build has the choice, as long
   !> as it fits.

@@ -3,13 +3,13 @@ module fit_machine_mod
   use kinds_mod, only: wp
   use text_mod, only: to_text
   use scene_mod, only: scene_t
-  use plan_mod, only: plan_t
+  use plan_mod, only: plan_t, figure_of
   use alternatives_mod, only: where_in_words
-  use plan_table_mod, only: bytes_in_words
+  use amounts_mod, only: bytes_in_words, time_in_words
   implicit none
   private
 
-  public :: exceeds_machine
+  public :: exceeds_machine, exceeds_time
 
 contains
 
@@ -27,6 +27,28 @@ contains
     end if
   end function exceeds_machine
 
+  !> Why the run takes more than the time allowed; empty where it does not, or none is.
+  function exceeds_time(scene, plan) result(text)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan !! with its costs
+    character(:), allocatable :: text
+    real(wp), parameter :: growth = 4.0_wp !! of the time, as bricks get smaller
+    real(wp) :: seconds
+
+    text = ''
+    if (scene%accuracy%time <= 0.0_wp) return
+    seconds = figure_of(plan, 'cpu_seconds')
+    if (seconds <= scene%accuracy%time) return
+    text = 'the run takes about '//time_in_words(seconds)//' of the processor, and --time '// &
+      'allows '//time_in_words(scene%accuracy%time)
+    if (scene%accuracy%keeps_mesh) then
+      text = text//'; bricks '//to_text((seconds/scene%accuracy%time)**(1.0_wp/growth), 3)// &
+        ' times as large would do'
+    else
+      text = text//'; there is no coarser mesh'
+    end if
+  end function exceeds_time
+
   !> Memory. Of a mesh refined s times in every direction the factor grows as s^4, as the square of
   !> the contact nodes does; the equations as s^3.
   function memory_misfit(scene, plan) result(text)
@@ -34,12 +56,18 @@ contains
     type(plan_t), intent(in) :: plan
     character(:), allocatable :: text
     real(wp), parameter :: fixed = 47.0e6_wp !! of the libraries, whatever the mesh [bytes]
-    real(wp) :: coarser, left
+    real(wp) :: coarser, left, peak
 
     text = 'the run needs about '
     if (.not. plan%is_analysed) text = 'the run needs more than '
-    text = text//bytes_in_words(plan%more_memory)//' of memory, and '// &
-      bytes_in_words(real(plan%memory_left, wp))//' are free'
+    peak = figure_of(plan, 'peak_memory_bytes')
+    if (scene%accuracy%memory > 0.0_wp .and. peak > scene%accuracy%memory) then
+      text = text//bytes_in_words(peak)//' of memory, and --memory allows '// &
+        bytes_in_words(scene%accuracy%memory)
+    else
+      text = text//bytes_in_words(plan%more_memory)//' of memory, and '// &
+        bytes_in_words(real(plan%memory_left, wp))//' are free'
+    end if
     if (scene%precision%single_factor .or. scene%precision%out_of_core) text = text// &
       ' (with the factor in '//where_in_words(scene%precision)//')'
     left = real(plan%memory_left, wp) - fixed

@@ -5,7 +5,8 @@ module plan_table_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t, to_text, percent
   use scene_mod, only: scene_t, contact_pair_t
-  use controls_mod, only: subject_in_words, contact_controls_t, solver_auto, solver_global_newton, &
+  use controls_mod, only: subject_in_words, is_bounded, contact_controls_t, solver_auto, &
+                          solver_global_newton, &
                           formulation_bipotential, local_uzawa, local_newton, local_newton6, &
                           stop_at_change, precision_controls_t, is_exact, &
                           precision_in_words
@@ -17,11 +18,12 @@ module plan_table_mod
   use rigid_modes_mod, only: free_motions_t
   use describe_motions_mod, only: body_in_words, motions_together
   use alternatives_mod, only: where_in_words
+  use amounts_mod, only: bytes_in_words, bounds_in_words
   implicit none
   private
 
   public :: describe, describe_choice, describe_products, describe_iterative, &
-    bound_of_increments, add_line, bytes_in_words, time_in_words
+    bound_of_increments, add_line
 
   integer, parameter :: most_listed = 6 !! bodies or pairs that get a line of their own
   character(*), parameter :: factorisations = 'factorisations'
@@ -61,7 +63,8 @@ contains
     call add_line(plan, factorisations, bound_at_most, factorisations_in_words(plan, &
       scene%precision))
     call add_line(plan, 'increments', bound_of_increments(scene), increments_in_words(scene, plan))
-    if (scene%accuracy%wanted > 0.0_wp) call add_line(plan, 'accuracy', 0, accuracy_in_words(scene))
+    if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) call add_line(plan, &
+      'accuracy', 0, accuracy_in_words(scene))
     if (sum(plan%rows) > 0) call add_line(plan, 'contact solver', 0, &
       solver_in_words(scene%contact))
     call add_line(plan, 'fields', bound_of_increments(scene), fields_in_words(scene, plan))
@@ -104,17 +107,25 @@ contains
     if (scene%accuracy%wanted > 0.0_wp) words = words//' or not accurate enough'
   end function increments_in_words
 
-  !> 1 % of the contact resultants.
+  !> 1 % of the contact resultants, on a mesh that is to be found, within 60 s of the processor.
   function accuracy_in_words(scene) result(words)
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: words
 
-    words = percent(scene%accuracy%wanted)//' of '//subject_in_words(scene%accuracy)
-    if (scene%accuracy%keeps_mesh) then
-      words = words//', at the end of each step'
-    else
-      words = words//', on a mesh that is to be found'
-    end if
+    associate (accuracy => scene%accuracy)
+      words = 'as it comes'
+      if (accuracy%wanted > 0.0_wp) then
+        words = percent(accuracy%wanted)//' of '//subject_in_words(accuracy)
+        if (accuracy%keeps_mesh) then
+          words = words//', at the end of each step'
+        else
+          words = words//', on a mesh that is to be found'
+        end if
+      else if (.not. accuracy%keeps_mesh) then
+        words = 'the best of '//subject_in_words(accuracy)//', on such a mesh after coarser ones'
+      end if
+      if (is_bounded(accuracy)) words = words//', within '//bounds_in_words(accuracy)
+    end associate
   end function accuracy_in_words
 
   !> Where W is not formed: that in the table, and why.
@@ -314,36 +325,6 @@ contains
         plan%n_outputs)
     end if
   end function fields_in_words
-
-  !> 512 bytes, 6.0 MB, 1.7 GB.
-  pure function bytes_in_words(bytes) result(words)
-    real(wp), intent(in) :: bytes
-    character(:), allocatable :: words
-
-    if (bytes < 1.0e3_wp) then
-      words = to_text(bytes)//' bytes'
-    else if (bytes < 1.0e6_wp) then
-      words = to_text(bytes/1.0e3_wp, 2)//' kB'
-    else if (bytes < 1.0e9_wp) then
-      words = to_text(bytes/1.0e6_wp, merge(2, 3, bytes < 1.0e8_wp))//' MB'
-    else
-      words = to_text(bytes/1.0e9_wp, 3)//' GB'
-    end if
-  end function bytes_in_words
-
-  !> 0.32 s, 12 s, 23 min, 9.5 h: two digits are all that an estimate has.
-  pure function time_in_words(seconds) result(words)
-    real(wp), intent(in) :: seconds
-    character(:), allocatable :: words
-
-    if (seconds < 120.0_wp) then
-      words = to_text(seconds, 2)//' s'
-    else if (seconds < 7200.0_wp) then
-      words = to_text(seconds/60.0_wp, 2)//' min'
-    else
-      words = to_text(seconds/3600.0_wp, 2)//' h'
-    end if
-  end function time_in_words
 
   pure function plural(one, many, n) result(word)
     character(*), intent(in) :: one, many

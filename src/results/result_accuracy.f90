@@ -31,6 +31,8 @@ contains
     call describe_group(file, group, 'the runs by which an accuracy was looked for, and what '// &
       'they say of the last one; zeros until it ends', error)
     call write_attribute(file, group, 'wanted', sequence%wanted, error)
+    call write_attribute(file, group, 'time_allowed', sequence%time, error)
+    call write_attribute(file, group, 'memory_allowed', sequence%memory, error)
     call write_attribute(file, group, 'reached', 0_i8, error)
     call write_attribute(file, group, 'mesh', 0.0_wp, error)
     call write_attribute(file, group, 'load_steps', 0.0_wp, error)

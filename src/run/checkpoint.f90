@@ -7,7 +7,7 @@ module checkpoint_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_signal
   use text_mod, only: to_text
-  use system_mod, only: caught_signal, signal_name
+  use system_mod, only: caught_signal, cpu_seconds, signal_name
   use number_list_mod, only: number_list_t, list_of, numbers_in, is_used_up, archive
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
@@ -83,6 +83,7 @@ contains
     read_time = progress%tally%read_time
     list = list_of(numbers)
     call carry_progress(list, progress)
+    if (allocated(progress%sequence)) progress%sequence%earlier = progress%sequence%spent
     progress%tally%earlier_time = progress%tally%total_time
     progress%tally%read_time = progress%tally%read_time + read_time
     if (.not. is_used_up(list)) then
@@ -106,6 +107,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(number_list_t) :: list
 
+    if (allocated(progress%sequence)) progress%sequence%spent = progress%sequence%earlier + &
+      cpu_seconds()
     call carry_progress(list, progress)
     if (progress%state%increments_done == 0) then
       call keep_state(file, numbers_in(list), error)

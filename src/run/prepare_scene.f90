@@ -5,7 +5,7 @@ module prepare_scene_mod
   use text_mod, only: string_t, to_text
   use fresh_file_mod, only: beginning_of
   use mesh_size_mod, only: mesh_size_t
-  use controls_mod, only: accuracy_of_energy
+  use controls_mod, only: accuracy_of_energy, chooses_mesh, is_bounded
   use scene_mod, only: scene_t
   use read_deck_mod, only: read_deck
   use meet_accuracy_mod, only: choose_copy, set_contact_tolerance
@@ -40,18 +40,18 @@ contains
     type(options_t), intent(in) :: options
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
-    !! an accuracy is wanted, and the deck leaves out the estimates that it takes
+    !! an accuracy is wanted or to be as good as time and memory allow, and the deck leaves out the
+    !! estimates that it takes
 
-    if (options%accuracy > 0.0_wp) then
-      if (.not. scene%accuracy%estimates) then
-        call raise(error, exit_wrong_input, 'bipot: error: --accuracy takes the estimates that '// &
-          'the deck leaves out by *ACCURACY, ESTIMATE=NO')
-        return
-      end if
-      scene%accuracy%wanted = options%accuracy
-    end if
+    if (options%accuracy > 0.0_wp) scene%accuracy%wanted = options%accuracy
+    scene%accuracy%time = options%time
+    scene%accuracy%memory = options%memory
+    ! Without contact there are no resultants to compare.
+    if (is_bounded(scene%accuracy) .and. scene%accuracy%wanted <= 0.0_wp .and. &
+      size(scene%pairs) == 0) scene%accuracy%of = accuracy_of_energy
     associate (accuracy => scene%accuracy)
-      if (options%refine > 0 .or. (options%refine == 0 .and. accuracy%wanted > 0.0_wp)) then
+      if (options%refine > 0 .or. (options%refine == 0 .and. (accuracy%wanted > 0.0_wp .or. &
+        is_bounded(accuracy)))) then
         call keep('--refine '//to_text(options%refine))
         accuracy%keeps_mesh = .true.
         if (accuracy%wanted > 0.0_wp .and. accuracy%of > accuracy_of_energy) call raise(error, &
@@ -60,11 +60,30 @@ contains
         if (allocated(error)) return
       end if
     end associate
+    call check_estimates()
+    if (allocated(error)) return
     if (options%accuracy > 0.0_wp) call keep('--accuracy '//to_text(options%accuracy))
+    if (options%time > 0.0_wp) call keep('--time '//to_text(options%time))
+    if (options%memory > 0.0_wp) call keep('--memory '//to_text(1.0e-6_wp*options%memory)//'MB')
     call set_contact_tolerance(scene)
     call choose_copy(scene)
 
   contains
+
+    !> Bounds of a run on a mesh that is kept take no estimates.
+    subroutine check_estimates()
+      character(:), allocatable :: option
+
+      if (scene%accuracy%estimates) return
+      option = ''
+      if (chooses_mesh(scene%accuracy)) then
+        if (options%memory > 0.0_wp) option = '--memory'
+        if (options%time > 0.0_wp) option = '--time'
+      end if
+      if (options%accuracy > 0.0_wp) option = '--accuracy'
+      if (option /= '') call raise(error, exit_wrong_input, 'bipot: error: '//option// &
+        ' takes the estimates that the deck leaves out by *ACCURACY, ESTIMATE=NO')
+    end subroutine check_estimates
 
     subroutine keep(option)
       character(*), intent(in) :: option

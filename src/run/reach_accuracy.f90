@@ -1,6 +1,6 @@
-!> The runs that it takes to reach an accuracy: coarse ones first, from which it is known what a
-!> finer one brings. Each takes the place of the one before in the result file; the last one is the
-!> result.
+!> The runs that it takes to reach an accuracy, or to use the time and memory that are allowed:
+!> coarse ones first, from which it is known what a finer one brings. Each takes the place of the
+!> one before in the result file; the last one is the result.
 !>
 !> docs/theory.md section 10.
 module reach_accuracy_mod
@@ -8,15 +8,18 @@ module reach_accuracy_mod
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_not_solved, exit_machine
   use text_mod, only: to_text, percent
   use resource_limits_mod, only: memory_left
+  use system_mod, only: cpu_seconds
   use idle_processors_mod, only: processor_time_t
   use mesh_size_mod, only: blocks_t, relative_size
-  use controls_mod, only: subject_in_words
+  use controls_mod, only: accuracy_controls_t, subject_in_words
   use scene_mod, only: scene_t
   use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, mesh_runs, &
-    family_of
-  use next_run_mod, only: choice_t, begin_sequence, choose_run, skip_mesh, to_run, is_reached, &
-    steps_too_coarse, not_convergent, beyond_machine
-  use plan_table_mod, only: bytes_in_words
+    has_bound, family_of
+  use next_run_mod, only: choice_t, begin_sequence, skip_mesh, to_run, is_reached, &
+    steps_too_coarse, not_convergent, beyond_machine, is_finest, time_is_over
+  use run_within_mod, only: choose_next
+  use amounts_mod, only: bytes_in_words, time_in_words, bounds_in_words
+  use estimate_costs_mod, only: room_within
   use result_claims_mod, only: take_mesh_size
   use command_line_mod, only: options_t
   use console_mod, only: console_t, say, seconds_in_words
@@ -55,8 +58,10 @@ contains
     n_skipped = 0
     continues = goes_on(options, deck)
     runs: do
-      call choose_run(sequence, real(memory_left(), wp), errors, choice)
+      if (.not. choice%is_replaced) call choose_next(sequence, memory_for(deck%accuracy, &
+        sequence), errors, choice)
       if (choice%outcome /= to_run) exit runs
+      sequence%spent = sequence%earlier + cpu_seconds()
       if (continues) call take_up(result_path(options, deck), choice, of_run)
       call prepare_scene(of_run, choice%mesh_size, scene, error)
       if (allocated(error)) then
@@ -64,11 +69,14 @@ contains
         ! Its blocks cannot have other bricks after all: numbers of nodes meet, say.
         deallocate (error)
         call begin_sequence(deck, blocks_t(), sequence)
+        choice%is_replaced = .false.
         cycle runs
       end if
       scene%accuracy%divisions = choice%divisions
+      scene%accuracy%runs_before = size(sequence%runs)
       of_console = console_of(console, options, choice)
-      call run_mesh(of_run, scene, began, of_console, error, sequence)
+      call run_mesh(of_run, scene, began, of_console, error, sequence, choice)
+      if (choice%is_replaced .and. .not. allocated(error)) cycle runs
       if (options%plan) return
       continues = .false.
       of_run%continues = .false.
@@ -88,6 +96,17 @@ contains
     end do runs
     call tell_outcome(deck, sequence, errors, choice, error)
   end subroutine reach_accuracy
+
+  !> Memory that a run may take beside what the process has.
+  real(wp) function memory_for(accuracy, sequence) result(bytes)
+    type(accuracy_controls_t), intent(in) :: accuracy
+    type(mesh_sequence_t), intent(in) :: sequence
+
+    bytes = real(memory_left(), wp)
+    if (accuracy%memory > 0.0_wp) bytes = min(bytes, real(room_within(accuracy), wp))
+    ! What comes next was decided with this one when the last run ended, and kept in its file.
+    if (has_bound(sequence) .and. sequence%room > 0.0_wp) bytes = sequence%room
+  end function memory_for
 
   !> Go on with the run that a file is of, which knows those before it. Where it is done, and the
   !> one that was to follow has not begun, nothing is known of them: they begin anew.
@@ -111,10 +130,14 @@ contains
   subroutine check_options(options, error)
     type(options_t), intent(in) :: options
     type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: what
 
+    what = 'an accuracy tries several'
+    if (options%memory > 0.0_wp) what = '--memory tries several'
+    if (options%time > 0.0_wp) what = '--time tries several'
     if (options%exported /= '') then
       call raise(error, exit_wrong_input, 'bipot: error: --export-fclib writes the contact '// &
-        'problems of one mesh, and an accuracy tries several: --refine 0 keeps that of the deck')
+        'problems of one mesh, and '//what//': --refine 0 keeps that of the deck')
     end if
   end subroutine check_options
 
@@ -176,9 +199,14 @@ contains
 
     if (error%exit_status /= exit_not_solved .and. error%exit_status /= exit_machine) return
     call estimate_sequence(sequence, errors)
-    error%message = 'accuracy '//percent(sequence%wanted)//' of '// &
-      subject_in_words(deck%accuracy)//' was not reached ('//errors_in_words(sequence, errors)// &
-      '); then, on '//to_text(n_bricks)//' bricks: '//error%message
+    if (sequence%wanted > 0.0_wp) then
+      error%message = 'accuracy '//percent(sequence%wanted)//' of '// &
+        subject_in_words(deck%accuracy)//' was not reached ('//errors_in_words(sequence, errors)// &
+        '); then, on '//to_text(n_bricks)//' bricks: '//error%message
+    else
+      error%message = 'after '//to_text(size(sequence%runs))//' runs ('// &
+        errors_in_words(sequence, errors)//'), on '//to_text(n_bricks)//' bricks: '//error%message
+    end if
   end subroutine tell_earlier
 
   !> Say how it ended, and what it took.
@@ -188,13 +216,22 @@ contains
     type(sequence_error_t), intent(in) :: errors
     type(choice_t), intent(in) :: choice
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: words, reason
+    character(:), allocatable :: words, runs, reason
 
     words = percent(sequence%wanted)//' of '//subject_in_words(deck%accuracy)
+    runs = '; '//to_text(size(sequence%runs))//trim(merge(' run ', ' runs', &
+      size(sequence%runs) == 1))//', '
     if (choice%outcome == is_reached) then
-      call say('accuracy        '//words//' is reached: '// &
-        errors_in_words(sequence, errors)//'; '//to_text(size(sequence%runs))//' runs, '// &
-        seconds_in_words(sum(sequence%runs%seconds))//' of the processor')
+      call say('accuracy        '//words//' is reached: '//errors_in_words(sequence, errors)// &
+        runs//seconds_in_words(sum(sequence%runs%seconds))//' of the processor')
+      return
+    end if
+    if (choice%outcome == is_finest) then
+      words = errors_in_words(sequence, errors)
+      if (words == '') words = 'error not known, it takes two meshes'
+      call say('accuracy        of '//subject_in_words(deck%accuracy)//' within '// &
+        bounds_in_words(deck%accuracy)//': '//words//runs//seconds_in_words(sequence%spent)// &
+        ' of the processor')
       return
     end if
     select case (choice%outcome)
@@ -208,6 +245,15 @@ contains
         to_text(size(mesh_runs(sequence, family_of(sequence%runs(size(sequence%runs))))))// &
         ' meshes change it again and again; a quantity at a sharp edge or beneath a force on a '// &
         'node has no limit'
+    case (time_is_over)
+      reason = 'within '//bounds_in_words(deck%accuracy)//' too few runs say how wrong it is'
+      if (errors%mesh >= 0.0_wp) reason = 'within '//bounds_in_words(deck%accuracy)//' it is '// &
+        errors_in_words(sequence, errors)
+      reason = reason//'; the next run'
+      if (choice%finer > 1.0_wp) reason = reason//', of bricks '//to_text(choice%finer, 2)// &
+        ' times as small,'
+      reason = reason//' takes it to some '//time_in_words(choice%seconds)//' of the '// &
+        'processor and '//bytes_in_words(choice%memory)//' of memory'
     case default
       reason = errors_in_words(sequence, errors)
       if (choice%memory > 0.0_wp) reason = reason//'; it takes bricks '// &

@@ -13,7 +13,7 @@ module refuse_unsolved_mod
   use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, &
     ended_at_limit, ended_stalled, ended_unbalanced, ended_moving
   use condensed_contact_mod, only: dense_bytes
-  use plan_table_mod, only: bytes_in_words
+  use amounts_mod, only: bytes_in_words
   use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_on_way, entered_and_left
   use console_mod, only: solver_name
   implicit none

@@ -1,11 +1,11 @@
 !> A run of a deck, from the command line to its end.
 module run_mod
-  use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: string_t
   use standard_streams_mod, only: standard_output, write_most
   use idle_processors_mod, only: processor_time_t, processor_time
   use mesh_size_mod, only: mesh_size_t
+  use controls_mod, only: chooses_mesh
   use scene_mod, only: scene_t
   use read_deck_mod, only: read_deck
   use command_line_mod, only: options_t
@@ -21,7 +21,7 @@ module run_mod
 contains
 
   !> Read the deck, plan, and unless only the plan is wanted, run: on the mesh that is given, or on
-  !> those that it takes to reach an accuracy.
+  !> those that it takes to reach an accuracy or to use the time and memory that are allowed.
   subroutine run_deck(options, error)
     type(options_t), intent(in) :: options
     type(error_t), allocatable, intent(out) :: error
@@ -38,7 +38,7 @@ contains
     console = open_console(options%quiet)
     call prepare_scene(options, mesh_size_t(parts=2**max(0, options%refine)), scene, error)
     if (allocated(error) .or. options%check) return
-    if (scene%accuracy%wanted > 0.0_wp .and. .not. scene%accuracy%keeps_mesh) then
+    if (chooses_mesh(scene%accuracy)) then
       call reach_accuracy(options, scene, began, console, error)
     else
       call run_mesh(options, scene, began, console, error)

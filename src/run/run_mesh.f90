@@ -11,16 +11,19 @@ module run_mesh_mod
   use make_plan_mod, only: make_plan
   use choose_threads_mod, only: choose_threads
   use estimate_costs_mod, only: estimate_costs
-  use fit_machine_mod, only: exceeds_machine
+  use amounts_mod, only: time_in_words
+  use fit_machine_mod, only: exceeds_machine, exceeds_time
   use initial_overlaps_mod, only: overlaps
   use held_normals_mod, only: held_normals
   use sparse_factor_mod, only: sparse_factor_t
   use body_solver_mod, only: begin_body_solver
   use step_solver_mod, only: step_solver_t
   use contact_zone_mod, only: balls_about, share_near
-  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, sequence_error_t, add_run, &
-    estimate_sequence
-  use next_run_mod, only: choice_t, choose_run, is_reached
+  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, planned_t, sequence_error_t, add_run, &
+    has_bound, estimate_sequence
+  use foreseen_costs_mod, only: note_plan
+  use next_run_mod, only: choice_t, is_reached
+  use run_within_mod, only: choose_next, judge_plan
   use prepare_scene_mod, only: result_path
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
   use result_claims_mod, only: take_arithmetic
@@ -44,7 +47,10 @@ module run_mesh_mod
 contains
 
   !> Plan the scene, and unless only the plan is wanted, run it.
-  subroutine run_mesh(options, scene, began, console, error, sequence)
+  !>
+  !> Where the sequence has bounds, a mesh may turn out too fine for them, or too coarse to use
+  !> them, once it is planned: then nothing is run, and the choice is another.
+  subroutine run_mesh(options, scene, began, console, error, sequence, choice)
     type(options_t), intent(in) :: options
     type(scene_t), intent(inout) :: scene
     type(processor_time_t), intent(in) :: began !! when the program did
@@ -52,9 +58,11 @@ contains
     type(error_t), allocatable, intent(out) :: error !! nothing solved, or the machine failed
     type(mesh_sequence_t), intent(inout), optional :: sequence
     !! the runs before this one, on other meshes or with other increments; gets this one
+    type(choice_t), intent(inout), optional :: choice !! that led to it; there with a sequence
     type(plan_t) :: plan
     type(exports_t) :: exports
     type(step_solver_t) :: solver
+    logical :: is_first
 
     call make_plan(scene, plan, error)
     if (allocated(error)) return
@@ -64,14 +72,26 @@ contains
     call estimate_costs(scene, result_path(options, scene), options%exported /= '', plan, &
       solver%body%inverse%factor, error)
     if (allocated(error)) return
-    if (.not. goes_on(options, scene)) call choose_threads(began, scene%precision, plan)
+    is_first = .not. goes_on(options, scene)
+    if (present(sequence)) then
+      is_first = is_first .and. size(sequence%runs) == 0
+      call note_costs(scene, plan, sequence)
+      call judge_plan(sequence, real(plan%memory_left, wp), options%plan, choice)
+      if (choice%is_replaced) return
+    end if
+    ! Of the time that is allowed other threads would use up an unknown part.
+    if (.not. goes_on(options, scene) .and. scene%accuracy%time <= 0.0_wp) call choose_threads( &
+      began, scene%precision, plan)
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
+    if (present(choice) .and. .not. (console%quiet .or. options%plan)) then
+      if (.not. is_first .and. has_bound(sequence)) call say(foreseen_in_words(scene, choice))
+    end if
     if (.not. console%quiet) call say('bipot '//version//': '//scene%title)
     call print_lines(console, scene%notes)
     call print_lines(console, plan%lines)
     call note_contact(scene, plan, console)
-    call refuse_misfit(scene, plan, options%force, console, error)
+    call refuse_misfit(scene, plan, is_first, options%force, console, error)
     if (allocated(error) .or. options%plan) return
     call run_scene(options, scene, plan, exports, solver, console, error, sequence)
   end subroutine run_mesh
@@ -98,16 +118,19 @@ contains
     goes_on = goes_on .and. options%continues
   end function goes_on
 
-  !> Refuse a run that memory or disk will not hold before it has begun; forced, only say so.
-  subroutine refuse_misfit(scene, plan, forced, console, error)
+  !> Refuse a run that memory, disk or the time allowed will not hold before it has begun; forced,
+  !> only say so.
+  subroutine refuse_misfit(scene, plan, is_first, forced, console, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
+    logical, intent(in) :: is_first !! it begins, and no run before it says how long it will take
     logical, intent(in) :: forced
     type(console_t), intent(in) :: console
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: reasons
 
     reasons = exceeds_machine(scene, plan)
+    if (reasons == '' .and. is_first) reasons = exceeds_time(scene, plan)
     if (reasons == '') return
     if (forced) then
       call print_warning(console, reasons)
@@ -116,6 +139,39 @@ contains
         '  nothing was run (--force runs it anyway)')
     end if
   end subroutine refuse_misfit
+
+  !> Keep in the sequence what the plan says and what it took to make. What the disk does not hold
+  !> is taken for a mesh without end.
+  subroutine note_costs(scene, plan, sequence)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(mesh_sequence_t), intent(inout) :: sequence
+    type(planned_t) :: planned
+    real(wp) :: now
+
+    now = sequence%earlier + cpu_seconds()
+    planned = planned_t(scene%mesh_size, plan%start_seconds, &
+      (plan%seconds - plan%start_seconds)/scene%accuracy%divisions, now - sequence%spent, &
+      plan%more_memory)
+    if (exceeds_machine(scene, plan) /= '') planned%memory = max(planned%memory, &
+      2.0_wp*real(plan%memory_left, wp))
+    sequence%spent = now
+    call note_plan(sequence, planned)
+  end subroutine note_costs
+
+  !> What comes of the run that is about to begin.
+  function foreseen_in_words(scene, choice) result(words)
+    type(scene_t), intent(in) :: scene
+    type(choice_t), intent(in) :: choice
+    character(:), allocatable :: words
+
+    words = 'foreseen        '//to_text(scene%mesh%n_elements)//' bricks'
+    if (choice%divisions > 1) words = words//', increments in '//to_text(choice%divisions)
+    if (choice%error >= 0.0_wp) words = words//': error '//percent(choice%error)
+    words = words//merge(', ', ': ', choice%error >= 0.0_wp)//time_in_words(choice%seconds)// &
+      ' of the processor with all runs before'
+    if (scene%accuracy%time > 0.0_wp) words = words//', of '//time_in_words(scene%accuracy%time)
+  end function foreseen_in_words
 
   !> Open the file, go through the increments, close the file whatever happened.
   subroutine run_scene(options, scene, plan, exports, solver, console, error, sequence)
@@ -158,7 +214,7 @@ contains
     progress%tally%file_bytes = real(max(0_i8, written), wp)
 
     if (present(sequence) .and. .not. allocated(error)) call end_values(scene, plan, &
-      cpu_seconds() - began, file, progress, sequence, error)
+      cpu_seconds() - began, goes_on(options, scene), file, progress, sequence, error)
     status = run_finished
     if (allocated(error)) then
       status = run_failed
@@ -200,10 +256,11 @@ contains
   end subroutine begin_values
 
   !> Add the run to the sequence, and keep what that says of it.
-  subroutine end_values(scene, plan, seconds, file, progress, sequence, error)
+  subroutine end_values(scene, plan, seconds, was_continued, file, progress, sequence, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     real(wp), intent(in) :: seconds !! of the processor, in this session [s]
+    logical, intent(in) :: was_continued !! the seconds are not those of the whole run
     type(result_file_t), intent(inout) :: file
     type(progress_t), intent(in) :: progress
     type(mesh_sequence_t), intent(inout) :: sequence
@@ -217,10 +274,14 @@ contains
     call add_run(sequence, mesh_run_t(scene%mesh_size, scene%accuracy%divisions, &
       scene%mesh%n_elements, real(plan%n_equations, wp), plan%more_memory, seconds, &
       progress%worst_errors(1), progress%worst_errors(2), progress%worst_errors(3), &
-      progress%values, balls, share_near(scene%mesh, balls)))
-    call choose_run(sequence, real(plan%memory_left, wp), of_choice, choice)
+      progress%values, merge(0.0_wp, plan%seconds, was_continued), balls, &
+      share_near(scene%mesh, balls)))
+    sequence%spent = sequence%earlier + cpu_seconds()
+    sequence%room = real(plan%memory_left, wp)
+    call choose_next(sequence, sequence%room, of_choice, choice)
     call estimate_sequence(sequence, errors)
-    call keep_accuracy(file, sequence, errors, choice%outcome == is_reached, error)
+    call keep_accuracy(file, sequence, errors, choice%outcome == is_reached .or. &
+      sequence%wanted <= 0.0_wp, error)
   end subroutine end_values
 
   !> Open the result file, that of a run to be continued where there is one.

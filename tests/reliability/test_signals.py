@@ -15,6 +15,10 @@ MANY = Case(INPUT / "block.inp", n=2, steps=400)  # seconds, of which no increme
 SOUGHT = Case(INPUT / "block.inp", "--accuracy", "0.02", steps=25, solver="AUTO", local="AUTO")
 # Runs of which the last ones have smaller bricks where contact is.
 SMALL_CONTACT = Case(INPUT.parent / "tests" / "reliability" / "small_contact.inp")
+# The same within a bound of the memory, which may choose other meshes another time.
+BOUNDED = Case(
+    INPUT / "block.inp", "--memory", "60MB", steps=5, solver="AUTO", local="AUTO", mu=0
+)
 # Minutes in one phase, of which the program is not asked for more than the beginning.
 LONG = Case(INPUT / "block.inp", "--force", n=40, steps=5, solver="AUTO", local="AUTO")
 
@@ -90,6 +94,30 @@ class Signals(Folder):
             with h5py.File(self.path) as file:
                 for name, values in accuracy.items():
                     self.assertEqual(file["accuracy"][name][()].tobytes(), values.tobytes(), name)
+
+    def test_a_search_within_bounds_goes_on(self):
+        """Killed at any change of the file: a complete result, of the runs that it names."""
+        n_changes = BOUNDED.count_changes(self.elsewhere())
+        ended = []
+        for part in (0.15, 0.4, 0.6, 0.8):
+            self.path.unlink(missing_ok=True)
+            if not BOUNDED.kill_at(self.folder, int(part * n_changes)):
+                continue  # on other meshes there were fewer changes
+            status, words = BOUNDED.run(self.folder, "--continue")
+            # Killed between two meshes it has the result of the first.
+            ended.append("is finished: there is nothing to continue" in words)
+            self.assertEqual(status, 1 if ended[-1] else 0, words)
+            with h5py.File(self.path) as file:
+                self.assertEqual(file["run"].attrs["status"], b"finished")
+                self.assertTrue((file["history/certified"][:] == 1).all())
+                group = file["accuracy"]
+                self.assertEqual(group.attrs["reached"], 1)
+                self.assertEqual(group.attrs["memory_allowed"], 60e6)
+                bricks = group["bricks"][:]
+                self.assertTrue((bricks[1:] > bricks[:-1]).all())
+                self.assertEqual(file["VTKHDF/CellData/element_id"].shape, (bricks[-1],))
+        self.assertFalse(all(ended))
+        self.assertGreater(len(ended), 1)
 
     def test_what_it_says_can_be_given_to_a_shell(self):
         deck = self.folder / "a deck; it's --continue's" / "block $HOME.inp"

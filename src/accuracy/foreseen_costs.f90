@@ -1,0 +1,182 @@
+!> What a run of a sequence is foreseen to take, from the plans that were made and from how the runs
+!> so far compare with theirs.
+module foreseen_costs_mod
+  use kinds_mod, only: wp
+  use mesh_size_mod, only: mesh_size_t, relative_size
+  use mesh_sequence_mod, only: mesh_sequence_t, planned_t
+  implicit none
+  private
+
+  public :: fits, seconds_to_run, memory_to_run, note_plan
+
+  !> How a cost grows as bricks get smaller: but for a part that is fixed, as a power of their
+  !> number along an edge; while it is small as another, until the arithmetic of the factor, or
+  !> memory beyond the caches, prevails.
+  type :: growth_t
+    real(wp) :: fixed, small !! [s] or [bytes]
+    real(wp) :: power(2)     !! while it is small, and from there on [-]
+  end type growth_t
+
+  type(growth_t), parameter :: of_start = growth_t(0.01_wp, 0.3_wp, [3.5_wp, 4.8_wp])
+  type(growth_t), parameter :: of_increments = growth_t(0.0_wp, 0.3_wp, [2.8_wp, 4.2_wp])
+  type(growth_t), parameter :: of_planning = growth_t(0.01_wp, 0.3_wp, [3.3_wp, 3.3_wp])
+  type(growth_t), parameter :: of_memory = growth_t(47.0e6_wp, 20.0e6_wp, [2.5_wp, 4.0_wp])
+
+  ! How far a run may be from its plan and yet say how far the next one will be [-].
+  real(wp), parameter :: least_ratio = 0.4_wp, largest_ratio = 5.0_wp
+  real(wp), parameter :: growth_of_ratio = 0.05_wp
+  !! with the time: what a short run has in caches a long one has not [-]
+  real(wp), parameter :: longest_overhead = 0.05_wp !! of a run beside its plan [s]
+  real(wp), parameter :: many = 2.0_wp              !! times that, and a run is long
+
+contains
+
+  !> Keep what the plan of a run says, in place of an earlier one of the same mesh.
+  subroutine note_plan(sequence, planned)
+    type(mesh_sequence_t), intent(inout) :: sequence
+    type(planned_t), intent(in) :: planned
+    integer :: i
+
+    do i = 1, size(sequence%plans)
+      if (is_same(relative_size(sequence%plans(i)%mesh_size), &
+        relative_size(planned%mesh_size))) then
+        sequence%plans(i) = planned
+        return
+      end if
+    end do
+    sequence%plans = [sequence%plans, planned]
+  end subroutine note_plan
+
+  !> Whether a run is foreseen to be within the bounds.
+  pure logical function fits(sequence, mesh_size, divisions, room, part, is_planned)
+    type(mesh_sequence_t), intent(in) :: sequence !! with a plan at least
+    type(mesh_size_t), intent(in) :: mesh_size
+    integer, intent(in) :: divisions
+    real(wp), intent(in) :: room !! memory that it may take beside what the process has [bytes]
+    real(wp), intent(in) :: part !! of the time that is left, that it may take [-]
+    logical, intent(in), optional :: is_planned !! the time for its plan is spent
+
+    fits = memory_to_run(sequence, mesh_size) <= room
+    if (fits .and. sequence%time > 0.0_wp) fits = seconds_to_run(sequence, mesh_size, divisions, &
+      is_planned) <= part*(sequence%time - sequence%spent)
+  end function fits
+
+  !> Processor time of a run: as planned, times what the last run took of its own plan.
+  pure real(wp) function seconds_to_run(sequence, mesh_size, divisions, is_planned) result(seconds)
+    type(mesh_sequence_t), intent(in) :: sequence !! with a plan at least
+    type(mesh_size_t), intent(in) :: mesh_size
+    integer, intent(in) :: divisions
+    logical, intent(in), optional :: is_planned !! the time for its plan is spent
+    real(wp) :: ratio, before, h
+
+    call compare_with_plan(sequence, ratio, before)
+    h = relative_size(mesh_size)
+    seconds = ratio*(planned_at(sequence, sequence%plans%start, of_start, h) + &
+      divisions*planned_at(sequence, sequence%plans%increments, of_increments, h))
+    if (before > 0.0_wp) seconds = seconds*max(1.0_wp, seconds/before)**growth_of_ratio
+    if (present(is_planned)) then
+      if (is_planned) return
+    end if
+    seconds = seconds + planned_at(sequence, sequence%plans%planning, of_planning, h)
+  end function seconds_to_run
+
+  !> What runs take over what their plans say, by the last one that was not continued.
+  pure subroutine compare_with_plan(sequence, ratio, seconds)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(out) :: ratio
+    real(wp), intent(out) :: seconds !! of that run; 0: there is none [s]
+    real(wp) :: overhead
+    integer :: i
+
+    ratio = 1.0_wp
+    seconds = 0.0_wp
+    do i = size(sequence%runs), 1, -1
+      associate (run => sequence%runs(i), first => sequence%runs(1))
+        if (run%planned <= 0.0_wp .or. first%planned <= 0.0_wp) cycle
+        ! Of a short run a good part is what every run takes and plans leave out; of the next one it
+        ! is none.
+        overhead = max(0.0_wp, min(first%seconds - first%planned, longest_overhead))
+        if (run%seconds > many*overhead) overhead = 0.0_wp
+        ratio = max(least_ratio, min((run%seconds - overhead)/run%planned, largest_ratio))
+        seconds = run%seconds
+        return
+      end associate
+    end do
+  end subroutine compare_with_plan
+
+  !> Memory of a run beside what the process has.
+  pure real(wp) function memory_to_run(sequence, mesh_size) result(memory)
+    type(mesh_sequence_t), intent(in) :: sequence !! with a plan at least
+    type(mesh_size_t), intent(in) :: mesh_size
+
+    memory = planned_at(sequence, sequence%plans%memory, of_memory, relative_size(mesh_size))
+  end function memory_to_run
+
+  !> A cost at a size of bricks: between the plans of a coarser and a finer mesh along a power of
+  !> the size; else from the nearest, with the growth that is given.
+  pure real(wp) function planned_at(sequence, costs, growth, h) result(cost)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: costs(:) !! of its plans
+    type(growth_t), intent(in) :: growth
+    real(wp), intent(in) :: h        !! size of the bricks [-]
+    real(wp), parameter :: least = 1.0e-9_wp, least_part = 0.1_wp
+    real(wp) :: at
+    integer :: coarser, finer, i
+
+    coarser = 0
+    finer = 0
+    do i = 1, size(costs)
+      at = relative_size(sequence%plans(i)%mesh_size)
+      if (is_same(at, h)) then
+        cost = costs(i)
+        return
+      end if
+      if (at > h) then
+        if (coarser == 0) coarser = i
+        if (at < size_of(coarser)) coarser = i
+      else
+        if (finer == 0) finer = i
+        if (at > size_of(finer)) finer = i
+      end if
+    end do
+    if (coarser > 0 .and. finer > 0) then
+      associate (a => max(costs(coarser), least), b => max(costs(finer), least))
+        cost = a*(b/a)**(log(size_of(coarser)/h)/log(size_of(coarser)/size_of(finer)))
+      end associate
+    else
+      i = max(coarser, finer)
+      associate (grows => max(costs(i) - growth%fixed, least_part*costs(i)))
+        cost = costs(i) - grows + grown(grows, size_of(i)/h)
+      end associate
+    end if
+
+  contains
+
+    !> A cost with bricks so many times smaller.
+    pure real(wp) function grown(from, times)
+      real(wp), intent(in) :: from, times
+      real(wp) :: while_small !! times, 1 and more
+
+      while_small = 1.0_wp
+      if (from < growth%small) while_small = min(max(1.0_wp, times), &
+        (growth%small/max(from, least))**(1.0_wp/growth%power(1)))
+      grown = from*while_small**growth%power(1)*(times/while_small)**growth%power(2)
+    end function grown
+
+    pure real(wp) function size_of(k)
+      integer, intent(in) :: k
+
+      size_of = relative_size(sequence%plans(k)%mesh_size)
+    end function size_of
+
+  end function planned_at
+
+  !> Whether two sizes of bricks are one.
+  pure logical function is_same(a, b)
+    real(wp), intent(in) :: a, b
+    real(wp), parameter :: rounding = 1.0e-9_wp
+
+    is_same = abs(a - b) <= rounding*a
+  end function is_same
+
+end module foreseen_costs_mod

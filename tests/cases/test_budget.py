@@ -1,0 +1,172 @@
+"""Processor time or memory that is allowed chooses mesh and increments, and is kept to."""
+
+import unittest
+
+import numpy as np
+from program import INPUT, Run
+
+AUTO = {"solver": "AUTO", "local": "AUTO", "steps": 5}
+
+
+def block(*replacements):
+    """The block, its increments free to be cut, with other words in it."""
+    text = (INPUT / "block.inp").read_text().replace("*STATIC, DIRECT", "*STATIC")
+    for old, new in replacements:
+        assert old in text, old
+        text = text.replace(old, new)
+    return text
+
+
+def with_card(text, card):
+    """The deck with a card before its first step."""
+    return text.replace("*STEP\n", f"{card}\n*STEP\n", 1)
+
+
+def run_block(*options, deck=None, **overrides):
+    """The block, or a deck like it, within bounds."""
+    return Run(deck or block(), *options, name="block", **{**AUTO, **overrides})
+
+
+class Within(unittest.TestCase):
+    def test_time(self):
+        """A result, its error by several meshes, and all of it in the file; foreseen and told."""
+        with run_block(n=4).result() as result:
+            time = max(1, round(15 * result.counters["cpu_seconds"]))  # a busy machine takes longer
+        run = run_block("--time", str(time))
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertRegex(run.output, r"\nforeseen        \d+ bricks.*: error [\d.]+ %, .* of the "
+                         f"processor with all runs before, of {time} s\n")  # fmt: skip
+        self.assertIn(f"accuracy        of the contact resultants within {time} s of the "
+                      "processor: mesh ", run.output)  # fmt: skip
+        with run.result() as result:
+            group = result.file["accuracy"]
+            self.assertEqual((group.attrs["wanted"], group.attrs["time_allowed"]), (0, time))
+            self.assertEqual((group.attrs["memory_allowed"], group.attrs["reached"]), (0, 1))
+            size, divisions = group["brick_size"][:], group["divisions"][:]
+            same = divisions == divisions[-1]
+            self.assertTrue(np.all(np.diff(size[same]) < 0))
+            self.assertGreater(np.count_nonzero(same), 1)
+            self.assertEqual(len(result.file["VTKHDF/CellData/element_id"]), group["bricks"][-1])
+            self.assertGreater(group.attrs["mesh"], 0)
+            self.assertGreater(group.attrs["load_steps"], 0)
+            self.assertTrue(np.all(result.history("certified") == 1))
+            sequence = result.accuracy
+            self.assertEqual((sequence.time_allowed, sequence.memory_allowed), (time, 0))
+            self.assertIn(f"within {time} s, {len(size)} runs", repr(sequence))
+
+    def test_more_memory_is_a_finer_mesh(self):
+        """What the plan foresees stays below the bound, and the error falls."""
+        found = []
+        for memory in ("55MB", "120MB"):
+            run = run_block("--memory", memory, mu=0)
+            self.assertEqual(run.status, 0, run.errors)
+            with run.result() as result:
+                group = result.file["accuracy"]
+                self.assertEqual(group.attrs["memory_allowed"], 1e6 * float(memory[:-2]))
+                peak = result.estimates["peak_memory_bytes"]
+                self.assertLessEqual(peak, group.attrs["memory_allowed"])
+                found.append((group["bricks"][-1], group.attrs["mesh"]))
+        self.assertGreater(found[1][0], 2 * found[0][0])
+        self.assertLess(found[1][1], found[0][1])
+
+    def test_beside_an_accuracy(self):
+        """Reached before the time is over it ends; what is not reached is told, with status 2."""
+        run = run_block("--accuracy", "0.1", "--time", "60")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertIn("10 % of the contact resultants is reached", run.output)
+        run = run_block("--accuracy", "1e-5", "--memory", "60MB", mu=0)
+        self.assertEqual(run.status, 2)
+        self.assertRegex(run.errors, r"^accuracy 0.001 % of the contact resultants was not "
+                         r"reached: within 60 MB of memory it is mesh .*; the next run, of bricks "
+                         r".* times as small, takes it to some .* of memory; the result is "
+                         "that of the last mesh, and otherwise complete\n$")  # fmt: skip
+        with run.result() as result:
+            self.assertEqual(result.file["accuracy"].attrs["reached"], 0)
+            self.assertGreater(len(result.accuracy), 2)
+
+
+class Kept(unittest.TestCase):
+    def test_a_mesh_that_is_kept_is_run_or_refused(self):
+        """Bounds do not choose it; beyond them nothing is run, unless forced."""
+        run = run_block("--time", "100", "--refine", "0", "-q", n=2)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertNotIn("accuracy", result.file)
+        run = run_block("--time", "0.001", "--refine", "1", n=2)
+        self.assertEqual(run.status, 3)
+        self.assertRegex(run.errors, r"the run takes about .* s of the processor, and --time "
+                         r"allows 0.001 s; bricks .* times as large would do\n")  # fmt: skip
+        self.assertFalse(run.file.exists())
+        run = run_block("--memory", "20MB", "--refine", "0", n=2)
+        self.assertEqual(run.status, 3)
+        self.assertRegex(run.errors, "needs .* of memory, and --memory allows 20 MB")
+        run = run_block("--time", "0.001", "--refine", "0", "--force", "-q", n=2)
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertIn("and --time allows 0.001 s", run.errors + run.output)
+
+    def test_too_little_for_any_mesh(self):
+        for words, message in (
+            (["--time", "0.001"], "and --time allows 0.001 s; there is no coarser mesh"),
+            (["--memory", "20MB"], "of memory, and --memory allows 20 MB"),
+        ):
+            run = run_block(*words)
+            self.assertEqual(run.status, 3)
+            self.assertIn(message, run.errors)
+            self.assertFalse(run.file.exists())
+
+
+class Options(unittest.TestCase):
+    def test_wrong_values(self):
+        for option, values, wanted in (
+            ("--time", ("0", "-1", "nan", "inf", "1e12", "soon", "1s"),
+             "a number above 0 and below 1e9, in seconds of the processor"),
+            ("--memory", ("0GB", "-4GB", "nanGB", "1e99GB", "4", "4XB", "GB", "1kB"),
+             "a size with its unit from 1MB to 1000TB, as 4GB, 500MB or 1.5GiB"),
+        ):  # fmt: skip
+            for value in values:
+                run = run_block(option, value)
+                self.assertEqual(run.status, 1, value)
+                self.assertEqual(
+                    run.errors, f"bipot: error: {option} must be {wanted}, not '{value}'\n"
+                )
+
+    def test_what_excludes_bounds(self):
+        deck = with_card(block(), "*ACCURACY, ESTIMATE=NO")
+        for words, message in (
+            (["--time", "5"], "--time takes the estimates that the deck leaves out by *ACCURACY, "
+             "ESTIMATE=NO"),
+            (["--memory", "1GB"], "--memory takes the estimates"),
+            (["--time", "5", "--refine", "0", "--check"], ""),
+            (["--time", "5", "--export-fclib", "1"], "--time takes the estimates"),
+        ):  # fmt: skip
+            run = run_block(*words, deck=deck)
+            self.assertEqual(run.status, 1 if message else 0, run.errors)
+            self.assertIn(message, run.errors)
+        run = run_block("--time", "5", "--export-fclib", "1")
+        self.assertEqual(run.status, 1)
+        self.assertIn("--time tries several: --refine 0 keeps that of the deck", run.errors)
+
+    def test_a_plan_is_that_of_the_mesh_foreseen(self):
+        """More than the first mesh, within the time, and said so."""
+        run = run_block("--time", "3", "--plan")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertIn("the best of the contact resultants, on such a mesh after coarser ones, "
+                      "within 3 s of the processor", run.output)  # fmt: skip
+        bricks = int(run.output.split(" bricks")[0].split()[-1])
+        self.assertGreater(bricks, 64)
+
+    def test_a_result_within_other_bounds_is_another(self):
+        """A run with other bounds does not replace it unless told to; a finished one is that."""
+        run = run_block("--memory", "45MB", mu=0)
+        self.assertEqual(run.status, 0, run.errors)
+        again = Run(run.deck, "--memory", "0.05GB", "-o", str(run.file), **AUTO, mu=0)
+        self.assertEqual(again.status, 1)
+        self.assertIn("--memory 45MB", again.errors)
+        words = ("--memory", "0.045GB", "-o", str(run.file), "--continue")
+        again = Run(run.deck, *words, **AUTO, mu=0)
+        self.assertEqual(again.status, 1)
+        self.assertIn("is finished: there is nothing to continue", again.errors)
+
+
+if __name__ == "__main__":
+    unittest.main()
