@@ -1,24 +1,16 @@
 """Bodies solved for by iteration beside bodies with a factor, and what iteration refuses."""
 
-import os
 import signal
 import subprocess
-import sys
 import unittest
-from pathlib import Path
 
-SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
-sys.path.insert(0, str(SOURCE / "tests" / "cases"))
-
-import h5py  # noqa: E402
-import numpy as np  # noqa: E402
-from program import INPUT, PROGRAM, Run  # noqa: E402
+import numpy as np
+from launching import INPUT, PROGRAM, Run, forces, launch, with_card
 
 AUTO = {"solver": "AUTO", "local": "AUTO", "tolerance": 1e-11}
 LIMIT = 1e-8
 WRONG_INPUT, NOT_SOLVED = 1, 2
 ITERATIVE = "*BODY SOLVER, TYPE=ITERATIVE"
-MPIEXEC = os.environ.get("MPIEXEC", "mpiexec")
 
 HELD_ABOVE = """*HEADING
 A block that is held above, before an obstacle
@@ -82,24 +74,6 @@ PUNCH-TOP, 2, 2, 0.
 PUNCH-TOP, 3, 3, -0.02
 *END STEP
 """
-
-
-def with_card(deck, card):
-    """The text of a deck with a card before its first step."""
-    return deck.replace("*STEP", f"{card}\n*STEP", 1)
-
-
-def forces(run):
-    """Every force of a result: name to array."""
-    found = {}
-
-    def keep(name, item):
-        if name.rsplit("/", 1)[-1] in ("reaction", "resultant", "reaction_force", "contact_force"):
-            found[name] = item[()]
-
-    with h5py.File(run.file) as file:
-        file.visititems(keep)
-    return found
 
 
 class SameForces(unittest.TestCase):
@@ -237,10 +211,8 @@ class Refused(unittest.TestCase):
         self.assertNotIn("certified to", run.output)
 
     def test_several_ranks(self):
-        launch = (MPIEXEC, "-n", "2", "--oversubscribe", "--bind-to", "none", PROGRAM)
-        run = Run(
-            with_card(self.read("block"), ITERATIVE), name="refused", command=launch, **AUTO
-        )
+        deck = with_card(self.read("block"), ITERATIVE)
+        run = Run(deck, name="refused", command=launch(2), **AUTO)
         self.assertEqual(run.status, WRONG_INPUT, run.errors)
         self.assertIn("runs on one rank", run.errors)
 
