@@ -5,18 +5,21 @@
 !> others, has its diagonal alone. With directions held the matrix is P K P and what is held has a
 !> diagonal of its own; the rows of the nodes that may be held are kept apart, so that products with
 !> K itself are still to be had, and K can be put back. docs/theory.md (4.15).
+!>
+!> Where bodies move freely each pin has a spring in the matrix, which products with K leave out,
+!> and the coarser levels are made anew for what is held: nothing else may hold the bodies.
 module petsc_body_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_loc, c_null_ptr, c_ptr, c_associated
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
   use assembly_mod, only: triplets_t
-  use dof_map_mod, only: dof_map_t, equations_of
-  use iterative_body_mod, only: iterative_body_t
+  use dof_map_mod, only: equations_of
+  use iterative_body_mod, only: iterative_body_t, numbering_t
   use petsc_calls_mod, only: final_assembly, mat_assembly_begin, mat_assembly_end, mat_create, &
     mat_destroy, mat_mult, mat_set_block_size, mat_set_option, pc_apply, pc_destroy, &
     positive_definite, vec_create, vec_destroy, vec_get_array, vec_restore_array, yes
   use petsc_session_mod, only: begin_petsc, note
-  use petsc_hierarchy_mod, only: make_hierarchy
+  use petsc_hierarchy_mod, only: make_hierarchy, renew_hierarchy
   implicit none
   private
 
@@ -25,7 +28,8 @@ module petsc_body_mod
   !> A matrix in PETSc, and the blocks that are changed in it where directions are held.
   type, extends(iterative_body_t) :: petsc_body_t
     private
-    integer, allocatable :: place(:)   !! (n) of each equation, among three a node
+    integer, allocatable :: place(:)   !! (n+n_pins) of each unknown, among three a node
+    real(wp), allocatable :: spring(:) !! (n_pins) in the matrix, at each pin [force/length]
     integer, allocatable :: number(:)  !! (n_nodes) of each node among those with unknowns, or 0
     integer(c_int), pointer :: first(:) => null(), column(:) => null()
     !! (n_rows+1) and columns, both from 0; columns ascend, a node's three rows have the same
@@ -41,6 +45,7 @@ module petsc_body_mod
     integer, allocatable :: other(:)        !! node of each block
     real(wp), allocatable :: block(:, :, :) !! (3,3,n_blocks) of K [force/length]
     real(wp), allocatable :: left(:, :, :)  !! (3,3,m) P
+    real(wp), allocatable :: seen(:, :, :)  !! (3,3,m) of these what the coarser levels see
   contains
     procedure :: hold => hold_at_nodes
     procedure :: product => product_with_k
@@ -51,39 +56,56 @@ module petsc_body_mod
 contains
 
   !> A body of its stiffness.
-  subroutine make_petsc_body(k, map, coordinates, start, neighbours, body, error)
+  subroutine make_petsc_body(k, numbering, coordinates, start, neighbours, body, error)
     type(triplets_t), intent(in) :: k             !! with its values, not distributed
-    type(dof_map_t), intent(in) :: map
+    type(numbering_t), intent(in) :: numbering
     real(wp), intent(in) :: coordinates(:, :)     !! (3,n_nodes) [length]
     integer, intent(in) :: start(:), neighbours(:) !! of the nodes, as of coupled_nodes
     class(iterative_body_t), allocatable, intent(out) :: body
     type(error_t), allocatable, intent(out) :: error !! PETSc failed
     type(petsc_body_t), allocatable :: made
     integer(c_int) :: n_rows
-    integer :: node, a, equations(3)
+    integer, allocatable :: of_k(:) !! place of each row of k
+    integer :: node, a, i, equations(3)
 
     allocate (made)
     call begin_petsc(made%inverse, made%ranks, made%failure)
-    made%n = map%n_free
+    made%n = numbering%map%n_free
+    made%n_pins = size(numbering%pin_node)
     allocate (made%number(size(coordinates, 2)), source=0)
-    allocate (made%place(map%n_free))
+    allocate (made%place(made%n + made%n_pins), made%spring(made%n_pins))
+    allocate (of_k(numbering%whole%n_free))
     n_rows = 0
     do node = 1, size(coordinates, 2)
-      equations = equations_of(map, node)
+      equations = equations_of(numbering%whole, node)
       if (all(equations == 0)) cycle
       made%number(node) = n_rows/3 + 1
+      do a = 1, 3
+        if (equations(a) > 0) of_k(equations(a)) = n_rows + a
+      end do
+      equations = equations_of(numbering%map, node)
       do a = 1, 3
         if (equations(a) > 0) made%place(equations(a)) = n_rows + a
       end do
       n_rows = n_rows + 3
+    end do
+    do i = 1, made%n_pins
+      made%place(made%n + i) = 3*(made%number(numbering%pin_node(i)) - 1) + numbering%pin_dof(i)
     end do
     made%position = coordinates(:, pack([(node, node=1, size(made%number))], made%number > 0))
     allocate (made%is_unknown(n_rows), source=.false.)
     made%is_unknown(made%place) = .true.
     allocate (made%x(n_rows), made%y(n_rows), source=0.0_wp)
     call list_blocks(made, start, neighbours)
-    call fill(made, k)
+    call fill(made, k, of_k)
+    do i = 1, made%n_pins
+      associate (pin => made%place(made%n + i))
+        made%spring(i) = made%value(entry_of(made, pin, pin))
+        made%value(entry_of(made, pin, pin)) = 2.0_wp*made%spring(i)
+      end associate
+    end do
     allocate (made%node(0), made%start(1), made%other(0), made%block(3, 3, 0), made%left(3, 3, 0))
+    allocate (made%seen(3, 3, 0))
     made%start = 1
     call note(made%failure, vec_create(made%ranks, 3_c_int, n_rows, c_loc(made%x), made%vector_x))
     call note(made%failure, vec_create(made%ranks, 3_c_int, n_rows, c_loc(made%y), made%vector_y))
@@ -93,8 +115,8 @@ contains
       call note(made%failure, mat_set_block_size(made%matrix, 3_c_int))
       call note(made%failure, mat_set_option(made%matrix, positive_definite, yes))
     end if
-    call make_hierarchy(made%ranks, made%matrix, made%vector_x, made%position, made%inverse, &
-      made%failure)
+    call make_hierarchy(made%ranks, made%matrix, made%vector_x, made%position, made%n_pins > 0, &
+      made%inverse, made%failure)
     if (allocated(made%failure)) error = made%failure
     call move_alloc(made, body)
   end subroutine make_petsc_body
@@ -134,15 +156,16 @@ contains
   end subroutine list_blocks
 
   !> The entries of K, both triangles, and a diagonal for what is no unknown.
-  subroutine fill(body, k)
+  subroutine fill(body, k, place)
     class(petsc_body_t), intent(inout) :: body
     type(triplets_t), intent(in) :: k
+    integer, intent(in) :: place(:) !! of each row of k
     integer(i8) :: e
     integer :: row, node, a
     real(wp) :: diagonal(3), mean
 
     do e = 1, size(k%value, kind=i8)
-      associate (i => body%place(k%row(e)), j => body%place(k%column(e)))
+      associate (i => place(k%row(e)), j => place(k%column(e)))
         body%value(entry_of(body, i, j)) = k%value(e)
         body%value(entry_of(body, j, i)) = k%value(e)
       end associate
@@ -188,11 +211,16 @@ contains
     integer, intent(in) :: node(:)
     real(wp), intent(in) :: held(:, :, :), stiffer(:, :, :)
     integer, allocatable :: member(:) !! of the nodes that may be held, 0 elsewhere
+    real(wp), parameter :: few = 0.05_wp  ! nodes, of those that may be held: not worth new levels
+    real(wp), parameter :: much = 0.5_wp  ! of what is held at a node: it is another
     real(wp) :: block(3, 3), own(3, 3)
     integer :: i, k, a
+    logical :: is_new
 
     if (allocated(body%failure)) return
-    if (.not. same(body%node, body%number(node))) call keep_blocks(body, body%number(node))
+    if (size(node) == 0 .and. size(body%node) == 0) return
+    is_new = .not. same(body%node, body%number(node))
+    if (is_new) call keep_blocks(body, body%number(node))
     allocate (member(size(body%position, 2)), source=0)
     member(body%node) = [(i, i=1, size(body%node))]
     do i = 1, size(body%node)
@@ -220,6 +248,13 @@ contains
     end do
     call note(body%failure, mat_assembly_begin(body%matrix, final_assembly))
     call note(body%failure, mat_assembly_end(body%matrix, final_assembly))
+    if (body%n_pins == 0) return
+    if (.not. is_new .and. size(body%seen, 3) == size(body%left, 3)) then
+      if (count(maxval(maxval(abs(body%left - body%seen), dim=1), dim=1) > much) <= &
+        few*size(body%left, 3)) return
+    end if
+    call renew_hierarchy(body%matrix, body%inverse, body%failure)
+    body%seen = body%left
   end subroutine hold_at_nodes
 
   !> Whether two lists are the same.
@@ -316,6 +351,7 @@ contains
       end do
     end do
     y = body%y(body%place)
+    y(body%n + 1:) = y(body%n + 1:) - body%spring*x(body%n + 1:)
   end subroutine product_with_k
 
   !> P M P x, M one cycle of multigrid.

@@ -12,17 +12,18 @@ module petsc_hierarchy_mod
   implicit none
   private
 
-  public :: make_hierarchy
+  public :: make_hierarchy, renew_hierarchy
 
   integer, parameter :: n_rigid = 6
 
 contains
 
   !> The hierarchy of K.
-  subroutine make_hierarchy(ranks, matrix, vector, position, inverse, failure)
+  subroutine make_hierarchy(ranks, matrix, vector, position, renews, inverse, failure)
     type(c_ptr), intent(in) :: ranks, matrix
     type(c_ptr), intent(in) :: vector          !! one of the matrix's rows
     real(wp), intent(in) :: position(:, :)     !! (3,nodes) [length]
+    logical, intent(in) :: renews              !! its coarser levels, with the matrix
     type(c_ptr), intent(inout) :: inverse      !! the preconditioner
     type(error_t), allocatable, intent(inout) :: failure
     type(c_ptr) :: motions(n_rigid), space
@@ -44,6 +45,7 @@ contains
     call set_option('bipot_pc_gamg_coarse_eq_limit', '500')
     call set_option('bipot_mg_levels_ksp_type', 'chebyshev')
     call set_option('bipot_mg_levels_pc_type', 'jacobi')
+    call set_option('bipot_pc_gamg_reuse_interpolation', merge('true ', 'false', renews))
     call note(failure, pc_set_from_options(inverse))
     call note(failure, pc_set_up(inverse))
     call note(failure, pc_set_reuse(inverse, yes))
@@ -71,10 +73,24 @@ contains
     subroutine set_option(name, value)
       character(*), intent(in) :: name, value
 
-      call note(failure, petsc_set_option(c_null_ptr, '-'//name//c_null_char, value//c_null_char))
+      call note(failure, petsc_set_option(c_null_ptr, '-'//name//c_null_char, trim(value)// &
+        c_null_char))
     end subroutine set_option
 
   end subroutine make_hierarchy
+
+  !> The coarser levels of what the matrix is now, by the interpolation that is there.
+  subroutine renew_hierarchy(matrix, inverse, failure)
+    type(c_ptr), intent(in) :: matrix
+    type(c_ptr), intent(in) :: inverse         !! the preconditioner
+    type(error_t), allocatable, intent(inout) :: failure
+
+    if (allocated(failure)) return
+    call note(failure, pc_set_reuse(inverse, no))
+    call note(failure, pc_set_operators(inverse, matrix, matrix))
+    call note(failure, pc_set_up(inverse))
+    call note(failure, pc_set_reuse(inverse, yes))
+  end subroutine renew_hierarchy
 
   !> The rigid motions of all bodies together, orthonormal.
   subroutine make_motions(vector, position, motions, failure)

@@ -63,12 +63,12 @@ contains
       contact_nodes(plan%points), motions, error, scene%constraints)
     if (allocated(error)) return
     if (scene%precision%iterative) then
-      call check_iterative(scene, plan%points, motions%n, error)
+      call check_iterative(scene, plan%points, motions, error)
       if (allocated(error)) return
     else
       iterated = scene
       iterated%contact%compliance = compliance_products
-      call check_iterative(iterated, plan%points, motions%n, refusal)
+      call check_iterative(iterated, plan%points, motions, refusal)
       if (allocated(refusal)) return
       scene%precision%iterative = .true.
       scene%precision%single_factor = .false.

@@ -63,7 +63,7 @@ contains
     end if
     if (needs_matrix .and. scene%precision%iterative) then
       call raise(error, exit_wrong_input, 'bipot: error: *BODY SOLVER, TYPE=ITERATIVE does not '// &
-        'cover --export, which writes the compliance of the contact; TYPE=FACTOR does')
+        'cover --export-fclib, which writes the compliance of the contact; TYPE=FACTOR does')
       return
     end if
     if (needs_matrix) scene%precision%body_is_given = .true.

@@ -13,6 +13,8 @@ from program import INPUT, PROGRAM, Run  # noqa: E402
 __all__ = ["INPUT", "MPIEXEC", "PROGRAM", "SOURCE", "Run", "forces", "launch", "with_card"]
 
 MPIEXEC = os.environ.get("MPIEXEC", "mpiexec")
+if os.geteuid() == 0:  # Open MPI starts nothing as root unless it is told twice.
+    os.environ["OMPI_ALLOW_RUN_AS_ROOT"] = os.environ["OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"] = "1"
 
 
 def launch(ranks, program=PROGRAM):

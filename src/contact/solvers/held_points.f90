@@ -7,7 +7,7 @@ module held_points_mod
   implicit none
   private
 
-  public :: held_points_t, expect, find_held
+  public :: held_points_t, expect, expect_sticking, find_held
 
   real(wp), parameter :: slides = 1.0e-6_wp     !! that far from the cone at most, beside mu r_n [-]
   real(wp), parameter :: expected_across = 0.9_wp !! the same as next, of a slip not known yet [-]
@@ -67,6 +67,23 @@ contains
     end do
     at%z = pack_rows(problem, z)
   end subroutine expect
+
+  !> Take all points that press for sticking.
+  subroutine expect_sticking(problem, at)
+    type(contact_problem_t), intent(in) :: problem
+    type(iterate_t), intent(inout) :: at
+    real(wp), dimension(3, problem%n_points) :: x, z
+    integer :: i
+
+    x = unpack_rows(problem, at%x)
+    z = unpack_rows(problem, at%z)
+    do i = 1, problem%n_points
+      if (.not. (problem%mu(i) > 0.0_wp .and. at%dz_dr(1, 1, i) < 1.0_wp)) cycle
+      z(:, i) = problem%rho_global([1, 2, 2], i)*x(:, i)
+      at%dz_dr(:, :, i) = 0.0_wp
+    end do
+    at%z = pack_rows(problem, z)
+  end subroutine expect_sticking
 
   !> What is held, and what the others do, by the derivatives of the projections.
   subroutine find_held(problem, at, held)

@@ -6,13 +6,17 @@
 !> Of a point that is held the displacement is known and its reaction is what is left out of
 !> balance there; of the others the reaction is known, or follows the normal one. So the reactions
 !> are eliminated, and the systems are those of the bodies with these directions held.
+!>
+!> Free motions of bodies are among the displacements. Those that no held point resists are sprung
+!> in a step (loose_motions_mod), and the step is not shortened.
 module whole_newton_mod
   use kinds_mod, only: wp
   use controls_mod, only: contact_controls_t, solver_global_newton
-  use increment_report_mod, only: ended_at_limit, ended_stalled
+  use increment_report_mod, only: ended_at_limit, ended_stalled, ended_unbalanced
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, measure
   use newton_iterate_mod, only: iterate_t, evaluate, forcing_term
-  use held_points_mod, only: held_points_t, expect, find_held
+  use held_points_mod, only: held_points_t, expect, expect_sticking, find_held
+  use loose_motions_mod, only: loose_motions_t, find_loose, add_springs
   use gmres_mod, only: linear_map_t, solve_by_gmres
   use body_map_mod, only: body_map_t
   implicit none
@@ -23,6 +27,7 @@ module whole_newton_mod
   integer,  parameter :: max_iterations = 40
   integer,  parameter :: max_stalled = 8        !! iterations without a tenth of progress
   integer,  parameter :: max_products = 80      !! largest Krylov space
+  integer,  parameter :: most_settling = 6      !! steps in which all friction is taken to stick
   real(wp), parameter :: tightest_inner = 1.0e-4_wp !! residuals of GMRES, relative [-]
   real(wp), parameter :: loosest_inner = 1.0e-2_wp
   real(wp), parameter :: shortest_step = 0.2_wp
@@ -33,6 +38,11 @@ module whole_newton_mod
     real(wp), allocatable :: v(:)       !! (n) a guess in, displacement out [length]
     real(wp), allocatable :: load(:)    !! (n) f, beside that of x_free [force]
     real(wp), allocatable :: remains(:) !! (n) out: K v - C^T r - f, as found [force]
+    real(wp), allocatable :: gaps(:)    !! (n_rows) out: gaps and slips [length]
+    real(wp), allocatable :: motions(:, :)
+    !! (n_rows,m) what free motions do there; their pins are the last of the unknowns [-]
+    real(wp), allocatable :: unbalanced(:)
+    !! (m) out: what the forces do along motions that nothing resists, where it ends so [force]
     real(wp) :: largest = 0.0_wp        !! force at a node, so far [force]
   end type bodies_t
 
@@ -48,15 +58,25 @@ module whole_newton_mod
     real(wp), allocatable :: g(:)  !! (n) K v - C^T r - f [force]
     type(iterate_t) :: at          !! reactions and gaps
     real(wp) :: merit = 0.0_wp     !! of both residuals [force]
+    logical :: is_free = .false.   !! some bodies move freely
     real(wp) :: allowed(remembered) = 0.0_wp
     !! those of the last places: one of them may be come up to [force]
   end type place_t
+
+  !> Bodies that have come a way slide everywhere, which holds nothing and says little of what
+  !> friction would hold: it sticks until the points that press are known.
+  type :: settling_t
+    logical :: is_on = .false.
+    integer :: n = 0                     !! steps so far
+    logical, allocatable :: pressed(:)   !! (n_points) in the last one
+  end type settling_t
 
   !> The system over the inverse: L M.
   type, extends(linear_map_t) :: eliminated_t
     class(body_map_t), pointer :: body => null()
     type(contact_problem_t), pointer :: problem => null()
     type(held_points_t), pointer :: held => null()
+    type(loose_motions_t), pointer :: loose => null()
   contains
     procedure :: apply => apply_eliminated
   end type eliminated_t
@@ -77,22 +97,26 @@ contains
     type(contact_report_t), intent(out) :: report
     type(place_t) :: now
     type(held_points_t), target :: held
+    type(loose_motions_t), target :: loose
     type(contact_report_t) :: here
     type(step_t) :: step
     real(wp) :: r_start(3, problem%n_points), unsolved(size(bodies%v))
     real(wp) :: forcing, last_merit, left, scale
+    type(settling_t) :: settling
     integer :: stalled
     logical :: is_known !! by the reactions to start from: what is held
 
     r_start = r
     is_known = any(abs(r) > 0.0_wp)
     bodies%remains = 0.0_wp*bodies%v
+    allocate (bodies%unbalanced(size(bodies%motions, 2)), source=0.0_wp)
     call begin(problem, body, x_free, bodies, r, now)
     ! Where reactions vanish what is left of those to start from is beside what they were.
     scale = max(bodies%largest, maxval(abs(now%g)))
     last_merit = 0.0_wp
     report%residual = huge(report%residual)
     stalled = 0
+    allocate (settling%pressed(problem%n_points), source=.false.)
     newton: do
       call judge(problem, body, x_free, now, scale, r_start, unsolved, here)
       stalled = stalled + 1
@@ -101,8 +125,10 @@ contains
         report%residual = here%residual
         report%worst_point = here%worst_point
         r = unpack_rows(problem, now%at%r - now%at%z)
+        if (.not. here%residual > 0.0_wp) r = 0.0_wp
         bodies%v = now%v
         bodies%remains = unsolved
+        bodies%gaps = now%at%x
       end if
       report%converged = report%residual <= controls%tolerance
       if (report%converged .or. stalled > max_stalled .or. &
@@ -111,9 +137,11 @@ contains
       forcing = forcing_term(now%merit, last_merit, left, tightest_inner, loosest_inner)
       last_merit = now%merit
       if (is_known) call expect(problem, now%at)
-      call find_held(problem, now%at, held)
-      call body%hold(held%along, held%across)
-      call find_step(problem, body, held, now, forcing, step, report%products)
+      call prepare_step(problem, body, bodies, now, held, loose, settling)
+      bodies%unbalanced = loose%unbalanced
+      if (any(abs(bodies%unbalanced) > 0.0_wp)) exit newton
+      if (loose%n > 0) stalled = 0
+      call find_step(problem, body, held, loose, now, forcing, step, report%products)
       is_known = .false.
       call search_line(problem, now, step, body)
       report%iterations = report%iterations + 1
@@ -121,8 +149,49 @@ contains
     if (.not. report%converged) report%ending = ended_stalled
     if (.not. report%converged .and. report%iterations >= max_iterations) report%ending = &
       ended_at_limit
+    if (.not. report%converged .and. any(abs(bodies%unbalanced) > 0.0_wp)) report%ending = &
+      ended_unbalanced
     report%solver = solver_global_newton
   end subroutine solve_with_body
+
+  !> What is held in the next step, and which motions are loose in it; how far the residuals may
+  !> rise where these are others than before.
+  subroutine prepare_step(problem, body, bodies, now, held, loose, settling)
+    type(contact_problem_t), intent(in) :: problem
+    class(body_map_t), intent(in) :: body
+    type(bodies_t), intent(in) :: bodies
+    type(place_t), intent(inout) :: now
+    type(held_points_t), intent(inout) :: held
+    type(loose_motions_t), intent(inout) :: loose !! of the step before in
+    type(settling_t), intent(inout) :: settling
+    logical :: presses(problem%n_points), was_on
+    integer :: was_loose
+
+    was_loose = loose%n
+    was_on = settling%is_on
+    call find_held(problem, now%at, held)
+    call find_loose(problem, held, bodies%motions, bodies%load, now%at, loose)
+    presses = held%along(1, 1, :) > 0.0_wp
+    if (max(loose%n, was_loose) > 0) then
+      settling%is_on = any(presses .and. problem%mu > 0.0_wp)
+    else if (was_on) then
+      settling%is_on = any(presses .neqv. settling%pressed)
+    end if
+    settling%is_on = settling%is_on .and. settling%n < most_settling
+    if (settling%is_on) then
+      settling%n = settling%n + 1
+      call expect_sticking(problem, now%at)
+      call find_held(problem, now%at, held)
+      call find_loose(problem, held, bodies%motions, bodies%load, now%at, loose)
+    end if
+    settling%pressed = presses
+    call body%hold(held%along, held%across)
+    if (loose%n > 0 .or. settling%is_on) then
+      now%allowed = huge(1.0_wp)
+    else if (was_loose > 0 .or. was_on) then
+      now%allowed = now%merit
+    end if
+  end subroutine prepare_step
 
   !> The place to start from: of the guess as much as the reactions to start from ask for.
   subroutine begin(problem, body, x_free, bodies, r, now)
@@ -143,6 +212,8 @@ contains
     energy = dot_product(bodies%v, now%g)
     share = 0.0_wp
     if (energy > 0.0_wp) share = dot_product(bodies%v, forces)/energy
+    now%is_free = size(bodies%motions, 2) > 0
+    if (now%is_free) share = 1.0_wp ! what moves freely has come a way
     now%v = share*bodies%v
     now%g = share*now%g - forces
     now%at%r = pack_rows(problem, r)
@@ -162,21 +233,31 @@ contains
     real(wp), intent(in) :: largest, r_start(:, :)
     real(wp), intent(out) :: left(:)  !! (n) those forces [force]
     type(contact_report_t), intent(inout) :: here
-    real(wp) :: scale
+    real(wp), parameter :: many = 100.0_wp ! operations
+    real(wp) :: scale, rounding
 
     call measure(problem, x_free, now%at%x, now%at%r - now%at%z, r_start, here)
     left = now%g
     call body%add_from_points(unpack_rows(problem, now%at%z), left)
+    if (now%is_free) then
+      ! Bodies that nothing presses are in balance but for what their stiffness rounds.
+      rounding = many*epsilon(1.0_wp)*maxval(problem%rho_global)*maxval(abs(now%v))
+      if (max(maxval(abs(left)), maxval(abs(now%at%r - now%at%z)), largest) <= rounding) then
+        here%residual = 0.0_wp
+        return
+      end if
+    end if
     scale = max(largest, maxval(abs(now%at%r), dim=1))
-    if (maxval(abs(left)) > 0.0_wp) here%residual = max(here%residual, maxval(abs(left))/ &
-      max(scale, tiny(scale)))
+    if (.not. scale > 0.0_wp) scale = maxval(abs(left)) ! nothing acts yet but what is left
+    if (maxval(abs(left)) > 0.0_wp) here%residual = max(here%residual, maxval(abs(left))/scale)
   end subroutine judge
 
   !> The Newton step: its displacement, what it does to the balance of forces, its reactions.
-  subroutine find_step(problem, body, held, now, forcing, step, products)
+  subroutine find_step(problem, body, held, loose, now, forcing, step, products)
     type(contact_problem_t), target, intent(in) :: problem
     class(body_map_t), target, intent(in) :: body
     type(held_points_t), target, intent(in) :: held
+    type(loose_motions_t), target, intent(in) :: loose
     type(place_t), intent(in) :: now
     real(wp), intent(in) :: forcing
     type(step_t), intent(out) :: step
@@ -196,11 +277,13 @@ contains
     call body%add_from_points(x, step%v)
     if (any(abs(step%v) > 0.0_wp)) call body%product(step%v, step%g)
     f = now%g + step%g
+    call add_springs(loose, step%v, f)
     call body%at_points(f, of_points)
     call eliminate(problem, held, body, of_points, 0.0_wp*x, f, with_own=.true.)
     map%body => body
     map%problem => problem
     map%held => held
+    map%loose => loose
     call solve_by_gmres(map, -f, forcing, max_products, w, inner, reached)
     products = products + inner
     call body%precondition(w, f)
@@ -254,6 +337,7 @@ contains
 
     call map%body%precondition(v, w)
     call map%body%product(w, product)
+    call add_springs(map%loose, w, product)
     call map%body%at_points(product, of_points)
     call map%body%at_points(w, x)
     call eliminate(map%problem, map%held, map%body, of_points, x, product, with_own=.false.)
