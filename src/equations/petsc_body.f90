@@ -5,7 +5,6 @@
 !> others, has its diagonal alone. With directions held the matrix is P K P and what is held has a
 !> diagonal of its own; the rows of the nodes that may be held are kept apart, so that products with
 !> K itself are still to be had, and K can be put back. docs/theory.md (4.15).
-!>
 !> Where bodies move freely each pin has a spring in the matrix, which products with K leave out,
 !> and the coarser levels are made anew for what is held: nothing else may hold the bodies.
 module petsc_body_mod
@@ -104,9 +103,8 @@ contains
         made%value(entry_of(made, pin, pin)) = 2.0_wp*made%spring(i)
       end associate
     end do
-    allocate (made%node(0), made%start(1), made%other(0), made%block(3, 3, 0), made%left(3, 3, 0))
-    allocate (made%seen(3, 3, 0))
-    made%start = 1
+    allocate (made%node(0), made%start(1), made%other(0), source=1)
+    allocate (made%block(3, 3, 0), made%left(3, 3, 0), made%seen(3, 3, 0))
     call note(made%failure, vec_create(made%ranks, 3_c_int, n_rows, c_loc(made%x), made%vector_x))
     call note(made%failure, vec_create(made%ranks, 3_c_int, n_rows, c_loc(made%y), made%vector_y))
     call note(made%failure, mat_create(made%ranks, n_rows, n_rows, c_loc(made%first), &
@@ -217,17 +215,15 @@ contains
     integer :: i, k, a
     logical :: is_new
 
-    if (allocated(body%failure)) return
-    if (size(node) == 0 .and. size(body%node) == 0) return
-    is_new = .not. same(body%node, body%number(node))
+    if (allocated(body%failure) .or. max(size(node), size(body%node)) == 0) return
+    is_new = size(node) /= size(body%node)
+    if (.not. is_new) is_new = any(body%number(node) /= body%node)
     if (is_new) call keep_blocks(body, body%number(node))
     allocate (member(size(body%position, 2)), source=0)
     member(body%node) = [(i, i=1, size(body%node))]
-    do i = 1, size(body%node)
-      body%left(:, :, i) = -held(:, :, i)
-      do a = 1, 3
-        body%left(a, a, i) = 1.0_wp + body%left(a, a, i)
-      end do
+    body%left = -held
+    do a = 1, 3
+      body%left(a, a, :) = 1.0_wp + body%left(a, a, :)
     end do
     do i = 1, size(body%node)
       do k = body%start(i), body%start(i + 1) - 1
@@ -256,14 +252,6 @@ contains
     call renew_hierarchy(body%matrix, body%inverse, body%failure)
     body%seen = body%left
   end subroutine hold_at_nodes
-
-  !> Whether two lists are the same.
-  pure logical function same(one, other)
-    integer, intent(in) :: one(:), other(:)
-
-    same = size(one) == size(other)
-    if (same) same = all(one == other)
-  end function same
 
   !> Put K back, and keep the blocks of these nodes.
   subroutine keep_blocks(body, node)

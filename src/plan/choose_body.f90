@@ -79,6 +79,7 @@ contains
     scene%contact%compliance = compliance_products
     sizes = bare
     sizes%is_dense = .false.
+    sizes%motions = motions%n
     sizes%factor = 0.0_wp
     call take_precision(scene%precision, sizes)
     sizes%workspace = iterative_bytes(sizes)

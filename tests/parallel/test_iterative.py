@@ -80,6 +80,7 @@ FREE = """*HEADING
 A block that nothing supports, on a slope, and what comes down on it
 *PARAMETER
 n = 4
+steps = 2
 gap = 0.
 up = -1.
 aside = 0.
@@ -109,7 +110,7 @@ BODY-ZMAX, TOOL
 *CONTACT SOLVER, TOLERANCE=1e-11
 *STEP
 *STATIC, DIRECT
-0.5, 1.0
+<1/steps>, 1.0
 *DLOAD
 BODY, GRAV, 10., <aside>, 0., <up>
 *BOUNDARY
@@ -206,6 +207,24 @@ class FreeBodies(Agreement):
     def test_pressed_after_a_gap_by_a_tool_that_moves_aside(self):
         self.agree(FREE, press=0.05, gap=0.01)
 
+    def test_two_beside_one_that_supports_hold(self):
+        deck = FREE.replace(
+            "*MATERIAL",
+            "*BLOCK, NAME=OTHER, ELSET=OTHER, NX=3, NY=4, NZ=3\n3., 0., -0.15,  1., 1., 0.7\n"
+            "*BLOCK, NAME=HELD, ELSET=HELD, NX=4, NY=3, NZ=3\n6., 0., -0.3,  1., 1., 1.\n*MATERIAL",
+            1,
+        )
+        for name in ("OTHER", "HELD"):
+            deck = deck.replace(
+                "*OBSTACLE", f"*SOLID SECTION, ELSET={name}, MATERIAL=RUBBER\n*OBSTACLE", 1
+            )
+            pair = f"*CONTACT PAIR, INTERACTION=DRY\n{name}-ZMIN, GROUND\n"
+            deck = deck.replace("*CONTACT SOLVER", f"{pair}*CONTACT SOLVER", 1)
+        deck = deck.replace("*DLOAD\n", "*DLOAD\nOTHER, GRAV, 20., 0.1, 0., -1.\n")
+        held = "HELD-ZMAX, 1, 2, 0.\nHELD-ZMAX, 3, 3, -0.03\n"
+        deck = deck.replace("*BOUNDARY\n", f"*BOUNDARY\n{held}")
+        self.agree(deck)
+
     def test_without_friction_where_nothing_drives_it_aside(self):
         self.agree((INPUT / "rest.inp").read_text(encoding="utf-8"))
 
@@ -237,8 +256,18 @@ class FreeBodies(Agreement):
 
 class Continued(unittest.TestCase):
     def test_a_continued_run_has_the_forces_of_one_that_was_not(self):
-        deck = with_card((INPUT / "block.inp").read_text(encoding="utf-8"), ITERATIVE)
-        options = {"n": 4, "steps": 20, **AUTO}
+        self.continue_at_increment_7(
+            with_card((INPUT / "block.inp").read_text(encoding="utf-8"), ITERATIVE),
+            {"n": 4, "steps": 20, **AUTO},
+        )
+
+    def test_so_has_that_of_a_free_body(self):
+        self.continue_at_increment_7(
+            with_card(FREE, ITERATIVE), {"n": 6, "steps": 20, "aside": 0.2}
+        )
+
+    def continue_at_increment_7(self, deck, options):
+        """Compare a run of 20 increments with one that is stopped behind its seventh."""
         whole = Run(deck, name="whole", **options)
         self.assertEqual(whole.status, 0, whole.errors)
         # Its first increments, then the others.

@@ -21,6 +21,7 @@ module loose_motions_mod
 
   real(wp), parameter :: unresisted = 1.0e-10_wp !! of the best resisted motion [-]
   real(wp), parameter :: rounding = 1.0e-12_wp   !! of forces that cancel [-]
+  real(wp), parameter :: hundredfold = 100.0_wp  !! so much is a load [-]
   real(wp), parameter :: most_change = 10.0_wp   !! of the springs from step to step [-]
 
   type :: loose_motions_t
@@ -29,23 +30,23 @@ module loose_motions_mod
     real(wp) :: spring = 0.0_wp           !! [force/length]
     real(wp), allocatable :: driven(:)    !! (m) what the forces do along them [force]
     real(wp), allocatable :: unbalanced(:)
-    !! (m) what the forces do along them, where no reactions can balance the load there; else 0
-    !! [force]
+    !! (m) the same where no reactions can balance the load there; else 0 [force]
   end type loose_motions_t
 
 contains
 
   !> The loose motions of a step.
-  subroutine find_loose(problem, held, motions, load, at, loose)
+  subroutine find_loose(problem, held, motions, load, scale, at, loose)
     type(contact_problem_t), intent(in) :: problem
     type(held_points_t), intent(in) :: held
     real(wp), intent(in) :: motions(:, :)  !! (n_rows,m) what they do at the rows [-]
     real(wp), intent(in) :: load(:)        !! (n) forces beside reactions; of the pins last [force]
+    real(wp), intent(in) :: scale          !! the largest force [force]
     type(iterate_t), intent(in) :: at
     type(loose_motions_t), intent(inout) :: loose !! of the step before, if any
     type(loose_motions_t) :: before
     real(wp) :: resistance(size(motions, 2), size(motions, 2)), of_each(size(motions, 2))
-    real(wp) :: driven(size(motions, 2)), of_point(3, size(motions, 2)), block(3, 3), way, change
+    real(wp) :: driven(size(motions, 2)), of_point(3, size(motions, 2)), block(3, 3), way, change, least
     real(wp), dimension(3, problem%n_points) :: rate, x
     integer :: i, a, m
     real(wp) :: back
@@ -74,17 +75,18 @@ contains
     if (loose%n == 0) return
     loose%spring = maxval(problem%rho_global(1, :))
     driven = load(size(load) - m + 1:) + matmul(at%r, motions)
-    if (norm2(driven) <= rounding*(norm2(load) + norm2(at%r))) return
+    if (norm2(driven) <= rounding*max(scale, norm2(load), norm2(at%r))) return
     driven = matmul(loose%motion, matmul(driven, loose%motion))
     loose%driven = driven
     rate = unpack_rows(problem, matmul(motions, driven))
     x = unpack_rows(problem, at%x)
-    if (any(rate(1, :) < -rounding*norm2(driven))) then
-      way = minval(x(1, :)/(-rate(1, :)), mask=rate(1, :) < -rounding*norm2(driven))
+    least = rounding*norm2(driven)
+    if (any(rate(1, :) < -least)) then
+      way = minval(x(1, :)/(-rate(1, :)), mask=rate(1, :) < -least)
       if (way*loose%spring > 1.0_wp) loose%spring = 1.0_wp/way
-    else if (dot_product(driven, load(size(load) - m + 1:)) > rounding*norm2(driven)*norm2(load) &
-      .and. all(rate(1, :) >= problem%mu*norm2(rate(2:, :), dim=1) - rounding*norm2(driven))) then
-      loose%unbalanced = driven
+    else if (all(rate(1, :) >= problem%mu*norm2(rate(2:, :), dim=1) - least)) then
+      if (dot_product(driven, load(size(load) - m + 1:)) > hundredfold*least*max(scale, &
+        norm2(load))) loose%unbalanced = driven
     end if
     ! Friction that drives them back does so until the slips are gone.
     is_pressed = held%along(1, 1, :) > 0.0_wp .and. problem%mu > 0.0_wp

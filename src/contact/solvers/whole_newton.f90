@@ -58,7 +58,8 @@ module whole_newton_mod
     real(wp), allocatable :: g(:)  !! (n) K v - C^T r - f [force]
     type(iterate_t) :: at          !! reactions and gaps
     real(wp) :: merit = 0.0_wp     !! of both residuals [force]
-    logical :: is_free = .false.   !! some bodies move freely
+    logical :: is_idle = .false.   !! bodies move freely, and nothing has acted on any so far
+    real(wp) :: scale = 0.0_wp     !! the largest force at a node at the start [force]
     real(wp) :: allowed(remembered) = 0.0_wp
     !! those of the last places: one of them may be come up to [force]
   end type place_t
@@ -113,6 +114,7 @@ contains
     call begin(problem, body, x_free, bodies, r, now)
     ! Where reactions vanish what is left of those to start from is beside what they were.
     scale = max(bodies%largest, maxval(abs(now%g)))
+    now%scale = scale
     last_merit = 0.0_wp
     report%residual = huge(report%residual)
     stalled = 0
@@ -170,7 +172,7 @@ contains
     was_loose = loose%n
     was_on = settling%is_on
     call find_held(problem, now%at, held)
-    call find_loose(problem, held, bodies%motions, bodies%load, now%at, loose)
+    call find_loose(problem, held, bodies%motions, bodies%load, now%scale, now%at, loose)
     presses = held%along(1, 1, :) > 0.0_wp
     if (max(loose%n, was_loose) > 0) then
       settling%is_on = any(presses .and. problem%mu > 0.0_wp)
@@ -182,7 +184,7 @@ contains
       settling%n = settling%n + 1
       call expect_sticking(problem, now%at)
       call find_held(problem, now%at, held)
-      call find_loose(problem, held, bodies%motions, bodies%load, now%at, loose)
+      call find_loose(problem, held, bodies%motions, bodies%load, now%scale, now%at, loose)
     end if
     settling%pressed = presses
     call body%hold(held%along, held%across)
@@ -212,8 +214,8 @@ contains
     energy = dot_product(bodies%v, now%g)
     share = 0.0_wp
     if (energy > 0.0_wp) share = dot_product(bodies%v, forces)/energy
-    now%is_free = size(bodies%motions, 2) > 0
-    if (now%is_free) share = 1.0_wp ! what moves freely has come a way
+    if (size(bodies%motions, 2) > 0) share = 1.0_wp ! what moves freely has come a way
+    now%is_idle = size(bodies%motions, 2) > 0 .and. bodies%largest <= 0.0_wp
     now%v = share*bodies%v
     now%g = share*now%g - forces
     now%at%r = pack_rows(problem, r)
@@ -239,10 +241,10 @@ contains
     call measure(problem, x_free, now%at%x, now%at%r - now%at%z, r_start, here)
     left = now%g
     call body%add_from_points(unpack_rows(problem, now%at%z), left)
-    if (now%is_free) then
+    if (now%is_idle) then
       ! Bodies that nothing presses are in balance but for what their stiffness rounds.
       rounding = many*epsilon(1.0_wp)*maxval(problem%rho_global)*maxval(abs(now%v))
-      if (max(maxval(abs(left)), maxval(abs(now%at%r - now%at%z)), largest) <= rounding) then
+      if (max(maxval(abs(left)), maxval(abs(now%at%r - now%at%z))) <= rounding) then
         here%residual = 0.0_wp
         return
       end if
