@@ -46,7 +46,8 @@ contains
     type(loose_motions_t), intent(inout) :: loose !! of the step before, if any
     type(loose_motions_t) :: before
     real(wp) :: resistance(size(motions, 2), size(motions, 2)), of_each(size(motions, 2))
-    real(wp) :: driven(size(motions, 2)), of_point(3, size(motions, 2)), block(3, 3), way, change, least
+    real(wp) :: driven(size(motions, 2)), of_point(3, size(motions, 2)), block(3, 3)
+    real(wp) :: way, change, least
     real(wp), dimension(3, problem%n_points) :: rate, x
     integer :: i, a, m
     real(wp) :: back
