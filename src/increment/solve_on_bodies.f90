@@ -4,12 +4,12 @@ module solve_on_bodies_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
   use state_mod, only: state_t
-  use increment_report_mod, only: ended_unbalanced
-  use problem_mod, only: contact_report_t
+  use increment_report_mod, only: ended_unbalanced, ended_stalled
+  use problem_mod, only: contact_report_t, pack_rows
   use rigid_modes_mod, only: add_motions
   use whole_newton_mod, only: bodies_t, solve_with_body
   use floating_mod, only: floating_t
-  use floating_search_mod, only: drift_t
+  use floating_search_mod, only: drift_t, excusable
   use condensed_contact_mod, only: contact_group_t
   use formed_compliance_mod, only: form_floating
   use dof_map_mod, only: to_nodes, unknowns_of
@@ -70,6 +70,7 @@ contains
       answer%gaps = bodies%gaps
       if (motions%n > 0) then
         call part_motions(mesh, solver, group%floating, bodies, trial, drift)
+        if (answer%report%converged) call ask_for_balance(group, drift, answer)
         ! What nothing acts on has no stresses, not even those of rounding.
         if (max(maxval(abs(answer%r)), maxval(abs(trial%left))) <= 0.0_wp) trial%u_contact = 0.0_wp
       end if
@@ -86,6 +87,22 @@ contains
       drift%a = trial%motion
     end associate
   end subroutine solve_on_bodies
+
+  !> Reactions that grow without bound do not make their own balance small: what a load does along a
+  !> motion is to be balanced, whatever else presses.
+  subroutine ask_for_balance(group, drift, answer)
+    type(contact_group_t), intent(in) :: group
+    type(drift_t), intent(in) :: drift
+    type(group_answer_t), intent(inout) :: answer
+    real(wp) :: packed(size(answer%x_free)), small(size(drift%load))
+
+    packed = pack_rows(group%problem, answer%r)
+    small = max(excusable*abs(drift%load), drift%rounding, 1.0e-14_wp*sum(abs(packed)))
+    if (all(abs(matmul(packed, group%floating%g) + drift%load) <= small .or. abs(drift%load) <= &
+      drift%rounding)) return
+    answer%report%converged = .false.
+    answer%report%ending = ended_stalled
+  end subroutine ask_for_balance
 
   !> Free motions apart from the displacement with the pins held; those that contact cannot see
   !> stay where they were.
