@@ -98,11 +98,15 @@ contains
       call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
       inverse%is_condensed = scene%contact%compliance /= compliance_products
       n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
-      numbering%whole = inverse%map
-      if (scene%precision%iterative) numbering = numbering_t(make_dof_map(scene%mesh%body, &
-        prescribed, interface, body%constraints), inverse%map, body%motions%node, body%motions%dof)
-      call assemble_parts(scene%mesh, scene%materials, numbering%whole, start, neighbours, k, &
-        n_stiffnesses)
+      if (scene%precision%iterative) then
+        numbering = numbering_t(make_dof_map(scene%mesh%body, prescribed, interface, &
+          body%constraints), inverse%map, body%motions%node, body%motions%dof)
+        call assemble_parts(scene%mesh, scene%materials, numbering%whole, start, neighbours, k, &
+          n_stiffnesses)
+      else
+        call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
+          n_stiffnesses)
+      end if
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
       call lap(clock, work%assemble)
       inverse%factor%precision = scene%precision

@@ -18,7 +18,7 @@ module solve_reactions_mod
   use pull_off_mod, only: pulls_off
   use transfer_mod, only: relative_motion, nodal_forces, gap_at
   use condensed_contact_mod, only: contact_group_t, count_points
-  use formed_compliance_mod, only: form_compliance
+  use formed_compliance_mod, only: form_compliance, form_floating
   use compliance_mod, only: is_map
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t
@@ -103,6 +103,9 @@ contains
         drift%rounding = rounding(group%motion)
         drift%a = trial%motion(group%motion)
       end if
+      ! Another placement has another compliance.
+      if (allocated(group%body) .and. trial%by_compliance) call form_floating(group, &
+        trial%by_compliance)
       if (allocated(group%body) .and. .not. trial%by_compliance) then
         answer%x_free = x_free
         answer%r = r
