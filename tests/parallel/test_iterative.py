@@ -207,6 +207,12 @@ class FreeBodies(Agreement):
     def test_pressed_after_a_gap_by_a_tool_that_moves_aside(self):
         self.agree(FREE, press=0.05, gap=0.01)
 
+    def test_on_a_round_obstacle_with_friction(self):
+        deck = FREE.replace("*CONTACT PAIR, INTERACTION=DRY\nBODY-ZMAX, TOOL\n", "")
+        deck = deck.replace("NAME=GROUND, TYPE=PLANE", "NAME=GROUND, TYPE=CYLINDER")
+        deck = deck.replace("0., 0., <-gap>,  0.05, 0., 1.", "0.5, 0., -20.,  0., 1., 0.,  20.")
+        self.agree(deck, mu=0.1, aside=0.09)
+
     def test_two_beside_one_that_supports_hold(self):
         deck = FREE.replace(
             "*MATERIAL",
