@@ -8,11 +8,10 @@ module measured_quantities_mod
     accuracy_of_slip, accuracy_of_displacement
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t
+  use state_mod, only: state_t, largest_slip
+  use increment_report_mod, only: increment_report_t, largest_pressure
   use step_fields_mod, only: tensor_field_t
-  use expansion_mod, only: find_thermal_stress
-  use mesh_fields_mod, only: fill_tensor_fields
+  use mesh_fields_mod, only: fill_tensors_of
   use invariants_mod, only: von_mises
   implicit none
   private
@@ -100,7 +99,7 @@ contains
     type(increment_report_t), intent(in) :: report
     real(wp), intent(out) :: values(:) !! of all components
     real(wp) :: pressing, along(3)
-    integer :: k, i
+    integer :: k
 
     values = 0.0_wp
     do k = 1, size(list)
@@ -117,14 +116,11 @@ contains
             values(a:a + 2) = sum(state%reaction(:, first:last), dim=2) - along
           end associate
         case ('largest_pressure')
-          do i = points%first(quantity%pair), points%first(quantity%pair + 1) - 1
-            if (report%contact%covered_area(i) > 0.0_wp) values(a) = max(values(a), &
-              report%contact%reaction(1, i)/report%contact%covered_area(i))
-          end do
+          values(a) = largest_pressure(report%contact, points%first(quantity%pair), &
+            points%first(quantity%pair + 1) - 1)
         case ('largest_slip')
-          do i = points%first(quantity%pair), points%first(quantity%pair + 1) - 1
-            values(a) = max(values(a), norm2(state%slip(:, i)))
-          end do
+          values(a) = largest_slip(state, points%first(quantity%pair), &
+            points%first(quantity%pair + 1) - 1)
         case ('strain')
           values(a) = report%energy%strain
         case ('largest_displacement')
@@ -155,12 +151,9 @@ contains
 
     real(wp) function largest_mises()
       type(tensor_field_t) :: strain, stress
-      real(wp), allocatable :: thermal(:)
 
       allocate (stress%at_centroids(6, scene%mesh%n_elements))
-      call find_thermal_stress(scene, state%step, state%position, thermal)
-      call fill_tensor_fields(scene%mesh, scene%materials, state%displacement, strain, stress, &
-        thermal)
+      call fill_tensors_of(scene, state, strain, stress)
       largest_mises = maxval(von_mises(stress%at_centroids))
     end function largest_mises
 

@@ -5,8 +5,7 @@
 !> blocks between groups, and each is solved to a tolerance measured by its own forces, however
 !> stiff or heavily loaded the others are. docs/theory.md section 2.
 module condensed_contact_mod
-  use kinds_mod, only: wp, i8
-  use resource_limits_mod, only: has_memory
+  use kinds_mod, only: wp
   use scene_mod, only: scene_t
   use near_stiffness_mod, only: near_stiffness_t, turn_near, scale_near
   use contact_points_mod, only: contact_points_t, master_nodes, is_covered
@@ -19,15 +18,15 @@ module condensed_contact_mod
   use compliance_map_mod, only: compliance_map_t
   use body_map_mod, only: body_map_t
   use held_body_mod, only: hold_body
-  use compliance_mod, only: compliance_t, take_matrix, take_map, get_matrix, add_single_copy, is_map
+  use compliance_mod, only: compliance_t, take_matrix, take_map, get_matrix, add_single_copy, &
+    is_map
   use problem_mod, only: contact_problem_t, make_problem
-  use floating_mod, only: floating_t, free_the_motions
+  use floating_mod, only: floating_t, see_motions, free_the_motions
   implicit none
   private
 
   public :: condensed_contact_t, contact_group_t, find_groups, condense_contact, count_points, &
-    count_rows, count_matrix_entries, is_on_bodies, neutral_motions, whole_problem, &
-    form_compliance, dense_bytes
+    count_rows, count_matrix_entries, is_on_bodies, neutral_motions, whole_problem
 
   !> Points that contact couples, and the rigid motions that it sees there.
   type :: contact_group_t
@@ -38,6 +37,8 @@ module condensed_contact_mod
     type(floating_t) :: floating       !! what the motions do to it
     class(body_map_t), allocatable :: body
     !! where it is solved together with the displacements, by iteration
+    real(wp), allocatable :: undeformed_g(:, :)
+    !! (n_rows,n) then: what the motions did at the rows before anything moved [-]
   end type contact_group_t
 
   !> All of it. Before flat obstacles it holds as long as the supports do; what has curved ones is
@@ -193,11 +194,20 @@ contains
       g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
       undeformed_g = motions_at_rows(scene%mesh, points, before_it_turned(points, group%point, &
         undeformed, placement), body%motions, row)
-      call free_the_motions(g(:, group%motion), undeformed_g(:, group%motion), compliance, &
-        group%floating)
+      g = g(:, group%motion)
+      undeformed_g = undeformed_g(:, group%motion)
+      if (allocated(body%inverse%iterative) .and. n > 0) then
+        call see_motions(g, undeformed_g, group%floating)
+        group%undeformed_g = undeformed_g
+      else
+        call free_the_motions(g, undeformed_g, compliance, group%floating)
+      end if
     end if
     if (.not. body%inverse%is_condensed) then
       block = give_way(rows%transfer, placement%frame, body%flexibility)
+      if (allocated(body%inverse%iterative) .and. size(group%motion) > 0) then
+        call give_way_at_pins(group%active, block)
+      end if
       near = turn_near(body%stiffness, placement%frame, group%active)
       call scale_near(near, rows%left(points%pair(group%active)))
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
@@ -214,8 +224,29 @@ contains
     if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
     if (allocated(group%body)) deallocate (group%body)
-    if (allocated(body%inverse%iterative) .and. n > 0) call hold_body(body%inverse, points, &
-      rows%transfer, placement%frame, row, group%active, group%body)
+    if (allocated(body%inverse%iterative) .and. n > 0) call hold_body(body%inverse, &
+      body%motions, points, rows%transfer, placement%frame, row, group%active, group%body)
+
+  contains
+
+    !> A pin is an unknown to iteration: it gives way as the others of its point do.
+    subroutine give_way_at_pins(active, block)
+      integer, intent(in) :: active(:)
+      real(wp), intent(inout) :: block(:, :, :) !! (3,3,n_points) [length/force]
+      integer :: k, j
+
+      do k = 1, size(active)
+        do j = 1, body%motions%n
+          if (body%motions%node(j) /= points%node(active(k))) cycle
+          associate (of_point => block(:, :, active(k)), dof => body%motions%dof(j), &
+                     frame => placement%frame(:, :, active(k)))
+            of_point = of_point + body%pin_flexibility(j)*matmul(reshape(frame(dof, :), [3, 1]), &
+              reshape(frame(dof, :), [1, 3]))
+          end associate
+        end do
+      end do
+    end subroutine give_way_at_pins
+
   end subroutine condense_group
 
   !> The placement as far as the undeformed mesh says how points lie: normals before deformation
@@ -249,30 +280,6 @@ contains
       end associate
     end do
   end function before_it_turned
-
-  !> The problem of a group whose W is known by its products, with W as an array: what sweeps and
-  !> files need, as many solutions as it has rows.
-  subroutine form_compliance(problem, dense, formed)
-    type(contact_problem_t), intent(in) :: problem
-    type(contact_problem_t), intent(out) :: dense
-    logical, intent(out) :: formed !! false: there is no memory for it
-    real(wp), allocatable :: w(:, :)
-
-    formed = has_memory(dense_bytes(problem%n_rows))
-    if (.not. formed) return
-    allocate (w(problem%n_rows, problem%n_rows))
-    call get_matrix(problem%compliance, w)
-    call make_problem(problem%row, problem%mu, w, dense)
-    dense%driven = problem%driven
-    dense%is_proximal = problem%is_proximal
-  end subroutine form_compliance
-
-  !> What W as an array takes, with its copy in single precision and its inverse.
-  pure integer(i8) function dense_bytes(n_rows)
-    integer, intent(in) :: n_rows
-
-    dense_bytes = int(20.0_wp*real(n_rows, wp)**2, i8)
-  end function dense_bytes
 
   !> Which nodes depend on others by constraints.
   pure function depends_on_others(body, nodes) result(depends)
@@ -319,6 +326,7 @@ contains
     n = 0.0_wp
     do i = 1, size(contact%group)
       if (is_map(contact%group(i)%problem%compliance)) cycle
+      if (allocated(contact%group(i)%body)) cycle ! formed for once, where nothing else helps
       n = n + real(contact%group(i)%problem%n_rows, wp)**2
     end do
   end function count_matrix_entries

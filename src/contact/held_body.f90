@@ -1,11 +1,13 @@
 !> The bodies and the rows of contact points, where both are solved together by iteration.
 !>
 !> Each point that has rows is a node of its own whose unknowns no other point shares, before an
-!> obstacle that cannot move: C takes them into the frame, and C C^T = I. docs/theory.md (4.16).
+!> obstacle that cannot move: C takes them into the frame, and C C^T = I. Pins of free motions are
+!> unknowns too, the last. docs/theory.md (4.16).
 module held_body_mod
   use kinds_mod, only: wp
   use contact_points_mod, only: contact_points_t
   use stiffness_inverse_mod, only: stiffness_inverse_t
+  use rigid_modes_mod, only: free_motions_t
   use body_map_mod, only: body_map_t
   use transfer_mod, only: transfer_t
   implicit none
@@ -18,7 +20,8 @@ module held_body_mod
   type, extends(body_map_t) :: held_body_t
     type(stiffness_inverse_t), pointer, private :: inverse => null() !! of the body solver
     integer,  allocatable, private :: node(:)        !! (n_points)
-    integer,  allocatable, private :: equation(:, :) !! (3,n_points) x, y, z; 0 where there is none
+    integer,  allocatable, private :: equation(:, :)
+    !! (3,n_points) unknown along x, y, z; 0 where there is none
     integer,  allocatable, private :: row(:, :)      !! (3,n_points) 0 where there is none
     real(wp), allocatable, private :: frame(:, :, :) !! (3,3,n_points) columns n, t1, t2
   contains
@@ -34,8 +37,9 @@ contains
 
   !> The body of a placement's rows; not allocated where these are of another kind. It holds as long
   !> as the inverse does.
-  subroutine hold_body(inverse, points, transfer, frame, row, active, map)
+  subroutine hold_body(inverse, motions, points, transfer, frame, row, active, map)
     type(stiffness_inverse_t), pointer, intent(in) :: inverse !! by iteration
+    type(free_motions_t), intent(in) :: motions               !! of bodies
     type(contact_points_t), intent(in) :: points
     type(transfer_t), intent(in) :: transfer
     real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points of the run)
@@ -58,6 +62,10 @@ contains
       do a = 1, 3
         associate (first => transfer%first(3*(active(i) - 1) + a), &
                    last => transfer%first(3*(active(i) - 1) + a + 1) - 1)
+          do k = 1, motions%n
+            if (motions%node(k) == body%node(i) .and. motions%dof(k) == a) body%equation(a, i) = &
+              inverse%map%n_free + k
+          end do
           if (last < first) cycle
           k = inverse%map%n_free - inverse%map%n_interface + transfer%equation(first)
           if (last > first .or. inverse%map%node(k) /= body%node(i) .or. is_taken(k)) return
@@ -79,7 +87,7 @@ contains
   pure integer function count_unknowns(map) result(n)
     class(held_body_t), intent(in) :: map
 
-    n = map%inverse%map%n_free
+    n = map%inverse%iterative%n + map%inverse%iterative%n_pins
   end function count_unknowns
 
   subroutine hold_points(map, held, stiffer)

@@ -3,18 +3,33 @@
 module mesh_fields_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
-  use scene_mod, only: material_t
+  use scene_mod, only: scene_t, material_t
+  use state_mod, only: state_t
   use step_fields_mod, only: tensor_field_t
   use small_matrix_mod, only: largest_eigenvalue
   use brick8_mod, only: lame_constants, stress_of, volume_mean, extrapolate_to_nodes, &
     centre_gradient
   use elements_mod, only: gauss_strain
+  use expansion_mod, only: find_thermal_stress
   implicit none
   private
 
-  public :: fill_tensor_fields, find_largest_deformation
+  public :: fill_tensors_of, fill_tensor_fields, find_largest_deformation
 
 contains
+
+  !> Fill those parts of the two fields of a state that are allocated, thermal expansion included.
+  pure subroutine fill_tensors_of(scene, state, strain, stress)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: state
+    type(tensor_field_t), intent(inout) :: strain  !! [-]
+    type(tensor_field_t), intent(inout) :: stress  !! [force/length^2]
+    real(wp), allocatable :: thermal(:) !! (n_elements) [force/length^2]
+
+    call find_thermal_stress(scene, state%step, state%position, thermal)
+    call fill_tensor_fields(scene%mesh, scene%materials, state%displacement, strain, stress, &
+      thermal)
+  end subroutine fill_tensors_of
 
   !> Fill those parts of the two fields that are allocated.
   !>

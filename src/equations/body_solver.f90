@@ -13,12 +13,13 @@ module body_solver_mod
   use contact_points_mod, only: contact_points_t, contact_nodes
   use controls_mod, only: is_exact, precision_in_words, compliance_products
   use scene_mod, only: scene_t
-  use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of
+  use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, to_nodes, unknowns_of
   use assembly_mod, only: triplets_t, diagonal_of, diagonal_ratio, assemble_stiffness
   use mesh_parts_mod, only: assemble_parts
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: factorise, is_analysed, analysed_order
   use stiffness_inverse_mod, only: stiffness_inverse_t, solve_equations
+  use iterative_body_mod, only: numbering_t
   use new_iterative_body_mod, only: new_iterative_body
   use near_schur_mod, only: near_schur_t, probe_schur, blocks_nearby
   use tied_pieces_mod, only: check_pieces
@@ -44,6 +45,8 @@ module body_solver_mod
     real(wp), allocatable :: flexibility(:)
     !! (n_interface) of the unknowns of the interface, each alone, where nothing is condensed
     !! [length/force]
+    real(wp), allocatable :: pin_flexibility(:)
+    !! (n) the same of the pins, where solutions are by iteration [length/force]
   contains
     final :: release_inverse
   end type body_solver_t
@@ -72,6 +75,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! a singular matrix; pieces that ties do not hold; no memory
     type(triplets_t) :: k
+    type(numbering_t) :: numbering
     integer, allocatable :: start(:), neighbours(:), order(:)
     real(wp), allocatable :: schur(:, :)
     real(wp) :: clock, condensed
@@ -80,6 +84,8 @@ contains
     if (.not. associated(body%inverse)) call begin_body_solver(body)
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
       contact_nodes(points), body%motions, error, scene%constraints)
+    if (allocated(error)) return
+    if (scene%precision%iterative) call check_motions(body%motions, error)
     if (allocated(error)) return
     body%prescribed = prescribed
     body%constraints = active_constraints(scene%constraints, prescribed)
@@ -92,15 +98,22 @@ contains
       call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
       inverse%is_condensed = scene%contact%compliance /= compliance_products
       n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
-      call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
-        n_stiffnesses)
+      if (scene%precision%iterative) then
+        numbering = numbering_t(make_dof_map(scene%mesh%body, prescribed, interface, &
+          body%constraints), inverse%map, body%motions%node, body%motions%dof)
+        call assemble_parts(scene%mesh, scene%materials, numbering%whole, start, neighbours, k, &
+          n_stiffnesses)
+      else
+        call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
+          n_stiffnesses)
+      end if
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
       call lap(clock, work%assemble)
       inverse%factor%precision = scene%precision
       if (scene%precision%iterative) then
-        call stand_alone(points, k, body)
+        call stand_alone(scene%mesh%n_nodes, points, k, numbering%whole, body)
         if (allocated(inverse%iterative)) deallocate (inverse%iterative)
-        call new_iterative_body(k, inverse%map, scene%mesh%coordinates, start, neighbours, &
+        call new_iterative_body(k, numbering, scene%mesh%coordinates, start, neighbours, &
           inverse%iterative, error)
         if (allocated(error)) return
         call lap(clock, work%factorise)
@@ -151,6 +164,20 @@ contains
     call lap(clock, work%condense)
   end subroutine make_body_solver
 
+  !> Refuse free motions that iteration does not cover.
+  subroutine check_motions(motions, error)
+    type(free_motions_t), intent(in) :: motions
+    type(error_t), allocatable, intent(out) :: error
+
+    if (any(motions%body == 0)) then
+      call raise(error, exit_not_solved, '*BODY SOLVER, TYPE=ITERATIVE does not cover '// &
+        'obstacles that move freely; TYPE=FACTOR does')
+    else if (allocated(motions%piece)) then
+      call raise(error, exit_not_solved, '*BODY SOLVER, TYPE=ITERATIVE does not cover bodies '// &
+        'that equations join and supports do not hold; TYPE=FACTOR does')
+    end if
+  end subroutine check_motions
+
   !> An inverse for the factor to be in, once.
   subroutine begin_body_solver(body)
     type(body_solver_t), intent(inout) :: body
@@ -198,16 +225,22 @@ contains
 
   !> The stiffness of the points, and how far the interface gives way, as their own unknowns say
   !> alone.
-  subroutine stand_alone(points, k, body)
+  subroutine stand_alone(n_nodes, points, k, whole, body)
+    integer, intent(in) :: n_nodes
     type(contact_points_t), intent(in) :: points
     type(triplets_t), intent(in) :: k     !! with its values
+    type(dof_map_t), intent(in) :: whole  !! of k
     type(body_solver_t), intent(inout) :: body
-    real(wp) :: diagonal(k%n)
+    real(wp) :: diagonal(k%n), of_nodes(3, n_nodes)
     integer :: index(3), i, a
 
     diagonal = left_alone*diagonal_of(k)
+    call to_nodes(whole, diagonal, of_nodes)
     associate (map => body%inverse%map, near => body%stiffness)
-      body%flexibility = 1.0_wp/diagonal(map%n_free - map%n_interface + 1:)
+      diagonal(:map%n_free) = unknowns_of(map, of_nodes)
+      body%flexibility = 1.0_wp/diagonal(map%n_free - map%n_interface + 1:map%n_free)
+      body%pin_flexibility = [(1.0_wp/of_nodes(body%motions%dof(i), body%motions%node(i)), &
+        i=1, body%motions%n)]
       near%start = [(i, i=1, points%n + 1)]
       near%other = [(i, i=1, points%n)]
       if (allocated(near%block)) deallocate (near%block)

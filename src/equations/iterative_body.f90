@@ -3,19 +3,32 @@
 !>
 !> Some directions at some nodes may be held, as contact holds them: with P the projection on what
 !> is left the approximate inverse is that of P K P. docs/theory.md (4.15).
+!>
+!> Of bodies that move freely the pins are unknowns too, after the equations: K is the stiffness of
+!> bodies that nothing pins, and singular. The approximate inverse is that of K with a spring at
+!> every pin.
 module iterative_body_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
+  use dof_map_mod, only: dof_map_t
   implicit none
   private
 
-  public :: iterative_body_t
+  public :: iterative_body_t, numbering_t
 
   integer, parameter :: most_iterations = 500 !! of conjugate gradients, for one solution
 
+  !> Which unknowns a body has.
+  type :: numbering_t
+    type(dof_map_t) :: whole            !! the rows of its stiffness, where nothing is pinned
+    type(dof_map_t) :: map              !! its equations, pins held
+    integer, allocatable :: pin_node(:), pin_dof(:) !! (n_pins) of free motions of bodies
+  end type numbering_t
+
   type, abstract :: iterative_body_t
     integer :: n = 0                !! equations
+    integer :: n_pins = 0           !! of free motions
     integer(i8) :: iterations = 0   !! each with a product and an approximate inverse, summed
     integer(i8) :: solutions = 0    !! right-hand sides solved for
     type(error_t), allocatable :: failure !! of the library; it holds for good
@@ -46,20 +59,20 @@ module iterative_body_mod
       import :: iterative_body_t, wp
       implicit none
       class(iterative_body_t), intent(inout) :: body
-      real(wp), intent(in) :: x(:)  !! (n)
-      real(wp), intent(out) :: y(:) !! (n)
+      real(wp), intent(in) :: x(:)  !! (n+n_pins)
+      real(wp), intent(out) :: y(:) !! (n+n_pins)
     end subroutine multiply
   end interface
 
 contains
 
-  !> K x = b by conjugate gradients, nothing held, to |b - K x| <= tolerance |b|.
+  !> K x = b by conjugate gradients, the pins held and nothing else, to |b - K x| <= tolerance |b|.
   subroutine solve_by_conjugate_gradients(body, b, tolerance, error)
     class(iterative_body_t), intent(inout) :: body
     real(wp), intent(inout) :: b(:)       !! (n) [force] in, [length] out
     real(wp), intent(in) :: tolerance     !! [-]
     type(error_t), allocatable, intent(out) :: error !! of the library; it does not converge
-    real(wp), dimension(size(b)) :: x, z, p, q
+    real(wp), dimension(body%n + body%n_pins) :: left, x, z, p, q
     real(wp) :: size_b, rho, last_rho, curvature
     real(wp) :: nothing(3, 3, 0)
     integer :: i
@@ -69,11 +82,13 @@ contains
     size_b = norm2(b)
     x = 0.0_wp
     last_rho = 0.0_wp
-    ! From here on b is the residual.
+    left = 0.0_wp
+    left(:body%n) = b
     iterations: do i = 1, most_iterations
-      if (norm2(b) <= tolerance*size_b) exit iterations
-      call body%precondition(b, z)
-      rho = dot_product(b, z)
+      if (norm2(left) <= tolerance*size_b) exit iterations
+      call body%precondition(left, z)
+      z(body%n + 1:) = 0.0_wp
+      rho = dot_product(left, z)
       if (i == 1) then
         p = z
       else
@@ -81,6 +96,7 @@ contains
       end if
       last_rho = rho
       call body%product(p, q)
+      q(body%n + 1:) = 0.0_wp
       body%iterations = body%iterations + 1
       curvature = dot_product(p, q)
       if (allocated(body%failure)) then
@@ -89,13 +105,13 @@ contains
       end if
       if (.not. (curvature > 0.0_wp .and. rho > 0.0_wp)) exit iterations
       x = x + rho/curvature*p
-      b = b - rho/curvature*q
+      left = left - rho/curvature*q
     end do iterations
-    if (norm2(b) > tolerance*size_b) call raise(error, exit_not_solved, &
+    if (norm2(left) > tolerance*size_b) call raise(error, exit_not_solved, &
       'conjugate gradients do not solve for the body: after '//to_text(min(i, most_iterations))// &
-      ' iterations '//to_text(norm2(b)/size_b, 2)//' of the load is still out of balance; '// &
+      ' iterations '//to_text(norm2(left)/size_b, 2)//' of the load is still out of balance; '// &
       '*BODY SOLVER, TYPE=FACTOR solves for it with a factor')
-    b = x
+    b = x(:body%n)
   end subroutine solve_by_conjugate_gradients
 
 end module iterative_body_mod

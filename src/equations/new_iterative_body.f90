@@ -4,8 +4,7 @@ module new_iterative_body_mod
   use errors_mod, only: error_t, raise, exit_wrong_input
   use parallel_mod, only: n_ranks
   use assembly_mod, only: triplets_t
-  use dof_map_mod, only: dof_map_t
-  use iterative_body_mod, only: iterative_body_t
+  use iterative_body_mod, only: iterative_body_t, numbering_t
 #ifdef BIPOT_PETSC
   use petsc_body_mod, only: make_petsc_body
 #endif
@@ -42,9 +41,9 @@ contains
   end subroutine check_iterative_body
 
   !> A body of its stiffness; where the build has none it was refused before.
-  subroutine new_iterative_body(k, map, coordinates, start, neighbours, body, error)
+  subroutine new_iterative_body(k, numbering, coordinates, start, neighbours, body, error)
     type(triplets_t), intent(in) :: k             !! with its values, not distributed
-    type(dof_map_t), intent(in) :: map
+    type(numbering_t), intent(in) :: numbering
     real(wp), intent(in) :: coordinates(:, :)     !! (3,n_nodes) [length]
     integer, intent(in) :: start(:), neighbours(:) !! of the nodes, as of coupled_nodes
     class(iterative_body_t), allocatable, intent(out) :: body
@@ -53,7 +52,7 @@ contains
     call check_iterative_body(error)
     if (allocated(error)) return
 #ifdef BIPOT_PETSC
-    call make_petsc_body(k, map, coordinates, start, neighbours, body, error)
+    call make_petsc_body(k, numbering, coordinates, start, neighbours, body, error)
 #endif
   end subroutine new_iterative_body
 

@@ -5,35 +5,30 @@
 !> others, has its diagonal alone. With directions held the matrix is P K P and what is held has a
 !> diagonal of its own; the rows of the nodes that may be held are kept apart, so that products with
 !> K itself are still to be had, and K can be put back. docs/theory.md (4.15).
+!> Where bodies move freely each pin has a spring in the matrix, which products with K leave out,
+!> and the coarser levels are made anew for what is held: nothing else may hold the bodies.
 module petsc_body_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_funloc, c_int, c_loc, c_null_char, &
-    c_null_ptr, c_ptr, c_associated
+  use, intrinsic :: iso_c_binding, only: c_int, c_loc, c_null_ptr, c_ptr, c_associated
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t, raise, exit_machine
-  use text_mod, only: to_text
-  use parallel_mod, only: communicator
+  use errors_mod, only: error_t
   use assembly_mod, only: triplets_t
-  use dof_map_mod, only: dof_map_t, equations_of
-  use iterative_body_mod, only: iterative_body_t
-  use petsc_calls_mod, only: final_assembly, get_ranks, ksp_get_pc, ksp_set_type, &
-    mat_assembly_begin, mat_assembly_end, mat_create, mat_destroy, mat_mult, mat_set_block_size, &
-    mat_set_near_null_space, mat_set_option, no, null_space_create, null_space_destroy, &
-    pc_apply, pc_create, pc_destroy, pc_levels, pc_set_from_options, &
-    pc_set_operators, pc_set_prefix, pc_set_reuse, pc_set_type, pc_set_up, pc_smoother, &
-    petsc_initialize, petsc_initialized, petsc_push_error_handler, petsc_return_error_handler, &
-    petsc_set_option, positive_definite, vec_create, vec_destroy, vec_duplicate, vec_get_array, &
-    vec_restore_array, yes
+  use dof_map_mod, only: equations_of
+  use iterative_body_mod, only: iterative_body_t, numbering_t
+  use petsc_calls_mod, only: final_assembly, mat_assembly_begin, mat_assembly_end, mat_create, &
+    mat_destroy, mat_mult, mat_set_block_size, mat_set_option, pc_apply, pc_destroy, &
+    positive_definite, vec_create, vec_destroy, vec_get_array, vec_restore_array, yes
+  use petsc_session_mod, only: begin_petsc, note
+  use petsc_hierarchy_mod, only: make_hierarchy, renew_hierarchy
   implicit none
   private
 
   public :: petsc_body_t, make_petsc_body
 
-  integer, parameter :: n_rigid = 6
-
   !> A matrix in PETSc, and the blocks that are changed in it where directions are held.
   type, extends(iterative_body_t) :: petsc_body_t
     private
-    integer, allocatable :: place(:)   !! (n) of each equation, among three a node
+    integer, allocatable :: place(:)   !! (n+n_pins) of each unknown, among three a node
+    real(wp), allocatable :: spring(:) !! (n_pins) in the matrix, at each pin [force/length]
     integer, allocatable :: number(:)  !! (n_nodes) of each node among those with unknowns, or 0
     integer(c_int), pointer :: first(:) => null(), column(:) => null()
     !! (n_rows+1) and columns, both from 0; columns ascend, a node's three rows have the same
@@ -49,6 +44,7 @@ module petsc_body_mod
     integer, allocatable :: other(:)        !! node of each block
     real(wp), allocatable :: block(:, :, :) !! (3,3,n_blocks) of K [force/length]
     real(wp), allocatable :: left(:, :, :)  !! (3,3,m) P
+    real(wp), allocatable :: seen(:, :, :)  !! (3,3,m) of these what the coarser levels see
   contains
     procedure :: hold => hold_at_nodes
     procedure :: product => product_with_k
@@ -59,112 +55,69 @@ module petsc_body_mod
 contains
 
   !> A body of its stiffness.
-  subroutine make_petsc_body(k, map, coordinates, start, neighbours, body, error)
+  subroutine make_petsc_body(k, numbering, coordinates, start, neighbours, body, error)
     type(triplets_t), intent(in) :: k             !! with its values, not distributed
-    type(dof_map_t), intent(in) :: map
+    type(numbering_t), intent(in) :: numbering
     real(wp), intent(in) :: coordinates(:, :)     !! (3,n_nodes) [length]
     integer, intent(in) :: start(:), neighbours(:) !! of the nodes, as of coupled_nodes
     class(iterative_body_t), allocatable, intent(out) :: body
     type(error_t), allocatable, intent(out) :: error !! PETSc failed
     type(petsc_body_t), allocatable :: made
     integer(c_int) :: n_rows
-    integer :: node, a, equations(3)
+    integer, allocatable :: of_k(:) !! place of each row of k
+    integer :: node, a, i, equations(3)
 
     allocate (made)
-    call begin_library(made)
-    made%n = map%n_free
+    call begin_petsc(made%inverse, made%ranks, made%failure)
+    made%n = numbering%map%n_free
+    made%n_pins = size(numbering%pin_node)
     allocate (made%number(size(coordinates, 2)), source=0)
-    allocate (made%place(map%n_free))
+    allocate (made%place(made%n + made%n_pins), made%spring(made%n_pins))
+    allocate (of_k(numbering%whole%n_free))
     n_rows = 0
     do node = 1, size(coordinates, 2)
-      equations = equations_of(map, node)
+      equations = equations_of(numbering%whole, node)
       if (all(equations == 0)) cycle
       made%number(node) = n_rows/3 + 1
+      do a = 1, 3
+        if (equations(a) > 0) of_k(equations(a)) = n_rows + a
+      end do
+      equations = equations_of(numbering%map, node)
       do a = 1, 3
         if (equations(a) > 0) made%place(equations(a)) = n_rows + a
       end do
       n_rows = n_rows + 3
+    end do
+    do i = 1, made%n_pins
+      made%place(made%n + i) = 3*(made%number(numbering%pin_node(i)) - 1) + numbering%pin_dof(i)
     end do
     made%position = coordinates(:, pack([(node, node=1, size(made%number))], made%number > 0))
     allocate (made%is_unknown(n_rows), source=.false.)
     made%is_unknown(made%place) = .true.
     allocate (made%x(n_rows), made%y(n_rows), source=0.0_wp)
     call list_blocks(made, start, neighbours)
-    call fill(made, k)
-    allocate (made%node(0), made%start(1), made%other(0), made%block(3, 3, 0), made%left(3, 3, 0))
-    made%start = 1
-    call note(made, vec_create(made%ranks, 3_c_int, n_rows, c_loc(made%x), made%vector_x))
-    call note(made, vec_create(made%ranks, 3_c_int, n_rows, c_loc(made%y), made%vector_y))
-    call note(made, mat_create(made%ranks, n_rows, n_rows, c_loc(made%first), c_loc(made%column), &
-      c_loc(made%value), made%matrix))
+    call fill(made, k, of_k)
+    do i = 1, made%n_pins
+      associate (pin => made%place(made%n + i))
+        made%spring(i) = made%value(entry_of(made, pin, pin))
+        made%value(entry_of(made, pin, pin)) = 2.0_wp*made%spring(i)
+      end associate
+    end do
+    allocate (made%node(0), made%start(1), made%other(0), source=1)
+    allocate (made%block(3, 3, 0), made%left(3, 3, 0), made%seen(3, 3, 0))
+    call note(made%failure, vec_create(made%ranks, 3_c_int, n_rows, c_loc(made%x), made%vector_x))
+    call note(made%failure, vec_create(made%ranks, 3_c_int, n_rows, c_loc(made%y), made%vector_y))
+    call note(made%failure, mat_create(made%ranks, n_rows, n_rows, c_loc(made%first), &
+      c_loc(made%column), c_loc(made%value), made%matrix))
     if (.not. allocated(made%failure)) then
-      call note(made, mat_set_block_size(made%matrix, 3_c_int))
-      call note(made, mat_set_option(made%matrix, positive_definite, yes))
+      call note(made%failure, mat_set_block_size(made%matrix, 3_c_int))
+      call note(made%failure, mat_set_option(made%matrix, positive_definite, yes))
     end if
-    call coarsen(made)
+    call make_hierarchy(made%ranks, made%matrix, made%vector_x, made%position, made%n_pins > 0, &
+      made%inverse, made%failure)
     if (allocated(made%failure)) error = made%failure
     call move_alloc(made, body)
   end subroutine make_petsc_body
-
-  !> PETSc's own start, once a run; its handle of the ranks.
-  subroutine begin_library(body)
-    class(petsc_body_t), intent(inout) :: body
-    integer(c_int) :: flag, n, status
-    character(c_char), target :: words(20, 4)
-    type(c_ptr), target :: arguments(5)
-    integer :: i
-
-    call note(body, petsc_initialized(flag))
-    if (flag == no) then
-      ! Signals are the program's, and no file of somebody's home says how it solves.
-      do i = 1, 4
-        words(:, i) = c_text(trim(argument(i)))
-        arguments(i) = c_loc(words(1, i))
-      end do
-      arguments(5) = c_null_ptr
-      n = 4
-      block
-        type(c_ptr), target :: list
-
-        list = c_loc(arguments)
-        call note(body, petsc_initialize(n, list, c_null_ptr, c_null_ptr))
-      end block
-      call note(body, petsc_push_error_handler(c_funloc(petsc_return_error_handler), c_null_ptr))
-    end if
-    call pc_create(int(communicator(), c_int), body%inverse, status)
-    call note(body, status)
-    if (.not. allocated(body%failure)) call note(body, get_ranks(body%inverse, body%ranks))
-
-  contains
-
-    pure function argument(i)
-      integer, intent(in) :: i
-      character(20) :: argument
-
-      select case (i)
-      case (1)
-        argument = 'bipot'
-      case (2)
-        argument = '-skip_petscrc'
-      case (3)
-        argument = '-no_signal_handler'
-      case default
-        argument = '-options_left'
-      end select
-    end function argument
-
-    pure function c_text(text)
-      character(*), intent(in) :: text
-      character(c_char) :: c_text(20)
-      integer :: j
-
-      c_text = c_null_char
-      do j = 1, len(text)
-        c_text(j) = text(j:j)
-      end do
-    end function c_text
-
-  end subroutine begin_library
 
   !> The pattern: three rows for every node, three columns for every neighbour.
   subroutine list_blocks(body, start, neighbours)
@@ -201,15 +154,16 @@ contains
   end subroutine list_blocks
 
   !> The entries of K, both triangles, and a diagonal for what is no unknown.
-  subroutine fill(body, k)
+  subroutine fill(body, k, place)
     class(petsc_body_t), intent(inout) :: body
     type(triplets_t), intent(in) :: k
+    integer, intent(in) :: place(:) !! of each row of k
     integer(i8) :: e
     integer :: row, node, a
     real(wp) :: diagonal(3), mean
 
     do e = 1, size(k%value, kind=i8)
-      associate (i => body%place(k%row(e)), j => body%place(k%column(e)))
+      associate (i => place(k%row(e)), j => place(k%column(e)))
         body%value(entry_of(body, i, j)) = k%value(e)
         body%value(entry_of(body, j, i)) = k%value(e)
       end associate
@@ -255,18 +209,21 @@ contains
     integer, intent(in) :: node(:)
     real(wp), intent(in) :: held(:, :, :), stiffer(:, :, :)
     integer, allocatable :: member(:) !! of the nodes that may be held, 0 elsewhere
+    real(wp), parameter :: few = 0.05_wp  ! nodes, of those that may be held: not worth new levels
+    real(wp), parameter :: much = 0.5_wp  ! of what is held at a node: it is another
     real(wp) :: block(3, 3), own(3, 3)
     integer :: i, k, a
+    logical :: is_new
 
-    if (allocated(body%failure)) return
-    if (.not. same(body%node, body%number(node))) call keep_blocks(body, body%number(node))
+    if (allocated(body%failure) .or. max(size(node), size(body%node)) == 0) return
+    is_new = size(node) /= size(body%node)
+    if (.not. is_new) is_new = any(body%number(node) /= body%node)
+    if (is_new) call keep_blocks(body, body%number(node))
     allocate (member(size(body%position, 2)), source=0)
     member(body%node) = [(i, i=1, size(body%node))]
-    do i = 1, size(body%node)
-      body%left(:, :, i) = -held(:, :, i)
-      do a = 1, 3
-        body%left(a, a, i) = 1.0_wp + body%left(a, a, i)
-      end do
+    body%left = -held
+    do a = 1, 3
+      body%left(a, a, :) = 1.0_wp + body%left(a, a, :)
     end do
     do i = 1, size(body%node)
       do k = body%start(i), body%start(i + 1) - 1
@@ -285,17 +242,16 @@ contains
         end associate
       end do
     end do
-    call note(body, mat_assembly_begin(body%matrix, final_assembly))
-    call note(body, mat_assembly_end(body%matrix, final_assembly))
+    call note(body%failure, mat_assembly_begin(body%matrix, final_assembly))
+    call note(body%failure, mat_assembly_end(body%matrix, final_assembly))
+    if (body%n_pins == 0) return
+    if (.not. is_new .and. size(body%seen, 3) == size(body%left, 3)) then
+      if (count(maxval(maxval(abs(body%left - body%seen), dim=1), dim=1) > much) <= &
+        few*size(body%left, 3)) return
+    end if
+    call renew_hierarchy(body%matrix, body%inverse, body%failure)
+    body%seen = body%left
   end subroutine hold_at_nodes
-
-  !> Whether two lists are the same.
-  pure logical function same(one, other)
-    integer, intent(in) :: one(:), other(:)
-
-    same = size(one) == size(other)
-    if (same) same = all(one == other)
-  end function same
 
   !> Put K back, and keep the blocks of these nodes.
   subroutine keep_blocks(body, node)
@@ -347,96 +303,6 @@ contains
     end do
   end subroutine put_block
 
-  !> The hierarchy of K.
-  subroutine coarsen(body)
-    class(petsc_body_t), intent(inout) :: body
-    type(c_ptr) :: motions(n_rigid), space
-    integer :: i
-
-    if (allocated(body%failure)) return
-    call make_motions(body, motions)
-    call note(body, null_space_create(body%ranks, no, int(n_rigid, c_int), motions, space))
-    if (allocated(body%failure)) return
-    call note(body, mat_set_near_null_space(body%matrix, space))
-    call note(body, null_space_destroy(space))
-    do i = 1, n_rigid
-      call note(body, vec_destroy(motions(i)))
-    end do
-    call note(body, pc_set_operators(body%inverse, body%matrix, body%matrix))
-    call note(body, pc_set_prefix(body%inverse, 'bipot_'//c_null_char))
-    call note(body, pc_set_type(body%inverse, 'gamg'//c_null_char))
-    ! One that is coarsened to a node or two leaves coarse motions undetermined.
-    call set_option('bipot_pc_gamg_coarse_eq_limit', '500')
-    call set_option('bipot_mg_levels_ksp_type', 'chebyshev')
-    call set_option('bipot_mg_levels_pc_type', 'jacobi')
-    call note(body, pc_set_from_options(body%inverse))
-    call note(body, pc_set_up(body%inverse))
-    call note(body, pc_set_reuse(body%inverse, yes))
-    call smooth_by_rows()
-
-  contains
-
-    !> On the finest level Gauss-Seidel, forwards and backwards: half as many iterations as by
-    !> Jacobi. On coarser ones motions may have no stiffness, where nodes have come together that
-    !> are too few for them; Jacobi passes over these.
-    subroutine smooth_by_rows()
-      type(c_ptr) :: smoother, of_smoother
-      integer(c_int) :: n
-
-      call note(body, pc_levels(body%inverse, n))
-      if (allocated(body%failure)) return
-      if (n < 2) return
-      call note(body, pc_smoother(body%inverse, n - 1, smoother))
-      if (allocated(body%failure)) return
-      call note(body, ksp_set_type(smoother, 'richardson'//c_null_char))
-      call note(body, ksp_get_pc(smoother, of_smoother))
-      call note(body, pc_set_type(of_smoother, 'sor'//c_null_char))
-    end subroutine smooth_by_rows
-
-    subroutine set_option(name, value)
-      character(*), intent(in) :: name, value
-
-      call note(body, petsc_set_option(c_null_ptr, '-'//name//c_null_char, value//c_null_char))
-    end subroutine set_option
-
-  end subroutine coarsen
-
-  !> The rigid motions of all bodies together, orthonormal.
-  subroutine make_motions(body, motions)
-    class(petsc_body_t), intent(inout) :: body
-    type(c_ptr), intent(out) :: motions(n_rigid) !! PETSc's vectors
-    real(wp), allocatable :: motion(:, :, :)
-    real(wp), pointer :: values(:)
-    type(c_ptr) :: array
-    real(wp) :: centre(3), x(3)
-    integer :: n, i, j
-
-    n = size(body%position, 2)
-    allocate (motion(3, n, n_rigid), source=0.0_wp)
-    centre = sum(body%position, dim=2)/max(1, n)
-    do i = 1, n
-      x = body%position(:, i) - centre
-      do j = 1, 3
-        motion(j, i, j) = 1.0_wp
-      end do
-      motion(:, i, 4) = [0.0_wp, -x(3), x(2)]
-      motion(:, i, 5) = [x(3), 0.0_wp, -x(1)]
-      motion(:, i, 6) = [-x(2), x(1), 0.0_wp]
-    end do
-    do j = 1, n_rigid
-      do i = 1, j - 1
-        motion(:, :, j) = motion(:, :, j) - sum(motion(:, :, i)*motion(:, :, j))*motion(:, :, i)
-      end do
-      if (norm2(motion(:, :, j)) > 0.0_wp) motion(:, :, j) = motion(:, :, j)/norm2(motion(:, :, j))
-      call note(body, vec_duplicate(body%vector_x, motions(j)))
-      if (allocated(body%failure)) return
-      call note(body, vec_get_array(motions(j), array))
-      call c_f_pointer(array, values, [3*n])
-      values = reshape(motion(:, :, j), [3*n])
-      call note(body, vec_restore_array(motions(j), array))
-    end do
-  end subroutine make_motions
-
   !> K x, by the matrix where nothing is held, and by the rows that are kept.
   subroutine product_with_k(body, x, y)
     class(petsc_body_t), intent(inout) :: body
@@ -457,7 +323,7 @@ contains
       end associate
     end do
     call touch(body)
-    call note(body, mat_mult(body%matrix, body%vector_x, body%vector_y))
+    call note(body%failure, mat_mult(body%matrix, body%vector_x, body%vector_y))
     do i = 1, size(body%node)
       sums = 0.0_wp
       do k = body%start(i), body%start(i + 1) - 1
@@ -473,6 +339,7 @@ contains
       end do
     end do
     y = body%y(body%place)
+    y(body%n + 1:) = y(body%n + 1:) - body%spring*x(body%n + 1:)
   end subroutine product_with_k
 
   !> P M P x, M one cycle of multigrid.
@@ -487,7 +354,7 @@ contains
     body%x(body%place) = x
     call project(body%x)
     call touch(body)
-    call note(body, pc_apply(body%inverse, body%vector_x, body%vector_y))
+    call note(body%failure, pc_apply(body%inverse, body%vector_x, body%vector_y))
     call project(body%y)
     y = body%y(body%place)
 
@@ -511,30 +378,9 @@ contains
     class(petsc_body_t), intent(inout) :: body
     type(c_ptr) :: array
 
-    call note(body, vec_get_array(body%vector_x, array))
-    call note(body, vec_restore_array(body%vector_x, array))
+    call note(body%failure, vec_get_array(body%vector_x, array))
+    call note(body%failure, vec_restore_array(body%vector_x, array))
   end subroutine touch
-
-  !> Keep the first failure of PETSc.
-  subroutine note(body, status)
-    class(petsc_body_t), intent(inout) :: body
-    integer(c_int), intent(in) :: status
-    integer(c_int), parameter :: no_memory = 55
-
-    if (status == 0 .or. allocated(body%failure)) return
-    allocate (body%failure)
-    block
-      type(error_t), allocatable :: failure
-
-      if (status == no_memory) then
-        call raise(failure, exit_machine, 'bipot: error: no memory for the iterative solver')
-      else
-        call raise(failure, exit_machine, 'bipot: error: PETSc failed with its error '// &
-          to_text(int(status)))
-      end if
-      body%failure = failure
-    end block
-  end subroutine note
 
   !> Give PETSc's memory back, then what it was lent.
   subroutine release(body)

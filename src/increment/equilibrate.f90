@@ -27,7 +27,8 @@ module equilibrate_mod
   use condensed_contact_mod, only: condense_contact, count_rows, is_on_bodies, neutral_motions
   use step_solver_mod, only: step_solver_t
   use neutral_motions_mod, only: neutral_step, way_to_rest
-  use trial_mod, only: trial_t, displacement_of, solve_reactions
+  use trial_mod, only: trial_t, displacement_of
+  use solve_reactions_mod, only: solve_reactions
   implicit none
   private
 
@@ -56,7 +57,7 @@ contains
     real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
     real(wp) :: led(solver%body%motions%n)  !! by these steps so far [length]
     type(placement_t) :: undeformed
-    integer :: i
+    integer :: i, j
     logical :: balanced, settled, is_turned
     real(wp), allocatable :: begun(:) !! a correction by the factor, its interior to come [length]
     type(follow_t) :: follow          !! of surfaces
@@ -80,7 +81,7 @@ contains
         call condense_contact(scene, points, solver%body, undeformed, trial%placement, .true., &
           solver%contact)
       end if
-      call check_covered(solver, error)
+      call check_covered(points, solver, error)
       if (allocated(error)) return
       if (.not. trial%is_foreseen) call solve_sharply(scene, points, solver, old, &
         size(follow%node) > 0, trial, new%reaction, report)
@@ -128,10 +129,13 @@ contains
         call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
       end if
       if (imbalance <= trial%controls%tolerance) cycle newton_raphson
-      if (is_on_bodies(solver%contact)) then
+      if (is_on_bodies(solver%contact) .and. .not. trial%by_compliance) then
         ! What iteration has not solved is out of balance too, but no load.
         call to_equations(solver%body%inverse%map, residual, change)
-        trial%left = trial%left + change + trial%unsolved
+        associate (motions => solver%body%motions)
+          trial%left = trial%left + [change, (residual(motions%dof(j), motions%node(j)), &
+            j=1, motions%n)] + trial%unsolved
+        end associate
         cycle newton_raphson
       end if
       ! Contact sees the correction of the interface; that of the interior comes with its answer.
@@ -150,12 +154,20 @@ contains
   end subroutine equilibrate
 
   !> Refuse contact that a body solved for by iteration does not cover.
-  subroutine check_covered(solver, error)
+  subroutine check_covered(points, solver, error)
+    type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(error_t), allocatable, intent(out) :: error
 
     if (.not. allocated(solver%body%inverse%iterative)) return
-    if (count_rows(solver%contact) == 0 .or. is_on_bodies(solver%contact)) return
+    if (count_rows(solver%contact) == 0) return
+    if (is_on_bodies(solver%contact)) then
+      if (any(points%is_curved .and. points%in_reach) .and. size(neutral_motions(solver%contact, &
+        solver%body%motions%n), 2) > 0) call raise(error, exit_not_solved, &
+        '*BODY SOLVER, TYPE=ITERATIVE does not cover bodies that are free to turn or slide on '// &
+        'a round obstacle; TYPE=FACTOR does')
+      return
+    end if
     call raise(error, exit_not_solved, '*BODY SOLVER, TYPE=ITERATIVE does not cover points '// &
       'that depend on other nodes, or whose supports are oblique to the obstacle; '// &
       'TYPE=FACTOR does')

@@ -27,8 +27,8 @@ module look_ahead_mod
   use stiffness_inverse_mod, only: answer_of_interface, at_interface, recover_columns, at_nodes
   use condensed_contact_mod, only: count_rows
   use step_solver_mod, only: step_solver_t
-  use trial_mod, only: trial_t, begin_trial, displacement_of, solve_reactions, &
-    expected_reactions, trend_of
+  use trial_mod, only: trial_t, begin_trial, displacement_of, expected_reactions, trend_of
+  use solve_reactions_mod, only: solve_reactions
   implicit none
   private
 

@@ -11,7 +11,7 @@ module increment_report_mod
   public :: status_open, status_stick, status_slide
   public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
     ended_moving, ended_out_of_reach
-  public :: worst_entry
+  public :: worst_entry, largest_pressure
 
   ! How a contact solver that has not converged ended.
   integer, parameter :: ended_well = 0       !! it did converge
@@ -139,5 +139,18 @@ contains
     worst = huge(worst)
     if (all(entries <= worst)) worst = maxval(entries)
   end function worst_entry
+
+  !> The largest normal reaction over the area of its point, of some points; 0 where none presses.
+  pure real(wp) function largest_pressure(contact, first, last) result(largest)
+    type(contact_fields_t), intent(in) :: contact
+    integer, intent(in) :: first, last !! points: a pair's
+    integer :: i
+
+    largest = 0.0_wp
+    do i = first, last
+      if (contact%covered_area(i) > 0.0_wp) largest = max(largest, &
+        contact%reaction(1, i)/contact%covered_area(i))
+    end do
+  end function largest_pressure
 
 end module increment_report_mod

@@ -6,7 +6,7 @@ module state_mod
   implicit none
   private
 
-  public :: state_t, initial_state, archive_state
+  public :: state_t, initial_state, archive_state, largest_slip
 
   !> All zero at the start of the run. `advance` reads an old state and writes a new one.
   type :: state_t
@@ -69,5 +69,14 @@ contains
     call archive(list, state%external_work)
     call archive(list, state%dissipation)
   end subroutine archive_state
+
+  !> The longest of the summed slips of some points.
+  pure real(wp) function largest_slip(state, first, last) result(largest)
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: first, last !! points: a pair's
+
+    largest = 0.0_wp
+    if (last >= first) largest = maxval(norm2(state%slip(:, first:last), dim=1))
+  end function largest_slip
 
 end module state_mod

@@ -6,7 +6,8 @@ module pair_fields_mod
   use small_matrix_mod, only: cross
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
-  use increment_report_mod, only: status_open
+  use increment_report_mod, only: status_open, largest_pressure
+  use state_mod, only: largest_slip
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, first_time, at_start
   use master_fields_mod, only: add_master_fields
@@ -76,9 +77,9 @@ contains
         'of the points that do not stand open, as far as the master covers it', &
         compute=contact_area))
       call add_field(list, field_t('largest_pressure', of_real, one_number, 'pressure', &
-        'normal reaction over the area of its point, the largest', compute=largest_pressure))
+        'normal reaction over the area of its point, the largest', compute=pair_pressure))
       call add_field(list, field_t('largest_slip', of_real, one_number, 'length', &
-        'sum of the slip increments of a point, the longest', compute=largest_slip))
+        'sum of the slip increments of a point, the longest', compute=pair_slip))
     end if
     call get_fields(list, fields)
   end subroutine list_pair_fields
@@ -92,26 +93,19 @@ contains
     end associate
   end subroutine contact_area
 
-  subroutine largest_pressure(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, 1)
-    integer :: i
-
-    associate (contact => source%report%contact)
-      do i = source%first, source%last
-        if (contact%covered_area(i) > 0.0_wp) values = max(values, &
-          contact%reaction(1, i)/contact%covered_area(i))
-      end do
-    end associate
-  end subroutine largest_pressure
-
-  subroutine largest_slip(source, values)
+  subroutine pair_pressure(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, 1)
 
-    if (source%last >= source%first) values = maxval(norm2(source%state%slip(:, &
-      source%first:source%last), dim=1))
-  end subroutine largest_slip
+    values = largest_pressure(source%report%contact, source%first, source%last)
+  end subroutine pair_pressure
+
+  subroutine pair_slip(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 1)
+
+    values = largest_slip(source%state, source%first, source%last)
+  end subroutine pair_slip
 
   subroutine node(source, values)
     type(field_source_t), intent(inout) :: source

@@ -5,10 +5,9 @@ module view_fields_mod
   use dataset_kinds_mod, only: of_real, of_byte, of_long
   use scene_mod, only: scene_t
   use step_fields_mod, only: tensor_field_t
-  use expansion_mod, only: find_thermal_stress
   use invariants_mod, only: von_mises, principal_values
   use local_refinement_mod, only: parents_of
-  use mesh_fields_mod, only: fill_tensor_fields
+  use mesh_fields_mod, only: fill_tensors_of
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     compute_field, every_time, at_start, at_supports, at_contact, of_bricks
   use nodal_fields_mod, only: node_id, displacement, reaction_force, applied_force
@@ -362,7 +361,6 @@ contains
   !> Stress and strain wherever the deck asks for them, in one sweep over the bricks.
   subroutine make_tensors(source)
     type(field_source_t), intent(inout) :: source
-    real(wp), allocatable :: thermal(:) !! (n_elements) [force/length^2]
 
     if (is_made(source%stress) .or. is_made(source%strain)) return
     associate (scene => source%scene)
@@ -374,9 +372,7 @@ contains
           call allocate_tensors(scene, source%strain)
         end if
       end associate
-      call find_thermal_stress(scene, source%state%step, source%state%position, thermal)
-      call fill_tensor_fields(scene%mesh, scene%materials, source%state%displacement, &
-        source%strain, source%stress, thermal)
+      call fill_tensors_of(scene, source%state, source%strain, source%stress)
     end associate
   end subroutine make_tensors
 

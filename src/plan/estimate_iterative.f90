@@ -9,6 +9,7 @@ module estimate_iterative_mod
   use contact_points_mod, only: contact_points_t
   use controls_mod, only: compliance_dense, linear_direct, solver_sweeps, stop_at_change
   use new_iterative_body_mod, only: check_iterative_body
+  use rigid_modes_mod, only: free_motions_t
   use count_sizes_mod, only: sizes_t
   implicit none
   private
@@ -24,7 +25,7 @@ contains
   subroutine check_iterative(scene, points, motions, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: motions      !! rigid ones that the supports of a step leave free
+    type(free_motions_t), intent(in) :: motions !! that the supports of a step leave
     type(error_t), allocatable, intent(out) :: error
     logical :: is_taken(scene%mesh%n_nodes)
     integer :: i
@@ -36,7 +37,9 @@ contains
       'COMPLIANCE=DENSE of *CONTACT SOLVER')
     if (scene%contact%stop_rule == stop_at_change) call refuse('STOP=CHANGE of *CONTACT SOLVER')
     if (scene%contact%linear == linear_direct) call refuse('LINEAR=DIRECT of *CONTACT SOLVER')
-    if (motions > 0) call refuse('bodies or obstacles that contact alone holds')
+    if (any(motions%body == 0)) call refuse('obstacles that move freely')
+    if (motions%n > 0 .and. allocated(motions%piece)) call refuse( &
+      'bodies that equations join and supports do not hold')
     if (any(scene%pairs%master == 0)) call refuse('contact of bodies with each other')
     is_taken = .false.
     do i = 1, points%n

@@ -49,6 +49,7 @@ module estimate_time_mod
   ! iteration [s].
   real(wp), parameter :: iterations_with_friction = 35.0_wp, iterations_without = 15.0_wp
   real(wp), parameter :: iterations_of_load = 60.0_wp
+  real(wp), parameter :: free_bodies = 2.5_wp !! times as long each, where contact alone holds
   real(wp), parameter :: equation_set_up = 1.5e-5_wp, equation_iterated = 1.0e-6_wp
 
   ! Of an increment before faces that move, its estimate of the error included.
@@ -177,6 +178,7 @@ contains
     if (.not. any(scene%pairs%mu > 0.0_wp)) iterations = iterations_without
     if (sizes%rows <= 0.0_wp) iterations = 0.0_wp
     seconds%factorise = sizes%factorisations*sizes%equations*equation_set_up
+    if (sizes%motions > 0.0_wp) iterations = free_bodies*iterations
     seconds%contact = sizes%increments*iterations*sizes%equations*equation_iterated
     seconds%recover = 2.0_wp*sizes%steps*iterations_of_load*sizes%equations*equation_iterated
   end subroutine time_iterations

@@ -19,7 +19,7 @@ module reach_accuracy_mod
     steps_too_coarse, not_convergent, beyond_machine, is_finest, time_is_over
   use run_within_mod, only: choose_next
   use amounts_mod, only: bytes_in_words, time_in_words, bounds_in_words
-  use estimate_costs_mod, only: room_within
+  use estimate_memory_mod, only: room_within
   use result_claims_mod, only: take_mesh_size
   use command_line_mod, only: options_t
   use console_mod, only: console_t, say, seconds_in_words

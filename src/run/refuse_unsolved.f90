@@ -12,7 +12,7 @@ module refuse_unsolved_mod
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, &
     ended_at_limit, ended_stalled, ended_unbalanced, ended_moving
-  use condensed_contact_mod, only: dense_bytes
+  use formed_compliance_mod, only: dense_bytes
   use amounts_mod, only: bytes_in_words
   use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_on_way, entered_and_left
   use console_mod, only: solver_name
@@ -100,7 +100,7 @@ contains
       where_and_what = where_and_what//tolerance_in_reach(0.1_wp*worst_entry(report%certificate), &
         scene%contact%tolerance)
     end if
-    if (scene%precision%iterative) then
+    if (scene%precision%iterative .and. report%ending /= ended_unbalanced) then
       where_and_what = where_and_what//'; bodies were solved for by iteration: TYPE=FACTOR of '// &
         '*BODY SOLVER has other solvers of contact to fall back on'
     else if (scene%contact%compliance == compliance_products .and. .not. report%converged .and. &

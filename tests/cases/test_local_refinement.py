@@ -176,9 +176,9 @@ class Meaning(unittest.TestCase):
         up = block("UP", 3, (0, 0, 1), (2, 2, 1), 300.0)
         lid = block("LID", 2, (0, 0, 2), (2, 2, 1), 3000.0)
         refine = at("L", 27, times=2) + at("U", 27 + 6, times=2) + at("M", 27 + 64 + 5)
+        steps = [step(f"LID-ZMAX, 3, 3, -0.05\nLID-ZMAX, 1, 1, {x}") for x in (0, 0.02)]
         scene = deck(low, up, lid, refine, "*TIE, NAME=T\nLID-ZMIN, UP-ZMAX\n",
-                     pair("UP-ZMIN, LOW-ZMAX", 0.3), held="LOW-ZMIN, 1, 3",
-                     *(step(f"LID-ZMAX, 3, 3, -0.05\nLID-ZMAX, 1, 1, {x}") for x in (0, 0.02)))  # fmt: skip
+                     pair("UP-ZMIN, LOW-ZMAX", 0.3), *steps, held="LOW-ZMIN, 1, 3")  # fmt: skip
         indent = (INPUT / "indent.inp").read_text()
         for text in (indent, scene):
             result = solved(self, text)

@@ -1,24 +1,16 @@
 """Bodies solved for by iteration beside bodies with a factor, and what iteration refuses."""
 
-import os
 import signal
 import subprocess
-import sys
 import unittest
-from pathlib import Path
 
-SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
-sys.path.insert(0, str(SOURCE / "tests" / "cases"))
-
-import h5py  # noqa: E402
-import numpy as np  # noqa: E402
-from program import INPUT, PROGRAM, Run  # noqa: E402
+import numpy as np
+from launching import INPUT, PROGRAM, Run, forces, launch, with_card
 
 AUTO = {"solver": "AUTO", "local": "AUTO", "tolerance": 1e-11}
 LIMIT = 1e-8
 WRONG_INPUT, NOT_SOLVED = 1, 2
 ITERATIVE = "*BODY SOLVER, TYPE=ITERATIVE"
-MPIEXEC = os.environ.get("MPIEXEC", "mpiexec")
 
 HELD_ABOVE = """*HEADING
 A block that is held above, before an obstacle
@@ -84,25 +76,52 @@ PUNCH-TOP, 3, 3, -0.02
 """
 
 
-def with_card(deck, card):
-    """The text of a deck with a card before its first step."""
-    return deck.replace("*STEP", f"{card}\n*STEP", 1)
+FREE = """*HEADING
+A block that nothing supports, on a slope, and what comes down on it
+*PARAMETER
+n = 4
+steps = 2
+gap = 0.
+up = -1.
+aside = 0.
+mu = 0.4
+press = 0.
+*NODE
+9001, 0.5, 0.5, 2.
+*BLOCK, NAME=BODY, ELSET=BODY, TYPE=C3D8, NX=<n>, NY=<n>, NZ=<n>
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=RUBBER
+*DENSITY
+1.
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=BODY, MATERIAL=RUBBER
+*OBSTACLE, NAME=GROUND, TYPE=PLANE
+0., 0., <-gap>,  0.05, 0., 1.
+*OBSTACLE, NAME=TOOL, TYPE=PLANE, REF NODE=9001
+0., 0., <1.+gap>,  0., 0.02, -1.
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+<mu>
+*CONTACT PAIR, INTERACTION=DRY
+BODY-ZMIN, GROUND
+*CONTACT PAIR, INTERACTION=DRY
+BODY-ZMAX, TOOL
+*CONTACT SOLVER, TOLERANCE=1e-11
+*STEP
+*STATIC, DIRECT
+<1/steps>, 1.0
+*DLOAD
+BODY, GRAV, 10., <aside>, 0., <up>
+*BOUNDARY
+9001, 1, 1, <0.1*press>
+9001, 2, 2, 0.
+9001, 3, 3, <-press>
+*END STEP
+"""
 
 
-def forces(run):
-    """Every force of a result: name to array."""
-    found = {}
-
-    def keep(name, item):
-        if name.rsplit("/", 1)[-1] in ("reaction", "resultant", "reaction_force", "contact_force"):
-            found[name] = item[()]
-
-    with h5py.File(run.file) as file:
-        file.visititems(keep)
-    return found
-
-
-class SameForces(unittest.TestCase):
+class Agreement(unittest.TestCase):
     def agree(self, deck, *, most=None, **overrides):
         """Both solvers give the same forces, certified; `most` iterations an increment."""
         run = Run(with_card(deck, ITERATIVE), name="iterative", **overrides)
@@ -128,6 +147,8 @@ class SameForces(unittest.TestCase):
         with factor.result() as result:
             self.assertEqual(result.counters["body_iterations"], 0)
 
+
+class SameForces(Agreement):
     def block(self, **overrides):
         deck = (INPUT / "block.inp").read_text(encoding="utf-8")
         self.agree(deck, **{"n": 6, "steps": 10, **AUTO, **overrides})
@@ -168,10 +189,91 @@ class SameForces(unittest.TestCase):
         self.agree(MESHED.format(mesh=INPUT / "meshes" / "punch.inp"))
 
 
+class FreeBodies(Agreement):
+    """Bodies that contact and friction alone hold."""
+
+    def test_on_a_slope(self):
+        self.agree(FREE)
+
+    def test_its_iterations_stay_few(self):
+        self.agree(FREE, n=10, most=60)
+
+    def test_it_falls_far_and_slides_to_its_place(self):
+        self.agree(FREE, gap=0.5, aside=0.2)
+
+    def test_pressed_between_two_planes(self):
+        self.agree(FREE, press=0.03)
+
+    def test_pressed_after_a_gap_by_a_tool_that_moves_aside(self):
+        self.agree(FREE, press=0.05, gap=0.01)
+
+    def test_on_a_round_obstacle_with_friction(self):
+        deck = FREE.replace("*CONTACT PAIR, INTERACTION=DRY\nBODY-ZMAX, TOOL\n", "")
+        deck = deck.replace("NAME=GROUND, TYPE=PLANE", "NAME=GROUND, TYPE=CYLINDER")
+        deck = deck.replace("0., 0., <-gap>,  0.05, 0., 1.", "0.5, 0., -20.,  0., 1., 0.,  20.")
+        self.agree(deck, mu=0.1, aside=0.09)
+
+    def test_two_beside_one_that_supports_hold(self):
+        deck = FREE.replace(
+            "*MATERIAL",
+            "*BLOCK, NAME=OTHER, ELSET=OTHER, NX=3, NY=4, NZ=3\n3., 0., -0.15,  1., 1., 0.7\n"
+            "*BLOCK, NAME=HELD, ELSET=HELD, NX=4, NY=3, NZ=3\n6., 0., -0.3,  1., 1., 1.\n*MATERIAL",
+            1,
+        )
+        for name in ("OTHER", "HELD"):
+            deck = deck.replace(
+                "*OBSTACLE", f"*SOLID SECTION, ELSET={name}, MATERIAL=RUBBER\n*OBSTACLE", 1
+            )
+            pair = f"*CONTACT PAIR, INTERACTION=DRY\n{name}-ZMIN, GROUND\n"
+            deck = deck.replace("*CONTACT SOLVER", f"{pair}*CONTACT SOLVER", 1)
+        deck = deck.replace("*DLOAD\n", "*DLOAD\nOTHER, GRAV, 20., 0.1, 0., -1.\n")
+        held = "HELD-ZMAX, 1, 2, 0.\nHELD-ZMAX, 3, 3, -0.03\n"
+        deck = deck.replace("*BOUNDARY\n", f"*BOUNDARY\n{held}")
+        self.agree(deck)
+
+    def test_without_friction_where_nothing_drives_it_aside(self):
+        self.agree((INPUT / "rest.inp").read_text(encoding="utf-8"))
+
+    def test_supports_that_leave_one_motion(self):
+        self.agree((INPUT / "hertz.inp").read_text(encoding="utf-8"), n=6, tolerance=1e-11)
+
+    def test_friction_that_all_but_slides(self):
+        deck = (INPUT / "slope.inp").read_text(encoding="utf-8")
+        self.agree(deck, margin=-1e-3, tolerance=1e-11)
+
+    def test_what_nothing_balances_is_told_as_with_a_factor(self):
+        slope = (INPUT / "slope.inp").read_text(encoding="utf-8")
+        no_tool = FREE.replace("*CONTACT PAIR, INTERACTION=DRY\nBODY-ZMAX, TOOL\n", "")
+        for name, deck, overrides in (
+            ("it flies off", no_tool, {"up": 1.0}),
+            ("it slides without friction", no_tool, {"mu": 0}),
+            ("friction is too little", slope, {"margin": 0.01}),
+            ("nothing is there", (INPUT / "fall.inp").read_text(encoding="utf-8"), {}),
+        ):
+            with self.subTest(name):
+                runs = [
+                    Run(with_card(deck, f"*BODY SOLVER, TYPE={kind}"), name="free", **overrides)
+                    for kind in ("FACTOR", "ITERATIVE")
+                ]
+                self.assertEqual([run.status for run in runs], [NOT_SOLVED, NOT_SOLVED])
+                self.assertIn("nothing balances the loads along", runs[0].errors)
+                self.assertEqual(runs[0].errors, runs[1].errors)
+
+
 class Continued(unittest.TestCase):
     def test_a_continued_run_has_the_forces_of_one_that_was_not(self):
-        deck = with_card((INPUT / "block.inp").read_text(encoding="utf-8"), ITERATIVE)
-        options = {"n": 4, "steps": 20, **AUTO}
+        self.continue_at_increment_7(
+            with_card((INPUT / "block.inp").read_text(encoding="utf-8"), ITERATIVE),
+            {"n": 4, "steps": 20, **AUTO},
+        )
+
+    def test_so_has_that_of_a_free_body(self):
+        self.continue_at_increment_7(
+            with_card(FREE, ITERATIVE), {"n": 6, "steps": 20, "aside": 0.2}
+        )
+
+    def continue_at_increment_7(self, deck, options):
+        """Compare a run of 20 increments with one that is stopped behind its seventh."""
         whole = Run(deck, name="whole", **options)
         self.assertEqual(whole.status, 0, whole.errors)
         # Its first increments, then the others.
@@ -228,8 +330,15 @@ class Refused(unittest.TestCase):
     def test_sweeps(self):
         self.refused(self.read("block"), "SOLVER=SWEEPS")
 
-    def test_a_body_that_contact_holds(self):
-        self.refused(self.read("hertz"), "contact alone holds")
+    def test_an_obstacle_that_moves_freely(self):
+        self.refused(self.read("ball"), "obstacles that move freely")
+
+    def test_a_body_that_may_turn_on_a_round_obstacle(self):
+        shape = "0.5, 0.5, -3., 3."
+        deck = HELD_ABOVE.format(kind="SPHERE", shape=shape, aside="0.")
+        deck = deck.replace("*FRICTION\n0.3", "*FRICTION\n0.")
+        deck = deck.replace("BODY-ZMAX, 1, 1, 0.02\nBODY-ZMAX, 2, 2, 0.\n", "")
+        self.refused(deck, "free to turn or slide on a round obstacle", status=NOT_SOLVED)
 
     def test_what_does_not_converge_says_so(self):
         soft = {"n": 6, "element": "C3D8B", "nu": 0.4999, **AUTO}
@@ -237,10 +346,8 @@ class Refused(unittest.TestCase):
         self.assertNotIn("certified to", run.output)
 
     def test_several_ranks(self):
-        launch = (MPIEXEC, "-n", "2", "--oversubscribe", "--bind-to", "none", PROGRAM)
-        run = Run(
-            with_card(self.read("block"), ITERATIVE), name="refused", command=launch, **AUTO
-        )
+        deck = with_card(self.read("block"), ITERATIVE)
+        run = Run(deck, name="refused", command=launch(2), **AUTO)
         self.assertEqual(run.status, WRONG_INPUT, run.errors)
         self.assertIn("runs on one rank", run.errors)
 

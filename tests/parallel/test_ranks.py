@@ -10,44 +10,17 @@ import time
 import unittest
 from pathlib import Path
 
-SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
-sys.path.insert(0, str(SOURCE / "tests" / "cases"))
-
-import h5py  # noqa: E402
-import numpy as np  # noqa: E402
-from program import INPUT, PROGRAM, Run  # noqa: E402
+import h5py
+import numpy as np
+from launching import INPUT, MPIEXEC, PROGRAM, SOURCE, Run, forces, launch, with_card
 
 SERIAL = os.environ.get("BIPOT_SERIAL", str(SOURCE / "build" / "bipot"))
-MPIEXEC = os.environ.get("MPIEXEC", "mpiexec")
-LAUNCH = ("--oversubscribe", "--bind-to", "none")
+BLOCK = (INPUT / "block.inp").read_text(encoding="utf-8")
 # Solved further than it is compared: two runs stop at different points within the tolerance.
 AUTO = {"solver": "AUTO", "local": "AUTO", "tolerance": 1e-12}
 LIMIT = 1e-10
 WRONG_INPUT, NOT_SOLVED, MACHINE = 1, 2, 3
 PATIENCE = 600  # a run that does not end is a failure [s]
-
-
-def launch(ranks, program=PROGRAM):
-    """The command that starts the program on several ranks."""
-    return (MPIEXEC, "-n", str(ranks), *LAUNCH, program)
-
-
-def with_card(deck, card):
-    """The text of a deck with a card before its first step."""
-    return (INPUT / deck).read_text(encoding="utf-8").replace("*STEP", f"{card}\n*STEP", 1)
-
-
-def forces(run):
-    """Every force of a result: name to array."""
-    found = {}
-
-    def keep(name, item):
-        if name.rsplit("/", 1)[-1] in ("reaction", "resultant", "reaction_force", "contact_force"):
-            found[name] = item[()]
-
-    with h5py.File(run.file) as file:
-        file.visititems(keep)
-    return found
 
 
 def counters(run):
@@ -126,14 +99,14 @@ class SameForces(unittest.TestCase):
         settings = {"n": 8, "steps": 10, **AUTO}
         for card in ("FACTOR=SINGLE", "BLOCK LOW RANK=1e-8", "OUT OF CORE=YES"):
             with self.subTest(card=card):
-                deck = with_card("block.inp", f"*PRECISION, {card}")
+                deck = with_card(BLOCK, f"*PRECISION, {card}")
                 self.check((2,), deck, name="block", **settings)
 
     def test_contact_by_products_with_the_compliance(self):
         settings = {"n": 6, "steps": 10, **AUTO}
         for card in ("FACTOR=DOUBLE", "FACTOR=SINGLE"):
             with self.subTest(card=card):
-                deck = with_card("block.inp", f"*PRECISION, {card}")
+                deck = with_card(BLOCK, f"*PRECISION, {card}")
                 deck = deck.replace("*CONTACT SOLVER,", "*CONTACT SOLVER, COMPLIANCE=PRODUCTS,")
                 alone, (two,) = self.check((2,), deck, name="block", **settings)
                 for run in (alone, two):
@@ -332,6 +305,4 @@ if __name__ == "__main__":
         if shutil.which(needed) is None:
             print(f"skipped: there is no {needed}")
             sys.exit(77)
-    if os.geteuid() == 0:  # Open MPI starts nothing as root unless it is told twice.
-        os.environ["OMPI_ALLOW_RUN_AS_ROOT"] = os.environ["OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"] = "1"
     unittest.main(verbosity=2)

@@ -21,11 +21,11 @@ module floating_mod
   use increment_report_mod, only: status_stick, status_slide
   use compliance_mod, only: compliance_t, product_of_columns, largest_row_sum, add_symmetric, &
     add_square
-  use problem_mod, only: contact_problem_t, pack_rows, unpack_rows, relative_gaps, natural_map
+  use problem_mod, only: contact_problem_t, unpack_rows, natural_map
   implicit none
   private
 
-  public :: floating_t, free_the_motions, shift_of, resisting_rows
+  public :: floating_t, see_motions, free_the_motions, shift_of, resisting_rows
 
   real(wp), parameter :: unseen = 1.0e-10_wp   !! of the largest singular value of G: not seen
   real(wp), parameter :: stiffer = 1.0e-3_wp   !! of the pinned compliance: the least of theta
@@ -44,6 +44,17 @@ module floating_mod
 
 contains
 
+  !> What contact sees of the motions, and no more.
+  subroutine see_motions(g, undeformed_g, floating)
+    real(wp), intent(in) :: g(:, :)     !! (n_rows,n) what each motion does at the rows [-]
+    real(wp), intent(in) :: undeformed_g(:, :) !! (n_rows,n) the same before anything moved [-]
+    type(floating_t), intent(out) :: floating
+
+    floating%n = size(g, 2)
+    floating%g = g
+    floating%neutral = null_space(undeformed_g, unseen)
+  end subroutine see_motions
+
   !> From the pinned compliance to that of the proximal problem.
   subroutine free_the_motions(g, undeformed_g, compliance, floating)
     real(wp), intent(in) :: g(:, :)     !! (n_rows,n) what each motion does at the rows [-]
@@ -59,9 +70,7 @@ contains
 
     n = size(g, 1)
     flexibility = largest_row_sum(compliance)
-    floating%n = size(g, 2)
-    floating%g = g
-    floating%neutral = null_space(undeformed_g, unseen)
+    call see_motions(g, undeformed_g, floating)
     seen_g = g - matmul(matmul(g, floating%neutral), transpose(floating%neutral))
     call singular_values(seen_g, s, v, ok)
     if (.not. ok) s = 0.0_wp
@@ -100,18 +109,18 @@ contains
 
   !> What the free motions do where there is resistance: a row a direction in which a point presses
   !> or sticks, and, where asked for, in which one that slides would slide another way.
-  function resisting_rows(problem, floating, r, x_free, with_sliding) result(resisting)
+  function resisting_rows(problem, floating, r, gaps, with_sliding) result(resisting)
     type(contact_problem_t), intent(in) :: problem
     type(floating_t), intent(in) :: floating
     real(wp), intent(in) :: r(:, :)         !! (3,n_points) n, t1, t2 [force]
-    real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
+    real(wp), intent(in) :: gaps(:)         !! (n_rows) gaps and slips [length]
     logical, intent(in) :: with_sliding
     real(wp), allocatable :: resisting(:, :) !! (m,n) [-]
     real(wp), dimension(3, problem%n_points) :: x, z
     real(wp) :: rows(problem%n_rows, floating%n)
     integer :: status(problem%n_points), i, a, n
 
-    x = unpack_rows(problem, relative_gaps(problem, x_free, pack_rows(problem, r)))
+    x = unpack_rows(problem, gaps)
     call natural_map(problem, x, r, z, status)
     n = 0
     do i = 1, problem%n_points

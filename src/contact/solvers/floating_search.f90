@@ -30,7 +30,7 @@ module floating_search_mod
   implicit none
   private
 
-  public :: drift_t, solve_floating
+  public :: drift_t, solve_floating, excusable
 
   real(wp), parameter :: excusable = 1.0e-3_wp !! of a load along a motion, beside large reactions
   real(wp), parameter :: nearly = 10.0_wp      !! of what counts as balance: no drift yet

@@ -12,7 +12,7 @@ module global_newton_mod
   use compliance_mod, only: is_map
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
     pack_rows, unpack_rows, measure
-  use newton_iterate_mod, only: iterate_t, start_at, evaluate
+  use newton_iterate_mod, only: iterate_t, start_at, evaluate, forcing_term
   use newton_correction_mod, only: find_correction
   implicit none
   private
@@ -77,7 +77,8 @@ contains
       if (report%converged .or. stalled > max_stalled .or. &
         report%iterations >= max_iterations) exit newton
 
-      forcing = forcing_term(now%merit, last_merit, controls%tolerance/report%residual)
+      forcing = forcing_term(now%merit, last_merit, controls%tolerance/report%residual, &
+        tightest_inner, loosest_inner)
       last_merit = now%merit
       call find_correction(problem, now, controls, forcing, dr, report%products)
       call search_line(problem, now, dr, trial)
@@ -92,18 +93,6 @@ contains
       ended_at_limit
     report%solver = solver_global_newton
   end subroutine solve_by_global_newton
-
-  !> How exactly the next linear system has to be solved: as Newton's method has converged lately
-  !> (Eisenstat and Walker, their second choice), no tighter than the tolerance needs.
-  pure real(wp) function forcing_term(merit, last_merit, left)
-    real(wp), intent(in) :: merit, last_merit !! |Z| now and an iteration before, 0 at first [force]
-    real(wp), intent(in) :: left              !! tolerance over residual [-]
-    real(wp), parameter :: fraction = 0.9_wp
-
-    forcing_term = loosest_inner
-    if (last_merit > 0.0_wp) forcing_term = fraction*min(1.0_wp, merit/last_merit)**2
-    forcing_term = min(loosest_inner, max(tightest_inner, forcing_term, 0.3_wp*left))
-  end function forcing_term
 
   !> How the reactions of a solved problem answer small changes of x_free: dr/dx_free times `q`.
   subroutine response_to_shifts(problem, x_free, controls, r, q, response)

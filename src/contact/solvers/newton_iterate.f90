@@ -8,7 +8,7 @@ module newton_iterate_mod
   implicit none
   private
 
-  public :: iterate_t, start_at, evaluate, residual_at
+  public :: iterate_t, start_at, evaluate, residual_at, forcing_term
 
   !> An iterate: reactions, gaps, residual and its derivative at every point.
   type :: iterate_t
@@ -71,5 +71,18 @@ contains
     at%z = pack_rows(problem, z)
     at%merit = norm2(at%z)
   end subroutine evaluate
+
+  !> How exactly the next linear system has to be solved: as Newton's method has converged lately
+  !> (Eisenstat and Walker, their second choice), no tighter than the tolerance needs.
+  pure real(wp) function forcing_term(merit, last_merit, left, tightest, loosest)
+    real(wp), intent(in) :: merit, last_merit !! |Z| now and an iteration before, 0 at first [force]
+    real(wp), intent(in) :: left              !! tolerance over residual [-]
+    real(wp), intent(in) :: tightest, loosest !! what it may be [-]
+    real(wp), parameter :: fraction = 0.9_wp
+
+    forcing_term = loosest
+    if (last_merit > 0.0_wp) forcing_term = fraction*min(1.0_wp, merit/last_merit)**2
+    forcing_term = min(loosest, max(tightest, forcing_term, 0.3_wp*left))
+  end function forcing_term
 
 end module newton_iterate_mod

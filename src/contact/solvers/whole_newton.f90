@@ -6,12 +6,17 @@
 !> Of a point that is held the displacement is known and its reaction is what is left out of
 !> balance there; of the others the reaction is known, or follows the normal one. So the reactions
 !> are eliminated, and the systems are those of the bodies with these directions held.
+!>
+!> Free motions of bodies are among the displacements. Those that no held point resists are sprung
+!> in a step (loose_motions_mod), and the step is not shortened.
 module whole_newton_mod
   use kinds_mod, only: wp
   use controls_mod, only: contact_controls_t, solver_global_newton
-  use increment_report_mod, only: ended_at_limit, ended_stalled
+  use increment_report_mod, only: ended_at_limit, ended_stalled, ended_unbalanced
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, measure
-  use newton_iterate_mod, only: iterate_t, evaluate
+  use newton_iterate_mod, only: iterate_t, evaluate, forcing_term
+  use held_points_mod, only: held_points_t, expect, expect_sticking, find_held
+  use loose_motions_mod, only: loose_motions_t, find_loose, add_springs
   use gmres_mod, only: linear_map_t, solve_by_gmres
   use body_map_mod, only: body_map_t
   implicit none
@@ -22,20 +27,22 @@ module whole_newton_mod
   integer,  parameter :: max_iterations = 40
   integer,  parameter :: max_stalled = 8        !! iterations without a tenth of progress
   integer,  parameter :: max_products = 80      !! largest Krylov space
+  integer,  parameter :: most_settling = 6      !! steps in which all friction is taken to stick
   real(wp), parameter :: tightest_inner = 1.0e-4_wp !! residuals of GMRES, relative [-]
   real(wp), parameter :: loosest_inner = 1.0e-2_wp
   real(wp), parameter :: shortest_step = 0.2_wp
   integer,  parameter :: remembered = 4         !! places that the line search looks back at
-  real(wp), parameter :: slides = 1.0e-6_wp     !! that far from the cone at most, beside mu r_n [-]
-  real(wp), parameter :: expected_across = 0.9_wp !! the same as next, of a slip not known yet [-]
-  real(wp), parameter :: most_across = 0.999_wp
-  !! of what holds across a slip; beyond it is held there [-]
 
   !> What contact does to the bodies, and what else.
   type :: bodies_t
     real(wp), allocatable :: v(:)       !! (n) a guess in, displacement out [length]
     real(wp), allocatable :: load(:)    !! (n) f, beside that of x_free [force]
     real(wp), allocatable :: remains(:) !! (n) out: K v - C^T r - f, as found [force]
+    real(wp), allocatable :: gaps(:)    !! (n_rows) out: gaps and slips [length]
+    real(wp), allocatable :: motions(:, :)
+    !! (n_rows,m) what free motions do there; their pins are the last of the unknowns [-]
+    real(wp), allocatable :: unbalanced(:)
+    !! (m) out: what the forces do along motions that nothing resists, where it ends so [force]
     real(wp) :: largest = 0.0_wp        !! force at a node, so far [force]
   end type bodies_t
 
@@ -51,23 +58,26 @@ module whole_newton_mod
     real(wp), allocatable :: g(:)  !! (n) K v - C^T r - f [force]
     type(iterate_t) :: at          !! reactions and gaps
     real(wp) :: merit = 0.0_wp     !! of both residuals [force]
+    logical :: is_idle = .false.   !! bodies move freely, and nothing has acted on any so far
+    real(wp) :: scale = 0.0_wp     !! the largest force at a node at the start [force]
     real(wp) :: allowed(remembered) = 0.0_wp
     !! those of the last places: one of them may be come up to [force]
   end type place_t
 
-  !> What the system of a Newton step is made of, a point at a time.
-  type :: system_t
-    real(wp), allocatable :: held(:, :, :)    !! (3,3,n_points) projection on what is held [-]
-    real(wp), allocatable :: across(:, :, :)  !! (3,3,n_points) stiffness across a slip
-    real(wp), allocatable :: follows(:, :)    !! (3,n_points) of a tangential reaction, the normal
-    real(wp), allocatable :: own(:, :)        !! (3,n_points) and what it is without [force]
-  end type system_t
+  !> Bodies that have come a way slide everywhere, which holds nothing and says little of what
+  !> friction would hold: it sticks until the points that press are known.
+  type :: settling_t
+    logical :: is_on = .false.
+    integer :: n = 0                     !! steps so far
+    logical, allocatable :: pressed(:)   !! (n_points) in the last one
+  end type settling_t
 
   !> The system over the inverse: L M.
   type, extends(linear_map_t) :: eliminated_t
     class(body_map_t), pointer :: body => null()
     type(contact_problem_t), pointer :: problem => null()
-    type(system_t), pointer :: system => null()
+    type(held_points_t), pointer :: held => null()
+    type(loose_motions_t), pointer :: loose => null()
   contains
     procedure :: apply => apply_eliminated
   end type eliminated_t
@@ -87,23 +97,28 @@ contains
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
     type(place_t) :: now
-    type(system_t), target :: system
+    type(held_points_t), target :: held
+    type(loose_motions_t), target :: loose
     type(contact_report_t) :: here
     type(step_t) :: step
     real(wp) :: r_start(3, problem%n_points), unsolved(size(bodies%v))
     real(wp) :: forcing, last_merit, left, scale
+    type(settling_t) :: settling
     integer :: stalled
     logical :: is_known !! by the reactions to start from: what is held
 
     r_start = r
     is_known = any(abs(r) > 0.0_wp)
     bodies%remains = 0.0_wp*bodies%v
+    allocate (bodies%unbalanced(size(bodies%motions, 2)), source=0.0_wp)
     call begin(problem, body, x_free, bodies, r, now)
     ! Where reactions vanish what is left of those to start from is beside what they were.
     scale = max(bodies%largest, maxval(abs(now%g)))
+    now%scale = scale
     last_merit = 0.0_wp
     report%residual = huge(report%residual)
     stalled = 0
+    allocate (settling%pressed(problem%n_points), source=.false.)
     newton: do
       call judge(problem, body, x_free, now, scale, r_start, unsolved, here)
       stalled = stalled + 1
@@ -112,19 +127,23 @@ contains
         report%residual = here%residual
         report%worst_point = here%worst_point
         r = unpack_rows(problem, now%at%r - now%at%z)
+        if (.not. here%residual > 0.0_wp) r = 0.0_wp
         bodies%v = now%v
         bodies%remains = unsolved
+        bodies%gaps = now%at%x
       end if
       report%converged = report%residual <= controls%tolerance
       if (report%converged .or. stalled > max_stalled .or. &
         report%iterations >= max_iterations) exit newton
       left = controls%tolerance/report%residual
-      forcing = forcing_term(now%merit, last_merit, left)
+      forcing = forcing_term(now%merit, last_merit, left, tightest_inner, loosest_inner)
       last_merit = now%merit
-      if (is_known) call expect(problem, now)
-      call make_system(problem, now, system)
-      call body%hold(system%held, system%across)
-      call find_step(problem, body, system, now, forcing, step, report%products)
+      if (is_known) call expect(problem, now%at)
+      call prepare_step(problem, body, bodies, now, held, loose, settling)
+      bodies%unbalanced = loose%unbalanced
+      if (any(abs(bodies%unbalanced) > 0.0_wp)) exit newton
+      if (loose%n > 0) stalled = 0
+      call find_step(problem, body, held, loose, now, forcing, step, report%products)
       is_known = .false.
       call search_line(problem, now, step, body)
       report%iterations = report%iterations + 1
@@ -132,8 +151,49 @@ contains
     if (.not. report%converged) report%ending = ended_stalled
     if (.not. report%converged .and. report%iterations >= max_iterations) report%ending = &
       ended_at_limit
+    if (.not. report%converged .and. any(abs(bodies%unbalanced) > 0.0_wp)) report%ending = &
+      ended_unbalanced
     report%solver = solver_global_newton
   end subroutine solve_with_body
+
+  !> What is held in the next step, and which motions are loose in it; how far the residuals may
+  !> rise where these are others than before.
+  subroutine prepare_step(problem, body, bodies, now, held, loose, settling)
+    type(contact_problem_t), intent(in) :: problem
+    class(body_map_t), intent(in) :: body
+    type(bodies_t), intent(in) :: bodies
+    type(place_t), intent(inout) :: now
+    type(held_points_t), intent(inout) :: held
+    type(loose_motions_t), intent(inout) :: loose !! of the step before in
+    type(settling_t), intent(inout) :: settling
+    logical :: presses(problem%n_points), was_on
+    integer :: was_loose
+
+    was_loose = loose%n
+    was_on = settling%is_on
+    call find_held(problem, now%at, held)
+    call find_loose(problem, held, bodies%motions, bodies%load, now%scale, now%at, loose)
+    presses = held%along(1, 1, :) > 0.0_wp
+    if (max(loose%n, was_loose) > 0) then
+      settling%is_on = any(presses .and. problem%mu > 0.0_wp)
+    else if (was_on) then
+      settling%is_on = any(presses .neqv. settling%pressed)
+    end if
+    settling%is_on = settling%is_on .and. settling%n < most_settling
+    if (settling%is_on) then
+      settling%n = settling%n + 1
+      call expect_sticking(problem, now%at)
+      call find_held(problem, now%at, held)
+      call find_loose(problem, held, bodies%motions, bodies%load, now%scale, now%at, loose)
+    end if
+    settling%pressed = presses
+    call body%hold(held%along, held%across)
+    if (loose%n > 0 .or. settling%is_on) then
+      now%allowed = huge(1.0_wp)
+    else if (was_loose > 0 .or. was_on) then
+      now%allowed = now%merit
+    end if
+  end subroutine prepare_step
 
   !> The place to start from: of the guess as much as the reactions to start from ask for.
   subroutine begin(problem, body, x_free, bodies, r, now)
@@ -154,6 +214,8 @@ contains
     energy = dot_product(bodies%v, now%g)
     share = 0.0_wp
     if (energy > 0.0_wp) share = dot_product(bodies%v, forces)/energy
+    if (size(bodies%motions, 2) > 0) share = 1.0_wp ! what moves freely has come a way
+    now%is_idle = size(bodies%motions, 2) > 0 .and. bodies%largest <= 0.0_wp
     now%v = share*bodies%v
     now%g = share*now%g - forces
     now%at%r = pack_rows(problem, r)
@@ -173,147 +235,31 @@ contains
     real(wp), intent(in) :: largest, r_start(:, :)
     real(wp), intent(out) :: left(:)  !! (n) those forces [force]
     type(contact_report_t), intent(inout) :: here
-    real(wp) :: scale
+    real(wp), parameter :: many = 100.0_wp ! operations
+    real(wp) :: scale, rounding
 
     call measure(problem, x_free, now%at%x, now%at%r - now%at%z, r_start, here)
     left = now%g
     call body%add_from_points(unpack_rows(problem, now%at%z), left)
+    if (now%is_idle) then
+      ! Bodies that nothing presses are in balance but for what their stiffness rounds.
+      rounding = many*epsilon(1.0_wp)*maxval(problem%rho_global)*maxval(abs(now%v))
+      if (max(maxval(abs(left)), maxval(abs(now%at%r - now%at%z))) <= rounding) then
+        here%residual = 0.0_wp
+        return
+      end if
+    end if
     scale = max(largest, maxval(abs(now%at%r), dim=1))
-    if (maxval(abs(left)) > 0.0_wp) here%residual = max(here%residual, maxval(abs(left))/ &
-      max(scale, tiny(scale)))
+    if (.not. scale > 0.0_wp) scale = maxval(abs(left)) ! nothing acts yet but what is left
+    if (maxval(abs(left)) > 0.0_wp) here%residual = max(here%residual, maxval(abs(left))/scale)
   end subroutine judge
 
-  !> How exactly the next linear system has to be solved, as of global Newton.
-  pure real(wp) function forcing_term(merit, last_merit, left)
-    real(wp), intent(in) :: merit, last_merit !! now and an iteration before, 0 at first [force]
-    real(wp), intent(in) :: left              !! tolerance over residual [-]
-    real(wp), parameter :: fraction = 0.9_wp
-
-    forcing_term = loosest_inner
-    if (last_merit > 0.0_wp) forcing_term = fraction*min(1.0_wp, merit/last_merit)**2
-    forcing_term = min(loosest_inner, max(tightest_inner, forcing_term, 0.3_wp*left))
-  end function forcing_term
-
-  !> Take for held what the reactions to start from say, whatever the gaps there: displacements are
-  !> not those of these reactions yet. Residuals become those of what is so to come.
-  subroutine expect(problem, now)
-    type(contact_problem_t), intent(in) :: problem
-    type(place_t), intent(inout) :: now
-    real(wp), dimension(3, problem%n_points) :: r, x, z
-    real(wp) :: p(3, 3), t(2)
-    integer :: i, a
-
-    r = unpack_rows(problem, now%at%r)
-    x = unpack_rows(problem, now%at%x)
-    z = 0.0_wp
-    do i = 1, problem%n_points
-      associate (mu => problem%mu(i), rho => problem%rho_global([1, 2, 2], i))
-        p = 0.0_wp
-        if (r(1, i) > 0.0_wp) then
-          p(1, 1) = 1.0_wp
-          if (norm2(r(2:, i)) < (1.0_wp - slides)*mu*r(1, i)) then
-            p(2, 2) = 1.0_wp
-            p(3, 3) = 1.0_wp
-            z(:, i) = rho*x(:, i)
-          else if (mu > 0.0_wp) then
-            t = r(2:, i)/norm2(r(2:, i))
-            p(2:, 1) = mu*t
-            do a = 1, 2
-              p(2:, 1 + a) = -expected_across*t(a)*t
-              p(1 + a, 1 + a) = p(1 + a, 1 + a) + expected_across
-            end do
-            z(1, i) = rho(1)*x(1, i)
-            z(2:, i) = p(2:, 1)*z(1, i) + matmul(p(2:, 2:), rho(2:)*x(2:, i)) - (mu*r(1, i)*t - &
-              r(2:, i)) + matmul(p(2:, 2:), mu*r(1, i)*t - r(2:, i))
-          else
-            z(1, i) = rho(1)*x(1, i)
-          end if
-        end if
-        now%at%dz_dr(:, :, i) = -p
-        do a = 1, 3
-          now%at%dz_dr(a, a, i) = now%at%dz_dr(a, a, i) + 1.0_wp
-        end do
-      end associate
-    end do
-    now%at%z = pack_rows(problem, z)
-  end subroutine expect
-
-  !> What is held, and what the others do, by the derivatives of the projections. docs/theory.md
-  !> (4.17).
-  subroutine make_system(problem, now, system)
-    type(contact_problem_t), intent(in) :: problem
-    type(place_t), intent(in) :: now
-    type(system_t), intent(inout) :: system
-    real(wp), dimension(3, problem%n_points) :: z
-    real(wp) :: p(3, 3), t(2, 2), e(2, 2), hold_n, largest
-    integer :: i, a
-
-    z = unpack_rows(problem, now%at%z)
-    if (.not. allocated(system%held)) then
-      allocate (system%held(3, 3, problem%n_points), system%across(3, 3, problem%n_points))
-      allocate (system%follows(3, problem%n_points), system%own(3, problem%n_points))
-    end if
-    system%held = 0.0_wp
-    system%across = 0.0_wp
-    system%follows = 0.0_wp
-    system%own = -z
-    do i = 1, problem%n_points
-      p = -now%at%dz_dr(:, :, i)
-      do a = 1, 3
-        p(a, a) = p(a, a) + 1.0_wp
-      end do
-      hold_n = merge(1.0_wp, 0.0_wp, p(1, 1) > 0.0_wp)
-      system%held(1, 1, i) = hold_n
-      t = p(2:, 2:)
-      do a = 1, 2
-        if (problem%row(1 + a, i) == 0) then
-          t(a, :) = 0.0_wp
-          t(:, a) = 0.0_wp
-        end if
-      end do
-      largest = t(1, 1) + t(2, 2)
-      if (largest > 1.0_wp .or. (is_held(t(1, 1), problem%row(2, i)) .and. is_held(t(2, 2), &
-        problem%row(3, i)) .and. largest > 0.0_wp)) then
-        ! It sticks.
-        do a = 2, 3
-          if (problem%row(a, i) > 0) system%held(a, a, i) = 1.0_wp
-        end do
-        cycle
-      end if
-      if (largest > most_across) then
-        system%held(2:, 2:, i) = t/largest
-        t = 0.0_wp
-      end if
-      e = inverse_of(reshape([1.0_wp - t(1, 1), -t(2, 1), -t(1, 2), 1.0_wp - t(2, 2)], [2, 2]))
-      system%across(2:, 2:, i) = problem%rho_global(2, i)*matmul(e, t)
-      system%follows(2:, i) = matmul(e, p(2:, 1))
-      system%own(2:, i) = matmul(e, p(2:, 1)*z(1, i) - z(2:, i))
-    end do
-
-  contains
-
-    pure logical function is_held(t_aa, row)
-      real(wp), intent(in) :: t_aa
-      integer, intent(in) :: row
-
-      is_held = row == 0 .or. t_aa >= 1.0_wp
-    end function is_held
-
-    pure function inverse_of(m) result(inverse)
-      real(wp), intent(in) :: m(2, 2)
-      real(wp) :: inverse(2, 2)
-
-      inverse = reshape([m(2, 2), -m(2, 1), -m(1, 2), m(1, 1)], [2, 2])/ &
-        (m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1))
-    end function inverse_of
-
-  end subroutine make_system
-
   !> The Newton step: its displacement, what it does to the balance of forces, its reactions.
-  subroutine find_step(problem, body, system, now, forcing, step, products)
+  subroutine find_step(problem, body, held, loose, now, forcing, step, products)
     type(contact_problem_t), target, intent(in) :: problem
     class(body_map_t), target, intent(in) :: body
-    type(system_t), target, intent(in) :: system
+    type(held_points_t), target, intent(in) :: held
+    type(loose_motions_t), target, intent(in) :: loose
     type(place_t), intent(in) :: now
     real(wp), intent(in) :: forcing
     type(step_t), intent(out) :: step
@@ -328,16 +274,18 @@ contains
     allocate (step%r(3, problem%n_points))
     z = unpack_rows(problem, now%at%z)
     do i = 1, problem%n_points
-      x(:, i) = -matmul(system%held(:, :, i), z(:, i)/problem%rho_global([1, 2, 2], i))
+      x(:, i) = -matmul(held%along(:, :, i), z(:, i)/problem%rho_global([1, 2, 2], i))
     end do
     call body%add_from_points(x, step%v)
     if (any(abs(step%v) > 0.0_wp)) call body%product(step%v, step%g)
     f = now%g + step%g
+    call add_springs(loose, step%v, f)
     call body%at_points(f, of_points)
-    call eliminate(problem, system, body, of_points, 0.0_wp*x, f, with_own=.true.)
+    call eliminate(problem, held, body, of_points, 0.0_wp*x, f, with_own=.true.)
     map%body => body
     map%problem => problem
-    map%system => system
+    map%held => held
+    map%loose => loose
     call solve_by_gmres(map, -f, forcing, max_products, w, inner, reached)
     products = products + inner
     call body%precondition(w, f)
@@ -348,10 +296,10 @@ contains
     call body%at_points(now%g + step%g, of_points)
     call body%at_points(step%v, x)
     do i = 1, problem%n_points
-      step%r(:, i) = matmul(system%held(:, :, i), of_points(:, i))
-      of_points(:, i) = system%own(:, i) + system%follows(:, i)*of_points(1, i) - &
-        matmul(system%across(:, :, i), x(:, i))
-      step%r(:, i) = step%r(:, i) + of_points(:, i) - matmul(system%held(:, :, i), of_points(:, i))
+      step%r(:, i) = matmul(held%along(:, :, i), of_points(:, i))
+      of_points(:, i) = held%own(:, i) + held%follows(:, i)*of_points(1, i) - &
+        matmul(held%across(:, :, i), x(:, i))
+      step%r(:, i) = step%r(:, i) + of_points(:, i) - matmul(held%along(:, :, i), of_points(:, i))
     end do
     where (problem%row == 0) step%r = 0.0_wp
     call body%add_from_points(-step%r, step%g)
@@ -359,9 +307,9 @@ contains
 
   !> From forces of the bodies to the residual of the system: at the points reactions are taken off,
   !> 0 along what is held.
-  subroutine eliminate(problem, system, body, of_points, x, f, with_own)
+  subroutine eliminate(problem, held, body, of_points, x, f, with_own)
     type(contact_problem_t), intent(in) :: problem
-    type(system_t), intent(in) :: system
+    type(held_points_t), intent(in) :: held
     class(body_map_t), intent(in) :: body
     real(wp), intent(in) :: of_points(:, :)  !! (3,n_points) C f [force]
     real(wp), intent(in) :: x(:, :)          !! (3,n_points) displacement there [length]
@@ -371,11 +319,11 @@ contains
     integer :: i
 
     do i = 1, problem%n_points
-      reaction(:, i) = system%follows(:, i)*of_points(1, i) - matmul(system%across(:, :, i), &
+      reaction(:, i) = held%follows(:, i)*of_points(1, i) - matmul(held%across(:, :, i), &
         x(:, i))
-      if (with_own) reaction(:, i) = reaction(:, i) + system%own(:, i)
+      if (with_own) reaction(:, i) = reaction(:, i) + held%own(:, i)
       change = reaction(:, i) - of_points(:, i)
-      reaction(:, i) = reaction(:, i) - matmul(system%held(:, :, i), change)
+      reaction(:, i) = reaction(:, i) - matmul(held%along(:, :, i), change)
     end do
     where (problem%row == 0) reaction = 0.0_wp
     call body%add_from_points(-reaction, f)
@@ -391,9 +339,10 @@ contains
 
     call map%body%precondition(v, w)
     call map%body%product(w, product)
+    call add_springs(map%loose, w, product)
     call map%body%at_points(product, of_points)
     call map%body%at_points(w, x)
-    call eliminate(map%problem, map%system, map%body, of_points, x, product, with_own=.false.)
+    call eliminate(map%problem, map%held, map%body, of_points, x, product, with_own=.false.)
   end subroutine apply_eliminated
 
   !> Halve the step until the residuals decrease.

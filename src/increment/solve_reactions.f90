@@ -1,0 +1,267 @@
+!> The reactions that answer the loads of an increment, and the free motions with them.
+module solve_reactions_mod
+  use kinds_mod, only: wp
+  use system_mod, only: wall_seconds
+  use scene_mod, only: scene_t
+  use controls_mod, only: contact_controls_t, solver_none
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use increment_report_mod, only: increment_report_t, ended_unbalanced
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_gaps, &
+    relative_gaps, add_driven_friction
+  use rigid_modes_mod, only: generalised_loads
+  use solve_mod, only: solve_contact
+  use floating_mod, only: resisting_rows
+  use floating_search_mod, only: drift_t, solve_floating
+  use describe_motions_mod, only: free_in_words, motion_in_words, unresisted_part
+  use placement_mod, only: placement_t
+  use pull_off_mod, only: pulls_off
+  use transfer_mod, only: relative_motion, nodal_forces, gap_at
+  use condensed_contact_mod, only: contact_group_t, count_points
+  use formed_compliance_mod, only: form_compliance, form_floating
+  use compliance_mod, only: is_map
+  use step_solver_mod, only: step_solver_t
+  use trial_mod, only: trial_t
+  use solve_on_bodies_mod, only: group_answer_t, solve_on_bodies
+  implicit none
+  private
+
+  public :: solve_reactions
+
+contains
+
+  !> The contact problem of the increment: gaps and slips that u_free would give, then the
+  !> reactions, and the free motions, one group after the other.
+  subroutine solve_reactions(scene, points, solver, old, trial, reaction, report)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver !! its contact, of the trial's placement
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(inout) :: trial        !! gets how far the motions go
+    real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z; warm start in [force]
+    type(increment_report_t), intent(inout) :: report
+    real(wp), allocatable :: start(:, :), load(:), rounding(:)
+    real(wp) :: unbalanced(solver%body%motions%n) !! direction that nothing balances
+    real(wp) :: resisting(3*count_points(solver%contact), solver%body%motions%n)
+    type(contact_report_t) :: contact
+    real(wp) :: clock
+    integer :: i, n_resisting
+
+    clock = wall_seconds()
+    start = reaction
+    reaction = 0.0_wp
+    unbalanced = 0.0_wp
+    n_resisting = 0
+    resisting = 0.0_wp
+    report%x_free = [real(wp) ::]
+    trial%neutral_residual = [real(wp) ::]
+    associate (motions => solver%body%motions)
+      if (motions%n > 0) call generalised_loads(motions, scene%mesh, trial%forces%external, load, &
+        rounding)
+      contact%converged = .true.
+      do i = 1, size(solver%contact%group)
+        call solve_group(solver%contact%group(i))
+      end do
+      if (contact%ending == ended_unbalanced) then
+        unbalanced = unresisted_part(resisting(:n_resisting, :), unbalanced)
+        report%unbalanced = motion_in_words(scene%mesh, motions, unbalanced)
+        report%pulls_off = pulls_off(scene%mesh, points, trial%placement, motions, unbalanced, &
+          trial%forces%external)
+      end if
+      if (contact%converged .and. motions%n > 0) call free_in_words(scene%mesh, motions, &
+        resisting(:n_resisting, :), report%n_unheld, report%unheld)
+    end associate
+    report%converged = contact%converged
+    report%solver = contact%solver
+    report%contact_iterations = report%contact_iterations + contact%iterations
+    report%local_iterations = report%local_iterations + contact%local_iterations
+    report%compliance_products = report%compliance_products + contact%products
+    report%solver_stages = max(report%solver_stages, contact%stages, 1)
+    report%ending = contact%ending
+    report%residual = contact%residual
+    report%worst_point = contact%worst_point
+    report%contact_time = report%contact_time + wall_seconds() - clock
+
+  contains
+
+    !> One group: its reactions, the motions it sees, and what they say of the whole.
+    subroutine solve_group(group)
+      type(contact_group_t), intent(inout) :: group
+      real(wp), dimension(3, size(group%active)) :: x, r
+      real(wp), allocatable :: x_free(:), gaps(:), rows(:, :)
+      type(contact_report_t) :: of_group
+      type(group_answer_t) :: answer
+      type(drift_t) :: drift
+
+      call gaps_without_contact(points, trial, old, group, start, x, r)
+      x_free = pack_rows(group%problem, x)
+      group%problem%driven = driven_slips(scene, group%problem, x, max(maxval(norm2(trial%u_free - &
+        old%displacement, dim=1)), maxval(norm2(trial%placement%drag, dim=1))), &
+        trial%controls%tolerance)
+      if (size(group%motion) > 0) then
+        drift%load = load(group%motion)
+        drift%rounding = rounding(group%motion)
+        drift%a = trial%motion(group%motion)
+      end if
+      ! Another placement has another compliance.
+      if (allocated(group%body) .and. trial%by_compliance) call form_floating(group, &
+        trial%by_compliance)
+      if (allocated(group%body) .and. .not. trial%by_compliance) then
+        answer%x_free = x_free
+        answer%r = r
+        call solve_on_bodies(scene%mesh, solver, old, group, trial, drift, answer)
+        r = answer%r
+        of_group = answer%report
+        call move_alloc(answer%gaps, gaps)
+      end if
+      if (.not. allocated(group%body) .or. trial%by_compliance) then
+        call solve_with_or_without(scene, group, trial%controls, x_free, drift, r, of_group)
+        if (size(group%motion) > 0 .or. any(abs(group%problem%driven) > 0.0_wp)) gaps = &
+          relative_gaps(group%problem, x_free, pack_rows(group%problem, r))
+      end if
+      if (size(group%motion) > 0) then
+        trial%motion(group%motion) = drift%a
+        trial%neutral_residual = [trial%neutral_residual, drift%turned]
+        rows = resisting_rows(group%problem, group%floating, r, gaps, of_group%converged)
+        resisting(n_resisting + 1:n_resisting + size(rows, 1), group%motion) = rows
+        n_resisting = n_resisting + size(rows, 1)
+        if (of_group%ending == ended_unbalanced) unbalanced(group%motion) = drift%unbalanced
+      end if
+      if (any(abs(group%problem%driven) > 0.0_wp)) then
+        x = unpack_gaps(group%problem, gaps)
+        call add_driven_friction(group%problem, x, r)
+      end if
+      report%x_free = [report%x_free, x_free]
+      call add_reactions(trial%placement, group, r, reaction)
+      if (allocated(group%body) .and. .not. trial%by_compliance) then
+        trial%applied_reaction = reaction
+        trial%applied_force = nodal_forces(points, trial%placement%weights, reaction, &
+          scene%mesh%n_nodes)
+      end if
+      call add_report(group, of_group, contact)
+    end subroutine solve_group
+
+  end subroutine solve_reactions
+
+  !> The reactions and motions of a group. Where its W is known by its products, and these do not
+  !> lead to the deck's tolerance, W is formed for the other solvers if there is memory for it.
+  subroutine solve_with_or_without(scene, group, controls, x_free, drift, r, report)
+    type(scene_t), intent(in) :: scene
+    type(contact_group_t), intent(in) :: group
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: x_free(:)         !! (n_rows) as of solve_floating [length]
+    type(drift_t), intent(inout) :: drift
+    real(wp), intent(inout) :: r(:, :)           !! (3,n_active) n, t1, t2 [force]
+    type(contact_report_t), intent(out) :: report
+    type(contact_problem_t) :: dense
+    type(drift_t) :: began
+    real(wp), allocatable :: x_before(:), r_before(:, :)
+    logical :: formed
+
+    began = drift
+    allocate (x_before, source=x_free)
+    allocate (r_before, source=r)
+    call solve(group%problem)
+    if (report%converged .or. .not. is_map(group%problem%compliance)) return
+    if (report%ending /= ended_unbalanced .and. report%residual <= scene%contact%tolerance) return
+    call form_compliance(group%problem, dense, formed)
+    if (.not. formed) return
+    drift = began
+    x_free = x_before
+    r = r_before
+    call solve(dense)
+    report%stages = report%stages + 1
+
+  contains
+
+    subroutine solve(problem)
+      type(contact_problem_t), intent(in) :: problem
+
+      if (size(group%motion) == 0) then
+        call solve_contact(problem, x_free, controls, r, report)
+      else
+        call solve_floating(problem, group%floating, x_free, controls, drift, r, report)
+      end if
+    end subroutine solve
+
+  end subroutine solve_with_or_without
+
+  !> Gaps and slips of a group that u_free alone would give, and the reactions to start from.
+  pure subroutine gaps_without_contact(points, trial, old, group, start, x, r)
+    type(contact_points_t), intent(in) :: points
+    type(trial_t), intent(in) :: trial
+    type(state_t), intent(in) :: old
+    type(contact_group_t), intent(in) :: group
+    real(wp), intent(in) :: start(:, :)          !! (3,n_points) x, y, z [force]
+    real(wp), intent(out) :: x(:, :), r(:, :)    !! (3,n_active) n, t1, t2 [length], [force]
+    integer :: i, k
+
+    do k = 1, size(group%active)
+      i = group%active(k)
+      associate (frame => trial%placement%frame(:, :, i), weights => trial%placement%weights)
+        x(:, k) = matmul(relative_motion(points, weights, i, trial%u_free) - &
+          relative_motion(points, weights, i, old%displacement) + trial%placement%drag(:, i), frame)
+        x(1, k) = gap_at(trial%placement, points, i, trial%u_free)
+        r(:, k) = matmul(start(:, i), frame)
+      end associate
+    end do
+  end subroutine gaps_without_contact
+
+  !> The reactions of a group among those of all points.
+  pure subroutine add_reactions(placement, group, r, reaction)
+    type(placement_t), intent(in) :: placement
+    type(contact_group_t), intent(in) :: group
+    real(wp), intent(in) :: r(:, :)              !! (3,n_active) n, t1, t2 [force]
+    real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z [force]
+    integer :: k
+
+    do k = 1, size(group%active)
+      associate (i => group%active(k))
+        reaction(:, i) = matmul(placement%frame(:, :, i), r(:, k))
+      end associate
+    end do
+  end subroutine add_reactions
+
+  !> What the solver says of a group, into what it says of all. Groups are iterated side by side, so
+  !> that iterations, and products with all of W, are those of the group with the most; the residual
+  !> is the worst.
+  pure subroutine add_report(group, of_group, contact)
+    type(contact_group_t), intent(in) :: group
+    type(contact_report_t), intent(in) :: of_group
+    type(contact_report_t), intent(inout) :: contact
+
+    if (of_group%solver /= solver_none) contact%solver = of_group%solver
+    contact%iterations = max(contact%iterations, of_group%iterations)
+    contact%products = max(contact%products, of_group%products)
+    contact%stages = max(contact%stages, of_group%stages)
+    contact%local_iterations = contact%local_iterations + of_group%local_iterations
+    if (.not. of_group%converged .and. contact%ending /= ended_unbalanced) contact%ending = &
+      of_group%ending
+    contact%converged = contact%converged .and. of_group%converged
+    if (of_group%residual >= contact%residual) then
+      contact%residual = of_group%residual
+      contact%worst_point = 0
+      if (of_group%worst_point > 0) contact%worst_point = group%active(of_group%worst_point)
+    end if
+  end subroutine add_report
+
+  !> The slips by which supports drive points along tangents that cannot move; none where places are
+  !> rounded by as much, or where it is nothing beside what moves. docs/theory.md section 3.
+  pure function driven_slips(scene, problem, x, way, tolerance) result(driven)
+    type(scene_t), intent(in) :: scene
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: x(:, :)     !! (3,n_active) gaps and slips without reactions [length]
+    real(wp), intent(in) :: way         !! the longest without reactions [length]
+    real(wp), intent(in) :: tolerance   !! contact tolerance [-]
+    real(wp) :: driven(2, problem%n_points) !! [length]
+    real(wp) :: least
+
+    driven = 0.0_wp
+    if (problem%n_points == 0) return
+    where (problem%row(2:, :) == 0 .and. spread(problem%mu > 0.0_wp, 1, 2)) driven = x(2:, :)
+    least = max(8.0_wp*epsilon(1.0_wp)*maxval(abs(scene%mesh%coordinates)), &
+      tolerance*way)
+    where (spread(norm2(driven, dim=1) <= least, 1, 2)) driven = 0.0_wp
+  end function driven_slips
+
+end module solve_reactions_mod

@@ -1,0 +1,158 @@
+!> What the run solves for its bodies with: a factor or iteration, and whether W is formed.
+module choose_body_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t
+  use text_mod, only: to_text
+  use obstacles_mod, only: ref_nodes
+  use contact_points_mod, only: contact_nodes
+  use scene_mod, only: scene_t
+  use controls_mod, only: precision_controls_t, compliance_auto, compliance_dense, &
+    compliance_products
+  use plan_mod, only: plan_t
+  use new_iterative_body_mod, only: has_iterative_body
+  use sparse_factor_mod, only: sparse_factor_t
+  use rigid_modes_mod, only: free_motions_t, find_free_motions
+  use step_loads_mod, only: prescribed_dofs
+  use count_sizes_mod, only: sizes_t
+  use estimate_iterative_mod, only: check_iterative, iterative_bytes
+  use estimate_file_mod, only: file_size_t
+  use estimate_memory_mod, only: take_precision, needed_memory, enough
+  use estimate_time_mod, only: seconds_at_fixed_rates
+  use make_plan_mod, only: forget_compliance
+  use analyse_pattern_mod, only: look_at_pattern
+  use amounts_mod, only: bytes_in_words
+  use plan_table_mod, only: describe_products, describe_iterative
+  implicit none
+  private
+
+  public :: choose_body
+
+  real(wp), parameter :: least_interface = 1000.0_wp !! numbers of it from which on W has a price
+  real(wp), parameter :: least_factor = 0.7_wp !! of that with the interface last: the least without
+
+contains
+
+  !> Whether there is a factor: where the deck leaves it open and the build has the choice, as long
+  !> as it fits.
+  subroutine choose_body(scene, file, plan, factor, sizes, ordering, reasons, error)
+    type(scene_t), intent(inout) :: scene  !! its precision and compliance as they are chosen
+    type(file_size_t), intent(in) :: file
+    type(plan_t), intent(inout) :: plan
+    type(sparse_factor_t), intent(inout) :: factor
+    type(sizes_t), intent(inout) :: sizes
+    real(wp), intent(out) :: ordering      !! [s]
+    character(:), allocatable, intent(out) :: reasons
+    type(error_t), allocatable, intent(out) :: error
+    type(free_motions_t) :: motions
+    type(scene_t) :: iterated
+    type(error_t), allocatable :: refusal
+    type(sizes_t) :: bare
+    real(wp) :: need
+
+    bare = sizes
+    reasons = ''
+    need = 0.0_wp
+    if (.not. scene%precision%iterative) then
+      call choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)
+      if (allocated(error)) return
+      need = needed_memory(sizes, file)
+      if (scene%precision%body_is_given .or. need <= enough*real(plan%memory_left, wp)) return
+      if (.not. has_iterative_body()) return
+    end if
+    ordering = 0.0_wp
+    call find_free_motions(scene%mesh, prescribed_dofs(scene, 1), ref_nodes(scene%obstacles), &
+      contact_nodes(plan%points), motions, error, scene%constraints)
+    if (allocated(error)) return
+    if (scene%precision%iterative) then
+      call check_iterative(scene, plan%points, motions, error)
+      if (allocated(error)) return
+    else
+      iterated = scene
+      iterated%contact%compliance = compliance_products
+      call check_iterative(iterated, plan%points, motions, refusal)
+      if (allocated(refusal)) return
+      scene%precision%iterative = .true.
+      scene%precision%single_factor = .false.
+      scene%precision%block_low_rank = 0.0_wp
+      scene%precision%out_of_core = .false.
+      reasons = 'with a factor the run needs '//bytes_in_words(need)
+    end if
+    scene%contact%compliance = compliance_products
+    sizes = bare
+    sizes%is_dense = .false.
+    sizes%motions = motions%n
+    sizes%factor = 0.0_wp
+    call take_precision(scene%precision, sizes)
+    sizes%workspace = iterative_bytes(sizes)
+    plan%is_analysed = .true.
+    call forget_compliance(plan)
+    call describe_iterative(scene, plan)
+  end subroutine choose_body
+
+  !> Whether W is formed: where the deck leaves it open, as its figures say.
+  !>
+  !> A product by the factor cannot cost less than the factor of the interior alone takes to read:
+  !> where so many readings already take longer than all that W costs, that is the answer, and the
+  !> other order of elimination is not looked for.
+  subroutine choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)
+    type(scene_t), intent(inout) :: scene  !! its precision and compliance as they are chosen
+    type(file_size_t), intent(in) :: file
+    type(plan_t), intent(inout) :: plan
+    type(sparse_factor_t), intent(inout) :: factor
+    type(sizes_t), intent(inout) :: sizes
+    real(wp), intent(out) :: ordering      !! [s]
+    character(:), allocatable, intent(out) :: reasons
+    type(error_t), allocatable, intent(out) :: error
+    type(precision_controls_t) :: given
+    type(sizes_t) :: of_dense, bare
+    real(wp) :: by_dense, by_products, spent
+    character(:), allocatable :: why
+
+    bare = sizes
+    why = 'as the deck asks for'
+    if (scene%contact%compliance == compliance_auto .and. sizes%interface < least_interface) then
+      scene%contact%compliance = compliance_dense
+    else if (scene%contact%compliance == compliance_auto) then
+      scene%contact%compliance = compliance_dense
+      if (8.0_wp*(sizes%squares + sizes%rows**2) > enough*real(plan%memory_left, wp)) then
+        scene%contact%compliance = compliance_products
+        why = 'dense it does not fit'
+      else
+        given = scene%precision
+        call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+        if (allocated(error) .or. .not. plan%is_analysed) return
+        by_dense = seconds_at_fixed_rates(scene, sizes)
+        of_dense = sizes
+        sizes%is_dense = .false.
+        ! Without numbers yet: the factor of the interior, which is the least of it.
+        sizes%factor = least_factor*sizes%factor
+        sizes%flops = 0.0_wp
+        by_products = seconds_at_fixed_rates(scene, sizes)
+        sizes = of_dense
+        if (by_products >= by_dense) return
+        spent = ordering
+        scene%precision = given
+        scene%contact%compliance = compliance_products
+        sizes = bare
+        call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+        if (allocated(error)) return
+        by_products = seconds_at_fixed_rates(scene, sizes)
+        ordering = ordering + spent
+        if (by_products < by_dense) then
+          call forget_compliance(plan)
+          call describe_products(plan, 'a share of '//to_text(by_products/by_dense, 2)// &
+            ' of the time that it takes dense')
+          return
+        end if
+        scene%precision = given
+        scene%contact%compliance = compliance_dense
+        sizes = bare
+      end if
+    end if
+    call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+    if (scene%contact%compliance /= compliance_products) return
+    call forget_compliance(plan)
+    call describe_products(plan, why)
+  end subroutine choose_compliance
+
+end module choose_body_mod
