@@ -2,7 +2,7 @@
 
     studies/run asked_accuracy [-o docs/studies/asked-accuracy.md]
 
-Nine scenes, 10 % and 2 %, on meshes and with increments that the program chooses. By hand: meshes
+Ten scenes, 10 % and 2 %, on meshes and with increments that the program chooses. By hand: meshes
 and increments, all combinations; the cheapest run that is as accurate. The truth is the limit of
 three fine meshes with fine increments. Errors are those of docs/deck.md, *ACCURACY: of each pair
 the normal forces as parts of their largest sum, friction as a part of mu times that, at the ends of
@@ -44,6 +44,7 @@ class Scene:
     settings: dict = field(default_factory=dict)
     replaced: tuple = ()
     other: tuple = ()  # a parameter that grows with n, and its part of it
+    by_hand: str = ""  # cards that an accuracy does not need
 
     def parameters(self, n, finer=1):
         """The parameters of a run with n bricks and so many times as many increments."""
@@ -66,6 +67,8 @@ SCENES = (
     Scene("spence", "spence", 0.2986),
     Scene("foundation", "foundation", 0.3, (2, 4, 6, 8, 10), 6, other=("base", 1.5)),
     Scene("tool", "tool", 0.2, (8, 12, 16, 24, 36), 2),
+    Scene("indent, by hand with *REFINE", "indent", 0.2, (2, 3, 4, 6, 8), 4, {"times": 4},
+          by_hand="*REFINE, TIMES=<times>\n0., 0., 0., <reach>\n"),
 )  # fmt: skip
 
 
@@ -87,7 +90,7 @@ def run(program, scene, folder, parameters, *options):
     if scene.replaced:
         text = text.replace(*scene.replaced)
     if options:
-        text = text.replace("*STATIC, DIRECT", "*STATIC")
+        text = text.replace("*STATIC, DIRECT", "*STATIC").replace(scene.by_hand, "")
     deck, result = Path(folder) / f"{scene.deck}.inp", Path(folder) / "result.vtkhdf"
     deck.write_text(text, encoding="utf-8")
     command = [program, deck, "-o", result, "--overwrite", "-q", *options]
@@ -189,7 +192,7 @@ def study(program):
                     [
                         scene.name, f"{100 * asked:g} %", end, f"{100 * told:.2g} %",
                         f"{100 * error:.2g} %", f"{100 * doubt:.1g} %", len(sequence),
-                        f"{sequence.bricks[-1]:.0f}", sequence.divisions[-1],
+                        f"{sequence.bricks[-1]:.0f}", sequence.cuts[-1], sequence.divisions[-1],
                         f"{one.seconds:.2g}", f"{best[1]:.2g}" if best else "-",
                         f"{one.seconds / best[1]:.1f}" if best else "-", best[2] if best else "-",
                     ]
@@ -204,7 +207,7 @@ def page(program):
     reached = [ratio for end, ratio in ends if end == "reached" and ratio]
     broken = sum(end == "**broken**" for end, _ in ends)
     head = [
-        "scene", "asked", "", "told", "true", "doubt", "runs", "bricks", "parts", "s",
+        "scene", "asked", "", "told", "true", "doubt", "runs", "bricks", "cuts", "parts", "s",
         "s by hand", "ratio", "best by hand",
     ]  # fmt: skip
     return "\n".join(
@@ -216,7 +219,8 @@ def page(program):
             "hand that are as accurate. `told` is the error of the result as the program says it,",
             "by mesh and load steps; `true` that against the limit of three fine meshes with",
             f"{FINER} times the increments, and `doubt` how far the finest of these is from the",
-            "limit. `runs` are all that were made, `bricks` and `parts` of each increment those of",
+            "limit. `runs` are all that were made, `bricks`, `cuts` of those at contact beside all",
+            "others and `parts` of each increment those of",
             f"the last. Processor seconds, of all runs, one thread, {machine()}. By hand nothing",
             "tells how accurate a run is: its seconds are those of the one run that is enough,",
             "found afterwards.",

@@ -14,11 +14,13 @@ from bipot.drawing.bodies import QUANTITIES, Bodies, draw_bodies
 from bipot.drawing.contact_map import draw_contact
 from bipot.drawing.film import draw_animation
 from bipot.drawing.histories import draw_errors, draw_forces
+from bipot.drawing.sequence import draw_sequence
 from bipot.result import Result, ResultError
 
 __all__ = ("Picture", "animate", "figure", "has_bodies", "pictures_of")
 
-BODIES = {"displacement": "deformed", "stress": "stress", "pressure": "pressure"}
+BODIES = {"displacement": "deformed", "stress": "stress", "pressure": "pressure",
+          "mesh_error": "mesh-error"}  # fmt: skip
 OF_PAIRS = {"contact": draw_contact, "forces": draw_forces}
 
 
@@ -72,6 +74,11 @@ def pictures_of(result: Result, scale: float | None = None) -> Iterator[Picture]
         "errors", "Errors of the certificate, and estimated ones, over the time.",
         draw_errors(result), True,
     )
+    if result.accuracy is not None:
+        yield Picture(
+            "accuracy", "How far each run on the way to the accuracy was from what they tend to.",
+            draw_sequence(result), True,
+        )
 
 
 def animate(result: Result, path, writer, scale: float | None = None) -> None:
@@ -95,12 +102,19 @@ def make_figure(result, what, index, pair, scale):
     drawn = has_bodies(result)
     if what is None:
         what = "displacement" if drawn or not result.pairs else "forces"
-    if what not in (*QUANTITIES, *OF_PAIRS, "errors"):
-        raise ValueError(f"displacement, stress, pressure, contact, forces or errors, not {what!r}")
+    if what not in (*QUANTITIES, *OF_PAIRS, "errors", "accuracy"):
+        raise ValueError(
+            "displacement, stress, pressure, mesh_error, contact, forces, errors or accuracy, "
+            f"not {what!r}"
+        )
     if result.finished == 0:
         raise ResultError(f"{result.path}: no increment is finished")
     if what == "errors":
         return draw_errors(result)
+    if what == "accuracy":
+        if result.accuracy is None:
+            raise ResultError(f"{result.path}: no accuracy was asked for")
+        return draw_sequence(result)
     if what in QUANTITIES:
         if not drawn:
             raise ResultError(f"{result.path}: no displacements are stored")

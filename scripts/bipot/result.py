@@ -375,10 +375,11 @@ class Result:
     ) -> matplotlib.figure.Figure:
         """Return a matplotlib figure, as scripts/show draws it.
 
-        what     "displacement", "stress" or "pressure" (of contact) on the deformed bodies at the
-                 stored increment `index`; "contact": the states of a pair's points at a few
-                 increments; "forces" of a pair over the time; "errors" of the certificate, and
-                 estimated ones. None: "displacement", or "forces" where no field is stored
+        what     "displacement", "stress", "pressure" (of contact) or "mesh_error" on the deformed
+                 bodies at the stored increment `index`; "contact": the states of a pair's points
+                 at a few increments; "forces" of a pair over the time; "errors" of the
+                 certificate, and estimated ones; "accuracy": the runs by which one was reached.
+                 None: "displacement", or "forces" where no field is stored
         pair     name or number of the pair
         scale    factor of the drawn displacements; None: chosen so that they are seen
 

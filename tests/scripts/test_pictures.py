@@ -352,6 +352,43 @@ class TimeAxes(WithFolder):
             mpl.pyplot.close(figure)
 
 
+class Accuracy(WithFolder):
+    """What led to an accuracy, and where the mesh is still wrong."""
+
+    def test_runs_stand_over_the_time_that_they_took(self):
+        deck = self.folder / "block.inp"
+        text = (ROOT / "input" / "block.inp").read_text()
+        deck.write_text(text.replace("*END STEP", "*EL FILE\nS, ERR\n*END STEP"))
+        with bipot.run(deck, accuracy=0.1, steps=5, solver="AUTO", local="AUTO",
+                       quiet=True) as result:  # fmt: skip
+            sequence = result.accuracy
+            axes = result.plot("accuracy").axes[0]
+            lines = {line.get_label(): line for line in axes.lines}
+            pressing, friction = (lines[f"BODY-ZMIN:GROUND/{name}_force"]
+                                  for name in ("pressing", "friction"))  # fmt: skip
+            np.testing.assert_allclose(pressing.get_xdata(), np.cumsum(sequence.processor_time))
+            column = sequence.names.index("BODY-ZMIN:GROUND/pressing_force")
+            apart = abs(sequence.values - sequence.extrapolated)[:, :, column].max(axis=1)
+            np.testing.assert_allclose(pressing.get_ydata(), apart / sequence.scale[column])
+            # A vector is one line, as far away as its components together.
+            columns = [sequence.names.index(f"BODY-ZMIN:GROUND/friction_force_{x}") for x in "xyz"]
+            apart = (sequence.values - sequence.extrapolated)[:, :, columns]
+            apart = np.linalg.norm(apart, axis=2).max(axis=1) / sequence.scale[columns[0]]
+            np.testing.assert_allclose(friction.get_ydata(), apart)
+            self.assertEqual(len([t for t in axes.texts if t.get_text()]), len(sequence))
+            self.assertEqual(len(result.plot("mesh_error").axes), 2)
+            errors = result.field("mesh_error", -1, on="elements")
+            bodies = Bodies(result)
+            drawn = bodies.face_values(-1, "mesh_error")
+            np.testing.assert_array_equal(drawn[:, 0], errors[bodies.face_brick])
+            self.assertGreater(drawn.max(), 0)
+
+    def test_where_none_was_asked_for(self):
+        with bipot.run(ROOT / "input" / "block.inp", n=1, steps=5, quiet=True) as result:
+            with self.assertRaisesRegex(bipot.ResultError, "no accuracy was asked for"):
+                result.plot("accuracy")
+
+
 class Geometry(unittest.TestCase):
     def test_rotation_of_a_quarter_turn(self):
         turn = rotation_matrix(np.array([0, 0, np.pi / 2]))

@@ -21,6 +21,7 @@ QUANTITIES = {
     "displacement": ("displacement, magnitude (deck units)", plt.cm.viridis),
     "stress": ("von Mises's stress (deck units)", plt.cm.inferno),
     "pressure": ("contact pressure (deck units)", plt.cm.YlOrRd),
+    "mesh_error": ("energy of the error by the mesh (deck units)", plt.cm.magma),
 }
 
 
@@ -86,6 +87,10 @@ class Bodies:
     def mises(self, index):
         """Return von Mises's stress of the bricks, or of the nodes where only they have it."""
         return von_mises(self.result.field("stress", index, on=self.stress_on))
+
+    def mesh_error(self, index):
+        """Return the error by the mesh of the bricks, an energy."""
+        return self.result.field("mesh_error", index, on="elements")
 
     def pressure(self, index):
         """Return the contact pressure of the nodes, not a number where none is a slave node."""
@@ -230,6 +235,8 @@ class Bodies:
         """Return the colour range of a quantity over stored increments."""
         if quantity == "stress":
             largest = max(self.mises(i).max() for i in indices)
+        elif quantity == "mesh_error":
+            largest = max(self.mesh_error(i).max() for i in indices)
         elif quantity == "pressure":
             largest = max(np.nan_to_num(self.pressure(i)).max() for i in indices)
         else:
@@ -243,6 +250,8 @@ class Bodies:
             if self.stress_on == "elements":
                 return np.repeat(values[self.face_brick, None], 4, axis=1)
             return values[self.faces]
+        if quantity == "mesh_error":
+            return np.repeat(self.mesh_error(index)[self.face_brick, None], 4, axis=1)
         if quantity == "pressure":
             return self.pressure(index)[self.faces]
         return np.linalg.norm(self.displacement(index), axis=1)[self.faces]
