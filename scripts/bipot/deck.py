@@ -398,6 +398,17 @@ class Deck:
         """Add a set of elements: ids, or names of sets above it."""
         return self.card("ELSET", _members(members), ELSET=_name(name))
 
+    def refine(
+        self, balls: Iterable[Sequence[Number]] = (), times: int = 1, nodes: str | None = None,
+        elements: str | None = None,
+    ) -> Deck:
+        """Cut bricks into eight, some times: about balls, at a set of nodes, or those of a set.
+
+        balls  (x, y, z, radius) of each
+        """
+        given = {"NSET": nodes and _name(nodes), "ELSET": elements and _name(elements)}
+        return self.card("REFINE", [tuple(ball) for ball in balls], given, TIMES=times)
+
     def surface(self, name: str, faces: Iterable[tuple[int | str, str]]) -> Deck:
         """Add a surface of faces: pairs of a set or an element, and S1 to S6, SPOS or SNEG."""
         return self.card("SURFACE", [(_where(of), side) for of, side in faces], NAME=_name(name))

@@ -168,7 +168,12 @@ contains
       choice%mesh_size%zone = zone_t(next, sequence%runs(size(sequence%runs))%balls)
       return
     end if
-    ! Few points touch on the first mesh: what load steps make of them is known better here.
+    choice = choice_t(divisions=family%divisions)
+    call estimate_sequence(sequence, errors, family)
+    call refine_all(sequence, family, memory_left, errors, choice)
+    ! Few points touch on the first mesh: what load steps make of them is known better here. It is
+    ! worth knowing where the mesh is about right.
+    if (.not. (sequence%divides .and. is_near_goal(sequence, family, choice))) return
     associate (runs => mesh_runs(sequence, family))
       choice = choice_t(mesh_size=sequence%runs(runs(1))%mesh_size)
     end associate
@@ -179,6 +184,20 @@ contains
     call estimate_sequence(sequence, errors, family)
     call refine_all(sequence, family, memory_left, errors, choice)
   end subroutine follow_runs
+
+  !> Whether the meshes of a family all but reach the accuracy, or their increments were tried.
+  pure logical function is_near_goal(sequence, family, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family
+    type(choice_t), intent(in) :: choice !! what follows on its runs
+
+    associate (runs => mesh_runs(sequence, family), tried => step_runs(sequence, family%cuts))
+      is_near_goal = size(tried) > 1 .or. choice%outcome == is_reached
+      if (size(runs) > 1) is_near_goal = is_near_goal .or. &
+        sequence%runs(runs(size(runs)))%recovery <= sequence%wanted
+      if (size(runs) > 2) is_near_goal = is_near_goal .or. choice%may_be_last
+    end associate
+  end function is_near_goal
 
   !> How the deck's increments are to be divided: tried on the coarsest mesh of a family with three
   !> sizes and more, from what it has on.

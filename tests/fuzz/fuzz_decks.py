@@ -50,6 +50,7 @@ SMALL = {
     "ball": {"n": 4}, "block": {"n": 2, "steps": 5}, "cantilever": {"n": 1}, "corner": {"n": 3},
     "fall": {"n": 2}, "hertz": {"n": 4}, "incompressible": {"n": 3},
     "mindlin": {"n": 12, "steps": 2},
+    "indent": {"n": 2, "times": 1, "steps": 1},
     "patch": {"n": 2}, "pipe": {"n": 3}, "quarter": {"n": 4, "steps": 3}, "rest": {"n": 3},
     "roller": {"n": 4}, "slope": {"n": 3}, "spence": {"n": 4, "steps": 3}, "ssnv128": {"n": 4},
     "tool": {"n": 4, "steps": 2}, "wheel": {"n": 4, "steps": 2},

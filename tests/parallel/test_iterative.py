@@ -1,5 +1,6 @@
 """Bodies solved for by iteration beside bodies with a factor, and what iteration refuses."""
 
+import re
 import signal
 import subprocess
 import unittest
@@ -157,7 +158,7 @@ class SameForces(Agreement):
         self.block()
 
     def test_its_iterations_stay_few_in_small_increments(self):
-        self.block(n=10, steps=50, most=30)
+        self.block(n=8, steps=50, most=30)
 
     def test_without_friction(self):
         self.block(mu=0)
@@ -196,7 +197,7 @@ class FreeBodies(Agreement):
         self.agree(FREE)
 
     def test_its_iterations_stay_few(self):
-        self.agree(FREE, n=10, most=60)
+        self.agree(FREE, n=8, most=60)
 
     def test_it_falls_far_and_slides_to_its_place(self):
         self.agree(FREE, gap=0.5, aside=0.2)
@@ -257,7 +258,9 @@ class FreeBodies(Agreement):
                 ]
                 self.assertEqual([run.status for run in runs], [NOT_SOLVED, NOT_SOLVED])
                 self.assertIn("nothing balances the loads along", runs[0].errors)
-                self.assertEqual(runs[0].errors, runs[1].errors)
+                # Of several directions that nothing balances either may be named.
+                told = [re.sub(r"(\(of node \d+\)): .*", r"\1", run.errors) for run in runs]
+                self.assertEqual(*told)
 
 
 class Continued(unittest.TestCase):
@@ -269,7 +272,7 @@ class Continued(unittest.TestCase):
 
     def test_so_has_that_of_a_free_body(self):
         self.continue_at_increment_7(
-            with_card(FREE, ITERATIVE), {"n": 6, "steps": 20, "aside": 0.2}
+            with_card(FREE, ITERATIVE), {"n": 4, "steps": 20, "aside": 0.2}
         )
 
     def continue_at_increment_7(self, deck, options):

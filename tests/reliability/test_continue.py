@@ -20,6 +20,7 @@ SMALL = {
     "foundation": {"n": 2, "base": 3, "steps": 6},
     "hertz": {"n": 6, "steps": 4},
     "incompressible": {},
+    "indent": {"n": 2, "times": 2, "steps": 2},
     "mindlin": {"n": 12, "steps": 3},
     "patch": {"n": 2},
     "pipe": {},
