@@ -24,7 +24,7 @@ class Fuzz(unittest.TestCase):
         self.assertIn(": 0 findings", done.stdout)
 
     def test_mutated_decks(self):
-        self.find_nothing("fuzz_decks.py", "--count", "120", "--seed", "41", "--runs", "0.3")
+        self.find_nothing("fuzz_decks.py", "--count", "80", "--seed", "41", "--runs", "0.3")
 
     def test_mutated_decks_in_one_process(self):
         self.assertTrue(SERVER.exists(), f"{SERVER} is not built")
