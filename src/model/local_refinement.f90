@@ -8,7 +8,7 @@
 module local_refinement_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: wp
-  use refine_bricks_mod, only: refine_bricks
+  use refine_bricks_mod, only: edge_nodes, refine_bricks
   use sorting_mod, only: order_of_columns, sort_ascending
   use surfaces_mod, only: face_nodes
   implicit none
@@ -16,9 +16,6 @@ module local_refinement_mod
 
   public :: cut_with, cut_some, find_hanging, parents_of, fold_to_parents, &
     hanging_of
-
-  integer, parameter :: edge_nodes(2, 12) = reshape([ &
-    1, 2,  2, 3,  3, 4,  4, 1,  5, 6,  6, 7,  7, 8,  8, 5,  1, 5,  2, 6,  3, 7,  4, 8], [2, 12])
 
   !> Of every node the bricks that have it, one after the other.
   type :: bricks_at_t

@@ -11,8 +11,9 @@ module refine_bricks_mod
   implicit none
   private
 
-  public :: refine_bricks, value_between, fill_between, piece_faces
+  public :: refine_bricks, value_between, fill_between, piece_faces, edge_nodes
 
+  !> Local nodes of each edge of the brick.
   integer, parameter :: edge_nodes(2, 12) = reshape([ &
     1, 2,  2, 3,  3, 4,  4, 1,  5, 6,  6, 7,  7, 8,  8, 5,  1, 5,  2, 6,  3, 7,  4, 8], [2, 12])
   integer, parameter :: corner(3, 8) = reshape([ &
