@@ -1,23 +1,26 @@
 !> What the program calls of PETSC, by its C names. Each returns 0 where it worked.
 module petsc_calls_mod
-  use, intrinsic :: iso_c_binding, only: c_char, c_funptr, c_int, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_ptr
   implicit none
   private
 
   public :: petsc_initialize, petsc_initialized, petsc_push_error_handler, &
     petsc_return_error_handler, petsc_set_option
   public :: vec_create, get_ranks, vec_duplicate, vec_destroy, vec_get_array, &
-    vec_restore_array
-  public :: mat_create, mat_destroy, mat_set_block_size, mat_set_option, mat_assembly_begin, &
-    mat_assembly_end, mat_mult, mat_set_near_null_space, null_space_create, null_space_destroy
+    vec_restore_array, vec_get_array_read, vec_restore_array_read
+  public :: mat_create, mat_create_shell, mat_shell_get_context, mat_destroy, &
+    mat_set_block_size, mat_set_option, mat_assembly_begin, mat_assembly_end, &
+    mat_set_near_null_space, null_space_create, null_space_destroy
   public :: pc_create, pc_destroy, pc_set_type, pc_set_operators, pc_set_prefix, &
-    pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_levels, &
-    pc_smoother, ksp_set_type, ksp_get_pc
-  public :: yes, no, final_assembly, positive_definite
+    pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_levels, pc_smoother, &
+    pc_mg_set_residual, pc_shell_set_context, pc_shell_get_context, pc_shell_set_richardson
+  public :: ksp_set_type, ksp_set_tolerances, ksp_set_operators, ksp_get_pc
+  public :: yes, no, final_assembly, positive_definite, petsc_default
 
   integer(c_int), parameter :: no = 0, yes = 1        !! PetscBool
   integer(c_int), parameter :: final_assembly = 0     !! MAT_FINAL_ASSEMBLY
   integer(c_int), parameter :: positive_definite = 15 !! MAT_SPD
+  real(c_double), parameter :: petsc_default = -2.0_c_double !! PETSC_DEFAULT
 
   interface
     function petsc_initialize(n, arguments, file, help) result(status) &
@@ -126,6 +129,44 @@ module petsc_calls_mod
       integer(c_int) :: status
     end function vec_restore_array
 
+    !> The numbers of a vector that are read alone.
+    function vec_get_array_read(vector, array) result(status) bind(c, name='VecGetArrayRead')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: vector
+      type(c_ptr), intent(out) :: array
+      integer(c_int) :: status
+    end function vec_get_array_read
+
+    function vec_restore_array_read(vector, array) result(status) &
+      bind(c, name='VecRestoreArrayRead')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: vector
+      type(c_ptr), intent(inout) :: array
+      integer(c_int) :: status
+    end function vec_restore_array_read
+
+    !> A matrix that the caller knows, for what he asks of it.
+    function mat_create_shell(ranks, n_rows, n_columns, all_rows, all_columns, context, matrix) &
+      result(status) bind(c, name='MatCreateShell')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ranks, context
+      integer(c_int), value :: n_rows, n_columns, all_rows, all_columns
+      type(c_ptr), intent(out) :: matrix
+      integer(c_int) :: status
+    end function mat_create_shell
+
+    function mat_shell_get_context(matrix, context) result(status) &
+      bind(c, name='MatShellGetContext')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: matrix
+      type(c_ptr), intent(out) :: context
+      integer(c_int) :: status
+    end function mat_shell_get_context
+
     !> A matrix by rows, in memory of the caller's; rows and columns are counted from 0.
     function mat_create(ranks, n_rows, n_columns, first, column, value, matrix) &
       result(status) bind(c, name='MatCreateSeqAIJWithArrays')
@@ -175,13 +216,6 @@ module petsc_calls_mod
       integer(c_int), value :: kind
       integer(c_int) :: status
     end function mat_assembly_end
-
-    function mat_mult(matrix, x, y) result(status) bind(c, name='MatMult')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: matrix, x, y
-      integer(c_int) :: status
-    end function mat_mult
 
     function mat_set_near_null_space(matrix, space) result(status) &
       bind(c, name='MatSetNearNullSpace')
@@ -294,6 +328,59 @@ module petsc_calls_mod
       character(c_char), intent(in) :: name(*)
       integer(c_int) :: status
     end function ksp_set_type
+
+    function ksp_set_tolerances(ksp, relative, absolute, growth, iterations) result(status) &
+      bind(c, name='KSPSetTolerances')
+      import :: c_double, c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ksp
+      real(c_double), value :: relative, absolute, growth
+      integer(c_int), value :: iterations
+      integer(c_int) :: status
+    end function ksp_set_tolerances
+
+    function ksp_set_operators(ksp, matrix, other) result(status) bind(c, name='KSPSetOperators')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ksp, matrix, other
+      integer(c_int) :: status
+    end function ksp_set_operators
+
+    !> Who finds b - A x on a level, 0 the coarsest.
+    function pc_mg_set_residual(pc, level, procedure_address, matrix) result(status) &
+      bind(c, name='PCMGSetResidual')
+      import :: c_funptr, c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc, matrix
+      integer(c_int), value :: level
+      type(c_funptr), value :: procedure_address
+      integer(c_int) :: status
+    end function pc_mg_set_residual
+
+    function pc_shell_set_context(pc, context) result(status) bind(c, name='PCShellSetContext')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc, context
+      integer(c_int) :: status
+    end function pc_shell_set_context
+
+    function pc_shell_get_context(pc, context) result(status) bind(c, name='PCShellGetContext')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      type(c_ptr), intent(out) :: context
+      integer(c_int) :: status
+    end function pc_shell_get_context
+
+    !> Who relaxes, from 0 or from where it is.
+    function pc_shell_set_richardson(pc, procedure_address) result(status) &
+      bind(c, name='PCShellSetApplyRichardson')
+      import :: c_funptr, c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      type(c_funptr), value :: procedure_address
+      integer(c_int) :: status
+    end function pc_shell_set_richardson
 
     function ksp_get_pc(ksp, pc) result(status) bind(c, name='KSPGetPC')
       import :: c_int, c_ptr

@@ -1,0 +1,230 @@
+!> A symmetric sparse matrix of 3 x 3 blocks by its rows, of which the part below the diagonal is
+!> kept, and its relaxation by blocks (Gauss-Seidel).
+!>
+!> Products and sweeps take each block from memory once: for its own row, and transposed for the
+!> row of its column.
+module block_rows_mod
+  use kinds_mod, only: wp
+  use small_matrix_mod, only: inverse
+  implicit none
+  private
+
+  public :: block_rows_t, find_block, put_block, times_rows, relax_forwards, relax_backwards, &
+    near_rows, take_part, take_off_part
+
+  !> The blocks, row by row.
+  type :: block_rows_t
+    integer, allocatable :: first(:)          !! (n+1) where each row begins
+    integer, allocatable :: column(:)         !! (n_blocks) ascending in each row, less than the row
+    real(wp), allocatable :: block(:, :, :)   !! (3,3,n_blocks)
+    real(wp), allocatable :: own(:, :, :)     !! (3,3,n) on the diagonal
+    real(wp), allocatable :: inverse(:, :, :) !! (3,3,n) of these
+  end type block_rows_t
+
+contains
+
+  !> Where a block below the diagonal stands that is in the pattern.
+  pure integer function find_block(rows, row, column) result(low)
+    type(block_rows_t), intent(in) :: rows
+    integer, intent(in) :: row, column !! column < row
+    integer :: high, middle
+
+    low = rows%first(row)
+    high = rows%first(row + 1) - 1
+    do while (low < high)
+      middle = low + (high - low)/2
+      if (rows%column(middle) < column) then
+        low = middle + 1
+      else
+        high = middle
+      end if
+    end do
+  end function find_block
+
+  !> Change a block that is in the pattern; one on the diagonal is symmetric and regular.
+  pure subroutine put_block(rows, row, column, block)
+    type(block_rows_t), intent(inout) :: rows
+    integer, intent(in) :: row, column
+    real(wp), intent(in) :: block(3, 3)
+
+    if (row == column) then
+      rows%own(:, :, row) = block
+      rows%inverse(:, :, row) = inverse(block)
+    else if (column < row) then
+      rows%block(:, :, find_block(rows, row, column)) = block
+    else
+      rows%block(:, :, find_block(rows, column, row)) = transpose(block)
+    end if
+  end subroutine put_block
+
+  !> y = A x.
+  pure subroutine times_rows(rows, x, y)
+    type(block_rows_t), intent(in) :: rows
+    real(wp), contiguous, intent(in) :: x(:, :)  !! (3,n)
+    real(wp), contiguous, intent(out) :: y(:, :) !! (3,n)
+    real(wp) :: sums(3), here(3)
+    integer :: i, j, k
+
+    do i = 1, size(x, 2)
+      here = x(:, i)
+      sums = rows%own(:, 1, i)*here(1) + rows%own(:, 2, i)*here(2) + rows%own(:, 3, i)*here(3)
+      do k = rows%first(i), rows%first(i + 1) - 1
+        j = rows%column(k)
+        associate (a => rows%block)
+          sums(1) = sums(1) + a(1, 1, k)*x(1, j) + a(1, 2, k)*x(2, j) + a(1, 3, k)*x(3, j)
+          sums(2) = sums(2) + a(2, 1, k)*x(1, j) + a(2, 2, k)*x(2, j) + a(2, 3, k)*x(3, j)
+          sums(3) = sums(3) + a(3, 1, k)*x(1, j) + a(3, 2, k)*x(2, j) + a(3, 3, k)*x(3, j)
+          y(1, j) = y(1, j) + (a(1, 1, k)*here(1) + a(2, 1, k)*here(2) + a(3, 1, k)*here(3))
+          y(2, j) = y(2, j) + (a(1, 2, k)*here(1) + a(2, 2, k)*here(2) + a(3, 2, k)*here(3))
+          y(3, j) = y(3, j) + (a(1, 3, k)*here(1) + a(2, 3, k)*here(2) + a(3, 3, k)*here(3))
+        end associate
+      end do
+      y(:, i) = sums
+    end do
+  end subroutine times_rows
+
+  !> One sweep from x = 0, the first row to the last, and what it leaves, b - A x: what is above
+  !> the diagonal.
+  pure subroutine relax_forwards(rows, b, x, left)
+    type(block_rows_t), intent(in) :: rows
+    real(wp), contiguous, intent(in) :: b(:, :)     !! (3,n)
+    real(wp), contiguous, intent(out) :: x(:, :)    !! (3,n)
+    real(wp), contiguous, intent(out) :: left(:, :) !! (3,n)
+    real(wp) :: sums(3), here(3)
+    integer :: i, j, k
+
+    do i = 1, size(x, 2)
+      sums = b(:, i)
+      do k = rows%first(i), rows%first(i + 1) - 1
+        j = rows%column(k)
+        associate (a => rows%block)
+          sums(1) = sums(1) - (a(1, 1, k)*x(1, j) + a(1, 2, k)*x(2, j) + a(1, 3, k)*x(3, j))
+          sums(2) = sums(2) - (a(2, 1, k)*x(1, j) + a(2, 2, k)*x(2, j) + a(2, 3, k)*x(3, j))
+          sums(3) = sums(3) - (a(3, 1, k)*x(1, j) + a(3, 2, k)*x(2, j) + a(3, 3, k)*x(3, j))
+        end associate
+      end do
+      here = rows%inverse(:, 1, i)*sums(1) + rows%inverse(:, 2, i)*sums(2) + &
+        rows%inverse(:, 3, i)*sums(3)
+      x(:, i) = here
+      left(:, i) = 0.0_wp
+      call take_off(rows, i, here, left)
+    end do
+  end subroutine relax_forwards
+
+  !> One sweep over all rows, the last to the first.
+  pure subroutine relax_backwards(rows, b, x)
+    type(block_rows_t), intent(in) :: rows
+    real(wp), contiguous, intent(in) :: b(:, :)    !! (3,n)
+    real(wp), contiguous, intent(inout) :: x(:, :) !! (3,n)
+    real(wp) :: left(3, size(x, 2)), sums(3), here(3)
+    integer :: i, j, k
+
+    left = b
+    do i = size(x, 2), 1, -1
+      sums = left(:, i)
+      ! Memory is read ahead in one direction alone: blocks go backwards, too.
+      do k = rows%first(i + 1) - 1, rows%first(i), -1
+        j = rows%column(k)
+        associate (a => rows%block)
+          sums(1) = sums(1) - (a(1, 1, k)*x(1, j) + a(1, 2, k)*x(2, j) + a(1, 3, k)*x(3, j))
+          sums(2) = sums(2) - (a(2, 1, k)*x(1, j) + a(2, 2, k)*x(2, j) + a(2, 3, k)*x(3, j))
+          sums(3) = sums(3) - (a(3, 1, k)*x(1, j) + a(3, 2, k)*x(2, j) + a(3, 3, k)*x(3, j))
+        end associate
+      end do
+      here = rows%inverse(:, 1, i)*sums(1) + rows%inverse(:, 2, i)*sums(2) + &
+        rows%inverse(:, 3, i)*sums(3)
+      x(:, i) = here
+      call take_off(rows, i, here, left)
+    end do
+  end subroutine relax_backwards
+
+  !> Take what a row's unknowns do off the rows before it.
+  pure subroutine take_off(rows, i, here, left)
+    type(block_rows_t), intent(in) :: rows
+    integer, intent(in) :: i
+    real(wp), intent(in) :: here(3)                   !! the row's unknowns
+    real(wp), contiguous, intent(inout) :: left(:, :) !! (3,n)
+    integer :: j, k
+
+    do k = rows%first(i), rows%first(i + 1) - 1
+      j = rows%column(k)
+      associate (a => rows%block)
+        left(1, j) = left(1, j) - (a(1, 1, k)*here(1) + a(2, 1, k)*here(2) + a(3, 1, k)*here(3))
+        left(2, j) = left(2, j) - (a(1, 2, k)*here(1) + a(2, 2, k)*here(2) + a(3, 2, k)*here(3))
+        left(3, j) = left(3, j) - (a(1, 3, k)*here(1) + a(2, 3, k)*here(2) + a(3, 3, k)*here(3))
+      end associate
+    end do
+  end subroutine take_off
+
+  !> Some rows, those that blocks join to them, those that blocks join to these, and so on.
+  pure function near_rows(rows, some, layers) result(near)
+    type(block_rows_t), intent(in) :: rows
+    integer, intent(in) :: some(:), layers
+    integer, allocatable :: near(:) !! ascending
+    logical, allocatable :: is_near(:), was_near(:)
+    integer :: i, k, layer
+
+    allocate (is_near(size(rows%first) - 1), source=.false.)
+    is_near(some) = .true.
+    do layer = 1, layers
+      was_near = is_near
+      do i = 1, size(is_near)
+        do k = rows%first(i), rows%first(i + 1) - 1
+          if (was_near(rows%column(k))) is_near(i) = .true.
+          if (was_near(i)) is_near(rows%column(k)) = .true.
+        end do
+      end do
+    end do
+    near = pack([(i, i=1, size(is_near))], is_near)
+  end function near_rows
+
+  !> The blocks that some rows have among each other.
+  pure function take_part(rows, some) result(part)
+    type(block_rows_t), intent(in) :: rows
+    integer, intent(in) :: some(:) !! ascending
+    type(block_rows_t) :: part
+    integer, allocatable :: number(:)
+    integer :: i, k, n
+
+    allocate (number(size(rows%first) - 1), source=0)
+    number(some) = [(i, i=1, size(some))]
+    n = 0
+    do i = 1, size(some)
+      n = n + count(number(rows%column(rows%first(some(i)):rows%first(some(i) + 1) - 1)) > 0)
+    end do
+    allocate (part%first(size(some) + 1), part%column(n), part%block(3, 3, n))
+    part%own = rows%own(:, :, some)
+    part%inverse = rows%inverse(:, :, some)
+    n = 0
+    do i = 1, size(some)
+      part%first(i) = n + 1
+      do k = rows%first(some(i)), rows%first(some(i) + 1) - 1
+        if (number(rows%column(k)) == 0) cycle
+        n = n + 1
+        part%column(n) = number(rows%column(k))
+        part%block(:, :, n) = rows%block(:, :, k)
+      end do
+    end do
+    part%first(size(some) + 1) = n + 1
+  end function take_part
+
+  !> left - A x, x not 0 in some rows alone.
+  pure subroutine take_off_part(rows, around, x, left)
+    type(block_rows_t), intent(in) :: rows
+    integer, intent(in) :: around(:)                  !! those rows and all that blocks join to them
+    real(wp), contiguous, intent(in) :: x(:, :)       !! (3,n)
+    real(wp), contiguous, intent(inout) :: left(:, :) !! (3,n)
+    integer :: i, j, k, l
+
+    do l = 1, size(around)
+      i = around(l)
+      left(:, i) = left(:, i) - matmul(rows%own(:, :, i), x(:, i))
+      do k = rows%first(i), rows%first(i + 1) - 1
+        j = rows%column(k)
+        left(:, i) = left(:, i) - matmul(rows%block(:, :, k), x(:, j))
+      end do
+      call take_off(rows, i, x(:, i), left)
+    end do
+  end subroutine take_off_part
+
+end module block_rows_mod

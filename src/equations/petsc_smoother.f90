@@ -1,0 +1,131 @@
+!> What smooths on the finest level of PETSc's multigrid: Gauss-Seidel by the blocks of nodes,
+!> forwards before the coarser levels and backwards behind them. Near what may be held, which the
+!> coarser levels do not see, there is a second sweep before them. docs/theory.md (4.15).
+!>
+!> PETSc's own takes its matrix from memory five times a cycle, this one twice one half of it.
+module petsc_smoother_mod
+  use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_funloc, c_int, c_loc, &
+    c_null_char, c_ptr
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t
+  use block_rows_mod, only: block_rows_t, relax_backwards, relax_forwards, take_off_part
+  use petsc_calls_mod, only: ksp_get_pc, ksp_set_operators, ksp_set_tolerances, ksp_set_type, &
+    mat_create_shell, mat_shell_get_context, no, pc_levels, pc_mg_set_residual, pc_set_type, &
+    pc_shell_get_context, pc_shell_set_context, pc_shell_set_richardson, pc_smoother, &
+    petsc_default, vec_get_array, vec_get_array_read, vec_restore_array, vec_restore_array_read
+  use petsc_session_mod, only: note
+  implicit none
+  private
+
+  public :: smoother_t, put_smoother
+
+  !> A matrix to relax with.
+  type :: smoother_t
+    type(block_rows_t) :: rows
+    integer, allocatable :: near(:)   !! (n_near) rows near what may be held, ascending
+    integer, allocatable :: around(:) !! these and those that blocks join to them, ascending
+    type(block_rows_t) :: part        !! what the near ones have among each other
+    real(wp), allocatable :: left(:, :) !! (3,n) what the sweeps from 0 leave
+  end type smoother_t
+
+contains
+
+  !> Let it smooth on the finest of the levels.
+  subroutine put_smoother(ranks, renews, inverse, smoother, shell, failure)
+    type(c_ptr), intent(in) :: ranks
+    logical, intent(in) :: renews                !! PETSc coarsens the matrix again
+    type(c_ptr), intent(in) :: inverse           !! multigrid, set up
+    type(smoother_t), target, intent(in) :: smoother
+    type(c_ptr), intent(inout) :: shell          !! what PETSc asks for residuals
+    type(error_t), allocatable, intent(inout) :: failure
+    type(c_ptr) :: solver, conditioner
+    integer(c_int) :: n, n_rows
+
+    call note(failure, pc_levels(inverse, n))
+    if (allocated(failure)) return
+    if (n < 2) return
+    n_rows = 3*size(smoother%rows%inverse, 3, kind=c_int)
+    call note(failure, mat_create_shell(ranks, n_rows, n_rows, n_rows, n_rows, c_loc(smoother), &
+      shell))
+    call note(failure, pc_smoother(inverse, n - 1, solver))
+    if (allocated(failure)) return
+    call note(failure, ksp_set_type(solver, 'richardson'//c_null_char))
+    call note(failure, ksp_set_tolerances(solver, petsc_default, petsc_default, petsc_default, &
+      1_c_int))
+    ! PETSc coarsens what is the smoother's; else it is to let the matrix go.
+    if (.not. renews) call note(failure, ksp_set_operators(solver, shell, shell))
+    call note(failure, ksp_get_pc(solver, conditioner))
+    if (allocated(failure)) return
+    call note(failure, pc_set_type(conditioner, 'shell'//c_null_char))
+    call note(failure, pc_shell_set_context(conditioner, c_loc(smoother)))
+    call note(failure, pc_shell_set_richardson(conditioner, c_funloc(relax)))
+    call note(failure, pc_mg_set_residual(inverse, n - 1, c_funloc(find_residual), shell))
+  end subroutine put_smoother
+
+  ! allow(too-many-arguments)
+  !> PETSc's PCShellSetApplyRichardson: before the coarser levels from 0, and behind them.
+  function relax(conditioner, of_b, of_x, work, relative, absolute, growth, most, from_zero, n, &
+    reason) result(status) bind(c)
+    type(c_ptr), value :: conditioner, of_b, of_x, work
+    real(c_double), value :: relative, absolute, growth
+    integer(c_int), value :: most, from_zero
+    integer(c_int), intent(out) :: n, reason
+    integer(c_int) :: status
+    integer(c_int), parameter :: as_many_as_asked = 4 ! PCRICHARDSON_CONVERGED_ITS
+    type(smoother_t), pointer :: smoother
+    real(wp), pointer :: b(:, :), x(:, :)
+    type(c_ptr) :: context, array_b, array_x
+
+    n = most
+    reason = as_many_as_asked
+    status = pc_shell_get_context(conditioner, context)
+    call c_f_pointer(context, smoother)
+    status = max(status, vec_get_array_read(of_b, array_b), vec_get_array(of_x, array_x))
+    if (status /= 0) return
+    call c_f_pointer(array_b, b, [3, size(smoother%rows%inverse, 3)])
+    call c_f_pointer(array_x, x, [3, size(smoother%rows%inverse, 3)])
+    if (from_zero == no) then
+      call relax_backwards(smoother%rows, b, x)
+    else
+      call relax_from_zero(smoother, b, x)
+    end if
+    status = max(vec_restore_array_read(of_b, array_b), vec_restore_array(of_x, array_x))
+  end function relax
+
+  !> The sweeps before the coarser levels.
+  subroutine relax_from_zero(smoother, b, x)
+    type(smoother_t), intent(inout) :: smoother
+    real(wp), contiguous, intent(in) :: b(:, :)  !! (3,n)
+    real(wp), contiguous, intent(out) :: x(:, :) !! (3,n)
+    real(wp), dimension(3, size(smoother%near)) :: of_near, change, left
+    real(wp), allocatable :: changes(:, :)
+
+    call relax_forwards(smoother%rows, b, x, smoother%left)
+    if (size(smoother%near) == 0) return
+    of_near = smoother%left(:, smoother%near)
+    call relax_forwards(smoother%part, of_near, change, left)
+    call relax_backwards(smoother%part, of_near, change)
+    allocate (changes(3, size(x, 2)), source=0.0_wp)
+    changes(:, smoother%near) = change
+    x(:, smoother%near) = x(:, smoother%near) + change
+    call take_off_part(smoother%rows, smoother%around, changes, smoother%left)
+  end subroutine relax_from_zero
+
+  !> PETSc's PCMGSetResidual: b - A x, asked for behind the sweeps from 0 alone.
+  function find_residual(shell, of_b, of_x, of_residual) result(status) bind(c)
+    type(c_ptr), value :: shell, of_b, of_x, of_residual
+    integer(c_int) :: status
+    type(smoother_t), pointer :: smoother
+    real(wp), pointer :: residual(:, :)
+    type(c_ptr) :: context, array
+
+    status = mat_shell_get_context(shell, context)
+    call c_f_pointer(context, smoother)
+    status = max(status, vec_get_array(of_residual, array))
+    if (status /= 0) return
+    call c_f_pointer(array, residual, [3, size(smoother%left, 2)])
+    residual = smoother%left
+    status = vec_restore_array(of_residual, array)
+  end function find_residual
+
+end module petsc_smoother_mod
