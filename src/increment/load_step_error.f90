@@ -71,14 +71,13 @@ contains
       call follow_events(n_run)
     else if (new%increment == 1) then
       call try_increment(scene, points, solver, old, new%position/2, middle, ok)
-      if (ok) call try_increment(scene, points, solver, middle, new%position/2, other, ok, &
-        new%reaction)
+      if (ok) call try_increment(scene, points, solver, middle, new%position/2, other, ok, new)
       ! Half the size leaves half of the error.
       if (ok) report%errors%load_steps = 2.0_wp*change()
       coarse%state = new
     else
       call try_increment(scene, points, solver, coarse%state, &
-        new%position - beginning(coarse%state, new%step), other, ok, new%reaction)
+        new%position - beginning(coarse%state, new%step), other, ok, new)
       if (ok) report%errors%load_steps = change()
       if (.not. ok) other = new
       coarse%state = other
@@ -155,8 +154,7 @@ contains
     integer(i8), intent(in) :: length  !! in parts of the deck's increments
     type(state_t), intent(out) :: to   !! reactions and what contact sees of the displacement
     logical, intent(out) :: ok         !! it was solved
-    real(wp), intent(in), optional :: near(:, :)
-    !! (3,n_points) reactions nearer to those it ends with than those it begins with [force]
+    type(state_t), intent(in), optional :: near !! to where it ends, nearer than where it begins
     type(increment_t) :: increment
     type(trial_t) :: trial
     type(increment_report_t) :: report
@@ -169,8 +167,9 @@ contains
     to = from
     ! Where bodies are free these reactions are not those of the place it begins at.
     if (present(near) .and. solver%body%motions%n == 0) then
-      to%reaction = near
+      to%reaction = near%reaction
       to%trend = 0.0_wp
+      if (allocated(trial%guess)) trial%guess = near%displacement - trial%u_free
     end if
     if (can_look_ahead(scene, points, solver)) then
       call step_on_interface(scene, points, solver, increment, trial, to, report, answer)
