@@ -102,7 +102,7 @@ contains
     type(contact_report_t) :: here
     type(step_t) :: step
     real(wp) :: r_start(3, problem%n_points), unsolved(size(bodies%v))
-    real(wp) :: forcing, last_merit, left, scale
+    real(wp) :: forcing, loosest, last_merit, left, scale
     type(settling_t) :: settling
     integer :: stalled
     logical :: is_known !! by the reactions to start from: what is held
@@ -116,6 +116,7 @@ contains
     scale = max(bodies%largest, maxval(abs(now%g)))
     now%scale = scale
     last_merit = 0.0_wp
+    loosest = loosest_inner
     report%residual = huge(report%residual)
     stalled = 0
     allocate (settling%pressed(problem%n_points), source=.false.)
@@ -136,7 +137,10 @@ contains
       if (report%converged .or. stalled > max_stalled .or. &
         report%iterations >= max_iterations) exit newton
       left = controls%tolerance/report%residual
-      forcing = forcing_term(now%merit, last_merit, left, tightest_inner, loosest_inner)
+      ! What a loose solution leaves can send points to and fro between their states.
+      if (last_merit > 0.0_wp .and. now%merit > 0.5_wp*last_merit) loosest = &
+        max(tightest_inner, 0.1_wp*loosest)
+      forcing = forcing_term(now%merit, last_merit, left, tightest_inner, loosest)
       last_merit = now%merit
       if (is_known) call expect(problem, now%at)
       call prepare_step(problem, body, bodies, now, held, loose, settling)
