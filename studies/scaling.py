@@ -330,13 +330,9 @@ def consequences(model, program):
         claim(huge["single"] > 1e13 and huge["factorise"] > 10 * YEAR,
               f"**10^9 equations**: {bytes_in_words(huge['single'])} of factor in single precision "
               f"and {time_in_words(huge['factorise'])} of one such processor: no direct factor. "
-              "An iterative solver of the body takes over: conjugate gradients preconditioned by "
-              "algebraic multigrid with the rigid motions as near null space (PETSc's GAMG, "
-              "hypre's "
-              "BoomerAMG, Trilinos' MueLu), whose memory and time grow as N. The contact then "
-              "either gets its products W r by such a solution each, or is solved together with "
-              "the "
-              "domains it is cut into (FETI: PERMON and ESPRESO are made for that)."),
+              "Iteration takes over, contact solved together with the bodies, whose memory grows "
+              "as N and whose time does hardly faster: [iteration](iteration.md) has what it "
+              "takes and how far it goes."),
         "",
         claim(w.reaches(MACHINES[1][1] / 16) > 1e7,
               "**10^5 contact points.** " + many_points(model, 100000)[0]

@@ -73,6 +73,7 @@ contains
     ! few for them; Jacobi passes over these.
     call set_option('bipot_mg_levels_ksp_type', 'chebyshev')
     call set_option('bipot_mg_levels_pc_type', 'jacobi')
+    call set_option('bipot_mg_levels_ksp_max_it', '1')
     call set_option('bipot_pc_gamg_reuse_interpolation', merge('true ', 'false', renews))
     call note(failure, pc_set_from_options(inverse))
     call note(failure, pc_set_up(inverse))

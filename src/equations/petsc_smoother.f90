@@ -62,8 +62,8 @@ contains
     call note(failure, pc_mg_set_residual(inverse, n - 1, c_funloc(find_residual), shell))
   end subroutine put_smoother
 
-  ! allow(too-many-arguments)
   !> PETSc's PCShellSetApplyRichardson: before the coarser levels from 0, and behind them.
+  ! allow(too-many-arguments)
   function relax(conditioner, of_b, of_x, work, relative, absolute, growth, most, from_zero, n, &
     reason) result(status) bind(c)
     type(c_ptr), value :: conditioner, of_b, of_x, work
