@@ -38,6 +38,7 @@ module mesh_sequence_mod
     real(wp) :: planned = 0.0_wp      !! its seconds, as planned; 0: not known [s]
     real(wp), allocatable :: balls(:, :)  !! (4,n) where contact acted, as of zone_t
     real(wp) :: near = 1.0_wp             !! the part of the bricks that are there [-]
+    logical :: is_kept = .true.           !! its result is in the file
   end type mesh_run_t
 
   !> Runs that differ in the size of all bricks alone.
@@ -71,6 +72,8 @@ module mesh_sequence_mod
     real(wp) :: earlier = 0.0_wp    !! time of the processor of sessions that this one continues [s]
     real(wp) :: spent = 0.0_wp      !! up to the end of the last run, theirs included [s]
     real(wp) :: room = 0.0_wp       !! memory that the last run might have taken [bytes]
+    real(wp) :: repeated = 0.0_wp
+    !! time of the processor of a run that was not kept, and is made again [s]
   end type mesh_sequence_t
 
   !> What is known of the last run's error.

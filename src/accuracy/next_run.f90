@@ -12,7 +12,7 @@ module next_run_mod
   implicit none
   private
 
-  public :: choice_t, begin_sequence, choose_run, skip_mesh, finer, next_finer, least_step, &
+  public :: choice_t, begin_sequence, choose_run, skip_mesh, repeat_run, finer, next_finer, least_step, &
     most_divisions
   public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, &
     time_is_over
@@ -46,6 +46,7 @@ module next_run_mod
     type(mesh_size_t) :: mesh_size
     integer :: divisions = 1
     logical :: may_be_last = .false. !! it is expected to reach the accuracy
+    logical :: is_kept = .true.      !! its result is written
     real(wp) :: finer = 1.0_wp
     !! beyond the machine: how many times smaller the bricks of the last run would have to be [-]
     real(wp) :: memory = 0.0_wp      !! and what that would take [bytes]
@@ -126,6 +127,21 @@ contains
 
     sequence%first = finer(sequence, sequence%first, least_step)
   end subroutine skip_mesh
+
+  !> Make the last run again, to keep its result: it was not to be the last one.
+  subroutine repeat_run(sequence, choice)
+    type(mesh_sequence_t), intent(inout) :: sequence
+    type(choice_t), intent(out) :: choice
+
+    associate (n => size(sequence%runs))
+      choice%mesh_size = sequence%runs(n)%mesh_size
+      choice%divisions = sequence%runs(n)%divisions
+      choice%may_be_last = .true.
+      choice%is_replaced = .true.
+      sequence%repeated = sequence%runs(n)%seconds
+      sequence%runs = sequence%runs(:n - 1)
+    end associate
+  end subroutine repeat_run
 
   !> The next run, or why there is none.
   subroutine choose_run(sequence, memory_left, errors, choice)

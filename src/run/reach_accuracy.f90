@@ -15,7 +15,7 @@ module reach_accuracy_mod
   use scene_mod, only: scene_t
   use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, mesh_runs, &
     has_bound, family_of
-  use next_run_mod, only: choice_t, begin_sequence, skip_mesh, to_run, is_reached, &
+  use next_run_mod, only: choice_t, begin_sequence, skip_mesh, repeat_run, to_run, is_reached, &
     steps_too_coarse, not_convergent, beyond_machine, is_finest, time_is_over
   use run_within_mod, only: choose_next
   use amounts_mod, only: bytes_in_words, time_in_words, bounds_in_words
@@ -60,7 +60,10 @@ contains
     runs: do
       if (.not. choice%is_replaced) call choose_next(sequence, memory_for(deck%accuracy, &
         sequence), errors, choice)
-      if (choice%outcome /= to_run) exit runs
+      if (choice%outcome /= to_run) then
+        if (sequence%runs(size(sequence%runs))%is_kept) exit runs
+        call repeat_run(sequence, choice)
+      end if
       sequence%spent = sequence%earlier + cpu_seconds()
       if (continues) call take_up(result_path(options, deck), choice, of_run)
       call prepare_scene(of_run, choice%mesh_size, scene, error)
@@ -73,6 +76,8 @@ contains
         cycle runs
       end if
       scene%accuracy%divisions = choice%divisions
+      ! What load steps make is found by runs of several sizes of them.
+      scene%accuracy%follows_steps = .not. (sequence%divides .and. sequence%wanted > 0.0_wp)
       scene%accuracy%runs_before = size(sequence%runs)
       of_console = console_of(console, options, choice)
       call run_mesh(of_run, scene, began, of_console, error, sequence, choice)

@@ -27,8 +27,8 @@ module run_mesh_mod
   use prepare_scene_mod, only: result_path
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
   use result_claims_mod, only: take_arithmetic
-  use result_file_mod, only: result_file_t, open_result, reopen_result, keep_accuracy, &
-    finish_result
+  use result_file_mod, only: result_file_t, open_result, open_nothing, reopen_result, &
+    keep_accuracy, finish_result
   use command_line_mod, only: options_t, resume_command
   use tally_mod, only: tally_t, note_sizes, list_counters
   use export_problems_mod, only: exports_t, choose_rows
@@ -43,6 +43,9 @@ module run_mesh_mod
   private
 
   public :: run_mesh, goes_on
+
+  real(wp), parameter :: brief = 1.0_wp
+  !! of a run, that is not written where it is not expected to be the last of a sequence [s]
 
 contains
 
@@ -93,7 +96,9 @@ contains
     call note_contact(scene, plan, console)
     call refuse_misfit(scene, plan, is_first, options%force, console, error)
     if (allocated(error) .or. options%plan) return
-    call run_scene(options, scene, plan, exports, solver, console, error, sequence)
+    if (present(choice)) choice%is_kept = choice%may_be_last .or. has_bound(sequence) .or. &
+      goes_on(options, scene) .or. plan%seconds > brief
+    call run_scene(options, scene, plan, exports, solver, console, error, sequence, choice)
   end subroutine run_mesh
 
   !> Print what is to be noted of the contact, and keep it with the notes of the deck.
@@ -174,7 +179,7 @@ contains
   end function foreseen_in_words
 
   !> Open the file, go through the increments, close the file whatever happened.
-  subroutine run_scene(options, scene, plan, exports, solver, console, error, sequence)
+  subroutine run_scene(options, scene, plan, exports, solver, console, error, sequence, choice)
     type(options_t), intent(in) :: options
     type(scene_t), intent(inout) :: scene
     type(plan_t), intent(inout) :: plan
@@ -183,6 +188,7 @@ contains
     type(console_t), intent(inout) :: console
     type(error_t), allocatable, intent(out) :: error
     type(mesh_sequence_t), intent(inout), optional :: sequence !! gets this run, when it is done
+    type(choice_t), intent(in), optional :: choice             !! that led to it
     type(result_file_t) :: file
     type(progress_t) :: progress
     type(error_t), allocatable :: closing
@@ -199,7 +205,13 @@ contains
     call start_run(scene, plan, progress)
     progress%tally%read_time = wall_seconds() - console%started ! deck and plan
     if (present(sequence)) call begin_values(sequence, scene%mesh%n_nodes, progress)
-    call begin_file(options, scene, plan, solver%body%inverse%factor, file, progress, error)
+    file%is_kept = .true.
+    if (present(choice)) file%is_kept = choice%is_kept
+    if (file%is_kept) then
+      call begin_file(options, scene, plan, solver%body%inverse%factor, file, progress, error)
+    else
+      call open_nothing(path, scene, options%overwrite, file, error)
+    end if
     if (allocated(error)) return
     if (progress%state%increments_done > 0 .and. .not. console%quiet) call say( &
       'continued       behind increment '//to_text(progress%state%increments_done))
@@ -210,8 +222,10 @@ contains
     call run_increments(scene, plan, exports, solver, file, console, progress, error)
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
     call note_sizes(solver, progress%tally)
-    inquire (file=path, size=written)
-    progress%tally%file_bytes = real(max(0_i8, written), wp)
+    if (file%is_kept) then
+      inquire (file=path, size=written)
+      progress%tally%file_bytes = real(max(0_i8, written), wp)
+    end if
 
     if (present(sequence) .and. .not. allocated(error)) call end_values(scene, plan, &
       cpu_seconds() - began, goes_on(options, scene), file, progress, sequence, error)
@@ -224,7 +238,9 @@ contains
     call end_file(status, progress%tally, plan, file, console, closing)
     if (allocated(error)) then
       inquire (file=path, exist=in_place)
-      if (status == run_stopped) then
+      if (status == run_stopped .and. .not. file%is_kept) then
+        error%message = error%message//': the first runs of an accuracy are short, and not kept'
+      else if (status == run_stopped) then
         error%message = error%message//': '//how_to_continue(path, file%n_rows, &
           plan%n_increments, resume_command())
       else if (file%n_rows > 0 .and. in_place) then
@@ -272,10 +288,11 @@ contains
     sequence = progress%sequence
     balls = balls_about(scene%mesh, progress%touched)
     call add_run(sequence, mesh_run_t(scene%mesh_size, scene%accuracy%divisions, &
-      scene%mesh%n_elements, real(plan%n_equations, wp), plan%more_memory, seconds, &
-      progress%worst_errors(1), progress%worst_errors(2), progress%worst_errors(3), &
-      progress%values, merge(0.0_wp, plan%seconds, was_continued), balls, &
-      share_near(scene%mesh, balls)))
+      scene%mesh%n_elements, real(plan%n_equations, wp), plan%more_memory, &
+      seconds + sequence%repeated, progress%worst_errors(1), progress%worst_errors(2), &
+      progress%worst_errors(3), progress%values, merge(0.0_wp, plan%seconds, was_continued), &
+      balls, share_near(scene%mesh, balls), file%is_kept))
+    sequence%repeated = 0.0_wp
     sequence%spent = sequence%earlier + cpu_seconds()
     sequence%room = real(plan%memory_left, wp)
     call choose_next(sequence, sequence%room, of_choice, choice)
