@@ -44,7 +44,7 @@ module run_mesh_mod
 
   public :: run_mesh, goes_on
 
-  real(wp), parameter :: brief = 1.0_wp
+  real(wp), parameter :: brief = 0.3_wp
   !! of a run, that is not written where it is not expected to be the last of a sequence [s]
 
 contains
