@@ -72,6 +72,7 @@ module mesh_sequence_mod
     real(wp) :: earlier = 0.0_wp    !! time of the processor of sessions that this one continues [s]
     real(wp) :: spent = 0.0_wp      !! up to the end of the last run, theirs included [s]
     real(wp) :: room = 0.0_wp       !! memory that the last run might have taken [bytes]
+    logical  :: writes = .true.     !! the run under way is written to the file
     real(wp) :: repeated = 0.0_wp
     !! time of the processor of a run that was not kept, and is made again [s]
   end type mesh_sequence_t
@@ -202,8 +203,8 @@ contains
     allocate (errors%n_rising(size(sequence%list)), source=0)
     do k = 1, size(sequence%list)
       if (n == 2) then
-        errors%of_mesh(k) = assume_first_order(sizes_of(sequence, runs), change(sequence, k, scales(k), &
-          runs(1), runs(2)))
+        errors%of_mesh(k) = assume_first_order(sizes_of(sequence, runs), change(sequence, k, &
+          scales(k), runs(1), runs(2)))
         cycle
       end if
       call follow_sizes(sequence, runs, sizes_of(sequence, runs), k, scales(k), &

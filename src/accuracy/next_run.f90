@@ -12,8 +12,8 @@ module next_run_mod
   implicit none
   private
 
-  public :: choice_t, begin_sequence, choose_run, skip_mesh, repeat_run, finer, next_finer, least_step, &
-    most_divisions
+  public :: choice_t, begin_sequence, choose_run, skip_mesh, repeat_run, finer, next_finer, &
+    least_step, most_divisions
   public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, &
     time_is_over
 
@@ -51,7 +51,6 @@ module next_run_mod
     type(mesh_size_t) :: mesh_size
     integer :: divisions = 1
     logical :: may_be_last = .false. !! it is expected to reach the accuracy
-    logical :: is_kept = .true.      !! its result is written
     real(wp) :: finer = 1.0_wp
     !! beyond the machine: how many times smaller the bricks of the last run would have to be [-]
     real(wp) :: memory = 0.0_wp      !! and what that would take [bytes]

@@ -50,8 +50,8 @@ module result_file_mod
     check_contents, read_increments, steps_until
   use result_run_mod, only: provenance_t, write_run, resume_run, end_run
   use result_accuracy_mod, only: create_accuracy, finish_accuracy
-  use result_claims_mod, only: claim_place, check_place, open_unfinished, begin_look, clear_beginning, &
-    how_it_is_damaged
+  use result_claims_mod, only: claim_place, check_place, open_unfinished, begin_look, &
+    clear_beginning, how_it_is_damaged
   use fresh_file_mod, only: beginning_of, take_place, delete_file, settle, folder_lock_t, &
     lock_folder, unlock_folder
   use xdmf_mod, only: write_xdmf, xdmf_path

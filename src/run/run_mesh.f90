@@ -96,9 +96,9 @@ contains
     call note_contact(scene, plan, console)
     call refuse_misfit(scene, plan, is_first, options%force, console, error)
     if (allocated(error) .or. options%plan) return
-    if (present(choice)) choice%is_kept = choice%may_be_last .or. has_bound(sequence) .or. &
+    if (present(sequence)) sequence%writes = choice%may_be_last .or. has_bound(sequence) .or. &
       goes_on(options, scene) .or. plan%seconds > brief
-    call run_scene(options, scene, plan, exports, solver, console, error, sequence, choice)
+    call run_scene(options, scene, plan, exports, solver, console, error, sequence)
   end subroutine run_mesh
 
   !> Print what is to be noted of the contact, and keep it with the notes of the deck.
@@ -179,7 +179,7 @@ contains
   end function foreseen_in_words
 
   !> Open the file, go through the increments, close the file whatever happened.
-  subroutine run_scene(options, scene, plan, exports, solver, console, error, sequence, choice)
+  subroutine run_scene(options, scene, plan, exports, solver, console, error, sequence)
     type(options_t), intent(in) :: options
     type(scene_t), intent(inout) :: scene
     type(plan_t), intent(inout) :: plan
@@ -188,7 +188,6 @@ contains
     type(console_t), intent(inout) :: console
     type(error_t), allocatable, intent(out) :: error
     type(mesh_sequence_t), intent(inout), optional :: sequence !! gets this run, when it is done
-    type(choice_t), intent(in), optional :: choice             !! that led to it
     type(result_file_t) :: file
     type(progress_t) :: progress
     type(error_t), allocatable :: closing
@@ -206,7 +205,7 @@ contains
     progress%tally%read_time = wall_seconds() - console%started ! deck and plan
     if (present(sequence)) call begin_values(sequence, scene%mesh%n_nodes, progress)
     file%is_kept = .true.
-    if (present(choice)) file%is_kept = choice%is_kept
+    if (present(sequence)) file%is_kept = sequence%writes
     if (file%is_kept) then
       call begin_file(options, scene, plan, solver%body%inverse%factor, file, progress, error)
     else
