@@ -12,7 +12,7 @@ module next_run_mod
   implicit none
   private
 
-  public :: choice_t, begin_sequence, choose_run, skip_mesh, repeat_run, finer, next_finer, &
+  public :: choice_t, begin_sequence, choose_run, skip_mesh, end_with_run, finer, next_finer, &
     least_step, most_divisions
   public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, &
     time_is_over
@@ -51,6 +51,7 @@ module next_run_mod
     type(mesh_size_t) :: mesh_size
     integer :: divisions = 1
     logical :: may_be_last = .false. !! it is expected to reach the accuracy
+    integer :: of_run = 0            !! the run that reaches it; 0: none does
     real(wp) :: finer = 1.0_wp
     !! beyond the machine: how many times smaller the bricks of the last run would have to be [-]
     real(wp) :: memory = 0.0_wp      !! and what that would take [bytes]
@@ -132,20 +133,22 @@ contains
     sequence%first = finer(sequence, sequence%first, least_step)
   end subroutine skip_mesh
 
-  !> Make the last run again, to keep its result: it was not to be the last one.
-  subroutine repeat_run(sequence, choice)
+  !> Make the run again that a sequence ends with, where it is not the one whose result is in the
+  !> file: it was not to be the last, or increments were tried out after it.
+  subroutine end_with_run(sequence, choice)
     type(mesh_sequence_t), intent(inout) :: sequence
-    type(choice_t), intent(out) :: choice
+    type(choice_t), intent(inout) :: choice !! an end, which gets that run where there is one to make
+    integer :: k, i, n
 
-    associate (n => size(sequence%runs))
-      choice%mesh_size = sequence%runs(n)%mesh_size
-      choice%divisions = sequence%runs(n)%divisions
-      choice%may_be_last = .true.
-      choice%is_replaced = .true.
-      sequence%repeated = sequence%runs(n)%seconds
-      sequence%runs = sequence%runs(:n - 1)
-    end associate
-  end subroutine repeat_run
+    n = size(sequence%runs)
+    k = n
+    if (choice%of_run > 0) k = choice%of_run
+    if (k == n .and. sequence%runs(k)%is_kept) return
+    choice = choice_t(mesh_size=sequence%runs(k)%mesh_size, &
+      divisions=sequence%runs(k)%divisions, may_be_last=.true., is_replaced=.true.)
+    sequence%repeated = sequence%runs(k)%seconds
+    sequence%runs = sequence%runs(pack([(i, i=1, n)], [(i /= k, i=1, n)]))
+  end subroutine end_with_run
 
   !> The next run, or why there is none.
   subroutine choose_run(sequence, memory_left, errors, choice)
@@ -276,6 +279,7 @@ contains
       left = sequence%wanted - max(0.0_wp, errors%load_steps) - errors%others
       if (errors%mesh >= 0.0_wp .and. errors%mesh <= left) then
         choice%outcome = is_reached
+        choice%of_run = runs(size(runs))
         return
       end if
       if (left <= 0.1_wp*sequence%wanted) then

@@ -15,7 +15,7 @@ module reach_accuracy_mod
   use scene_mod, only: scene_t
   use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, mesh_runs, &
     has_bound, family_of
-  use next_run_mod, only: choice_t, begin_sequence, skip_mesh, repeat_run, to_run, is_reached, &
+  use next_run_mod, only: choice_t, begin_sequence, skip_mesh, end_with_run, to_run, is_reached, &
     steps_too_coarse, not_convergent, beyond_machine, is_finest, time_is_over
   use run_within_mod, only: choose_next
   use amounts_mod, only: bytes_in_words, time_in_words, bounds_in_words
@@ -61,8 +61,8 @@ contains
       if (.not. choice%is_replaced) call choose_next(sequence, memory_for(deck%accuracy, &
         sequence), errors, choice)
       if (choice%outcome /= to_run) then
-        if (sequence%runs(size(sequence%runs))%is_kept) exit runs
-        call repeat_run(sequence, choice)
+        call end_with_run(sequence, choice)
+        if (choice%outcome /= to_run) exit runs
       end if
       sequence%spent = sequence%earlier + cpu_seconds()
       if (continues) call take_up(result_path(options, deck), choice, of_run)

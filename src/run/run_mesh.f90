@@ -296,8 +296,8 @@ contains
     sequence%room = real(plan%memory_left, wp)
     call choose_next(sequence, sequence%room, of_choice, choice)
     call estimate_sequence(sequence, errors)
-    call keep_accuracy(file, sequence, errors, choice%outcome == is_reached .or. &
-      sequence%wanted <= 0.0_wp, error)
+    call keep_accuracy(file, sequence, errors, (choice%outcome == is_reached .and. &
+      choice%of_run == size(sequence%runs)) .or. sequence%wanted <= 0.0_wp, error)
   end subroutine end_values
 
   !> Open the result file, that of a run to be continued where there is one.
