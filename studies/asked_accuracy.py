@@ -90,7 +90,7 @@ SCENES = (
           {"times": 3}, by_hand="*REFINE, TIMES=<times>\n<at>, <at>, 0., 0.25\n"),
     Scene("layers 1 : 1000", "layers", 0.3, (4, 6, 8, 12, 16), 3),
     Scene("re-entrant corner", "angle", 0.3, COARSE, 4),
-    Scene("rubber, nu = 0.4999", "rubber", 0.5, COARSE, 4),
+    Scene("rubber, nu = 0.4999", "rubber", 0.5, (*COARSE, 24), 4),
     Scene("needle", "needle", 0.3, (1, 2, 3, 4), 16, finer=8),
     Scene("two blocks", "two", 0.4, (2, 4, 6, 8, 12, 16), 3),
     Scene("rocking", "rocking", 0.6, COARSE, 4),
