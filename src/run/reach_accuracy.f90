@@ -87,6 +87,14 @@ contains
       of_run%continues = .false.
       of_run%overwrite = .true. ! what stands there is a run of ours
       if (allocated(error)) then
+        if (error%exit_status == exit_not_solved .and. .not. (sequence%writes .or. &
+          choice%may_be_last) .and. (size(sequence%runs) > 0 .or. n_skipped >= most_skipped)) then
+          ! The increments before it are to be kept.
+          deallocate (error)
+          choice%may_be_last = .true.
+          choice%is_replaced = .true.
+          cycle runs
+        end if
         if (size(sequence%runs) > 0) call tell_earlier(deck, sequence, scene%mesh%n_elements, error)
         if (error%exit_status /= exit_not_solved .or. size(sequence%runs) > 0 .or. &
           n_skipped >= most_skipped) return
