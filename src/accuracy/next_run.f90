@@ -137,7 +137,7 @@ contains
   !> file: it was not to be the last, or increments were tried out after it.
   subroutine end_with_run(sequence, choice)
     type(mesh_sequence_t), intent(inout) :: sequence
-    type(choice_t), intent(inout) :: choice !! an end, which gets that run where there is one to make
+    type(choice_t), intent(inout) :: choice !! an end; gets that run where there is one to make
     integer :: k, i, n
 
     n = size(sequence%runs)
