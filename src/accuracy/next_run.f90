@@ -33,9 +33,9 @@ module next_run_mod
   integer, parameter :: most_divisions = 64
   integer, parameter :: fewest_bricks = 4 !! along the longest edge of a block, to begin with
   real(wp), parameter :: least_step = 1.25_wp, largest_step = 2.0_wp !! from size to size
-  real(wp), parameter :: wary_step = 1.5_wp
-  !! where an error is to fall: estimates are high on coarse meshes, and bricks of half the size
-  !! take thirty times as long
+  real(wp), parameter :: wary_step = 1.5_wp, far_off = 4.0_wp
+  !! from size to size where bricks are to be fewer times smaller than that: estimates are high on
+  !! coarse meshes, and bricks of half the size take thirty times as long
   real(wp), parameter :: second_step = 1.5_wp !! from the first size to the second
   real(wp), parameter :: worth_a_try = 1.5_wp
   !! times smaller that all bricks must get, from which on cuts at contact are tried
@@ -299,7 +299,8 @@ contains
       end if
       needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh, aimed_at*left, &
         max(hoped_order, errors%of_mesh(errors%worst)%order))
-      choice%mesh_size = finer(sequence, last%mesh_size, min(needed, wary_step))
+      choice%mesh_size = finer(sequence, last%mesh_size, merge(needed, min(needed, wary_step), &
+        needed > far_off))
       choice%may_be_last = needed <= largest_step
       ! The factor of bricks s times smaller takes s^4 of the memory. What is small yet is no
       ! measure of that, and another mesh is cheap.

@@ -65,7 +65,7 @@ contains
     type(plan_t) :: plan
     type(exports_t) :: exports
     type(step_solver_t) :: solver
-    logical :: is_first
+    logical :: is_first, continues
 
     call make_plan(scene, plan, error)
     if (allocated(error)) return
@@ -96,8 +96,11 @@ contains
     call note_contact(scene, plan, console)
     call refuse_misfit(scene, plan, is_first, options%force, console, error)
     if (allocated(error) .or. options%plan) return
-    if (present(sequence)) sequence%writes = choice%may_be_last .or. has_bound(sequence) .or. &
-      goes_on(options, scene) .or. plan%seconds > brief
+    if (present(sequence)) then
+      continues = goes_on(options, scene)
+      sequence%writes = continues .or. choice%may_be_last .or. has_bound(sequence) .or. &
+        plan%seconds > brief
+    end if
     call run_scene(options, scene, plan, exports, solver, console, error, sequence)
   end subroutine run_mesh
 
