@@ -20,7 +20,7 @@ module choose_cuts_mod
   integer, parameter :: most_cuts = 4
   real(wp), parameter :: most_near = 0.3_wp
   !! of the bricks at contact: where there are more, cutting all of them costs little more [-]
-  real(wp), parameter :: about_half = 0.6_wp !! of a size [-]
+  real(wp), parameter :: about_half = 0.55_wp !! of a size [-]
   real(wp), parameter :: enough = 0.5_wp
   !! of what bricks of half the size change, that those far from contact may have a part in [-]
   real(wp), parameter :: little = 0.25_wp !! of the accuracy [-]

@@ -8,7 +8,7 @@ module convergence_mod
   private
 
   public :: least_order, most_order, safety, safety_of_two, convergence_t, observe_convergence, &
-    assume_first_order, size_for_error
+    assume_first_order, fitted_order, error_at_least, error_by_differences, size_for_error
 
   real(wp), parameter :: least_order = 0.5_wp, most_order = 2.0_wp !! that are believed
   real(wp), parameter :: safety = 1.25_wp, safety_of_two = 3.0_wp
@@ -72,6 +72,51 @@ contains
     end function falls_by
 
   end function observe_convergence
+
+  !> The order of values q + c h^p that are nearest to those given, in the sum of squares over all
+  !> components. docs/theory.md (10.15).
+  pure real(wp) function fitted_order(h, values) result(order)
+    real(wp), intent(in) :: h(:)         !! (n) sizes, three and more [-]
+    real(wp), intent(in) :: values(:, :) !! (n_components,n) of any unit
+    real(wp), parameter :: lowest = 0.25_wp, step = 0.05_wp !! of the orders that are tried [-]
+    real(wp) :: x(size(h)), far(size(values, 1), size(h)), least, left
+    integer :: i
+
+    order = lowest
+    least = huge(1.0_wp)
+    far = values - spread(sum(values, 2)/size(h), 2, size(h))
+    do i = 0, nint((most_order - lowest)/step)
+      x = h**(lowest + i*step)
+      x = x - sum(x)/size(x)
+      left = sum((far - spread(matmul(far, x), 2, size(h))*spread(x, 1, size(values, 1))/ &
+        dot_product(x, x))**2)
+      if (left >= least) cycle
+      least = left
+      order = lowest + i*step
+    end do
+  end function fitted_order
+
+  !> The error of the last size that is possible after a change between two sizes, the coarser
+  !> first: none falls faster than with the highest order.
+  pure real(wp) function error_at_least(h, change, last) result(error)
+    real(wp), intent(in) :: h(2)   !! descending [-]
+    real(wp), intent(in) :: change !! between them
+    real(wp), intent(in) :: last   !! no larger than these [-]
+
+    error = safety*change*last**most_order/(h(1)**most_order - h(2)**most_order)
+  end function error_at_least
+
+  !> The error of the last size from what coarser ones differ from it, with a given order. Where
+  !> values scatter about their limit that is steadier than the change of the last two.
+  pure real(wp) function error_by_differences(h, changes, order) result(error)
+    real(wp), intent(in) :: h(:)       !! (n) descending [-]
+    real(wp), intent(in) :: changes(:) !! (n-1) of each but the last, from it
+    real(wp), intent(in) :: order      !! > 0 [-]
+
+    associate (last => h(size(h))**order, before => h(:size(h) - 1)**order)
+      error = safety*maxval(changes*last/(before - last))
+    end associate
+  end function error_by_differences
 
   !> From the change between two sizes, the coarser first.
   pure function assume_first_order(h, change) result(assumed)

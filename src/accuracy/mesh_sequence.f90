@@ -12,7 +12,7 @@ module mesh_sequence_mod
   use increments_mod, only: count_increments
   use measured_quantities_mod, only: quantity_t, list_quantities, error_scales
   use convergence_mod, only: convergence_t, observe_convergence, assume_first_order, &
-    most_order
+    fitted_order, error_at_least, error_by_differences, least_order
   implicit none
   private
 
@@ -38,6 +38,7 @@ module mesh_sequence_mod
     real(wp) :: planned = 0.0_wp      !! its seconds, as planned; 0: not known [s]
     real(wp), allocatable :: balls(:, :)  !! (4,n) where contact acted, as of zone_t
     real(wp) :: near = 1.0_wp             !! the part of the bricks that are there [-]
+    logical :: is_kept = .true.           !! its result is in the file
   end type mesh_run_t
 
   !> Runs that differ in the size of all bricks alone.
@@ -71,6 +72,9 @@ module mesh_sequence_mod
     real(wp) :: earlier = 0.0_wp    !! time of the processor of sessions that this one continues [s]
     real(wp) :: spent = 0.0_wp      !! up to the end of the last run, theirs included [s]
     real(wp) :: room = 0.0_wp       !! memory that the last run might have taken [bytes]
+    logical  :: writes = .true.     !! the run under way is written to the file
+    real(wp) :: repeated = 0.0_wp
+    !! time of the processor of a run that was not kept, and is made again [s]
   end type mesh_sequence_t
 
   !> What is known of the last run's error.
@@ -176,7 +180,7 @@ contains
     !! of the last run of it; left out: of the last run
     real(wp) :: scales(size(sequence%list))
     integer, allocatable :: runs(:)
-    integer :: k, n, i
+    integer :: k, n
 
     if (present(family)) then
       runs = mesh_runs(sequence, family)
@@ -199,16 +203,12 @@ contains
     allocate (errors%n_rising(size(sequence%list)), source=0)
     do k = 1, size(sequence%list)
       if (n == 2) then
-        errors%of_mesh(k) = assume_first_order(sizes_of(runs), change(sequence, k, scales(k), &
-          runs(1), runs(2)))
+        errors%of_mesh(k) = assume_first_order(sizes_of(sequence, runs), change(sequence, k, &
+          scales(k), runs(1), runs(2)))
         cycle
       end if
-      do i = 3, n
-        call follow(sizes_of(runs(i - 2:i)), observe_convergence(sizes_of(runs(i - 2:i)), &
-          [change(sequence, k, scales(k), runs(i - 2), runs(i - 1)), &
-           change(sequence, k, scales(k), runs(i - 1), runs(i))]), errors%of_mesh(k))
-        errors%n_rising(k) = merge(0, errors%n_rising(k) + 1, errors%of_mesh(k)%converges)
-      end do
+      call follow_sizes(sequence, runs, sizes_of(sequence, runs), k, scales(k), &
+        errors%of_mesh(k), errors%n_rising(k))
     end do
     errors%mesh = 0.0_wp
     if (size(sequence%list) == 0) return
@@ -220,30 +220,74 @@ contains
       if (n == 2 .or. last%mesh_size%zone%times > 0) errors%mesh = max(errors%mesh, last%recovery)
     end associate
 
+  end subroutine estimate_sequence
+
+  !> What three sizes and more, of bricks or of increments, say of the error of the last one.
+  pure subroutine follow_sizes(sequence, runs, h, k, scale, observed, n_rising)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! the coarsest first
+    real(wp), intent(in) :: h(:)   !! their sizes [-]
+    integer, intent(in) :: k       !! the quantity
+    real(wp), intent(in) :: scale
+    type(convergence_t), intent(out) :: observed
+    integer, intent(out) :: n_rising !! as of sequence_error_t
+    integer, parameter :: looked_at = 4 !! sizes, where the changes of three follow no order
+    real(wp), parameter :: rounding = 1.0e-6_wp
+    real(wp) :: order, error
+    integer :: i, j, n, first
+
+    n = size(runs)
+    n_rising = 0
+    do i = 3, n
+      observed = observe_convergence(h(i - 2:i), [change(sequence, k, scale, runs(i - 2), &
+        runs(i - 1)), change(sequence, k, scale, runs(i - 1), runs(i))])
+      n_rising = merge(0, n_rising + 1, observed%converges)
+    end do
+    if (n >= looked_at .and. observed%order <= least_order + rounding) then
+      first = n - looked_at + 1
+      order = min(1.0_wp, fitted_order(h(first:), all_values(runs(first:))))
+      if (order > least_order) then
+        error = error_by_differences(h(first:), [(change(sequence, k, scale, runs(i), runs(n)), &
+          i=first, n - 1)], order)
+        if (error < observed%error) observed = convergence_t(order, error, &
+          h(n)**order/(h(n - 1)**order - h(n)**order))
+        n_rising = 0
+      end if
+    end if
+    ! One that seems to fall faster was met by accident.
+    do i = 1, n - 1
+      do j = i + 1, n
+        observed%error = max(observed%error, error_at_least(h([i, j]), change(sequence, k, scale, &
+          runs(i), runs(j)), h(n)))
+      end do
+    end do
+
   contains
 
-    !> An error does not fall faster from mesh to mesh than with the highest order: one that seems
-    !> to was met by accident.
-    pure subroutine follow(h, next, observed)
-      real(wp), intent(in) :: h(3)
-      type(convergence_t), intent(in) :: next
-      type(convergence_t), intent(inout) :: observed
-      real(wp) :: at_least
-
-      at_least = observed%error*(h(3)/h(2))**most_order
-      observed = next
-      observed%error = max(observed%error, at_least)
-    end subroutine follow
-
-    pure function sizes_of(runs) result(h)
+    !> The quantity's values over the increments, a run a column.
+    pure function all_values(runs) result(values)
       integer, intent(in) :: runs(:)
-      real(wp) :: h(size(runs))
+      real(wp) :: values(sequence%list(k)%n*sequence%n_increments, size(runs))
       integer :: i
 
-      h = [(relative_size(sequence%runs(runs(i))%mesh_size), i=1, size(runs))]
-    end function sizes_of
+      associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
+        do i = 1, size(runs)
+          values(:, i) = reshape(sequence%runs(runs(i))%values(a:b, :), [size(values, 1)])
+        end do
+      end associate
+    end function all_values
 
-  end subroutine estimate_sequence
+  end subroutine follow_sizes
+
+  !> The sizes of the bricks of runs.
+  pure function sizes_of(sequence, runs) result(h)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:)
+    real(wp) :: h(size(runs))
+    integer :: i
+
+    h = [(relative_size(sequence%runs(runs(i))%mesh_size), i=1, size(runs))]
+  end function sizes_of
 
   !> The error that load steps make with a family's divisions of the deck's increments, as the runs
   !> on its coarsest mesh say, where there are three, or on the first mesh of all; negative where
@@ -255,8 +299,8 @@ contains
     type(convergence_t) :: observed
     real(wp), allocatable :: scales(:)
     integer, allocatable :: runs(:)
-    real(wp) :: h(3), of_quantity
-    integer :: k, n, mine
+    real(wp) :: of_quantity
+    integer :: k, n, mine, n_rising
 
     error = -1.0_wp
     runs = step_runs(sequence, family%cuts)
@@ -266,12 +310,10 @@ contains
     mine = findloc(sequence%runs(runs)%divisions, family%divisions, dim=1)
     if (mine == 0) return
     scales = error_scales(sequence%list, sequence%runs(runs(n))%values)
-    h = 1.0_wp/real(sequence%runs(runs(n - 2:))%divisions, wp)
     error = 0.0_wp
     do k = 1, size(sequence%list)
-      observed = observe_convergence(h, &
-        [change(sequence, k, scales(k), runs(n - 2), runs(n - 1)), &
-         change(sequence, k, scales(k), runs(n - 1), runs(n))])
+      call follow_sizes(sequence, runs, 1.0_wp/real(sequence%runs(runs)%divisions, wp), k, &
+        scales(k), observed, n_rising)
       of_quantity = observed%error
       if (mine < n) of_quantity = of_quantity + change(sequence, k, scales(k), runs(mine), runs(n))
       error = max(error, of_quantity)

@@ -12,8 +12,8 @@ module next_run_mod
   implicit none
   private
 
-  public :: choice_t, begin_sequence, choose_run, skip_mesh, finer, next_finer, least_step, &
-    most_divisions
+  public :: choice_t, begin_sequence, choose_run, skip_mesh, end_with_run, finer, next_finer, &
+    least_step, most_divisions
   public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, &
     time_is_over
 
@@ -26,11 +26,16 @@ module next_run_mod
   integer, parameter :: is_finest = 6        !! nothing finer fits the time and memory allowed
   integer, parameter :: time_is_over = 7     !! and the accuracy takes more
 
-  real(wp), parameter :: part_for_steps = 0.3_wp !! of the accuracy, that load steps may use up
+  real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
+  real(wp), parameter :: growth = 4.0_wp
+  !! a mesh whose error is to be so many times smaller takes that to this power of the time
   real(wp), parameter :: aimed_at = 0.8_wp !! of what is left for the mesh
   integer, parameter :: most_divisions = 64
   integer, parameter :: fewest_bricks = 4 !! along the longest edge of a block, to begin with
   real(wp), parameter :: least_step = 1.25_wp, largest_step = 2.0_wp !! from size to size
+  real(wp), parameter :: wary_step = 1.5_wp, far_off = 4.0_wp
+  !! from size to size where bricks are to be fewer times smaller than that: estimates are high on
+  !! coarse meshes, and bricks of half the size take thirty times as long
   real(wp), parameter :: second_step = 1.5_wp !! from the first size to the second
   real(wp), parameter :: worth_a_try = 1.5_wp
   !! times smaller that all bricks must get, from which on cuts at contact are tried
@@ -46,6 +51,7 @@ module next_run_mod
     type(mesh_size_t) :: mesh_size
     integer :: divisions = 1
     logical :: may_be_last = .false. !! it is expected to reach the accuracy
+    integer :: of_run = 0            !! the run that reaches it; 0: none does
     real(wp) :: finer = 1.0_wp
     !! beyond the machine: how many times smaller the bricks of the last run would have to be [-]
     real(wp) :: memory = 0.0_wp      !! and what that would take [bytes]
@@ -127,6 +133,23 @@ contains
     sequence%first = finer(sequence, sequence%first, least_step)
   end subroutine skip_mesh
 
+  !> Make the run again that a sequence ends with, where it is not the one whose result is in the
+  !> file: it was not to be the last, or increments were tried out after it.
+  subroutine end_with_run(sequence, choice)
+    type(mesh_sequence_t), intent(inout) :: sequence
+    type(choice_t), intent(inout) :: choice !! an end; gets that run where there is one to make
+    integer :: k, i, n
+
+    n = size(sequence%runs)
+    k = n
+    if (choice%of_run > 0) k = choice%of_run
+    if (k == n .and. sequence%runs(k)%is_kept) return
+    choice = choice_t(mesh_size=sequence%runs(k)%mesh_size, &
+      divisions=sequence%runs(k)%divisions, may_be_last=.true., is_replaced=.true.)
+    sequence%repeated = sequence%runs(k)%seconds
+    sequence%runs = sequence%runs(pack([(i, i=1, n)], [(i /= k, i=1, n)]))
+  end subroutine end_with_run
+
   !> The next run, or why there is none.
   subroutine choose_run(sequence, memory_left, errors, choice)
     type(mesh_sequence_t), intent(in) :: sequence
@@ -200,13 +223,15 @@ contains
   end function is_near_goal
 
   !> How the deck's increments are to be divided: tried on the coarsest mesh of a family with three
-  !> sizes and more, from what it has on.
+  !> sizes and more, from what it has on. More divisions take as many times the time, fewer leave
+  !> less of the accuracy for the mesh.
   subroutine choose_divisions(sequence, family, found)
     type(mesh_sequence_t), intent(in) :: sequence
     type(family_t), intent(inout) :: family !! gets the divisions
     logical, intent(out) :: found           !! else a run with these is to be made there
     integer, allocatable :: runs(:)
-    integer :: fewest, most
+    real(wp) :: cheapest, left
+    integer :: fewest, most, tried
 
     found = .not. sequence%divides
     if (found) return
@@ -214,11 +239,20 @@ contains
     fewest = minval(sequence%runs(runs)%divisions)
     most = maxval(sequence%runs(runs)%divisions)
     if (most >= 4*fewest) then
-      family%divisions = fewest
-      do while (family%divisions <= most .and. .not. found)
-        found = error_by_steps(sequence, family) <= part_for_steps*sequence%wanted
-        if (.not. found) family%divisions = 2*family%divisions
+      cheapest = huge(1.0_wp)
+      tried = fewest
+      do while (tried <= most)
+        left = 1.0_wp - error_by_steps(sequence, family_t(family%cuts, tried))/sequence%wanted
+        if (left >= 1.0_wp - part_for_steps) then
+          if (tried*left**(-growth) < cheapest) then
+            cheapest = tried*left**(-growth)
+            family%divisions = tried
+          end if
+        end if
+        tried = 2*tried
       end do
+      found = cheapest < huge(1.0_wp)
+      if (.not. found) family%divisions = tried
     else
       family%divisions = 2*most
     end if
@@ -238,11 +272,14 @@ contains
     associate (last => sequence%runs(runs(size(runs))))
       if (size(runs) == 1) then
         choice%mesh_size = finer(sequence, last%mesh_size, second_step)
+        ! Two meshes are enough where recovery agrees.
+        choice%may_be_last = sequence%recovers .and. last%recovery <= sequence%wanted
         return
       end if
       left = sequence%wanted - max(0.0_wp, errors%load_steps) - errors%others
       if (errors%mesh >= 0.0_wp .and. errors%mesh <= left) then
         choice%outcome = is_reached
+        choice%of_run = runs(size(runs))
         return
       end if
       if (left <= 0.1_wp*sequence%wanted) then
@@ -262,7 +299,8 @@ contains
       end if
       needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh, aimed_at*left, &
         max(hoped_order, errors%of_mesh(errors%worst)%order))
-      choice%mesh_size = finer(sequence, last%mesh_size, needed)
+      choice%mesh_size = finer(sequence, last%mesh_size, merge(needed, min(needed, wary_step), &
+        needed > far_off))
       choice%may_be_last = needed <= largest_step
       ! The factor of bricks s times smaller takes s^4 of the memory. What is small yet is no
       ! measure of that, and another mesh is cheap.

@@ -98,6 +98,7 @@ module controls_mod
     integer  :: divisions = 1
     !! increments of the deck are cut in so many at least, where they may be cut: a power of 2
     logical  :: estimates = .true.   !! errors of mesh and load steps are estimated
+    logical  :: follows_steps = .true. !! those of load steps, too
     integer  :: runs_before = 0      !! of the process, on other meshes or with other increments
     real(wp) :: time = 0.0_wp        !! of the processor that a run may take; 0: any [s]
     real(wp) :: memory = 0.0_wp      !! at the peak, that it may take; 0: what there is [bytes]

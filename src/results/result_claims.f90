@@ -28,8 +28,8 @@ module result_claims_mod
   implicit none
   private
 
-  public :: take_arithmetic, take_mesh_size, claim_place, open_unfinished, begin_look, &
-    clear_beginning, how_it_is_damaged
+  public :: take_arithmetic, take_mesh_size, claim_place, check_place, open_unfinished, &
+    begin_look, clear_beginning, how_it_is_damaged
 
   character(*), parameter :: in_use = 'is in use by another program, perhaps a run that writes it'
   character(*), parameter :: not_a_result = 'is not a result of '//program_name
@@ -63,6 +63,21 @@ contains
     end if
     call unlock_folder(lock)
   end subroutine claim_place
+
+  !> Refuse to run where the result of the last run of a sequence could not take its place. Nothing
+  !> is claimed.
+  subroutine check_place(path, scene, overwrite, error)
+    character(*), intent(in) :: path   !! of the place
+    type(scene_t), intent(in) :: scene !! what the deck and the command line say
+    logical, intent(in) :: overwrite   !! replace whatever stands there and no run writes
+    type(error_t), allocatable, intent(out) :: error
+    type(folder_lock_t) :: lock
+
+    lock = lock_folder(path)
+    call clear_beginning(path, error)
+    if (.not. allocated(error)) call check_replaceable(path, scene, overwrite, error)
+    call unlock_folder(lock)
+  end subroutine check_place
 
   !> Remove what a run left that was killed before its first increment.
   subroutine clear_beginning(path, error)

@@ -50,8 +50,8 @@ module result_file_mod
     check_contents, read_increments, steps_until
   use result_run_mod, only: provenance_t, write_run, resume_run, end_run
   use result_accuracy_mod, only: create_accuracy, finish_accuracy
-  use result_claims_mod, only: claim_place, open_unfinished, begin_look, clear_beginning, &
-    how_it_is_damaged
+  use result_claims_mod, only: claim_place, check_place, open_unfinished, begin_look, &
+    clear_beginning, how_it_is_damaged
   use fresh_file_mod, only: beginning_of, take_place, delete_file, settle, folder_lock_t, &
     lock_folder, unlock_folder
   use xdmf_mod, only: write_xdmf, xdmf_path
@@ -65,7 +65,7 @@ module result_file_mod
   private
 
   public :: result_file_t
-  public :: open_result, reopen_result, append_increment, count_increment, keep_state
+  public :: open_result, open_nothing, reopen_result, append_increment, count_increment, keep_state
   public :: keep_accuracy, finish_result
   public :: sidecars_of
 
@@ -78,6 +78,7 @@ module result_file_mod
     integer :: n_rows = 0             !! increments that are complete in it
     integer :: n_outputs = 0          !! increments with fields that were appended, or gone past
     integer :: n_damaged = 0          !! increments that were finished and are to be done again
+    logical :: is_kept = .true.       !! else nothing is written, and no file made
     type(hdf5_file_t), private :: hdf5
     type(history_t),   private :: history
     type(view_t),      private :: view
@@ -107,13 +108,9 @@ contains
     type(result_file_t), intent(out) :: file
     type(error_t), allocatable, intent(out) :: error
     type(mesh_sequence_t), intent(in), optional :: sequence !! that it goes on with a run
-    logical :: is_folder
 
-    inquire (file=path//'/.', exist=is_folder)
-    if (is_folder) then
-      call raise(error, exit_wrong_input, "'"//path//"' is a folder")
-      return
-    end if
+    call check_folder(path, error)
+    if (allocated(error)) return
     call check_limit(beginning_of(path), scene, plan, error)
     if (allocated(error)) return
     call claim_place(path, scene, overwrite, rows_at_most(scene, plan), file%hdf5, error)
@@ -127,6 +124,31 @@ contains
     call flush_file(file%hdf5, error)
     if (allocated(error)) call discard(file)
   end subroutine open_result
+
+  !> Begin a run of a sequence whose result nobody will look at: it is not written. Only that the
+  !> place is free for those that follow is seen to.
+  subroutine open_nothing(path, scene, overwrite, file, error)
+    character(*), intent(in) :: path
+    type(scene_t), intent(in) :: scene
+    logical, intent(in) :: overwrite !! as of open_result
+    type(result_file_t), intent(out) :: file
+    type(error_t), allocatable, intent(out) :: error
+
+    file%path = path
+    file%is_kept = .false.
+    call check_folder(path, error)
+    if (.not. allocated(error)) call check_place(path, scene, overwrite, error)
+  end subroutine open_nothing
+
+  !> Refuse a path that is a folder's.
+  subroutine check_folder(path, error)
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    logical :: is_folder
+
+    inquire (file=path//'/.', exist=is_folder)
+    if (is_folder) call raise(error, exit_wrong_input, "'"//path//"' is a folder")
+  end subroutine check_folder
 
   !> Open the file of a run that did not finish, to go on with it.
   !>
@@ -279,6 +301,7 @@ contains
     integer(i8) :: checksum
     logical :: due
 
+    if (.not. file%is_kept) return
     call check_in_place(file, error)
     if (allocated(error)) return
     call check_limit(file%hdf5%path, scene, plan, error)
@@ -314,6 +337,7 @@ contains
     real(wp), intent(in) :: numbers(:)
     type(error_t), allocatable, intent(out) :: error
 
+    if (.not. file%is_kept) return
     call write_state(file%hdf5, file%row, numbers, file%slots, error)
     call flush_file(file%hdf5, error)
     if (file%has_fields) call count_step(file%hdf5, file%time, file%view, error)
@@ -406,6 +430,7 @@ contains
     real(wp), intent(in) :: numbers(:)
     type(error_t), allocatable, intent(out) :: error
 
+    if (.not. file%is_kept) return
     call write_state(file%hdf5, 0, numbers, file%slots, error)
     call flush_file(file%hdf5, error)
     file%is_broken = allocated(error)
@@ -419,6 +444,7 @@ contains
     logical, intent(in) :: is_reached
     type(error_t), allocatable, intent(out) :: error
 
+    if (.not. file%is_kept) return
     call finish_accuracy(file%hdf5, sequence, errors, is_reached, error)
     file%is_broken = allocated(error)
   end subroutine keep_accuracy

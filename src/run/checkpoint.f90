@@ -109,6 +109,7 @@ contains
 
     if (allocated(progress%sequence)) progress%sequence%spent = progress%sequence%earlier + &
       cpu_seconds()
+    if (.not. file%is_kept) return
     call carry_progress(list, progress)
     if (progress%state%increments_done == 0) then
       call keep_state(file, numbers_in(list), error)

@@ -15,7 +15,7 @@ module reach_accuracy_mod
   use scene_mod, only: scene_t
   use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, mesh_runs, &
     has_bound, family_of
-  use next_run_mod, only: choice_t, begin_sequence, skip_mesh, to_run, is_reached, &
+  use next_run_mod, only: choice_t, begin_sequence, skip_mesh, end_with_run, to_run, is_reached, &
     steps_too_coarse, not_convergent, beyond_machine, is_finest, time_is_over
   use run_within_mod, only: choose_next
   use amounts_mod, only: bytes_in_words, time_in_words, bounds_in_words
@@ -60,7 +60,10 @@ contains
     runs: do
       if (.not. choice%is_replaced) call choose_next(sequence, memory_for(deck%accuracy, &
         sequence), errors, choice)
-      if (choice%outcome /= to_run) exit runs
+      if (choice%outcome /= to_run) then
+        call end_with_run(sequence, choice)
+        if (choice%outcome /= to_run) exit runs
+      end if
       sequence%spent = sequence%earlier + cpu_seconds()
       if (continues) call take_up(result_path(options, deck), choice, of_run)
       call prepare_scene(of_run, choice%mesh_size, scene, error)
@@ -73,6 +76,8 @@ contains
         cycle runs
       end if
       scene%accuracy%divisions = choice%divisions
+      ! What load steps make is found by runs of several sizes of them.
+      scene%accuracy%follows_steps = .not. (sequence%divides .and. sequence%wanted > 0.0_wp)
       scene%accuracy%runs_before = size(sequence%runs)
       of_console = console_of(console, options, choice)
       call run_mesh(of_run, scene, began, of_console, error, sequence, choice)
@@ -82,6 +87,14 @@ contains
       of_run%continues = .false.
       of_run%overwrite = .true. ! what stands there is a run of ours
       if (allocated(error)) then
+        if (error%exit_status == exit_not_solved .and. .not. (sequence%writes .or. &
+          choice%may_be_last) .and. (size(sequence%runs) > 0 .or. n_skipped >= most_skipped)) then
+          ! The increments before it are to be kept.
+          deallocate (error)
+          choice%may_be_last = .true.
+          choice%is_replaced = .true.
+          cycle runs
+        end if
         if (size(sequence%runs) > 0) call tell_earlier(deck, sequence, scene%mesh%n_elements, error)
         if (error%exit_status /= exit_not_solved .or. size(sequence%runs) > 0 .or. &
           n_skipped >= most_skipped) return

@@ -27,8 +27,8 @@ module run_mesh_mod
   use prepare_scene_mod, only: result_path
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
   use result_claims_mod, only: take_arithmetic
-  use result_file_mod, only: result_file_t, open_result, reopen_result, keep_accuracy, &
-    finish_result
+  use result_file_mod, only: result_file_t, open_result, open_nothing, reopen_result, &
+    keep_accuracy, finish_result
   use command_line_mod, only: options_t, resume_command
   use tally_mod, only: tally_t, note_sizes, list_counters
   use export_problems_mod, only: exports_t, choose_rows
@@ -43,6 +43,9 @@ module run_mesh_mod
   private
 
   public :: run_mesh, goes_on
+
+  real(wp), parameter :: brief = 0.3_wp
+  !! of a run, that is not written where it is not expected to be the last of a sequence [s]
 
 contains
 
@@ -62,7 +65,7 @@ contains
     type(plan_t) :: plan
     type(exports_t) :: exports
     type(step_solver_t) :: solver
-    logical :: is_first
+    logical :: is_first, continues
 
     call make_plan(scene, plan, error)
     if (allocated(error)) return
@@ -93,6 +96,11 @@ contains
     call note_contact(scene, plan, console)
     call refuse_misfit(scene, plan, is_first, options%force, console, error)
     if (allocated(error) .or. options%plan) return
+    if (present(sequence)) then
+      continues = goes_on(options, scene)
+      sequence%writes = continues .or. choice%may_be_last .or. has_bound(sequence) .or. &
+        plan%seconds > brief
+    end if
     call run_scene(options, scene, plan, exports, solver, console, error, sequence)
   end subroutine run_mesh
 
@@ -199,7 +207,13 @@ contains
     call start_run(scene, plan, progress)
     progress%tally%read_time = wall_seconds() - console%started ! deck and plan
     if (present(sequence)) call begin_values(sequence, scene%mesh%n_nodes, progress)
-    call begin_file(options, scene, plan, solver%body%inverse%factor, file, progress, error)
+    file%is_kept = .true.
+    if (present(sequence)) file%is_kept = sequence%writes
+    if (file%is_kept) then
+      call begin_file(options, scene, plan, solver%body%inverse%factor, file, progress, error)
+    else
+      call open_nothing(path, scene, options%overwrite, file, error)
+    end if
     if (allocated(error)) return
     if (progress%state%increments_done > 0 .and. .not. console%quiet) call say( &
       'continued       behind increment '//to_text(progress%state%increments_done))
@@ -210,8 +224,10 @@ contains
     call run_increments(scene, plan, exports, solver, file, console, progress, error)
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
     call note_sizes(solver, progress%tally)
-    inquire (file=path, size=written)
-    progress%tally%file_bytes = real(max(0_i8, written), wp)
+    if (file%is_kept) then
+      inquire (file=path, size=written)
+      progress%tally%file_bytes = real(max(0_i8, written), wp)
+    end if
 
     if (present(sequence) .and. .not. allocated(error)) call end_values(scene, plan, &
       cpu_seconds() - began, goes_on(options, scene), file, progress, sequence, error)
@@ -224,7 +240,9 @@ contains
     call end_file(status, progress%tally, plan, file, console, closing)
     if (allocated(error)) then
       inquire (file=path, exist=in_place)
-      if (status == run_stopped) then
+      if (status == run_stopped .and. .not. file%is_kept) then
+        error%message = error%message//': the first runs of an accuracy are short, and not kept'
+      else if (status == run_stopped) then
         error%message = error%message//': '//how_to_continue(path, file%n_rows, &
           plan%n_increments, resume_command())
       else if (file%n_rows > 0 .and. in_place) then
@@ -272,16 +290,17 @@ contains
     sequence = progress%sequence
     balls = balls_about(scene%mesh, progress%touched)
     call add_run(sequence, mesh_run_t(scene%mesh_size, scene%accuracy%divisions, &
-      scene%mesh%n_elements, real(plan%n_equations, wp), plan%more_memory, seconds, &
-      progress%worst_errors(1), progress%worst_errors(2), progress%worst_errors(3), &
-      progress%values, merge(0.0_wp, plan%seconds, was_continued), balls, &
-      share_near(scene%mesh, balls)))
+      scene%mesh%n_elements, real(plan%n_equations, wp), plan%more_memory, &
+      seconds + sequence%repeated, progress%worst_errors(1), progress%worst_errors(2), &
+      progress%worst_errors(3), progress%values, merge(0.0_wp, plan%seconds, was_continued), &
+      balls, share_near(scene%mesh, balls), file%is_kept))
+    sequence%repeated = 0.0_wp
     sequence%spent = sequence%earlier + cpu_seconds()
     sequence%room = real(plan%memory_left, wp)
     call choose_next(sequence, sequence%room, of_choice, choice)
     call estimate_sequence(sequence, errors)
-    call keep_accuracy(file, sequence, errors, choice%outcome == is_reached .or. &
-      sequence%wanted <= 0.0_wp, error)
+    call keep_accuracy(file, sequence, errors, (choice%outcome == is_reached .and. &
+      choice%of_run == size(sequence%runs)) .or. sequence%wanted <= 0.0_wp, error)
   end subroutine end_values
 
   !> Open the result file, that of a run to be continued where there is one.

@@ -345,8 +345,8 @@ contains
       report%errors%contact = max(c%penetration, c%adhesion, c%complementarity, c%cone, c%law)
     end associate
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
-    if (scene%accuracy%estimates) call follow_coarsely(scene, plan%points, solver, progress%state, &
-      new, progress%coarse, report)
+    if (scene%accuracy%estimates .and. scene%accuracy%follows_steps) call follow_coarsely(scene, &
+      plan%points, solver, progress%state, new, progress%coarse, report)
     if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, new, &
       report)
     ! docs/theory.md (10.8)

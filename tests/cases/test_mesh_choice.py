@@ -1,9 +1,12 @@
 """An accuracy that is asked for chooses the mesh, keeps its promise, or says why it cannot."""
 
+import os
+import tempfile
 import unittest
+from pathlib import Path
 
 import numpy as np
-from program import INPUT, Run
+from program import INPUT, SOURCE, Run
 
 AUTO = {"solver": "AUTO", "local": "AUTO"}
 FINE = {**AUTO, "tolerance": 1e-9}
@@ -126,6 +129,32 @@ class NotReached(unittest.TestCase):
         with run.result() as result:
             self.assertEqual(result.file["accuracy"].attrs["reached"], 0)
             self.assertTrue(np.all(result.history("certified") == 1))
+
+    def test_load_steps_that_are_never_small_enough(self):
+        """Refused on the first mesh, whose runs are short: the last one is there all the same."""
+        text = (SOURCE / "studies/data/scenes/needle.inp").read_text()
+        text = text.replace("*STATIC, DIRECT", "*STATIC")
+        run = Run(text, "--accuracy", "0.01", name="needle", steps=4)
+        self.assertEqual(run.status, 2, run.output)
+        self.assertIn("the load steps make", run.errors)
+        with run.result() as result:
+            self.assertFalse(result.accuracy.reached)
+            np.testing.assert_array_equal(result.accuracy.divisions, 2 ** np.arange(7))
+            self.assertEqual(result.run["status"], "finished")
+            self.assertTrue(np.all(result.history("certified") == 1))
+
+    def test_what_stands_in_the_place_of_the_result(self):
+        """It is refused before the first run, which is not written."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "mine.vtkhdf"
+            path.write_text("not a result")
+            for where, words in ((path, "is not a result of bipot"), (folder, "is a folder")):
+                run = Run(deck("block"), "--accuracy", "0.1", "-o", str(where), name="block")
+                self.assertEqual(run.status, 1, run.output)
+                self.assertIn(words, run.errors)
+                self.assertNotIn("times the deck's edges", run.output)
+            self.assertEqual(path.read_text(), "not a result")
+            self.assertEqual(os.listdir(folder), ["mine.vtkhdf"])
 
     def test_options_that_mean_one_mesh(self):
         for words, message in (
