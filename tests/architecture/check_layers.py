@@ -152,8 +152,8 @@ LIBRARIES = [
         "equations/petsc_*.f90",
         r"petsc\w*(?<!_mod)",
         r"\bcall\s+(petsc|mat|vec|pc|ksp)_\w+",
-        r"^(petsc|mat(create|destroy|set|assembly|mult|null)|vec(create|dup|destroy|get|restore)"
-        r"|pc(mg|create|destroy|set|apply)|ksp(set|get))",
+        r"^(petsc|mat(create|destroy|set|assembly|null|shell)|vec(create|dup|destroy|get|restore)"
+        r"|pc(mg|create|destroy|set|apply|shell)|ksp(set|get))",
     ),
     Library("zlib", "machine/checksum.f90", r"zlib\w*", r"\bzlib_\w+", r"^(crc32|adler32)"),
     Library("METIS", "equations/ordering.f90", r"metis\w*", r"\bmetis_\w+", r"^metis_"),
