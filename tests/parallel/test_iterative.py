@@ -1,5 +1,9 @@
-"""Bodies solved for by iteration beside bodies with a factor, and what iteration refuses."""
+"""Bodies solved for by iteration beside bodies with a factor, and what iteration refuses.
 
+BIPOT_LONG=1 runs some longer scenes, too.
+"""
+
+import os
 import re
 import signal
 import subprocess
@@ -11,6 +15,7 @@ from launching import INPUT, PROGRAM, Run, forces, launch, with_card
 AUTO = {"solver": "AUTO", "local": "AUTO", "tolerance": 1e-11}
 LIMIT = 1e-8
 WRONG_INPUT, NOT_SOLVED = 1, 2
+LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")
 ITERATIVE = "*BODY SOLVER, TYPE=ITERATIVE"
 
 HELD_ABOVE = """*HEADING
@@ -157,6 +162,7 @@ class SameForces(Agreement):
     def test_the_block(self):
         self.block()
 
+    @unittest.skipUnless(LONG, "with BIPOT_LONG")
     def test_its_iterations_stay_few_in_small_increments(self):
         self.block(n=8, steps=50, most=30)
 
@@ -166,6 +172,7 @@ class SameForces(Agreement):
     def test_with_much_friction(self):
         self.block(mu=1.5)
 
+    @unittest.skipUnless(LONG, "with BIPOT_LONG")
     def test_incompatible_modes(self):
         self.block(element="C3D8I")
 
@@ -178,6 +185,7 @@ class SameForces(Agreement):
     def test_a_sphere(self):
         self.agree(HELD_ABOVE.format(kind="SPHERE", shape="0.5, 0.5, -3., 3.", aside="0."))
 
+    @unittest.skipUnless(LONG, "with BIPOT_LONG")
     def test_a_cylinder(self):
         shape = "0.5, 0., -3.,  0., 1., 0.,  3."
         self.agree(HELD_ABOVE.format(kind="CYLINDER", shape=shape, aside="0.01"))
@@ -205,6 +213,7 @@ class FreeBodies(Agreement):
     def test_pressed_between_two_planes(self):
         self.agree(FREE, press=0.03)
 
+    @unittest.skipUnless(LONG, "with BIPOT_LONG")
     def test_pressed_after_a_gap_by_a_tool_that_moves_aside(self):
         self.agree(FREE, press=0.05, gap=0.01)
 
@@ -214,6 +223,7 @@ class FreeBodies(Agreement):
         deck = deck.replace("0., 0., <-gap>,  0.05, 0., 1.", "0.5, 0., -20.,  0., 1., 0.,  20.")
         self.agree(deck, mu=0.1, aside=0.09)
 
+    @unittest.skipUnless(LONG, "with BIPOT_LONG")
     def test_two_beside_one_that_supports_hold(self):
         deck = FREE.replace(
             "*MATERIAL",
@@ -270,6 +280,7 @@ class Continued(unittest.TestCase):
             {"n": 4, "steps": 20, **AUTO},
         )
 
+    @unittest.skipUnless(LONG, "with BIPOT_LONG")
     def test_so_has_that_of_a_free_body(self):
         self.continue_at_increment_7(
             with_card(FREE, ITERATIVE), {"n": 4, "steps": 20, "aside": 0.2}
