@@ -10,7 +10,7 @@ module block_rows_mod
   private
 
   public :: block_rows_t, find_block, put_block, times_rows, relax_forwards, relax_backwards, &
-    near_rows, take_part, take_off_part
+    near_rows, take_part, take_off_part, take_off_from, stiffen_border
 
   !> The blocks, row by row.
   type :: block_rows_t
@@ -18,7 +18,9 @@ module block_rows_mod
     integer, allocatable :: column(:)         !! (n_blocks) ascending in each row, less than the row
     real(wp), allocatable :: block(:, :, :)   !! (3,3,n_blocks)
     real(wp), allocatable :: own(:, :, :)     !! (3,3,n) on the diagonal
-    real(wp), allocatable :: inverse(:, :, :) !! (3,3,n) of these
+    real(wp), allocatable :: added(:, :)
+    !! (3,n) to their diagonals where they are relaxed with, 0 where nothing is left out of a sweep
+    real(wp), allocatable :: inverse(:, :, :) !! (3,3,n) of these, with what is added
   end type block_rows_t
 
 contains
@@ -49,6 +51,7 @@ contains
 
     if (row == column) then
       rows%own(:, :, row) = block
+      rows%added(:, row) = 0.0_wp
       rows%inverse(:, :, row) = inverse(block)
     else if (column < row) then
       rows%block(:, :, find_block(rows, row, column)) = block
@@ -84,7 +87,7 @@ contains
   end subroutine times_rows
 
   !> One sweep from x = 0, the first row to the last, and what it leaves, b - A x: what is above
-  !> the diagonal.
+  !> the diagonal. Where x has fewer rows than A the others are left out of it, here and backwards.
   pure subroutine relax_forwards(rows, b, x, left)
     type(block_rows_t), intent(in) :: rows
     real(wp), contiguous, intent(in) :: b(:, :)     !! (3,n)
@@ -106,7 +109,7 @@ contains
       here = rows%inverse(:, 1, i)*sums(1) + rows%inverse(:, 2, i)*sums(2) + &
         rows%inverse(:, 3, i)*sums(3)
       x(:, i) = here
-      left(:, i) = 0.0_wp
+      left(:, i) = rows%added(:, i)*here
       call take_off(rows, i, here, left)
     end do
   end subroutine relax_forwards
@@ -121,7 +124,7 @@ contains
 
     left = b
     do i = size(x, 2), 1, -1
-      sums = left(:, i)
+      sums = left(:, i) + rows%added(:, i)*x(:, i)
       ! Memory is read ahead in one direction alone: blocks go backwards, too.
       do k = rows%first(i + 1) - 1, rows%first(i), -1
         j = rows%column(k)
@@ -155,6 +158,47 @@ contains
       end associate
     end do
   end subroutine take_off
+
+  !> Take what the unknowns of the rows from `first` on do off those before.
+  pure subroutine take_off_from(rows, first, x, left)
+    type(block_rows_t), intent(in) :: rows
+    integer, intent(in) :: first                      !! no block joins those from it on
+    real(wp), contiguous, intent(in) :: x(:, :)       !! (3,n)
+    real(wp), contiguous, intent(inout) :: left(:, :) !! (3,first-1)
+    integer :: i
+
+    do i = first, size(x, 2)
+      call take_off(rows, i, x(:, i), left)
+    end do
+  end subroutine take_off_from
+
+  !> Let sweeps over the rows before `first`, which leave those from it on out, converge: half of
+  !> the sums of what joins a row to these is added to its diagonal, in absolute values. With M what a
+  !> sweep solves with, M + M^T - A is then no less than the diagonal. Baker, Falgout, Kolev and Yang,
+  !> SIAM J. Sci. Comput. 33 (2011) 2864.
+  pure subroutine stiffen_border(rows, first)
+    type(block_rows_t), intent(inout) :: rows
+    integer, intent(in) :: first !! no block joins those from it on
+    integer :: i, k, a
+    real(wp) :: own(3, 3)
+
+    associate (border => rows%column(rows%first(first):))
+      rows%added(:, border) = 0.0_wp
+      do k = rows%first(first), size(rows%column)
+        associate (of_row => rows%added(:, rows%column(k)))
+          of_row = of_row + 0.5_wp*sum(abs(rows%block(:, :, k)), dim=1)
+        end associate
+      end do
+      do k = 1, size(border)
+        i = border(k)
+        own = rows%own(:, :, i)
+        do a = 1, 3
+          own(a, a) = own(a, a) + rows%added(a, i)
+        end do
+        rows%inverse(:, :, i) = inverse(own)
+      end do
+    end associate
+  end subroutine stiffen_border
 
   !> Some rows, those that blocks join to them, those that blocks join to these, and so on.
   pure function near_rows(rows, some, layers) result(near)
@@ -194,6 +238,7 @@ contains
     end do
     allocate (part%first(size(some) + 1), part%column(n), part%block(3, 3, n))
     part%own = rows%own(:, :, some)
+    part%added = rows%added(:, some)
     part%inverse = rows%inverse(:, :, some)
     n = 0
     do i = 1, size(some)

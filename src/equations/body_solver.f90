@@ -16,6 +16,7 @@ module body_solver_mod
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, to_nodes, unknowns_of
   use assembly_mod, only: triplets_t, diagonal_of, diagonal_ratio, assemble_stiffness
   use mesh_parts_mod, only: assemble_parts
+  use node_parts_mod, only: assemble_node_parts, node_part_t
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: factorise, is_analysed, analysed_order
   use stiffness_inverse_mod, only: stiffness_inverse_t, solve_equations
@@ -76,6 +77,8 @@ contains
     !! a singular matrix; pieces that ties do not hold; no memory
     type(triplets_t) :: k
     type(numbering_t) :: numbering
+    type(node_part_t) :: part
+    integer, allocatable :: row(:)
     integer, allocatable :: start(:), neighbours(:), order(:)
     real(wp), allocatable :: schur(:, :)
     real(wp) :: clock, condensed
@@ -101,8 +104,9 @@ contains
       if (scene%precision%iterative) then
         numbering = numbering_t(make_dof_map(scene%mesh%body, prescribed, interface, &
           body%constraints), inverse%map, body%motions%node, body%motions%dof)
-        call assemble_parts(scene%mesh, scene%materials, numbering%whole, start, neighbours, k, &
-          n_stiffnesses)
+        call assemble_node_parts(scene%mesh, scene%materials, numbering%whole, start, neighbours, &
+          row, part, n_stiffnesses, error)
+        if (allocated(error)) return
       else
         call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
           n_stiffnesses)
@@ -111,13 +115,12 @@ contains
       call lap(clock, work%assemble)
       inverse%factor%precision = scene%precision
       if (scene%precision%iterative) then
-        call stand_alone(scene%mesh%n_nodes, points, k, numbering%whole, body)
+        call stand_alone(scene%mesh%n_nodes, points, part%k, numbering%whole, body)
         if (allocated(inverse%iterative)) deallocate (inverse%iterative)
-        call new_iterative_body(k, numbering, scene%mesh%coordinates, start, neighbours, &
-          inverse%iterative, error)
+        call new_iterative_body(part, row, numbering, inverse%iterative, error)
         if (allocated(error)) return
         call lap(clock, work%factorise)
-        call estimate_condition(scene, k, body, error)
+        call estimate_condition(scene, part%k, body, error)
         call lap(clock, work%condense)
         return
       end if

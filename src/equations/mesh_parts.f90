@@ -16,7 +16,8 @@ module mesh_parts_mod
   implicit none
   private
 
-  public :: assemble_parts, list_parts, assemble_own_part, list_own_part, cut_part
+  public :: assemble_parts, list_parts, assemble_own_part, list_own_part
+  public :: bricks_of_rank, cut_part, send_part, receive_part
 
   integer, parameter :: n_sizes = 6
   !! nodes, bricks, unknowns of the whole mesh, materials, constraints and their masters
@@ -87,27 +88,36 @@ contains
     integer :: rank
 
     do rank = n_ranks() - 1, 0, -1
-      call cut_part(mesh, map, rank, n_ranks(), part, part_map)
+      call cut_part(mesh, map, bricks_of_rank(mesh%n_elements, rank, n_ranks()), part, part_map)
       if (rank > 0) call send_part(part, materials, part_map, rank)
     end do
   end subroutine distribute_parts
 
-  !> The bricks of a rank, their nodes and what these depend on, in the order of the whole mesh.
-  pure subroutine cut_part(mesh, map, rank, ranks, part, part_map)
-    type(mesh_t), intent(in) :: mesh
-    type(dof_map_t), intent(in) :: map
+  !> The run of bricks of a rank.
+  pure function bricks_of_rank(n_bricks, rank, ranks) result(bricks)
+    integer, intent(in) :: n_bricks
     integer, intent(in) :: rank                !! 0 to ranks - 1
     integer, intent(in) :: ranks               !! how many there are
+    integer, allocatable :: bricks(:)
+    integer :: e
+
+    bricks = [(e, e=int(int(rank, i8)*n_bricks/ranks) + 1, int(int(rank + 1, i8)*n_bricks/ranks))]
+  end function bricks_of_rank
+
+  !> Some bricks, their nodes and what these depend on, in the order of the whole mesh.
+  pure subroutine cut_part(mesh, map, bricks, part, part_map, nodes)
+    type(mesh_t), intent(in) :: mesh
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: bricks(:)          !! ascending
     type(mesh_t), intent(out) :: part         !! without ids and bodies
     type(dof_map_t), intent(out) :: part_map  !! equations of its nodes, numbered as of all
-    integer :: first, last, before, c, e, k, node, number(mesh%n_nodes)
-    integer, allocatable :: nodes(:)
+    integer, allocatable, intent(out), optional :: nodes(:) !! its nodes, ascending
+    integer :: before, c, e, k, node, number(mesh%n_nodes)
+    integer, allocatable :: used(:)
 
-    first = int(int(rank, i8)*mesh%n_elements/ranks) + 1
-    last = int(int(rank + 1, i8)*mesh%n_elements/ranks)
     number = 0
-    do e = first, last
-      number(mesh%connectivity(:, e)) = 1
+    do e = 1, size(bricks)
+      number(mesh%connectivity(:, bricks(e))) = 1
     end do
     associate (active => map%constraints)
       before = -1
@@ -119,18 +129,19 @@ contains
         end do
       end do
     end associate
-    nodes = pack([(node, node=1, mesh%n_nodes)], number > 0)
-    number(nodes) = [(k, k=1, size(nodes))]
-    part%n_nodes = size(nodes)
-    part%n_elements = last - first + 1
-    part%coordinates = mesh%coordinates(:, nodes)
+    used = pack([(node, node=1, mesh%n_nodes)], number > 0)
+    number(used) = [(k, k=1, size(used))]
+    part%n_nodes = size(used)
+    part%n_elements = size(bricks)
+    part%coordinates = mesh%coordinates(:, used)
     allocate (part%connectivity(8, part%n_elements))
-    do e = first, last
-      part%connectivity(:, e - first + 1) = number(mesh%connectivity(:, e))
+    do e = 1, size(bricks)
+      part%connectivity(:, e) = number(mesh%connectivity(:, bricks(e)))
     end do
-    part%element_kind = mesh%element_kind(first:last)
-    part%material = mesh%material(first:last)
-    part_map = part_of_map(map, nodes)
+    part%element_kind = mesh%element_kind(bricks)
+    part%material = mesh%material(bricks)
+    part_map = part_of_map(map, used)
+    if (present(nodes)) call move_alloc(used, nodes)
   end subroutine cut_part
 
   subroutine send_part(part, materials, part_map, rank)

@@ -1,17 +1,18 @@
 !> An iterative body by the library that the build has; the only file that depends on which it is.
 module new_iterative_body_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: i8
   use errors_mod, only: error_t, raise, exit_wrong_input
-  use parallel_mod, only: n_ranks
-  use assembly_mod, only: triplets_t
+  use parallel_mod, only: task_length
   use iterative_body_mod, only: iterative_body_t, numbering_t
+  use node_parts_mod, only: node_part_t
 #ifdef BIPOT_PETSC
-  use petsc_body_mod, only: make_petsc_body
+  use petsc_body_mod, only: make_petsc_body, participate, petsc_share_t
 #endif
   implicit none
   private
 
   public :: new_iterative_body, has_iterative_body, check_iterative_body
+  public :: iterative_share_t, participate_iterative
 
 #ifdef BIPOT_PETSC
   logical, parameter :: has_library = .true.
@@ -19,41 +20,56 @@ module new_iterative_body_mod
   logical, parameter :: has_library = .false.
 #endif
 
+  !> What a rank that is not the host has of a body.
+  type :: iterative_share_t
+    private
+    type(node_part_t), public :: summed !! until the body is made of it
+#ifdef BIPOT_PETSC
+    type(petsc_share_t) :: share
+#endif
+  end type iterative_share_t
+
 contains
 
-  !> Whether this program, on as many ranks as it runs on, can solve for bodies by iteration.
-  logical function has_iterative_body()
+  !> Whether this program can solve for bodies by iteration.
+  pure logical function has_iterative_body()
     has_iterative_body = has_library
-    if (has_library) has_iterative_body = n_ranks() == 1
   end function has_iterative_body
 
   !> The same as an error.
   subroutine check_iterative_body(error)
     type(error_t), allocatable, intent(out) :: error
 
-    if (.not. has_library) then
-      call raise(error, exit_wrong_input, 'bipot: error: *BODY SOLVER, TYPE=ITERATIVE: this '// &
-        'build has no iterative solver; scripts/run --iterative builds one')
-    else if (n_ranks() > 1) then
-      call raise(error, exit_wrong_input, 'bipot: error: *BODY SOLVER, TYPE=ITERATIVE runs on '// &
-        'one rank; on several TYPE=FACTOR does')
-    end if
+    if (.not. has_library) call raise(error, exit_wrong_input, 'bipot: error: *BODY SOLVER, '// &
+      'TYPE=ITERATIVE: this build has no iterative solver; scripts/run --iterative builds one')
   end subroutine check_iterative_body
 
-  !> A body of its stiffness; where the build has none it was refused before.
-  subroutine new_iterative_body(k, numbering, coordinates, start, neighbours, body, error)
-    type(triplets_t), intent(in) :: k             !! with its values, not distributed
+  !> A body of its stiffness, on all ranks; where the build has none it was refused before.
+  subroutine new_iterative_body(summed, row, numbering, body, error)
+    type(node_part_t), intent(in) :: summed !! the host's; the other ranks have theirs
+    integer, intent(in) :: row(:)           !! (n_nodes) of each node, 0 without unknowns
     type(numbering_t), intent(in) :: numbering
-    real(wp), intent(in) :: coordinates(:, :)     !! (3,n_nodes) [length]
-    integer, intent(in) :: start(:), neighbours(:) !! of the nodes, as of coupled_nodes
     class(iterative_body_t), allocatable, intent(out) :: body
     type(error_t), allocatable, intent(out) :: error !! the library failed; there is none
 
     call check_iterative_body(error)
     if (allocated(error)) return
 #ifdef BIPOT_PETSC
-    call make_petsc_body(k, numbering, coordinates, start, neighbours, body, error)
+    call make_petsc_body(summed, row, numbering, body, error)
 #endif
   end subroutine new_iterative_body
+
+  !> What the host asks of the other ranks.
+  subroutine participate_iterative(task, share, error)
+    integer(i8), intent(in) :: task(task_length)
+    type(iterative_share_t), intent(inout) :: share
+    type(error_t), allocatable, intent(out) :: error !! the library failed; there is none
+
+    call check_iterative_body(error)
+    if (allocated(error)) return
+#ifdef BIPOT_PETSC
+    call participate(task, share%summed, share%share, error)
+#endif
+  end subroutine participate_iterative
 
 end module new_iterative_body_mod

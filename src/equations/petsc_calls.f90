@@ -6,20 +6,25 @@ module petsc_calls_mod
 
   public :: petsc_initialize, petsc_initialized, petsc_push_error_handler, &
     petsc_return_error_handler, petsc_set_option
-  public :: vec_create, get_ranks, vec_duplicate, vec_destroy, vec_get_array, &
-    vec_restore_array, vec_get_array_read, vec_restore_array_read
-  public :: mat_create, mat_create_shell, mat_shell_get_context, mat_destroy, &
-    mat_set_block_size, mat_set_option, mat_assembly_begin, mat_assembly_end, &
-    mat_set_near_null_space, null_space_create, null_space_destroy
+  public :: vec_create, vec_create_ghosted, get_ranks, vec_duplicate, vec_destroy, vec_get_array, &
+    vec_restore_array, vec_get_array_read, vec_restore_array_read, vec_ghost_begin, vec_ghost_end
+  public :: scatter_create, scatter_begin, scatter_end, scatter_destroy
+  public :: mat_create, mat_create_distributed, mat_update, mat_create_shell, &
+    mat_shell_get_context, mat_destroy, mat_set_block_size, mat_set_option, mat_assembly_begin, &
+    mat_assembly_end, mat_set_near_null_space, null_space_create, null_space_destroy
   public :: pc_create, pc_destroy, pc_set_type, pc_set_operators, pc_set_prefix, &
     pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_levels, pc_smoother, &
     pc_mg_set_residual, pc_shell_set_context, pc_shell_get_context, pc_shell_set_richardson
   public :: ksp_set_type, ksp_set_tolerances, ksp_set_operators, ksp_get_pc
-  public :: yes, no, final_assembly, positive_definite, petsc_default
+  public :: yes, no, final_assembly, positive_definite, petsc_default, petsc_find, insert_values, &
+    forwards, backwards
 
   integer(c_int), parameter :: no = 0, yes = 1        !! PetscBool
   integer(c_int), parameter :: final_assembly = 0     !! MAT_FINAL_ASSEMBLY
   integer(c_int), parameter :: positive_definite = 15 !! MAT_SPD
+  integer(c_int), parameter :: petsc_find = -1        !! PETSC_DETERMINE
+  integer(c_int), parameter :: insert_values = 1      !! INSERT_VALUES
+  integer(c_int), parameter :: forwards = 0, backwards = 1 !! SCATTER_FORWARD, SCATTER_REVERSE
   real(c_double), parameter :: petsc_default = -2.0_c_double !! PETSC_DEFAULT
 
   interface
@@ -97,6 +102,72 @@ module petsc_calls_mod
       type(c_ptr), intent(out) :: vector
       integer(c_int) :: status
     end function vec_create
+
+    !> The same of several ranks, behind the rank's own blocks in memory those of others.
+    ! allow(too-many-arguments)
+    function vec_create_ghosted(ranks, block_size, n, all_n, n_ghosts, ghosts, array, vector) &
+      result(status) bind(c, name='VecCreateGhostBlockWithArray')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ranks, array
+      integer(c_int), value :: block_size, n, all_n, n_ghosts
+      integer(c_int), intent(in) :: ghosts(*) !! block of each among those of all ranks, from 0
+      type(c_ptr), intent(out) :: vector
+      integer(c_int) :: status
+    end function vec_create_ghosted
+
+    function vec_ghost_begin(vector, mode, direction) result(status) &
+      bind(c, name='VecGhostUpdateBegin')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: vector
+      integer(c_int), value :: mode, direction
+      integer(c_int) :: status
+    end function vec_ghost_begin
+
+    function vec_ghost_end(vector, mode, direction) result(status) &
+      bind(c, name='VecGhostUpdateEnd')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: vector
+      integer(c_int), value :: mode, direction
+      integer(c_int) :: status
+    end function vec_ghost_end
+
+    !> From the ranks to a vector of the first one that has all numbers.
+    function scatter_create(vector, scatter, whole) result(status) &
+      bind(c, name='VecScatterCreateToZero')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: vector
+      type(c_ptr), intent(out) :: scatter, whole
+      integer(c_int) :: status
+    end function scatter_create
+
+    function scatter_begin(scatter, from, to, mode, direction) result(status) &
+      bind(c, name='VecScatterBegin')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: scatter, from, to
+      integer(c_int), value :: mode, direction
+      integer(c_int) :: status
+    end function scatter_begin
+
+    function scatter_end(scatter, from, to, mode, direction) result(status) &
+      bind(c, name='VecScatterEnd')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: scatter, from, to
+      integer(c_int), value :: mode, direction
+      integer(c_int) :: status
+    end function scatter_end
+
+    function scatter_destroy(scatter) result(status) bind(c, name='VecScatterDestroy')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), intent(inout) :: scatter
+      integer(c_int) :: status
+    end function scatter_destroy
 
     function vec_duplicate(vector, other) result(status) bind(c, name='VecDuplicate')
       import :: c_int, c_ptr
@@ -178,6 +249,26 @@ module petsc_calls_mod
       integer(c_int) :: status
     end function mat_create
 
+    !> The rows of a rank in a matrix of several; PETSc copies them.
+    ! allow(too-many-arguments)
+    function mat_create_distributed(ranks, n_rows, n_columns, all_rows, all_columns, first, column, &
+      value, matrix) result(status) bind(c, name='MatCreateMPIAIJWithArrays')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ranks, first, column, value
+      integer(c_int), value :: n_rows, n_columns, all_rows, all_columns
+      type(c_ptr), intent(out) :: matrix
+      integer(c_int) :: status
+    end function mat_create_distributed
+
+    !> Other values in the rows of a rank.
+    function mat_update(matrix, value) result(status) bind(c, name='MatUpdateMPIAIJWithArray')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: matrix, value
+      integer(c_int) :: status
+    end function mat_update
+
     function mat_destroy(matrix) result(status) bind(c, name='MatDestroy')
       import :: c_int, c_ptr
       implicit none
@@ -225,13 +316,12 @@ module petsc_calls_mod
       integer(c_int) :: status
     end function mat_set_near_null_space
 
-    function null_space_create(ranks, has_constant, n, vectors, space) result(status) &
-      bind(c, name='MatNullSpaceCreate')
+    !> The rigid motions, orthonormal, of points.
+    function null_space_create(positions, space) result(status) &
+      bind(c, name='MatNullSpaceCreateRigidBody')
       import :: c_int, c_ptr
       implicit none
-      type(c_ptr), value :: ranks
-      integer(c_int), value :: has_constant, n
-      type(c_ptr), intent(in) :: vectors(*) !! orthonormal
+      type(c_ptr), value :: positions !! vector of blocks x, y, z
       type(c_ptr), intent(out) :: space
       integer(c_int) :: status
     end function null_space_create

@@ -4,7 +4,7 @@ module petsc_session_mod
     c_ptr
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: to_text
-  use parallel_mod, only: communicator
+  use parallel_mod, only: communicator, end_all_ranks, n_ranks
   use petsc_calls_mod, only: get_ranks, no, pc_create, petsc_initialize, petsc_initialized, &
     petsc_push_error_handler, petsc_return_error_handler
   implicit none
@@ -79,15 +79,21 @@ contains
   subroutine note(failure, status)
     type(error_t), allocatable, intent(inout) :: failure
     integer(c_int), intent(in) :: status
-    integer(c_int), parameter :: no_memory = 55
+    integer(c_int), parameter :: no_memory = 55, too_many = 84
 
     if (status == 0 .or. allocated(failure)) return
     if (status == no_memory) then
       call raise(failure, exit_machine, 'bipot: error: no memory for the iterative solver')
+    else if (status == too_many) then
+      call raise(failure, exit_machine, 'bipot: error: this build of PETSc counts up to '// &
+        to_text(huge(1))//' entries of a matrix on a rank, and there are more'// &
+        new_line('a')//'  more ranks (scripts/run --iterative --mpi N) have fewer each')
     else
       call raise(failure, exit_machine, 'bipot: error: PETSc failed with its error '// &
         to_text(int(status)))
     end if
+    ! The others wait for this rank.
+    if (n_ranks() > 1) call end_all_ranks(failure%message, failure%exit_status)
   end subroutine note
 
 end module petsc_session_mod

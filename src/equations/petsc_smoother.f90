@@ -8,24 +8,28 @@ module petsc_smoother_mod
     c_null_char, c_ptr
   use kinds_mod, only: wp
   use errors_mod, only: error_t
-  use block_rows_mod, only: block_rows_t, relax_backwards, relax_forwards, take_off_part
+  use block_rows_mod, only: block_rows_t, relax_backwards, relax_forwards, take_off_from, &
+    take_off_part
   use petsc_calls_mod, only: ksp_get_pc, ksp_set_operators, ksp_set_tolerances, ksp_set_type, &
     mat_create_shell, mat_shell_get_context, no, pc_levels, pc_mg_set_residual, pc_set_type, &
     pc_shell_get_context, pc_shell_set_context, pc_shell_set_richardson, pc_smoother, &
-    petsc_default, vec_get_array, vec_get_array_read, vec_restore_array, vec_restore_array_read
+    petsc_default, petsc_find, vec_get_array, vec_get_array_read, vec_restore_array, &
+    vec_restore_array_read
   use petsc_session_mod, only: note
+  use petsc_values_mod, only: fetch_ghosts, values_t
   implicit none
   private
 
   public :: smoother_t, put_smoother
 
-  !> A matrix to relax with.
+  !> A matrix to relax with: a rank's own rows, then ghosts with what joins them to these.
   type :: smoother_t
     type(block_rows_t) :: rows
-    integer, allocatable :: near(:)   !! (n_near) rows near what may be held, ascending
-    integer, allocatable :: around(:) !! these and those that blocks join to them, ascending
+    type(values_t) :: x               !! for unknowns of other ranks
+    integer, allocatable :: near(:)   !! (n_near) own rows near what may be held, ascending
+    integer, allocatable :: around(:) !! these and own ones that blocks join to them, ascending
     type(block_rows_t) :: part        !! what the near ones have among each other
-    real(wp), allocatable :: left(:, :) !! (3,n) what the sweeps from 0 leave
+    real(wp), allocatable :: left(:, :) !! (3,n_own) what the sweeps from 0 leave
   end type smoother_t
 
 contains
@@ -44,9 +48,9 @@ contains
     call note(failure, pc_levels(inverse, n))
     if (allocated(failure)) return
     if (n < 2) return
-    n_rows = 3*size(smoother%rows%inverse, 3, kind=c_int)
-    call note(failure, mat_create_shell(ranks, n_rows, n_rows, n_rows, n_rows, c_loc(smoother), &
-      shell))
+    n_rows = 3*size(smoother%left, 2, kind=c_int)
+    call note(failure, mat_create_shell(ranks, n_rows, n_rows, petsc_find, petsc_find, &
+      c_loc(smoother), shell))
     call note(failure, pc_smoother(inverse, n - 1, solver))
     if (allocated(failure)) return
     call note(failure, ksp_set_type(solver, 'richardson'//c_null_char))
@@ -75,6 +79,7 @@ contains
     type(smoother_t), pointer :: smoother
     real(wp), pointer :: b(:, :), x(:, :)
     type(c_ptr) :: context, array_b, array_x
+    type(error_t), allocatable :: failure
 
     n = most
     reason = as_many_as_asked
@@ -82,34 +87,68 @@ contains
     call c_f_pointer(context, smoother)
     status = max(status, vec_get_array_read(of_b, array_b), vec_get_array(of_x, array_x))
     if (status /= 0) return
-    call c_f_pointer(array_b, b, [3, size(smoother%rows%inverse, 3)])
-    call c_f_pointer(array_x, x, [3, size(smoother%rows%inverse, 3)])
+    call c_f_pointer(array_b, b, [3, size(smoother%left, 2)])
+    call c_f_pointer(array_x, x, [3, size(smoother%left, 2)])
     if (from_zero == no) then
-      call relax_backwards(smoother%rows, b, x)
+      call relax_behind(smoother, b, x, failure)
     else
-      call relax_from_zero(smoother, b, x)
+      call relax_from_zero(smoother, b, x, failure)
     end if
-    status = max(vec_restore_array_read(of_b, array_b), vec_restore_array(of_x, array_x))
+    if (allocated(failure)) status = 1
+    status = max(status, vec_restore_array_read(of_b, array_b), vec_restore_array(of_x, array_x))
   end function relax
 
-  !> The sweeps before the coarser levels.
-  subroutine relax_from_zero(smoother, b, x)
+  !> The sweeps before the coarser levels, each rank's among its own rows; what they leave is
+  !> that of all.
+  subroutine relax_from_zero(smoother, b, x, failure)
     type(smoother_t), intent(inout) :: smoother
-    real(wp), contiguous, intent(in) :: b(:, :)  !! (3,n)
-    real(wp), contiguous, intent(out) :: x(:, :) !! (3,n)
+    real(wp), contiguous, intent(in) :: b(:, :)  !! (3,n_own)
+    real(wp), contiguous, intent(out) :: x(:, :) !! (3,n_own)
+    type(error_t), allocatable, intent(inout) :: failure
     real(wp), dimension(3, size(smoother%near)) :: of_near, change, left
     real(wp), allocatable :: changes(:, :)
 
     call relax_forwards(smoother%rows, b, x, smoother%left)
-    if (size(smoother%near) == 0) return
-    of_near = smoother%left(:, smoother%near)
-    call relax_forwards(smoother%part, of_near, change, left)
-    call relax_backwards(smoother%part, of_near, change)
-    allocate (changes(3, size(x, 2)), source=0.0_wp)
-    changes(:, smoother%near) = change
-    x(:, smoother%near) = x(:, smoother%near) + change
-    call take_off_part(smoother%rows, smoother%around, changes, smoother%left)
+    if (size(smoother%near) > 0) then
+      of_near = smoother%left(:, smoother%near)
+      call relax_forwards(smoother%part, of_near, change, left)
+      call relax_backwards(smoother%part, of_near, change)
+      allocate (changes(3, size(x, 2)), source=0.0_wp)
+      changes(:, smoother%near) = change
+      x(:, smoother%near) = x(:, smoother%near) + change
+      call take_off_part(smoother%rows, smoother%around, changes, smoother%left)
+    end if
+    call take_off_ghosts(smoother, x, smoother%left, failure)
   end subroutine relax_from_zero
+
+  !> The sweep behind the coarser levels, each rank's among its own rows.
+  subroutine relax_behind(smoother, b, x, failure)
+    type(smoother_t), intent(inout) :: smoother
+    real(wp), contiguous, intent(in) :: b(:, :)    !! (3,n_own)
+    real(wp), contiguous, intent(inout) :: x(:, :) !! (3,n_own)
+    type(error_t), allocatable, intent(inout) :: failure
+
+    if (.not. smoother%x%has_ghosts) then
+      call relax_backwards(smoother%rows, b, x)
+      return
+    end if
+    smoother%left = b
+    call take_off_ghosts(smoother, x, smoother%left, failure)
+    call relax_backwards(smoother%rows, smoother%left, x)
+  end subroutine relax_behind
+
+  !> Take off what the unknowns of other ranks do.
+  subroutine take_off_ghosts(smoother, x, left, failure)
+    type(smoother_t), intent(in) :: smoother
+    real(wp), contiguous, intent(in) :: x(:, :)       !! (3,n_own)
+    real(wp), contiguous, intent(inout) :: left(:, :) !! (3,n_own)
+    type(error_t), allocatable, intent(inout) :: failure
+
+    if (.not. smoother%x%has_ghosts) return
+    smoother%x%at(:, :size(x, 2)) = x
+    call fetch_ghosts(smoother%x, failure)
+    call take_off_from(smoother%rows, size(x, 2) + 1, smoother%x%at, left)
+  end subroutine take_off_ghosts
 
   !> PETSc's PCMGSetResidual: b - A x, asked for behind the sweeps from 0 alone.
   function find_residual(shell, of_b, of_x, of_residual) result(status) bind(c)

@@ -4,9 +4,11 @@ module worker_loop_mod
   use kinds_mod, only: i8
   use errors_mod, only: error_t
   use parallel_mod, only: next_task, task_length, task_usage, task_pattern, &
-    task_stiffness, task_double, task_single, tell_usage
+    task_stiffness, task_double, task_single, task_rows, task_iterative, tell_usage
   use assembly_mod, only: triplets_t
   use mesh_parts_mod, only: list_own_part, assemble_own_part
+  use node_parts_mod, only: assemble_own_nodes
+  use new_iterative_body_mod, only: iterative_share_t, participate_iterative
   use double_factor_mod, only: double_factor_t => mumps_factor_t, participate_double => participate
   use single_factor_mod, only: single_factor_t => mumps_factor_t, participate_single => participate
   implicit none
@@ -22,7 +24,10 @@ contains
     type(triplets_t) :: k !! part of the matrix that the host is about to analyse or factorise
     type(double_factor_t), allocatable :: double(:)
     type(single_factor_t), allocatable :: single(:)
+    type(iterative_share_t), allocatable :: iterative
     integer(i8) :: task(task_length)
+
+    allocate (iterative)
 
     do
       call next_task(task)
@@ -37,6 +42,10 @@ contains
         call participate_double(double, task, k, error)
       case (task_single)
         call participate_single(single, task, k, error)
+      case (task_rows)
+        call assemble_own_nodes(iterative%summed)
+      case (task_iterative)
+        call participate_iterative(task, iterative, error)
       case default ! task_end
         exit
       end select

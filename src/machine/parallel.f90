@@ -13,14 +13,15 @@ module parallel_mod
   use text_mod, only: to_text
   use system_mod, only: wall_seconds, cpu_seconds, peak_memory_bytes, sleep_for, set_environment
   use resource_limits_mod, only: resident_bytes
+  use standard_streams_mod, only: write_to, standard_error
   implicit none
   private
 
   public :: start_ranks, end_ranks, n_ranks, is_host, communicator, has_launcher
   public :: announce, next_task, task_length, task_end, task_usage, task_pattern, task_stiffness, &
-    task_double, task_single
+    task_double, task_single, task_rows, task_iterative
   public :: send_integers, send_reals, receive_integers, receive_reals, sum_over_ranks, all_ranks, &
-    broadcast_text
+    broadcast_text, end_all_ranks
   public :: usage_t, usage_of_others, tell_usage
 
   ! The one form in which the empty library has MPI's constants too.
@@ -35,6 +36,8 @@ module parallel_mod
   integer(i8), parameter :: task_stiffness = 3 !! and sum their stiffness
   integer(i8), parameter :: task_double = 4    !! MUMPS in double precision
   integer(i8), parameter :: task_single = 5    !! and in single precision
+  integer(i8), parameter :: task_rows = 6      !! take the bricks at a part of the nodes, sum them
+  integer(i8), parameter :: task_iterative = 7 !! solutions by iteration
 
   integer(c_int), parameter :: host = 0, tag_task = 1, tag_data = 2
 
@@ -170,6 +173,16 @@ contains
     end if
     call mpi_finalize(status)
   end subroutine end_ranks
+
+  !> End all ranks from one of them, with a message: where the others wait for it.
+  subroutine end_all_ranks(message, exit_status)
+    character(*), intent(in) :: message
+    integer, intent(in) :: exit_status
+    integer(c_int) :: status
+
+    call write_to(standard_error, message//new_line('a'))
+    call mpi_abort(mpi_comm_world, int(exit_status, c_int), status)
+  end subroutine end_all_ranks
 
   !> How many ranks there are; 1 before `start_ranks`.
   function n_ranks() result(number)

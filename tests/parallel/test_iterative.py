@@ -7,10 +7,21 @@ import os
 import re
 import signal
 import subprocess
+import tempfile
 import unittest
+from pathlib import Path
 
 import numpy as np
-from launching import INPUT, PROGRAM, Run, forces, launch, with_card
+from launching import (
+    INPUT,
+    PROGRAM,
+    Run,
+    check_end,
+    forces,
+    launch,
+    ranks_of,
+    with_card,
+)
 
 AUTO = {"solver": "AUTO", "local": "AUTO", "tolerance": 1e-11}
 LIMIT = 1e-8
@@ -128,9 +139,10 @@ BODY, GRAV, 10., <aside>, 0., <up>
 
 
 class Agreement(unittest.TestCase):
-    def agree(self, deck, *, most=None, **overrides):
+    def agree(self, deck, *, most=None, ranks=1, **overrides):
         """Both solvers give the same forces, certified; `most` iterations an increment."""
-        run = Run(with_card(deck, ITERATIVE), name="iterative", **overrides)
+        command = launch(ranks) if ranks > 1 else (PROGRAM,)
+        run = Run(with_card(deck, ITERATIVE), name="iterative", command=command, **overrides)
         self.assertEqual(run.status, 0, run.errors)
         factor = Run(with_card(deck, "*BODY SOLVER, TYPE=FACTOR"), name="factor", **overrides)
         self.assertEqual(factor.status, 0, factor.errors)
@@ -359,11 +371,68 @@ class Refused(unittest.TestCase):
         run = self.refused(self.read("block"), "by iteration", status=NOT_SOLVED, **soft)
         self.assertNotIn("certified to", run.output)
 
-    def test_several_ranks(self):
-        deck = with_card(self.read("block"), ITERATIVE)
-        run = Run(deck, name="refused", command=launch(2), **AUTO)
-        self.assertEqual(run.status, WRONG_INPUT, run.errors)
-        self.assertIn("runs on one rank", run.errors)
+
+class SeveralRanks(Agreement):
+    """Each rank has the rows of some nodes; the forces are those of a factor on one rank."""
+
+    def test_the_block(self):
+        deck = (INPUT / "block.inp").read_text(encoding="utf-8")
+        for ranks in (2, 3):
+            with self.subTest(ranks=ranks):
+                self.agree(deck, ranks=ranks, n=6, steps=10, **AUTO)
+
+    def test_stiffness_across_the_border(self):
+        """Sweeps that leave out what other ranks have do not converge by themselves here."""
+        deck = (INPUT / "block.inp").read_text(encoding="utf-8")
+        self.agree(deck, ranks=2, element="C3D8B", nu=0.4, n=6, steps=5, **AUTO)
+
+    def test_its_iterations_stay_few(self):
+        deck = (INPUT / "block.inp").read_text(encoding="utf-8")
+        self.agree(deck, ranks=2, most=45, n=8, steps=10, **AUTO)
+
+    def test_two_bodies_of_a_mesh_by_gmsh(self):
+        self.agree(MESHED.format(mesh=INPUT / "meshes" / "punch.inp"), ranks=2)
+
+    def test_a_free_body(self):
+        self.agree(FREE, ranks=2)
+
+    @unittest.skipUnless(LONG, "with BIPOT_LONG")
+    def test_a_free_body_between_two_planes(self):
+        self.agree(FREE, ranks=4, press=0.03)
+
+    @unittest.skipUnless(LONG, "with BIPOT_LONG")
+    def test_a_sphere(self):
+        deck = HELD_ABOVE.format(kind="SPHERE", shape="0.5, 0.5, -3., 3.", aside="0.")
+        self.agree(deck, ranks=4)
+
+    def test_tied_bodies(self):
+        """What a node depends on may be another rank's."""
+        deck = (INPUT / "bracket.inp").read_text(encoding="utf-8")
+        self.agree(deck, ranks=3, tolerance=1e-11)
+
+    def test_a_killed_rank_ends_the_run(self):
+        with tempfile.TemporaryDirectory() as folder:
+            deck = Path(folder) / "block.inp"
+            text = (INPUT / "block.inp").read_text(encoding="utf-8")
+            deck.write_text(with_card(text, ITERATIVE), encoding="utf-8")
+            command = [*launch(2), str(deck), "--overwrite", "--set", "n=8", "--set", "steps=200"]
+            command += ["--set", "solver=AUTO", "--set", "local=AUTO"]
+            for victim in (0, 1):
+                with self.subTest(victim=victim):
+                    running = subprocess.Popen(
+                        command,
+                        cwd=folder,
+                        text=True,
+                        stdout=subprocess.PIPE,
+                        stderr=subprocess.STDOUT,
+                    )
+                    self.addCleanup(running.kill)
+                    ranks = ranks_of(running, deck.with_suffix(".vtkhdf"))
+                    os.kill(ranks[victim], signal.SIGKILL)
+                    output = check_end(running, ranks)
+                    self.assertEqual(running.returncode, 128 + signal.SIGKILL)
+                    self.assertIn("signal 9 (Killed)", output)
+                    deck.with_suffix(".vtkhdf").unlink()
 
 
 if __name__ == "__main__":

@@ -12,7 +12,19 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from launching import INPUT, MPIEXEC, PROGRAM, SOURCE, Run, forces, launch, with_card
+from launching import (
+    INPUT,
+    MPIEXEC,
+    PATIENCE,
+    PROGRAM,
+    SOURCE,
+    Run,
+    check_end,
+    forces,
+    launch,
+    ranks_of,
+    with_card,
+)
 
 SERIAL = os.environ.get("BIPOT_SERIAL", str(SOURCE / "build" / "bipot"))
 BLOCK = (INPUT / "block.inp").read_text(encoding="utf-8")
@@ -20,7 +32,6 @@ BLOCK = (INPUT / "block.inp").read_text(encoding="utf-8")
 AUTO = {"solver": "AUTO", "local": "AUTO", "tolerance": 1e-12}
 LIMIT = 1e-10
 WRONG_INPUT, NOT_SOLVED, MACHINE = 1, 2, 3
-PATIENCE = 600  # a run that does not end is a failure [s]
 
 
 def counters(run):
@@ -239,41 +250,14 @@ class Killed(unittest.TestCase):
             cwd=self.folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         )
         self.addCleanup(running.kill)
-        return running, self.ranks_of(running)
-
-    def ranks_of(self, running):
-        """The process of each rank, once both are there and one has begun with an increment."""
-        until = time.monotonic() + PATIENCE
-        while time.monotonic() < until and running.poll() is None:
-            if (self.folder / "block.vtkhdf").exists():
-                children = Path(f"/proc/{running.pid}/task/{running.pid}/children").read_text()
-                ranks = {}
-                for child in map(int, children.split()):
-                    environment = Path(f"/proc/{child}/environ").read_bytes().split(b"\0")
-                    rank = [e for e in environment if e.startswith(b"OMPI_COMM_WORLD_RANK=")]
-                    if rank:
-                        ranks[int(rank[0].split(b"=")[1])] = child
-                if len(ranks) == 2:
-                    return [ranks[0], ranks[1]]
-            time.sleep(0.05)
-        raise AssertionError("the run did not begin")
-
-    def check_end(self, running, ranks):
-        """All of it ends, says so, and leaves no process behind."""
-        output, _ = running.communicate(timeout=PATIENCE)
-        self.assertNotEqual(running.returncode, 0)
-        until = time.monotonic() + PATIENCE
-        while any(Path(f"/proc/{rank}").exists() for rank in ranks):
-            self.assertLess(time.monotonic(), until, "a rank is left")
-            time.sleep(0.05)
-        return output
+        return running, ranks_of(running, self.folder / "block.vtkhdf")
 
     def test_a_killed_rank_ends_the_run(self):
         for victim in (0, 1):
             with self.subTest(victim=victim):
                 running, ranks = self.start("--overwrite")
                 os.kill(ranks[victim], signal.SIGKILL)
-                output = self.check_end(running, ranks)
+                output = check_end(running, ranks)
                 self.assertEqual(running.returncode, 128 + signal.SIGKILL)
                 self.assertIn("signal 9 (Killed)", output)
                 (self.folder / "block.vtkhdf").unlink()
@@ -281,7 +265,7 @@ class Killed(unittest.TestCase):
     def test_the_host_stops_behind_its_increment(self):
         running, ranks = self.start(n=4)
         os.kill(ranks[0], signal.SIGTERM)
-        self.check_end(running, ranks)
+        check_end(running, ranks)
         self.assertEqual(running.returncode, 128 + signal.SIGTERM)
         result = self.folder / "block.vtkhdf"
         with h5py.File(result) as file:
@@ -297,7 +281,7 @@ class Killed(unittest.TestCase):
     def test_a_terminated_launcher_takes_its_ranks_along(self):
         running, ranks = self.start()
         running.terminate()
-        self.check_end(running, ranks)
+        check_end(running, ranks)
 
 
 if __name__ == "__main__":
