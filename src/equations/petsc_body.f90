@@ -3,8 +3,7 @@
 !>
 !> Unknowns are the host's. It deals them out for every product and every approximate inverse, and
 !> collects what comes of it.
-!> Where bodies move freely each pin has a spring in the matrix, which products with K leave out,
-!> and the coarser levels are made anew for what is held: nothing else may hold the bodies.
+!> Where bodies move freely each pin has a spring in the matrix, which products with K leave out.
 module petsc_body_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
@@ -40,8 +39,6 @@ module petsc_body_mod
     integer, allocatable :: row(:)     !! (n_nodes) of each node, 0 without unknowns
     real(wp), allocatable :: spring(:) !! (n_pins) in the matrix, at each pin [force/length]
     integer, allocatable :: held(:)    !! (m) rows of the nodes that may be held
-    real(wp), allocatable :: seen(:, :, :)
-    !! (3,3,m) projection on what is held that the coarser levels see, where they are made anew
     real(wp), allocatable :: rows(:, :) !! (3,n_rows) of all ranks, where there are several
   contains
     procedure :: hold => hold_at_nodes
@@ -84,7 +81,7 @@ contains
       call send_integers(made%n_pins, numbering%pin_dof, rank)
     end do
     call make_share(share, pin_row, numbering%pin_dof, made%share)
-    allocate (made%held(0), made%seen(3, 3, 0))
+    allocate (made%held(0))
     if (n_ranks() > 1) allocate (made%rows(3, share%n_rows))
     call take_failure(made)
     if (allocated(made%failure)) error = made%failure
@@ -115,28 +112,22 @@ contains
     class(petsc_body_t), intent(inout) :: body
     integer, intent(in) :: node(:)
     real(wp), intent(in) :: held(:, :, :), stiffer(:, :, :)
-    real(wp), parameter :: few = 0.05_wp  ! nodes, of those that may be held: not worth new levels
-    real(wp), parameter :: much = 0.5_wp  ! of what is held at a node: it is another
-    logical :: is_new, renews
+    logical :: is_new
     integer :: rank
 
     if (allocated(body%failure) .or. max(size(node), size(body%held)) == 0) return
     is_new = size(node) /= size(body%held)
     if (.not. is_new) is_new = any(body%row(node) /= body%held)
     body%held = body%row(node)
-    renews = body%n_pins > 0
-    if (renews .and. .not. is_new .and. size(body%seen, 3) == size(held, 3)) renews = &
-      count(maxval(maxval(abs(held - body%seen), dim=1), dim=1) > much) > few*size(held, 3)
-    if (renews) body%seen = held
     call announce(task_iterative, to_hold, size(node, kind=i8))
     do rank = 1, n_ranks() - 1
-      call send_integers(2, merge(1, 0, [is_new, renews]), rank)
+      call send_integers(1, [merge(1, 0, is_new)], rank)
       call send_integers(size(node), body%held, rank)
       call send_reals(size(held), held, rank)
       call send_reals(size(stiffer), stiffer, rank)
     end do
     if (is_new) call keep_nodes(body%share%part, body%held)
-    call hold_nodes(body%share%part, body%held, held, stiffer, renews)
+    call hold_nodes(body%share%part, body%held, held, stiffer)
     call take_failure(body)
   end subroutine hold_at_nodes
 
@@ -237,7 +228,7 @@ contains
     integer, allocatable :: row(:), dof(:)
     real(wp), allocatable :: held(:, :, :), stiffer(:, :, :)
     type(node_part_t) :: nothing
-    integer :: n, flags(2)
+    integer :: n, is_new(1)
 
     n = int(task(3))
     select case (task(2))
@@ -249,12 +240,12 @@ contains
       share = nothing
     case (to_hold)
       allocate (row(n), held(3, 3, n), stiffer(3, 3, n))
-      call receive_integers(2, flags)
+      call receive_integers(1, is_new)
       call receive_integers(n, row)
       call receive_reals(size(held), held)
       call receive_reals(size(stiffer), stiffer)
-      if (flags(1) > 0) call keep_nodes(mine%part, row)
-      call hold_nodes(mine%part, row, held, stiffer, flags(2) > 0)
+      if (is_new(1) > 0) call keep_nodes(mine%part, row)
+      call hold_nodes(mine%part, row, held, stiffer)
     case (to_multiply, to_apply)
       call spread_whole(mine%whole, mine%part%x, mine%part%failure)
       call work(task(2), mine%part)

@@ -9,18 +9,22 @@ module petsc_calls_mod
   public :: vec_create, vec_create_ghosted, get_ranks, vec_duplicate, vec_destroy, vec_get_array, &
     vec_restore_array, vec_get_array_read, vec_restore_array_read, vec_ghost_begin, vec_ghost_end
   public :: scatter_create, scatter_begin, scatter_end, scatter_destroy
-  public :: mat_create, mat_create_distributed, mat_update, mat_create_shell, &
-    mat_shell_get_context, mat_destroy, mat_set_block_size, mat_set_option, mat_assembly_begin, &
-    mat_assembly_end, mat_set_near_null_space, null_space_create, null_space_destroy
+  public :: mat_create, mat_create_distributed, mat_create_shell, &
+    mat_shell_get_context, mat_destroy, mat_set_block_size, mat_set_option, mat_duplicate, &
+    mat_copy, mat_axpy, mat_ptap, mat_set_near_null_space, null_space_create, null_space_destroy
   public :: pc_create, pc_destroy, pc_set_type, pc_set_operators, pc_set_prefix, &
-    pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_levels, pc_smoother, &
+    pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_levels, pc_smoother, pc_interpolation, &
     pc_mg_set_residual, pc_shell_set_context, pc_shell_get_context, pc_shell_set_richardson
-  public :: ksp_set_type, ksp_set_tolerances, ksp_set_operators, ksp_get_pc
-  public :: yes, no, final_assembly, positive_definite, petsc_default, petsc_find, insert_values, &
-    forwards, backwards
+  public :: ksp_set_type, ksp_set_tolerances, ksp_set_operators, ksp_get_operators, &
+    ksp_get_pc
+  public :: yes, no, copy_values, new_matrix, subset_pattern, same_pattern, positive_definite, &
+    petsc_default, petsc_find, insert_values, forwards, backwards
 
   integer(c_int), parameter :: no = 0, yes = 1        !! PetscBool
-  integer(c_int), parameter :: final_assembly = 0     !! MAT_FINAL_ASSEMBLY
+  integer(c_int), parameter :: copy_values = 1        !! MAT_COPY_VALUES
+  integer(c_int), parameter :: new_matrix = 0         !! MAT_INITIAL_MATRIX
+  integer(c_int), parameter :: subset_pattern = 1     !! SUBSET_NONZERO_PATTERN
+  integer(c_int), parameter :: same_pattern = 2       !! SAME_NONZERO_PATTERN
   integer(c_int), parameter :: positive_definite = 15 !! MAT_SPD
   integer(c_int), parameter :: petsc_find = -1        !! PETSC_DETERMINE
   integer(c_int), parameter :: insert_values = 1      !! INSERT_VALUES
@@ -261,14 +265,6 @@ module petsc_calls_mod
       integer(c_int) :: status
     end function mat_create_distributed
 
-    !> Other values in the rows of a rank.
-    function mat_update(matrix, value) result(status) bind(c, name='MatUpdateMPIAIJWithArray')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: matrix, value
-      integer(c_int) :: status
-    end function mat_update
-
     function mat_destroy(matrix) result(status) bind(c, name='MatDestroy')
       import :: c_int, c_ptr
       implicit none
@@ -292,21 +288,43 @@ module petsc_calls_mod
       integer(c_int) :: status
     end function mat_set_option
 
-    function mat_assembly_begin(matrix, kind) result(status) bind(c, name='MatAssemblyBegin')
+    function mat_duplicate(matrix, option, other) result(status) bind(c, name='MatDuplicate')
       import :: c_int, c_ptr
       implicit none
       type(c_ptr), value :: matrix
-      integer(c_int), value :: kind
+      integer(c_int), value :: option
+      type(c_ptr), intent(out) :: other
       integer(c_int) :: status
-    end function mat_assembly_begin
+    end function mat_duplicate
 
-    function mat_assembly_end(matrix, kind) result(status) bind(c, name='MatAssemblyEnd')
+    function mat_copy(from, to, pattern) result(status) bind(c, name='MatCopy')
       import :: c_int, c_ptr
       implicit none
-      type(c_ptr), value :: matrix
-      integer(c_int), value :: kind
+      type(c_ptr), value :: from, to
+      integer(c_int), value :: pattern
       integer(c_int) :: status
-    end function mat_assembly_end
+    end function mat_copy
+
+    !> y = y + a x.
+    function mat_axpy(y, a, x, pattern) result(status) bind(c, name='MatAXPY')
+      import :: c_double, c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: y, x
+      real(c_double), value :: a
+      integer(c_int), value :: pattern !! of x beside that of y
+      integer(c_int) :: status
+    end function mat_axpy
+
+    !> P^T A P.
+    function mat_ptap(a, p, reuse, fill, product) result(status) bind(c, name='MatPtAP')
+      import :: c_double, c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: a, p
+      integer(c_int), value :: reuse
+      real(c_double), value :: fill
+      type(c_ptr), intent(inout) :: product
+      integer(c_int) :: status
+    end function mat_ptap
 
     function mat_set_near_null_space(matrix, space) result(status) &
       bind(c, name='MatSetNearNullSpace')
@@ -410,6 +428,25 @@ module petsc_calls_mod
       type(c_ptr), intent(out) :: ksp
       integer(c_int) :: status
     end function pc_smoother
+
+    !> From the level before to one, 1 the first that has one before.
+    function pc_interpolation(pc, level, matrix) result(status) &
+      bind(c, name='PCMGGetInterpolation')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: pc
+      integer(c_int), value :: level
+      type(c_ptr), intent(out) :: matrix
+      integer(c_int) :: status
+    end function pc_interpolation
+
+    function ksp_get_operators(ksp, matrix, other) result(status) bind(c, name='KSPGetOperators')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: ksp
+      type(c_ptr), intent(out) :: matrix, other
+      integer(c_int) :: status
+    end function ksp_get_operators
 
     function ksp_set_type(ksp, name) result(status) bind(c, name='KSPSetType')
       import :: c_char, c_int, c_ptr

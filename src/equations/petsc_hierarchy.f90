@@ -7,18 +7,17 @@ module petsc_hierarchy_mod
   use sorting_mod, only: sort_ascending
   use parallel_mod, only: sum_over_ranks
   use block_rows_mod, only: block_rows_t
-  use petsc_calls_mod, only: final_assembly, mat_assembly_begin, mat_assembly_end, mat_create, &
-    mat_create_distributed, mat_destroy, mat_set_block_size, mat_set_near_null_space, &
-    mat_set_option, mat_update, no, null_space_create, null_space_destroy, pc_set_from_options, &
-    pc_set_operators, pc_set_prefix, pc_set_reuse, pc_set_type, pc_set_up, petsc_find, &
-    petsc_set_option, positive_definite, yes
+  use petsc_calls_mod, only: mat_create, mat_create_distributed, mat_destroy, mat_set_block_size, &
+    mat_set_near_null_space, mat_set_option, null_space_create, null_space_destroy, &
+    pc_set_from_options, pc_set_operators, pc_set_prefix, pc_set_reuse, pc_set_type, pc_set_up, &
+    petsc_find, petsc_set_option, positive_definite, yes
   use petsc_session_mod, only: note
   use petsc_smoother_mod, only: put_smoother, smoother_t
-  use petsc_values_mod, only: layout_t, make_values, release_values, values_t
+  use petsc_values_mod, only: layout_t, make_values, release_values, row_of, values_t
   implicit none
   private
 
-  public :: hierarchy_t, make_hierarchy, renew_hierarchy, release_hierarchy
+  public :: hierarchy_t, make_hierarchy, release_hierarchy
 
   integer(c_int), parameter :: too_many = 84 !! PETSC_ERR_INT_OVERFLOW
 
@@ -35,11 +34,10 @@ module petsc_hierarchy_mod
 contains
 
   !> The hierarchy of K: all ranks must call it.
-  subroutine make_hierarchy(ranks, layout, position, renews, smoother, inverse, hierarchy, failure)
+  subroutine make_hierarchy(ranks, layout, position, smoother, inverse, hierarchy, failure)
     type(c_ptr), intent(in) :: ranks
     type(layout_t), intent(in) :: layout
     real(wp), intent(in) :: position(:, :)     !! (3,n_own) [length]
-    logical, intent(in) :: renews              !! its coarser levels, with the matrix
     type(smoother_t), target, intent(in) :: smoother !! its rows are the matrix
     type(c_ptr), intent(inout) :: inverse      !! the preconditioner
     type(hierarchy_t), intent(inout) :: hierarchy
@@ -78,12 +76,11 @@ contains
     call set_option('bipot_mg_levels_ksp_type', 'chebyshev')
     call set_option('bipot_mg_levels_pc_type', 'jacobi')
     call set_option('bipot_mg_levels_ksp_max_it', '1')
-    call set_option('bipot_pc_gamg_reuse_interpolation', merge('true ', 'false', renews))
     call note(failure, pc_set_from_options(inverse))
     call note(failure, pc_set_up(inverse))
     call note(failure, pc_set_reuse(inverse, yes))
-    call put_smoother(ranks, renews, inverse, smoother, hierarchy%shell, failure)
-    if (renews .or. allocated(failure)) return
+    call put_smoother(ranks, inverse, smoother, hierarchy%shell, failure)
+    if (allocated(failure) .or. .not. c_associated(hierarchy%shell)) return
     ! What was coarsened once is not needed again.
     call note(failure, pc_set_operators(inverse, hierarchy%shell, hierarchy%shell))
     call release_entries(hierarchy)
@@ -98,29 +95,6 @@ contains
     end subroutine set_option
 
   end subroutine make_hierarchy
-
-  !> The coarser levels of what the matrix is now, by the interpolation that is there: all ranks
-  !> must call it.
-  subroutine renew_hierarchy(rows, layout, inverse, hierarchy, failure)
-    type(block_rows_t), intent(in) :: rows
-    type(layout_t), intent(in) :: layout
-    type(c_ptr), intent(in) :: inverse         !! the preconditioner
-    type(hierarchy_t), intent(inout) :: hierarchy
-    type(error_t), allocatable, intent(inout) :: failure
-
-    if (allocated(failure)) return
-    call copy_values(rows, layout, hierarchy)
-    if (layout%is_shared) then
-      call note(failure, mat_update(hierarchy%by_rows, c_loc(hierarchy%value)))
-    else
-      call note(failure, mat_assembly_begin(hierarchy%by_rows, final_assembly))
-      call note(failure, mat_assembly_end(hierarchy%by_rows, final_assembly))
-    end if
-    call note(failure, pc_set_reuse(inverse, no))
-    call note(failure, pc_set_operators(inverse, hierarchy%by_rows, hierarchy%by_rows))
-    call note(failure, pc_set_up(inverse))
-    call note(failure, pc_set_reuse(inverse, yes))
-  end subroutine renew_hierarchy
 
   !> The pattern of the rank's own rows by entries, both triangles.
   subroutine list_entries(rows, layout, hierarchy, failure)
@@ -183,18 +157,6 @@ contains
     end subroutine add
 
   end subroutine list_entries
-
-  !> Which of all rows one here is.
-  pure integer function row_of(layout, i)
-    type(layout_t), intent(in) :: layout
-    integer, intent(in) :: i
-
-    if (i <= layout%n_own) then
-      row_of = layout%before + i
-    else
-      row_of = layout%ghost(i - layout%n_own)
-    end if
-  end function row_of
 
   !> The blocks by entries, both triangles.
   subroutine copy_values(rows, layout, hierarchy)

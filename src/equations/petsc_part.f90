@@ -23,7 +23,8 @@ module petsc_part_mod
   use petsc_session_mod, only: begin_petsc, note
   use petsc_values_mod, only: fetch_ghosts, layout_t, make_values, release_values, touch, values_t
   use petsc_smoother_mod, only: smoother_t
-  use petsc_hierarchy_mod, only: hierarchy_t, make_hierarchy, release_hierarchy, renew_hierarchy
+  use petsc_hierarchy_mod, only: hierarchy_t, make_hierarchy, release_hierarchy
+  use petsc_levels_mod, only: change_levels, levels_t, release_levels
   implicit none
   private
 
@@ -41,6 +42,7 @@ module petsc_part_mod
     type(held_rows_t) :: held       !! the nodes that may be held
     type(c_ptr) :: ranks = c_null_ptr, inverse = c_null_ptr
     type(hierarchy_t) :: hierarchy
+    type(levels_t) :: levels
     type(error_t), allocatable :: failure !! of PETSc; it holds for good
   end type petsc_part_t
 
@@ -67,8 +69,7 @@ contains
       call keep_rows(rows, part%held, [integer ::])
     end associate
     call make_hierarchy(part%ranks, part%layout, share%coordinates(:, node_of(: &
-      part%layout%n_own)), size(pin_row) > 0, part%smoother, part%inverse, part%hierarchy, &
-      part%failure)
+      part%layout%n_own)), part%smoother, part%inverse, part%hierarchy, part%failure)
   end subroutine make_part
 
   !> Own rows, then ghosts, each in the order of the mesh.
@@ -221,12 +222,11 @@ contains
   end subroutine keep_nodes
 
   !> P K P, with a diagonal along what is held, in the place of K.
-  subroutine hold_nodes(part, row, along, stiffer, renews)
+  subroutine hold_nodes(part, row, along, stiffer)
     type(petsc_part_t), intent(inout) :: part
     integer, intent(in) :: row(:)            !! as `keep_nodes` got them
     real(wp), intent(in) :: along(:, :, :)   !! (3,3,m) projection on what is held [-]
     real(wp), intent(in) :: stiffer(:, :, :) !! (3,3,m) added on the diagonal [force/length]
-    logical, intent(in) :: renews            !! the coarser levels too
     integer, allocatable :: listed(:)
     integer :: i
 
@@ -234,8 +234,8 @@ contains
     call hold_rows(part%smoother%rows, part%held, along(:, :, listed), stiffer(:, :, listed))
     call stiffen_border(part%smoother%rows, part%layout%n_own + 1)
     part%smoother%part = take_part(part%smoother%rows, part%smoother%near)
-    if (renews) call renew_hierarchy(part%smoother%rows, part%layout, part%inverse, &
-      part%hierarchy, part%failure)
+    call change_levels(part%ranks, part%layout, part%smoother%rows, part%held, part%inverse, &
+      part%levels, part%failure)
   end subroutine hold_nodes
 
   !> y = K x, by the matrix where nothing is held, and by the rows that are kept.
@@ -266,6 +266,7 @@ contains
     integer(c_int) :: status
 
     if (c_associated(part%inverse)) status = pc_destroy(part%inverse)
+    call release_levels(part%levels)
     call release_hierarchy(part%hierarchy)
     call release_values(part%x)
     call release_values(part%y)

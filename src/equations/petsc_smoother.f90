@@ -35,12 +35,12 @@ module petsc_smoother_mod
 contains
 
   !> Let it smooth on the finest of the levels.
-  subroutine put_smoother(ranks, renews, inverse, smoother, shell, failure)
+  subroutine put_smoother(ranks, inverse, smoother, shell, failure)
     type(c_ptr), intent(in) :: ranks
-    logical, intent(in) :: renews                !! PETSc coarsens the matrix again
     type(c_ptr), intent(in) :: inverse           !! multigrid, set up
     type(smoother_t), target, intent(in) :: smoother
-    type(c_ptr), intent(inout) :: shell          !! what PETSc asks for residuals
+    type(c_ptr), intent(inout) :: shell
+    !! what PETSc asks for residuals; not made where there is one level
     type(error_t), allocatable, intent(inout) :: failure
     type(c_ptr) :: solver, conditioner
     integer(c_int) :: n, n_rows
@@ -56,8 +56,7 @@ contains
     call note(failure, ksp_set_type(solver, 'richardson'//c_null_char))
     call note(failure, ksp_set_tolerances(solver, petsc_default, petsc_default, petsc_default, &
       1_c_int))
-    ! PETSc coarsens what is the smoother's; else it is to let the matrix go.
-    if (.not. renews) call note(failure, ksp_set_operators(solver, shell, shell))
+    call note(failure, ksp_set_operators(solver, shell, shell))
     call note(failure, ksp_get_pc(solver, conditioner))
     if (allocated(failure)) return
     call note(failure, pc_set_type(conditioner, 'shell'//c_null_char))

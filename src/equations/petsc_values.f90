@@ -11,7 +11,7 @@ module petsc_values_mod
   implicit none
   private
 
-  public :: layout_t, values_t, make_values, fetch_ghosts, touch, release_values
+  public :: layout_t, values_t, make_values, fetch_ghosts, touch, release_values, row_of
   public :: whole_t, make_whole, spread_whole, collect_whole, release_whole
 
   !> Which rank has which rows.
@@ -36,6 +36,18 @@ module petsc_values_mod
   end type whole_t
 
 contains
+
+  !> Which of all rows one here is.
+  pure integer function row_of(layout, i)
+    type(layout_t), intent(in) :: layout
+    integer, intent(in) :: i !! among the rank's own, or its ghosts behind them
+
+    if (i <= layout%n_own) then
+      row_of = layout%before + i
+    else
+      row_of = layout%ghost(i - layout%n_own)
+    end if
+  end function row_of
 
   !> A vector of zeros.
   subroutine make_values(ranks, layout, values, failure)
