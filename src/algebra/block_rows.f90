@@ -10,7 +10,7 @@ module block_rows_mod
   private
 
   public :: block_rows_t, find_block, put_block, times_rows, relax_forwards, relax_backwards, &
-    near_rows, take_part, take_off_part, take_off_from, stiffen_border
+    take_off_from, stiffen_border
 
   !> The blocks, row by row.
   type :: block_rows_t
@@ -199,77 +199,5 @@ contains
       end do
     end associate
   end subroutine stiffen_border
-
-  !> Some rows, those that blocks join to them, those that blocks join to these, and so on.
-  pure function near_rows(rows, some, layers) result(near)
-    type(block_rows_t), intent(in) :: rows
-    integer, intent(in) :: some(:), layers
-    integer, allocatable :: near(:) !! ascending
-    logical, allocatable :: is_near(:), was_near(:)
-    integer :: i, k, layer
-
-    allocate (is_near(size(rows%first) - 1), source=.false.)
-    is_near(some) = .true.
-    do layer = 1, layers
-      was_near = is_near
-      do i = 1, size(is_near)
-        do k = rows%first(i), rows%first(i + 1) - 1
-          if (was_near(rows%column(k))) is_near(i) = .true.
-          if (was_near(i)) is_near(rows%column(k)) = .true.
-        end do
-      end do
-    end do
-    near = pack([(i, i=1, size(is_near))], is_near)
-  end function near_rows
-
-  !> The blocks that some rows have among each other.
-  pure function take_part(rows, some) result(part)
-    type(block_rows_t), intent(in) :: rows
-    integer, intent(in) :: some(:) !! ascending
-    type(block_rows_t) :: part
-    integer, allocatable :: number(:)
-    integer :: i, k, n
-
-    allocate (number(size(rows%first) - 1), source=0)
-    number(some) = [(i, i=1, size(some))]
-    n = 0
-    do i = 1, size(some)
-      n = n + count(number(rows%column(rows%first(some(i)):rows%first(some(i) + 1) - 1)) > 0)
-    end do
-    allocate (part%first(size(some) + 1), part%column(n), part%block(3, 3, n))
-    part%own = rows%own(:, :, some)
-    part%added = rows%added(:, some)
-    part%inverse = rows%inverse(:, :, some)
-    n = 0
-    do i = 1, size(some)
-      part%first(i) = n + 1
-      do k = rows%first(some(i)), rows%first(some(i) + 1) - 1
-        if (number(rows%column(k)) == 0) cycle
-        n = n + 1
-        part%column(n) = number(rows%column(k))
-        part%block(:, :, n) = rows%block(:, :, k)
-      end do
-    end do
-    part%first(size(some) + 1) = n + 1
-  end function take_part
-
-  !> left - A x, x not 0 in some rows alone.
-  pure subroutine take_off_part(rows, around, x, left)
-    type(block_rows_t), intent(in) :: rows
-    integer, intent(in) :: around(:)                  !! those rows and all that blocks join to them
-    real(wp), contiguous, intent(in) :: x(:, :)       !! (3,n)
-    real(wp), contiguous, intent(inout) :: left(:, :) !! (3,n)
-    integer :: i, j, k, l
-
-    do l = 1, size(around)
-      i = around(l)
-      left(:, i) = left(:, i) - matmul(rows%own(:, :, i), x(:, i))
-      do k = rows%first(i), rows%first(i + 1) - 1
-        j = rows%column(k)
-        left(:, i) = left(:, i) - matmul(rows%block(:, :, k), x(:, j))
-      end do
-      call take_off(rows, i, x(:, i), left)
-    end do
-  end subroutine take_off_part
 
 end module block_rows_mod

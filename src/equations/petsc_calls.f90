@@ -6,23 +6,26 @@ module petsc_calls_mod
 
   public :: petsc_initialize, petsc_initialized, petsc_push_error_handler, &
     petsc_return_error_handler, petsc_set_option
-  public :: vec_create, vec_create_ghosted, get_ranks, vec_duplicate, vec_destroy, vec_get_array, &
+  public :: vec_create, vec_create_ghosted, get_ranks, vec_destroy, vec_get_array, &
     vec_restore_array, vec_get_array_read, vec_restore_array_read, vec_ghost_begin, vec_ghost_end
   public :: scatter_create, scatter_begin, scatter_end, scatter_destroy
-  public :: mat_create, mat_create_distributed, mat_create_shell, &
+  public :: mat_create, mat_create_distributed, mat_update, mat_create_shell, &
     mat_shell_get_context, mat_destroy, mat_set_block_size, mat_set_option, mat_duplicate, &
-    mat_copy, mat_axpy, mat_ptap, mat_set_near_null_space, null_space_create, null_space_destroy
+    mat_copy, mat_axpy, mat_ptap, mat_assembly_begin, mat_assembly_end, &
+    mat_set_near_null_space, null_space_create, null_space_destroy
   public :: pc_create, pc_destroy, pc_set_type, pc_set_operators, pc_set_prefix, &
-    pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_levels, pc_smoother, pc_interpolation, &
-    pc_mg_set_residual, pc_shell_set_context, pc_shell_get_context, pc_shell_set_richardson
-  public :: ksp_set_type, ksp_set_tolerances, ksp_set_operators, ksp_get_operators, &
-    ksp_get_pc
-  public :: yes, no, copy_values, new_matrix, subset_pattern, same_pattern, positive_definite, &
-    petsc_default, petsc_find, insert_values, forwards, backwards
+    pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_levels, pc_smoother, &
+    pc_interpolation, pc_mg_set_residual, pc_shell_set_context, pc_shell_get_context, &
+    pc_shell_set_richardson
+  public :: ksp_set_type, ksp_set_tolerances, ksp_set_operators, ksp_get_operators, ksp_get_pc
+  public :: yes, no, copy_values, new_matrix, same_matrix, final_assembly, subset_pattern, &
+    same_pattern, positive_definite, petsc_default, petsc_find, insert_values, forwards, backwards
 
   integer(c_int), parameter :: no = 0, yes = 1        !! PetscBool
   integer(c_int), parameter :: copy_values = 1        !! MAT_COPY_VALUES
   integer(c_int), parameter :: new_matrix = 0         !! MAT_INITIAL_MATRIX
+  integer(c_int), parameter :: same_matrix = 1        !! MAT_REUSE_MATRIX
+  integer(c_int), parameter :: final_assembly = 0     !! MAT_FINAL_ASSEMBLY
   integer(c_int), parameter :: subset_pattern = 1     !! SUBSET_NONZERO_PATTERN
   integer(c_int), parameter :: same_pattern = 2       !! SAME_NONZERO_PATTERN
   integer(c_int), parameter :: positive_definite = 15 !! MAT_SPD
@@ -173,14 +176,6 @@ module petsc_calls_mod
       integer(c_int) :: status
     end function scatter_destroy
 
-    function vec_duplicate(vector, other) result(status) bind(c, name='VecDuplicate')
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: vector
-      type(c_ptr), intent(out) :: other
-      integer(c_int) :: status
-    end function vec_duplicate
-
     function vec_destroy(vector) result(status) bind(c, name='VecDestroy')
       import :: c_int, c_ptr
       implicit none
@@ -314,6 +309,30 @@ module petsc_calls_mod
       integer(c_int), value :: pattern !! of x beside that of y
       integer(c_int) :: status
     end function mat_axpy
+
+    !> Other values in the rows of a rank.
+    function mat_update(matrix, value) result(status) bind(c, name='MatUpdateMPIAIJWithArray')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: matrix, value
+      integer(c_int) :: status
+    end function mat_update
+
+    function mat_assembly_begin(matrix, kind) result(status) bind(c, name='MatAssemblyBegin')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: matrix
+      integer(c_int), value :: kind
+      integer(c_int) :: status
+    end function mat_assembly_begin
+
+    function mat_assembly_end(matrix, kind) result(status) bind(c, name='MatAssemblyEnd')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: matrix
+      integer(c_int), value :: kind
+      integer(c_int) :: status
+    end function mat_assembly_end
 
     !> P^T A P.
     function mat_ptap(a, p, reuse, fill, product) result(status) bind(c, name='MatPtAP')

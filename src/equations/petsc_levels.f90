@@ -11,26 +11,30 @@ module petsc_levels_mod
   use sorting_mod, only: order_of
   use block_rows_mod, only: block_rows_t, find_block
   use held_rows_mod, only: held_rows_t
-  use petsc_calls_mod, only: copy_values, ksp_get_operators, mat_axpy, mat_copy, mat_create, &
-    mat_create_distributed, mat_destroy, mat_duplicate, mat_ptap, new_matrix, pc_interpolation, &
-    pc_levels, pc_smoother, petsc_default, petsc_find, same_pattern, subset_pattern
+  use petsc_calls_mod, only: copy_values, final_assembly, ksp_get_operators, mat_assembly_begin, &
+    mat_assembly_end, mat_axpy, mat_copy, mat_create, mat_create_distributed, mat_destroy, &
+    mat_duplicate, mat_ptap, mat_update, new_matrix, pc_interpolation, pc_levels, pc_smoother, &
+    petsc_default, petsc_find, same_matrix, same_pattern, subset_pattern
   use petsc_session_mod, only: note
   use petsc_values_mod, only: layout_t, row_of
   implicit none
   private
 
-  public :: levels_t, change_levels, release_levels
+  public :: levels_t, change_levels, forget_change, release_levels
 
-  !> The matrices of the levels as they were made, the coarsest first.
-  type :: levels_t
-    type(c_ptr), allocatable :: made(:)
-  end type levels_t
-
-  !> A rank's rows of a matrix that has few entries, as PETSc takes them.
+  !> A rank's rows of a matrix that has few entries, as PETSc borrows or copies them.
   type :: few_entries_t
     integer(c_int), allocatable :: first(:), column(:) !! (3n+1) and columns, from 0
     real(wp), allocatable :: value(:)                  !! [force/length]
+    integer, allocatable :: offset(:) !! of each block in its rows, in the order of `visit_changes`
   end type few_entries_t
+
+  !> The levels, the coarsest first.
+  type :: levels_t
+    type(c_ptr), allocatable :: made(:)   !! their matrices as they were made
+    type(c_ptr), allocatable :: change(:) !! what these change by; one more, for the finest
+    type(few_entries_t), pointer :: few => null() !! the entries of that
+  end type levels_t
 
 contains
 
@@ -43,37 +47,30 @@ contains
     type(c_ptr), intent(in) :: inverse      !! PETSc's preconditioner
     type(levels_t), intent(inout) :: levels
     type(error_t), allocatable, intent(inout) :: failure
-    type(few_entries_t), target :: few
-    type(c_ptr) :: change, coarser, solver, matrix, same, interpolation
-    integer(c_int) :: n, level, n_rows
+    type(c_ptr) :: solver, matrix, same, interpolation
+    integer(c_int) :: n, level
+    logical :: is_new
 
-    if (allocated(failure)) return
-    call list_changes(layout, rows, held, few)
-    n_rows = 3*int(layout%n_own, c_int)
-    if (layout%is_shared) then
-      call note(failure, mat_create_distributed(ranks, n_rows, n_rows, petsc_find, petsc_find, &
-        c_loc(few%first), c_loc(few%column), c_loc(few%value), change))
-    else
-      call note(failure, mat_create(ranks, n_rows, n_rows, c_loc(few%first), c_loc(few%column), &
-        c_loc(few%value), change))
-    end if
     call note(failure, pc_levels(inverse, n))
     if (allocated(failure)) return
-    if (.not. allocated(levels%made)) then
-      allocate (levels%made(0:n - 1))
-      do level = 0, n - 1_c_int
-        levels%made(level) = c_null_ptr
-      end do
+    if (.not. allocated(levels%made)) call begin_levels(n, levels)
+    is_new = .not. associated(levels%few)
+    if (is_new) then
+      allocate (levels%few)
+      call list_changes(layout, rows, held, levels%few)
     end if
+    call fill_changes(layout, rows, held, levels%few)
+    call make_change(ranks, layout, is_new, levels%few, levels%change(n), failure)
     ! One level is the matrix itself; of more the finest is the smoother's.
+    if (n == 1) levels%change(0) = levels%change(1)
     do level = max(0_c_int, n - 2_c_int), 0, -1
       if (n > 1) then
         call note(failure, pc_interpolation(inverse, level + 1, interpolation))
         if (allocated(failure)) return
-        call note(failure, mat_ptap(change, interpolation, new_matrix, petsc_default, coarser))
-        call note(failure, mat_destroy(change))
-        if (allocated(failure)) return
-        change = coarser
+        associate (of_finer => levels%change(merge(n, level + 1, level == n - 2)))
+          call note(failure, mat_ptap(of_finer, interpolation, merge(new_matrix, same_matrix, &
+            is_new), petsc_default, levels%change(level)))
+        end associate
       end if
       call note(failure, pc_smoother(inverse, level, solver))
       if (allocated(failure)) return
@@ -83,21 +80,113 @@ contains
         copy_values, levels%made(level)))
       if (allocated(failure)) return
       call note(failure, mat_copy(levels%made(level), matrix, same_pattern))
-      call note(failure, mat_axpy(matrix, 1.0_c_double, change, subset_pattern))
+      call note(failure, mat_axpy(matrix, 1.0_c_double, levels%change(level), subset_pattern))
     end do
-    call note(failure, mat_destroy(change))
+    if (n == 1) levels%change(0) = c_null_ptr
   end subroutine change_levels
 
-  !> What is other than it was: the rows of what is held, and their columns.
+  !> Nothing is known of n levels yet.
+  subroutine begin_levels(n, levels)
+    integer(c_int), intent(in) :: n
+    type(levels_t), intent(inout) :: levels
+    integer :: i
+
+    allocate (levels%made(0:n), levels%change(0:n))
+    do i = 0, n
+      levels%made(i) = c_null_ptr
+      levels%change(i) = c_null_ptr
+    end do
+  end subroutine begin_levels
+
+  !> What the matrix changes by, in PETSc's hands.
+  subroutine make_change(ranks, layout, is_new, few, change, failure)
+    type(c_ptr), intent(in) :: ranks
+    type(layout_t), intent(in) :: layout
+    logical, intent(in) :: is_new !! else its values are others
+    type(few_entries_t), target, intent(in) :: few
+    type(c_ptr), intent(inout) :: change
+    type(error_t), allocatable, intent(inout) :: failure
+    integer(c_int) :: n_rows
+
+    n_rows = 3*int(layout%n_own, c_int)
+    if (is_new .and. layout%is_shared) then
+      call note(failure, mat_create_distributed(ranks, n_rows, n_rows, petsc_find, petsc_find, &
+        c_loc(few%first), c_loc(few%column), c_loc(few%value), change))
+    else if (is_new) then
+      call note(failure, mat_create(ranks, n_rows, n_rows, c_loc(few%first), c_loc(few%column), &
+        c_loc(few%value), change))
+    else if (layout%is_shared) then
+      call note(failure, mat_update(change, c_loc(few%value)))
+    else
+      call note(failure, mat_assembly_begin(change, final_assembly))
+      call note(failure, mat_assembly_end(change, final_assembly))
+    end if
+  end subroutine make_change
+
+  !> The pattern of what may be other than it was: the rows of the nodes that may be held, and their
+  !> columns.
   subroutine list_changes(layout, rows, held, few)
     type(layout_t), intent(in) :: layout
     type(block_rows_t), intent(in) :: rows
     type(held_rows_t), intent(in) :: held
     type(few_entries_t), intent(out) :: few
-    logical, allocatable :: is_held(:)
-    integer, allocatable :: row(:), column(:), order(:), n_before(:)
+    integer, allocatable :: order(:), by_row(:), row(:), column(:), at(:), n_blocks(:)
+    integer :: i, k, n, a
+
+    call visit_changes(layout, rows, held, row, column)
+    n = size(row)
+    call order_of(column, order)
+    call order_of(row(order), by_row)
+    order = order(by_row)
+    allocate (n_blocks(layout%n_own), source=0)
+    allocate (few%first(3*layout%n_own + 1), few%column(9*n), few%value(9*n), few%offset(n))
+    do k = 1, n
+      n_blocks(row(order(k))) = n_blocks(row(order(k))) + 1
+      few%offset(order(k)) = 3*(n_blocks(row(order(k))) - 1)
+    end do
+    few%first(1) = 0
+    do i = 1, layout%n_own
+      do a = 1, 3
+        few%first(3*(i - 1) + a + 1) = few%first(3*(i - 1) + a) + 3*n_blocks(i)
+      end do
+    end do
+    do k = 1, n
+      do a = 3*row(k) - 2, 3*row(k)
+        at = few%first(a) + few%offset(k) + [1, 2, 3]
+        few%column(at) = 3*(column(k) - 1) + [0, 1, 2]
+      end do
+    end do
+  end subroutine list_changes
+
+  !> What is other than it was.
+  subroutine fill_changes(layout, rows, held, few)
+    type(layout_t), intent(in) :: layout
+    type(block_rows_t), intent(in) :: rows
+    type(held_rows_t), intent(in) :: held
+    type(few_entries_t), intent(inout) :: few
+    integer, allocatable :: row(:), column(:)
     real(wp), allocatable :: block(:, :, :)
-    integer :: i, k, n, m, pass, a, at, of_row
+    integer :: k, a, at
+
+    call visit_changes(layout, rows, held, row, column, block)
+    do k = 1, size(row)
+      do a = 1, 3
+        at = few%first(3*(row(k) - 1) + a) + few%offset(k)
+        few%value(at + 1:at + 3) = block(a, :, k)
+      end do
+    end do
+  end subroutine fill_changes
+
+  !> The blocks of the rank's own rows that may be other than they were: always in one order.
+  subroutine visit_changes(layout, rows, held, row, column, block)
+    type(layout_t), intent(in) :: layout
+    type(block_rows_t), intent(in) :: rows
+    type(held_rows_t), intent(in) :: held
+    integer, allocatable, intent(out) :: row(:)    !! (n_blocks) among the rank's own
+    integer, allocatable, intent(out) :: column(:) !! of all rows
+    real(wp), allocatable, intent(out), optional :: block(:, :, :) !! (3,3,n_blocks) the difference
+    logical, allocatable :: is_held(:)
+    integer :: i, k, n, m, pass
 
     allocate (is_held(size(rows%own, 3)), source=.false.)
     is_held(held%row) = .true.
@@ -107,55 +196,29 @@ contains
         i = held%row(m)
         do k = held%start(m), held%start(m + 1) - 1
           associate (other => held%other(k))
-            if (i <= layout%n_own) call add(i, other, now(i, other) - held%block(:, :, k))
+            if (i <= layout%n_own) call add(i, other, .false.)
             ! A row that is not held itself has no list of its own.
-            if (other <= layout%n_own .and. .not. is_held(other)) call add(other, i, &
-              transpose(now(i, other) - held%block(:, :, k)))
+            if (other <= layout%n_own .and. .not. is_held(other)) call add(other, i, .true.)
           end associate
         end do
       end do
-      if (pass == 1) allocate (row(n), column(n), block(3, 3, n))
-    end do
-    ! By rows, in these by columns.
-    call order_of(column, order)
-    block
-      integer, allocatable :: by_row(:)
-
-      call order_of(row(order), by_row)
-      order = order(by_row)
-    end block
-    allocate (n_before(layout%n_own + 1), source=0)
-    do k = 1, n
-      n_before(row(k) + 1) = n_before(row(k) + 1) + 1
-    end do
-    do i = 1, layout%n_own
-      n_before(i + 1) = n_before(i) + n_before(i + 1)
-    end do
-    allocate (few%first(3*layout%n_own + 1), few%column(9*n), few%value(9*n))
-    few%first = 9*n
-    do i = 1, layout%n_own
-      of_row = 3*(n_before(i + 1) - n_before(i))
-      do a = 1, 3
-        few%first(3*(i - 1) + a) = 9*n_before(i) + (a - 1)*of_row
-        do k = n_before(i) + 1, n_before(i + 1)
-          at = few%first(3*(i - 1) + a) + 3*(k - n_before(i) - 1)
-          few%column(at + 1:at + 3) = 3*(column(order(k)) - 1) + [0, 1, 2]
-          few%value(at + 1:at + 3) = block(a, :, order(k))
-        end do
-      end do
+      if (pass == 1) allocate (row(n), column(n))
+      if (pass == 1 .and. present(block)) allocate (block(3, 3, n))
     end do
 
   contains
 
-    subroutine add(i, j, change)
-      integer, intent(in) :: i, j
-      real(wp), intent(in) :: change(3, 3)
+    subroutine add(of_row, of_column, is_other)
+      integer, intent(in) :: of_row, of_column
+      logical, intent(in) :: is_other !! the transposed one of the list
 
       n = n + 1
       if (pass == 1) return
-      row(n) = i
-      column(n) = row_of(layout, j)
-      block(:, :, n) = change
+      row(n) = of_row
+      column(n) = row_of(layout, of_column)
+      if (.not. present(block)) return
+      block(:, :, n) = now(i, held%other(k)) - held%block(:, :, k)
+      if (is_other) block(:, :, n) = transpose(block(:, :, n))
     end subroutine add
 
     pure function now(i, j)
@@ -171,19 +234,36 @@ contains
       end if
     end function now
 
-  end subroutine list_changes
+  end subroutine visit_changes
 
-  !> Give the levels as they were made back.
+  !> Other nodes may be held from now on.
+  subroutine forget_change(levels)
+    type(levels_t), intent(inout) :: levels
+
+    if (.not. associated(levels%few)) return
+    call destroy(levels%change)
+    deallocate (levels%few)
+  end subroutine forget_change
+
+  !> Give it all back.
   subroutine release_levels(levels)
     type(levels_t), intent(inout) :: levels
+
+    if (.not. allocated(levels%made)) return
+    call forget_change(levels)
+    call destroy(levels%made)
+    deallocate (levels%made, levels%change)
+  end subroutine release_levels
+
+  subroutine destroy(matrices)
+    type(c_ptr), intent(inout) :: matrices(:)
     integer(c_int) :: status
     integer :: i
 
-    if (.not. allocated(levels%made)) return
-    do i = lbound(levels%made, 1), ubound(levels%made, 1)
-      if (c_associated(levels%made(i))) status = mat_destroy(levels%made(i))
+    do i = 1, size(matrices)
+      if (c_associated(matrices(i))) status = mat_destroy(matrices(i))
+      matrices(i) = c_null_ptr
     end do
-    deallocate (levels%made)
-  end subroutine release_levels
+  end subroutine destroy
 
 end module petsc_levels_mod

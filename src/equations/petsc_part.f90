@@ -13,8 +13,7 @@ module petsc_part_mod
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
-  use block_rows_mod, only: block_rows_t, find_block, near_rows, put_block, stiffen_border, &
-    take_part, times_rows
+  use block_rows_mod, only: block_rows_t, find_block, put_block, stiffen_border, times_rows
   use held_rows_mod, only: held_rows_t, begin_product, end_product, hold_rows, keep_rows, &
     project_rows
   use assembly_mod, only: triplets_t
@@ -24,13 +23,11 @@ module petsc_part_mod
   use petsc_values_mod, only: fetch_ghosts, layout_t, make_values, release_values, touch, values_t
   use petsc_smoother_mod, only: smoother_t
   use petsc_hierarchy_mod, only: hierarchy_t, make_hierarchy, release_hierarchy
-  use petsc_levels_mod, only: change_levels, levels_t, release_levels
+  use petsc_levels_mod, only: change_levels, forget_change, levels_t, release_levels
   implicit none
   private
 
   public :: petsc_part_t, make_part, keep_nodes, hold_nodes, multiply_part, apply_part, release_part
-
-  integer, parameter :: near_layers = 3 !! of nodes around those that may be held
 
   !> The matrix, what is changed in it where directions are held, and PETSc's levels.
   type :: petsc_part_t
@@ -61,7 +58,7 @@ contains
     call make_values(part%ranks, part%layout, part%y, part%failure)
     allocate (part%smoother)
     call make_values(part%ranks, part%layout, part%smoother%x, part%failure)
-    allocate (part%smoother%near(0), part%smoother%left(3, part%layout%n_own))
+    allocate (part%smoother%left(3, part%layout%n_own))
     associate (rows => part%smoother%rows)
       call list_blocks(share, node_of, number, part%layout%n_own, rows)
       call fill(share, number, part%layout%n_own, rows)
@@ -211,14 +208,10 @@ contains
     type(petsc_part_t), intent(inout) :: part
     integer, intent(in) :: row(:) !! of all rows, distinct
 
-    associate (rows => part%smoother%rows, smoother => part%smoother, &
-               here => part%here(row), n_own => part%layout%n_own)
-      call keep_rows(rows, part%held, pack(here, here > 0))
-      smoother%near = near_rows(rows, part%held%row, near_layers)
-      smoother%near = pack(smoother%near, smoother%near <= n_own)
-      smoother%around = near_rows(rows, smoother%near, 1)
-      smoother%around = pack(smoother%around, smoother%around <= n_own)
+    associate (here => part%here(row))
+      call keep_rows(part%smoother%rows, part%held, pack(here, here > 0))
     end associate
+    call forget_change(part%levels)
   end subroutine keep_nodes
 
   !> P K P, with a diagonal along what is held, in the place of K.
@@ -233,7 +226,6 @@ contains
     listed = pack([(i, i=1, size(row))], part%here(row) > 0)
     call hold_rows(part%smoother%rows, part%held, along(:, :, listed), stiffer(:, :, listed))
     call stiffen_border(part%smoother%rows, part%layout%n_own + 1)
-    part%smoother%part = take_part(part%smoother%rows, part%smoother%near)
     call change_levels(part%ranks, part%layout, part%smoother%rows, part%held, part%inverse, &
       part%levels, part%failure)
   end subroutine hold_nodes

@@ -1,6 +1,5 @@
 !> What smooths on the finest level of PETSc's multigrid: Gauss-Seidel by the blocks of nodes,
-!> forwards before the coarser levels and backwards behind them. Near what may be held, which the
-!> coarser levels do not see, there is a second sweep before them. docs/theory.md (4.15).
+!> forwards before the coarser levels and backwards behind them. docs/theory.md (4.15).
 !>
 !> PETSc's own takes its matrix from memory five times a cycle, this one twice one half of it.
 module petsc_smoother_mod
@@ -8,8 +7,7 @@ module petsc_smoother_mod
     c_null_char, c_ptr
   use kinds_mod, only: wp
   use errors_mod, only: error_t
-  use block_rows_mod, only: block_rows_t, relax_backwards, relax_forwards, take_off_from, &
-    take_off_part
+  use block_rows_mod, only: block_rows_t, relax_backwards, relax_forwards, take_off_from
   use petsc_calls_mod, only: ksp_get_pc, ksp_set_operators, ksp_set_tolerances, ksp_set_type, &
     mat_create_shell, mat_shell_get_context, no, pc_levels, pc_mg_set_residual, pc_set_type, &
     pc_shell_get_context, pc_shell_set_context, pc_shell_set_richardson, pc_smoother, &
@@ -26,10 +24,7 @@ module petsc_smoother_mod
   type :: smoother_t
     type(block_rows_t) :: rows
     type(values_t) :: x               !! for unknowns of other ranks
-    integer, allocatable :: near(:)   !! (n_near) own rows near what may be held, ascending
-    integer, allocatable :: around(:) !! these and own ones that blocks join to them, ascending
-    type(block_rows_t) :: part        !! what the near ones have among each other
-    real(wp), allocatable :: left(:, :) !! (3,n_own) what the sweeps from 0 leave
+    real(wp), allocatable :: left(:, :) !! (3,n_own) what the sweep from 0 leaves
   end type smoother_t
 
 contains
@@ -97,26 +92,15 @@ contains
     status = max(status, vec_restore_array_read(of_b, array_b), vec_restore_array(of_x, array_x))
   end function relax
 
-  !> The sweeps before the coarser levels, each rank's among its own rows; what they leave is
-  !> that of all.
+  !> The sweep before the coarser levels, each rank's among its own rows; what it leaves is that of
+  !> all.
   subroutine relax_from_zero(smoother, b, x, failure)
     type(smoother_t), intent(inout) :: smoother
     real(wp), contiguous, intent(in) :: b(:, :)  !! (3,n_own)
     real(wp), contiguous, intent(out) :: x(:, :) !! (3,n_own)
     type(error_t), allocatable, intent(inout) :: failure
-    real(wp), dimension(3, size(smoother%near)) :: of_near, change, left
-    real(wp), allocatable :: changes(:, :)
 
     call relax_forwards(smoother%rows, b, x, smoother%left)
-    if (size(smoother%near) > 0) then
-      of_near = smoother%left(:, smoother%near)
-      call relax_forwards(smoother%part, of_near, change, left)
-      call relax_backwards(smoother%part, of_near, change)
-      allocate (changes(3, size(x, 2)), source=0.0_wp)
-      changes(:, smoother%near) = change
-      x(:, smoother%near) = x(:, smoother%near) + change
-      call take_off_part(smoother%rows, smoother%around, changes, smoother%left)
-    end if
     call take_off_ghosts(smoother, x, smoother%left, failure)
   end subroutine relax_from_zero
 
@@ -149,7 +133,7 @@ contains
     call take_off_from(smoother%rows, size(x, 2) + 1, smoother%x%at, left)
   end subroutine take_off_ghosts
 
-  !> PETSc's PCMGSetResidual: b - A x, asked for behind the sweeps from 0 alone.
+  !> PETSc's PCMGSetResidual: b - A x, asked for behind the sweep from 0 alone.
   function find_residual(shell, of_b, of_x, of_residual) result(status) bind(c)
     type(c_ptr), value :: shell, of_b, of_x, of_residual
     integer(c_int) :: status
