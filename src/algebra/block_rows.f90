@@ -173,9 +173,9 @@ contains
   end subroutine take_off_from
 
   !> Let sweeps over the rows before `first`, which leave those from it on out, converge: half of
-  !> the sums of what joins a row to these is added to its diagonal, in absolute values. With M what a
-  !> sweep solves with, M + M^T - A is then no less than the diagonal. Baker, Falgout, Kolev and Yang,
-  !> SIAM J. Sci. Comput. 33 (2011) 2864.
+  !> the sums of what joins a row to these is added to its diagonal, in absolute values. With M what
+  !> a sweep solves with, M + M^T - A is then no less than the diagonal. Baker, Falgout, Kolev and
+  !> Yang, SIAM J. Sci. Comput. 33 (2011) 2864.
   pure subroutine stiffen_border(rows, first)
     type(block_rows_t), intent(inout) :: rows
     integer, intent(in) :: first !! no block joins those from it on

@@ -21,7 +21,6 @@ module metis_graph_mod
       integer(c_int) :: status
     end function metis_nodend
 
-    ! allow(too-many-arguments)
     function metis_partgraphkway(nvtxs, ncon, xadj, adjncy, vwgt, vsize, adjwgt, nparts, tpwgts, &
       ubvec, options, objval, part) result(status) bind(c, name='METIS_PartGraphKway')
       import :: c_int, c_ptr

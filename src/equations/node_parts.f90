@@ -42,6 +42,7 @@ module node_parts_mod
 contains
 
   !> Sum the stiffness, on all ranks where there are several; `part` is the host's.
+  ! allow(too-many-arguments)
   subroutine assemble_node_parts(mesh, materials, map, start, neighbours, row, part, n_computed, &
     error)
     type(mesh_t), intent(in) :: mesh

@@ -222,7 +222,7 @@ contains
   !> Do what the host asks for.
   subroutine participate(task, share, mine, error)
     integer(i8), intent(in) :: task(task_length)
-    type(node_part_t), intent(inout) :: share     !! as it was summed; gone where it is no longer used
+    type(node_part_t), intent(inout) :: share     !! as it was summed; gone once it is used
     type(petsc_share_t), intent(inout) :: mine
     type(error_t), allocatable, intent(out) :: error !! PETSc failed
     integer, allocatable :: row(:), dof(:)

@@ -111,7 +111,6 @@ module petsc_calls_mod
     end function vec_create
 
     !> The same of several ranks, behind the rank's own blocks in memory those of others.
-    ! allow(too-many-arguments)
     function vec_create_ghosted(ranks, block_size, n, all_n, n_ghosts, ghosts, array, vector) &
       result(status) bind(c, name='VecCreateGhostBlockWithArray')
       import :: c_int, c_ptr
@@ -249,9 +248,8 @@ module petsc_calls_mod
     end function mat_create
 
     !> The rows of a rank in a matrix of several; PETSc copies them.
-    ! allow(too-many-arguments)
-    function mat_create_distributed(ranks, n_rows, n_columns, all_rows, all_columns, first, column, &
-      value, matrix) result(status) bind(c, name='MatCreateMPIAIJWithArrays')
+    function mat_create_distributed(ranks, n_rows, n_columns, all_rows, all_columns, first, &
+      column, value, matrix) result(status) bind(c, name='MatCreateMPIAIJWithArrays')
       import :: c_int, c_ptr
       implicit none
       type(c_ptr), value :: ranks, first, column, value

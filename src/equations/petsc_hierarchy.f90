@@ -25,8 +25,8 @@ module petsc_hierarchy_mod
   type :: hierarchy_t
     type(c_ptr) :: by_rows = c_null_ptr !! the matrix as PETSc coarsens it
     integer(c_int), pointer :: first(:) => null(), column(:) => null()
-    !! (3n+1) of the rank's own rows, and columns of all, both from 0; columns ascend, a node's three
-    !! rows have the same
+    !! (3n+1) of the rank's own rows, and columns of all, both from 0; columns ascend, a node's
+    !! three rows have the same
     real(wp), pointer :: value(:) => null() !! what PETSc borrows or copies [force/length]
     type(c_ptr) :: shell = c_null_ptr   !! what it asks for residuals on the finest level
   end type hierarchy_t

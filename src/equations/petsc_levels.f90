@@ -1,9 +1,9 @@
 !> What is held, as the coarser levels of PETSc's multigrid see it.
 !>
-!> Their matrices are P^T A P of the one above. Where A changes by D they change by P^T D P, level by
-!> level, and D has entries at the nodes that are held and beside them alone: what takes long where
-!> the levels are made is soon done here. It is what they were made as that is changed each time, so
-!> nothing depends on what was held before.
+!> Their matrices are P^T A P of the one above. Where A changes by D they change by P^T D P, level
+!> by level, and D has entries at the nodes that are held and beside them alone: what takes long
+!> where the levels are made is soon done here. It is what they were made as that is changed each
+!> time, so nothing depends on what was held before.
 module petsc_levels_mod
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_loc, c_null_ptr, c_ptr
   use kinds_mod, only: wp

@@ -16,7 +16,6 @@ module petsc_part_mod
   use block_rows_mod, only: block_rows_t, find_block, put_block, stiffen_border, times_rows
   use held_rows_mod, only: held_rows_t, begin_product, end_product, hold_rows, keep_rows, &
     project_rows
-  use assembly_mod, only: triplets_t
   use node_parts_mod, only: node_part_t
   use petsc_calls_mod, only: pc_apply, pc_destroy
   use petsc_session_mod, only: begin_petsc, note

@@ -69,6 +69,8 @@ contains
     new%reaction = expected_reactions(scene, points, solver, old, increment)
     call complete(scene, points, solver, old, trial, new, report, error)
     new%trend = trend_of(increment, old%reaction, new%reaction)
+    if (allocated(trial%carried)) new%displacement_trend = trend_of(increment, trial%carried, &
+      new%displacement - trial%u_free)
     report%wall_time = wall_seconds() - clock
   end subroutine advance
 

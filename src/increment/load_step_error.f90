@@ -165,6 +165,7 @@ contains
     call begin_trial(scene, points, solver, from, increment, trial)
     trial%controls%tolerance = max(trial%controls%tolerance, sharp_enough)
     to = from
+    if (allocated(to%displacement_trend)) deallocate (to%displacement_trend)
     ! Where bodies are free these reactions are not those of the place it begins at.
     if (present(near) .and. solver%body%motions%n == 0) then
       to%reaction = near%reaction

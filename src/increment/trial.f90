@@ -38,6 +38,8 @@ module trial_mod
     logical :: by_compliance = .false. !! not together with the reactions: that led nowhere
     real(wp), allocatable :: guess(:, :)
     !! (3,n_nodes) of u_contact, where it is found together with the reactions [length]
+    real(wp), allocatable :: carried(:, :)
+    !! (3,n_nodes) u_contact of the increment before, there, where supports hold the bodies [length]
     real(wp), allocatable :: left(:)
     !! (n_free+n) forces that it and the motions take up beside theirs, there [force]
     real(wp), allocatable :: unsolved(:) !! (n_free+n) of all of these, what it does not [force]
@@ -114,7 +116,10 @@ contains
       end associate
       call sum_patterns(scene, solver%response, increment%begin, &
         increment%begin*scene%steps(increment%step)%period, loaded, external)
-      trial%guess = old%displacement - loaded
+      trial%carried = old%displacement - loaded
+      trial%guess = trial%carried
+      if (allocated(old%displacement_trend) .and. increment%begin > 0.0_wp) trial%guess = &
+        trial%guess + (increment%fraction - increment%begin)*old%displacement_trend
       return
     end if
     if (is_exact(scene%precision) .or. .not. solver%body%inverse%is_condensed) return
@@ -181,11 +186,11 @@ contains
     end do
   end function expected_reactions
 
-  !> How the reactions went in an increment, as they would in its whole *STEP.
+  !> How reactions, or displacements, went in an increment, as they would in its whole *STEP.
   pure function trend_of(increment, before, after) result(trend)
     type(increment_t), intent(in) :: increment
-    real(wp), intent(in) :: before(:, :), after(:, :)        !! (3,n_points) reactions [force]
-    real(wp) :: trend(size(before, 1), size(before, 2))      !! [force]
+    real(wp), intent(in) :: before(:, :), after(:, :)        !! (3,n) [force or length]
+    real(wp) :: trend(size(before, 1), size(before, 2))      !! [force or length]
 
     trend = (after - before)/(increment%fraction - increment%begin)
   end function trend_of

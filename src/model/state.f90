@@ -22,6 +22,9 @@ module state_mod
     real(wp), allocatable :: reaction(:, :) !! (3, n_points) on the slave body, x, y, z [force]
     real(wp), allocatable :: trend(:, :)
     !! (3, n_points) how reactions went in the last increment, for a whole *STEP [force]
+    real(wp), allocatable :: displacement_trend(:, :)
+    !! (3, n_nodes) the same of what contact adds to the displacement, where it is solved for by
+    !! iteration, not allocated elsewhere [length]
     real(wp), allocatable :: slip(:, :)
     !! (2, n_points) sum of the slip increments along t1, t2 [length]
     real(wp), allocatable :: external_force(:, :)
@@ -63,6 +66,7 @@ contains
     call archive(list, state%rotation)
     call archive(list, state%reaction)
     call archive(list, state%trend)
+    call archive(list, state%displacement_trend)
     call archive(list, state%slip)
     call archive(list, state%external_force)
     call archive(list, state%support_force)

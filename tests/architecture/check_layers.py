@@ -152,11 +152,12 @@ LIBRARIES = [
         "equations/petsc_*.f90",
         r"petsc\w*(?<!_mod)",
         r"\bcall\s+(petsc|mat|vec|pc|ksp)_\w+",
-        r"^(petsc|mat(create|destroy|set|assembly|null|shell)|vec(create|dup|destroy|get|restore)"
-        r"|pc(mg|create|destroy|set|apply|shell)|ksp(set|get))",
+        r"^(petsc|mat(create|destroy|set|assembly|null|shell|dup|copy|axpy|ptap|update)"
+        r"|vec(create|destroy|get|restore|ghost|scatter)|pc(mg|create|destroy|set|apply|shell)"
+        r"|ksp(set|get))",
     ),
     Library("zlib", "machine/checksum.f90", r"zlib\w*", r"\bzlib_\w+", r"^(crc32|adler32)"),
-    Library("METIS", "equations/ordering.f90", r"metis\w*", r"\bmetis_\w+", r"^metis_"),
+    Library("METIS", "equations/metis_graph.f90", r"metis\w*", r"\bmetis_\w+", r"^metis_"),
     Library("SCOTCH", "equations/scotch_graph.f90", r"scotch\w*", r"\bscotchf\w+", r"^scotch"),
 ]
 # The C library is declared in one file, which only its own room sees, and the main program.
