@@ -46,7 +46,7 @@ contains
 
   !> A body of its stiffness, on all ranks; where the build has none it was refused before.
   subroutine new_iterative_body(summed, row, numbering, body, error)
-    type(node_part_t), intent(in) :: summed !! the host's; the other ranks have theirs
+    type(node_part_t), intent(in) :: summed !! of the host; the other ranks have their own
     integer, intent(in) :: row(:)           !! (n_nodes) of each node, 0 without unknowns
     type(numbering_t), intent(in) :: numbering
     class(iterative_body_t), allocatable, intent(out) :: body
