@@ -3,12 +3,14 @@
 !> docs/theory.md section 10.
 module next_run_mod
   use kinds_mod, only: wp
-  use mesh_size_mod, only: mesh_size_t, blocks_t, zone_t
+  use mesh_size_mod, only: mesh_size_t, blocks_t, zone_t, relative_size
   use scene_mod, only: scene_t
   use choose_cuts_mod, only: choose_cuts
   use convergence_mod, only: size_for_error
-  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, family_t, start_sequence, &
-    estimate_sequence, error_by_steps, has_bound, mesh_runs, step_runs
+  use mesh_sequence_mod, only: mesh_sequence_t, family_t, start_sequence, has_bound, mesh_runs, &
+    step_runs
+  use cut_runs_mod, only: cuts_for_trials, waits_for_half
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_by_steps
   implicit none
   private
 
@@ -184,6 +186,9 @@ contains
     if (choice%finer < worth_a_try .and. choice%outcome == to_run) return
     ! What cuts take is not foreseen.
     if (has_bound(sequence) .or. size(mesh_runs(sequence, family)) < 3) return
+    base = waits_for_half(sequence, family%divisions)
+    if (base > 0 .and. choice%outcome == to_run) call go_no_further(finer(sequence, &
+      sequence%runs(base)%mesh_size, largest_step), choice)
     call choose_cuts(sequence, family%divisions, family%cuts, next, base)
     if (next == 0 .and. family%cuts == 0) return
     if (next > 0) then
@@ -191,22 +196,54 @@ contains
       choice%mesh_size%zone = zone_t(next, sequence%runs(size(sequence%runs))%balls)
       return
     end if
+    call follow_cuts(sequence, family, memory_left, errors, choice)
+  end subroutine follow_runs
+
+  !> A mesh by which cuts at contact can be judged comes before a finer one.
+  pure subroutine go_no_further(enough, choice)
+    type(mesh_size_t), intent(in) :: enough
+    type(choice_t), intent(inout) :: choice
+
+    if (relative_size(choice%mesh_size) >= relative_size(enough)) return
+    choice%mesh_size = enough
+    choice%may_be_last = .false.
+  end subroutine go_no_further
+
+  !> What follows where bricks at contact are cut: increments there, then all bricks.
+  subroutine follow_cuts(sequence, family, memory_left, errors, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family !! with the divisions of the runs that the cuts were tried by
+    real(wp), intent(in) :: memory_left
+    type(sequence_error_t), intent(inout) :: errors
+    type(choice_t), intent(inout) :: choice
+    type(family_t) :: divided
+    type(mesh_size_t) :: coarsest
+    logical :: found
+
     choice = choice_t(divisions=family%divisions)
     call estimate_sequence(sequence, errors, family)
     call refine_all(sequence, family, memory_left, errors, choice)
     ! Few points touch on the first mesh: what load steps make of them is known better here. It is
     ! worth knowing where the mesh is about right.
     if (.not. (sequence%divides .and. is_near_goal(sequence, family, choice))) return
-    associate (runs => mesh_runs(sequence, family))
-      choice = choice_t(mesh_size=sequence%runs(runs(1))%mesh_size)
+    divided = family
+    associate (tried => step_runs(sequence, cuts_for_trials(sequence, family%cuts)), &
+      runs => mesh_runs(sequence, family))
+      coarsest = sequence%runs(runs(1))%mesh_size
+      choice = choice_t(mesh_size=sequence%runs(tried(1))%mesh_size)
     end associate
-    call choose_divisions(sequence, family, found)
-    choice%divisions = family%divisions
-    if (family%divisions > most_divisions) choice%outcome = steps_too_coarse
+    call choose_divisions(sequence, divided, found)
+    choice%divisions = divided%divisions
+    if (divided%divisions > most_divisions) choice%outcome = steps_too_coarse
     if (.not. found) return
-    call estimate_sequence(sequence, errors, family)
-    call refine_all(sequence, family, memory_left, errors, choice)
-  end subroutine follow_runs
+    if (size(mesh_runs(sequence, divided)) == 0) then
+      choice%mesh_size = coarsest
+      choice%may_be_last = .true.
+      return
+    end if
+    call estimate_sequence(sequence, errors, divided)
+    call refine_all(sequence, divided, memory_left, errors, choice)
+  end subroutine follow_cuts
 
   !> Whether the meshes of a family all but reach the accuracy, or their increments were tried.
   pure logical function is_near_goal(sequence, family, choice)
@@ -214,11 +251,10 @@ contains
     type(family_t), intent(in) :: family
     type(choice_t), intent(in) :: choice !! what follows on its runs
 
-    associate (runs => mesh_runs(sequence, family), tried => step_runs(sequence, family%cuts))
-      is_near_goal = size(tried) > 1 .or. choice%outcome == is_reached
-      if (size(runs) > 1) is_near_goal = is_near_goal .or. &
+    associate (runs => mesh_runs(sequence, family), tried => step_runs(sequence, &
+      cuts_for_trials(sequence, family%cuts)))
+      is_near_goal = size(tried) > 1 .or. choice%outcome == is_reached .or. size(runs) > 2 .or. &
         sequence%runs(runs(size(runs)))%recovery <= sequence%wanted
-      if (size(runs) > 2) is_near_goal = is_near_goal .or. choice%may_be_last
     end associate
   end function is_near_goal
 
@@ -229,13 +265,14 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     type(family_t), intent(inout) :: family !! gets the divisions
     logical, intent(out) :: found           !! else a run with these is to be made there
+    type(sequence_error_t) :: errors
     integer, allocatable :: runs(:)
     real(wp) :: cheapest, left
     integer :: fewest, most, tried
 
     found = .not. sequence%divides
     if (found) return
-    runs = step_runs(sequence, family%cuts)
+    runs = step_runs(sequence, cuts_for_trials(sequence, family%cuts))
     fewest = minval(sequence%runs(runs)%divisions)
     most = maxval(sequence%runs(runs)%divisions)
     if (most >= 4*fewest) then
@@ -243,6 +280,13 @@ contains
       tried = fewest
       do while (tried <= most)
         left = 1.0_wp - error_by_steps(sequence, family_t(family%cuts, tried))/sequence%wanted
+        ! A run that is accurate enough is there already.
+        call estimate_sequence(sequence, errors, family_t(family%cuts, tried))
+        found = errors%mesh >= 0.0_wp .and. errors%mesh + errors%others <= left*sequence%wanted
+        if (found) then
+          family%divisions = tried
+          return
+        end if
         if (left >= 1.0_wp - part_for_steps) then
           if (tried*left**(-growth) < cheapest) then
             cheapest = tried*left**(-growth)
@@ -270,16 +314,16 @@ contains
 
     runs = mesh_runs(sequence, family)
     associate (last => sequence%runs(runs(size(runs))))
-      if (size(runs) == 1) then
-        choice%mesh_size = finer(sequence, last%mesh_size, second_step)
-        ! Two meshes are enough where recovery agrees.
-        choice%may_be_last = sequence%recovers .and. last%recovery <= sequence%wanted
-        return
-      end if
       left = sequence%wanted - max(0.0_wp, errors%load_steps) - errors%others
       if (errors%mesh >= 0.0_wp .and. errors%mesh <= left) then
         choice%outcome = is_reached
         choice%of_run = runs(size(runs))
+        return
+      end if
+      if (size(runs) == 1) then
+        choice%mesh_size = finer(sequence, last%mesh_size, second_step)
+        ! Two meshes are enough where recovery agrees.
+        choice%may_be_last = sequence%recovers .and. last%recovery <= sequence%wanted
         return
       end if
       if (left <= 0.1_wp*sequence%wanted) then
