@@ -14,7 +14,7 @@ module mesh_sequence_mod
   private
 
   public :: mesh_sequence_t, mesh_run_t, planned_t, family_t, start_sequence, add_run, has_bound, &
-    carry_sequence, mesh_runs, change, distance, family_of, step_runs
+    carry_sequence, mesh_runs, change, distance, family_of, step_runs, by_divisions
 
   !> A run of the sequence.
   type :: mesh_run_t
@@ -121,7 +121,7 @@ contains
       size(sequence%runs))])
   end function mesh_runs
 
-  !> The runs on the coarsest mesh with so many cuts at contact.
+  !> The runs on the coarsest mesh with so many cuts at contact, the fewest divisions first.
   pure function step_runs(sequence, cuts) result(runs)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: cuts
@@ -134,7 +134,23 @@ contains
       runs = pack(runs, [(relative_size(all(runs(i))%mesh_size) >= &
         relative_size(all(runs(1))%mesh_size), i=1, size(runs))])
     end associate
+    runs = by_divisions(sequence, runs)
   end function step_runs
+
+  !> Runs in the order of their divisions.
+  pure function by_divisions(sequence, runs) result(sorted)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:)
+    integer :: sorted(size(runs))
+    integer :: i
+
+    associate (divisions => sequence%runs(runs)%divisions)
+      do i = 1, size(runs)
+        sorted(1 + count(divisions < divisions(i)) + count(divisions(:i - 1) == divisions(i))) = &
+          runs(i)
+      end do
+    end associate
+  end function by_divisions
 
   !> The largest difference of a quantity in two runs, over the increments, as a part of its scale.
   pure real(wp) function change(sequence, k, scale, one, other)

@@ -10,7 +10,8 @@ module next_run_mod
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, start_sequence, has_bound, mesh_runs, &
     step_runs
   use cut_runs_mod, only: cuts_for_trials, waits_for_half
-  use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_by_steps
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_by_steps, &
+    error_on_mesh, later_step_runs, mesh_of_steps
   implicit none
   private
 
@@ -33,6 +34,7 @@ module next_run_mod
   !! a mesh whose error is to be so many times smaller takes that to this power of the time
   real(wp), parameter :: aimed_at = 0.8_wp !! of what is left for the mesh
   integer, parameter :: most_divisions = 64
+  integer, parameter :: few = 2 !! divisions, that are taken as the first mesh wants them
   integer, parameter :: fewest_bricks = 4 !! along the longest edge of a block, to begin with
   real(wp), parameter :: least_step = 1.25_wp, largest_step = 2.0_wp !! from size to size
   real(wp), parameter :: wary_step = 1.5_wp, far_off = 4.0_wp
@@ -172,32 +174,112 @@ contains
     type(sequence_error_t), intent(out) :: errors
     type(choice_t), intent(inout) :: choice
     type(family_t) :: family
-    integer :: next, base
+    integer :: next, base, fewest
     logical :: found
 
     call estimate_sequence(sequence, errors)
+    if (waits_with_steps(sequence)) then
+      call follow_without_steps(sequence, choice, found)
+      if (.not. found) return
+    end if
     call choose_divisions(sequence, family, found)
     choice%divisions = family%divisions
+    if (.not. found) choice%mesh_size = mesh_for_steps(sequence)
     if (family%divisions > most_divisions) choice%outcome = steps_too_coarse
     if (.not. found) return
-    call estimate_sequence(sequence, errors, family)
-    call refine_all(sequence, family, memory_left, errors, choice)
+    call follow_meshes(sequence, family, memory_left, errors, choice)
     if (choice%outcome == is_reached .or. choice%outcome == steps_too_coarse) return
     if (choice%finer < worth_a_try .and. choice%outcome == to_run) return
     ! What cuts take is not foreseen.
-    if (has_bound(sequence) .or. size(mesh_runs(sequence, family)) < 3) return
-    base = waits_for_half(sequence, family%divisions)
+    if (has_bound(sequence) .or. size(mesh_runs(sequence, family_t())) < 3) return
+    fewest = minval(sequence%runs%divisions)
+    base = waits_for_half(sequence, fewest)
     if (base > 0 .and. choice%outcome == to_run) call go_no_further(finer(sequence, &
       sequence%runs(base)%mesh_size, largest_step), choice)
-    call choose_cuts(sequence, family%divisions, family%cuts, next, base)
+    call choose_cuts(sequence, fewest, family%cuts, next, base)
     if (next == 0 .and. family%cuts == 0) return
     if (next > 0) then
-      choice = choice_t(mesh_size=sequence%runs(base)%mesh_size, divisions=family%divisions)
+      choice = choice_t(mesh_size=sequence%runs(base)%mesh_size, divisions=fewest)
       choice%mesh_size%zone = zone_t(next, sequence%runs(size(sequence%runs))%balls)
       return
     end if
+    family%divisions = fewest
     call follow_cuts(sequence, family, memory_left, errors, choice)
   end subroutine follow_runs
+
+  !> What follows without cuts at contact: meshes with undivided increments, until they are fine
+  !> enough; then the last of them with its increments divided. Within bounds all meshes have those.
+  subroutine follow_meshes(sequence, family, memory_left, errors, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family !! with the divisions that are chosen
+    real(wp), intent(in) :: memory_left
+    type(sequence_error_t), intent(inout) :: errors
+    type(choice_t), intent(inout) :: choice
+    type(mesh_size_t) :: enough
+    real(wp) :: by_steps
+
+    call estimate_sequence(sequence, errors, family)
+    if (family%divisions == 1 .or. has_bound(sequence)) then
+      call refine_all(sequence, family, memory_left, errors, choice)
+      return
+    end if
+    by_steps = error_by_steps(sequence, family)
+    call estimate_sequence(sequence, errors, family_t())
+    errors%load_steps = by_steps
+    choice%divisions = 1
+    call refine_all(sequence, family_t(), memory_left, errors, choice)
+    choice%may_be_last = .false.
+    if (choice%outcome /= is_reached) return
+    enough = sequence%runs(choice%of_run)%mesh_size
+    associate (runs => mesh_runs(sequence, family))
+      if (size(runs) > 0) then
+        choice%of_run = runs(size(runs))
+        if (relative_size(sequence%runs(choice%of_run)%mesh_size) <= relative_size(enough)) return
+      end if
+    end associate
+    choice = choice_t(mesh_size=enough, divisions=family%divisions, may_be_last=.true.)
+  end subroutine follow_meshes
+
+  !> Whether increments are tried out on a finer mesh than the first, where few points touch: it
+  !> wants them divided, and each division takes as many times the time.
+  logical function waits_with_steps(sequence)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t) :: family
+    logical :: found
+
+    waits_with_steps = .false.
+    if (.not. sequence%divides .or. has_bound(sequence)) return
+    associate (first => step_runs(sequence, 0))
+      if (maxval(sequence%runs(first)%divisions) < 4) return
+    end associate
+    call divisions_by(sequence, step_runs(sequence, 0), 0, family%divisions, found)
+    waits_with_steps = .not. found .or. family%divisions > few
+  end function waits_with_steps
+
+  !> The meshes with undivided increments before one of them is fine enough to try these out.
+  subroutine follow_without_steps(sequence, choice, found)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(choice_t), intent(inout) :: choice
+    logical, intent(out) :: found !! that one is there
+
+    associate (runs => mesh_runs(sequence, family_t()))
+      found = size(runs) >= mesh_of_steps
+      if (found) return
+      choice%mesh_size = finer(sequence, sequence%runs(runs(size(runs)))%mesh_size, &
+        merge(second_step, least_step, size(runs) == 1))
+    end associate
+  end subroutine follow_without_steps
+
+  !> Where increments are tried out.
+  type(mesh_size_t) function mesh_for_steps(sequence) result(mesh_size)
+    type(mesh_sequence_t), intent(in) :: sequence
+
+    mesh_size = sequence%first
+    if (.not. waits_with_steps(sequence)) return
+    associate (runs => mesh_runs(sequence, family_t()))
+      mesh_size = sequence%runs(runs(mesh_of_steps))%mesh_size
+    end associate
+  end function mesh_for_steps
 
   !> A mesh by which cuts at contact can be judged comes before a finer one.
   pure subroutine go_no_further(enough, choice)
@@ -265,42 +347,71 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     type(family_t), intent(inout) :: family !! gets the divisions
     logical, intent(out) :: found           !! else a run with these is to be made there
-    type(sequence_error_t) :: errors
     integer, allocatable :: runs(:)
-    real(wp) :: cheapest, left
-    integer :: fewest, most, tried
 
     found = .not. sequence%divides
     if (found) return
-    runs = step_runs(sequence, cuts_for_trials(sequence, family%cuts))
+    if (family%cuts > 0) then
+      runs = step_runs(sequence, cuts_for_trials(sequence, family%cuts))
+    else if (waits_with_steps(sequence)) then
+      runs = later_step_runs(sequence)
+    else
+      runs = step_runs(sequence, 0)
+    end if
+    call divisions_by(sequence, runs, family%cuts, family%divisions, found)
+  end subroutine choose_divisions
+
+  !> The divisions of increments that runs on one mesh ask for.
+  subroutine divisions_by(sequence, runs, cuts, divisions, found)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:)
+    integer, intent(in) :: cuts       !! of the runs that are to have these
+    integer, intent(out) :: divisions !! those, or the next to be tried
+    logical, intent(out) :: found
+    type(sequence_error_t) :: errors
+    real(wp) :: cheapest, left, by_steps
+    integer :: fewest, most, tried
+
+    found = .false.
     fewest = minval(sequence%runs(runs)%divisions)
     most = maxval(sequence%runs(runs)%divisions)
-    if (most >= 4*fewest) then
-      cheapest = huge(1.0_wp)
-      tried = fewest
-      do while (tried <= most)
-        left = 1.0_wp - error_by_steps(sequence, family_t(family%cuts, tried))/sequence%wanted
-        ! A run that is accurate enough is there already.
-        call estimate_sequence(sequence, errors, family_t(family%cuts, tried))
-        found = errors%mesh >= 0.0_wp .and. errors%mesh + errors%others <= left*sequence%wanted
-        if (found) then
-          family%divisions = tried
-          return
+    divisions = 2*most
+    if (most < 4*fewest) return
+    ! The run that was made last is in the file.
+    associate (last => sequence%runs(size(sequence%runs)))
+      if (last%mesh_size%zone%times == cuts) then
+        call estimate_sequence(sequence, errors)
+        by_steps = error_on_mesh(sequence, runs, last%divisions)
+        found = by_steps >= 0.0_wp .and. errors%mesh >= 0.0_wp .and. by_steps + errors%mesh + &
+          errors%others <= sequence%wanted
+        divisions = last%divisions
+        if (found) return
+      end if
+    end associate
+    cheapest = huge(1.0_wp)
+    divisions = 2*most
+    tried = fewest
+    do while (tried <= most)
+      by_steps = error_on_mesh(sequence, runs, tried)
+      left = 1.0_wp - by_steps/sequence%wanted
+      ! On a mesh that is there already it is enough.
+      call estimate_sequence(sequence, errors, family_t(cuts, merge(tried, fewest, &
+        has_bound(sequence))))
+      found = errors%mesh >= 0.0_wp .and. errors%mesh + errors%others <= left*sequence%wanted
+      if (found) then
+        divisions = tried
+        return
+      end if
+      if (left >= 1.0_wp - part_for_steps) then
+        if (tried*left**(-growth) < cheapest) then
+          cheapest = tried*left**(-growth)
+          divisions = tried
         end if
-        if (left >= 1.0_wp - part_for_steps) then
-          if (tried*left**(-growth) < cheapest) then
-            cheapest = tried*left**(-growth)
-            family%divisions = tried
-          end if
-        end if
-        tried = 2*tried
-      end do
-      found = cheapest < huge(1.0_wp)
-      if (.not. found) family%divisions = tried
-    else
-      family%divisions = 2*most
-    end if
-  end subroutine choose_divisions
+      end if
+      tried = 2*tried
+    end do
+    found = cheapest < huge(1.0_wp)
+  end subroutine divisions_by
 
   !> What follows on the runs of a family: enough, or as fine as it takes.
   subroutine refine_all(sequence, family, memory_left, errors, choice)

@@ -5,18 +5,22 @@ module sequence_error_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: relative_size
   use measured_quantities_mod, only: error_scales
-  use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, family_of, step_runs
+  use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, family_of, &
+    step_runs, by_divisions
   use cut_runs_mod, only: find_base, run_on_base, runs_on_base, cuts_for_trials
   use convergence_mod, only: convergence_t, observe_convergence, assume_first_order, &
     fitted_order, error_at_least, error_by_differences, least_order, safety_of_two
   implicit none
   private
 
-  public :: sequence_error_t, estimate_sequence, error_by_steps, extrapolated, estimate_cuts, &
-    on_coarse_mesh
+  public :: sequence_error_t, estimate_sequence, error_by_steps, error_on_mesh, extrapolated, &
+    estimate_cuts, later_step_runs, on_coarse_mesh, mesh_of_steps
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
+  real(wp), parameter :: on_finer_mesh = 1.25_wp !! likewise, of a finer one
+  integer, parameter :: mesh_of_steps = 3
+  !! where increments are tried again that the first mesh wants divided
 
   !> What is known of the last run's error.
   type :: sequence_error_t
@@ -37,6 +41,7 @@ contains
     type(sequence_error_t), intent(out) :: errors
     type(family_t), intent(in), optional :: family
     !! of the last run of it; left out: of the last run
+    type(family_t) :: mine
     real(wp) :: scales(size(sequence%list))
     integer, allocatable :: runs(:)
     integer :: k, n
@@ -48,11 +53,14 @@ contains
     end if
     n = size(runs)
     if (n == 0) return
+    mine = family_of(sequence%runs(runs(n)))
+    call take_undivided(sequence, runs)
+    n = size(runs)
     associate (last => sequence%runs(runs(n)))
       errors%others = last%others
       scales = error_scales(sequence%list, last%values)
       errors%load_steps = last%load_steps
-      if (sequence%divides) errors%load_steps = error_by_steps(sequence, family_of(last))
+      if (sequence%divides) errors%load_steps = error_by_steps(sequence, mine)
       ! Too little time to divide increments leaves what the run itself says of them.
       if (errors%load_steps < 0.0_wp .and. sequence%wanted <= 0.0_wp) errors%load_steps = &
         last%load_steps
@@ -83,6 +91,26 @@ contains
     end associate
     call take_cuts(sequence, runs(n), scales, errors)
   end subroutine estimate_sequence
+
+  !> Where there are more meshes with undivided increments up to that of the last run, these say how
+  !> wrong its mesh is: that is not a matter of the increments.
+  pure subroutine take_undivided(sequence, runs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, allocatable, intent(inout) :: runs(:) !! of a family
+    integer, allocatable :: others(:)
+    integer :: i
+
+    associate (last => sequence%runs(runs(size(runs))))
+      others = mesh_runs(sequence, family_t(last%mesh_size%zone%times, 1))
+      others = pack(others, [(relative_size(sequence%runs(others(i))%mesh_size) >= &
+        relative_size(last%mesh_size), i=1, size(others))])
+      if (size(others) <= size(runs) .and. size(others) < 3) return
+      if (size(others) == 0) return
+      if (relative_size(sequence%runs(others(size(others)))%mesh_size) > &
+        relative_size(last%mesh_size)) return
+    end associate
+    runs = others
+  end subroutine take_undivided
 
   !> Take what cuts at contact say of a run, where that is less than what other meshes say.
   pure subroutine take_cuts(sequence, run, scales, errors)
@@ -223,18 +251,51 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     type(family_t), intent(in) :: family
     real(wp) :: error
+    integer, allocatable :: runs(:)
+
+    error = -1.0_wp
+    runs = step_runs(sequence, cuts_for_trials(sequence, family%cuts))
+    if (family%cuts == 0 .or. size(runs) < 3) then
+      runs = later_step_runs(sequence)
+      if (size(runs) < 3) runs = step_runs(sequence, 0)
+    end if
+    if (size(runs) >= 3) error = error_on_mesh(sequence, runs, family%divisions)
+  end function error_by_steps
+
+  !> The runs on the mesh on which increments are tried again, the fewest divisions first.
+  pure function later_step_runs(sequence) result(runs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, allocatable :: runs(:)
+    integer :: i
+
+    runs = mesh_runs(sequence, family_t())
+    if (size(runs) < mesh_of_steps) then
+      runs = [integer ::]
+      return
+    end if
+    associate (all => sequence%runs, mesh => sequence%runs(runs(mesh_of_steps))%mesh_size)
+      runs = pack([(i, i=1, size(all))], [(all(i)%mesh_size%zone%times == 0 .and. &
+        all(i)%mesh_size%parts == mesh%parts .and. all(i)%mesh_size%blocks(1) == mesh%blocks(1), &
+        i=1, size(all))])
+    end associate
+    runs = by_divisions(sequence, runs)
+  end function later_step_runs
+
+  !> The error by load steps with so many divisions, as three runs and more on one mesh say;
+  !> negative where none has these.
+  function error_on_mesh(sequence, runs, divisions) result(error)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! the fewest divisions first
+    integer, intent(in) :: divisions
+    real(wp) :: error
     type(convergence_t) :: observed
     real(wp), allocatable :: scales(:)
-    integer, allocatable :: runs(:)
     real(wp) :: of_quantity
     integer :: k, n, mine, n_rising
 
     error = -1.0_wp
-    runs = step_runs(sequence, cuts_for_trials(sequence, family%cuts))
-    if (size(runs) < 3) runs = step_runs(sequence, 0)
     n = size(runs)
-    if (n < 3) return
-    mine = findloc(sequence%runs(runs)%divisions, family%divisions, dim=1)
+    mine = findloc(sequence%runs(runs)%divisions, divisions, dim=1)
     if (mine == 0) return
     scales = error_scales(sequence%list, sequence%runs(runs(n))%values)
     error = 0.0_wp
@@ -245,8 +306,12 @@ contains
       if (mine < n) of_quantity = of_quantity + change(sequence, k, scales(k), runs(mine), runs(n))
       error = max(error, of_quantity)
     end do
-    if (sequence%runs(runs(1))%mesh_size%zone%times == 0) error = on_coarse_mesh*error
-  end function error_by_steps
+    associate (mesh => sequence%runs(runs(1))%mesh_size)
+      if (mesh%zone%times > 0) return
+      error = error*merge(on_coarse_mesh, on_finer_mesh, relative_size(mesh) >= &
+        relative_size(sequence%runs(1)%mesh_size))
+    end associate
+  end function error_on_mesh
 
   !> The values of a quantity's component, extrapolated to bricks without size.
   pure function extrapolated(sequence, errors, k) result(values)
@@ -257,10 +322,11 @@ contains
     integer, allocatable :: runs(:)
 
     associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
+      values = sequence%runs(size(sequence%runs))%values(a:b, :)
       runs = mesh_runs(sequence, family_of(sequence%runs(size(sequence%runs))))
-      values = sequence%runs(runs(size(runs)))%values(a:b, :)
+      call take_undivided(sequence, runs)
       if (.not. allocated(errors%of_mesh) .or. size(runs) < 2) return
-      values = values + errors%of_mesh(k)%weight*(values - &
+      values = values + errors%of_mesh(k)%weight*(sequence%runs(runs(size(runs)))%values(a:b, :) - &
         sequence%runs(runs(size(runs) - 1))%values(a:b, :))
     end associate
   end function extrapolated
