@@ -10,13 +10,14 @@ module next_run_mod
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, start_sequence, has_bound, mesh_runs, &
     step_runs
   use cut_runs_mod, only: cuts_for_trials, waits_for_half
-  use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_by_steps, &
-    error_on_mesh, later_step_runs, mesh_of_steps
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_by_steps, mesh_of_steps
+  use choose_divisions_mod, only: choose_divisions, waits_with_steps, mesh_for_steps, &
+    most_divisions
   implicit none
   private
 
   public :: choice_t, begin_sequence, choose_run, skip_mesh, end_with_run, finer, next_finer, &
-    least_step, most_divisions
+    least_step
   public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, &
     time_is_over
 
@@ -29,12 +30,7 @@ module next_run_mod
   integer, parameter :: is_finest = 6        !! nothing finer fits the time and memory allowed
   integer, parameter :: time_is_over = 7     !! and the accuracy takes more
 
-  real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
-  real(wp), parameter :: growth = 4.0_wp
-  !! a mesh whose error is to be so many times smaller takes that to this power of the time
   real(wp), parameter :: aimed_at = 0.8_wp !! of what is left for the mesh
-  integer, parameter :: most_divisions = 64
-  integer, parameter :: few = 2 !! divisions, that are taken as the first mesh wants them
   integer, parameter :: fewest_bricks = 4 !! along the longest edge of a block, to begin with
   real(wp), parameter :: least_step = 1.25_wp, largest_step = 2.0_wp !! from size to size
   real(wp), parameter :: wary_step = 1.5_wp, far_off = 4.0_wp
@@ -240,22 +236,6 @@ contains
     choice = choice_t(mesh_size=enough, divisions=family%divisions, may_be_last=.true.)
   end subroutine follow_meshes
 
-  !> Whether increments are tried out on a finer mesh than the first, where few points touch: it
-  !> wants them divided, and each division takes as many times the time.
-  logical function waits_with_steps(sequence)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(family_t) :: family
-    logical :: found
-
-    waits_with_steps = .false.
-    if (.not. sequence%divides .or. has_bound(sequence)) return
-    associate (first => step_runs(sequence, 0))
-      if (maxval(sequence%runs(first)%divisions) < 4) return
-    end associate
-    call divisions_by(sequence, step_runs(sequence, 0), 0, family%divisions, found)
-    waits_with_steps = .not. found .or. family%divisions > few
-  end function waits_with_steps
-
   !> The meshes with undivided increments before one of them is fine enough to try these out.
   subroutine follow_without_steps(sequence, choice, found)
     type(mesh_sequence_t), intent(in) :: sequence
@@ -269,17 +249,6 @@ contains
         merge(second_step, least_step, size(runs) == 1))
     end associate
   end subroutine follow_without_steps
-
-  !> Where increments are tried out.
-  type(mesh_size_t) function mesh_for_steps(sequence) result(mesh_size)
-    type(mesh_sequence_t), intent(in) :: sequence
-
-    mesh_size = sequence%first
-    if (.not. waits_with_steps(sequence)) return
-    associate (runs => mesh_runs(sequence, family_t()))
-      mesh_size = sequence%runs(runs(mesh_of_steps))%mesh_size
-    end associate
-  end function mesh_for_steps
 
   !> A mesh by which cuts at contact can be judged comes before a finer one.
   pure subroutine go_no_further(enough, choice)
@@ -339,79 +308,6 @@ contains
         sequence%runs(runs(size(runs)))%recovery <= sequence%wanted
     end associate
   end function is_near_goal
-
-  !> How the deck's increments are to be divided: tried on the coarsest mesh of a family with three
-  !> sizes and more, from what it has on. More divisions take as many times the time, fewer leave
-  !> less of the accuracy for the mesh.
-  subroutine choose_divisions(sequence, family, found)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(family_t), intent(inout) :: family !! gets the divisions
-    logical, intent(out) :: found           !! else a run with these is to be made there
-    integer, allocatable :: runs(:)
-
-    found = .not. sequence%divides
-    if (found) return
-    if (family%cuts > 0) then
-      runs = step_runs(sequence, cuts_for_trials(sequence, family%cuts))
-    else if (waits_with_steps(sequence)) then
-      runs = later_step_runs(sequence)
-    else
-      runs = step_runs(sequence, 0)
-    end if
-    call divisions_by(sequence, runs, family%cuts, family%divisions, found)
-  end subroutine choose_divisions
-
-  !> The divisions of increments that runs on one mesh ask for.
-  subroutine divisions_by(sequence, runs, cuts, divisions, found)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:)
-    integer, intent(in) :: cuts       !! of the runs that are to have these
-    integer, intent(out) :: divisions !! those, or the next to be tried
-    logical, intent(out) :: found
-    type(sequence_error_t) :: errors
-    real(wp) :: cheapest, left, by_steps
-    integer :: fewest, most, tried
-
-    found = .false.
-    fewest = minval(sequence%runs(runs)%divisions)
-    most = maxval(sequence%runs(runs)%divisions)
-    divisions = 2*most
-    if (most < 4*fewest) return
-    ! The run that was made last is in the file.
-    associate (last => sequence%runs(size(sequence%runs)))
-      if (last%mesh_size%zone%times == cuts) then
-        call estimate_sequence(sequence, errors)
-        by_steps = error_on_mesh(sequence, runs, last%divisions)
-        found = by_steps >= 0.0_wp .and. errors%mesh >= 0.0_wp .and. by_steps + errors%mesh + &
-          errors%others <= sequence%wanted
-        divisions = last%divisions
-        if (found) return
-      end if
-    end associate
-    cheapest = huge(1.0_wp)
-    divisions = 2*most
-    tried = fewest
-    do while (tried <= most)
-      by_steps = error_on_mesh(sequence, runs, tried)
-      left = 1.0_wp - by_steps/sequence%wanted
-      ! On a mesh that is there already it is enough.
-      call estimate_sequence(sequence, errors, family_t(cuts, merge(tried, fewest, &
-        has_bound(sequence))))
-      found = errors%mesh >= 0.0_wp .and. errors%mesh + errors%others <= left*sequence%wanted
-      if (found) then
-        divisions = tried
-        return
-      end if
-      if (left >= 1.0_wp - part_for_steps) then
-        if (tried*left**(-growth) < cheapest) then
-          cheapest = tried*left**(-growth)
-          divisions = tried
-        end if
-      end if
-      tried = 2*tried
-    end do
-    found = cheapest < huge(1.0_wp)
-  end subroutine divisions_by
 
   !> What follows on the runs of a family: enough, or as fine as it takes.
   subroutine refine_all(sequence, family, memory_left, errors, choice)

@@ -10,7 +10,8 @@ module run_within_mod
   use mesh_sequence_mod, only: mesh_sequence_t, has_bound, mesh_runs, family_t, family_of
   use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_by_steps, on_coarse_mesh
   use finest_mesh_mod, only: find_run, find_finest, go_back
-  use next_run_mod, only: choice_t, choose_run, finer, next_finer, least_step, most_divisions, &
+  use choose_divisions_mod, only: most_divisions
+  use next_run_mod, only: choice_t, choose_run, finer, next_finer, least_step, &
     to_run, is_finest, time_is_over, beyond_machine
   implicit none
   private
