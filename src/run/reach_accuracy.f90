@@ -66,7 +66,7 @@ contains
       end if
       sequence%spent = sequence%earlier + cpu_seconds()
       if (continues) call take_up(result_path(options, deck), choice, of_run)
-      call prepare_scene(of_run, choice%mesh_size, scene, error)
+      call prepare_scene(of_run, choice%mesh_size, choice%divisions, scene, error)
       if (allocated(error)) then
         if (sequence%blocks%common == 0) return
         ! Its blocks cannot have other bricks after all: numbers of nodes meet, say.
@@ -75,7 +75,6 @@ contains
         choice%is_replaced = .false.
         cycle runs
       end if
-      scene%accuracy%divisions = choice%divisions
       ! What load steps make is found by runs of several sizes of them.
       scene%accuracy%follows_steps = .not. (sequence%divides .and. sequence%wanted > 0.0_wp)
       scene%accuracy%runs_before = size(sequence%runs)
