@@ -44,8 +44,8 @@ contains
     end do
   end subroutine find_base
 
-  !> The coarsest mesh on which contact is in few places, where no run is there whose bricks are half
-  !> as large; 0: there is, or contact is in few places on none.
+  !> The coarsest mesh on which contact is in few places, where there is no run whose bricks are half
+  !> as large; 0: there is one, or contact is in few places on none.
   pure integer function waits_for_half(sequence, divisions) result(base)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: divisions
@@ -103,7 +103,8 @@ contains
     end do
   end function runs_on_base
 
-  !> With how many cuts increments are tried out for runs with more: as few as give all but the same.
+  !> With how many cuts increments are tried out for runs with more: as few as give the same, all
+  !> but.
   pure integer function cuts_for_trials(sequence, cuts) result(fewer)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: cuts

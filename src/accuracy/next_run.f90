@@ -263,7 +263,7 @@ contains
   !> What follows where bricks at contact are cut: increments there, then all bricks.
   subroutine follow_cuts(sequence, family, memory_left, errors, choice)
     type(mesh_sequence_t), intent(in) :: sequence
-    type(family_t), intent(in) :: family !! with the divisions of the runs that the cuts were tried by
+    type(family_t), intent(in) :: family !! its divisions are those that cuts were tried with
     real(wp), intent(in) :: memory_left
     type(sequence_error_t), intent(inout) :: errors
     type(choice_t), intent(inout) :: choice

@@ -7,7 +7,7 @@ module sequence_error_mod
   use measured_quantities_mod, only: error_scales
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, family_of, &
     step_runs, by_divisions
-  use cut_runs_mod, only: find_base, run_on_base, runs_on_base, cuts_for_trials
+  use cut_runs_mod, only: find_base, runs_on_base, cuts_for_trials
   use convergence_mod, only: convergence_t, observe_convergence, assume_first_order, &
     fitted_order, error_at_least, error_by_differences, least_order, safety_of_two
   implicit none
