@@ -44,8 +44,8 @@ contains
     end do
   end subroutine find_base
 
-  !> The coarsest mesh on which contact is in few places, where there is no run whose bricks are half
-  !> as large; 0: there is one, or contact is in few places on none.
+  !> The coarsest mesh on which contact is in few places, where no run has bricks that are half as
+  !> large; 0: one has, or contact is in few places on none.
   pure integer function waits_for_half(sequence, divisions) result(base)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: divisions

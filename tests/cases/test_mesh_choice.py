@@ -144,7 +144,7 @@ class NotReached(unittest.TestCase):
             self.assertTrue(np.all(result.history("certified") == 1))
 
     def test_increments_that_the_first_mesh_wants_divided(self):
-        """Tried again on the third; finer meshes run undivided but for the last; true all the same."""
+        """Tried again on the third; finer meshes are run undivided but for the last. Kept."""
         text = (SOURCE / "studies/data/scenes/spreading.inp").read_text()
         text = text.replace("*STATIC, DIRECT", "*STATIC")
         with Run(text, name="spreading", n=12, steps=16, tolerance=1e-6).result() as fine:
