@@ -1,6 +1,5 @@
 !> The runs by which an accuracy is reached, or time and memory are used well: on meshes that get
-!> finer, and on the coarsest of them with increments that get smaller; and what they say of the
-!> error of the last one.
+!> finer, and on the coarsest of them with increments that get smaller.
 !>
 !> docs/theory.md section 10.
 module mesh_sequence_mod
@@ -11,17 +10,11 @@ module mesh_sequence_mod
   use scene_mod, only: scene_t
   use increments_mod, only: count_increments
   use measured_quantities_mod, only: quantity_t, list_quantities, error_scales
-  use convergence_mod, only: convergence_t, observe_convergence, assume_first_order, &
-    fitted_order, error_at_least, error_by_differences, least_order
   implicit none
   private
 
-  public :: mesh_sequence_t, mesh_run_t, planned_t, sequence_error_t, family_t, start_sequence, &
-    add_run, has_bound, on_coarse_mesh, estimate_sequence, error_by_steps, carry_sequence, &
-    mesh_runs, extrapolated, change, family_of, step_runs
-
-  real(wp), parameter :: on_coarse_mesh = 2.0_wp
-  !! times what load steps make there, where few points slide, they make on finer ones at most
+  public :: mesh_sequence_t, mesh_run_t, planned_t, family_t, start_sequence, add_run, has_bound, &
+    carry_sequence, mesh_runs, change, distance, family_of, step_runs, by_divisions
 
   !> A run of the sequence.
   type :: mesh_run_t
@@ -77,17 +70,6 @@ module mesh_sequence_mod
     !! time of the processor of a run that was not kept, and is made again [s]
   end type mesh_sequence_t
 
-  !> What is known of the last run's error.
-  type :: sequence_error_t
-    real(wp) :: mesh = -1.0_wp       !! of the worst quantity; negative: not known [-]
-    real(wp) :: load_steps = -1.0_wp !! likewise [-]
-    real(wp) :: others = 0.0_wp      !! contact and arithmetic [-]
-    integer  :: worst = 0            !! the quantity whose error by the mesh is the largest
-    type(convergence_t), allocatable :: of_mesh(:) !! (n_quantities), error relative to its scale
-    integer, allocatable :: n_rising(:)
-    !! (n_quantities) how often in a row three meshes did not converge, up to the last
-  end type sequence_error_t
-
 contains
 
   !> A sequence without runs.
@@ -139,7 +121,7 @@ contains
       size(sequence%runs))])
   end function mesh_runs
 
-  !> The runs on the coarsest mesh with so many cuts at contact.
+  !> The runs on the coarsest mesh with so many cuts at contact, the fewest divisions first.
   pure function step_runs(sequence, cuts) result(runs)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: cuts
@@ -152,7 +134,23 @@ contains
       runs = pack(runs, [(relative_size(all(runs(i))%mesh_size) >= &
         relative_size(all(runs(1))%mesh_size), i=1, size(runs))])
     end associate
+    runs = by_divisions(sequence, runs)
   end function step_runs
+
+  !> Runs in the order of their divisions.
+  pure function by_divisions(sequence, runs) result(sorted)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:)
+    integer :: sorted(size(runs))
+    integer :: i
+
+    associate (divisions => sequence%runs(runs)%divisions)
+      do i = 1, size(runs)
+        sorted(1 + count(divisions < divisions(i)) + count(divisions(:i - 1) == divisions(i))) = &
+          runs(i)
+      end do
+    end associate
+  end function by_divisions
 
   !> The largest difference of a quantity in two runs, over the increments, as a part of its scale.
   pure real(wp) function change(sequence, k, scale, one, other)
@@ -172,171 +170,16 @@ contains
     if (scale > 0.0_wp) change = change/scale
   end function change
 
-  !> What the runs say of the error of one of them.
-  subroutine estimate_sequence(sequence, errors, family)
-    type(mesh_sequence_t), intent(in) :: sequence !! with a run at least
-    type(sequence_error_t), intent(out) :: errors
-    type(family_t), intent(in), optional :: family
-    !! of the last run of it; left out: of the last run
+  !> How far two runs are apart at most, in parts of the scales.
+  pure real(wp) function distance(sequence, one, other)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: one, other
     real(wp) :: scales(size(sequence%list))
-    integer, allocatable :: runs(:)
-    integer :: k, n
+    integer :: k
 
-    if (present(family)) then
-      runs = mesh_runs(sequence, family)
-    else
-      runs = mesh_runs(sequence, family_of(sequence%runs(size(sequence%runs))))
-    end if
-    n = size(runs)
-    if (n == 0) return
-    associate (last => sequence%runs(runs(n)))
-      errors%others = last%others
-      scales = error_scales(sequence%list, last%values)
-      errors%load_steps = last%load_steps
-      if (sequence%divides) errors%load_steps = error_by_steps(sequence, family_of(last))
-      ! Too little time to divide increments leaves what the run itself says of them.
-      if (errors%load_steps < 0.0_wp .and. sequence%wanted <= 0.0_wp) errors%load_steps = &
-        last%load_steps
-    end associate
-    if (n < 2 .or. (n == 2 .and. .not. sequence%recovers)) return
-    allocate (errors%of_mesh(size(sequence%list)))
-    allocate (errors%n_rising(size(sequence%list)), source=0)
-    do k = 1, size(sequence%list)
-      if (n == 2) then
-        errors%of_mesh(k) = assume_first_order(sizes_of(sequence, runs), change(sequence, k, &
-          scales(k), runs(1), runs(2)))
-        cycle
-      end if
-      call follow_sizes(sequence, runs, sizes_of(sequence, runs), k, scales(k), &
-        errors%of_mesh(k), errors%n_rising(k))
-    end do
-    errors%mesh = 0.0_wp
-    if (size(sequence%list) == 0) return
-    errors%worst = maxloc(errors%of_mesh%error, dim=1)
-    errors%mesh = errors%of_mesh(errors%worst)%error
-    ! Two meshes may be alike by accident, and so may those that are finer in some places: another
-    ! witness must say so.
-    associate (last => sequence%runs(runs(n)))
-      if (n == 2 .or. last%mesh_size%zone%times > 0) errors%mesh = max(errors%mesh, last%recovery)
-    end associate
-
-  end subroutine estimate_sequence
-
-  !> What three sizes and more, of bricks or of increments, say of the error of the last one.
-  pure subroutine follow_sizes(sequence, runs, h, k, scale, observed, n_rising)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:) !! the coarsest first
-    real(wp), intent(in) :: h(:)   !! their sizes [-]
-    integer, intent(in) :: k       !! the quantity
-    real(wp), intent(in) :: scale
-    type(convergence_t), intent(out) :: observed
-    integer, intent(out) :: n_rising !! as of sequence_error_t
-    integer, parameter :: looked_at = 4 !! sizes, where the changes of three follow no order
-    real(wp), parameter :: rounding = 1.0e-6_wp
-    real(wp) :: order, error
-    integer :: i, j, n, first
-
-    n = size(runs)
-    n_rising = 0
-    do i = 3, n
-      observed = observe_convergence(h(i - 2:i), [change(sequence, k, scale, runs(i - 2), &
-        runs(i - 1)), change(sequence, k, scale, runs(i - 1), runs(i))])
-      n_rising = merge(0, n_rising + 1, observed%converges)
-    end do
-    if (n >= looked_at .and. observed%order <= least_order + rounding) then
-      first = n - looked_at + 1
-      order = min(1.0_wp, fitted_order(h(first:), all_values(runs(first:))))
-      if (order > least_order) then
-        error = error_by_differences(h(first:), [(change(sequence, k, scale, runs(i), runs(n)), &
-          i=first, n - 1)], order)
-        if (error < observed%error) observed = convergence_t(order, error, &
-          h(n)**order/(h(n - 1)**order - h(n)**order))
-        n_rising = 0
-      end if
-    end if
-    ! One that seems to fall faster was met by accident.
-    do i = 1, n - 1
-      do j = i + 1, n
-        observed%error = max(observed%error, error_at_least(h([i, j]), change(sequence, k, scale, &
-          runs(i), runs(j)), h(n)))
-      end do
-    end do
-
-  contains
-
-    !> The quantity's values over the increments, a run a column.
-    pure function all_values(runs) result(values)
-      integer, intent(in) :: runs(:)
-      real(wp) :: values(sequence%list(k)%n*sequence%n_increments, size(runs))
-      integer :: i
-
-      associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
-        do i = 1, size(runs)
-          values(:, i) = reshape(sequence%runs(runs(i))%values(a:b, :), [size(values, 1)])
-        end do
-      end associate
-    end function all_values
-
-  end subroutine follow_sizes
-
-  !> The sizes of the bricks of runs.
-  pure function sizes_of(sequence, runs) result(h)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:)
-    real(wp) :: h(size(runs))
-    integer :: i
-
-    h = [(relative_size(sequence%runs(runs(i))%mesh_size), i=1, size(runs))]
-  end function sizes_of
-
-  !> The error that load steps make with a family's divisions of the deck's increments, as the runs
-  !> on its coarsest mesh say, where there are three, or on the first mesh of all; negative where
-  !> they do not.
-  function error_by_steps(sequence, family) result(error)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(family_t), intent(in) :: family
-    real(wp) :: error
-    type(convergence_t) :: observed
-    real(wp), allocatable :: scales(:)
-    integer, allocatable :: runs(:)
-    real(wp) :: of_quantity
-    integer :: k, n, mine, n_rising
-
-    error = -1.0_wp
-    runs = step_runs(sequence, family%cuts)
-    if (size(runs) < 3) runs = step_runs(sequence, 0)
-    n = size(runs)
-    if (n < 3) return
-    mine = findloc(sequence%runs(runs)%divisions, family%divisions, dim=1)
-    if (mine == 0) return
-    scales = error_scales(sequence%list, sequence%runs(runs(n))%values)
-    error = 0.0_wp
-    do k = 1, size(sequence%list)
-      call follow_sizes(sequence, runs, 1.0_wp/real(sequence%runs(runs)%divisions, wp), k, &
-        scales(k), observed, n_rising)
-      of_quantity = observed%error
-      if (mine < n) of_quantity = of_quantity + change(sequence, k, scales(k), runs(mine), runs(n))
-      error = max(error, of_quantity)
-    end do
-    if (sequence%runs(runs(1))%mesh_size%zone%times == 0) error = on_coarse_mesh*error
-  end function error_by_steps
-
-  !> The values of a quantity's component, extrapolated to bricks without size.
-  pure function extrapolated(sequence, errors, k) result(values)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(sequence_error_t), intent(in) :: errors
-    integer, intent(in) :: k !! the quantity
-    real(wp), allocatable :: values(:, :) !! (n,n_increments)
-    integer, allocatable :: runs(:)
-
-    associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
-      runs = mesh_runs(sequence, family_of(sequence%runs(size(sequence%runs))))
-      values = sequence%runs(runs(size(runs)))%values(a:b, :)
-      if (.not. allocated(errors%of_mesh)) return
-      values = values + errors%of_mesh(k)%weight*(values - &
-        sequence%runs(runs(size(runs) - 1))%values(a:b, :))
-    end associate
-  end function extrapolated
+    scales = error_scales(sequence%list, sequence%runs(other)%values)
+    distance = maxval([(change(sequence, k, scales(k), one, other), k=1, size(scales)), 0.0_wp])
+  end function distance
 
   !> Put the runs into the list, or take them out.
   subroutine carry_sequence(list, sequence)

@@ -3,17 +3,21 @@
 !> docs/theory.md section 10.
 module next_run_mod
   use kinds_mod, only: wp
-  use mesh_size_mod, only: mesh_size_t, blocks_t, zone_t
+  use mesh_size_mod, only: mesh_size_t, blocks_t, zone_t, relative_size
   use scene_mod, only: scene_t
   use choose_cuts_mod, only: choose_cuts
   use convergence_mod, only: size_for_error
-  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, family_t, start_sequence, &
-    estimate_sequence, error_by_steps, has_bound, mesh_runs, step_runs
+  use mesh_sequence_mod, only: mesh_sequence_t, family_t, start_sequence, has_bound, mesh_runs, &
+    step_runs
+  use cut_runs_mod, only: cuts_for_trials, waits_for_half
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_by_steps, mesh_of_steps
+  use choose_divisions_mod, only: choose_divisions, waits_with_steps, mesh_for_steps, &
+    most_divisions
   implicit none
   private
 
   public :: choice_t, begin_sequence, choose_run, skip_mesh, end_with_run, finer, next_finer, &
-    least_step, most_divisions
+    least_step
   public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, &
     time_is_over
 
@@ -26,11 +30,7 @@ module next_run_mod
   integer, parameter :: is_finest = 6        !! nothing finer fits the time and memory allowed
   integer, parameter :: time_is_over = 7     !! and the accuracy takes more
 
-  real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
-  real(wp), parameter :: growth = 4.0_wp
-  !! a mesh whose error is to be so many times smaller takes that to this power of the time
   real(wp), parameter :: aimed_at = 0.8_wp !! of what is left for the mesh
-  integer, parameter :: most_divisions = 64
   integer, parameter :: fewest_bricks = 4 !! along the longest edge of a block, to begin with
   real(wp), parameter :: least_step = 1.25_wp, largest_step = 2.0_wp !! from size to size
   real(wp), parameter :: wary_step = 1.5_wp, far_off = 4.0_wp
@@ -170,43 +170,131 @@ contains
     type(sequence_error_t), intent(out) :: errors
     type(choice_t), intent(inout) :: choice
     type(family_t) :: family
-    integer :: next, base
+    integer :: next, base, fewest
     logical :: found
 
     call estimate_sequence(sequence, errors)
+    if (waits_with_steps(sequence)) then
+      call follow_without_steps(sequence, choice, found)
+      if (.not. found) return
+    end if
     call choose_divisions(sequence, family, found)
     choice%divisions = family%divisions
+    if (.not. found) choice%mesh_size = mesh_for_steps(sequence)
     if (family%divisions > most_divisions) choice%outcome = steps_too_coarse
     if (.not. found) return
-    call estimate_sequence(sequence, errors, family)
-    call refine_all(sequence, family, memory_left, errors, choice)
+    call follow_meshes(sequence, family, memory_left, errors, choice)
     if (choice%outcome == is_reached .or. choice%outcome == steps_too_coarse) return
     if (choice%finer < worth_a_try .and. choice%outcome == to_run) return
     ! What cuts take is not foreseen.
-    if (has_bound(sequence) .or. size(mesh_runs(sequence, family)) < 3) return
-    call choose_cuts(sequence, family%divisions, family%cuts, next, base)
+    if (has_bound(sequence) .or. size(mesh_runs(sequence, family_t())) < 3) return
+    fewest = minval(sequence%runs%divisions)
+    base = waits_for_half(sequence, fewest)
+    if (base > 0 .and. choice%outcome == to_run) call go_no_further(finer(sequence, &
+      sequence%runs(base)%mesh_size, largest_step), choice)
+    call choose_cuts(sequence, fewest, family%cuts, next, base)
     if (next == 0 .and. family%cuts == 0) return
     if (next > 0) then
-      choice = choice_t(mesh_size=sequence%runs(base)%mesh_size, divisions=family%divisions)
+      choice = choice_t(mesh_size=sequence%runs(base)%mesh_size, divisions=fewest)
       choice%mesh_size%zone = zone_t(next, sequence%runs(size(sequence%runs))%balls)
       return
     end if
+    family%divisions = fewest
+    call follow_cuts(sequence, family, memory_left, errors, choice)
+  end subroutine follow_runs
+
+  !> What follows without cuts at contact: meshes with undivided increments, until they are fine
+  !> enough; then the last of them with its increments divided. Within bounds all meshes have those.
+  subroutine follow_meshes(sequence, family, memory_left, errors, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family !! with the divisions that are chosen
+    real(wp), intent(in) :: memory_left
+    type(sequence_error_t), intent(inout) :: errors
+    type(choice_t), intent(inout) :: choice
+    type(mesh_size_t) :: enough
+    real(wp) :: by_steps
+
+    call estimate_sequence(sequence, errors, family)
+    if (family%divisions == 1 .or. has_bound(sequence)) then
+      call refine_all(sequence, family, memory_left, errors, choice)
+      return
+    end if
+    by_steps = error_by_steps(sequence, family)
+    call estimate_sequence(sequence, errors, family_t())
+    errors%load_steps = by_steps
+    choice%divisions = 1
+    call refine_all(sequence, family_t(), memory_left, errors, choice)
+    choice%may_be_last = .false.
+    if (choice%outcome /= is_reached) return
+    enough = sequence%runs(choice%of_run)%mesh_size
+    associate (runs => mesh_runs(sequence, family))
+      if (size(runs) > 0) then
+        choice%of_run = runs(size(runs))
+        if (relative_size(sequence%runs(choice%of_run)%mesh_size) <= relative_size(enough)) return
+      end if
+    end associate
+    choice = choice_t(mesh_size=enough, divisions=family%divisions, may_be_last=.true.)
+  end subroutine follow_meshes
+
+  !> The meshes with undivided increments before one of them is fine enough to try these out.
+  subroutine follow_without_steps(sequence, choice, found)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(choice_t), intent(inout) :: choice
+    logical, intent(out) :: found !! that one is there
+
+    associate (runs => mesh_runs(sequence, family_t()))
+      found = size(runs) >= mesh_of_steps
+      if (found) return
+      choice%mesh_size = finer(sequence, sequence%runs(runs(size(runs)))%mesh_size, &
+        merge(second_step, least_step, size(runs) == 1))
+    end associate
+  end subroutine follow_without_steps
+
+  !> A mesh by which cuts at contact can be judged comes before a finer one.
+  pure subroutine go_no_further(enough, choice)
+    type(mesh_size_t), intent(in) :: enough
+    type(choice_t), intent(inout) :: choice
+
+    if (relative_size(choice%mesh_size) >= relative_size(enough)) return
+    choice%mesh_size = enough
+    choice%may_be_last = .false.
+  end subroutine go_no_further
+
+  !> What follows where bricks at contact are cut: increments there, then all bricks.
+  subroutine follow_cuts(sequence, family, memory_left, errors, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family !! its divisions are those that cuts were tried with
+    real(wp), intent(in) :: memory_left
+    type(sequence_error_t), intent(inout) :: errors
+    type(choice_t), intent(inout) :: choice
+    type(family_t) :: divided
+    type(mesh_size_t) :: coarsest
+    logical :: found
+
     choice = choice_t(divisions=family%divisions)
     call estimate_sequence(sequence, errors, family)
     call refine_all(sequence, family, memory_left, errors, choice)
     ! Few points touch on the first mesh: what load steps make of them is known better here. It is
     ! worth knowing where the mesh is about right.
     if (.not. (sequence%divides .and. is_near_goal(sequence, family, choice))) return
-    associate (runs => mesh_runs(sequence, family))
-      choice = choice_t(mesh_size=sequence%runs(runs(1))%mesh_size)
+    divided = family
+    associate (tried => step_runs(sequence, cuts_for_trials(sequence, family%cuts)), &
+      runs => mesh_runs(sequence, family))
+      coarsest = sequence%runs(runs(1))%mesh_size
+      choice = choice_t(mesh_size=sequence%runs(tried(1))%mesh_size)
     end associate
-    call choose_divisions(sequence, family, found)
-    choice%divisions = family%divisions
-    if (family%divisions > most_divisions) choice%outcome = steps_too_coarse
+    call choose_divisions(sequence, divided, found)
+    choice%divisions = divided%divisions
+    if (divided%divisions > most_divisions) choice%outcome = steps_too_coarse
     if (.not. found) return
-    call estimate_sequence(sequence, errors, family)
-    call refine_all(sequence, family, memory_left, errors, choice)
-  end subroutine follow_runs
+    if (size(mesh_runs(sequence, divided)) == 0) then
+      choice%mesh_size = coarsest
+      choice%may_be_last = .true.
+      return
+    end if
+    call estimate_sequence(sequence, errors, divided)
+    call refine_all(sequence, divided, memory_left, errors, choice)
+  end subroutine follow_cuts
 
   !> Whether the meshes of a family all but reach the accuracy, or their increments were tried.
   pure logical function is_near_goal(sequence, family, choice)
@@ -214,49 +302,12 @@ contains
     type(family_t), intent(in) :: family
     type(choice_t), intent(in) :: choice !! what follows on its runs
 
-    associate (runs => mesh_runs(sequence, family), tried => step_runs(sequence, family%cuts))
-      is_near_goal = size(tried) > 1 .or. choice%outcome == is_reached
-      if (size(runs) > 1) is_near_goal = is_near_goal .or. &
+    associate (runs => mesh_runs(sequence, family), tried => step_runs(sequence, &
+      cuts_for_trials(sequence, family%cuts)))
+      is_near_goal = size(tried) > 1 .or. choice%outcome == is_reached .or. size(runs) > 2 .or. &
         sequence%runs(runs(size(runs)))%recovery <= sequence%wanted
-      if (size(runs) > 2) is_near_goal = is_near_goal .or. choice%may_be_last
     end associate
   end function is_near_goal
-
-  !> How the deck's increments are to be divided: tried on the coarsest mesh of a family with three
-  !> sizes and more, from what it has on. More divisions take as many times the time, fewer leave
-  !> less of the accuracy for the mesh.
-  subroutine choose_divisions(sequence, family, found)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(family_t), intent(inout) :: family !! gets the divisions
-    logical, intent(out) :: found           !! else a run with these is to be made there
-    integer, allocatable :: runs(:)
-    real(wp) :: cheapest, left
-    integer :: fewest, most, tried
-
-    found = .not. sequence%divides
-    if (found) return
-    runs = step_runs(sequence, family%cuts)
-    fewest = minval(sequence%runs(runs)%divisions)
-    most = maxval(sequence%runs(runs)%divisions)
-    if (most >= 4*fewest) then
-      cheapest = huge(1.0_wp)
-      tried = fewest
-      do while (tried <= most)
-        left = 1.0_wp - error_by_steps(sequence, family_t(family%cuts, tried))/sequence%wanted
-        if (left >= 1.0_wp - part_for_steps) then
-          if (tried*left**(-growth) < cheapest) then
-            cheapest = tried*left**(-growth)
-            family%divisions = tried
-          end if
-        end if
-        tried = 2*tried
-      end do
-      found = cheapest < huge(1.0_wp)
-      if (.not. found) family%divisions = tried
-    else
-      family%divisions = 2*most
-    end if
-  end subroutine choose_divisions
 
   !> What follows on the runs of a family: enough, or as fine as it takes.
   subroutine refine_all(sequence, family, memory_left, errors, choice)
@@ -270,16 +321,16 @@ contains
 
     runs = mesh_runs(sequence, family)
     associate (last => sequence%runs(runs(size(runs))))
-      if (size(runs) == 1) then
-        choice%mesh_size = finer(sequence, last%mesh_size, second_step)
-        ! Two meshes are enough where recovery agrees.
-        choice%may_be_last = sequence%recovers .and. last%recovery <= sequence%wanted
-        return
-      end if
       left = sequence%wanted - max(0.0_wp, errors%load_steps) - errors%others
       if (errors%mesh >= 0.0_wp .and. errors%mesh <= left) then
         choice%outcome = is_reached
         choice%of_run = runs(size(runs))
+        return
+      end if
+      if (size(runs) == 1) then
+        choice%mesh_size = finer(sequence, last%mesh_size, second_step)
+        ! Two meshes are enough where recovery agrees.
+        choice%may_be_last = sequence%recovers .and. last%recovery <= sequence%wanted
         return
       end if
       if (left <= 0.1_wp*sequence%wanted) then

@@ -7,10 +7,11 @@ module run_within_mod
   use mesh_size_mod, only: mesh_size_t, relative_size
   use convergence_mod, only: least_order, safety, safety_of_two, size_for_error
   use foreseen_costs_mod, only: fits, seconds_to_run, memory_to_run
-  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, &
-    error_by_steps, has_bound, mesh_runs, on_coarse_mesh, family_t, family_of
+  use mesh_sequence_mod, only: mesh_sequence_t, has_bound, mesh_runs, family_t, family_of
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_by_steps, on_coarse_mesh
   use finest_mesh_mod, only: find_run, find_finest, go_back
-  use next_run_mod, only: choice_t, choose_run, finer, next_finer, least_step, most_divisions, &
+  use choose_divisions_mod, only: most_divisions
+  use next_run_mod, only: choice_t, choose_run, finer, next_finer, least_step, &
     to_run, is_finest, time_is_over, beyond_machine
   implicit none
   private

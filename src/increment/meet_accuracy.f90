@@ -46,8 +46,9 @@ contains
     associate (wanted => scene%accuracy%wanted)
       if (wanted <= 0.0_wp) return
       if (.not. scene%accuracy%keeps_mesh) then
+        ! What each increment leaves friction keeps: more of them leave as much together.
         scene%contact%tolerance = of_differences*wanted*min(1.0_wp, minval(scene%pairs%mu, &
-          mask=scene%pairs%mu > 0.0_wp))
+          mask=scene%pairs%mu > 0.0_wp))/real(scene%accuracy%divisions, wp)
         return
       end if
       tolerance = least_fraction*wanted

@@ -5,7 +5,8 @@ module result_accuracy_mod
   use errors_mod, only: error_t
   use text_mod, only: string_t
   use mesh_size_mod, only: relative_size
-  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, extrapolated
+  use mesh_sequence_mod, only: mesh_sequence_t
+  use sequence_error_mod, only: sequence_error_t, extrapolated
   use measured_quantities_mod, only: quantity_t, error_scales
   use hdf5_files_mod, only: hdf5_file_t
   use hdf5_attributes_mod, only: describe_group, write_attribute

@@ -29,7 +29,8 @@ module result_file_mod
   use resource_limits_mod, only: file_limit, no_limit
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
-  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t
+  use mesh_sequence_mod, only: mesh_sequence_t
+  use sequence_error_mod, only: sequence_error_t
   use state_mod, only: state_t
   use increments_mod, only: ends_step, asked_number
   use increment_report_mod, only: increment_report_t

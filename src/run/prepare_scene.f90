@@ -19,10 +19,11 @@ module prepare_scene_mod
 
 contains
 
-  !> Read the deck with a mesh of the given size, and take the options.
-  subroutine prepare_scene(options, mesh_size, scene, error)
+  !> Read the deck with a mesh of the given size and increments divided, and take the options.
+  subroutine prepare_scene(options, mesh_size, divisions, scene, error)
     type(options_t), intent(in) :: options
     type(mesh_size_t), intent(in) :: mesh_size
+    integer, intent(in) :: divisions !! of the deck's increments
     type(scene_t), intent(out) :: scene
     type(error_t), allocatable, intent(out) :: error
     !! mistakes of the deck; options that do not fit it; the result would replace the deck
@@ -30,6 +31,7 @@ contains
     call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check, &
       mesh_size=mesh_size)
     if (allocated(error) .or. options%check) return
+    scene%accuracy%divisions = divisions
     if (.not. options%plan) call keep_deck(options, scene, error)
     if (.not. allocated(error)) call take_options(options, scene, error)
   end subroutine prepare_scene

@@ -13,8 +13,8 @@ module reach_accuracy_mod
   use mesh_size_mod, only: blocks_t, relative_size
   use controls_mod, only: accuracy_controls_t, subject_in_words
   use scene_mod, only: scene_t
-  use mesh_sequence_mod, only: mesh_sequence_t, sequence_error_t, estimate_sequence, mesh_runs, &
-    has_bound, family_of
+  use mesh_sequence_mod, only: mesh_sequence_t, mesh_runs, has_bound, family_of
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use next_run_mod, only: choice_t, begin_sequence, skip_mesh, end_with_run, to_run, is_reached, &
     steps_too_coarse, not_convergent, beyond_machine, is_finest, time_is_over
   use run_within_mod, only: choose_next
@@ -66,7 +66,7 @@ contains
       end if
       sequence%spent = sequence%earlier + cpu_seconds()
       if (continues) call take_up(result_path(options, deck), choice, of_run)
-      call prepare_scene(of_run, choice%mesh_size, scene, error)
+      call prepare_scene(of_run, choice%mesh_size, choice%divisions, scene, error)
       if (allocated(error)) then
         if (sequence%blocks%common == 0) return
         ! Its blocks cannot have other bricks after all: numbers of nodes meet, say.
@@ -75,7 +75,6 @@ contains
         choice%is_replaced = .false.
         cycle runs
       end if
-      scene%accuracy%divisions = choice%divisions
       ! What load steps make is found by runs of several sizes of them.
       scene%accuracy%follows_steps = .not. (sequence%divides .and. sequence%wanted > 0.0_wp)
       scene%accuracy%runs_before = size(sequence%runs)

@@ -36,7 +36,7 @@ contains
       return
     end if
     console = open_console(options%quiet)
-    call prepare_scene(options, mesh_size_t(parts=2**max(0, options%refine)), scene, error)
+    call prepare_scene(options, mesh_size_t(parts=2**max(0, options%refine)), 1, scene, error)
     if (allocated(error) .or. options%check) return
     if (chooses_mesh(scene%accuracy)) then
       call reach_accuracy(options, scene, began, console, error)

@@ -19,8 +19,8 @@ module run_mesh_mod
   use body_solver_mod, only: begin_body_solver
   use step_solver_mod, only: step_solver_t
   use contact_zone_mod, only: balls_about, share_near
-  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, planned_t, sequence_error_t, add_run, &
-    has_bound, estimate_sequence
+  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, planned_t, add_run, has_bound
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use foreseen_costs_mod, only: note_plan
   use next_run_mod, only: choice_t, is_reached
   use run_within_mod, only: choose_next, judge_plan

@@ -131,17 +131,36 @@ class NotReached(unittest.TestCase):
             self.assertTrue(np.all(result.history("certified") == 1))
 
     def test_load_steps_that_are_never_small_enough(self):
-        """Refused on the first mesh, whose runs are short: the last one is there all the same."""
-        text = (SOURCE / "studies/data/scenes/needle.inp").read_text()
-        text = text.replace("*STATIC, DIRECT", "*STATIC")
-        run = Run(text, "--accuracy", "0.01", name="needle", steps=4)
+        """Refused where increments are tried again, on the third mesh; its result is complete."""
+        run = Run(deck("block"), "--accuracy", "0.0002", name="block", steps=5, **AUTO)
         self.assertEqual(run.status, 2, run.output)
         self.assertIn("the load steps make", run.errors)
         with run.result() as result:
             self.assertFalse(result.accuracy.reached)
-            np.testing.assert_array_equal(result.accuracy.divisions, 2 ** np.arange(7))
+            np.testing.assert_array_equal(result.accuracy.divisions,
+                                          [1, 2, 4, 1, *2 ** np.arange(7)])  # fmt: skip
+            self.assertEqual(len(set(result.accuracy.bricks[4:])), 1)
             self.assertEqual(result.run["status"], "finished")
             self.assertTrue(np.all(result.history("certified") == 1))
+
+    def test_increments_that_the_first_mesh_wants_divided(self):
+        """Tried again on the third; finer meshes are run undivided but for the last. Kept."""
+        text = (SOURCE / "studies/data/scenes/spreading.inp").read_text()
+        text = text.replace("*STATIC, DIRECT", "*STATIC")
+        with Run(text, name="spreading", n=12, steps=16, tolerance=1e-6).result() as fine:
+            friction, normal = friction_and_normal(fine)
+            friction, normal = friction[3::4], normal[3::4]
+        run = Run(text, "--accuracy", "0.05", name="spreading", steps=4)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            divisions, bricks = result.accuracy.divisions, result.accuracy.bricks
+            third = np.unique(bricks)[2]
+            self.assertTrue(np.all(divisions[:-1][bricks[:-1] > third] == 1))
+            mine, pressing = friction_and_normal(result)
+            scale = abs(normal).max()
+            self.assertLess(abs(pressing - normal).max() / scale, 0.05)
+            error = np.linalg.norm(mine - friction, axis=1).max() / (0.4 * scale)
+            self.assertLess(error, 0.05)
 
     def test_what_stands_in_the_place_of_the_result(self):
         """It is refused before the first run, which is not written."""

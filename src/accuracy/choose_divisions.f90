@@ -1,0 +1,148 @@
+!> How the deck's increments are to be divided: tried on one mesh with three sizes and more.
+!>
+!> docs/theory.md section 10.
+module choose_divisions_mod
+  use kinds_mod, only: wp
+  use mesh_size_mod, only: mesh_size_t
+  use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, mesh_runs, step_runs
+  use cut_runs_mod, only: cuts_for_trials
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_on_mesh, &
+    later_step_runs, mesh_of_steps
+  implicit none
+  private
+
+  public :: choose_divisions, waits_with_steps, mesh_for_steps, most_divisions
+
+  real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
+  real(wp), parameter :: growth = 4.0_wp
+  !! a mesh whose error is to be so many times smaller takes that to this power of the time
+  integer, parameter :: most_divisions = 64
+  integer, parameter :: few = 2 !! divisions, that are taken as the first mesh wants them
+
+contains
+
+  !> How the deck's increments are to be divided: tried on the coarsest mesh of a family with three
+  !> sizes and more, from what it has on. More divisions take as many times the time, fewer leave
+  !> less of the accuracy for the mesh.
+  subroutine choose_divisions(sequence, family, found)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(inout) :: family !! gets the divisions
+    logical, intent(out) :: found           !! else a run with these is to be made there
+    integer, allocatable :: runs(:)
+
+    found = .not. sequence%divides
+    if (found) return
+    if (family%cuts > 0) then
+      runs = step_runs(sequence, cuts_for_trials(sequence, family%cuts))
+    else if (waits_with_steps(sequence)) then
+      runs = later_step_runs(sequence)
+    else
+      runs = step_runs(sequence, 0)
+    end if
+    call divisions_by(sequence, runs, family%cuts, family%divisions, found)
+  end subroutine choose_divisions
+
+  !> The divisions of increments that runs on one mesh ask for.
+  subroutine divisions_by(sequence, runs, cuts, divisions, found)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:)
+    integer, intent(in) :: cuts       !! of the runs that are to have these
+    integer, intent(out) :: divisions !! those, or the next to be tried
+    logical, intent(out) :: found
+    type(sequence_error_t) :: errors
+    integer :: fewest, most
+
+    found = .false.
+    fewest = minval(sequence%runs(runs)%divisions)
+    most = maxval(sequence%runs(runs)%divisions)
+    divisions = 2*most
+    if (most < 4*fewest) return
+    ! The run that was made last is in the file.
+    associate (last => sequence%runs(size(sequence%runs)))
+      if (last%mesh_size%zone%times == cuts) then
+        call estimate_sequence(sequence, errors)
+        divisions = last%divisions
+        found = is_enough(divisions)
+        if (found) return
+      end if
+    end associate
+    ! On a mesh that is there already they may be enough.
+    divisions = fewest
+    do while (divisions <= most)
+      call estimate_sequence(sequence, errors, family_t(cuts, merge(divisions, fewest, &
+        has_bound(sequence))))
+      found = is_enough(divisions)
+      if (found) return
+      divisions = 2*divisions
+    end do
+    call cheapest_divisions(sequence, runs, divisions, found)
+
+  contains
+
+    !> Whether these and the mesh whose errors are known are accurate enough together.
+    logical function is_enough(divisions)
+      integer, intent(in) :: divisions
+      real(wp) :: by_steps
+
+      by_steps = error_on_mesh(sequence, runs, divisions)
+      is_enough = by_steps >= 0.0_wp .and. errors%mesh >= 0.0_wp .and. by_steps + errors%mesh + &
+        errors%others <= sequence%wanted
+    end function is_enough
+
+  end subroutine divisions_by
+
+  !> The divisions by which an accuracy is foreseen to be reached in the least time, if any leave
+  !> enough for the mesh; else the next to be tried.
+  subroutine cheapest_divisions(sequence, runs, divisions, found)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! on one mesh, the fewest divisions first
+    integer, intent(out) :: divisions
+    logical, intent(out) :: found
+    real(wp) :: cheapest, left
+    integer :: tried, most
+
+    most = maxval(sequence%runs(runs)%divisions)
+    divisions = 2*most
+    cheapest = huge(1.0_wp)
+    tried = minval(sequence%runs(runs)%divisions)
+    do while (tried <= most)
+      left = 1.0_wp - error_on_mesh(sequence, runs, tried)/sequence%wanted
+      if (left >= 1.0_wp - part_for_steps) then
+        if (tried*left**(-growth) < cheapest) then
+          cheapest = tried*left**(-growth)
+          divisions = tried
+        end if
+      end if
+      tried = 2*tried
+    end do
+    found = cheapest < huge(1.0_wp)
+  end subroutine cheapest_divisions
+
+  !> Whether increments are tried out on a finer mesh than the first, where few points touch: it
+  !> wants them divided, and each division takes as many times the time.
+  logical function waits_with_steps(sequence)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t) :: family
+    logical :: found
+
+    waits_with_steps = .false.
+    if (.not. sequence%divides .or. has_bound(sequence)) return
+    associate (first => step_runs(sequence, 0))
+      if (maxval(sequence%runs(first)%divisions) < 4) return
+    end associate
+    call cheapest_divisions(sequence, step_runs(sequence, 0), family%divisions, found)
+    waits_with_steps = .not. found .or. family%divisions > few
+  end function waits_with_steps
+
+  !> Where increments are tried out.
+  type(mesh_size_t) function mesh_for_steps(sequence) result(mesh_size)
+    type(mesh_sequence_t), intent(in) :: sequence
+
+    mesh_size = sequence%first
+    if (.not. waits_with_steps(sequence)) return
+    associate (runs => mesh_runs(sequence, family_t()))
+      mesh_size = sequence%runs(runs(mesh_of_steps))%mesh_size
+    end associate
+  end function mesh_for_steps
+
+end module choose_divisions_mod

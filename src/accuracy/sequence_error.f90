@@ -1,0 +1,334 @@
+!> What the runs of a sequence say of the error of one of them.
+!>
+!> docs/theory.md section 10.
+module sequence_error_mod
+  use kinds_mod, only: wp
+  use mesh_size_mod, only: relative_size
+  use measured_quantities_mod, only: error_scales
+  use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, family_of, &
+    step_runs, by_divisions
+  use cut_runs_mod, only: find_base, runs_on_base, cuts_for_trials
+  use convergence_mod, only: convergence_t, observe_convergence, assume_first_order, &
+    fitted_order, error_at_least, error_by_differences, least_order, safety_of_two
+  implicit none
+  private
+
+  public :: sequence_error_t, estimate_sequence, error_by_steps, error_on_mesh, extrapolated, &
+    estimate_cuts, later_step_runs, on_coarse_mesh, mesh_of_steps
+
+  real(wp), parameter :: on_coarse_mesh = 2.0_wp
+  !! times what load steps make there, where few points slide, they make on finer ones at most
+  real(wp), parameter :: on_finer_mesh = 1.25_wp !! likewise, of a finer one
+  integer, parameter :: mesh_of_steps = 3
+  !! where increments are tried again that the first mesh wants divided
+
+  !> What is known of the last run's error.
+  type :: sequence_error_t
+    real(wp) :: mesh = -1.0_wp       !! of the worst quantity; negative: not known [-]
+    real(wp) :: load_steps = -1.0_wp !! likewise [-]
+    real(wp) :: others = 0.0_wp      !! contact and arithmetic [-]
+    integer  :: worst = 0            !! the quantity whose error by the mesh is the largest
+    type(convergence_t), allocatable :: of_mesh(:) !! (n_quantities), error relative to its scale
+    integer, allocatable :: n_rising(:)
+    !! (n_quantities) how often in a row three meshes did not converge, up to the last
+  end type sequence_error_t
+
+contains
+
+  !> What the runs say of the error of one of them.
+  subroutine estimate_sequence(sequence, errors, family)
+    type(mesh_sequence_t), intent(in) :: sequence !! with a run at least
+    type(sequence_error_t), intent(out) :: errors
+    type(family_t), intent(in), optional :: family
+    !! of the last run of it; left out: of the last run
+    type(family_t) :: mine
+    real(wp) :: scales(size(sequence%list))
+    integer, allocatable :: runs(:)
+    integer :: k, n
+
+    if (present(family)) then
+      runs = mesh_runs(sequence, family)
+    else
+      runs = mesh_runs(sequence, family_of(sequence%runs(size(sequence%runs))))
+    end if
+    n = size(runs)
+    if (n == 0) return
+    mine = family_of(sequence%runs(runs(n)))
+    call take_undivided(sequence, runs)
+    n = size(runs)
+    associate (last => sequence%runs(runs(n)))
+      errors%others = last%others
+      scales = error_scales(sequence%list, last%values)
+      errors%load_steps = last%load_steps
+      if (sequence%divides) errors%load_steps = error_by_steps(sequence, mine)
+      ! Too little time to divide increments leaves what the run itself says of them.
+      if (errors%load_steps < 0.0_wp .and. sequence%wanted <= 0.0_wp) errors%load_steps = &
+        last%load_steps
+    end associate
+    if (n < 2 .or. (n == 2 .and. .not. sequence%recovers)) then
+      call take_cuts(sequence, runs(n), scales, errors)
+      return
+    end if
+    allocate (errors%of_mesh(size(sequence%list)))
+    allocate (errors%n_rising(size(sequence%list)), source=0)
+    do k = 1, size(sequence%list)
+      if (n == 2) then
+        errors%of_mesh(k) = assume_first_order(sizes_of(sequence, runs), change(sequence, k, &
+          scales(k), runs(1), runs(2)))
+        cycle
+      end if
+      call follow_sizes(sequence, runs, sizes_of(sequence, runs), k, scales(k), &
+        errors%of_mesh(k), errors%n_rising(k))
+    end do
+    errors%mesh = 0.0_wp
+    if (size(sequence%list) == 0) return
+    errors%worst = maxloc(errors%of_mesh%error, dim=1)
+    errors%mesh = errors%of_mesh(errors%worst)%error
+    ! Two meshes may be alike by accident, and so may those that are finer in some places: another
+    ! witness must say so.
+    associate (last => sequence%runs(runs(n)))
+      if (n == 2 .or. last%mesh_size%zone%times > 0) errors%mesh = max(errors%mesh, last%recovery)
+    end associate
+    call take_cuts(sequence, runs(n), scales, errors)
+  end subroutine estimate_sequence
+
+  !> Where there are more meshes with undivided increments up to that of the last run, these say how
+  !> wrong its mesh is: that is not a matter of the increments.
+  pure subroutine take_undivided(sequence, runs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, allocatable, intent(inout) :: runs(:) !! of a family
+    integer, allocatable :: others(:)
+    integer :: i
+
+    associate (last => sequence%runs(runs(size(runs))))
+      others = mesh_runs(sequence, family_t(last%mesh_size%zone%times, 1))
+      others = pack(others, [(relative_size(sequence%runs(others(i))%mesh_size) >= &
+        relative_size(last%mesh_size), i=1, size(others))])
+      if (size(others) <= size(runs) .and. size(others) < 3) return
+      if (size(others) == 0) return
+      if (relative_size(sequence%runs(others(size(others)))%mesh_size) > &
+        relative_size(last%mesh_size)) return
+    end associate
+    runs = others
+  end subroutine take_undivided
+
+  !> Take what cuts at contact say of a run, where that is less than what other meshes say.
+  pure subroutine take_cuts(sequence, run, scales, errors)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: run
+    real(wp), intent(in) :: scales(:)
+    type(sequence_error_t), intent(inout) :: errors
+    type(convergence_t), allocatable :: near(:)
+    real(wp), allocatable :: far(:)
+    integer, allocatable :: n_rising(:)
+    real(wp) :: mesh
+    integer :: worst
+
+    call estimate_cuts(sequence, run, scales, near, far, n_rising)
+    if (size(near) == 0) return
+    worst = maxloc(near%error + far, dim=1)
+    mesh = max(near(worst)%error + far(worst), sequence%runs(run)%recovery)
+    if (errors%mesh >= 0.0_wp .and. errors%mesh <= mesh) return
+    errors%mesh = mesh
+    errors%worst = worst
+    errors%of_mesh = near
+    errors%of_mesh%error = near%error + far
+    errors%of_mesh%weight = 0.0_wp
+    errors%n_rising = n_rising
+  end subroutine take_cuts
+
+  !> What is wrong with a run whose bricks at contact were cut again and again on one mesh: of these
+  !> bricks by how it converged with their size, of all others by what half their size changed where
+  !> those at contact were alike.
+  pure subroutine estimate_cuts(sequence, run, scales, near, far, n_rising)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: run
+    real(wp), intent(in) :: scales(:) !! of the quantities
+    type(convergence_t), allocatable, intent(out) :: near(:)
+    !! (n_quantities) relative to the scales; none where the runs say nothing
+    real(wp), allocatable, intent(out) :: far(:)
+    integer, allocatable, intent(out) :: n_rising(:) !! as of sequence_error_t
+    real(wp) :: half_size
+    integer, allocatable :: runs(:)
+    integer :: base, half, divisions, k, i
+
+    allocate (near(0), far(0), n_rising(0))
+    associate (cuts => sequence%runs(run)%mesh_size%zone%times)
+      if (cuts < 2) return
+      ! What the mesh makes is not a matter of the increments.
+      divisions = minval(sequence%runs%divisions, mask=[(sequence%runs(i)%mesh_size%zone%times == &
+        cuts, i=1, size(sequence%runs))])
+      call find_base(sequence, divisions, base, half)
+      if (base == 0) return
+      if (relative_size(sequence%runs(run)%mesh_size) < relative_size(sequence%runs( &
+        base)%mesh_size)) return
+      runs = runs_on_base(sequence, divisions, base, cuts)
+      if (size(runs) <= cuts) return
+    end associate
+    deallocate (near, far, n_rising)
+    allocate (near(size(scales)), far(size(scales)), n_rising(size(scales)))
+    half_size = relative_size(sequence%runs(half)%mesh_size)/relative_size(sequence%runs( &
+      base)%mesh_size)
+    do k = 1, size(scales)
+      call follow_sizes(sequence, runs, [(0.5_wp**i, i=0, size(runs) - 1)], k, scales(k), &
+        near(k), n_rising(k))
+      far(k) = (1.0_wp + safety_of_two*half_size/(1.0_wp - half_size))*change(sequence, k, &
+        scales(k), runs(2), half)
+    end do
+  end subroutine estimate_cuts
+
+  !> What three sizes and more, of bricks or of increments, say of the error of the last one.
+  pure subroutine follow_sizes(sequence, runs, h, k, scale, observed, n_rising)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! the coarsest first
+    real(wp), intent(in) :: h(:)   !! their sizes [-]
+    integer, intent(in) :: k       !! the quantity
+    real(wp), intent(in) :: scale
+    type(convergence_t), intent(out) :: observed
+    integer, intent(out) :: n_rising !! as of sequence_error_t
+    integer, parameter :: looked_at = 4 !! sizes, where the changes of three follow no order
+    real(wp), parameter :: rounding = 1.0e-6_wp
+    real(wp) :: order, error
+    integer :: i, j, n, first
+
+    n = size(runs)
+    n_rising = 0
+    do i = 3, n
+      observed = observe_convergence(h(i - 2:i), [change(sequence, k, scale, runs(i - 2), &
+        runs(i - 1)), change(sequence, k, scale, runs(i - 1), runs(i))])
+      n_rising = merge(0, n_rising + 1, observed%converges)
+    end do
+    if (n >= looked_at .and. observed%order <= least_order + rounding) then
+      first = n - looked_at + 1
+      order = min(1.0_wp, fitted_order(h(first:), all_values(runs(first:))))
+      if (order > least_order) then
+        error = error_by_differences(h(first:), [(change(sequence, k, scale, runs(i), runs(n)), &
+          i=first, n - 1)], order)
+        if (error < observed%error) observed = convergence_t(order, error, &
+          h(n)**order/(h(n - 1)**order - h(n)**order))
+        n_rising = 0
+      end if
+    end if
+    ! One that seems to fall faster was met by accident.
+    do i = 1, n - 1
+      do j = i + 1, n
+        observed%error = max(observed%error, error_at_least(h([i, j]), change(sequence, k, scale, &
+          runs(i), runs(j)), h(n)))
+      end do
+    end do
+
+  contains
+
+    !> The quantity's values over the increments, a run a column.
+    pure function all_values(runs) result(values)
+      integer, intent(in) :: runs(:)
+      real(wp) :: values(sequence%list(k)%n*sequence%n_increments, size(runs))
+      integer :: i
+
+      associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
+        do i = 1, size(runs)
+          values(:, i) = reshape(sequence%runs(runs(i))%values(a:b, :), [size(values, 1)])
+        end do
+      end associate
+    end function all_values
+
+  end subroutine follow_sizes
+
+  !> The sizes of the bricks of runs.
+  pure function sizes_of(sequence, runs) result(h)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:)
+    real(wp) :: h(size(runs))
+    integer :: i
+
+    h = [(relative_size(sequence%runs(runs(i))%mesh_size), i=1, size(runs))]
+  end function sizes_of
+
+  !> The error that load steps make with a family's divisions of the deck's increments, as the runs
+  !> on its coarsest mesh say, where there are three, or on the first mesh of all; negative where
+  !> they do not.
+  function error_by_steps(sequence, family) result(error)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family
+    real(wp) :: error
+    integer, allocatable :: runs(:)
+
+    error = -1.0_wp
+    runs = step_runs(sequence, cuts_for_trials(sequence, family%cuts))
+    if (family%cuts == 0 .or. size(runs) < 3) then
+      runs = later_step_runs(sequence)
+      if (size(runs) < 3) runs = step_runs(sequence, 0)
+    end if
+    if (size(runs) >= 3) error = error_on_mesh(sequence, runs, family%divisions)
+  end function error_by_steps
+
+  !> The runs on the mesh on which increments are tried again, the fewest divisions first.
+  pure function later_step_runs(sequence) result(runs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, allocatable :: runs(:)
+    integer :: i
+
+    runs = mesh_runs(sequence, family_t())
+    if (size(runs) < mesh_of_steps) then
+      runs = [integer ::]
+      return
+    end if
+    associate (all => sequence%runs, mesh => sequence%runs(runs(mesh_of_steps))%mesh_size)
+      runs = pack([(i, i=1, size(all))], [(all(i)%mesh_size%zone%times == 0 .and. &
+        all(i)%mesh_size%parts == mesh%parts .and. all(i)%mesh_size%blocks(1) == mesh%blocks(1), &
+        i=1, size(all))])
+    end associate
+    runs = by_divisions(sequence, runs)
+  end function later_step_runs
+
+  !> The error by load steps with so many divisions, as three runs and more on one mesh say;
+  !> negative where none has these.
+  function error_on_mesh(sequence, runs, divisions) result(error)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! the fewest divisions first
+    integer, intent(in) :: divisions
+    real(wp) :: error
+    type(convergence_t) :: observed
+    real(wp), allocatable :: scales(:)
+    real(wp) :: of_quantity
+    integer :: k, n, mine, n_rising
+
+    error = -1.0_wp
+    n = size(runs)
+    mine = findloc(sequence%runs(runs)%divisions, divisions, dim=1)
+    if (mine == 0) return
+    scales = error_scales(sequence%list, sequence%runs(runs(n))%values)
+    error = 0.0_wp
+    do k = 1, size(sequence%list)
+      call follow_sizes(sequence, runs, 1.0_wp/real(sequence%runs(runs)%divisions, wp), k, &
+        scales(k), observed, n_rising)
+      of_quantity = observed%error
+      if (mine < n) of_quantity = of_quantity + change(sequence, k, scales(k), runs(mine), runs(n))
+      error = max(error, of_quantity)
+    end do
+    associate (mesh => sequence%runs(runs(1))%mesh_size)
+      if (mesh%zone%times > 0) return
+      error = error*merge(on_coarse_mesh, on_finer_mesh, relative_size(mesh) >= &
+        relative_size(sequence%runs(1)%mesh_size))
+    end associate
+  end function error_on_mesh
+
+  !> The values of a quantity's component, extrapolated to bricks without size.
+  pure function extrapolated(sequence, errors, k) result(values)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(in) :: errors
+    integer, intent(in) :: k !! the quantity
+    real(wp), allocatable :: values(:, :) !! (n,n_increments)
+    integer, allocatable :: runs(:)
+
+    associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
+      values = sequence%runs(size(sequence%runs))%values(a:b, :)
+      runs = mesh_runs(sequence, family_of(sequence%runs(size(sequence%runs))))
+      call take_undivided(sequence, runs)
+      if (.not. allocated(errors%of_mesh) .or. size(runs) < 2) return
+      values = values + errors%of_mesh(k)%weight*(sequence%runs(runs(size(runs)))%values(a:b, :) - &
+        sequence%runs(runs(size(runs) - 1))%values(a:b, :))
+    end associate
+  end function extrapolated
+
+end module sequence_error_mod
