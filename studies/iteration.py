@@ -205,8 +205,8 @@ def page(rows):
         claim(memory.reaches(1e12) > INDEX,
               f"**Indices** come before such a node is full: PETSc as Debian has it counts the "
               f"entries of a matrix in 32 bits, {size_in_words(INDEX)} equations on one rank, and "
-              "[more ranks](../parallel.md#bodies-by-iteration) have fewer each; a deck has at most "
-              "20 million nodes."),
+              "[more ranks](../parallel.md#bodies-by-iteration) have fewer each; a deck has at "
+              "most 20 million nodes."),
         "",
         claim(memory(1e9) > 1e12,
               f"**Time**: at 10^7 equations an increment takes {time_in_words(an_increment(1e7))} "

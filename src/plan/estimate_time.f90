@@ -47,7 +47,7 @@ module estimate_time_mod
   ! Where bodies are solved for by iteration: iterations of an increment and of the response to a
   ! load, the estimate of its error included; an equation's share of the hierarchy, and of an
   ! iteration [s].
-  real(wp), parameter :: iterations_with_friction = 55.0_wp, iterations_without = 15.0_wp
+  real(wp), parameter :: iterations_with_friction = 45.0_wp, iterations_without = 15.0_wp
   real(wp), parameter :: iterations_of_load = 60.0_wp
   real(wp), parameter :: free_bodies = 2.0_wp !! times as long each, where contact alone holds
   real(wp), parameter :: equation_set_up = 2.5e-5_wp, equation_iterated = 0.35e-6_wp
