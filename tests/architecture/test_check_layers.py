@@ -25,7 +25,7 @@ FILES = [
     "model/plan",
     "elements/cube",
     "deck/reader",
-    "equations/ordering",
+    "equations/metis_graph",
     "equations/mumps_double",
     "contact/certificate",
     "contact/solvers/problem",
@@ -109,8 +109,8 @@ contains
 end module mesh_mod
 """
     tree["machine/parallel.f90"] = module("machine/parallel", "  use mpi, only: mpi_comm_world")
-    tree["equations/ordering.f90"] = module(
-        "equations/ordering",
+    tree["equations/metis_graph.f90"] = module(
+        "equations/metis_graph",
         procedures="  subroutine s()\n    call metis_nodend()\n  end subroutine s",
     )
     tree["equations/mumps_double.f90"] = module(
@@ -207,23 +207,23 @@ class CheckLayers(unittest.TestCase):
         for path, used in [
             ("elements/cube", "base/kinds"),
             ("deck/reader", "elements/cube"),
-            ("equations/ordering", "elements/cube"),
+            ("equations/metis_graph", "elements/cube"),
             ("increment/advance", "contact/solvers/solve"),
-            ("increment/advance", "equations/ordering"),
+            ("increment/advance", "equations/metis_graph"),
             ("fclib/fclib", "contact/solvers/problem"),
             ("run/run", "fclib/fclib"),
         ]:
             name = used.rpartition("/")[2]
             self.plant(path, f"  use {name}_mod, only: n_{name}")
         for path, used in [
-            ("equations/ordering", "deck/reader"),
+            ("equations/metis_graph", "deck/reader"),
             ("contact/solvers/solve", "deck/reader"),
-            ("contact/solvers/solve", "equations/ordering"),
+            ("contact/solvers/solve", "equations/metis_graph"),
             ("contact/solvers/solve", "contact/certificate"),
             ("increment/advance", "deck/reader"),
             ("hdf5/hdf5_files", "increment/advance"),
             ("hdf5/hdf5_files", "elements/cube"),
-            ("hdf5/hdf5_files", "equations/ordering"),
+            ("hdf5/hdf5_files", "equations/metis_graph"),
         ]:
             name = used.rpartition("/")[2]
             rooms = path.rpartition("/")[0], used.rpartition("/")[0]
@@ -258,8 +258,8 @@ class CheckLayers(unittest.TestCase):
 
     def test_the_certificate_is_independent(self) -> None:
         message = "the certificate may use only algebra, base, elements, model"
-        use = "  use ordering_mod, only: n_ordering"
-        self.plant("contact/certificate", use, f"use of ordering_mod: {message}")
+        use = "  use metis_graph_mod, only: n_metis_graph"
+        self.plant("contact/certificate", use, f"use of metis_graph_mod: {message}")
         tree = clean_tree()
         tree["CMakeLists.txt"] = (
             tree["CMakeLists.txt"]
@@ -277,7 +277,7 @@ class CheckLayers(unittest.TestCase):
         use = "  use plan_mod, only: n_plan"
         self.plant("increment/advance", use)
         self.plant("run/run", use)
-        for path in ("deck/reader", "equations/ordering"):
+        for path in ("deck/reader", "equations/metis_graph"):
             room = path.rpartition("/")[0]
             self.plant(path, use, f"use of plan_mod: {room} may not see the plan")
 
@@ -285,7 +285,7 @@ class CheckLayers(unittest.TestCase):
         mumps = "only equations/mumps_*.f90 may see MUMPS"
         hdf5 = "only hdf5/hdf5_*.f90 may see HDF5"
         mpi = "only machine/parallel.f90 may see MPI"
-        metis = "only equations/ordering.f90 may see METIS"
+        metis = "only equations/metis_graph.f90 may see METIS"
         self.plant("contact/solvers/solve", "  use hdf5", hdf5)
         self.plant("contact/solvers/solve", "  use h5lt, only: x", hdf5)
         self.plant("fclib/fclib", "  use hdf5", hdf5)

@@ -74,7 +74,7 @@ class Signals(Folder):
         self.check_search(SOUGHT, 4, 0)
 
     def test_a_search_that_cuts_bricks_at_contact_goes_on(self):
-        self.check_search(SMALL_CONTACT, 9, 3, (0.5, 0.95))
+        self.check_search(SMALL_CONTACT, 7, 3, (0.5, 0.95))
 
     def check_search(self, case, n_runs, cuts, parts=(0.2, 0.5, 0.9)):
         other = self.elsewhere()
