@@ -76,9 +76,6 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! a singular matrix; pieces that ties do not hold; no memory
     type(triplets_t) :: k
-    type(numbering_t) :: numbering
-    type(node_part_t) :: part
-    integer, allocatable :: row(:)
     integer, allocatable :: start(:), neighbours(:), order(:)
     real(wp), allocatable :: schur(:, :)
     real(wp) :: clock, condensed
@@ -98,32 +95,18 @@ contains
     associate (inverse => body%inverse)
       inverse%map = make_dof_map(scene%mesh%body, hold_pins(body%motions, prescribed), interface, &
         body%constraints)
-      call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
-      inverse%is_condensed = scene%contact%compliance /= compliance_products
-      n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
-      if (scene%precision%iterative) then
-        numbering = numbering_t(make_dof_map(scene%mesh%body, prescribed, interface, &
-          body%constraints), inverse%map, body%motions%node, body%motions%dof)
-        call assemble_node_parts(scene%mesh, scene%materials, numbering%whole, start, neighbours, &
-          row, part, n_stiffnesses, error)
-        if (allocated(error)) return
-      else
-        call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
-          n_stiffnesses)
-      end if
-      work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
-      call lap(clock, work%assemble)
       inverse%factor%precision = scene%precision
+      inverse%is_condensed = scene%contact%compliance /= compliance_products
       if (scene%precision%iterative) then
-        call stand_alone(scene%mesh%n_nodes, points, part%k, numbering%whole, body)
-        if (allocated(inverse%iterative)) deallocate (inverse%iterative)
-        call new_iterative_body(part, row, numbering, inverse%iterative, error)
-        if (allocated(error)) return
-        call lap(clock, work%factorise)
-        call estimate_condition(scene, part%k, body, error)
-        call lap(clock, work%condense)
+        call make_iterative(scene, points, interface, body, work, error)
         return
       end if
+      call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
+      n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
+      call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
+        n_stiffnesses)
+      work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
+      call lap(clock, work%assemble)
       if (is_analysed(inverse%factor, k, n_schur)) then
         order = analysed_order(inverse%factor) ! by the plan
       else
@@ -166,6 +149,40 @@ contains
     end associate
     call lap(clock, work%condense)
   end subroutine make_body_solver
+
+  !> An iterative solver in the place of a factor, of bodies whose supports and motions are known.
+  subroutine make_iterative(scene, points, interface, body, work, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    logical, intent(in) :: interface(:, :)     !! (3,n_nodes) as of make_body_solver
+    type(body_solver_t), intent(inout) :: body
+    type(solver_work_t), intent(inout) :: work
+    type(error_t), allocatable, intent(out) :: error !! METIS or the library failed; no memory
+    type(numbering_t) :: numbering
+    type(node_part_t) :: summed
+    integer, allocatable :: row(:), start(:), neighbours(:)
+    real(wp) :: clock
+    integer :: n_stiffnesses
+
+    clock = wall_seconds()
+    associate (inverse => body%inverse)
+      numbering = numbering_t(make_dof_map(scene%mesh%body, body%prescribed, interface, &
+        body%constraints), inverse%map, body%motions%node, body%motions%dof)
+      call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
+      call assemble_node_parts(scene%mesh, scene%materials, numbering%whole, start, neighbours, &
+        row, summed, n_stiffnesses, error)
+      if (allocated(error)) return
+      work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
+      call lap(clock, work%assemble)
+      call stand_alone(scene%mesh%n_nodes, points, summed%k, numbering%whole, body)
+      if (allocated(inverse%iterative)) deallocate (inverse%iterative)
+      call new_iterative_body(summed, row, numbering, inverse%iterative, error)
+      if (allocated(error)) return
+      call lap(clock, work%factorise)
+      call estimate_condition(scene, summed%k, body, error)
+      call lap(clock, work%condense)
+    end associate
+  end subroutine make_iterative
 
   !> Refuse free motions that iteration does not cover.
   subroutine check_motions(motions, error)

@@ -1,8 +1,8 @@
 !> The stiffness in parts: every rank assembles the bricks that live there.
 !>
-!> A part is a run of bricks in the order of the deck, the same number for every rank, with the
-!> nodes that they use. An entry to which bricks of several ranks contribute has a part on each of
-!> them; MUMPS adds the parts.
+!> A part is some bricks with the nodes that they use; here a run of bricks in the order of the
+!> deck, the same number for every rank. An entry to which bricks of several ranks contribute has a
+!> part on each of them; MUMPS adds the parts.
 module mesh_parts_mod
   use kinds_mod, only: wp, i8
   use constraints_mod, only: constraints_t

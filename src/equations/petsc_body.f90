@@ -52,15 +52,15 @@ contains
   ! ------------------------------------------------------------------ host
 
   !> A body of its stiffness.
-  subroutine make_petsc_body(share, row, numbering, body, error)
-    type(node_part_t), intent(in) :: share !! the host's; the other ranks have theirs
+  subroutine make_petsc_body(summed, row, numbering, body, error)
+    type(node_part_t), intent(in) :: summed !! the host's; the other ranks have theirs
     integer, intent(in) :: row(:)          !! (n_nodes) of each node, 0 without unknowns
     type(numbering_t), intent(in) :: numbering
     class(iterative_body_t), allocatable, intent(out) :: body
     type(error_t), allocatable, intent(out) :: error !! PETSc failed
     type(petsc_body_t), allocatable :: made
     integer, allocatable :: pin_row(:)
-    real(wp) :: diagonal(share%k%n)
+    real(wp) :: diagonal(summed%k%n)
     integer :: i, equations(3), rank
 
     allocate (made)
@@ -69,7 +69,7 @@ contains
     made%row = row
     pin_row = row(numbering%pin_node)
     call place_unknowns(made, numbering, pin_row)
-    diagonal = diagonal_of(share%k)
+    diagonal = diagonal_of(summed%k)
     allocate (made%spring(made%n_pins))
     do i = 1, made%n_pins
       equations = equations_of(numbering%whole, numbering%pin_node(i))
@@ -80,9 +80,9 @@ contains
       call send_integers(made%n_pins, pin_row, rank)
       call send_integers(made%n_pins, numbering%pin_dof, rank)
     end do
-    call make_share(share, pin_row, numbering%pin_dof, made%share)
+    call make_share(summed, pin_row, numbering%pin_dof, made%share)
     allocate (made%held(0))
-    if (n_ranks() > 1) allocate (made%rows(3, share%n_rows))
+    if (n_ranks() > 1) allocate (made%rows(3, summed%n_rows))
     call take_failure(made)
     if (allocated(made%failure)) error = made%failure
     call move_alloc(made, body)
@@ -220,9 +220,9 @@ contains
   ! ------------------------------------------------------------------ other ranks
 
   !> Do what the host asks for.
-  subroutine participate(task, share, mine, error)
+  subroutine participate(task, summed, mine, error)
     integer(i8), intent(in) :: task(task_length)
-    type(node_part_t), intent(inout) :: share     !! as it was summed; gone once it is used
+    type(node_part_t), intent(inout) :: summed    !! as it was summed; gone once it is used
     type(petsc_share_t), intent(inout) :: mine
     type(error_t), allocatable, intent(out) :: error !! PETSc failed
     integer, allocatable :: row(:), dof(:)
@@ -236,8 +236,8 @@ contains
       allocate (row(n), dof(n))
       call receive_integers(n, row)
       call receive_integers(n, dof)
-      call make_share(share, row, dof, mine)
-      share = nothing
+      call make_share(summed, row, dof, mine)
+      summed = nothing
     case (to_hold)
       allocate (row(n), held(3, 3, n), stiffer(3, 3, n))
       call receive_integers(1, is_new)
@@ -258,13 +258,13 @@ contains
 
   ! ------------------------------------------------------------------ all ranks
 
-  subroutine make_share(share, pin_row, pin_dof, made)
-    type(node_part_t), intent(in) :: share
+  subroutine make_share(summed, pin_row, pin_dof, made)
+    type(node_part_t), intent(in) :: summed
     integer, intent(in) :: pin_row(:), pin_dof(:) !! (n_pins) of all rows, and x, y or z
     type(petsc_share_t), intent(inout) :: made
 
-    call make_part(share, pin_row, pin_dof, made%part)
-    if (share%k%is_distributed .and. .not. allocated(made%part%failure)) call make_whole( &
+    call make_part(summed, pin_row, pin_dof, made%part)
+    if (summed%k%is_distributed .and. .not. allocated(made%part%failure)) call make_whole( &
       made%part%x, made%whole, made%part%failure)
   end subroutine make_share
 

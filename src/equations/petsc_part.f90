@@ -45,67 +45,66 @@ module petsc_part_mod
 contains
 
   !> The rows of the bricks that a rank has summed.
-  subroutine make_part(share, pin_row, pin_dof, part)
-    type(node_part_t), intent(in) :: share
+  subroutine make_part(summed, pin_row, pin_dof, part)
+    type(node_part_t), intent(in) :: summed
     integer, intent(in) :: pin_row(:), pin_dof(:) !! (n_pins) of all rows, and x, y or z
     type(petsc_part_t), intent(inout) :: part     !! new
     integer, allocatable :: node_of(:), number(:)
 
     call begin_petsc(part%inverse, part%ranks, part%failure)
-    call place_nodes(share, part, node_of, number)
+    call place_nodes(summed, part, node_of, number)
     call make_values(part%ranks, part%layout, part%x, part%failure)
     call make_values(part%ranks, part%layout, part%y, part%failure)
     allocate (part%smoother)
     call make_values(part%ranks, part%layout, part%smoother%x, part%failure)
     allocate (part%smoother%left(3, part%layout%n_own))
     associate (rows => part%smoother%rows)
-      call list_blocks(share, node_of, number, part%layout%n_own, rows)
-      call fill(share, number, part%layout%n_own, rows)
-      call complete_diagonal(share%equation(:, node_of), part, pin_row, pin_dof, rows)
+      call list_blocks(summed, node_of, number, part%layout%n_own, rows)
+      call fill(summed, number, part%layout%n_own, rows)
+      call complete_diagonal(summed%equation(:, node_of), part, pin_row, pin_dof, rows)
       call keep_rows(rows, part%held, [integer ::])
     end associate
-    call make_hierarchy(part%ranks, part%layout, share%coordinates(:, node_of(: &
+    call make_hierarchy(part%ranks, part%layout, summed%coordinates(:, node_of(: &
       part%layout%n_own)), part%smoother, part%inverse, part%hierarchy, part%failure)
   end subroutine make_part
 
   !> Own rows, then ghosts, each in the order of the mesh.
-  subroutine place_nodes(share, part, node_of, number)
-    type(node_part_t), intent(in) :: share
+  subroutine place_nodes(summed, part, node_of, number)
+    type(node_part_t), intent(in) :: summed
     type(petsc_part_t), intent(inout) :: part
-    integer, allocatable, intent(out) :: node_of(:) !! node of the share of each row here
+    integer, allocatable, intent(out) :: node_of(:) !! node of the summed of each row here
     integer, allocatable, intent(out) :: number(:)  !! row here of each node, or 0
     logical, allocatable :: is_own(:), is_ghost(:)
     integer :: i, k
 
-    allocate (is_own(size(share%row)), is_ghost(size(share%row)))
-    is_own = share%row > share%before .and. share%row <= share%before + share%n_own
+    allocate (is_own(size(summed%row)), is_ghost(size(summed%row)))
+    is_own = summed%row > summed%before .and. summed%row <= summed%before + summed%n_own
     is_ghost = .false.
     do i = 1, size(is_own)
       if (.not. is_own(i)) cycle
-      do k = share%start(i), share%start(i + 1) - 1
-        is_ghost(share%neighbours(k)) = .true.
+      do k = summed%start(i), summed%start(i + 1) - 1
+        is_ghost(summed%neighbours(k)) = .true.
       end do
     end do
-    is_ghost = is_ghost .and. .not. is_own .and. share%row > 0
+    is_ghost = is_ghost .and. .not. is_own .and. summed%row > 0
     node_of = [pack([(i, i=1, size(is_own))], is_own), pack([(i, i=1, size(is_own))], is_ghost)]
     allocate (number(size(is_own)), source=0)
     number(node_of) = [(i, i=1, size(node_of))]
     associate (layout => part%layout)
-      layout%is_shared = share%n_own < share%n_rows
-      if (share%k%is_distributed) layout%is_shared = .true.
-      layout%n_rows = share%n_rows
-      layout%before = share%before
-      layout%n_own = share%n_own
-      layout%ghost = share%row(node_of(layout%n_own + 1:))
+      layout%is_shared = summed%k%is_distributed
+      layout%n_rows = summed%n_rows
+      layout%before = summed%before
+      layout%n_own = summed%n_own
+      layout%ghost = summed%row(node_of(layout%n_own + 1:))
     end associate
-    allocate (part%here(share%n_rows), source=0)
-    part%here(share%row(node_of)) = [(i, i=1, size(node_of))]
+    allocate (part%here(summed%n_rows), source=0)
+    part%here(summed%row(node_of)) = [(i, i=1, size(node_of))]
   end subroutine place_nodes
 
   !> The pattern: of each own row a block for every own neighbour before it, of each ghost one for
   !> every own neighbour.
-  subroutine list_blocks(share, node_of, number, n_own, rows)
-    type(node_part_t), intent(in) :: share
+  subroutine list_blocks(summed, node_of, number, n_own, rows)
+    type(node_part_t), intent(in) :: summed
     integer, intent(in) :: node_of(:), number(:)
     integer, intent(in) :: n_own
     type(block_rows_t), intent(inout) :: rows
@@ -118,7 +117,7 @@ contains
       do row = 1, size(node_of)
         rows%first(row) = n + 1
         associate (node => node_of(row))
-          others = number(share%neighbours(share%start(node):share%start(node + 1) - 1))
+          others = number(summed%neighbours(summed%start(node):summed%start(node + 1) - 1))
         end associate
         others = pack(others, others > 0 .and. others < row .and. others <= n_own)
         if (pass == 2) rows%column(n + 1:n + size(others)) = others
@@ -134,12 +133,12 @@ contains
   end subroutine list_blocks
 
   !> The entries of K.
-  subroutine fill(share, number, n_own, rows)
-    type(node_part_t), intent(in) :: share
+  subroutine fill(summed, number, n_own, rows)
+    type(node_part_t), intent(in) :: summed
     integer, intent(in) :: number(:)
     integer, intent(in) :: n_own
     type(block_rows_t), intent(inout) :: rows
-    integer :: place(share%k%n) !! of each equation here, three a row
+    integer :: place(summed%k%n) !! of each equation here, three a row
     integer(i8) :: e
     integer :: row, column, i, j, node, a
 
@@ -147,12 +146,12 @@ contains
     do node = 1, size(number)
       if (number(node) == 0) cycle
       do a = 1, 3
-        associate (equation => share%equation(a, node))
+        associate (equation => summed%equation(a, node))
           if (equation > 0) place(equation) = 3*(number(node) - 1) + a
         end associate
       end do
     end do
-    associate (k => share%k)
+    associate (k => summed%k)
       do e = 1, size(k%value, kind=i8)
         i = max(place(k%row(e)), place(k%column(e)))
         j = min(place(k%row(e)), place(k%column(e)))

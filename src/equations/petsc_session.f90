@@ -75,7 +75,7 @@ contains
 
   end subroutine begin_petsc
 
-  !> Keep the first failure of PETSc.
+  !> Keep the first failure of PETSc. With several ranks it ends all of them here.
   subroutine note(failure, status)
     type(error_t), allocatable, intent(inout) :: failure
     integer(c_int), intent(in) :: status
@@ -92,7 +92,7 @@ contains
       call raise(failure, exit_machine, 'bipot: error: PETSc failed with its error '// &
         to_text(int(status)))
     end if
-    ! The others wait for this rank.
+    ! The others would wait for this rank.
     if (n_ranks() > 1) call end_all_ranks(failure%message, failure%exit_status)
   end subroutine note
 
