@@ -4,7 +4,8 @@
 module cut_runs_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: relative_size
-  use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, distance
+  use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, distance, &
+    fewest_divisions
   implicit none
   private
 
@@ -113,8 +114,7 @@ contains
 
     fewer = cuts
     if (cuts < 2) return
-    divisions = minval(sequence%runs%divisions, mask=[(sequence%runs(i)%mesh_size%zone%times == &
-      cuts, i=1, size(sequence%runs))])
+    divisions = fewest_divisions(sequence, cuts)
     call find_base(sequence, divisions, base, half)
     if (base == 0) return
     runs = runs_on_base(sequence, divisions, base, cuts)

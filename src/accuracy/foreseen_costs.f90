@@ -2,7 +2,7 @@
 !> so far compare with theirs.
 module foreseen_costs_mod
   use kinds_mod, only: wp
-  use mesh_size_mod, only: mesh_size_t, relative_size
+  use mesh_size_mod, only: mesh_size_t, relative_size, is_same_size
   use mesh_sequence_mod, only: mesh_sequence_t, planned_t
   implicit none
   private
@@ -38,8 +38,7 @@ contains
     integer :: i
 
     do i = 1, size(sequence%plans)
-      if (is_same(relative_size(sequence%plans(i)%mesh_size), &
-        relative_size(planned%mesh_size))) then
+      if (is_same_size(sequence%plans(i)%mesh_size, planned%mesh_size)) then
         sequence%plans(i) = planned
         return
       end if

@@ -5,7 +5,7 @@
 module mesh_sequence_mod
   use kinds_mod, only: wp
   use number_list_mod, only: number_list_t, archive
-  use mesh_size_mod, only: mesh_size_t, blocks_t, relative_size
+  use mesh_size_mod, only: mesh_size_t, blocks_t, is_same_size
   use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
   use increments_mod, only: count_increments
@@ -14,7 +14,8 @@ module mesh_sequence_mod
   private
 
   public :: mesh_sequence_t, mesh_run_t, planned_t, family_t, start_sequence, add_run, has_bound, &
-    carry_sequence, mesh_runs, change, distance, family_of, step_runs, by_divisions
+    carry_sequence, mesh_runs, change, distance, family_of, step_runs, runs_on_mesh, &
+    fewest_divisions
 
   !> A run of the sequence.
   type :: mesh_run_t
@@ -121,21 +122,49 @@ contains
       size(sequence%runs))])
   end function mesh_runs
 
-  !> The runs on the coarsest mesh with so many cuts at contact, the fewest divisions first.
-  pure function step_runs(sequence, cuts) result(runs)
+  !> The runs with so many cuts at contact, as they were made.
+  pure function runs_with_cuts(sequence, cuts) result(runs)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: cuts
     integer, allocatable :: runs(:)
     integer :: i
 
+    runs = pack([(i, i=1, size(sequence%runs))], [(sequence%runs(i)%mesh_size%zone%times == cuts, &
+      i=1, size(sequence%runs))])
+  end function runs_with_cuts
+
+  !> The fewest divisions of the deck's increments that a run with so many cuts has.
+  pure integer function fewest_divisions(sequence, cuts) result(fewest)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: cuts
+
+    fewest = minval(sequence%runs(runs_with_cuts(sequence, cuts))%divisions)
+  end function fewest_divisions
+
+  !> The runs on the coarsest mesh with so many cuts at contact, the fewest divisions first.
+  pure function step_runs(sequence, cuts) result(runs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: cuts
+    integer, allocatable :: runs(:)
+
+    runs = runs_with_cuts(sequence, cuts)
+    if (size(runs) > 0) runs = runs_on_mesh(sequence, runs(1))
+  end function step_runs
+
+  !> The runs on the mesh of one of them, with as many cuts, the fewest divisions first.
+  pure function runs_on_mesh(sequence, run) result(runs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: run
+    integer, allocatable :: runs(:)
+    integer :: i
+
     associate (all => sequence%runs)
-      runs = pack([(i, i=1, size(all))], [(all(i)%mesh_size%zone%times == cuts, i=1, size(all))])
-      if (size(runs) == 0) return
-      runs = pack(runs, [(relative_size(all(runs(i))%mesh_size) >= &
-        relative_size(all(runs(1))%mesh_size), i=1, size(runs))])
+      runs = runs_with_cuts(sequence, all(run)%mesh_size%zone%times)
+      runs = pack(runs, [(is_same_size(all(runs(i))%mesh_size, all(run)%mesh_size), &
+        i=1, size(runs))])
     end associate
     runs = by_divisions(sequence, runs)
-  end function step_runs
+  end function runs_on_mesh
 
   !> Runs in the order of their divisions.
   pure function by_divisions(sequence, runs) result(sorted)

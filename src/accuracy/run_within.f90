@@ -4,7 +4,7 @@
 !> docs/theory.md section 10.
 module run_within_mod
   use kinds_mod, only: wp
-  use mesh_size_mod, only: mesh_size_t, relative_size
+  use mesh_size_mod, only: mesh_size_t, relative_size, is_same_size
   use convergence_mod, only: least_order, safety, safety_of_two, size_for_error
   use foreseen_costs_mod, only: fits, seconds_to_run, memory_to_run
   use mesh_sequence_mod, only: mesh_sequence_t, has_bound, mesh_runs, family_t, family_of
@@ -103,8 +103,7 @@ contains
 
     if (choice%n_plans >= most) return
     call find_finest(sequence, sequence%first, 1, room, part_for_run, finest, found)
-    choice%is_replaced = relative_size(finest) < relative_size(choice%mesh_size) .or. &
-      relative_size(finest) > relative_size(choice%mesh_size)
+    choice%is_replaced = .not. is_same_size(finest, choice%mesh_size)
     choice%mesh_size = finest
   end subroutine foresee_finest
 

@@ -6,7 +6,7 @@ module sequence_error_mod
   use mesh_size_mod, only: relative_size
   use measured_quantities_mod, only: error_scales
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, family_of, &
-    step_runs, by_divisions
+    step_runs, runs_on_mesh, fewest_divisions
   use cut_runs_mod, only: find_base, runs_on_base, cuts_for_trials
   use convergence_mod, only: convergence_t, observe_convergence, assume_first_order, &
     fitted_order, error_at_least, error_by_differences, least_order, safety_of_two
@@ -156,8 +156,7 @@ contains
     associate (cuts => sequence%runs(run)%mesh_size%zone%times)
       if (cuts < 2) return
       ! What the mesh makes is not a matter of the increments.
-      divisions = minval(sequence%runs%divisions, mask=[(sequence%runs(i)%mesh_size%zone%times == &
-        cuts, i=1, size(sequence%runs))])
+      divisions = fewest_divisions(sequence, cuts)
       call find_base(sequence, divisions, base, half)
       if (base == 0) return
       if (relative_size(sequence%runs(run)%mesh_size) < relative_size(sequence%runs( &
@@ -266,19 +265,13 @@ contains
   pure function later_step_runs(sequence) result(runs)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, allocatable :: runs(:)
-    integer :: i
 
     runs = mesh_runs(sequence, family_t())
     if (size(runs) < mesh_of_steps) then
       runs = [integer ::]
-      return
+    else
+      runs = runs_on_mesh(sequence, runs(mesh_of_steps))
     end if
-    associate (all => sequence%runs, mesh => sequence%runs(runs(mesh_of_steps))%mesh_size)
-      runs = pack([(i, i=1, size(all))], [(all(i)%mesh_size%zone%times == 0 .and. &
-        all(i)%mesh_size%parts == mesh%parts .and. all(i)%mesh_size%blocks(1) == mesh%blocks(1), &
-        i=1, size(all))])
-    end associate
-    runs = by_divisions(sequence, runs)
   end function later_step_runs
 
   !> The error by load steps with so many divisions, as three runs and more on one mesh say;

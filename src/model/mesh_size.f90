@@ -1,10 +1,10 @@
 !> How fine the mesh of a deck is made, beside what the deck says.
 module mesh_size_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   implicit none
   private
 
-  public :: mesh_size_t, relative_size, blocks_t, zone_t, is_near
+  public :: mesh_size_t, relative_size, is_same_size, blocks_t, zone_t, is_near
 
   real(wp), parameter :: ring = 1.5_wp !! of a brick's diagonal: between two edges and three [-]
 
@@ -37,6 +37,14 @@ contains
     relative_size = real(mesh_size%blocks(2), wp)/(real(mesh_size%blocks(1), wp)* &
       real(mesh_size%parts, wp))
   end function relative_size
+
+  !> Whether two meshes have equally large bricks where these are not cut again.
+  pure logical function is_same_size(one, other)
+    type(mesh_size_t), intent(in) :: one, other
+
+    is_same_size = one%parts*int(one%blocks(1), i8)*other%blocks(2) == &
+      other%parts*int(other%blocks(1), i8)*one%blocks(2)
+  end function is_same_size
 
   !> Whether a brick lies in a zone, or in the ring around it.
   pure logical function is_near(zone, x)
