@@ -6,7 +6,8 @@ module state_mod
   implicit none
   private
 
-  public :: state_t, initial_state, archive_state, largest_slip
+  public :: state_t, initial_state, archive_state, most_numbers, bytes_to_continue, &
+    largest_slip
 
   !> All zero at the start of the run. `advance` reads an old state and writes a new one.
   type :: state_t
@@ -73,6 +74,21 @@ contains
     call archive(list, state%external_work)
     call archive(list, state%dissipation)
   end subroutine archive_state
+
+  !> How many numbers of nodes and points a state puts into the list at most.
+  pure integer(i8) function most_numbers(n_nodes, n_points)
+    integer, intent(in) :: n_nodes, n_points
+
+    most_numbers = 12_i8*n_nodes + 8_i8*n_points
+  end function most_numbers
+
+  !> What it takes to go on from an increment: its state, that in coarser increments, prescribed
+  !> displacements and which nodes were touched [bytes].
+  pure integer(i8) function bytes_to_continue(n_nodes, n_points)
+    integer, intent(in) :: n_nodes, n_points
+
+    bytes_to_continue = 8*(2*most_numbers(n_nodes, n_points) + 4_i8*n_nodes)
+  end function bytes_to_continue
 
   !> The longest of the summed slips of some points.
   pure real(wp) function largest_slip(state, first, last) result(largest)

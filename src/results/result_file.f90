@@ -26,7 +26,6 @@ module result_file_mod
   use errors_mod, only: error_t, raise, exit_ok, exit_wrong_input, exit_machine
   use child_process_mod, only: child_t, is_child, end_child, wait_for
   use text_mod, only: string_t, to_text
-  use resource_limits_mod, only: file_limit, no_limit
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
   use mesh_sequence_mod, only: mesh_sequence_t
@@ -35,10 +34,7 @@ module result_file_mod
   use increments_mod, only: ends_step, asked_number
   use increment_report_mod, only: increment_report_t
   use step_fields_mod, only: fields_due
-  use output_field_mod, only: field_t, field_source_t, block_bytes, at_start
-  use pair_fields_mod, only: list_pair_fields
-  use view_fields_mod, only: list_view_fields
-  use reference_fields_mod, only: list_reference_fields
+  use output_field_mod, only: field_source_t
   use hdf5_files_mod, only: hdf5_file_t, create_file, open_file, copy_object, exists, &
     flush_file, close_file, is_open
   use hdf5_attributes_mod, only: read_attribute, write_attribute
@@ -57,10 +53,10 @@ module result_file_mod
     lock_folder, unlock_folder
   use xdmf_mod, only: write_xdmf, xdmf_path
   use result_fields_mod, only: open_field_t, append_fields
+  use result_limit_mod, only: check_limit
   use result_references_mod, only: create_references
   use result_print_mod, only: print_rows_t, create_prints, append_prints
   use print_table_mod, only: node_table_path, element_table_path, write_print_tables
-  use print_fields_mod, only: list_print_fields
   use contact_table_mod, only: contact_table_path, list_contact_table, write_contact_table
   implicit none
   private
@@ -71,7 +67,6 @@ module result_file_mod
   public :: sidecars_of
 
   integer, parameter :: n_sidecars = 4
-  integer(i8), parameter :: empty_file = 2000000_i8 !! bytes before the first increment, about
 
   !> An open result file.
   type :: result_file_t
@@ -349,67 +344,6 @@ contains
     end if
     file%is_broken = allocated(error)
   end subroutine count_increment
-
-  !> Refuse to begin an increment that may not fit under a limit on files (ulimit -f).
-  !>
-  !> Where a write fails there HDF5 goes on to write where the file would have ended, and nobody
-  !> could open it any more; on a full disk it ends there all the same, with a hole.
-  subroutine check_limit(path, scene, plan, error)
-    character(*), intent(in) :: path !! of the file, which need not be there yet
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(error_t), allocatable, intent(out) :: error !! it may not fit
-    integer(i8), parameter :: megabyte = 1000000_i8
-    integer(i8) :: limit, written, needed
-
-    limit = file_limit()
-    if (limit == no_limit) return
-    inquire (file=path, size=written)
-    needed = max(written, empty_file) + most_of_increment(scene, plan)
-    if (needed <= limit) return
-    call raise(error, exit_machine, "cannot write '"//path// &
-      "': the limit on files (ulimit -f) is "// &
-      to_text(real(limit, wp)/megabyte, 3)//' MB, and with an increment more it may take '// &
-      to_text(real(needed, wp)/megabyte, 3)//' MB')
-  end subroutine check_limit
-
-  !> What an increment and its state take in the file, nothing squeezed [bytes].
-  integer(i8) function most_of_increment(scene, plan) result(bytes)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    integer(i8), parameter :: tables = 1000000_i8 !! a chunk of 4 KB of every history, and so on
-    integer(i8), parameter :: of_node = 240, of_point = 100 !! of the state
-    type(field_t), allocatable :: fields(:)
-    integer :: i
-
-    call list_view_fields(scene, plan%points%n > 0, fields)
-    bytes = tables + of_node*scene%mesh%n_nodes + of_point*plan%points%n + growing_bytes(fields)
-    call list_reference_fields(scene, fields)
-    bytes = bytes + growing_bytes(fields)
-    if (allocated(scene%output%prints)) then
-      do i = 1, size(scene%output%prints)
-        call list_print_fields(scene, i, fields)
-        bytes = bytes + growing_bytes(fields)
-      end do
-    end if
-    if (plan%points%n == 0) return
-    do i = 1, size(scene%pairs)
-      call list_pair_fields(scene, i, plan%points%first(i + 1) - plan%points%first(i), fields)
-      bytes = bytes + growing_bytes(fields)
-    end do
-  end function most_of_increment
-
-  !> What an increment adds to these fields at most [bytes].
-  pure integer(i8) function growing_bytes(fields)
-    type(field_t), intent(in) :: fields(:)
-    integer :: i
-
-    growing_bytes = 0
-    do i = 1, size(fields)
-      if (fields(i)%written /= at_start) growing_bytes = growing_bytes + &
-        int(block_bytes(fields(i)), i8)
-    end do
-  end function growing_bytes
 
   !> Refuse to write on into a file that has been deleted, or beside it: what is written would go
   !> with the end of the program.
