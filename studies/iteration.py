@@ -210,8 +210,7 @@ def page(rows):
         "",
         claim(memory(1e9) > 1e12,
               f"**Time**: at 10^7 equations an increment takes {time_in_words(an_increment(1e7))} "
-              "of one processor. Its sweeps move the matrix through the memory, so more processors "
-              "on one memory help little; ranks on memories of their own do. "
+              "of one processor; [what two save](../parallel.md#bodies-by-iteration) was measured. "
               f"10^9 equations take {time_in_words(an_increment(1e9))} of one processor, and "
               f"{bytes_in_words(memory(1e9))}: no single node reads such a mesh."),
     ]
