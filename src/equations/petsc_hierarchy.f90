@@ -75,7 +75,12 @@ contains
     ! few for them; Jacobi passes over these.
     call set_option('bipot_mg_levels_ksp_type', 'chebyshev')
     call set_option('bipot_mg_levels_pc_type', 'jacobi')
-    call set_option('bipot_mg_levels_ksp_max_it', '1')
+    call set_option('bipot_mg_levels_ksp_max_it', '3')
+    ! What contact holds stiffens these levels: the largest eigenvalue of what they were made as is
+    ! less than it is then, and a smoother that goes by it adds to the errors that it is to damp.
+    call set_option('bipot_pc_gamg_use_sa_esteig', 'false')
+    call set_option('bipot_mg_levels_ksp_chebyshev_esteig', '0,0.05,0,1.2')
+    call set_option('bipot_mg_levels_esteig_ksp_max_it', '5')
     call note(failure, pc_set_from_options(inverse))
     call note(failure, pc_set_up(inverse))
     call note(failure, pc_set_reuse(inverse, yes))

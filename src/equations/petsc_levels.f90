@@ -11,10 +11,10 @@ module petsc_levels_mod
   use sorting_mod, only: order_of
   use block_rows_mod, only: block_rows_t, find_block
   use held_rows_mod, only: held_rows_t
-  use petsc_calls_mod, only: copy_values, final_assembly, ksp_get_operators, mat_assembly_begin, &
-    mat_assembly_end, mat_axpy, mat_copy, mat_create, mat_create_distributed, mat_destroy, &
-    mat_duplicate, mat_ptap, mat_update, new_matrix, pc_interpolation, pc_levels, pc_smoother, &
-    petsc_default, petsc_find, same_matrix, same_pattern, subset_pattern
+  use petsc_calls_mod, only: copy_values, final_assembly, ksp_get_operators, ksp_set_operators, &
+    mat_assembly_begin, mat_assembly_end, mat_axpy, mat_copy, mat_create, mat_create_distributed, &
+    mat_destroy, mat_duplicate, mat_ptap, mat_update, new_matrix, pc_interpolation, pc_levels, &
+    pc_smoother, petsc_default, petsc_find, same_matrix, same_pattern, subset_pattern
   use petsc_session_mod, only: note
   use petsc_values_mod, only: layout_t, row_of
   implicit none
@@ -81,6 +81,8 @@ contains
       if (allocated(failure)) return
       call note(failure, mat_copy(levels%made(level), matrix, same_pattern))
       call note(failure, mat_axpy(matrix, 1.0_c_double, levels%change(level), subset_pattern))
+      ! So that the smoother finds its bounds anew.
+      call note(failure, ksp_set_operators(solver, matrix, matrix))
     end do
     if (n == 1) levels%change(0) = c_null_ptr
   end subroutine change_levels
