@@ -7,7 +7,8 @@ module solve_on_bodies_mod
   use increment_report_mod, only: ended_unbalanced, ended_stalled
   use problem_mod, only: contact_report_t, pack_rows
   use rigid_modes_mod, only: add_motions
-  use whole_newton_mod, only: bodies_t, solve_with_body
+  use whole_newton_mod, only: bodies_t
+  use contact_in_parts_mod, only: solve_in_parts
   use floating_mod, only: floating_t
   use floating_search_mod, only: drift_t, excusable
   use condensed_contact_mod, only: contact_group_t
@@ -63,7 +64,7 @@ contains
       else
         allocate (bodies%motions(size(answer%x_free), 0))
       end if
-      call solve_with_body(group%problem, group%body, answer%x_free, trial%controls, bodies, &
+      call solve_in_parts(group%problem, group%body, answer%x_free, trial%controls, bodies, &
         answer%r, answer%report)
       trial%unsolved = bodies%remains
       call to_nodes(map, bodies%v(:map%n_free), trial%u_contact)
