@@ -1,13 +1,13 @@
 """Make docs/studies/iteration.md: bodies solved for by iteration, how that grows, how far it goes.
 
-    studies/run iteration [-n 16 24 32] [--factor 32] [--take RESULT] [-o docs/studies]
+    studies/run iteration [-n 16 24 32] [--steps 50] [--factor 32] [--take RESULT] [-o docs/studies]
     studies/run iteration --page
 
 The paper's block by the automatic solver, one thread, with `TYPE=ITERATIVE`, and with a factor up
 to the size `--factor`: processor time, memory, iterations, and by how much the reactions differ,
-relative to the largest. Runs are kept in studies/data/iteration.csv, one of each size; --take adds
-one that was made otherwise, and --page runs nothing. Exponents are fitted to what was run from 24
-bricks an edge on.
+relative to the largest. Runs are kept in studies/data/iteration.csv, one of each size and number of
+increments; --take adds one that was made otherwise, and --page runs nothing. Exponents are fitted
+to what was run from 24 bricks an edge on.
 
 Wants build/mpi/bipot (scripts/run --iterative DECK builds it) for both.
 """
@@ -61,14 +61,14 @@ def row_of(result):
     }
 
 
-def run(program, n, card, folder):
+def run(program, n, steps, card, folder):
     """Run the block; return its row and its reactions."""
     text = (ROOT / "input" / "block.inp").read_text(encoding="utf-8")
     deck, path = Path(folder) / "block.inp", Path(folder) / "block.vtkhdf"
     deck.write_text(re.sub(r"^\*STEP", card + "*STEP", text, count=1, flags=re.MULTILINE),
                     encoding="utf-8")
     done = subprocess.run(
-        run_words(program, deck, path, {"n": n, **SETTINGS}), check=False, capture_output=True,
+        run_words(program, deck, path, {"n": n, "steps": steps, **SETTINGS}), check=False, capture_output=True,
         text=True, env=with_threads(),
     )
     if done.returncode != 0:
@@ -79,12 +79,12 @@ def run(program, n, card, folder):
     return found
 
 
-def measure(program, n, with_factor):
+def measure(program, n, steps, with_factor):
     """Return the row of a size."""
     with tempfile.TemporaryDirectory() as folder:
-        row, reactions = run(program, n, CARD, folder)
+        row, reactions = run(program, n, steps, CARD, folder)
         if with_factor:
-            other, exact = run(program, n, CARD.replace("ITERATIVE", "FACTOR"), folder)
+            other, exact = run(program, n, steps, CARD.replace("ITERATIVE", "FACTOR"), folder)
             row |= {"factor_cpu": other["cpu"], "factor_memory": other["memory"]}
             row["forces"] = max(
                 float(abs(a - b).max() / abs(b).max())
@@ -105,9 +105,12 @@ def read_rows():
 
 
 def keep_row(row):
-    """Put a row in the place of one of its size."""
-    rows = [other for other in read_rows() if other["n"] != row["n"]]
-    rows = sorted([*rows, row], key=lambda one: one["n"])
+    """Put a row in the place of one of its size and increments."""
+    def kind(one):
+        return -one["increments"], one["n"]
+
+    rows = [other for other in read_rows() if kind(other) != kind(row)]
+    rows = sorted([*rows, row], key=kind)
     with RUNS.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
@@ -154,13 +157,34 @@ def measured_table(rows):
     return table(head, lines)
 
 
+def by_increments(rows):
+    """Return the runs with the most increments, and all others."""
+    most = max((row["increments"] for row in rows), default=0)
+    return ([row for row in rows if row["increments"] == most],
+            [row for row in rows if row["increments"] != most])
+
+
+def law_of_longer(rows):
+    """Return the lines on runs whose increments are longer: how these grow by themselves."""
+    if len(rows) < 3 or len({row["increments"] for row in rows}) > 1:
+        return []
+    iterations = fit(rows, lambda row: row["iterations"] / row["increments"])
+    seconds = fit(rows, lambda row: row["cpu"] / row["increments"])
+    sizes = sorted(row["n"] for row in rows)
+    return [
+        f"In {rows[0]['increments']:.0f} increments (n = {sizes[0]:.0f} to {sizes[-1]:.0f}) "
+        f"iterations grow as N^{iterations.exponent:.2f}, seconds as N^{seconds.exponent:.2f} "
+        f"(off by at most {seconds.off:.0%}).",
+    ]
+
+
 def page(rows):
     """Return the lines of the page."""
     fitted = [row for row in rows if row["n"] >= FROM]
-    if len(fitted) < 3:
-        raise StudyError(f"three sizes from n = {FROM} on are needed")
     # Longer increments take more iterations each.
-    alike = [row for row in fitted if row["increments"] == fitted[0]["increments"]]
+    alike, longer = by_increments(fitted)
+    if len(alike) < 3:
+        raise StudyError(f"three sizes from n = {FROM} on are needed")
     memory = fit(fitted, lambda row: row["memory"])
     an_increment = fit(alike, lambda row: row["cpu"] / row["increments"])
     iterations = fit(alike, lambda row: row["iterations"] / row["increments"])
@@ -189,15 +213,16 @@ def page(rows):
         measured_table(rows), "",
         "## How it grows", "",
         f"Laws fitted to n >= {FROM} (iterations and seconds of an increment to the runs of "
-        f"{fitted[0]['increments']:.0f} increments),",
+        f"{alike[0]['increments']:.0f} increments),",
         "of the number of equations N: iterations an increment as "
         f"N^{iterations.exponent:.2f},",
         f"seconds an increment as N^{an_increment.exponent:.2f} (off by at most "
         f"{an_increment.off:.0%}), the set-up of the levels as N^{set_up.exponent:.2f}, memory as",
-        f"N^{memory.exponent:.2f}. One processor of this kind:", "",
+        f"N^{memory.exponent:.2f}.",
+        *law_of_longer(longer), "One processor of this kind:", "",
         foretold, "",
         "## What breaks first", "",
-        claim(memory.reaches(MACHINES[0][1]) > fitted[-1]["equations"],
+        claim(memory.reaches(MACHINES[0][1]) > max(row["equations"] for row in rows),
               f"**Memory** ends this machine (24 GB) at {size_in_words(memory.reaches(24e9))} "
               f"equations, a node with 1 TB at {size_in_words(memory.reaches(1e12))}: it is the "
               "matrix as it is summed up and as PETSc coarsens it, side by side for a moment."),
@@ -222,6 +247,7 @@ def main():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bipot", default=ROOT / "build" / "mpi" / "bipot", type=Path)
     parser.add_argument("-n", nargs="*", type=int, default=[16, 24, 32])
+    parser.add_argument("--steps", type=int, default=50)
     parser.add_argument("--factor", type=int, default=32)
     parser.add_argument("--take", type=Path, nargs="*", default=[])
     parser.add_argument("--page", action="store_true")
@@ -233,7 +259,7 @@ def main():
     if not options.page:
         for n in options.n:
             print(f"n = {n}", file=sys.stderr)
-            keep_row(measure(options.bipot, n, n <= options.factor))
+            keep_row(measure(options.bipot, n, options.steps, n <= options.factor))
     options.page_path.write_text("\n".join(page(read_rows())) + "\n", encoding="utf-8")
 
 

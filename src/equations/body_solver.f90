@@ -82,14 +82,7 @@ contains
     integer :: n_stiffnesses, n_schur
 
     if (.not. associated(body%inverse)) call begin_body_solver(body)
-    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-      contact_nodes(points), body%motions, error, scene%constraints)
-    if (allocated(error)) return
-    if (scene%precision%iterative) call check_motions(body%motions, error)
-    if (allocated(error)) return
-    body%prescribed = prescribed
-    body%constraints = active_constraints(scene%constraints, prescribed)
-    call check_pieces(scene%mesh, body%constraints, prescribed, body%motions, error)
+    call hold_bodies(scene, points, prescribed, body, error)
     if (allocated(error)) return
     clock = wall_seconds()
     associate (inverse => body%inverse)
@@ -149,6 +142,25 @@ contains
     end associate
     call lap(clock, work%condense)
   end subroutine make_body_solver
+
+  !> What supports and constraints hold of the bodies, and the motions that they leave free.
+  subroutine hold_bodies(scene, points, prescribed, body, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
+    type(body_solver_t), intent(inout) :: body
+    type(error_t), allocatable, intent(out) :: error
+    !! pieces that ties do not hold; motions that iteration does not cover; LAPACK failed
+
+    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
+      contact_nodes(points), body%motions, error, scene%constraints)
+    if (allocated(error)) return
+    if (scene%precision%iterative) call check_motions(body%motions, error)
+    if (allocated(error)) return
+    body%prescribed = prescribed
+    body%constraints = active_constraints(scene%constraints, prescribed)
+    call check_pieces(scene%mesh, body%constraints, prescribed, body%motions, error)
+  end subroutine hold_bodies
 
   !> An iterative solver in the place of a factor, of bodies whose supports and motions are known.
   subroutine make_iterative(scene, points, interface, body, work, error)

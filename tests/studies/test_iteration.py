@@ -53,6 +53,13 @@ class TestIteration(unittest.TestCase):
         self.assertIn("memory as\nN^1.00", text)
         self.assertIn("| 10^7 | 50 | 1.7 min | 3.3 min | 30 GB |", text)
 
+    def test_longer_increments_have_laws_of_their_own(self):
+        longer = [run_of(n, increments=10.0, certified=10.0, iterations=20.0 * n) for n in
+                  (24, 32, 48)]
+        text = "\n".join(iteration.page([run_of(n) for n in (16, 24, 32, 48)] + longer))
+        self.assertIn("iterations an increment as N^0.00", text)
+        self.assertRegex(text, r"In 10 increments \(n = 24 to 48\) iterations grow as N\^0\.3[34]")
+
     def test_an_increment_without_certificate_makes_no_page(self):
         with self.assertRaises(StudyError):
             iteration.page([run_of(n, certified=49.0) for n in (24, 32, 48)])
