@@ -67,10 +67,8 @@ def run(program, n, steps, card, folder):
     deck, path = Path(folder) / "block.inp", Path(folder) / "block.vtkhdf"
     deck.write_text(re.sub(r"^\*STEP", card + "*STEP", text, count=1, flags=re.MULTILINE),
                     encoding="utf-8")
-    done = subprocess.run(
-        run_words(program, deck, path, {"n": n, "steps": steps, **SETTINGS}), check=False, capture_output=True,
-        text=True, env=with_threads(),
-    )
+    command = run_words(program, deck, path, {"n": n, "steps": steps, **SETTINGS})
+    done = subprocess.run(command, check=False, capture_output=True, text=True, env=with_threads())
     if done.returncode != 0:
         raise StudyError(f"n = {n}: status {done.returncode}: {done.stderr}")
     with Result(path) as result:
