@@ -1,5 +1,5 @@
 !> Contact and the displacements of the bodies together, where need be a part of the way after the
-!> other. docs/theory.md, "Without a factor".
+!> other. docs/theory.md (4.18).
 !>
 !> Where friction spreads far in an increment Newton's method may go to and fro between points that
 !> stick and slide. Of what it starts from a neighbouring problem is made that this solves, and
