@@ -5,12 +5,13 @@
 !> row of its column.
 module block_rows_mod
   use kinds_mod, only: wp
+  use sorting_mod, only: order_of_columns
   use small_matrix_mod, only: inverse
   implicit none
   private
 
-  public :: block_rows_t, find_block, put_block, times_rows, relax_forwards, relax_backwards, &
-    take_off_from, stiffen_border
+  public :: block_rows_t, find_block, put_block, add_block, join_rows, times_rows, &
+    relax_forwards, relax_backwards, take_off_from, stiffen_border
 
   !> The blocks, row by row.
   type :: block_rows_t
@@ -59,6 +60,88 @@ contains
       rows%block(:, :, find_block(rows, column, row)) = transpose(block)
     end if
   end subroutine put_block
+
+  !> Add to a block that is in the pattern; one on the diagonal stays symmetric and regular.
+  pure subroutine add_block(rows, row, column, block)
+    type(block_rows_t), intent(inout) :: rows
+    integer, intent(in) :: row, column
+    real(wp), intent(in) :: block(3, 3)
+
+    if (row == column) then
+      call put_block(rows, row, row, rows%own(:, :, row) + block)
+    else if (column < row) then
+      associate (here => rows%block(:, :, find_block(rows, row, column)))
+        here = here + block
+      end associate
+    else
+      associate (here => rows%block(:, :, find_block(rows, column, row)))
+        here = here + transpose(block)
+      end associate
+    end if
+  end subroutine add_block
+
+  !> Take some blocks below the diagonal into the pattern, as zeros where they are new.
+  subroutine join_rows(rows, row, column)
+    type(block_rows_t), intent(inout) :: rows
+    integer, intent(in) :: row(:), column(:) !! (m) of each, column < row; in any order, repeated
+    integer, allocatable :: new(:, :), order(:), first(:), columns(:)
+    real(wp), allocatable :: blocks(:, :, :)
+    integer :: i, j, k, n
+
+    k = count([(.not. is_there(rows, row(i), column(i)), i=1, size(row))])
+    if (k == 0) return
+    new = reshape([row, column], [2, size(row)], order=[2, 1])
+    new = new(:, pack([(i, i=1, size(row))], [(.not. is_there(rows, row(i), column(i)), &
+      i=1, size(row))]))
+    call order_of_columns(new, order)
+    new = new(:, order)
+    new = new(:, pack([(i, i=1, k)], [.true., (any(new(:, i) /= new(:, i - 1)), i=2, k)]))
+    allocate (first(size(rows%first)), columns(size(rows%column) + size(new, 2)))
+    allocate (blocks(3, 3, size(columns)))
+    n = 0
+    j = 1
+    do i = 1, size(first) - 1
+      first(i) = n + 1
+      do k = rows%first(i), rows%first(i + 1) - 1
+        do while (j <= size(new, 2))
+          if (new(1, j) /= i .or. new(2, j) > rows%column(k)) exit
+          call begin_block(new(2, j))
+        end do
+        n = n + 1
+        columns(n) = rows%column(k)
+        blocks(:, :, n) = rows%block(:, :, k)
+      end do
+      do while (j <= size(new, 2))
+        if (new(1, j) /= i) exit
+        call begin_block(new(2, j))
+      end do
+    end do
+    first(size(first)) = n + 1
+    call move_alloc(first, rows%first)
+    call move_alloc(columns, rows%column)
+    call move_alloc(blocks, rows%block)
+
+  contains
+
+    subroutine begin_block(of_column)
+      integer, intent(in) :: of_column
+
+      n = n + 1
+      columns(n) = of_column
+      blocks(:, :, n) = 0.0_wp
+      j = j + 1
+    end subroutine begin_block
+
+  end subroutine join_rows
+
+  !> Whether a block below the diagonal is in the pattern.
+  pure logical function is_there(rows, row, column)
+    type(block_rows_t), intent(in) :: rows
+    integer, intent(in) :: row, column !! column < row
+
+    is_there = rows%first(row + 1) > rows%first(row)
+    if (is_there) is_there = rows%column(find_block(rows, row, column)) == column
+  end function is_there
 
   !> y = A x.
   pure subroutine times_rows(rows, x, y)

@@ -1,29 +1,35 @@
 !> A symmetric matrix of blocks in which directions at some rows are held: P K P in the place of K,
-!> P the projection on what is left, with a diagonal along what is held. What K was there is kept.
+!> P the projection on what is left, with a diagonal along what is held. Springs may join rows, then
+!> it is P (K + sum B^T D B) P. What K was there is kept.
 module held_rows_mod
   use kinds_mod, only: wp
-  use block_rows_mod, only: block_rows_t, put_block
+  use block_rows_mod, only: add_block, block_rows_t, join_rows, put_block
+  use springs_mod, only: ends_of, joined_pairs, springs_t
   implicit none
   private
 
   public :: held_rows_t, keep_rows, hold_rows, project_rows, begin_product, end_product
 
   type :: held_rows_t
-    integer, allocatable :: row(:)          !! (m) that may be held
+    integer :: n_own = 0                    !! no block joins the rows behind these
+    integer, allocatable :: row(:)          !! (m) that may be held, then ends of springs
     integer, allocatable :: start(:)        !! (m+1) where the blocks of each begin
     integer, allocatable :: other(:)        !! column of each block
     real(wp), allocatable :: block(:, :, :) !! (3,3,n_blocks) of K
     real(wp), allocatable :: left(:, :, :)  !! (3,3,m) P
+    type(springs_t) :: springs              !! between rows
   end type held_rows_t
 
 contains
 
-  !> Put K back, and keep the blocks of other rows.
-  subroutine keep_rows(rows, held, row)
+  !> Put K back, and keep the blocks of other rows, and of those that springs join.
+  subroutine keep_rows(rows, held, row, springs, n_own)
     type(block_rows_t), intent(inout) :: rows
     type(held_rows_t), intent(inout) :: held !! may have nothing yet
     integer, intent(in) :: row(:)            !! distinct
-    integer, allocatable :: member(:), n_blocks(:)
+    type(springs_t), intent(in) :: springs   !! between rows
+    integer, intent(in) :: n_own             !! no block joins the rows behind these
+    integer, allocatable :: member(:), n_blocks(:), higher(:), lower(:), ends(:)
     integer :: i, j, k
 
     if (allocated(held%row)) then
@@ -34,10 +40,16 @@ contains
       end do
       deallocate (held%start, held%other, held%block, held%left)
     end if
-    held%row = row
+    held%n_own = n_own
+    held%springs = springs
+    call joined_pairs(springs, higher, lower)
+    call join_rows(rows, pack(higher, lower <= n_own), pack(lower, lower <= n_own))
     allocate (member(size(rows%first) - 1), source=0)
-    member(row) = [(i, i=1, size(row))]
-    allocate (n_blocks(size(row)), source=1)
+    member(row) = 1
+    ends = ends_of(springs)
+    held%row = [row, pack(ends, member(ends) == 0)]
+    member(held%row) = [(i, i=1, size(held%row))]
+    allocate (n_blocks(size(held%row)), source=1)
     do i = 1, size(member)
       do k = rows%first(i), rows%first(i + 1) - 1
         if (member(i) > 0) n_blocks(member(i)) = n_blocks(member(i)) + 1
@@ -45,9 +57,13 @@ contains
         if (j > 0) n_blocks(j) = n_blocks(j) + 1
       end do
     end do
-    held%start = [1, (1 + sum(n_blocks(:i)), i=1, size(row))]
+    allocate (held%start(size(held%row) + 1))
+    held%start(1) = 1
+    do i = 1, size(held%row)
+      held%start(i + 1) = held%start(i) + n_blocks(i)
+    end do
     allocate (held%other(sum(n_blocks)), held%block(3, 3, sum(n_blocks)))
-    allocate (held%left(3, 3, size(row)), source=0.0_wp)
+    allocate (held%left(3, 3, size(held%row)), source=0.0_wp)
     n_blocks = 0
     do i = 1, size(member)
       if (member(i) > 0) call add(member(i), i, rows%own(:, :, i))
@@ -73,19 +89,22 @@ contains
 
   end subroutine keep_rows
 
-  !> Hold directions, and no others.
-  pure subroutine hold_rows(rows, held, along, stiffer)
+  !> Hold directions, and no others, and give the springs their stiffness.
+  pure subroutine hold_rows(rows, held, along, stiffer, of_spring)
     type(block_rows_t), intent(inout) :: rows
     type(held_rows_t), intent(inout) :: held
     real(wp), intent(in) :: along(:, :, :)   !! (3,3,m) projection on what is held [-]
     real(wp), intent(in) :: stiffer(:, :, :) !! (3,3,m) what is added on the diagonal, 0 along it
+    real(wp), intent(in) :: of_spring(:, :, :) !! (3,3,n_springs) D
     integer, allocatable :: member(:) !! of the rows that may be held, 0 elsewhere
     real(wp) :: block(3, 3), own(3, 3)
-    integer :: i, k, a
+    integer :: i, k, a, m
 
     allocate (member(size(rows%first) - 1), source=0)
     member(held%row) = [(i, i=1, size(held%row))]
-    held%left = -along
+    m = size(along, 3)
+    held%left = 0.0_wp
+    held%left(:, :, :m) = -along
     do a = 1, 3
       held%left(a, a, :) = 1.0_wp + held%left(a, a, :)
     end do
@@ -94,7 +113,7 @@ contains
         associate (other => held%other(k))
           block = matmul(held%left(:, :, i), held%block(:, :, k))
           if (member(other) > 0) block = matmul(block, held%left(:, :, member(other)))
-          if (other == held%row(i)) then
+          if (other == held%row(i) .and. i <= m) then
             own = 0.0_wp
             do a = 1, 3
               own(a, a) = held%block(a, a, k)
@@ -105,7 +124,33 @@ contains
         end associate
       end do
     end do
+    call stiffen_springs(rows, held, member, of_spring)
   end subroutine hold_rows
+
+  !> Add P B^T D B P to the matrix.
+  pure subroutine stiffen_springs(rows, held, member, of_spring)
+    type(block_rows_t), intent(inout) :: rows
+    type(held_rows_t), intent(in) :: held
+    integer, intent(in) :: member(:)           !! of the rows that may be held
+    real(wp), intent(in) :: of_spring(:, :, :) !! (3,3,n_springs) D
+    real(wp) :: of_row(3, 3), of_column(3, 3)
+    integer :: i, k, l
+
+    associate (springs => held%springs)
+      do i = 1, springs%n
+        if (.not. any(abs(of_spring(:, :, i)) > 0.0_wp)) cycle
+        do k = springs%first(i), springs%first(i + 1) - 1
+          of_row = matmul(of_spring(:, :, i), matmul(springs%share(:, :, k), held%left(:, :, &
+            member(springs%at(k)))))
+          do l = springs%first(i), k
+            if (min(springs%at(k), springs%at(l)) > held%n_own) cycle
+            of_column = matmul(springs%share(:, :, l), held%left(:, :, member(springs%at(l))))
+            call add_block(rows, springs%at(k), springs%at(l), matmul(transpose(of_row), of_column))
+          end do
+        end do
+      end do
+    end associate
+  end subroutine stiffen_springs
 
   !> P x.
   pure subroutine project_rows(held, x)

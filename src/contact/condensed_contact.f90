@@ -224,8 +224,8 @@ contains
     if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
     if (allocated(group%body)) deallocate (group%body)
-    if (allocated(body%inverse%iterative) .and. n > 0) call hold_body(body%inverse, &
-      body%motions, points, rows%transfer, placement%frame, row, group%active, group%body)
+    if (allocated(body%inverse%iterative) .and. n > 0) call hold_body(body, points, &
+      rows%transfer, placement, row, group%active, group%body)
 
   contains
 

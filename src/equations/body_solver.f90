@@ -10,7 +10,7 @@ module body_solver_mod
   use constraints_mod, only: constraints_t, active_constraints
   use linked_nodes_mod, only: coupled_nodes, node_neighbours
   use obstacles_mod, only: ref_nodes
-  use contact_points_mod, only: contact_points_t, contact_nodes
+  use contact_points_mod, only: contact_points_t, contact_nodes, master_nodes
   use controls_mod, only: is_exact, precision_in_words, compliance_products
   use scene_mod, only: scene_t
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, to_nodes, unknowns_of
@@ -179,7 +179,8 @@ contains
     clock = wall_seconds()
     associate (inverse => body%inverse)
       numbering = numbering_t(make_dof_map(scene%mesh%body, body%prescribed, interface, &
-        body%constraints), inverse%map, body%motions%node, body%motions%dof)
+        body%constraints), inverse%map, body%motions%node, body%motions%dof, &
+        facing_nodes(scene, points, body%constraints))
       call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
       call assemble_node_parts(scene%mesh, scene%materials, numbering%whole, start, neighbours, &
         row, summed, n_stiffnesses, error)
@@ -195,6 +196,30 @@ contains
       call lap(clock, work%condense)
     end associate
   end subroutine make_iterative
+
+  !> The nodes of surfaces of bodies before each other, and what they depend on, ascending.
+  pure function facing_nodes(scene, points, constraints) result(nodes)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(constraints_t), intent(in) :: constraints !! active ones
+    integer, allocatable :: nodes(:)
+    integer :: pair, c
+    logical :: is_facing(scene%mesh%n_nodes)
+
+    is_facing = .false.
+    do pair = 1, size(scene%pairs)
+      associate (masters => master_nodes(points, pair))
+        if (.not. any(scene%mesh%body(masters) > 0)) cycle
+        is_facing(masters) = .true.
+        is_facing(points%node(points%first(pair):points%first(pair + 1) - 1)) = .true.
+      end associate
+    end do
+    do c = 1, constraints%n
+      if (is_facing(constraints%node(c))) is_facing(constraints%master(constraints%first(c): &
+        constraints%first(c + 1) - 1)) = .true.
+    end do
+    nodes = pack([(c, c=1, size(is_facing))], is_facing)
+  end function facing_nodes
 
   !> Refuse free motions that iteration does not cover.
   subroutine check_motions(motions, error)

@@ -11,6 +11,7 @@ module iterative_body_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
+  use springs_mod, only: springs_t
   use dof_map_mod, only: dof_map_t
   implicit none
   private
@@ -24,6 +25,7 @@ module iterative_body_mod
     type(dof_map_t) :: whole            !! the rows of its stiffness, where nothing is pinned
     type(dof_map_t) :: map              !! its equations, pins held
     integer, allocatable :: pin_node(:), pin_dof(:) !! (n_pins) of free motions of bodies
+    integer, allocatable :: facing(:)   !! nodes that springs may join, ascending
   end type numbering_t
 
   type, abstract :: iterative_body_t
@@ -43,8 +45,11 @@ module iterative_body_mod
     !> Hold directions at nodes from now on, and no others. The approximate inverse sees it on the
     !> unknowns alone, not on what these are coarsened to: that is made once, so that what an
     !> increment computes depends on no other.
-    subroutine hold_directions(body, node, held, stiffer)
-      import :: iterative_body_t, wp
+    !>
+    !> Springs between nodes, that the approximate inverse sees too: in the place of what contact of
+    !> bodies with each other holds.
+    subroutine hold_directions(body, node, held, stiffer, springs, of_spring)
+      import :: iterative_body_t, springs_t, wp
       implicit none
       class(iterative_body_t), intent(inout) :: body
       integer, intent(in) :: node(:)           !! (m) distinct, of the mesh
@@ -52,6 +57,8 @@ module iterative_body_mod
       real(wp), intent(in) :: stiffer(:, :, :)
       !! (3,3,m) stiffness that the inverse takes for one of the node, 0 along what is held
       !! [force/length]
+      type(springs_t), intent(in) :: springs   !! between nodes of the mesh
+      real(wp), intent(in) :: of_spring(:, :, :) !! (3,3,n_springs) stiffness [force/length]
     end subroutine hold_directions
 
     !> K x, whatever is held; or the approximate inverse of P K P with x, 0 along what is held.
@@ -75,9 +82,10 @@ contains
     real(wp), dimension(body%n + body%n_pins) :: left, x, z, p, q
     real(wp) :: size_b, rho, last_rho, curvature
     real(wp) :: nothing(3, 3, 0)
+    type(springs_t) :: no_springs
     integer :: i
 
-    call body%hold([integer ::], nothing, nothing)
+    call body%hold([integer ::], nothing, nothing, no_springs, nothing)
     body%solutions = body%solutions + 1
     size_b = norm2(b)
     x = 0.0_wp

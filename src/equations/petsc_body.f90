@@ -9,6 +9,7 @@ module petsc_body_mod
   use errors_mod, only: error_t
   use parallel_mod, only: announce, n_ranks, receive_integers, receive_reals, send_integers, &
     send_reals, task_iterative, task_length
+  use springs_mod, only: are_same, some_springs, springs_t
   use assembly_mod, only: diagonal_of
   use dof_map_mod, only: equations_of
   use iterative_body_mod, only: iterative_body_t, numbering_t
@@ -39,6 +40,7 @@ module petsc_body_mod
     integer, allocatable :: row(:)     !! (n_nodes) of each node, 0 without unknowns
     real(wp), allocatable :: spring(:) !! (n_pins) in the matrix, at each pin [force/length]
     integer, allocatable :: held(:)    !! (m) rows of the nodes that may be held
+    type(springs_t) :: springs         !! between rows
     real(wp), allocatable :: rows(:, :) !! (3,n_rows) of all ranks, where there are several
   contains
     procedure :: hold => hold_at_nodes
@@ -59,7 +61,7 @@ contains
     class(iterative_body_t), allocatable, intent(out) :: body
     type(error_t), allocatable, intent(out) :: error !! PETSc failed
     type(petsc_body_t), allocatable :: made
-    integer, allocatable :: pin_row(:)
+    integer, allocatable :: pin_row(:), facing(:)
     real(wp) :: diagonal(summed%k%n)
     integer :: i, equations(3), rank
 
@@ -75,12 +77,15 @@ contains
       equations = equations_of(numbering%whole, numbering%pin_node(i))
       made%spring(i) = diagonal(equations(numbering%pin_dof(i)))
     end do
+    facing = pack(row(numbering%facing), row(numbering%facing) > 0)
     call announce(task_iterative, to_make, int(made%n_pins, i8))
     do rank = 1, n_ranks() - 1
       call send_integers(made%n_pins, pin_row, rank)
       call send_integers(made%n_pins, numbering%pin_dof, rank)
+      call send_integers(1, [size(facing)], rank)
+      call send_integers(size(facing), facing, rank)
     end do
-    call make_share(summed, pin_row, numbering%pin_dof, made%share)
+    call make_share(summed, pin_row, numbering%pin_dof, facing, made%share)
     allocate (made%held(0))
     if (n_ranks() > 1) allocate (made%rows(3, summed%n_rows))
     call take_failure(made)
@@ -107,29 +112,48 @@ contains
     end do
   end subroutine place_unknowns
 
-  !> P K P, with a diagonal along what is held, in the place of K.
-  subroutine hold_at_nodes(body, node, held, stiffer)
+  !> P (K + what springs do) P, with a diagonal along what is held, in the place of K.
+  subroutine hold_at_nodes(body, node, held, stiffer, springs, of_spring)
     class(petsc_body_t), intent(inout) :: body
     integer, intent(in) :: node(:)
     real(wp), intent(in) :: held(:, :, :), stiffer(:, :, :)
+    type(springs_t), intent(in) :: springs
+    real(wp), intent(in) :: of_spring(:, :, :)
+    type(springs_t) :: of_rows
     logical :: is_new
     integer :: rank
 
-    if (allocated(body%failure) .or. max(size(node), size(body%held)) == 0) return
-    is_new = size(node) /= size(body%held)
+    if (allocated(body%failure) .or. max(size(node), size(body%held), springs%n, &
+      body%springs%n) == 0) return
+    if (springs%n > 0) of_rows = some_springs(springs, body%row(springs%at))
+    is_new = size(node) /= size(body%held) .or. .not. are_same(of_rows, body%springs)
     if (.not. is_new) is_new = any(body%row(node) /= body%held)
     body%held = body%row(node)
+    body%springs = of_rows
     call announce(task_iterative, to_hold, size(node, kind=i8))
     do rank = 1, n_ranks() - 1
-      call send_integers(1, [merge(1, 0, is_new)], rank)
+      call send_integers(2, [merge(1, 0, is_new), springs%n], rank)
       call send_integers(size(node), body%held, rank)
       call send_reals(size(held), held, rank)
       call send_reals(size(stiffer), stiffer, rank)
+      if (is_new) call send_springs(of_rows, rank)
+      call send_reals(size(of_spring), of_spring, rank)
     end do
-    if (is_new) call keep_nodes(body%share%part, body%held)
-    call hold_nodes(body%share%part, body%held, held, stiffer)
+    if (is_new) call keep_nodes(body%share%part, body%held, of_rows)
+    call hold_nodes(body%share%part, body%held, held, stiffer, of_spring)
     call take_failure(body)
   end subroutine hold_at_nodes
+
+  !> Springs between rows, to another rank.
+  subroutine send_springs(springs, rank)
+    type(springs_t), intent(in) :: springs
+    integer, intent(in) :: rank
+
+    if (springs%n == 0) return
+    call send_integers(springs%n + 1, springs%first, rank)
+    call send_integers(size(springs%at), springs%at, rank)
+    call send_reals(size(springs%share), springs%share, rank)
+  end subroutine send_springs
 
   !> K x.
   subroutine product_with_k(body, x, y)
@@ -225,10 +249,11 @@ contains
     type(node_part_t), intent(inout) :: summed    !! as it was summed; gone once it is used
     type(petsc_share_t), intent(inout) :: mine
     type(error_t), allocatable, intent(out) :: error !! PETSc failed
-    integer, allocatable :: row(:), dof(:)
-    real(wp), allocatable :: held(:, :, :), stiffer(:, :, :)
+    integer, allocatable :: row(:), dof(:), facing(:)
+    real(wp), allocatable :: held(:, :, :), stiffer(:, :, :), of_spring(:, :, :)
     type(node_part_t) :: nothing
-    integer :: n, is_new(1)
+    type(springs_t) :: springs
+    integer :: n, n_facing(1), is_new(2) !! the second number is of springs
 
     n = int(task(3))
     select case (task(2))
@@ -236,16 +261,24 @@ contains
       allocate (row(n), dof(n))
       call receive_integers(n, row)
       call receive_integers(n, dof)
-      call make_share(summed, row, dof, mine)
+      call receive_integers(1, n_facing)
+      allocate (facing(n_facing(1)))
+      call receive_integers(n_facing(1), facing)
+      call make_share(summed, row, dof, facing, mine)
       summed = nothing
     case (to_hold)
       allocate (row(n), held(3, 3, n), stiffer(3, 3, n))
-      call receive_integers(1, is_new)
+      call receive_integers(2, is_new)
       call receive_integers(n, row)
       call receive_reals(size(held), held)
       call receive_reals(size(stiffer), stiffer)
-      if (is_new(1) > 0) call keep_nodes(mine%part, row)
-      call hold_nodes(mine%part, row, held, stiffer)
+      if (is_new(1) > 0) then
+        call receive_springs(is_new(2), springs)
+        call keep_nodes(mine%part, row, springs)
+      end if
+      allocate (of_spring(3, 3, is_new(2)))
+      call receive_reals(size(of_spring), of_spring)
+      call hold_nodes(mine%part, row, held, stiffer, of_spring)
     case (to_multiply, to_apply)
       call spread_whole(mine%whole, mine%part%x, mine%part%failure)
       call work(task(2), mine%part)
@@ -256,14 +289,30 @@ contains
     if (allocated(mine%part%failure)) error = mine%part%failure
   end subroutine participate
 
+  !> Springs between rows, from the host.
+  subroutine receive_springs(n, springs)
+    integer, intent(in) :: n
+    type(springs_t), intent(out) :: springs
+
+    springs%n = n
+    if (n == 0) return
+    allocate (springs%first(n + 1))
+    call receive_integers(n + 1, springs%first)
+    allocate (springs%at(springs%first(n + 1) - 1))
+    call receive_integers(size(springs%at), springs%at)
+    allocate (springs%share(3, 3, size(springs%at)))
+    call receive_reals(size(springs%share), springs%share)
+  end subroutine receive_springs
+
   ! ------------------------------------------------------------------ all ranks
 
-  subroutine make_share(summed, pin_row, pin_dof, made)
+  subroutine make_share(summed, pin_row, pin_dof, facing, made)
     type(node_part_t), intent(in) :: summed
     integer, intent(in) :: pin_row(:), pin_dof(:) !! (n_pins) of all rows, and x, y or z
+    integer, intent(in) :: facing(:)              !! of all rows, those that springs may join
     type(petsc_share_t), intent(inout) :: made
 
-    call make_part(summed, pin_row, pin_dof, made%part)
+    call make_part(summed, pin_row, pin_dof, facing, made%part)
     if (summed%k%is_distributed .and. .not. allocated(made%part%failure)) call make_whole( &
       made%part%x, made%whole, made%part%failure)
   end subroutine make_share

@@ -5,7 +5,7 @@ module petsc_calls_mod
   private
 
   public :: petsc_initialize, petsc_initialized, petsc_push_error_handler, &
-    petsc_return_error_handler, petsc_set_option
+    petsc_return_error_handler, petsc_set_option, petsc_reference
   public :: vec_create, vec_create_ghosted, get_ranks, vec_destroy, vec_get_array, &
     vec_restore_array, vec_get_array_read, vec_restore_array_read, vec_ghost_begin, vec_ghost_end
   public :: scatter_create, scatter_begin, scatter_end, scatter_destroy
@@ -15,17 +15,20 @@ module petsc_calls_mod
     mat_set_near_null_space, null_space_create, null_space_destroy
   public :: pc_create, pc_destroy, pc_set_type, pc_set_operators, pc_set_prefix, &
     pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_levels, pc_smoother, &
-    pc_interpolation, pc_mg_set_residual, pc_shell_set_context, pc_shell_get_context, &
+    pc_interpolation, pc_mg_set_residual, pc_mg_residual, pc_shell_set_context, pc_shell_get_context, &
     pc_shell_set_richardson
   public :: ksp_set_type, ksp_set_tolerances, ksp_set_operators, ksp_get_operators, ksp_get_pc
-  public :: yes, no, copy_values, new_matrix, same_matrix, final_assembly, subset_pattern, &
-    same_pattern, positive_definite, petsc_default, petsc_find, insert_values, forwards, backwards
+  public :: yes, no, copy_values, no_values, new_matrix, same_matrix, final_assembly, &
+    different_pattern, subset_pattern, same_pattern, positive_definite, petsc_default, &
+    petsc_find, insert_values, forwards, backwards
 
   integer(c_int), parameter :: no = 0, yes = 1        !! PetscBool
+  integer(c_int), parameter :: no_values = 0          !! MAT_DO_NOT_COPY_VALUES: zeros
   integer(c_int), parameter :: copy_values = 1        !! MAT_COPY_VALUES
   integer(c_int), parameter :: new_matrix = 0         !! MAT_INITIAL_MATRIX
   integer(c_int), parameter :: same_matrix = 1        !! MAT_REUSE_MATRIX
   integer(c_int), parameter :: final_assembly = 0     !! MAT_FINAL_ASSEMBLY
+  integer(c_int), parameter :: different_pattern = 0  !! DIFFERENT_NONZERO_PATTERN
   integer(c_int), parameter :: subset_pattern = 1     !! SUBSET_NONZERO_PATTERN
   integer(c_int), parameter :: same_pattern = 2       !! SAME_NONZERO_PATTERN
   integer(c_int), parameter :: positive_definite = 15 !! MAT_SPD
@@ -71,6 +74,14 @@ module petsc_calls_mod
       character(c_char), intent(in) :: procedure_name(*), file(*), message(*)
       integer(c_int) :: status
     end function petsc_return_error_handler
+
+    !> One that holds an object more.
+    function petsc_reference(object) result(status) bind(c, name='PetscObjectReference')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: object
+      integer(c_int) :: status
+    end function petsc_reference
 
     function petsc_set_option(options, name, value) result(status) &
       bind(c, name='PetscOptionsSetValue')
@@ -489,6 +500,15 @@ module petsc_calls_mod
       type(c_ptr), value :: ksp, matrix, other
       integer(c_int) :: status
     end function ksp_set_operators
+
+    !> b - A x by the level's matrix: called by PETSc alone.
+    function pc_mg_residual(matrix, b, x, residual) result(status) &
+      bind(c, name='PCMGResidualDefault')
+      import :: c_int, c_ptr
+      implicit none
+      type(c_ptr), value :: matrix, b, x, residual
+      integer(c_int) :: status
+    end function pc_mg_residual
 
     !> Who finds b - A x on a level, 0 the coarsest.
     function pc_mg_set_residual(pc, level, procedure_address, matrix) result(status) &

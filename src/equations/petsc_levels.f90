@@ -3,18 +3,21 @@
 !> Their matrices are P^T A P of the one above. Where A changes by D they change by P^T D P, level
 !> by level, and D has entries at the nodes that are held and beside them alone: what takes long
 !> where the levels are made is soon done here. It is what they were made as that is changed each
-!> time, so nothing depends on what was held before.
+!> time, so nothing depends on what was held before. Where springs join what K does not, the levels
+!> have entries that they were not made with.
 module petsc_levels_mod
-  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_loc, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_funloc, c_int, c_loc, &
+    c_null_ptr, c_ptr
   use kinds_mod, only: wp
   use errors_mod, only: error_t
   use sorting_mod, only: order_of
   use block_rows_mod, only: block_rows_t, find_block
   use held_rows_mod, only: held_rows_t
-  use petsc_calls_mod, only: copy_values, final_assembly, ksp_get_operators, ksp_set_operators, &
-    mat_assembly_begin, mat_assembly_end, mat_axpy, mat_copy, mat_create, mat_create_distributed, &
-    mat_destroy, mat_duplicate, mat_ptap, mat_update, new_matrix, pc_interpolation, pc_levels, &
-    pc_smoother, petsc_default, petsc_find, same_matrix, same_pattern, subset_pattern
+  use petsc_calls_mod, only: copy_values, different_pattern, final_assembly, ksp_get_operators, &
+    ksp_set_operators, mat_assembly_begin, mat_assembly_end, mat_axpy, mat_copy, mat_create, &
+    mat_create_distributed, mat_destroy, mat_duplicate, mat_ptap, mat_update, new_matrix, &
+    no_values, pc_interpolation, pc_levels, pc_mg_residual, pc_mg_set_residual, pc_smoother, &
+    petsc_default, petsc_find, petsc_reference, same_matrix, same_pattern, subset_pattern
   use petsc_session_mod, only: note
   use petsc_values_mod, only: layout_t, row_of
   implicit none
@@ -32,7 +35,10 @@ module petsc_levels_mod
   !> The levels, the coarsest first.
   type :: levels_t
     type(c_ptr), allocatable :: made(:)   !! their matrices as they were made
-    type(c_ptr), allocatable :: change(:) !! what these change by; one more, for the finest
+    type(c_ptr), allocatable :: wider(:)
+    !! the same with zeros where changes have entries that these have not; null where there are none
+    type(c_ptr), allocatable :: now(:)    !! as they are changed
+    type(c_ptr), allocatable :: change(:) !! what they change by; one more, for the finest
     type(few_entries_t), pointer :: few => null() !! the entries of that
   end type levels_t
 
@@ -47,7 +53,7 @@ contains
     type(c_ptr), intent(in) :: inverse      !! PETSc's preconditioner
     type(levels_t), intent(inout) :: levels
     type(error_t), allocatable, intent(inout) :: failure
-    type(c_ptr) :: solver, matrix, same, interpolation
+    type(c_ptr) :: solver, interpolation
     integer(c_int) :: n, level
     logical :: is_new
 
@@ -74,18 +80,51 @@ contains
       end if
       call note(failure, pc_smoother(inverse, level, solver))
       if (allocated(failure)) return
-      call note(failure, ksp_get_operators(solver, matrix, same))
+      if (is_new) call begin_level(inverse, solver, level, held%springs%n > 0, levels, failure)
       if (allocated(failure)) return
-      if (.not. c_associated(levels%made(level))) call note(failure, mat_duplicate(matrix, &
-        copy_values, levels%made(level)))
-      if (allocated(failure)) return
-      call note(failure, mat_copy(levels%made(level), matrix, same_pattern))
-      call note(failure, mat_axpy(matrix, 1.0_c_double, levels%change(level), subset_pattern))
-      ! So that the smoother finds its bounds anew.
-      call note(failure, ksp_set_operators(solver, matrix, matrix))
+      associate (made => levels%made(level), wider => levels%wider(level), now => levels%now(level))
+        if (c_associated(wider)) then
+          call note(failure, mat_copy(wider, now, same_pattern))
+        else
+          call note(failure, mat_copy(made, now, same_pattern))
+        end if
+        call note(failure, mat_axpy(now, 1.0_c_double, levels%change(level), subset_pattern))
+        ! So that the smoother finds its bounds anew.
+        call note(failure, ksp_set_operators(solver, now, now))
+      end associate
     end do
     if (n == 1) levels%change(0) = c_null_ptr
   end subroutine change_levels
+
+  !> A matrix of a level for what is changed from now on.
+  subroutine begin_level(inverse, solver, level, is_joined, levels, failure)
+    type(c_ptr), intent(in) :: inverse, solver
+    integer(c_int), intent(in) :: level
+    logical, intent(in) :: is_joined !! by springs
+    type(levels_t), intent(inout) :: levels
+    type(error_t), allocatable, intent(inout) :: failure
+    type(c_ptr) :: same, zeros
+
+    associate (made => levels%made(level), wider => levels%wider(level), now => levels%now(level))
+      if (.not. c_associated(made)) then
+        call note(failure, ksp_get_operators(solver, made, same))
+        call note(failure, petsc_reference(made))
+      end if
+      if (is_joined) then
+        call note(failure, mat_duplicate(levels%change(level), no_values, zeros))
+        call note(failure, mat_duplicate(made, copy_values, wider))
+        if (allocated(failure)) return
+        call note(failure, mat_axpy(wider, 1.0_c_double, zeros, different_pattern))
+        call note(failure, mat_destroy(zeros))
+        call note(failure, mat_duplicate(wider, copy_values, now))
+      else
+        call note(failure, mat_duplicate(made, copy_values, now))
+      end if
+      if (allocated(failure)) return
+      if (level > 0) call note(failure, pc_mg_set_residual(inverse, level, &
+        c_funloc(pc_mg_residual), now))
+    end associate
+  end subroutine begin_level
 
   !> Nothing is known of n levels yet.
   subroutine begin_levels(n, levels)
@@ -93,9 +132,11 @@ contains
     type(levels_t), intent(inout) :: levels
     integer :: i
 
-    allocate (levels%made(0:n), levels%change(0:n))
+    allocate (levels%made(0:n), levels%wider(0:n), levels%now(0:n), levels%change(0:n))
     do i = 0, n
       levels%made(i) = c_null_ptr
+      levels%wider(i) = c_null_ptr
+      levels%now(i) = c_null_ptr
       levels%change(i) = c_null_ptr
     end do
   end subroutine begin_levels
@@ -244,6 +285,8 @@ contains
 
     if (.not. associated(levels%few)) return
     call destroy(levels%change)
+    call destroy(levels%wider)
+    call destroy(levels%now)
     deallocate (levels%few)
   end subroutine forget_change
 
@@ -254,7 +297,7 @@ contains
     if (.not. allocated(levels%made)) return
     call forget_change(levels)
     call destroy(levels%made)
-    deallocate (levels%made, levels%change)
+    deallocate (levels%made, levels%wider, levels%now, levels%change)
   end subroutine release_levels
 
   subroutine destroy(matrices)

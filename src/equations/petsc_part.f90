@@ -8,11 +8,13 @@
 !> Where bodies move freely each pin has a spring in the matrix.
 !>
 !> Behind its own rows a rank has ghosts: rows of others that its own reach, with what joins them to
-!> these and an identity on the diagonal. Every procedure is for all ranks to call together.
+!> these and an identity on the diagonal; where springs may join nodes of its own, all nodes that
+!> they may join are among them. Every procedure is for all ranks to call together.
 module petsc_part_mod
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
+  use springs_mod, only: some_springs, springs_t
   use block_rows_mod, only: block_rows_t, find_block, put_block, stiffen_border, times_rows
   use held_rows_mod, only: held_rows_t, begin_product, end_product, hold_rows, keep_rows, &
     project_rows
@@ -45,36 +47,40 @@ module petsc_part_mod
 contains
 
   !> The rows of the bricks that a rank has summed.
-  subroutine make_part(summed, pin_row, pin_dof, part)
+  subroutine make_part(summed, pin_row, pin_dof, facing, part)
     type(node_part_t), intent(in) :: summed
     integer, intent(in) :: pin_row(:), pin_dof(:) !! (n_pins) of all rows, and x, y or z
+    integer, intent(in) :: facing(:)              !! of all rows, those that springs may join
     type(petsc_part_t), intent(inout) :: part     !! new
     integer, allocatable :: node_of(:), number(:)
+    type(springs_t) :: none
 
     call begin_petsc(part%inverse, part%ranks, part%failure)
-    call place_nodes(summed, part, node_of, number)
+    call place_nodes(summed, facing, part, node_of, number)
     call make_values(part%ranks, part%layout, part%x, part%failure)
     call make_values(part%ranks, part%layout, part%y, part%failure)
     allocate (part%smoother)
     call make_values(part%ranks, part%layout, part%smoother%x, part%failure)
     allocate (part%smoother%left(3, part%layout%n_own))
     associate (rows => part%smoother%rows)
-      call list_blocks(summed, node_of, number, part%layout%n_own, rows)
+      call list_blocks(summed, node_of, number, part%layout, rows)
       call fill(summed, number, part%layout%n_own, rows)
       call complete_diagonal(summed%equation(:, node_of), part, pin_row, pin_dof, rows)
-      call keep_rows(rows, part%held, [integer ::])
+      call keep_rows(rows, part%held, [integer ::], none, part%layout%n_own)
     end associate
     call make_hierarchy(part%ranks, part%layout, summed%coordinates(:, node_of(: &
       part%layout%n_own)), part%smoother, part%inverse, part%hierarchy, part%failure)
   end subroutine make_part
 
-  !> Own rows, then ghosts, each in the order of the mesh.
-  subroutine place_nodes(summed, part, node_of, number)
+  !> Own rows, then ghosts of the summed, each in the order of the mesh, then other ghosts.
+  subroutine place_nodes(summed, facing, part, node_of, number)
     type(node_part_t), intent(in) :: summed
+    integer, intent(in) :: facing(:)
     type(petsc_part_t), intent(inout) :: part
     integer, allocatable, intent(out) :: node_of(:) !! node of the summed of each row here
     integer, allocatable, intent(out) :: number(:)  !! row here of each node, or 0
     logical, allocatable :: is_own(:), is_ghost(:)
+    integer, allocatable :: others(:)
     integer :: i, k
 
     allocate (is_own(size(summed%row)), is_ghost(size(summed%row)))
@@ -96,22 +102,27 @@ contains
       layout%before = summed%before
       layout%n_own = summed%n_own
       layout%ghost = summed%row(node_of(layout%n_own + 1:))
+      allocate (part%here(summed%n_rows), source=0)
+      part%here(summed%row(node_of)) = [(i, i=1, size(node_of))]
+      allocate (others(0))
+      if (any(facing > layout%before .and. facing <= layout%before + layout%n_own)) others = &
+        pack(facing, part%here(facing) == 0)
+      layout%ghost = [layout%ghost, others]
+      part%here(others) = [(size(node_of) + i, i=1, size(others))]
     end associate
-    allocate (part%here(summed%n_rows), source=0)
-    part%here(summed%row(node_of)) = [(i, i=1, size(node_of))]
   end subroutine place_nodes
 
   !> The pattern: of each own row a block for every own neighbour before it, of each ghost one for
   !> every own neighbour.
-  subroutine list_blocks(summed, node_of, number, n_own, rows)
+  subroutine list_blocks(summed, node_of, number, layout, rows)
     type(node_part_t), intent(in) :: summed
     integer, intent(in) :: node_of(:), number(:)
-    integer, intent(in) :: n_own
+    type(layout_t), intent(in) :: layout
     type(block_rows_t), intent(inout) :: rows
     integer :: row, n, pass
     integer, allocatable :: others(:)
 
-    allocate (rows%first(size(node_of) + 1))
+    allocate (rows%first(layout%n_own + size(layout%ghost) + 1))
     do pass = 1, 2
       n = 0
       do row = 1, size(node_of)
@@ -119,14 +130,14 @@ contains
         associate (node => node_of(row))
           others = number(summed%neighbours(summed%start(node):summed%start(node + 1) - 1))
         end associate
-        others = pack(others, others > 0 .and. others < row .and. others <= n_own)
+        others = pack(others, others > 0 .and. others < row .and. others <= layout%n_own)
         if (pass == 2) rows%column(n + 1:n + size(others)) = others
         n = n + size(others)
       end do
-      rows%first(size(node_of) + 1) = n + 1
+      rows%first(size(node_of) + 1:) = n + 1
       if (pass == 1) allocate (rows%column(n))
     end do
-    n = size(node_of)
+    n = size(rows%first) - 1
     allocate (rows%block(3, 3, size(rows%column)), rows%own(3, 3, n), rows%inverse(3, 3, n), &
       source=0.0_wp)
     allocate (rows%added(3, n), source=0.0_wp)
@@ -172,57 +183,63 @@ contains
 
   !> A diagonal for what is no unknown and for ghosts, a spring at every pin.
   subroutine complete_diagonal(equation, part, pin_row, pin_dof, rows)
-    integer, intent(in) :: equation(:, :) !! (3,n) of the rows here
+    integer, intent(in) :: equation(:, :) !! (3,n) of the rows here, as far as they are summed
     type(petsc_part_t), intent(in) :: part
     integer, intent(in) :: pin_row(:), pin_dof(:)
     type(block_rows_t), intent(inout) :: rows
     real(wp) :: block(3, 3), mean
     integer :: i, j, a
 
-    do i = 1, size(equation, 2)
-      block = 0.0_wp
-      mean = 1.0_wp
-      if (i <= part%layout%n_own) then
-        block = rows%own(:, :, i)
-        mean = 0.0_wp
-        do a = 1, 3
-          if (equation(a, i) > 0) mean = mean + block(a, a)/count(equation(:, i) > 0)
-        end do
-      end if
+    do i = 1, part%layout%n_own
+      block = rows%own(:, :, i)
+      mean = 0.0_wp
       do a = 1, 3
-        if (equation(a, i) == 0 .or. i > part%layout%n_own) block(a, a) = mean
+        if (equation(a, i) > 0) mean = mean + block(a, a)/count(equation(:, i) > 0)
+      end do
+      do a = 1, 3
+        if (equation(a, i) == 0) block(a, a) = mean
       end do
       do j = 1, size(pin_row)
-        if (part%here(pin_row(j)) == i .and. i <= part%layout%n_own) block(pin_dof(j), &
-          pin_dof(j)) = 2.0_wp*block(pin_dof(j), pin_dof(j))
+        if (part%here(pin_row(j)) == i) block(pin_dof(j), pin_dof(j)) = 2.0_wp*block(pin_dof(j), &
+          pin_dof(j))
       end do
       call put_block(rows, i, i, block)
+    end do
+    do i = part%layout%n_own + 1, size(rows%own, 3)
+      call put_block(rows, i, i, reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
+        0.0_wp, 0.0_wp, 1.0_wp], [3, 3]))
     end do
     call stiffen_border(rows, part%layout%n_own + 1)
   end subroutine complete_diagonal
 
-  !> The nodes that may be held from now on.
-  subroutine keep_nodes(part, row)
+  !> The nodes that may be held, and those that springs join, from now on.
+  subroutine keep_nodes(part, row, springs)
     type(petsc_part_t), intent(inout) :: part
-    integer, intent(in) :: row(:) !! of all rows, distinct
+    integer, intent(in) :: row(:)          !! of all rows, distinct
+    type(springs_t), intent(in) :: springs !! between all rows
+    type(springs_t) :: here_springs
 
+    if (springs%n > 0) here_springs = some_springs(springs, part%here(springs%at))
     associate (here => part%here(row))
-      call keep_rows(part%smoother%rows, part%held, pack(here, here > 0))
+      call keep_rows(part%smoother%rows, part%held, pack(here, here > 0), here_springs, &
+        part%layout%n_own)
     end associate
     call forget_change(part%levels)
   end subroutine keep_nodes
 
-  !> P K P, with a diagonal along what is held, in the place of K.
-  subroutine hold_nodes(part, row, along, stiffer)
+  !> P (K + what springs do) P, with a diagonal along what is held, in the place of K.
+  subroutine hold_nodes(part, row, along, stiffer, of_spring)
     type(petsc_part_t), intent(inout) :: part
     integer, intent(in) :: row(:)            !! as `keep_nodes` got them
     real(wp), intent(in) :: along(:, :, :)   !! (3,3,m) projection on what is held [-]
     real(wp), intent(in) :: stiffer(:, :, :) !! (3,3,m) added on the diagonal [force/length]
+    real(wp), intent(in) :: of_spring(:, :, :) !! (3,3,n_springs) stiffness [force/length]
     integer, allocatable :: listed(:)
     integer :: i
 
     listed = pack([(i, i=1, size(row))], part%here(row) > 0)
-    call hold_rows(part%smoother%rows, part%held, along(:, :, listed), stiffer(:, :, listed))
+    call hold_rows(part%smoother%rows, part%held, along(:, :, listed), stiffer(:, :, listed), &
+      of_spring)
     call stiffen_border(part%smoother%rows, part%layout%n_own + 1)
     call change_levels(part%ranks, part%layout, part%smoother%rows, part%held, part%inverse, &
       part%levels, part%failure)

@@ -20,7 +20,7 @@ module petsc_values_mod
     integer :: n_rows = 0               !! of all ranks, three unknowns each
     integer :: before = 0               !! of those of the ranks before this one
     integer :: n_own = 0                !! of this one
-    integer, allocatable :: ghost(:)    !! row of each ghost, ascending
+    integer, allocatable :: ghost(:)    !! row of each ghost
   end type layout_t
 
   !> One vector.

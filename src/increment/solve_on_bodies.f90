@@ -64,8 +64,11 @@ contains
       else
         allocate (bodies%motions(size(answer%x_free), 0))
       end if
+      bodies%driven = bodies%load(map%n_free + 1:)
+      call group%body%relate(bodies%v, bodies%load)
       call solve_in_parts(group%problem, group%body, answer%x_free, trial%controls, bodies, &
         answer%r, answer%report)
+      call group%body%unrelate(bodies%v, bodies%remains)
       trial%unsolved = bodies%remains
       call to_nodes(map, bodies%v(:map%n_free), trial%u_contact)
       answer%gaps = bodies%gaps

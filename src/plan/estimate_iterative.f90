@@ -40,7 +40,6 @@ contains
     if (any(motions%body == 0)) call refuse('obstacles that move freely')
     if (motions%n > 0 .and. allocated(motions%piece)) call refuse( &
       'bodies that equations join and supports do not hold')
-    if (any(scene%pairs%master == 0)) call refuse('contact of bodies with each other')
     is_taken = .false.
     do i = 1, points%n
       if (.not. points%in_reach(i)) cycle

@@ -35,7 +35,7 @@ contains
   !> Not converging is no error: the report says so, and all is as the attempt at once left it.
   subroutine solve_in_parts(problem, body, x_free, controls, bodies, r, report)
     type(contact_problem_t), target, intent(in) :: problem
-    class(body_map_t), target, intent(in) :: body
+    class(body_map_t), target, intent(inout) :: body
     real(wp), intent(in) :: x_free(:)       !! (n_rows) without reactions and load [length]
     type(contact_controls_t), intent(in) :: controls
     type(bodies_t), intent(inout) :: bodies

@@ -17,7 +17,7 @@ module loose_motions_mod
   implicit none
   private
 
-  public :: loose_motions_t, find_loose, add_springs
+  public :: loose_motions_t, find_loose, spring_forces
 
   real(wp), parameter :: unresisted = 1.0e-10_wp !! of the best resisted motion [-]
   real(wp), parameter :: rounding = 1.0e-12_wp   !! of forces that cancel [-]
@@ -36,12 +36,12 @@ module loose_motions_mod
 contains
 
   !> The loose motions of a step.
-  subroutine find_loose(problem, held, motions, load, scale, at, loose)
+  subroutine find_loose(problem, held, motions, by_load, scale, at, loose)
     type(contact_problem_t), intent(in) :: problem
     type(held_points_t), intent(in) :: held
     real(wp), intent(in) :: motions(:, :)  !! (n_rows,m) what they do at the rows [-]
-    real(wp), intent(in) :: load(:)        !! (n) forces beside reactions; of the pins last [force]
-    real(wp), intent(in) :: scale          !! the largest force [force]
+    real(wp), intent(in) :: by_load(:)     !! (m) what forces beside reactions do there [force]
+    real(wp), intent(in) :: scale          !! of the forces [force]
     type(iterate_t), intent(in) :: at
     type(loose_motions_t), intent(inout) :: loose !! of the step before, if any
     type(loose_motions_t) :: before
@@ -75,8 +75,8 @@ contains
     loose%motion = resistance(:, :loose%n)
     if (loose%n == 0) return
     loose%spring = maxval(problem%rho_global(1, :))
-    driven = load(size(load) - m + 1:) + matmul(at%r, motions)
-    if (norm2(driven) <= rounding*max(scale, norm2(load), norm2(at%r))) return
+    driven = by_load + matmul(at%r, motions)
+    if (norm2(driven) <= rounding*max(scale, norm2(at%r))) return
     driven = matmul(loose%motion, matmul(driven, loose%motion))
     loose%driven = driven
     rate = unpack_rows(problem, matmul(motions, driven))
@@ -86,8 +86,7 @@ contains
       way = minval(x(1, :)/(-rate(1, :)), mask=rate(1, :) < -least)
       if (way*loose%spring > 1.0_wp) loose%spring = 1.0_wp/way
     else if (all(rate(1, :) >= problem%mu*norm2(rate(2:, :), dim=1) - least)) then
-      if (dot_product(driven, load(size(load) - m + 1:)) > hundredfold*least*max(scale, &
-        norm2(load))) loose%unbalanced = driven
+      if (dot_product(driven, by_load) > hundredfold*least*scale) loose%unbalanced = driven
     end if
     ! Friction that drives them back does so until the slips are gone.
     is_pressed = held%along(1, 1, :) > 0.0_wp .and. problem%mu > 0.0_wp
@@ -103,16 +102,14 @@ contains
     loose%spring = before%spring*min(most_change, max(1.0_wp/most_change, change))
   end subroutine find_loose
 
-  !> Add what the springs take of a step to forces.
-  pure subroutine add_springs(loose, v, f)
+  !> What the springs do against a step, s N N^T a.
+  pure function spring_forces(loose, a) result(forces)
     type(loose_motions_t), intent(in) :: loose
-    real(wp), intent(in) :: v(:)      !! (n) [length]
-    real(wp), intent(inout) :: f(:)   !! (n) [force]
-    integer :: first
+    real(wp), intent(in) :: a(:)      !! (m) displacement of the pins [length]
+    real(wp) :: forces(size(a))       !! [force]
 
-    if (loose%n == 0) return
-    first = size(v) - size(loose%motion, 1) + 1
-    f(first:) = f(first:) + loose%spring*matmul(loose%motion, matmul(v(first:), loose%motion))
-  end subroutine add_springs
+    forces = 0.0_wp
+    if (loose%n > 0) forces = loose%spring*matmul(loose%motion, matmul(a, loose%motion))
+  end function spring_forces
 
 end module loose_motions_mod

@@ -16,7 +16,7 @@ module whole_newton_mod
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, measure
   use newton_iterate_mod, only: iterate_t, evaluate, forcing_term
   use held_points_mod, only: held_points_t, expect, expect_sticking, find_held
-  use loose_motions_mod, only: loose_motions_t, find_loose, add_springs
+  use loose_motions_mod, only: loose_motions_t, find_loose, spring_forces
   use gmres_mod, only: linear_map_t, solve_by_gmres
   use body_map_mod, only: body_map_t
   implicit none
@@ -40,7 +40,8 @@ module whole_newton_mod
     real(wp), allocatable :: remains(:) !! (n) out: K v - C^T r - f, as found [force]
     real(wp), allocatable :: gaps(:)    !! (n_rows) out: gaps and slips [length]
     real(wp), allocatable :: motions(:, :)
-    !! (n_rows,m) what free motions do there; their pins are the last of the unknowns [-]
+    !! (n_rows,m) what free motions do there; their pins are among the unknowns [-]
+    real(wp), allocatable :: driven(:)  !! (m) what the load does along them [force]
     real(wp), allocatable :: unbalanced(:)
     !! (m) out: what the forces do along motions that nothing resists, where it ends so [force]
     real(wp) :: largest = 0.0_wp        !! force at a node, so far [force]
@@ -90,7 +91,7 @@ contains
   !> Not converging is no error: the report says so.
   subroutine solve_with_body(problem, body, x_free, controls, bodies, r, report)
     type(contact_problem_t), target, intent(in) :: problem
-    class(body_map_t), target, intent(in) :: body
+    class(body_map_t), target, intent(inout) :: body
     real(wp), intent(in) :: x_free(:)       !! (n_rows) without reactions and load [length]
     type(contact_controls_t), intent(in) :: controls
     type(bodies_t), intent(inout) :: bodies
@@ -120,6 +121,7 @@ contains
     report%residual = huge(report%residual)
     stalled = 0
     allocate (settling%pressed(problem%n_points), source=.false.)
+    settling%is_on = .not. is_known
     newton: do
       call judge(problem, body, x_free, now, scale, r_start, unsolved, here)
       stalled = stalled + 1
@@ -164,7 +166,7 @@ contains
   !> rise where these are others than before.
   subroutine prepare_step(problem, body, bodies, now, held, loose, settling)
     type(contact_problem_t), intent(in) :: problem
-    class(body_map_t), intent(in) :: body
+    class(body_map_t), intent(inout) :: body
     type(bodies_t), intent(in) :: bodies
     type(place_t), intent(inout) :: now
     type(held_points_t), intent(inout) :: held
@@ -172,11 +174,13 @@ contains
     type(settling_t), intent(inout) :: settling
     logical :: presses(problem%n_points), was_on
     integer :: was_loose
+    real(wp) :: scale
 
     was_loose = loose%n
     was_on = settling%is_on
+    scale = max(now%scale, norm2(bodies%load))
     call find_held(problem, now%at, held)
-    call find_loose(problem, held, bodies%motions, bodies%load, now%scale, now%at, loose)
+    call find_loose(problem, held, bodies%motions, bodies%driven, scale, now%at, loose)
     presses = held%along(1, 1, :) > 0.0_wp
     if (max(loose%n, was_loose) > 0) then
       settling%is_on = any(presses .and. problem%mu > 0.0_wp)
@@ -188,7 +192,7 @@ contains
       settling%n = settling%n + 1
       call expect_sticking(problem, now%at)
       call find_held(problem, now%at, held)
-      call find_loose(problem, held, bodies%motions, bodies%load, now%scale, now%at, loose)
+      call find_loose(problem, held, bodies%motions, bodies%driven, scale, now%at, loose)
     end if
     settling%pressed = presses
     call body%hold(held%along, held%across)
@@ -283,7 +287,7 @@ contains
     call body%add_from_points(x, step%v)
     if (any(abs(step%v) > 0.0_wp)) call body%product(step%v, step%g)
     f = now%g + step%g
-    call add_springs(loose, step%v, f)
+    if (loose%n > 0) call body%add_at_pins(spring_forces(loose, body%at_pins(step%v)), f)
     call body%at_points(f, of_points)
     call eliminate(problem, held, body, of_points, 0.0_wp*x, f, with_own=.true.)
     map%body => body
@@ -343,7 +347,8 @@ contains
 
     call map%body%precondition(v, w)
     call map%body%product(w, product)
-    call add_springs(map%loose, w, product)
+    if (map%loose%n > 0) call map%body%add_at_pins(spring_forces(map%loose, &
+      map%body%at_pins(w)), product)
     call map%body%at_points(product, of_points)
     call map%body%at_points(w, x)
     call eliminate(map%problem, map%held, map%body, of_points, x, product, with_own=.false.)
