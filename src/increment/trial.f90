@@ -39,7 +39,7 @@ module trial_mod
     real(wp), allocatable :: guess(:, :)
     !! (3,n_nodes) of u_contact, where it is found together with the reactions [length]
     real(wp), allocatable :: carried(:, :)
-    !! (3,n_nodes) u_contact of the increment before, there, where supports hold the bodies [length]
+    !! (3,n_nodes) u_contact of the increment before, there, if supports hold a body [length]
     real(wp), allocatable :: left(:)
     !! (n_free+n) forces that it and the motions take up beside theirs, there [force]
     real(wp), allocatable :: unsolved(:) !! (n_free+n) of all of these, what it does not [force]
@@ -97,29 +97,12 @@ contains
     type(increment_t), intent(in) :: increment
     type(trial_t), intent(inout) :: trial      !! its displacements and applied reactions
     type(placement_t) :: began
-    real(wp), allocatable :: loaded(:, :), external(:, :), load(:), rounding(:)
+    real(wp), allocatable :: loaded(:, :), external(:, :)
 
     allocate (trial%u_contact(3, scene%mesh%n_nodes), trial%applied_reaction(3, points%n), &
       trial%applied_force(3, scene%mesh%n_nodes), source=0.0_wp)
     if (allocated(solver%body%inverse%iterative)) then
-      associate (motions => solver%body%motions)
-        allocate (trial%left(solver%body%inverse%map%n_free + motions%n), source=0.0_wp)
-        trial%unsolved = trial%left
-        if (motions%n > 0) then
-          ! Pins hold nothing: what loads do along free motions is taken up there.
-          call generalised_loads(motions, scene%mesh, trial%forces%external, load, rounding)
-          trial%left(size(trial%left) - motions%n + 1:) = load
-          trial%guess = old%displacement - trial%u_free
-          call add_motions(motions, scene%mesh, -trial%motion, trial%guess)
-          return
-        end if
-      end associate
-      call sum_patterns(scene, solver%response, increment%begin, &
-        increment%begin*scene%steps(increment%step)%period, loaded, external)
-      trial%carried = old%displacement - loaded
-      trial%guess = trial%carried
-      if (allocated(old%displacement_trend) .and. increment%begin > 0.0_wp) trial%guess = &
-        trial%guess + (increment%fraction - increment%begin)*old%displacement_trend
+      call carry_displacements(scene, solver, old, increment, trial)
       return
     end if
     if (is_exact(scene%precision) .or. .not. solver%body%inverse%is_condensed) return
@@ -139,6 +122,42 @@ contains
       trial%applied_force), scene%mesh%n_nodes)
     trial%u_free = trial%u_free + (old%displacement - loaded) - trial%u_contact
   end subroutine carry_over
+
+  !> The same where solutions are by iteration, for displacements to start from: what contact did,
+  !> carried on as it went. Bodies that move freely start from where they are.
+  subroutine carry_displacements(scene, solver, old, increment, trial)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: old
+    type(increment_t), intent(in) :: increment
+    type(trial_t), intent(inout) :: trial
+    real(wp), allocatable :: loaded(:, :), external(:, :), load(:), rounding(:)
+    real(wp) :: of_held(3, scene%mesh%n_nodes)
+    logical :: is_free(0:scene%mesh%n_bodies)
+
+    associate (motions => solver%body%motions)
+      allocate (trial%left(solver%body%inverse%map%n_free + motions%n), source=0.0_wp)
+      trial%unsolved = trial%left
+      is_free = .false.
+      is_free(motions%body) = .true.
+      if (motions%n > 0) then
+        ! Pins hold nothing: what loads do along free motions is taken up there.
+        call generalised_loads(motions, scene%mesh, trial%forces%external, load, rounding)
+        trial%left(size(trial%left) - motions%n + 1:) = load
+        trial%guess = old%displacement - trial%u_free
+        call add_motions(motions, scene%mesh, -trial%motion, trial%guess)
+        if (all(is_free(1:))) return
+      end if
+    end associate
+    call sum_patterns(scene, solver%response, increment%begin, &
+      increment%begin*scene%steps(increment%step)%period, loaded, external)
+    trial%carried = old%displacement - loaded
+    of_held = trial%carried
+    if (allocated(old%displacement_trend) .and. increment%begin > 0.0_wp) of_held = of_held + &
+      (increment%fraction - increment%begin)*old%displacement_trend
+    if (.not. allocated(trial%guess)) allocate (trial%guess, mold=of_held)
+    where (.not. spread(is_free(scene%mesh%body), 1, 3)) trial%guess = of_held
+  end subroutine carry_displacements
 
   !> Whether two fields differ by more than rounding.
   pure logical function jump(one, other)

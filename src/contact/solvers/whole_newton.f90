@@ -30,6 +30,7 @@ module whole_newton_mod
   integer,  parameter :: most_settling = 6      !! steps in which all friction is taken to stick
   real(wp), parameter :: tightest_inner = 1.0e-4_wp !! residuals of GMRES, relative [-]
   real(wp), parameter :: loosest_inner = 1.0e-2_wp
+  real(wp), parameter :: at_most = 50.0_wp         !! forces to close gaps, beside the merit [-]
   real(wp), parameter :: shortest_step = 0.2_wp
   integer,  parameter :: remembered = 4         !! places that the line search looks back at
 
@@ -275,6 +276,7 @@ contains
     type(eliminated_t) :: map
     real(wp), dimension(size(now%v)) :: f, w
     real(wp), dimension(3, problem%n_points) :: of_points, x, z
+    real(wp) :: tolerance
     integer :: i, inner
     logical :: reached
 
@@ -294,7 +296,10 @@ contains
     map%problem => problem
     map%held => held
     map%loose => loose
-    call solve_by_gmres(map, -f, forcing, max_products, w, inner, reached)
+    ! The forces that it takes to close gaps may be large beside what is out of balance.
+    tolerance = forcing
+    if (norm2(f) > at_most*now%merit) tolerance = forcing*at_most*now%merit/norm2(f)
+    call solve_by_gmres(map, -f, tolerance, max_products, w, inner, reached)
     products = products + inner
     call body%precondition(w, f)
     step%v = step%v + f
