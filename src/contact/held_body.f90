@@ -18,8 +18,8 @@ module held_body_mod
   use body_map_mod, only: body_map_t
   use transfer_mod, only: transfer_t
   use placement_mod, only: placement_t
-  use relative_unknowns_mod, only: add_line, add_masters, give_to_masters, order_lines, &
-    relative_unknowns_t, take_from_masters, take_off_masters
+  use relative_unknowns_mod, only: add_line, add_masters, give_diagonal, give_to_masters, &
+    order_lines, relative_unknowns_t, take_from_masters, take_off_masters
   implicit none
   private
 
@@ -110,6 +110,14 @@ contains
     call order_lines(made%relative, made%n(), is_ordered)
     if (.not. is_ordered) return
     allocate (made%left(3, 3, made%springs%n), source=0.0_wp)
+    made%scale = body%inverse%iterative%diagonal
+    if (size(body%inverse%map%body_first) > 2) then
+      ! What is out of balance in a soft body is little beside the forces of a stiff one.
+      call give_diagonal(made%relative, made%scale)
+      made%scale = sqrt(maxval(made%scale)/made%scale)
+    else
+      made%scale = 1.0_wp
+    end if
     call move_alloc(made, map)
   end subroutine hold_body
 

@@ -11,7 +11,7 @@ module relative_unknowns_mod
   private
 
   public :: relative_unknowns_t, add_line, order_lines, add_masters, take_off_masters, &
-    give_to_masters, take_from_masters
+    give_to_masters, take_from_masters, give_diagonal
 
   type :: relative_unknowns_t
     integer :: n = 0                       !! lines
@@ -127,5 +127,19 @@ contains
       end do
     end do
   end subroutine take_from_masters
+
+  !> The diagonal of T^T K T, about: without what joins unknowns.
+  pure subroutine give_diagonal(relative, diagonal)
+    type(relative_unknowns_t), intent(in) :: relative
+    real(wp), intent(inout) :: diagonal(:) !! (n_unknowns) that of K in [force/length]
+    integer :: l, k
+
+    do l = relative%n, 1, -1
+      do k = relative%first(l), relative%first(l + 1) - 1
+        diagonal(relative%other(k)) = diagonal(relative%other(k)) + relative%weight(k)**2* &
+          diagonal(relative%own(l))
+      end do
+    end do
+  end subroutine give_diagonal
 
 end module relative_unknowns_mod

@@ -33,6 +33,7 @@ module iterative_body_mod
     integer :: n_pins = 0           !! of free motions
     integer(i8) :: iterations = 0   !! each with a product and an approximate inverse, summed
     integer(i8) :: solutions = 0    !! right-hand sides solved for
+    real(wp), allocatable :: diagonal(:) !! (n+n_pins) of the stiffness [force/length]
     type(error_t), allocatable :: failure !! of the library; it holds for good
   contains
     procedure(hold_directions), deferred :: hold

@@ -11,7 +11,7 @@ module petsc_body_mod
     send_reals, task_iterative, task_length
   use springs_mod, only: are_same, some_springs, springs_t
   use assembly_mod, only: diagonal_of
-  use dof_map_mod, only: equations_of
+  use dof_map_mod, only: equations_of, to_nodes, unknowns_of
   use iterative_body_mod, only: iterative_body_t, numbering_t
   use node_parts_mod, only: node_part_t
   use petsc_part_mod, only: apply_part, hold_nodes, keep_nodes, make_part, multiply_part, &
@@ -62,7 +62,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! PETSc failed
     type(petsc_body_t), allocatable :: made
     integer, allocatable :: pin_row(:), facing(:)
-    real(wp) :: diagonal(summed%k%n)
+    real(wp) :: diagonal(summed%k%n), of_nodes(3, size(row))
     integer :: i, equations(3), rank
 
     allocate (made)
@@ -77,6 +77,8 @@ contains
       equations = equations_of(numbering%whole, numbering%pin_node(i))
       made%spring(i) = diagonal(equations(numbering%pin_dof(i)))
     end do
+    call to_nodes(numbering%whole, diagonal, of_nodes)
+    made%diagonal = [unknowns_of(numbering%map, of_nodes), made%spring]
     facing = pack(row(numbering%facing), row(numbering%facing) > 0)
     call announce(task_iterative, to_make, int(made%n_pins, i8))
     do rank = 1, n_ranks() - 1

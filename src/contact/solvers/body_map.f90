@@ -11,6 +11,7 @@ module body_map_mod
   public :: body_map_t
 
   type, abstract :: body_map_t
+    real(wp), allocatable :: scale(:) !! (n) of forces [-]
   contains
     procedure(count_unknowns), deferred :: n
     procedure(hold_points), deferred :: hold

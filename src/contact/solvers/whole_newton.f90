@@ -122,7 +122,7 @@ contains
     report%residual = huge(report%residual)
     stalled = 0
     allocate (settling%pressed(problem%n_points), source=.false.)
-    settling%is_on = .not. is_known
+    settling%is_on = .not. is_known .and. any(problem%mu > 0.0_wp)
     newton: do
       call judge(problem, body, x_free, now, scale, r_start, unsolved, here)
       stalled = stalled + 1
@@ -150,6 +150,8 @@ contains
       bodies%unbalanced = loose%unbalanced
       if (any(abs(bodies%unbalanced) > 0.0_wp)) exit newton
       if (loose%n > 0) stalled = 0
+      ! A loose answer would leave points beyond their cones that stick.
+      if (settling%is_on) forcing = tightest_inner
       call find_step(problem, body, held, loose, now, forcing, step, report%products)
       is_known = .false.
       call search_line(problem, now, step, body)
@@ -299,8 +301,9 @@ contains
     ! The forces that it takes to close gaps may be large beside what is out of balance.
     tolerance = forcing
     if (norm2(f) > at_most*now%merit) tolerance = forcing*at_most*now%merit/norm2(f)
-    call solve_by_gmres(map, -f, tolerance, max_products, w, inner, reached)
+    call solve_by_gmres(map, -body%scale*f, tolerance, max_products, w, inner, reached)
     products = products + inner
+    w = w/body%scale
     call body%precondition(w, f)
     step%v = step%v + f
     call body%product(f, w)
@@ -350,13 +353,14 @@ contains
     real(wp), dimension(3, map%problem%n_points) :: of_points, x
     real(wp) :: w(size(v))
 
-    call map%body%precondition(v, w)
+    call map%body%precondition(v/map%body%scale, w)
     call map%body%product(w, product)
     if (map%loose%n > 0) call map%body%add_at_pins(spring_forces(map%loose, &
       map%body%at_pins(w)), product)
     call map%body%at_points(product, of_points)
     call map%body%at_points(w, x)
     call eliminate(map%problem, map%held, map%body, of_points, x, product, with_own=.false.)
+    product = map%body%scale*product
   end subroutine apply_eliminated
 
   !> Halve the step until the residuals decrease.
