@@ -3,11 +3,11 @@
 !> Each point that has rows is a node of its own whose unknowns no other point shares. Before an
 !> obstacle that cannot move C takes them into the frame, and C C^T = I. So it does before a body,
 !> whose slave nodes' unknowns are their motion relative to it (relative_unknowns_mod). Pins of free
-!> motions are unknowns too, the last. docs/theory.md (4.16).
+!> motions are unknowns too, the last. docs/theory.md (4.16), (4.20).
 !>
 !> The approximate inverse is that of displacements. What is held before an obstacle is projected
 !> out of it; what is held before a body has springs there, about as stiff as the slave node, and is
-!> projected out of the relative motion.
+!> projected out of the relative motion, (4.21).
 module held_body_mod
   use kinds_mod, only: wp
   use springs_mod, only: springs_t
@@ -153,7 +153,7 @@ contains
         ! The first entry of a node that has an unknown there is its own.
         if (k == first .and. unknown == own) cycle
         equations = equations_of(map, map%node(unknown))
-        call add(unknown, map%node(unknown), findloc_of(equations, unknown), &
+        call add(unknown, map%node(unknown), findloc(equations, unknown, dim=1), &
           -transfer%coefficient(k))
       end do
       do k = weights%first(point), weights%first(point + 1) - 1
@@ -165,14 +165,6 @@ contains
     end associate
 
   contains
-
-    pure integer function findloc_of(list, value) result(at)
-      integer, intent(in) :: list(:), value
-
-      do at = 1, size(list)
-        if (list(at) == value) return
-      end do
-    end function findloc_of
 
     !> Constraints may name an unknown more than once.
     pure subroutine add(of_unknown, node, dof, weight)
@@ -205,7 +197,7 @@ contains
     integer :: a, k, at, n, first_of_interface
 
     first_of_interface = body%inverse%map%n_free - body%inverse%map%n_interface
-    nodes = [made%node(i)]
+    allocate (nodes(1), source=made%node(i))
     allocate (shares(3, 3, 1 + sum(lines%n)), source=0.0_wp)
     made%sprung = [made%sprung, i]
     made%stiffness = [made%stiffness, 0.0_wp]
@@ -294,7 +286,7 @@ contains
     call give_to_masters(map%relative, product)
   end subroutine press
 
-  !> P T^-1 M T^-T P v.
+  !> P T^-1 M T^-T P v, docs/theory.md (4.21).
   subroutine precondition(map, v, product)
     class(held_body_t), intent(in) :: map
     real(wp), intent(in) :: v(:)

@@ -3,7 +3,7 @@
 !>
 !>     u_own = d_own + sum_k w_k u_k,      u = T d
 !>
-!> one line a direction of a point; forces go the other way, T^T f. docs/theory.md (4.18).
+!> one line a direction of a point; forces go the other way, T^T f. docs/theory.md (4.20).
 module relative_unknowns_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: append, enlarge

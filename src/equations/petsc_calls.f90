@@ -15,8 +15,8 @@ module petsc_calls_mod
     mat_set_near_null_space, null_space_create, null_space_destroy
   public :: pc_create, pc_destroy, pc_set_type, pc_set_operators, pc_set_prefix, &
     pc_set_from_options, pc_set_reuse, pc_set_up, pc_apply, pc_levels, pc_smoother, &
-    pc_interpolation, pc_mg_set_residual, pc_mg_residual, pc_shell_set_context, pc_shell_get_context, &
-    pc_shell_set_richardson
+    pc_interpolation, pc_mg_set_residual, pc_mg_residual, pc_shell_set_context, &
+    pc_shell_get_context, pc_shell_set_richardson
   public :: ksp_set_type, ksp_set_tolerances, ksp_set_operators, ksp_get_operators, ksp_get_pc
   public :: yes, no, copy_values, no_values, new_matrix, same_matrix, final_assembly, &
     different_pattern, subset_pattern, same_pattern, positive_definite, petsc_default, &

@@ -165,12 +165,12 @@ contains
       if (any(points%is_curved .and. points%in_reach) .and. size(neutral_motions(solver%contact, &
         solver%body%motions%n), 2) > 0) call raise(error, exit_not_solved, &
         '*BODY SOLVER, TYPE=ITERATIVE does not cover bodies that are free to turn or slide on '// &
-        'a round obstacle; TYPE=FACTOR does')
+        'a round obstacle or on each other; TYPE=FACTOR does')
       return
     end if
     call raise(error, exit_not_solved, '*BODY SOLVER, TYPE=ITERATIVE does not cover points '// &
-      'that depend on other nodes, or whose supports are oblique to the obstacle; '// &
-      'TYPE=FACTOR does')
+      'that depend on other nodes, that are slave and master of each other, or whose supports '// &
+      'are oblique to the obstacle; TYPE=FACTOR does')
   end subroutine check_covered
 
   !> How solutions for the bodies have failed, where they have.

@@ -12,6 +12,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
+from agreement import AUTO, ITERATIVE, LONG, NOT_SOLVED, WRONG_INPUT, Agreement
 from launching import (
     INPUT,
     PROGRAM,
@@ -22,12 +23,6 @@ from launching import (
     ranks_of,
     with_card,
 )
-
-AUTO = {"solver": "AUTO", "local": "AUTO", "tolerance": 1e-11}
-LIMIT = 1e-8
-WRONG_INPUT, NOT_SOLVED = 1, 2
-LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")
-ITERATIVE = "*BODY SOLVER, TYPE=ITERATIVE"
 
 HELD_ABOVE = """*HEADING
 A block that is held above, before an obstacle
@@ -138,34 +133,6 @@ BODY, GRAV, 10., <aside>, 0., <up>
 """
 
 
-class Agreement(unittest.TestCase):
-    def agree(self, deck, *, most=None, ranks=1, **overrides):
-        """Both solvers give the same forces, certified; `most` iterations an increment."""
-        command = launch(ranks) if ranks > 1 else (PROGRAM,)
-        run = Run(with_card(deck, ITERATIVE), name="iterative", command=command, **overrides)
-        self.assertEqual(run.status, 0, run.errors)
-        factor = Run(with_card(deck, "*BODY SOLVER, TYPE=FACTOR"), name="factor", **overrides)
-        self.assertEqual(factor.status, 0, factor.errors)
-        expected, found = forces(factor), forces(run)
-        self.assertEqual(expected.keys(), found.keys())
-        pressed = [name for name in expected if np.any(expected[name])]
-        self.assertTrue(any(name.endswith("/reaction") for name in pressed))
-        for name in pressed:
-            largest = abs(expected[name]).max()
-            np.testing.assert_allclose(
-                found[name], expected[name], rtol=0, atol=LIMIT * largest, err_msg=name
-            )
-        with run.result() as result:
-            self.assertTrue(np.all(result.history("certified") == 1))
-            counters = result.counters
-        self.assertGreater(counters["body_iterations"], 0)
-        self.assertEqual(counters["factorisations"], 0)
-        if most is not None:
-            self.assertLessEqual(counters["compliance_products"], most * counters["increments"])
-        with factor.result() as result:
-            self.assertEqual(result.counters["body_iterations"], 0)
-
-
 class SameForces(Agreement):
     def block(self, **overrides):
         deck = (INPUT / "block.inp").read_text(encoding="utf-8")
@@ -187,7 +154,7 @@ class SameForces(Agreement):
     # Newton's method alone goes to and fro between points that stick and slide: the way is gone in
     # parts.
     def test_friction_that_spreads_far_in_an_increment(self):
-        self.block(n=8, steps=5, nu=0.49, mu=0.6)
+        self.block(n=8, steps=5, nu=0.495, mu=0.6)
 
     def test_without_friction(self):
         self.block(mu=0)
@@ -354,11 +321,6 @@ class Refused(unittest.TestCase):
 
     def read(self, name):
         return (INPUT / f"{name}.inp").read_text(encoding="utf-8")
-
-    def test_bodies_before_each_other(self):
-        deck = self.read("punch").replace("meshes/", f"{INPUT}/meshes/")
-        deck = deck.replace("*BOUNDARY", "*BOUNDARY\nPUNCH-TOP, 1, 3, 0.", 1)
-        self.refused(deck, "bodies with each other")
 
     def test_nodes_before_two_obstacles(self):
         deck = self.read("corner").replace("*STEP", "*BOUNDARY\nCUBE-ZMAX, 1, 3, 0.\n*STEP", 1)
