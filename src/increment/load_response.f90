@@ -77,7 +77,11 @@ contains
 
     allocate (residual, source=load)
     last = huge(last)
-    largest = maxval(abs(load), mask=spread(is_unknown(inverse%map), 3, size(load, 3)))
+    ! What acts on nodes that depend on others acts on these.
+    do g = 1, size(load, 3)
+      call give_to_masters(inverse%map%constraints, residual(:, :, g))
+    end do
+    largest = maxval(abs(residual), mask=spread(is_unknown(inverse%map), 3, size(load, 3)))
     enough = 0.0_wp
     ! What Newton-Raphson would let pass.
     if (scene%accuracy%wanted > 0.0_wp) enough = 0.1_wp*scene%contact%tolerance*largest

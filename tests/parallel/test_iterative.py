@@ -133,6 +133,41 @@ BODY, GRAV, 10., <aside>, 0., <up>
 """
 
 
+LAYER = """*HEADING
+A soft block between a plane and a stiff layer that is tied to it
+*BLOCK, NAME=LOWER, ELSET=LOWER, TYPE=C3D8, NX=4, NY=4, NZ=3
+0., 0., 0.,  1., 1., 1.
+*BLOCK, NAME=UPPER, ELSET=UPPER, TYPE=C3D8, NX=3, NY=3, NZ=1
+0., 0., 1.,  1., 1., 0.3
+*MATERIAL, NAME=SOFT
+*ELASTIC
+9114., 0.25
+*MATERIAL, NAME=STIFF
+*ELASTIC
+1.7e7, 0.
+*SOLID SECTION, ELSET=LOWER, MATERIAL=SOFT
+*SOLID SECTION, ELSET=UPPER, MATERIAL=STIFF
+*OBSTACLE, NAME=GROUND, TYPE=PLANE
+0., 0., 0.,  0., 0., 1.
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.365
+*CONTACT PAIR, INTERACTION=DRY
+LOWER-ZMIN, GROUND
+*TIE
+UPPER-ZMIN, LOWER-ZMAX
+*CONTACT SOLVER, TOLERANCE=1e-11
+*STEP
+*STATIC, DIRECT
+0.5, 1.
+*BOUNDARY
+UPPER-ZMAX, 1, 1, 0.02
+UPPER-ZMAX, 2, 2, 0.
+UPPER-ZMAX, 3, 3, -0.03
+*END STEP
+"""
+
+
 class SameForces(Agreement):
     def block(self, **overrides):
         deck = (INPUT / "block.inp").read_text(encoding="utf-8")
@@ -186,6 +221,10 @@ class SameForces(Agreement):
 
     def test_two_bodies_of_a_mesh_by_gmsh(self):
         self.agree(MESHED.format(mesh=INPUT / "meshes" / "punch.inp"))
+
+    # All nodes of the layer that supports leave are tied: what supports do acts on their masters.
+    def test_a_stiff_layer_that_is_tied(self):
+        self.agree(LAYER)
 
 
 class FreeBodies(Agreement):
