@@ -141,8 +141,8 @@ contains
         report%iterations >= max_iterations) exit newton
       left = controls%tolerance/report%residual
       ! What a loose solution leaves can send points to and fro between their states.
-      if (last_merit > 0.0_wp .and. now%merit > 0.5_wp*last_merit) loosest = &
-        max(tightest_inner, 0.1_wp*loosest)
+      if (last_merit > 0.0_wp) loosest = merge(max(tightest_inner, 0.1_wp*loosest), &
+        min(loosest_inner, 10.0_wp*loosest), now%merit > 0.5_wp*last_merit)
       forcing = forcing_term(now%merit, last_merit, left, tightest_inner, loosest)
       last_merit = now%merit
       if (is_known) call expect(problem, now%at)
