@@ -31,6 +31,8 @@ module whole_newton_mod
   real(wp), parameter :: tightest_inner = 1.0e-4_wp !! residuals of GMRES, relative [-]
   real(wp), parameter :: loosest_inner = 1.0e-2_wp
   real(wp), parameter :: at_most = 50.0_wp         !! forces to close gaps, beside the merit [-]
+  real(wp), parameter :: far = 0.1_wp
+  !! residual of a start whose gaps say less of what is held than its reactions [-]
   real(wp), parameter :: shortest_step = 0.2_wp
   integer,  parameter :: remembered = 4         !! places that the line search looks back at
 
@@ -145,6 +147,7 @@ contains
         min(loosest_inner, 10.0_wp*loosest), now%merit > 0.5_wp*last_merit)
       forcing = forcing_term(now%merit, last_merit, left, tightest_inner, loosest)
       last_merit = now%merit
+      is_known = is_known .and. here%residual > far
       if (is_known) call expect(problem, now%at)
       call prepare_step(problem, body, bodies, now, held, loose, settling)
       bodies%unbalanced = loose%unbalanced
