@@ -2,11 +2,12 @@
 !> has.
 module springs_mod
   use kinds_mod, only: wp
+  use growing_lists_mod, only: append
   use sorting_mod, only: sort_unique
   implicit none
   private
 
-  public :: springs_t, some_springs, are_same, ends_of, joined_pairs
+  public :: springs_t, add_spring, trim_springs, some_springs, are_same, ends_of, joined_pairs
 
   type :: springs_t
     integer :: n = 0
@@ -16,6 +17,42 @@ module springs_mod
   end type springs_t
 
 contains
+
+  !> One more spring; behind the last one of all `trim_springs` gives back what is too much.
+  pure subroutine add_spring(springs, at, share)
+    type(springs_t), intent(inout) :: springs
+    integer, intent(in) :: at(:)           !! (m) its ends, distinct
+    real(wp), intent(in) :: share(:, :, :) !! (3,3,m) B_k [-]
+    real(wp), allocatable :: larger(:, :, :)
+    integer :: n, used
+
+    if (springs%n == 0) then
+      springs%first = [1]
+      allocate (springs%at(0), springs%share(3, 3, 0))
+    end if
+    n = springs%n + 1
+    used = springs%first(n) - 1
+    if (used + size(at) > size(springs%share, 3)) then
+      allocate (larger(3, 3, 2*(used + size(at))))
+      larger(:, :, :used) = springs%share(:, :, :used)
+      call move_alloc(larger, springs%share)
+    end if
+    springs%share(:, :, used + 1:used + size(at)) = share
+    call append(springs%at, used, at)
+    springs%n = n
+    call append(springs%first, n, used + 1)
+  end subroutine add_spring
+
+  pure subroutine trim_springs(springs)
+    type(springs_t), intent(inout) :: springs
+    integer :: n
+
+    if (springs%n == 0) return
+    n = springs%first(springs%n + 1) - 1
+    springs%first = springs%first(:springs%n + 1)
+    springs%at = springs%at(:n)
+    springs%share = springs%share(:, :, :n)
+  end subroutine trim_springs
 
   !> Those that have an end that is kept, with these ends alone.
   pure function some_springs(springs, at) result(some)

@@ -10,7 +10,7 @@
 !> projected out of the relative motion, (4.21).
 module held_body_mod
   use kinds_mod, only: wp
-  use springs_mod, only: springs_t
+  use springs_mod, only: add_spring, springs_t, trim_springs
   use contact_points_mod, only: contact_points_t, weights_t
   use dof_map_mod, only: equations_of
   use stiffness_inverse_mod, only: stiffness_inverse_t
@@ -85,7 +85,8 @@ contains
     made%node = points%node(active)
     made%row = row(:, active)
     made%frame = placement%frame(:, :, active)
-    allocate (made%equation(3, size(active)), made%sprung(0), made%stiffness(0))
+    allocate (made%equation(3, size(active)), made%sprung(size(active)))
+    allocate (made%stiffness(size(active)), source=0.0_wp)
     allocate (is_taken(made%n()), source=.false.)
     do i = 1, size(active)
       made%equation(:, i) = unknowns_at(body, made%node(i))
@@ -107,6 +108,9 @@ contains
       end do
       if (sum(lines%n) > 0) call join_master(body, i, lines, made)
     end do
+    call trim_springs(made%springs)
+    made%sprung = made%sprung(:made%springs%n)
+    made%stiffness = made%stiffness(:made%springs%n)
     call order_lines(made%relative, made%n(), is_ordered)
     if (.not. is_ordered) return
     allocate (made%left(3, 3, made%springs%n), source=0.0_wp)
@@ -194,14 +198,13 @@ contains
     type(held_body_t), intent(inout) :: made
     integer, allocatable :: nodes(:)
     real(wp), allocatable :: shares(:, :, :)
-    integer :: a, k, at, n, first_of_interface
+    integer :: a, k, at, first_of_interface
 
     first_of_interface = body%inverse%map%n_free - body%inverse%map%n_interface
     allocate (nodes(1), source=made%node(i))
     allocate (shares(3, 3, 1 + sum(lines%n)), source=0.0_wp)
-    made%sprung = [made%sprung, i]
-    made%stiffness = [made%stiffness, 0.0_wp]
-    associate (stiffness => made%stiffness(size(made%stiffness)))
+    made%sprung(made%springs%n + 1) = i
+    associate (stiffness => made%stiffness(made%springs%n + 1))
       do a = 1, 3
         associate (own => made%equation(a, i), line => lines(a))
           if (own == 0) cycle
@@ -222,17 +225,7 @@ contains
         end associate
       end do
     end associate
-    associate (springs => made%springs)
-      if (springs%n == 0) then
-        springs%first = [1]
-        allocate (springs%at(0), springs%share(3, 3, 0))
-      end if
-      n = size(springs%at)
-      springs%n = springs%n + 1
-      springs%first = [springs%first, n + size(nodes) + 1]
-      springs%at = [springs%at, nodes]
-      springs%share = reshape([springs%share, shares(:, :, :size(nodes))], [3, 3, n + size(nodes)])
-    end associate
+    call add_spring(made%springs, nodes, shares(:, :, :size(nodes)))
   end subroutine join_master
 
   pure integer function count_unknowns(map) result(n)
