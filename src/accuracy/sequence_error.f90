@@ -6,7 +6,7 @@ module sequence_error_mod
   use mesh_size_mod, only: relative_size
   use measured_quantities_mod, only: error_scales
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, family_of, &
-    step_runs, runs_on_mesh, fewest_divisions
+    step_runs, runs_on_mesh, runs_up_to, fewest_divisions
   use cut_runs_mod, only: find_base, runs_on_base, cuts_for_trials
   use convergence_mod, only: convergence_t, observe_convergence, assume_first_order, &
     fitted_order, error_at_least, error_by_differences, least_order, safety_of_two
@@ -14,13 +14,13 @@ module sequence_error_mod
   private
 
   public :: sequence_error_t, estimate_sequence, error_by_steps, error_on_mesh, extrapolated, &
-    estimate_cuts, later_step_runs, on_coarse_mesh, mesh_of_steps
+    estimate_cuts, later_step_runs, on_coarse_mesh, later_size
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
   real(wp), parameter :: on_finer_mesh = 1.25_wp !! likewise, of a finer one
-  integer, parameter :: mesh_of_steps = 3
-  !! where increments are tried again that the first mesh wants divided
+  real(wp), parameter :: later_size = 0.5_wp
+  !! bricks with which increments are tried again that the first trial wants divided, over its own
 
   !> What is known of the last run's error.
   type :: sequence_error_t
@@ -65,7 +65,7 @@ contains
       if (errors%load_steps < 0.0_wp .and. sequence%wanted <= 0.0_wp) errors%load_steps = &
         last%load_steps
     end associate
-    if (n < 2 .or. (n == 2 .and. .not. sequence%recovers)) then
+    if (n < 2 .or. (n == 2 .and. .not. two_are_enough(runs(max(1, n))))) then
       call take_cuts(sequence, runs(n), scales, errors)
       return
     end if
@@ -90,6 +90,17 @@ contains
       if (n == 2 .or. last%mesh_size%zone%times > 0) errors%mesh = max(errors%mesh, last%recovery)
     end associate
     call take_cuts(sequence, runs(n), scales, errors)
+
+  contains
+
+    !> Whether two meshes say something: another witness does, on bricks that are not too few for it.
+    pure logical function two_are_enough(last)
+      integer, intent(in) :: last
+
+      two_are_enough = sequence%recovers .and. relative_size(sequence%runs(last)%mesh_size) <= &
+        relative_size(sequence%trial)
+    end function two_are_enough
+
   end subroutine estimate_sequence
 
   !> Where there are more meshes with undivided increments up to that of the last run, these say how
@@ -176,20 +187,32 @@ contains
     end do
   end subroutine estimate_cuts
 
-  !> What three sizes and more, of bricks or of increments, say of the error of the last one.
-  pure subroutine follow_sizes(sequence, runs, h, k, scale, observed, n_rising)
+  !> What three sizes and more, of bricks or of increments, say of the error of the last one: of the
+  !> finest as many as span twice its size, and four at least.
+  pure subroutine follow_sizes(sequence, all_runs, all_sizes, k, scale, observed, n_rising)
     type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:) !! the coarsest first
-    real(wp), intent(in) :: h(:)   !! their sizes [-]
+    integer, intent(in) :: all_runs(:)   !! the coarsest first
+    real(wp), intent(in) :: all_sizes(:) !! theirs [-]
     integer, intent(in) :: k       !! the quantity
     real(wp), intent(in) :: scale
     type(convergence_t), intent(out) :: observed
     integer, intent(out) :: n_rising !! as of sequence_error_t
     integer, parameter :: looked_at = 4 !! sizes, where the changes of three follow no order
+    real(wp), parameter :: widest = 2.0_wp
+    !! sizes over the last, beyond which coarser ones are forgotten: what they miss is of its own
     real(wp), parameter :: rounding = 1.0e-6_wp
+    integer, allocatable :: runs(:)
+    real(wp), allocatable :: h(:)
     real(wp) :: order, error
     integer :: i, j, n, first
 
+    n = size(all_runs)
+    first = max(1, n - looked_at + 1)
+    do while (first > 1 .and. all_sizes(first) < widest*all_sizes(n))
+      first = first - 1
+    end do
+    runs = all_runs(first:)
+    h = all_sizes(first:)
     n = size(runs)
     n_rising = 0
     do i = 3, n
@@ -266,12 +289,9 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     integer, allocatable :: runs(:)
 
-    runs = mesh_runs(sequence, family_t())
-    if (size(runs) < mesh_of_steps) then
-      runs = [integer ::]
-    else
-      runs = runs_on_mesh(sequence, runs(mesh_of_steps))
-    end if
+    runs = runs_up_to(sequence, mesh_runs(sequence, family_t()), later_size*relative_size( &
+      sequence%trial))
+    if (size(runs) > 0) runs = runs_on_mesh(sequence, runs(1))
   end function later_step_runs
 
   !> The error by load steps with so many divisions, as three runs and more on one mesh say;
@@ -285,6 +305,7 @@ contains
     real(wp), allocatable :: scales(:)
     real(wp) :: of_quantity
     integer :: k, n, mine, n_rising
+    real(wp), parameter :: rounding = 1.0e-9_wp
 
     error = -1.0_wp
     n = size(runs)
@@ -301,8 +322,8 @@ contains
     end do
     associate (mesh => sequence%runs(runs(1))%mesh_size)
       if (mesh%zone%times > 0) return
-      error = error*merge(on_coarse_mesh, on_finer_mesh, relative_size(mesh) >= &
-        relative_size(sequence%runs(1)%mesh_size))
+      error = error*merge(on_coarse_mesh, on_finer_mesh, relative_size(mesh) > later_size* &
+        relative_size(sequence%trial)*(1.0_wp + rounding))
     end associate
   end function error_on_mesh
 
