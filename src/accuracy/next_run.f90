@@ -9,7 +9,7 @@ module next_run_mod
   use convergence_mod, only: size_for_error, least_order
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, start_sequence, has_bound, mesh_runs, &
     step_runs, runs_up_to
-  use cut_runs_mod, only: cuts_for_trials, waits_for_half
+  use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
   use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_by_steps, &
     later_step_runs
   use choose_divisions_mod, only: choose_divisions, waits_with_steps, mesh_for_steps, &
@@ -212,13 +212,14 @@ contains
     if (has_bound(sequence) .or. size(mesh_runs(sequence, family_t())) < 3) return
     fewest = minval(sequence%runs%divisions)
     base = waits_for_half(sequence, fewest)
+    ! Contact on few bricks says little of how it converges.
+    if (base > 0 .and. choice%outcome == not_convergent) choice%outcome = to_run
     if (base > 0 .and. choice%outcome == to_run) call go_no_further(finer(sequence, &
       sequence%runs(base)%mesh_size, largest_step), choice)
     call choose_cuts(sequence, fewest, family%cuts, next, base)
     if (next == 0 .and. family%cuts == 0) return
     if (next > 0) then
-      choice = choice_t(mesh_size=sequence%runs(base)%mesh_size, divisions=fewest)
-      choice%mesh_size%zone = zone_t(next, sequence%runs(size(sequence%runs))%balls)
+      call cut_again(sequence, family_t(next, fewest), base, choice)
       return
     end if
     family%divisions = fewest
@@ -234,6 +235,30 @@ contains
     end function is_trial_mesh_there
 
   end subroutine follow_runs
+
+  !> Another cut at contact; before that, where it is to be the last for all that is known,
+  !> increments are tried out with one cut less: so its result is that of the last run.
+  subroutine cut_again(sequence, family, base, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family !! with that cut
+    integer, intent(in) :: base          !! on the mesh of this run
+    type(choice_t), intent(out) :: choice
+    type(family_t) :: tried
+    logical :: found
+
+    if (sequence%divides .and. is_all_but_cut(sequence, family, base)) then
+      tried = family_t(family%cuts - 1, family%divisions)
+      call choose_divisions(sequence, tried, found)
+      if (.not. found .and. tried%divisions <= most_divisions) then
+        associate (runs => step_runs(sequence, cuts_for_trials(sequence, tried%cuts)))
+          choice = choice_t(mesh_size=sequence%runs(runs(1))%mesh_size, divisions=tried%divisions)
+        end associate
+        return
+      end if
+    end if
+    choice = choice_t(mesh_size=sequence%runs(base)%mesh_size, divisions=family%divisions)
+    choice%mesh_size%zone = zone_t(family%cuts, sequence%runs(size(sequence%runs))%balls)
+  end subroutine cut_again
 
   !> What follows without cuts at contact: meshes with undivided increments, until they are fine
   !> enough; then the last of them with its increments divided. Within bounds all meshes have those.
@@ -374,7 +399,7 @@ contains
         ! What it takes is not known: a finer mesh may tell.
         choice%mesh_size = finer(sequence, last%mesh_size, least_step)
         associate (n => size(runs_up_to(sequence, runs, relative_size(sequence%trial))))
-          if (n > 4 .or. (n > 3 .and. errors%n_rising(errors%worst) > 1)) choice%outcome = &
+          if (n > 6 .or. (n > 3 .and. errors%n_rising(errors%worst) > 1)) choice%outcome = &
             not_convergent
         end associate
         return

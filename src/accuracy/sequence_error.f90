@@ -188,7 +188,7 @@ contains
   end subroutine estimate_cuts
 
   !> What three sizes and more, of bricks or of increments, say of the error of the last one: of the
-  !> finest as many as span twice its size, and four at least.
+  !> finest as many as span two and a half times its size, and three at least.
   pure subroutine follow_sizes(sequence, all_runs, all_sizes, k, scale, observed, n_rising)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: all_runs(:)   !! the coarsest first
@@ -197,17 +197,17 @@ contains
     real(wp), intent(in) :: scale
     type(convergence_t), intent(out) :: observed
     integer, intent(out) :: n_rising !! as of sequence_error_t
-    integer, parameter :: looked_at = 4 !! sizes, where the changes of three follow no order
-    real(wp), parameter :: widest = 2.0_wp
+    integer, parameter :: fitted_to = 4 !! sizes is an order, where there are so many
+    real(wp), parameter :: most_fitted = 1.25_wp !! of such an order that is believed
+    real(wp), parameter :: widest = 2.5_wp
     !! sizes over the last, beyond which coarser ones are forgotten: what they miss is of its own
-    real(wp), parameter :: rounding = 1.0e-6_wp
     integer, allocatable :: runs(:)
     real(wp), allocatable :: h(:)
     real(wp) :: order, error
     integer :: i, j, n, first
 
     n = size(all_runs)
-    first = max(1, n - looked_at + 1)
+    first = max(1, n - 2)
     do while (first > 1 .and. all_sizes(first) < widest*all_sizes(n))
       first = first - 1
     end do
@@ -220,12 +220,12 @@ contains
         runs(i - 1)), change(sequence, k, scale, runs(i - 1), runs(i))])
       n_rising = merge(0, n_rising + 1, observed%converges)
     end do
-    if (n >= looked_at .and. observed%order <= least_order + rounding) then
-      first = n - looked_at + 1
-      order = min(1.0_wp, fitted_order(h(first:), all_values(runs(first:))))
+    if (size(all_runs) >= fitted_to) then
+      first = size(all_runs) - fitted_to + 1
+      order = min(most_fitted, fitted_order(all_sizes(first:), all_values(all_runs(first:))))
       if (order > least_order) then
-        error = error_by_differences(h(first:), [(change(sequence, k, scale, runs(i), runs(n)), &
-          i=first, n - 1)], order)
+        error = error_by_differences(all_sizes(first:), [(change(sequence, k, scale, &
+          all_runs(i), runs(n)), i=first, size(all_runs) - 1)], order)
         if (error < observed%error) observed = convergence_t(order, error, &
           h(n)**order/(h(n - 1)**order - h(n)**order))
         n_rising = 0
