@@ -7,13 +7,12 @@ module choose_divisions_mod
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, step_runs
   use cut_runs_mod, only: cuts_for_trials
   use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_on_mesh, &
-    later_step_runs
+    later_step_runs, part_for_steps
   implicit none
   private
 
   public :: choose_divisions, waits_with_steps, mesh_for_steps, most_divisions
 
-  real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
   real(wp), parameter :: growth = 4.0_wp
   !! a mesh whose error is to be so many times smaller takes that to this power of the time
   integer, parameter :: most_divisions = 64

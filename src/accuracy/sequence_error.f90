@@ -14,11 +14,12 @@ module sequence_error_mod
   private
 
   public :: sequence_error_t, estimate_sequence, error_by_steps, error_on_mesh, extrapolated, &
-    estimate_cuts, later_step_runs, on_coarse_mesh, later_size
+    estimate_cuts, later_step_runs, on_coarse_mesh, part_for_steps
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
   real(wp), parameter :: on_finer_mesh = 1.25_wp !! likewise, of a finer one
+  real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
   real(wp), parameter :: later_size = 0.5_wp
   !! bricks with which increments are tried again that the first trial wants divided, over its own
 
@@ -188,7 +189,7 @@ contains
   end subroutine estimate_cuts
 
   !> What three sizes and more, of bricks or of increments, say of the error of the last one: of the
-  !> finest as many as span two and a half times its size, and three at least.
+  !> finest as many as span twice its size, and three at least.
   pure subroutine follow_sizes(sequence, all_runs, all_sizes, k, scale, observed, n_rising)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: all_runs(:)   !! the coarsest first
@@ -199,7 +200,7 @@ contains
     integer, intent(out) :: n_rising !! as of sequence_error_t
     integer, parameter :: fitted_to = 4 !! sizes is an order, where there are so many
     real(wp), parameter :: most_fitted = 1.25_wp !! of such an order that is believed
-    real(wp), parameter :: widest = 2.5_wp
+    real(wp), parameter :: widest = 2.0_wp
     !! sizes over the last, beyond which coarser ones are forgotten: what they miss is of its own
     integer, allocatable :: runs(:)
     real(wp), allocatable :: h(:)
@@ -213,13 +214,14 @@ contains
     end do
     runs = all_runs(first:)
     h = all_sizes(first:)
-    n = size(runs)
     n_rising = 0
     do i = 3, n
-      observed = observe_convergence(h(i - 2:i), [change(sequence, k, scale, runs(i - 2), &
-        runs(i - 1)), change(sequence, k, scale, runs(i - 1), runs(i))])
+      observed = observe_convergence(all_sizes(i - 2:i), [change(sequence, k, scale, &
+        all_runs(i - 2), all_runs(i - 1)), change(sequence, k, scale, all_runs(i - 1), &
+        all_runs(i))])
       n_rising = merge(0, n_rising + 1, observed%converges)
     end do
+    n = size(runs)
     if (size(all_runs) >= fitted_to) then
       first = size(all_runs) - fitted_to + 1
       order = min(most_fitted, fitted_order(all_sizes(first:), all_values(all_runs(first:))))
@@ -284,14 +286,48 @@ contains
     if (size(runs) >= 3) error = error_on_mesh(sequence, runs, family%divisions)
   end function error_by_steps
 
-  !> The runs on the mesh on which increments are tried again, the fewest divisions first.
+  !> The runs on the mesh on which increments are tried again, the fewest divisions first: the one
+  !> where they were; else the first that is fine enough for it, or for the accuracy.
   pure function later_step_runs(sequence) result(runs)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, allocatable :: runs(:)
+    integer, allocatable :: finer(:)
+    real(wp), parameter :: less = 1.0_wp - 1.0e-6_wp
+    integer :: i
 
-    runs = runs_up_to(sequence, mesh_runs(sequence, family_t()), later_size*relative_size( &
+    finer = runs_up_to(sequence, [(i, i=1, size(sequence%runs))], less*relative_size( &
       sequence%trial))
+    runs = pack(finer, sequence%runs(finer)%divisions > 1 .and. &
+      sequence%runs(finer)%mesh_size%zone%times == 0)
+    if (size(runs) == 0) runs = runs_up_to(sequence, mesh_runs(sequence, family_t()), later_size* &
+      relative_size(sequence%trial))
+    if (size(runs) == 0 .and. size(finer) > 0) then
+      if (is_mesh_enough()) runs = pack(finer, finer == maxval(mesh_runs(sequence, family_t())))
+    end if
     if (size(runs) > 0) runs = runs_on_mesh(sequence, runs(1))
+
+  contains
+
+    !> Whether undivided runs say that their last mesh leaves as much for load steps as they may
+    !> make.
+    pure logical function is_mesh_enough()
+      type(convergence_t) :: observed
+      integer, allocatable :: meshes(:)
+      real(wp) :: scales(size(sequence%list))
+      integer :: k, n_rising
+
+      meshes = mesh_runs(sequence, family_t())
+      is_mesh_enough = size(meshes) > 2
+      if (.not. is_mesh_enough) return
+      scales = error_scales(sequence%list, sequence%runs(meshes(size(meshes)))%values)
+      do k = 1, size(scales)
+        call follow_sizes(sequence, meshes, sizes_of(sequence, meshes), k, scales(k), observed, &
+          n_rising)
+        is_mesh_enough = is_mesh_enough .and. observed%error <= (1.0_wp - part_for_steps)* &
+          sequence%wanted
+      end do
+    end function is_mesh_enough
+
   end function later_step_runs
 
   !> The error by load steps with so many divisions, as three runs and more on one mesh say;
@@ -305,7 +341,7 @@ contains
     real(wp), allocatable :: scales(:)
     real(wp) :: of_quantity
     integer :: k, n, mine, n_rising
-    real(wp), parameter :: rounding = 1.0e-9_wp
+    real(wp), parameter :: less = 1.0_wp - 1.0e-6_wp
 
     error = -1.0_wp
     n = size(runs)
@@ -322,8 +358,8 @@ contains
     end do
     associate (mesh => sequence%runs(runs(1))%mesh_size)
       if (mesh%zone%times > 0) return
-      error = error*merge(on_coarse_mesh, on_finer_mesh, relative_size(mesh) > later_size* &
-        relative_size(sequence%trial)*(1.0_wp + rounding))
+      error = error*merge(on_coarse_mesh, on_finer_mesh, relative_size(mesh) >= less* &
+        relative_size(sequence%trial))
     end associate
   end function error_on_mesh
 
