@@ -4,16 +4,15 @@
 module choose_divisions_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: mesh_size_t
-  use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, mesh_runs, step_runs
+  use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, step_runs
   use cut_runs_mod, only: cuts_for_trials
   use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_on_mesh, &
-    later_step_runs, mesh_of_steps
+    later_step_runs, part_for_steps
   implicit none
   private
 
   public :: choose_divisions, waits_with_steps, mesh_for_steps, most_divisions
 
-  real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
   real(wp), parameter :: growth = 4.0_wp
   !! a mesh whose error is to be so many times smaller takes that to this power of the time
   integer, parameter :: most_divisions = 64
@@ -57,9 +56,9 @@ contains
     most = maxval(sequence%runs(runs)%divisions)
     divisions = 2*most
     if (most < 4*fewest) return
-    ! The run that was made last is in the file.
+    ! The run that was made last may be in the file.
     associate (last => sequence%runs(size(sequence%runs)))
-      if (last%mesh_size%zone%times == cuts) then
+      if (last%mesh_size%zone%times == cuts .and. last%is_kept) then
         call estimate_sequence(sequence, errors)
         divisions = last%divisions
         found = is_enough(divisions)
@@ -138,10 +137,9 @@ contains
   type(mesh_size_t) function mesh_for_steps(sequence) result(mesh_size)
     type(mesh_sequence_t), intent(in) :: sequence
 
-    mesh_size = sequence%first
-    if (.not. waits_with_steps(sequence)) return
-    associate (runs => mesh_runs(sequence, family_t()))
-      mesh_size = sequence%runs(runs(mesh_of_steps))%mesh_size
+    associate (first => step_runs(sequence, 0), later => later_step_runs(sequence))
+      mesh_size = sequence%runs(first(1))%mesh_size
+      if (waits_with_steps(sequence)) mesh_size = sequence%runs(later(1))%mesh_size
     end associate
   end function mesh_for_steps
 

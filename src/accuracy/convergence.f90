@@ -10,7 +10,8 @@ module convergence_mod
   public :: least_order, most_order, safety, safety_of_two, convergence_t, observe_convergence, &
     assume_first_order, fitted_order, error_at_least, error_by_differences, size_for_error
 
-  real(wp), parameter :: least_order = 0.5_wp, most_order = 2.0_wp !! that are believed
+  real(wp), parameter :: least_order = 0.5_wp, most_order = 1.5_wp !! that are believed
+  real(wp), parameter :: highest_order = 2.0_wp !! that any part of an error has
   real(wp), parameter :: safety = 1.25_wp, safety_of_two = 3.0_wp
   !! of the grid convergence index with three meshes and with two [-]
 
@@ -85,7 +86,7 @@ contains
     order = lowest
     least = huge(1.0_wp)
     far = values - spread(sum(values, 2)/size(h), 2, size(h))
-    do i = 0, nint((most_order - lowest)/step)
+    do i = 0, nint((highest_order - lowest)/step)
       x = h**(lowest + i*step)
       x = x - sum(x)/size(x)
       left = sum((far - spread(matmul(far, x), 2, size(h))*spread(x, 1, size(values, 1))/ &
@@ -103,7 +104,7 @@ contains
     real(wp), intent(in) :: change !! between them
     real(wp), intent(in) :: last   !! no larger than these [-]
 
-    error = safety*change*last**most_order/(h(1)**most_order - h(2)**most_order)
+    error = safety*change*last**highest_order/(h(1)**highest_order - h(2)**highest_order)
   end function error_at_least
 
   !> The error of the last size from what coarser ones differ from it, with a given order. Where

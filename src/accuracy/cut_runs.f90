@@ -9,7 +9,8 @@ module cut_runs_mod
   implicit none
   private
 
-  public :: find_base, waits_for_half, run_on_base, runs_on_base, cuts_for_trials, is_in_few_places
+  public :: find_base, waits_for_half, run_on_base, runs_on_base, cuts_for_trials, is_in_few_places, &
+    is_all_but_cut
 
   real(wp), parameter :: most_near = 1.0_wp/3.0_wp
   !! of the bricks at contact: where there are more, cutting all of them costs little more [-]
@@ -124,5 +125,22 @@ contains
       fewer = i
     end do
   end function cuts_for_trials
+
+  !> Whether one more cut is foreseen to change as little as runs may differ that increments are
+  !> tried out with: half of what the cut before it changed.
+  pure logical function is_all_but_cut(sequence, family, base)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family !! with that cut
+    integer, intent(in) :: base
+    integer, allocatable :: runs(:)
+    real(wp), parameter :: of_the_last = 0.5_wp !! what the next cut changes, of first order
+
+    is_all_but_cut = .false.
+    if (family%cuts < 3) return
+    runs = runs_on_base(sequence, family%divisions, base, family%cuts - 1)
+    if (size(runs) < family%cuts) return
+    is_all_but_cut = of_the_last*distance(sequence, runs(size(runs) - 1), runs(size(runs))) <= &
+      alike*sequence%wanted
+  end function is_all_but_cut
 
 end module cut_runs_mod

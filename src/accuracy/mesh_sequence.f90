@@ -5,7 +5,7 @@
 module mesh_sequence_mod
   use kinds_mod, only: wp
   use number_list_mod, only: number_list_t, archive
-  use mesh_size_mod, only: mesh_size_t, blocks_t, is_same_size
+  use mesh_size_mod, only: mesh_size_t, blocks_t, is_same_size, relative_size
   use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
   use increments_mod, only: count_increments
@@ -15,7 +15,7 @@ module mesh_sequence_mod
 
   public :: mesh_sequence_t, mesh_run_t, planned_t, family_t, start_sequence, add_run, has_bound, &
     carry_sequence, mesh_runs, change, distance, family_of, step_runs, runs_on_mesh, &
-    fewest_divisions
+    runs_up_to, fewest_divisions
 
   !> A run of the sequence.
   type :: mesh_run_t
@@ -56,6 +56,7 @@ module mesh_sequence_mod
     type(mesh_run_t), allocatable :: runs(:) !! as they were made; the last one is the result
     type(blocks_t) :: blocks        !! of the deck
     type(mesh_size_t) :: first      !! the coarsest mesh
+    type(mesh_size_t) :: trial      !! the coarsest that says anything of increments
     logical  :: recovers = .false.  !! recovery of stresses is about what the accuracy is of
     logical  :: divides = .false.   !! increments may be cut, and what comes out depends on it
     integer  :: n_increments = 0    !! of the deck
@@ -141,15 +142,30 @@ contains
     fewest = minval(sequence%runs(runs_with_cuts(sequence, cuts))%divisions)
   end function fewest_divisions
 
-  !> The runs on the coarsest mesh with so many cuts at contact, the fewest divisions first.
+  !> The runs on the coarsest mesh with so many cuts at contact, of those that say anything of
+  !> increments, the fewest divisions first.
   pure function step_runs(sequence, cuts) result(runs)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: cuts
     integer, allocatable :: runs(:)
 
     runs = runs_with_cuts(sequence, cuts)
+    if (cuts == 0) runs = runs_up_to(sequence, runs, relative_size(sequence%trial))
     if (size(runs) > 0) runs = runs_on_mesh(sequence, runs(1))
   end function step_runs
+
+  !> Those of some runs whose bricks are of a size or smaller.
+  pure function runs_up_to(sequence, runs, h) result(finer)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:)
+    real(wp), intent(in) :: h !! [-]
+    integer, allocatable :: finer(:)
+    real(wp), parameter :: rounding = 1.0e-9_wp
+    integer :: i
+
+    finer = pack(runs, [(relative_size(sequence%runs(runs(i))%mesh_size) <= (1.0_wp + &
+      rounding)*h, i=1, size(runs))])
+  end function runs_up_to
 
   !> The runs on the mesh of one of them, with as many cuts, the fewest divisions first.
   pure function runs_on_mesh(sequence, run) result(runs)
@@ -220,6 +236,7 @@ contains
     n = size(sequence%runs)
     call archive(list, n)
     call carry_size(sequence%first)
+    call carry_size(sequence%trial)
     call archive(list, sequence%spent)
     call archive(list, sequence%room)
     do i = 1, n

@@ -6,17 +6,18 @@ module next_run_mod
   use mesh_size_mod, only: mesh_size_t, blocks_t, zone_t, relative_size
   use scene_mod, only: scene_t
   use choose_cuts_mod, only: choose_cuts
-  use convergence_mod, only: size_for_error
+  use convergence_mod, only: size_for_error, least_order
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, start_sequence, has_bound, mesh_runs, &
-    step_runs
-  use cut_runs_mod, only: cuts_for_trials, waits_for_half
-  use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_by_steps, mesh_of_steps
+    step_runs, runs_up_to
+  use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_by_steps, &
+    later_step_runs
   use choose_divisions_mod, only: choose_divisions, waits_with_steps, mesh_for_steps, &
     most_divisions
   implicit none
   private
 
-  public :: choice_t, begin_sequence, choose_run, skip_mesh, end_with_run, finer, next_finer, &
+  public :: choice_t, begin_sequence, choose_run, skip_mesh, is_beginning, end_with_run, finer, next_finer, &
     least_step
   public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, &
     time_is_over
@@ -31,11 +32,12 @@ module next_run_mod
   integer, parameter :: time_is_over = 7     !! and the accuracy takes more
 
   real(wp), parameter :: aimed_at = 0.8_wp !! of what is left for the mesh
-  integer, parameter :: fewest_bricks = 4 !! along the longest edge of a block, to begin with
+  integer, parameter :: fewest_bricks = 2 !! along the longest edge of a block, to begin with
+  integer, parameter :: fewest_of_trial = 4 !! likewise, where increments are tried
   real(wp), parameter :: least_step = 1.25_wp, largest_step = 2.0_wp !! from size to size
-  real(wp), parameter :: wary_step = 1.5_wp, far_off = 4.0_wp
-  !! from size to size where bricks are to be fewer times smaller than that: estimates are high on
-  !! coarse meshes, and bricks of half the size take thirty times as long
+  real(wp), parameter :: wary_step = 1.5_wp
+  !! from size to size: estimates are high on coarse meshes, and bricks of half the size take thirty
+  !! times as long
   real(wp), parameter :: second_step = 1.5_wp !! from the first size to the second
   real(wp), parameter :: worth_a_try = 1.5_wp
   !! times smaller that all bricks must get, from which on cuts at contact are tried
@@ -72,17 +74,21 @@ contains
 
     call start_sequence(deck, sequence)
     sequence%blocks = blocks
-    sequence%first = coarsest(blocks)
+    sequence%trial = coarsest(blocks, fewest_of_trial)
+    sequence%first = sequence%trial
+    ! What coarser meshes take is too little to foresee others by.
+    if (.not. has_bound(sequence)) sequence%first = coarsest(blocks, fewest_bricks)
   end subroutine begin_sequence
 
-  !> The mesh to begin with.
-  pure type(mesh_size_t) function coarsest(blocks)
+  !> The coarsest mesh with so many bricks along the longest edge of a block.
+  pure type(mesh_size_t) function coarsest(blocks, fewest)
     type(blocks_t), intent(in) :: blocks
+    integer, intent(in) :: fewest
 
     coarsest = mesh_size_t()
     if (blocks%common == 0) return
     coarsest%blocks = [1, blocks%common]
-    do while (coarsest%blocks(1)*blocks%longest < fewest_bricks*blocks%common)
+    do while (coarsest%blocks(1)*blocks%longest < fewest*blocks%common)
       coarsest%blocks(1) = coarsest%blocks(1) + 1
     end do
   end function coarsest
@@ -92,6 +98,7 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     type(mesh_size_t), intent(in) :: mesh_size
     real(wp), intent(in) :: times
+    integer, parameter :: few = 3 !! another one is a third of them
 
     finer = mesh_size
     if (sequence%blocks%common == 0) then
@@ -99,9 +106,11 @@ contains
       return
     end if
     finer%blocks(1) = more(mesh_size%blocks(1))
-    ! Even numbers stay even: a node in the middle stays there.
-    if (mod(mesh_size%blocks(1), 2) == 0) finer%blocks(1) = finer%blocks(1) + &
-      mod(finer%blocks(1), 2)
+    ! Even numbers: a node in the middle is there on all meshes, but for the very first.
+    associate (n => finer%blocks(1))
+      if (n > few .and. mod(n, 2) == 1) n = merge(n - 1, n + 1, n - 1 >= least_step* &
+        mesh_size%blocks(1))
+    end associate
 
   contains
 
@@ -126,12 +135,25 @@ contains
     end if
   end function next_finer
 
-  !> Begin with a finer mesh than the one that was not solved.
-  subroutine skip_mesh(sequence)
+  !> Begin with a finer mesh than the one that was not solved; coarser ones, if any was, are too
+  !> coarse to count.
+  subroutine skip_mesh(sequence, not_solved)
     type(mesh_sequence_t), intent(inout) :: sequence
+    type(mesh_size_t), intent(in) :: not_solved
 
-    sequence%first = finer(sequence, sequence%first, least_step)
+    sequence%first = finer(sequence, not_solved, least_step)
+    sequence%runs = sequence%runs(:0)
+    if (relative_size(sequence%first) < relative_size(sequence%trial)) sequence%trial = &
+      sequence%first
   end subroutine skip_mesh
+
+  !> Whether all runs so far are on meshes that are coarser than that on which increments are tried
+  !> first: one more that is not solved is skipped then.
+  pure logical function is_beginning(sequence)
+    type(mesh_sequence_t), intent(in) :: sequence
+
+    is_beginning = size(step_runs(sequence, 0)) == 0
+  end function is_beginning
 
   !> Make the run again that a sequence ends with, where it is not the one whose result is in the
   !> file: it was not to be the last, or increments were tried out after it.
@@ -174,9 +196,9 @@ contains
     logical :: found
 
     call estimate_sequence(sequence, errors)
-    if (waits_with_steps(sequence)) then
-      call follow_without_steps(sequence, choice, found)
-      if (.not. found) return
+    if (sequence%divides .and. .not. is_trial_mesh_there()) then
+      choice%mesh_size = mesh_before(sequence)
+      return
     end if
     call choose_divisions(sequence, family, found)
     choice%divisions = family%divisions
@@ -190,18 +212,53 @@ contains
     if (has_bound(sequence) .or. size(mesh_runs(sequence, family_t())) < 3) return
     fewest = minval(sequence%runs%divisions)
     base = waits_for_half(sequence, fewest)
+    ! Contact on few bricks says little of how it converges.
+    if (base > 0 .and. choice%outcome == not_convergent) choice%outcome = to_run
     if (base > 0 .and. choice%outcome == to_run) call go_no_further(finer(sequence, &
       sequence%runs(base)%mesh_size, largest_step), choice)
     call choose_cuts(sequence, fewest, family%cuts, next, base)
     if (next == 0 .and. family%cuts == 0) return
     if (next > 0) then
-      choice = choice_t(mesh_size=sequence%runs(base)%mesh_size, divisions=fewest)
-      choice%mesh_size%zone = zone_t(next, sequence%runs(size(sequence%runs))%balls)
+      call cut_again(sequence, family_t(next, fewest), base, choice)
       return
     end if
     family%divisions = fewest
     call follow_cuts(sequence, family, memory_left, errors, choice)
+
+  contains
+
+    !> Whether there is a run on the mesh where increments are tried next.
+    logical function is_trial_mesh_there() result(is_there)
+      is_there = size(step_runs(sequence, 0)) > 0
+      if (.not. is_there) return
+      if (waits_with_steps(sequence)) is_there = size(later_step_runs(sequence)) > 0
+    end function is_trial_mesh_there
+
   end subroutine follow_runs
+
+  !> Another cut at contact; before that, where it is to be the last for all that is known,
+  !> increments are tried out with one cut less: so its result is that of the last run.
+  subroutine cut_again(sequence, family, base, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family !! with that cut
+    integer, intent(in) :: base          !! on the mesh of this run
+    type(choice_t), intent(out) :: choice
+    type(family_t) :: tried
+    logical :: found
+
+    if (sequence%divides .and. is_all_but_cut(sequence, family, base)) then
+      tried = family_t(family%cuts - 1, family%divisions)
+      call choose_divisions(sequence, tried, found)
+      if (.not. found .and. tried%divisions <= most_divisions) then
+        associate (runs => step_runs(sequence, cuts_for_trials(sequence, tried%cuts)))
+          choice = choice_t(mesh_size=sequence%runs(runs(1))%mesh_size, divisions=tried%divisions)
+        end associate
+        return
+      end if
+    end if
+    choice = choice_t(mesh_size=sequence%runs(base)%mesh_size, divisions=family%divisions)
+    choice%mesh_size%zone = zone_t(family%cuts, sequence%runs(size(sequence%runs))%balls)
+  end subroutine cut_again
 
   !> What follows without cuts at contact: meshes with undivided increments, until they are fine
   !> enough; then the last of them with its increments divided. Within bounds all meshes have those.
@@ -236,19 +293,15 @@ contains
     choice = choice_t(mesh_size=enough, divisions=family%divisions, may_be_last=.true.)
   end subroutine follow_meshes
 
-  !> The meshes with undivided increments before one of them is fine enough to try these out.
-  subroutine follow_without_steps(sequence, choice, found)
+  !> The next of the meshes with undivided increments that lead to one where these are tried.
+  pure type(mesh_size_t) function mesh_before(sequence)
     type(mesh_sequence_t), intent(in) :: sequence
-    type(choice_t), intent(inout) :: choice
-    logical, intent(out) :: found !! that one is there
 
     associate (runs => mesh_runs(sequence, family_t()))
-      found = size(runs) >= mesh_of_steps
-      if (found) return
-      choice%mesh_size = finer(sequence, sequence%runs(runs(size(runs)))%mesh_size, &
-        merge(second_step, least_step, size(runs) == 1))
+      mesh_before = finer(sequence, sequence%runs(runs(size(runs)))%mesh_size, merge(second_step, &
+        least_step, size(runs) == 1))
     end associate
-  end subroutine follow_without_steps
+  end function mesh_before
 
   !> A mesh by which cuts at contact can be judged comes before a finer one.
   pure subroutine go_no_further(enough, choice)
@@ -344,14 +397,17 @@ contains
       end if
       if (errors%n_rising(errors%worst) > 0) then
         ! What it takes is not known: a finer mesh may tell.
-        choice%mesh_size = finer(sequence, last%mesh_size, second_step)
-        if (errors%n_rising(errors%worst) > 1 .or. size(runs) > 4) choice%outcome = not_convergent
+        choice%mesh_size = finer(sequence, last%mesh_size, least_step)
+        associate (n => size(runs_up_to(sequence, runs, relative_size(sequence%trial))))
+          if (n > 6 .or. (n > 3 .and. errors%n_rising(errors%worst) > 1)) choice%outcome = &
+            not_convergent
+        end associate
         return
       end if
       needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh, aimed_at*left, &
         max(hoped_order, errors%of_mesh(errors%worst)%order))
-      choice%mesh_size = finer(sequence, last%mesh_size, merge(needed, min(needed, wary_step), &
-        needed > far_off))
+      choice%mesh_size = finer(sequence, last%mesh_size, merge(least_step, min(needed, &
+        wary_step), errors%of_mesh(errors%worst)%order <= least_order + rounding))
       choice%may_be_last = needed <= largest_step
       ! The factor of bricks s times smaller takes s^4 of the memory. What is small yet is no
       ! measure of that, and another mesh is cheap.

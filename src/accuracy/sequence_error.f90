@@ -6,7 +6,7 @@ module sequence_error_mod
   use mesh_size_mod, only: relative_size
   use measured_quantities_mod, only: error_scales
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, family_of, &
-    step_runs, runs_on_mesh, fewest_divisions
+    step_runs, runs_on_mesh, runs_up_to, fewest_divisions
   use cut_runs_mod, only: find_base, runs_on_base, cuts_for_trials
   use convergence_mod, only: convergence_t, observe_convergence, assume_first_order, &
     fitted_order, error_at_least, error_by_differences, least_order, safety_of_two
@@ -14,13 +14,14 @@ module sequence_error_mod
   private
 
   public :: sequence_error_t, estimate_sequence, error_by_steps, error_on_mesh, extrapolated, &
-    estimate_cuts, later_step_runs, on_coarse_mesh, mesh_of_steps
+    estimate_cuts, later_step_runs, on_coarse_mesh, part_for_steps
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
   real(wp), parameter :: on_finer_mesh = 1.25_wp !! likewise, of a finer one
-  integer, parameter :: mesh_of_steps = 3
-  !! where increments are tried again that the first mesh wants divided
+  real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
+  real(wp), parameter :: later_size = 0.5_wp
+  !! bricks with which increments are tried again that the first trial wants divided, over its own
 
   !> What is known of the last run's error.
   type :: sequence_error_t
@@ -65,7 +66,7 @@ contains
       if (errors%load_steps < 0.0_wp .and. sequence%wanted <= 0.0_wp) errors%load_steps = &
         last%load_steps
     end associate
-    if (n < 2 .or. (n == 2 .and. .not. sequence%recovers)) then
+    if (n < 2 .or. (n == 2 .and. .not. two_are_enough(runs(max(1, n))))) then
       call take_cuts(sequence, runs(n), scales, errors)
       return
     end if
@@ -90,6 +91,17 @@ contains
       if (n == 2 .or. last%mesh_size%zone%times > 0) errors%mesh = max(errors%mesh, last%recovery)
     end associate
     call take_cuts(sequence, runs(n), scales, errors)
+
+  contains
+
+    !> Whether two meshes say something: another witness does, on bricks that are not too few for it.
+    pure logical function two_are_enough(last)
+      integer, intent(in) :: last
+
+      two_are_enough = sequence%recovers .and. relative_size(sequence%runs(last)%mesh_size) <= &
+        relative_size(sequence%trial)
+    end function two_are_enough
+
   end subroutine estimate_sequence
 
   !> Where there are more meshes with undivided increments up to that of the last run, these say how
@@ -176,33 +188,46 @@ contains
     end do
   end subroutine estimate_cuts
 
-  !> What three sizes and more, of bricks or of increments, say of the error of the last one.
-  pure subroutine follow_sizes(sequence, runs, h, k, scale, observed, n_rising)
+  !> What three sizes and more, of bricks or of increments, say of the error of the last one: of the
+  !> finest as many as span twice its size, and three at least.
+  pure subroutine follow_sizes(sequence, all_runs, all_sizes, k, scale, observed, n_rising)
     type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:) !! the coarsest first
-    real(wp), intent(in) :: h(:)   !! their sizes [-]
+    integer, intent(in) :: all_runs(:)   !! the coarsest first
+    real(wp), intent(in) :: all_sizes(:) !! theirs [-]
     integer, intent(in) :: k       !! the quantity
     real(wp), intent(in) :: scale
     type(convergence_t), intent(out) :: observed
     integer, intent(out) :: n_rising !! as of sequence_error_t
-    integer, parameter :: looked_at = 4 !! sizes, where the changes of three follow no order
-    real(wp), parameter :: rounding = 1.0e-6_wp
+    integer, parameter :: fitted_to = 4 !! sizes is an order, where there are so many
+    real(wp), parameter :: most_fitted = 1.25_wp !! of such an order that is believed
+    real(wp), parameter :: widest = 2.0_wp
+    !! sizes over the last, beyond which coarser ones are forgotten: what they miss is of its own
+    integer, allocatable :: runs(:)
+    real(wp), allocatable :: h(:)
     real(wp) :: order, error
     integer :: i, j, n, first
 
-    n = size(runs)
+    n = size(all_runs)
+    first = max(1, n - 2)
+    do while (first > 1 .and. all_sizes(first) < widest*all_sizes(n))
+      first = first - 1
+    end do
+    runs = all_runs(first:)
+    h = all_sizes(first:)
     n_rising = 0
     do i = 3, n
-      observed = observe_convergence(h(i - 2:i), [change(sequence, k, scale, runs(i - 2), &
-        runs(i - 1)), change(sequence, k, scale, runs(i - 1), runs(i))])
+      observed = observe_convergence(all_sizes(i - 2:i), [change(sequence, k, scale, &
+        all_runs(i - 2), all_runs(i - 1)), change(sequence, k, scale, all_runs(i - 1), &
+        all_runs(i))])
       n_rising = merge(0, n_rising + 1, observed%converges)
     end do
-    if (n >= looked_at .and. observed%order <= least_order + rounding) then
-      first = n - looked_at + 1
-      order = min(1.0_wp, fitted_order(h(first:), all_values(runs(first:))))
+    n = size(runs)
+    if (size(all_runs) >= fitted_to) then
+      first = size(all_runs) - fitted_to + 1
+      order = min(most_fitted, fitted_order(all_sizes(first:), all_values(all_runs(first:))))
       if (order > least_order) then
-        error = error_by_differences(h(first:), [(change(sequence, k, scale, runs(i), runs(n)), &
-          i=first, n - 1)], order)
+        error = error_by_differences(all_sizes(first:), [(change(sequence, k, scale, &
+          all_runs(i), runs(n)), i=first, size(all_runs) - 1)], order)
         if (error < observed%error) observed = convergence_t(order, error, &
           h(n)**order/(h(n - 1)**order - h(n)**order))
         n_rising = 0
@@ -261,17 +286,48 @@ contains
     if (size(runs) >= 3) error = error_on_mesh(sequence, runs, family%divisions)
   end function error_by_steps
 
-  !> The runs on the mesh on which increments are tried again, the fewest divisions first.
+  !> The runs on the mesh on which increments are tried again, the fewest divisions first: the one
+  !> where they were; else the first that is fine enough for it, or for the accuracy.
   pure function later_step_runs(sequence) result(runs)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, allocatable :: runs(:)
+    integer, allocatable :: finer(:)
+    real(wp), parameter :: less = 1.0_wp - 1.0e-6_wp
+    integer :: i
 
-    runs = mesh_runs(sequence, family_t())
-    if (size(runs) < mesh_of_steps) then
-      runs = [integer ::]
-    else
-      runs = runs_on_mesh(sequence, runs(mesh_of_steps))
+    finer = runs_up_to(sequence, [(i, i=1, size(sequence%runs))], less*relative_size( &
+      sequence%trial))
+    runs = pack(finer, sequence%runs(finer)%divisions > 1 .and. &
+      sequence%runs(finer)%mesh_size%zone%times == 0)
+    if (size(runs) == 0) runs = runs_up_to(sequence, mesh_runs(sequence, family_t()), later_size* &
+      relative_size(sequence%trial))
+    if (size(runs) == 0 .and. size(finer) > 0) then
+      if (is_mesh_enough()) runs = pack(finer, finer == maxval(mesh_runs(sequence, family_t())))
     end if
+    if (size(runs) > 0) runs = runs_on_mesh(sequence, runs(1))
+
+  contains
+
+    !> Whether undivided runs say that their last mesh leaves as much for load steps as they may
+    !> make.
+    pure logical function is_mesh_enough()
+      type(convergence_t) :: observed
+      integer, allocatable :: meshes(:)
+      real(wp) :: scales(size(sequence%list))
+      integer :: k, n_rising
+
+      meshes = mesh_runs(sequence, family_t())
+      is_mesh_enough = size(meshes) > 2
+      if (.not. is_mesh_enough) return
+      scales = error_scales(sequence%list, sequence%runs(meshes(size(meshes)))%values)
+      do k = 1, size(scales)
+        call follow_sizes(sequence, meshes, sizes_of(sequence, meshes), k, scales(k), observed, &
+          n_rising)
+        is_mesh_enough = is_mesh_enough .and. observed%error <= (1.0_wp - part_for_steps)* &
+          sequence%wanted
+      end do
+    end function is_mesh_enough
+
   end function later_step_runs
 
   !> The error by load steps with so many divisions, as three runs and more on one mesh say;
@@ -285,6 +341,7 @@ contains
     real(wp), allocatable :: scales(:)
     real(wp) :: of_quantity
     integer :: k, n, mine, n_rising
+    real(wp), parameter :: less = 1.0_wp - 1.0e-6_wp
 
     error = -1.0_wp
     n = size(runs)
@@ -301,8 +358,8 @@ contains
     end do
     associate (mesh => sequence%runs(runs(1))%mesh_size)
       if (mesh%zone%times > 0) return
-      error = error*merge(on_coarse_mesh, on_finer_mesh, relative_size(mesh) >= &
-        relative_size(sequence%runs(1)%mesh_size))
+      error = error*merge(on_coarse_mesh, on_finer_mesh, relative_size(mesh) >= less* &
+        relative_size(sequence%trial))
     end associate
   end function error_on_mesh
 

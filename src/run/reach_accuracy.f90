@@ -15,7 +15,7 @@ module reach_accuracy_mod
   use scene_mod, only: scene_t
   use mesh_sequence_mod, only: mesh_sequence_t, mesh_runs, has_bound, family_of
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
-  use next_run_mod, only: choice_t, begin_sequence, skip_mesh, end_with_run, to_run, is_reached, &
+  use next_run_mod, only: choice_t, begin_sequence, skip_mesh, is_beginning, end_with_run, to_run, is_reached, &
     steps_too_coarse, not_convergent, beyond_machine, is_finest, time_is_over
   use run_within_mod, only: choose_next
   use amounts_mod, only: bytes_in_words, time_in_words, bounds_in_words
@@ -30,7 +30,7 @@ module reach_accuracy_mod
 
   public :: reach_accuracy
 
-  integer, parameter :: most_skipped = 3 !! coarse meshes that are not solved
+  integer, parameter :: most_skipped = 5 !! coarse meshes that are not solved
 
 contains
 
@@ -87,26 +87,34 @@ contains
       of_run%overwrite = .true. ! what stands there is a run of ours
       if (allocated(error)) then
         if (error%exit_status == exit_not_solved .and. .not. (sequence%writes .or. &
-          choice%may_be_last) .and. (size(sequence%runs) > 0 .or. n_skipped >= most_skipped)) then
+          choice%may_be_last) .and. .not. may_skip()) then
           ! The increments before it are to be kept.
           deallocate (error)
           choice%may_be_last = .true.
           choice%is_replaced = .true.
           cycle runs
         end if
-        if (size(sequence%runs) > 0) call tell_earlier(deck, sequence, scene%mesh%n_elements, error)
-        if (error%exit_status /= exit_not_solved .or. size(sequence%runs) > 0 .or. &
-          n_skipped >= most_skipped) return
+        if (size(sequence%runs) > 0 .and. .not. may_skip()) call tell_earlier(deck, sequence, &
+          scene%mesh%n_elements, error)
+        if (error%exit_status /= exit_not_solved .or. .not. may_skip()) return
         if (.not. console%quiet) call say('accuracy        '// &
           to_text(scene%mesh%n_elements)//' bricks are too coarse: '//error%message)
         deallocate (error)
         n_skipped = n_skipped + 1
-        call skip_mesh(sequence)
+        call skip_mesh(sequence, choice%mesh_size)
         cycle runs
       end if
       if (.not. console%quiet) call say('accuracy        '//run_in_words(sequence))
     end do runs
     call tell_outcome(deck, sequence, errors, choice, error)
+
+  contains
+
+    !> Whether a mesh that is not solved is only too coarse, as far as is known.
+    logical function may_skip()
+      may_skip = n_skipped < most_skipped .and. is_beginning(sequence)
+    end function may_skip
+
   end subroutine reach_accuracy
 
   !> Memory that a run may take beside what the process has.
