@@ -93,7 +93,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(quantity_t), allocatable, intent(inout) :: list(:)
     character(:), allocatable :: ending
-    integer :: n, k
+    integer :: n
 
     associate (accuracy => scene%accuracy)
       n = 3
@@ -137,19 +137,30 @@ contains
     subroutine add_nodes(name, kind, description, n)
       character(*), intent(in) :: name, kind, description
       integer, intent(in) :: n !! components
+      type(quantity_t) :: quantity
+      integer :: k
 
+      quantity%kind = kind
+      quantity%description = description
+      quantity%n = n
+      quantity%scale = 1
       do k = 1, size(scene%accuracy%nodes)
-        associate (id => to_text(scene%mesh%node_id(scene%accuracy%nodes(k))))
-          call add(list, quantity_t(scene%accuracy%set//'/'//id//'/'//name, kind, description, &
-            n=n, scale=1))
-        end associate
+        quantity%name = scene%accuracy%set//'/'// &
+          to_text(scene%mesh%node_id(scene%accuracy%nodes(k)))//'/'//name
+        call add(list, quantity)
       end do
     end subroutine add_nodes
 
     subroutine add_measure(name, kind, description)
       character(*), intent(in) :: name, kind, description
+      type(quantity_t) :: quantity
 
-      call add(list, quantity_t(name, kind, description, scale=2, is_compared=.false.))
+      quantity%name = name
+      quantity%kind = kind
+      quantity%description = description
+      quantity%scale = 2
+      quantity%is_compared = .false.
+      call add(list, quantity)
     end subroutine add_measure
 
   end subroutine list_of_set
