@@ -509,6 +509,25 @@ class Deck:
 
     # --- Steps and loads ----------------------------------------------------------------------
 
+    def accuracy(
+        self, wanted: Number, of: str | None = None, nodes: str | None = None,
+        direction: int | None = None, mesh: str | None = None,
+    ) -> Deck:
+        """Ask for an accuracy: the program chooses mesh and increments.
+
+            deck.node_set("TIP", [17])
+            deck.accuracy(0.02, "DISPLACEMENT", nodes="TIP", direction=3)
+
+        wanted     the largest error allowed, 0.02 for 2 %; `accuracy=` of a run takes precedence
+        of         RESULTANTS, ENERGY, PRESSURE, SLIP, DISPLACEMENT, MISES; of a set also
+                   REACTION FORCE and CONTACT FORCE
+        nodes      the set of nodes whose values are meant
+        direction  1, 2 or 3: of their vectors this component alone
+        mesh       REFINE or KEEP
+        """
+        given = {"OF": of, "NSET": nodes and _name(nodes), "DIRECTION": direction, "MESH": mesh}
+        return self.card("ACCURACY", [(wanted,)], given)
+
     def amplitude(
         self, name: str, points: Sequence[tuple[Number, Number]], total_time: bool = False
     ) -> Deck:

@@ -456,7 +456,8 @@ def run(
     directory   where the result goes (the working directory); made if it is not there
     overwrite   replace a result that is unfinished, of another deck, or of other parameters
     resume      go on with the run that left an unfinished result
-    accuracy    error allowed in the contact resultants, 0.01 for 1 %; the mesh is then chosen
+    accuracy    error allowed, 0.01 for 1 %, in the contact resultants or what *ACCURACY of the deck
+                says; the mesh is then chosen
     time        seconds of the processor that all runs together may take: the most accurate mesh
                 and increments within them are chosen
     memory      that a run may take, as "4GB" or "500MB": the same

@@ -4,11 +4,14 @@
 !> docs/theory.md section 10.
 module measured_quantities_mod
   use kinds_mod, only: wp
+  use text_mod, only: to_text
   use controls_mod, only: accuracy_of_resultants, accuracy_of_energy, accuracy_of_pressure, &
-    accuracy_of_slip, accuracy_of_displacement
-  use scene_mod, only: scene_t
+    accuracy_of_slip, accuracy_of_displacement, accuracy_of_mises, accuracy_of_reaction, &
+    accuracy_of_contact_force
+  use scene_mod, only: scene_t, turn_local
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t, largest_slip
+  use contact_at_nodes_mod, only: add_contact_forces, add_contact_pressures
   use increment_report_mod, only: increment_report_t, largest_pressure
   use step_fields_mod, only: tensor_field_t
   use mesh_fields_mod, only: fill_tensors_of
@@ -20,7 +23,8 @@ module measured_quantities_mod
 
   !> A number or a vector of an increment, with a place among its values.
   type :: quantity_t
-    character(:), allocatable :: name        !! <pair>/<name>, or <name>
+    character(:), allocatable :: name
+    !! <pair>/<name>, <set>/<node>/<name>, <set>/<name> or <name>
     character(:), allocatable :: kind        !! force, energy, ... as for datasets
     character(:), allocatable :: description
     integer  :: pair = 0         !! 0: of no pair
@@ -29,9 +33,10 @@ module measured_quantities_mod
     integer  :: scale = 0        !! its errors are parts of the largest of quantities of this scale
     logical  :: is_scale = .true. !! which this one is among
     real(wp) :: factor = 1.0_wp  !! times this
+    logical  :: is_compared = .true. !! its error counts; else it is there for its scale alone
   end type quantity_t
 
-  !> The least size of a pair beside the largest, down to which errors are its own.
+  !> The least size of a pair, or of a set, beside the largest, down to which errors are its own.
   real(wp), parameter :: smallest_pair = 1.0e-3_wp
 
 contains
@@ -43,52 +48,134 @@ contains
     integer :: p
 
     allocate (list(0))
+    if (allocated(scene%accuracy%set)) then
+      call list_of_set(scene, list)
+      return
+    end if
     select case (scene%accuracy%of)
     case (accuracy_of_resultants)
       do p = 1, size(scene%pairs)
         associate (pair => scene%pairs(p))
-          call add(quantity_t(pair%name//'/pressing_force', 'force', &
+          call add(list, quantity_t(pair%name//'/pressing_force', 'force', &
             'sum of the normal reactions', pair=p, scale=p))
-          call add(quantity_t(pair%name//'/normal_force', 'force', &
+          call add(list, quantity_t(pair%name//'/normal_force', 'force', &
             'sum of the normal reactions on the slave body as vectors, x, y, z', pair=p, n=3, &
             scale=p, is_scale=.false.))
-          if (pair%mu > 0.0_wp) call add(quantity_t(pair%name//'/friction_force', 'force', &
-            'sum of the friction on the slave body, x, y, z', pair=p, n=3, scale=p, &
+          if (pair%mu > 0.0_wp) call add(list, quantity_t(pair%name//'/friction_force', &
+            'force', 'sum of the friction on the slave body, x, y, z', pair=p, n=3, scale=p, &
             is_scale=.false., factor=min(pair%mu, 1.0_wp)))
         end associate
       end do
     case (accuracy_of_energy)
-      call add(quantity_t('strain', 'energy', 'elastic energy of the bodies', scale=1))
+      call add(list, quantity_t('strain', 'energy', 'elastic energy of the bodies', scale=1))
     case (accuracy_of_pressure)
       do p = 1, size(scene%pairs)
-        call add(quantity_t(scene%pairs(p)%name//'/largest_pressure', 'pressure', &
+        call add(list, quantity_t(scene%pairs(p)%name//'/largest_pressure', 'pressure', &
           'normal reaction over the area of its point, the largest', pair=p, scale=p))
       end do
     case (accuracy_of_slip)
       do p = 1, size(scene%pairs)
-        call add(quantity_t(scene%pairs(p)%name//'/largest_slip', 'length', &
+        call add(list, quantity_t(scene%pairs(p)%name//'/largest_slip', 'length', &
           'sum of the slip increments of a point, the longest', pair=p, scale=p))
       end do
     case (accuracy_of_displacement)
-      call add(quantity_t('largest_displacement', 'length', 'of the nodes of bricks', scale=1))
-    case default
-      call add(quantity_t('largest_von_mises', 'pressure', 'of the mean stresses of the bricks', &
+      call add(list, quantity_t('largest_displacement', 'length', 'of the nodes of bricks', &
         scale=1))
+    case default
+      call add(list, quantity_t('largest_von_mises', 'pressure', &
+        'of the mean stresses of the bricks', scale=1))
     end select
+  end subroutine list_quantities
+
+  !> Those of a set: of each of its nodes, or a force that is summed; and by what it is found that
+  !> these are next to nothing.
+  subroutine list_of_set(scene, list)
+    type(scene_t), intent(in) :: scene
+    type(quantity_t), allocatable, intent(inout) :: list(:)
+    character(:), allocatable :: ending
+    integer :: n
+
+    associate (accuracy => scene%accuracy)
+      n = 3
+      ending = ''
+      if (accuracy%direction > 0) then
+        n = 1
+        ending = '_'//'xyz'(accuracy%direction:accuracy%direction)
+      end if
+      select case (accuracy%of)
+      case (accuracy_of_reaction, accuracy_of_contact_force)
+        call add(list, quantity_t(accuracy%set//'/'//trim(merge('reaction_force', &
+          'contact_force ', accuracy%of == accuracy_of_reaction))//ending, 'force', &
+          'on the set', n=n, scale=1))
+      case (accuracy_of_displacement)
+        call add_nodes('displacement'//ending, 'length', 'of the node', n)
+      case (accuracy_of_pressure)
+        call add_nodes('contact_pressure', 'pressure', &
+          'normal reactions over the areas of the node', 1)
+      case (accuracy_of_slip)
+        call add_nodes('slip', 'length', 'sum of the slip increments, as a vector', 1)
+      case default
+        call add_nodes('von_mises', 'pressure', 'of the stress averaged at the node', 1)
+      end select
+      select case (accuracy%of)
+      case (accuracy_of_reaction, accuracy_of_contact_force)
+        call add_measure(accuracy%set//'/sum_of_sizes', 'force', 'of the forces on its nodes')
+      case (accuracy_of_displacement)
+        call add_measure('largest_displacement', 'length', 'of all nodes')
+      case (accuracy_of_pressure)
+        call add_measure('largest_contact_pressure', 'pressure', 'of all nodes')
+      case (accuracy_of_slip)
+        call add_measure('largest_slip', 'length', 'of all nodes')
+      case default
+        call add_measure('largest_von_mises', 'pressure', 'of all nodes')
+      end select
+    end associate
 
   contains
 
-    subroutine add(quantity)
-      type(quantity_t), intent(in) :: quantity
-      integer :: first
+    !> One of each node.
+    subroutine add_nodes(name, kind, description, n)
+      character(*), intent(in) :: name, kind, description
+      integer, intent(in) :: n !! components
+      type(quantity_t) :: quantity
+      integer :: k
 
-      first = 1
-      if (size(list) > 0) first = list(size(list))%first + list(size(list))%n
-      list = [list, quantity]
-      list(size(list))%first = first
-    end subroutine add
+      quantity%kind = kind
+      quantity%description = description
+      quantity%n = n
+      quantity%scale = 1
+      do k = 1, size(scene%accuracy%nodes)
+        quantity%name = scene%accuracy%set//'/'// &
+          to_text(scene%mesh%node_id(scene%accuracy%nodes(k)))//'/'//name
+        call add(list, quantity)
+      end do
+    end subroutine add_nodes
 
-  end subroutine list_quantities
+    subroutine add_measure(name, kind, description)
+      character(*), intent(in) :: name, kind, description
+      type(quantity_t) :: quantity
+
+      quantity%name = name
+      quantity%kind = kind
+      quantity%description = description
+      quantity%scale = 2
+      quantity%is_compared = .false.
+      call add(list, quantity)
+    end subroutine add_measure
+
+  end subroutine list_of_set
+
+  !> Put a quantity behind those that are there.
+  subroutine add(list, quantity)
+    type(quantity_t), allocatable, intent(inout) :: list(:)
+    type(quantity_t), intent(in) :: quantity
+    integer :: first
+
+    first = 1
+    if (size(list) > 0) first = list(size(list))%first + list(size(list))%n
+    list = [list, quantity]
+    list(size(list))%first = first
+  end subroutine add
 
   !> Their values at the end of an increment.
   subroutine measure_quantities(scene, points, list, state, report, values)
@@ -102,6 +189,10 @@ contains
     integer :: k
 
     values = 0.0_wp
+    if (allocated(scene%accuracy%set)) then
+      call measure_set(scene, points, state, report, values)
+      return
+    end if
     do k = 1, size(list)
       associate (quantity => list(k), a => list(k)%first)
         select case (quantity%name(index(quantity%name, '/', back=.true.) + 1:))
@@ -158,6 +249,84 @@ contains
     end function largest_mises
 
   end subroutine measure_quantities
+
+  !> The values of a set, and of all nodes the largest.
+  subroutine measure_set(scene, points, state, report, values)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: state
+    type(increment_report_t), intent(in) :: report
+    real(wp), intent(out) :: values(:) !! node after node
+    real(wp), allocatable :: vectors(:, :)
+
+    associate (mine => values(:size(values) - 1), largest => values(size(values)), &
+      nodes => scene%accuracy%nodes)
+      select case (scene%accuracy%of)
+      case (accuracy_of_displacement)
+        vectors = state%displacement
+        call turn_local(scene, state%displacement, .true., vectors)
+        mine = reshape(in_direction(vectors(:, nodes)), shape(mine))
+        largest = maxval(norm2(vectors, dim=1))
+      case (accuracy_of_reaction, accuracy_of_contact_force)
+        if (scene%accuracy%of == accuracy_of_reaction) then
+          vectors = state%support_force
+          call turn_local(scene, state%support_force, .false., vectors)
+        else
+          vectors = 0.0_wp*state%displacement
+          call add_contact_forces(scene, points, state, report%contact, vectors)
+        end if
+        mine = reshape(in_direction(spread(sum(vectors(:, nodes), 2), 2, 1)), shape(mine))
+        largest = sum(norm2(vectors(:, nodes), dim=1))
+      case default
+        vectors = numbers_at_nodes(scene, points, state, report)
+        mine = vectors(1, nodes)
+        largest = maxval(vectors)
+      end select
+    end associate
+
+  contains
+
+    !> Of vectors the components that the accuracy is of.
+    pure function in_direction(vectors) result(components)
+      real(wp), intent(in) :: vectors(:, :) !! (3,n)
+      real(wp), allocatable :: components(:, :)
+
+      components = vectors
+      associate (d => scene%accuracy%direction)
+        if (d > 0) components = vectors(d:d, :)
+      end associate
+    end function in_direction
+
+  end subroutine measure_set
+
+  !> At each node the von Mises stress, or of its contact points the pressures together or the
+  !> longest slip.
+  function numbers_at_nodes(scene, points, state, report) result(values)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: state
+    type(increment_report_t), intent(in) :: report
+    real(wp), allocatable :: values(:, :) !! (1,n_nodes)
+    type(tensor_field_t) :: strain, stress
+    integer :: i
+
+    allocate (values(1, scene%mesh%n_nodes), source=0.0_wp)
+    if (scene%accuracy%of == accuracy_of_mises) then
+      allocate (stress%at_nodes(6, scene%mesh%n_nodes))
+      call fill_tensors_of(scene, state, strain, stress)
+      values(1, :) = von_mises(stress%at_nodes)
+      return
+    end if
+    if (scene%accuracy%of == accuracy_of_pressure) then
+      call add_contact_pressures(points, report%contact, values(1, :))
+      return
+    end if
+    do i = 1, points%n
+      associate (node => points%node(i))
+        values(1, node) = max(values(1, node), norm2(state%slip(:, i)))
+      end associate
+    end do
+  end function numbers_at_nodes
 
   !> What the errors of each quantity are measured by: the largest that those of its scale get in
   !> the run, where that is not far below those of the others.

@@ -206,6 +206,7 @@ contains
     integer :: j
 
     change = 0.0_wp
+    if (.not. sequence%list(k)%is_compared) return
     associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
       do j = 1, sequence%n_increments
         change = max(change, norm2(sequence%runs(one)%values(a:b, j) - &

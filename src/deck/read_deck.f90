@@ -213,7 +213,7 @@ contains
     call read_contact_controls(reader, scene%contact)
     call read_precision(reader, scene%precision)
     call read_body_solver(reader, scene%precision)
-    call read_accuracy(reader, scene%accuracy)
+    call read_accuracy(reader, model, surfaces%list(:surfaces%n), scene%pairs, scene%accuracy)
     call read_output_controls(reader, scene%output)
     call read_prints(reader, model, scene%output%prints)
     call read_amplitudes(reader, amplitudes)

@@ -14,7 +14,7 @@ module controls_mod
   public :: stop_at_residual, stop_at_change
   public :: linear_auto, linear_direct, linear_gmres
   public :: accuracy_of_resultants, accuracy_of_energy, accuracy_of_pressure, accuracy_of_slip, &
-    accuracy_of_displacement, accuracy_of_mises
+    accuracy_of_displacement, accuracy_of_mises, accuracy_of_reaction, accuracy_of_contact_force
   public :: compliance_auto, compliance_dense, compliance_products
 
   ! The first three are what /history/solver stores.
@@ -50,8 +50,10 @@ module controls_mod
   integer, parameter :: accuracy_of_slip = 4         !! the longest of a pair
   integer, parameter :: accuracy_of_displacement = 5 !! the largest
   integer, parameter :: accuracy_of_mises = 6        !! the largest mean of a brick
-  character(*), parameter :: accuracy_names(6) = [character(12) :: 'RESULTANTS', 'ENERGY', &
-    'PRESSURE', 'SLIP', 'DISPLACEMENT', 'MISES']
+  integer, parameter :: accuracy_of_reaction = 7      !! of the supports, the sum over a set
+  integer, parameter :: accuracy_of_contact_force = 8 !! the sum over a set
+  character(*), parameter :: accuracy_names(8) = [character(14) :: 'RESULTANTS', 'ENERGY', &
+    'PRESSURE', 'SLIP', 'DISPLACEMENT', 'MISES', 'REACTION FORCE', 'CONTACT FORCE']
 
   !> *CONTACT SOLVER.
   type :: contact_controls_t
@@ -102,6 +104,11 @@ module controls_mod
     integer  :: runs_before = 0      !! of the process, on other meshes or with other increments
     real(wp) :: time = 0.0_wp        !! of the processor that a run may take; 0: any [s]
     real(wp) :: memory = 0.0_wp      !! at the peak, that it may take; 0: what there is [bytes]
+    character(:), allocatable :: set !! of nodes that it is of; not allocated: of all there is
+    integer, allocatable :: nodes(:)
+    !! node numbers of the set, ascending: of a force that is summed all; else those of the deck,
+    !! which are the same on every mesh, that have the quantity
+    integer  :: direction = 0        !! of a set's vectors 1, 2, 3: x, y, z alone; 0: all
   end type accuracy_controls_t
 
   !> *NODE PRINT, *EL PRINT: what is written of a set, as a table of text too.
@@ -112,6 +119,8 @@ module controls_mod
     integer :: frequency = 1                !! lines of every so many increments, and of the last
     logical :: each = .true.                !! of nodes: a line for each
     logical :: totals = .false.             !! of nodes: a line for their forces together
+    integer, allocatable :: summed(:)
+    !! of nodes: those whose forces these are, the set's new ones on a finer mesh among them
     logical :: at_gauss_points = .true.     !! of elements; else the mean of each
     logical :: displacement = .false., reaction = .false., loads = .false. !! of nodes
     logical :: stress = .false., strain = .false., mises = .false. !! of elements
@@ -179,6 +188,10 @@ contains
     type(accuracy_controls_t), intent(in) :: accuracy
     character(:), allocatable :: words
 
+    if (allocated(accuracy%set)) then
+      words = set_in_words(accuracy)
+      return
+    end if
     select case (accuracy%of)
     case (accuracy_of_energy)
       words = 'the energies'
@@ -194,6 +207,30 @@ contains
       words = 'the contact resultants'
     end select
   end function subject_in_words
+
+  !> What an accuracy of a set is of.
+  function set_in_words(accuracy) result(words)
+    type(accuracy_controls_t), intent(in) :: accuracy !! with a set
+    character(:), allocatable :: words
+
+    select case (accuracy%of)
+    case (accuracy_of_pressure)
+      words = 'the contact pressures'
+    case (accuracy_of_slip)
+      words = 'the slips'
+    case (accuracy_of_displacement)
+      words = 'the displacements'
+    case (accuracy_of_mises)
+      words = 'the von Mises stresses'
+    case (accuracy_of_contact_force)
+      words = 'the contact force'
+    case default
+      words = 'the reaction force'
+    end select
+    words = words//' of '//accuracy%set
+    if (accuracy%direction > 0) words = words//' along '//'xyz'(accuracy%direction: &
+      accuracy%direction)
+  end function set_in_words
 
   !> double precision; single precision, block low rank 1e-6.
   function precision_in_words(precision) result(words)

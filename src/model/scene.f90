@@ -14,7 +14,7 @@ module scene_mod
   private
 
   public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t, coupled_rotation_t, &
-    local_axes_t, master_name, pair_turns, reference_nodes, has_rotations
+    local_axes_t, master_name, pair_turns, reference_nodes, has_rotations, turn_local
 
   !> Isotropic linear elasticity.
   type :: material_t
@@ -155,5 +155,26 @@ contains
       if (master > 0) pair_turns = scene%obstacles(master)%turns
     end associate
   end function pair_turns
+
+  !> Put what nodes have along local directions into x, y, z: in their place, or what stands at the
+  !> nodes that stand in for them beside it.
+  pure subroutine turn_local(scene, of_nodes, in_place, values)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: of_nodes(:, :)  !! (3,n_nodes) of the state
+    logical, intent(in) :: in_place         !! only what is in its place
+    real(wp), intent(inout) :: values(:, :) !! (3, nodes of the deck) the same, and turned
+    integer :: k
+
+    if (.not. allocated(scene%local_axes)) return
+    do k = 1, size(scene%local_axes)
+      associate (of => scene%local_axes(k))
+        if (of%stand_in == of%node) then
+          values(:, of%node) = matmul(of_nodes(:, of%node), of%direction)
+        else if (.not. in_place) then
+          values(:, of%node) = values(:, of%node) + matmul(of_nodes(:, of%stand_in), of%direction)
+        end if
+      end associate
+    end do
+  end subroutine turn_local
 
 end module scene_mod

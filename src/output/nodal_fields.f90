@@ -3,7 +3,7 @@
 module nodal_fields_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
-  use scene_mod, only: scene_t, pair_turns
+  use scene_mod, only: scene_t, pair_turns, turn_local
   use output_field_mod, only: field_source_t
   implicit none
   private
@@ -116,26 +116,5 @@ contains
     call turn_local(scene, of_nodes, in_place, turned)
     values = turned(:, scene%rotations%rotation_node)
   end function of_rotations
-
-  !> Put what nodes have along local directions into x, y, z: in their place, or what stands at the
-  !> nodes that stand in for them beside it.
-  pure subroutine turn_local(scene, of_nodes, in_place, values)
-    type(scene_t), intent(in) :: scene
-    real(wp), intent(in) :: of_nodes(:, :)  !! (3,n_nodes) of the state
-    logical, intent(in) :: in_place         !! only what is in its place
-    real(wp), intent(inout) :: values(:, :) !! (3, nodes of the deck) the same, and turned
-    integer :: k
-
-    if (.not. allocated(scene%local_axes)) return
-    do k = 1, size(scene%local_axes)
-      associate (of => scene%local_axes(k))
-        if (of%stand_in == of%node) then
-          values(:, of%node) = matmul(of_nodes(:, of%node), of%direction)
-        else if (.not. in_place) then
-          values(:, of%node) = values(:, of%node) + matmul(of_nodes(:, of%stand_in), of%direction)
-        end if
-      end associate
-    end do
-  end subroutine turn_local
 
 end module nodal_fields_mod

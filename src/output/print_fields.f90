@@ -155,7 +155,7 @@ contains
 
     allocate (of_all(3, shown_nodes(source%scene%mesh)), source=0.0_wp)
     call field(source, of_all)
-    values(1, :) = sum(of_all(:, source%scene%output%prints(source%print)%members), dim=2)
+    values(1, :) = sum(of_all(:, source%scene%output%prints(source%print)%summed), dim=2)
   end subroutine add_up
 
   ! ------------------------------------------------------------------ elements

@@ -7,6 +7,7 @@ module view_fields_mod
   use step_fields_mod, only: tensor_field_t
   use invariants_mod, only: von_mises, principal_values
   use local_refinement_mod, only: parents_of
+  use contact_at_nodes_mod, only: add_contact_forces, add_contact_pressures
   use mesh_fields_mod, only: fill_tensors_of
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     compute_field, every_time, at_start, at_supports, at_contact, of_bricks
@@ -130,25 +131,12 @@ contains
 
   end subroutine list_view_fields
 
-  !> Points that share a node add up; nodes of a master that is a body have the opposite forces.
   subroutine contact_force(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
-    integer :: i, k
 
-    do i = 1, source%points%n
-      associate (node => source%points%node(i))
-        values(:, node) = values(:, node) + source%state%reaction(:, i)
-      end associate
-      if (source%scene%pairs(source%points%pair(i))%master > 0) cycle
-      associate (weights => source%report%contact%weights)
-        do k = weights%first(i), weights%first(i + 1) - 1
-          associate (node => weights%node(k))
-            values(:, node) = values(:, node) - weights%weight(k)*source%state%reaction(:, i)
-          end associate
-        end do
-      end associate
-    end do
+    call add_contact_forces(source%scene, source%points, source%state, source%report%contact, &
+      values)
   end subroutine contact_force
 
   !> Points that share a node add up. A node that hangs has none: between others, it has their mean.
@@ -157,12 +145,7 @@ contains
     real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
     integer :: i
 
-    do i = 1, source%points%n
-      associate (node => source%points%node(i), area => source%report%contact%covered_area(i))
-        if (area > 0.0_wp) values(1, node) = values(1, node) + &
-          source%report%contact%reaction(1, i)/area
-      end associate
-    end do
+    call add_contact_pressures(source%points, source%report%contact, values(1, :))
     associate (mesh => source%scene%mesh)
       if (.not. allocated(mesh%hangs)) return
       do i = mesh%n_given + 1, min(size(mesh%hangs), size(values, 2))

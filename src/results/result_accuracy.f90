@@ -154,7 +154,7 @@ contains
         end do
         associate (a => quantity%first, b => quantity%first + quantity%n - 1)
           of_scale(a:b) = scales(k)
-          if (.not. allocated(errors%of_mesh)) return
+          if (.not. allocated(errors%of_mesh) .or. .not. quantity%is_compared) return
           of_error(a:b) = errors%of_mesh(k)%error
           of_order(a:b) = errors%of_mesh(k)%order
         end associate

@@ -215,6 +215,18 @@ class PrintedSets(unittest.TestCase):
             self.assertEqual(done.returncode, 1, done.stderr)
             self.assertEqual(deck.read_text(), run.deck.read_text())
 
+    def test_totals_on_a_refined_mesh(self):
+        """The force on the whole side, new nodes too; lines of nodes are those of the deck's."""
+        run = Run(DECK.format(first=NODES, second=""), "--refine", "1", name="press")
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            at = result.points[:, 2] == 1
+            forces = [result.field("reaction_force", i)[at].sum(axis=0) for i in range(2)]
+            total = result.file["print/1/total_reaction_force"][:2]
+            np.testing.assert_allclose(total, forces, atol=1e-12 * np.abs(forces).max())
+            self.assertEqual(result.file["print/1/node_id"].size, 12)
+            self.assertGreater(np.count_nonzero(at), 12)
+
     def test_an_empty_set_is_noted(self):
         empty = "*NSET, NSET=NOTHING\n" + "*STEP"
         text = DECK.format(first="*NODE PRINT, NSET=NOTHING\nU\n", second="")

@@ -123,7 +123,10 @@ contains
     end if
     if (allocated(sets%list(found)%members)) then
       print%members = sets%list(found)%members
-      if (.not. print%of_elements) print%members = given_nodes(model%mesh, print%members)
+      if (.not. print%of_elements) then
+        print%summed = print%members
+        print%members = given_nodes(model%mesh, print%members)
+      end if
       ok = size(print%members) > 0
     end if
     if (.not. ok .and. .not. sets%list(found)%flawed) call note(reader, '*'//card%keyword// &

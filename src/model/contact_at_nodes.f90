@@ -1,0 +1,54 @@
+!> What contact points say of nodes: forces, pressures.
+module contact_at_nodes_mod
+  use kinds_mod, only: wp
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use increment_report_mod, only: contact_fields_t
+  implicit none
+  private
+
+  public :: add_contact_forces, add_contact_pressures
+
+contains
+
+  !> Add the forces of contact to those of the nodes: points that share a node add up; nodes of a
+  !> master that is a body have the opposite forces.
+  pure subroutine add_contact_forces(scene, points, state, contact, forces)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: state
+    type(contact_fields_t), intent(in) :: contact
+    real(wp), intent(inout) :: forces(:, :) !! (3,n_nodes) [force]
+    integer :: i, k
+
+    do i = 1, points%n
+      associate (node => points%node(i))
+        forces(:, node) = forces(:, node) + state%reaction(:, i)
+      end associate
+      if (scene%pairs(points%pair(i))%master > 0) cycle
+      associate (weights => contact%weights)
+        do k = weights%first(i), weights%first(i + 1) - 1
+          associate (node => weights%node(k))
+            forces(:, node) = forces(:, node) - weights%weight(k)*state%reaction(:, i)
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine add_contact_forces
+
+  !> Add the normal reactions over the areas of their points to the pressures of the nodes.
+  pure subroutine add_contact_pressures(points, contact, pressures)
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact
+    real(wp), intent(inout) :: pressures(:) !! (n_nodes) [force/length^2]
+    integer :: i
+
+    do i = 1, points%n
+      associate (node => points%node(i), area => contact%covered_area(i))
+        if (area > 0.0_wp) pressures(node) = pressures(node) + contact%reaction(1, i)/area
+      end associate
+    end do
+  end subroutine add_contact_pressures
+
+end module contact_at_nodes_mod
