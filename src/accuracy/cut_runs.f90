@@ -9,8 +9,8 @@ module cut_runs_mod
   implicit none
   private
 
-  public :: find_base, waits_for_half, run_on_base, runs_on_base, cuts_for_trials, is_in_few_places, &
-    is_all_but_cut
+  public :: find_base, waits_for_half, run_on_base, runs_on_base, cuts_for_trials, &
+    is_in_few_places, is_all_but_cut
 
   real(wp), parameter :: most_near = 1.0_wp/3.0_wp
   !! of the bricks at contact: where there are more, cutting all of them costs little more [-]

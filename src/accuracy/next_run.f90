@@ -17,8 +17,8 @@ module next_run_mod
   implicit none
   private
 
-  public :: choice_t, begin_sequence, choose_run, skip_mesh, is_beginning, end_with_run, finer, next_finer, &
-    least_step
+  public :: choice_t, begin_sequence, choose_run, skip_mesh, is_beginning, end_with_run, finer, &
+    next_finer, least_step
   public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, &
     time_is_over
 
@@ -196,9 +196,11 @@ contains
     logical :: found
 
     call estimate_sequence(sequence, errors)
-    if (sequence%divides .and. .not. is_trial_mesh_there()) then
-      choice%mesh_size = mesh_before(sequence)
-      return
+    if (sequence%divides) then
+      if (.not. is_trial_mesh_there()) then
+        choice%mesh_size = mesh_before(sequence)
+        return
+      end if
     end if
     call choose_divisions(sequence, family, found)
     choice%divisions = family%divisions

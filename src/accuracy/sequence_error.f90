@@ -94,7 +94,8 @@ contains
 
   contains
 
-    !> Whether two meshes say something: another witness does, on bricks that are not too few for it.
+    !> Whether two meshes say something: another witness does, on bricks that are not too few for
+    !> it.
     pure logical function two_are_enough(last)
       integer, intent(in) :: last
 
