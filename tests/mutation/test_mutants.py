@@ -122,7 +122,9 @@ class Mutants(unittest.TestCase):
             names = [m.name for m in mutants_of(str(path.relative_to(source)), text)]
             self.assertEqual(len(names), len(set(names)), path)
             # Files of declarations have little to change, and interfaces of libraries nothing.
-            own = re.sub(r"\n  (?:abstract )?interface\n.*?\n  end interface\n", "\n", text, flags=re.S)
+            own = re.sub(
+                r"\n  (?:abstract )?interface\n.*?\n  end interface\n", "\n", text, flags=re.S
+            )
             if own.count("\n") > 100:
                 self.assertGreater(len(names), 10, path)
 
