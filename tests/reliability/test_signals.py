@@ -71,10 +71,10 @@ class Signals(Folder):
 
     def test_a_search_for_a_mesh_goes_on(self):
         """Killed at any change of the file, on any mesh: in the end the same to the last bit."""
-        self.check_search(SOUGHT, 4, 0)
+        self.check_search(SOUGHT, 6, 0)
 
     def test_a_search_that_cuts_bricks_at_contact_goes_on(self):
-        self.check_search(SMALL_CONTACT, 7, 3, (0.5, 0.95))
+        self.check_search(SMALL_CONTACT, 10, 3, (0.5, 0.95))
 
     def check_search(self, case, n_runs, cuts, parts=(0.2, 0.5, 0.9)):
         other = self.elsewhere()
