@@ -113,6 +113,8 @@ class Failures(unittest.TestCase):
         """What the result file counts is there and right; nothing half begun lies beside it.
 
         Returns the number of increments. Without `compare` they are of another run than WHOLE.
+        Where little memory is left the plan takes a factor in single precision: such a run stops
+        at another point within the tolerance of contact, 1e-10.
         """
         folder = Path(folder)
         self.assertFalse((folder / "block.vtkhdf.new").exists(), "left behind")
@@ -123,6 +125,7 @@ class Failures(unittest.TestCase):
         with Result(folder / "block.vtkhdf") as result:
             found = displacements(result)
             finished = result.finished
+            bits = result.run["single_factor"] == 0
         # The last increment may be counted in the histories, and its failure be told, before its
         # fields are counted as well.
         self.assertIn(finished - len(found), (0, 1))
@@ -131,7 +134,10 @@ class Failures(unittest.TestCase):
         if not compare:
             return finished
         for row, (kept, whole) in enumerate(zip(found, WHOLE[: len(found)], strict=True)):
-            numpy.testing.assert_array_equal(kept, whole, f"increment {row + 1}")
+            allowed = 0 if bits else 1e-9 * abs(whole).max()
+            numpy.testing.assert_allclose(
+                kept, whole, rtol=0, atol=allowed, err_msg=f"increment {row + 1}"
+            )
         return finished
 
 
