@@ -9,7 +9,7 @@ module sequence_error_mod
     step_runs, runs_on_mesh, runs_up_to, fewest_divisions
   use cut_runs_mod, only: find_base, runs_on_base, cuts_for_trials
   use convergence_mod, only: convergence_t, observe_convergence, assume_first_order, &
-    fitted_order, error_at_least, error_by_differences, least_order, safety_of_two
+    fitted_order, error_at_least, error_by_differences, least_order, safety, safety_of_two
   implicit none
   private
 
@@ -83,6 +83,7 @@ contains
     end do
     errors%mesh = 0.0_wp
     if (size(sequence%list) == 0) return
+    call take_neighbours(sequence, runs(n), scales, errors%of_mesh)
     errors%worst = maxloc(errors%of_mesh%error, dim=1)
     errors%mesh = errors%of_mesh(errors%worst)%error
     ! Two meshes may be alike by accident, and so may those that are finer in some places: another
@@ -125,6 +126,25 @@ contains
     runs = others
   end subroutine take_undivided
 
+  !> A largest value is known no better than by half of what it changes by to the next one, across
+  !> a brick: where coarse meshes agree by accident on what grows without end, at an edge say, or on
+  !> what is the largest there alone, that is much.
+  pure subroutine take_neighbours(sequence, run, scales, of_mesh)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: run
+    real(wp), intent(in) :: scales(:)
+    type(convergence_t), intent(inout) :: of_mesh(:)
+    integer :: k
+
+    do k = 1, size(sequence%list)
+      associate (next => sequence%list(k)%beside, values => sequence%runs(run)%values)
+        if (next == 0 .or. .not. scales(k) > 0.0_wp) cycle
+        of_mesh(k)%error = max(of_mesh(k)%error, 0.5_wp*maxval(abs(values( &
+          sequence%list(k)%first, :) - values(next, :)))/scales(k))
+      end associate
+    end do
+  end subroutine take_neighbours
+
   !> Take what cuts at contact say of a run, where that is less than what other meshes say.
   pure subroutine take_cuts(sequence, run, scales, errors)
     type(mesh_sequence_t), intent(in) :: sequence
@@ -139,13 +159,14 @@ contains
 
     call estimate_cuts(sequence, run, scales, near, far, n_rising)
     if (size(near) == 0) return
-    worst = maxloc(near%error + far, dim=1)
-    mesh = max(near(worst)%error + far(worst), sequence%runs(run)%recovery)
+    near%error = near%error + far
+    call take_neighbours(sequence, run, scales, near)
+    worst = maxloc(near%error, dim=1)
+    mesh = max(near(worst)%error, sequence%runs(run)%recovery)
     if (errors%mesh >= 0.0_wp .and. errors%mesh <= mesh) return
     errors%mesh = mesh
     errors%worst = worst
     errors%of_mesh = near
-    errors%of_mesh%error = near%error + far
     errors%of_mesh%weight = 0.0_wp
     errors%n_rising = n_rising
   end subroutine take_cuts
@@ -241,8 +262,41 @@ contains
           runs(i), runs(j)), h(n)))
       end do
     end do
+    if (size(all_runs) >= fitted_to) observed%error = min(observed%error, by_distant_sizes())
 
   contains
+
+    !> The same of four sizes and more, the first of which is about twice the last: what those differ
+    !> by that are near each other is how far values scatter, and does not grow beyond that.
+    pure real(wp) function by_distant_sizes() result(error)
+      real(wp), parameter :: distant = 1.9_wp !! a size over another
+      real(wp), allocatable :: sizes(:)
+      integer, allocatable :: those(:)
+      real(wp) :: order, times
+      integer :: first, m, i, j
+
+      error = huge(1.0_wp)
+      m = size(all_runs)
+      first = m - fitted_to + 1
+      do while (first > 1 .and. all_sizes(first) < distant*all_sizes(m))
+        first = first - 1
+      end do
+      if (all_sizes(first) < distant*all_sizes(m)) return
+      sizes = all_sizes(first:)
+      those = all_runs(first:)
+      m = size(those)
+      order = min(most_fitted, fitted_order(sizes, all_values(those)))
+      if (order <= least_order) return
+      error = 0.0_wp
+      do i = 1, m - 1
+        do j = i + 1, m
+          times = error_at_least(sizes([i, j]), 1.0_wp, sizes(m))
+          if (j == m) times = max(times, error_by_differences(sizes([i, j]), [1.0_wp], order))
+          if (sizes(i) < distant*sizes(j)) times = min(times, safety)
+          error = max(error, times*change(sequence, k, scale, those(i), those(j)))
+        end do
+      end do
+    end function by_distant_sizes
 
     !> The quantity's values over the increments, a run a column.
     pure function all_values(runs) result(values)
@@ -358,7 +412,12 @@ contains
       error = max(error, of_quantity)
     end do
     associate (mesh => sequence%runs(runs(1))%mesh_size)
-      if (mesh%zone%times > 0) return
+      if (mesh%zone%times > 0) then
+        ! There are runs with more cuts, which increments are not tried with.
+        if (any([(sequence%runs(k)%mesh_size%zone%times, k=1, size(sequence%runs))] > &
+          mesh%zone%times)) error = on_finer_mesh*error
+        return
+      end if
       error = error*merge(on_coarse_mesh, on_finer_mesh, relative_size(mesh) >= less* &
         relative_size(sequence%trial))
     end associate
