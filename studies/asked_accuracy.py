@@ -98,6 +98,13 @@ SCENES = (
     Scene("rocking", "rocking", 0.6, COARSE, 4),
     Scene("weight alone", "weight", 0.3, COARSE, 4),
     Scene("press fit", "fit", 0.2, (2, 4, 6, 8, 10), 3),
+    Scene("a rough floor, a smooth wall", "wall", 0.5),
+    Scene("a cylinder rolled and dragged", "rolled", 0.3, (4, 6, 8, 12, 16, 20), 4),
+    Scene("warm between two walls", "heat", 0.3, COARSE, 4),
+    Scene("pressed, lifted, pressed again", "again", 0.4, steps=4),
+    Scene("two layers, much friction", "grip", 1.5, steps=4),
+    Scene("a soft layer, bricks cut", "fixed", 0.3, (2, 3, 4, 6, 8, 10), 4),
+    Scene("a strip drawn from under a lid", "lap", 0.2, (2, 3, 4, 5, 6), 4),
 )  # fmt: skip
 
 
@@ -108,7 +115,7 @@ class Outcome:
     status: int
     seconds: float
     times: np.ndarray
-    pairs: list  # of each: sum of normal reactions (T,), as vectors (T, 3), friction (T, 3)
+    pairs: list  # of each: sum of normal reactions (T,), as vectors (T, 3), friction (T, 3), mu
     sequence: object
     reason: str
 
@@ -154,10 +161,10 @@ def run(program, scene, folder, parameters, *options, direct=True):
 
 
 def forces(pair, kept):
-    """The sum of the normal reactions of a pair, the same as vectors, the sum of its friction."""
+    """The sum of a pair's normal reactions, the same as vectors, the sum of its friction, mu."""
     local, total = pair.reaction[kept], pair.resultant[kept]
     normal = np.einsum("tp,tpx->tx", local[:, :, 0], pair.frame[kept][:, :, 0, :])
-    return local[:, :, 0].sum(axis=1), normal, total - normal
+    return local[:, :, 0].sum(axis=1), normal, total - normal, pair.friction_coefficient
 
 
 def truth(program, scene, folder):
@@ -181,10 +188,10 @@ def truth(program, scene, folder):
         for one, other in zip(fine[1].pairs, fine[2].pairs, strict=True)
     ]
     limit = Outcome(0, 0, fine[2].times, pairs, None, "")
-    return limit, error_of(fine[2], limit, scene.mu)
+    return limit, error_of(fine[2], limit)
 
 
-def error_of(found, true, mu):
+def error_of(found, true):
     """The largest error of a pair at the ends of increments that both have."""
     here = np.flatnonzero(np.isclose(found.times[:, None], true.times, rtol=1e-9).any(axis=1))
     there = [int(np.argmin(abs(true.times - time))) for time in found.times[here]]
@@ -192,7 +199,8 @@ def error_of(found, true, mu):
     worst = 0.0
     for one, other, own in zip(found.pairs, true.pairs, scales, strict=True):
         scale = max(own, 1e-3 * max(scales))
-        apart = [a[here] - b[there] for a, b in zip(one, other, strict=True)]
+        apart = [a[here] - b[there] for a, b in zip(one[:3], other[:3], strict=True)]
+        mu = other[3]
         worst = max(worst, abs(apart[0]).max() / scale,
                     np.linalg.norm(apart[1], axis=1).max() / scale)  # fmt: skip
         if mu > 0:
@@ -209,7 +217,7 @@ def by_hand(program, scene, folder, true):
             one = run(program, scene, folder, parameters)
             words = f"n = {n}" + (f", {finer} times the increments" if finer > 1 else "")
             if one and one.status == 0:
-                found.append((error_of(one, true, scene.mu), one.seconds, words))
+                found.append((error_of(one, true), one.seconds, words))
     return found
 
 
@@ -230,7 +238,7 @@ def judge(program, scene):
                 ends.append(("refused", None))
                 rows.append([*row, f"over {LIMIT} s", *8 * "-", of_best[0], "-", of_best[1]])
                 continue
-            error, sequence = error_of(one, true, scene.mu), one.sequence
+            error, sequence = error_of(one, true), one.sequence
             end = "refused"
             if one.status == 0:
                 end = "reached" if error <= asked else "**broken**"

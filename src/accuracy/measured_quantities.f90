@@ -8,12 +8,14 @@ module measured_quantities_mod
   use controls_mod, only: accuracy_of_resultants, accuracy_of_energy, accuracy_of_pressure, &
     accuracy_of_slip, accuracy_of_displacement, accuracy_of_mises, accuracy_of_reaction, &
     accuracy_of_contact_force
+  use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, turn_local
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t, largest_slip
   use contact_at_nodes_mod, only: add_contact_forces, add_contact_pressures
-  use increment_report_mod, only: increment_report_t, largest_pressure
+  use increment_report_mod, only: increment_report_t, contact_fields_t, largest_pressure
   use step_fields_mod, only: tensor_field_t
+  use patch_recovery_mod, only: edge_ends
   use mesh_fields_mod, only: fill_tensors_of
   use invariants_mod, only: von_mises
   implicit none
@@ -33,7 +35,10 @@ module measured_quantities_mod
     integer  :: scale = 0        !! its errors are parts of the largest of quantities of this scale
     logical  :: is_scale = .true. !! which this one is among
     real(wp) :: factor = 1.0_wp  !! times this
-    logical  :: is_compared = .true. !! its error counts; else it is there for its scale alone
+    logical  :: is_compared = .true.
+    !! its error counts; else it is there for its scale, or beside another one
+    integer  :: beside = 0
+    !! of a largest value the place of what the next one is, across a brick; 0: none
   end type quantity_t
 
   !> The least size of a pair, or of a set, beside the largest, down to which errors are its own.
@@ -70,8 +75,9 @@ contains
       call add(list, quantity_t('strain', 'energy', 'elastic energy of the bodies', scale=1))
     case (accuracy_of_pressure)
       do p = 1, size(scene%pairs)
-        call add(list, quantity_t(scene%pairs(p)%name//'/largest_pressure', 'pressure', &
-          'normal reaction over the area of its point, the largest', pair=p, scale=p))
+        call add_largest(list, quantity_t(scene%pairs(p)%name//'/largest_pressure', 'pressure', &
+          'normal reaction over the area of its point, the largest', pair=p, scale=p), &
+          scene%pairs(p)%name//'/pressure_beside', 'that of its neighbours, the least')
       end do
     case (accuracy_of_slip)
       do p = 1, size(scene%pairs)
@@ -82,8 +88,9 @@ contains
       call add(list, quantity_t('largest_displacement', 'length', 'of the nodes of bricks', &
         scale=1))
     case default
-      call add(list, quantity_t('largest_von_mises', 'pressure', &
-        'of the mean stresses of the bricks', scale=1))
+      call add_largest(list, quantity_t('largest_von_mises', 'pressure', &
+        'of the mean stresses of the bricks', scale=1), 'von_mises_beside', &
+        'of the bricks that share a face with that one, the least')
     end select
   end subroutine list_quantities
 
@@ -165,6 +172,23 @@ contains
 
   end subroutine list_of_set
 
+  !> A largest value, and what the values next to it are.
+  subroutine add_largest(list, quantity, name, description)
+    type(quantity_t), allocatable, intent(inout) :: list(:)
+    type(quantity_t), intent(in) :: quantity
+    character(*), intent(in) :: name, description !! of those
+    type(quantity_t) :: next
+
+    call add(list, quantity)
+    next = quantity
+    next%name = name
+    next%description = description
+    next%is_scale = .false.
+    next%is_compared = .false.
+    call add(list, next)
+    list(size(list) - 1)%beside = list(size(list))%first
+  end subroutine add_largest
+
   !> Put a quantity behind those that are there.
   subroutine add(list, quantity)
     type(quantity_t), allocatable, intent(inout) :: list(:)
@@ -209,6 +233,8 @@ contains
         case ('largest_pressure')
           values(a) = largest_pressure(report%contact, points%first(quantity%pair), &
             points%first(quantity%pair + 1) - 1)
+        case ('pressure_beside')
+          values(a) = pressure_beside(scene%mesh, points, report%contact, quantity%pair)
         case ('largest_slip')
           values(a) = largest_slip(state, points%first(quantity%pair), &
             points%first(quantity%pair + 1) - 1)
@@ -216,8 +242,9 @@ contains
           values(a) = report%energy%strain
         case ('largest_displacement')
           values(a) = maxval(norm2(state%displacement(:, scene%mesh%brick_nodes), dim=1))
-        case default
-          values(a) = largest_mises()
+        case ('largest_von_mises')
+          call find_mises(values(a), values(quantity%beside))
+        case default ! found with the largest
         end select
       end associate
     end do
@@ -240,15 +267,61 @@ contains
       end do
     end subroutine sum_normals
 
-    real(wp) function largest_mises()
+    !> Of the means of the bricks the largest, and the least next to it, in the same material.
+    subroutine find_mises(largest, beside)
+      real(wp), intent(out) :: largest, beside
       type(tensor_field_t) :: strain, stress
+      real(wp) :: mises(scene%mesh%n_elements)
+      integer :: at, e
 
       allocate (stress%at_centroids(6, scene%mesh%n_elements))
       call fill_tensors_of(scene, state, strain, stress)
-      largest_mises = maxval(von_mises(stress%at_centroids))
-    end function largest_mises
+      mises = von_mises(stress%at_centroids)
+      at = maxloc(mises, dim=1)
+      largest = mises(at)
+      beside = largest
+      associate (nodes => scene%mesh%connectivity, material => scene%mesh%material)
+        do e = 1, scene%mesh%n_elements
+          if (material(e) == material(at) .and. n_shared(nodes(:, e), nodes(:, at)) == 4) &
+            beside = min(beside, mises(e))
+        end do
+      end associate
+    end subroutine find_mises
+
+    !> How many nodes two bricks share.
+    pure integer function n_shared(one, other)
+      integer, intent(in) :: one(8), other(8)
+      integer :: i
+
+      n_shared = count([(any(one(i) == other), i=1, 8)])
+    end function n_shared
 
   end subroutine measure_quantities
+
+  !> Of the points at the other ends of a brick's edges where a pair's pressure is the largest the
+  !> least pressure.
+  pure real(wp) function pressure_beside(mesh, points, contact, pair) result(beside)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact
+    integer, intent(in) :: pair
+    real(wp) :: pressure(mesh%n_nodes) !! negative where the pair has no point
+    integer :: i, e, k, at
+
+    pressure = -1.0_wp
+    do i = points%first(pair), points%first(pair + 1) - 1
+      pressure(points%node(i)) = largest_pressure(contact, i, i)
+    end do
+    at = maxloc(pressure, dim=1)
+    beside = max(0.0_wp, pressure(at))
+    do e = 1, mesh%n_elements
+      k = findloc(mesh%connectivity(:, e), at, dim=1)
+      if (k == 0) cycle
+      associate (near => pressure(mesh%connectivity(edge_ends(:, k), e)))
+        beside = min(beside, minval(merge(near, beside, near >= 0.0_wp)))
+      end associate
+    end do
+  end function pressure_beside
 
   !> The values of a set, and of all nodes the largest.
   subroutine measure_set(scene, points, state, report, values)

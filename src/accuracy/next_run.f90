@@ -41,6 +41,8 @@ module next_run_mod
   real(wp), parameter :: second_step = 1.5_wp !! from the first size to the second
   real(wp), parameter :: worth_a_try = 1.5_wp
   !! times smaller that all bricks must get, from which on cuts at contact are tried
+  real(wp), parameter :: far_off = 4.0_wp
+  !! times smaller that bricks must get, from which on it is looked whether that helps
   integer, parameter :: most_parts = 64
   real(wp), parameter :: rounding = 1.0e-9_wp
   real(wp), parameter :: small = 0.02_wp !! of the machine's memory [-]
@@ -335,7 +337,7 @@ contains
     call refine_all(sequence, family, memory_left, errors, choice)
     ! Few points touch on the first mesh: what load steps make of them is known better here. It is
     ! worth knowing where the mesh is about right.
-    if (.not. (sequence%divides .and. is_near_goal(sequence, family, choice))) return
+    if (.not. (sequence%divides .and. is_near_goal(sequence, family, errors, choice))) return
     divided = family
     associate (tried => step_runs(sequence, cuts_for_trials(sequence, family%cuts)), &
       runs => mesh_runs(sequence, family))
@@ -356,15 +358,17 @@ contains
   end subroutine follow_cuts
 
   !> Whether the meshes of a family all but reach the accuracy, or their increments were tried.
-  pure logical function is_near_goal(sequence, family, choice)
+  pure logical function is_near_goal(sequence, family, errors, choice)
     type(mesh_sequence_t), intent(in) :: sequence
     type(family_t), intent(in) :: family
+    type(sequence_error_t), intent(in) :: errors !! of the last of its runs
     type(choice_t), intent(in) :: choice !! what follows on its runs
 
     associate (runs => mesh_runs(sequence, family), tried => step_runs(sequence, &
       cuts_for_trials(sequence, family%cuts)))
       is_near_goal = size(tried) > 1 .or. choice%outcome == is_reached .or. size(runs) > 2 .or. &
-        sequence%runs(runs(size(runs)))%recovery <= sequence%wanted
+        (sequence%runs(runs(size(runs)))%recovery <= sequence%wanted .and. errors%mesh <= &
+        sequence%wanted)
     end associate
   end function is_near_goal
 
@@ -412,6 +416,10 @@ contains
       end if
       needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh, aimed_at*left, &
         max(hoped_order, errors%of_mesh(errors%worst)%order))
+      if (needed > far_off .and. is_as_wrong_as_before()) then
+        choice%outcome = not_convergent
+        return
+      end if
       choice%mesh_size = finer(sequence, last%mesh_size, merge(least_step, min(needed, &
         wary_step), errors%of_mesh(errors%worst)%order <= least_order + rounding))
       choice%may_be_last = needed <= largest_step
@@ -423,6 +431,28 @@ contains
         choice%outcome = beyond_machine
       end if
     end associate
+
+  contains
+
+    !> Whether the error is about what it was with bricks of twice the size, of six meshes and more.
+    logical function is_as_wrong_as_before() result(is_so)
+      type(mesh_sequence_t) :: earlier
+      type(sequence_error_t) :: of_earlier
+      real(wp), parameter :: about = 0.9_wp, twice = 2.0_wp - rounding
+      integer :: i
+
+      is_so = .false.
+      if (size(runs) < 6) return
+      i = count([(relative_size(sequence%runs(runs(i))%mesh_size) >= twice*relative_size( &
+        sequence%runs(runs(size(runs)))%mesh_size), i=1, size(runs))])
+      if (i < 3) return
+      earlier = sequence
+      earlier%runs = sequence%runs(:runs(i))
+      call estimate_sequence(earlier, of_earlier, family)
+      if (.not. allocated(of_earlier%of_mesh)) return
+      is_so = errors%of_mesh(errors%worst)%error >= about*of_earlier%of_mesh(errors%worst)%error
+    end function is_as_wrong_as_before
+
   end subroutine refine_all
 
 end module next_run_mod

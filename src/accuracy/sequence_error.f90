@@ -9,7 +9,7 @@ module sequence_error_mod
     step_runs, runs_on_mesh, runs_up_to, fewest_divisions, sizes_of
   use cut_runs_mod, only: find_base, runs_on_base, cuts_for_trials
   use convergence_mod, only: convergence_t, observe_convergence, assume_first_order, &
-    fitted_order, error_at_least, error_by_differences, least_order, safety_of_two
+    fitted_order, error_at_least, error_by_differences, least_order, safety, safety_of_two
   use sequence_limits_mod, only: has_limit, error_of_limit, find_limit
   implicit none
   private
@@ -94,6 +94,10 @@ contains
     end do
     errors%mesh = 0.0_wp
     if (size(sequence%list) == 0) return
+    associate (beside => errors_beside(sequence, runs(n), scales))
+      errors%of_mesh%error = max(errors%of_mesh%error, beside)
+      where (errors%of_limit >= 0.0_wp) errors%of_limit = max(errors%of_limit, beside)
+    end associate
     errors%worst = maxloc([(error_that_counts(sequence, errors, k), k=1, size(sequence%list))], &
       dim=1)
     errors%mesh = error_that_counts(sequence, errors, errors%worst)
@@ -137,6 +141,25 @@ contains
     runs = others
   end subroutine take_undivided
 
+  !> The least that the errors of largest values are: half of what they change by to the next one,
+  !> across a brick. Where coarse meshes agree by accident on what grows without end, at an edge say,
+  !> or on what is the largest there alone, that is much.
+  pure function errors_beside(sequence, run, scales) result(errors)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: run
+    real(wp), intent(in) :: scales(:)
+    real(wp) :: errors(size(scales)) !! 0 for quantities that are no largest values
+    integer :: k
+
+    errors = 0.0_wp
+    do k = 1, size(sequence%list)
+      associate (next => sequence%list(k)%beside, values => sequence%runs(run)%values)
+        if (next == 0 .or. .not. scales(k) > 0.0_wp) cycle
+        errors(k) = 0.5_wp*maxval(abs(values(sequence%list(k)%first, :) - values(next, :)))/scales(k)
+      end associate
+    end do
+  end function errors_beside
+
   !> Take what cuts at contact say of a run, where that is less than what other meshes say.
   pure subroutine take_cuts(sequence, run, scales, errors)
     type(mesh_sequence_t), intent(in) :: sequence
@@ -151,13 +174,14 @@ contains
 
     call estimate_cuts(sequence, run, scales, near, far, n_rising)
     if (size(near) == 0) return
-    worst = maxloc(near%error + far, dim=1)
-    mesh = max(near(worst)%error + far(worst), sequence%runs(run)%recovery)
+    near%error = near%error + far
+    near%error = max(near%error, errors_beside(sequence, run, scales))
+    worst = maxloc(near%error, dim=1)
+    mesh = max(near(worst)%error, sequence%runs(run)%recovery)
     if (errors%mesh >= 0.0_wp .and. errors%mesh <= mesh) return
     errors%mesh = mesh
     errors%worst = worst
     errors%of_mesh = near
-    errors%of_mesh%error = near%error + far
     errors%of_mesh%weight = 0.0_wp
     errors%of_limit = spread(-1.0_wp, 1, size(near))
     errors%n_rising = n_rising
@@ -254,8 +278,41 @@ contains
           runs(i), runs(j)), h(n)))
       end do
     end do
+    if (size(all_runs) >= fitted_to) observed%error = min(observed%error, by_distant_sizes())
 
   contains
+
+    !> The same of four sizes and more, the first of which is about twice the last: what those differ
+    !> by that are near each other is how far values scatter, and does not grow beyond that.
+    pure real(wp) function by_distant_sizes() result(error)
+      real(wp), parameter :: distant = 1.9_wp !! a size over another
+      real(wp), allocatable :: sizes(:)
+      integer, allocatable :: those(:)
+      real(wp) :: order, times
+      integer :: first, m, i, j
+
+      error = huge(1.0_wp)
+      m = size(all_runs)
+      first = m - fitted_to + 1
+      do while (first > 1 .and. all_sizes(first) < distant*all_sizes(m))
+        first = first - 1
+      end do
+      if (all_sizes(first) < distant*all_sizes(m)) return
+      sizes = all_sizes(first:)
+      those = all_runs(first:)
+      m = size(those)
+      order = min(most_fitted, fitted_order(sizes, all_values(those)))
+      if (order <= least_order) return
+      error = 0.0_wp
+      do i = 1, m - 1
+        do j = i + 1, m
+          times = error_at_least(sizes([i, j]), 1.0_wp, sizes(m))
+          if (j == m) times = max(times, error_by_differences(sizes([i, j]), [1.0_wp], order))
+          if (sizes(i) < distant*sizes(j)) times = min(times, safety)
+          error = max(error, times*change(sequence, k, scale, those(i), those(j)))
+        end do
+      end do
+    end function by_distant_sizes
 
     !> The quantity's values over the increments, a run a column.
     pure function all_values(runs) result(values)
@@ -382,11 +439,14 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: runs(:)
     real(wp), parameter :: less = 1.0_wp - 1.0e-6_wp
+    integer :: i
 
     growth = on_finer_mesh
     associate (mesh => sequence%runs(runs(1))%mesh_size)
       if (mesh%zone%times > 0) then
-        if (.not. corrects_steps(sequence)) growth = 1.0_wp
+        ! Unless there are runs with more cuts, which increments are not tried with.
+        if (.not. corrects_steps(sequence) .and. all([(sequence%runs(i)%mesh_size%zone%times, i=1, &
+          size(sequence%runs))] <= mesh%zone%times)) growth = 1.0_wp
       else if (relative_size(mesh) >= less*relative_size(sequence%trial)) then
         growth = on_coarse_mesh
       end if

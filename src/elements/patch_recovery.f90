@@ -13,7 +13,7 @@ module patch_recovery_mod
   implicit none
   private
 
-  public :: recover_at_nodes
+  public :: recover_at_nodes, edge_ends
 
   ! The nodes at the other ends of a brick's three edges at each of its nodes.
   integer, parameter :: edge_ends(3, 8) = reshape([2, 4, 5, 1, 3, 6, 2, 4, 7, 1, 3, 8, 1, 6, 8, &

@@ -10,10 +10,10 @@ module reach_accuracy_mod
   use resource_limits_mod, only: memory_left
   use system_mod, only: cpu_seconds
   use idle_processors_mod, only: processor_time_t
-  use mesh_size_mod, only: blocks_t, relative_size
+  use mesh_size_mod, only: blocks_t, relative_size, is_same_size
   use controls_mod, only: accuracy_controls_t, subject_in_words
   use scene_mod, only: scene_t
-  use mesh_sequence_mod, only: mesh_sequence_t, mesh_runs, has_bound, family_of
+  use mesh_sequence_mod, only: mesh_sequence_t, has_bound
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use next_run_mod, only: choice_t, begin_sequence, skip_mesh, is_beginning, end_with_run, to_run, &
     is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, time_is_over
@@ -229,6 +229,23 @@ contains
     end if
   end subroutine tell_earlier
 
+  !> How many meshes there are runs on.
+  pure integer function n_meshes(sequence)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer :: i, first
+
+    n_meshes = 0
+    do i = 1, size(sequence%runs)
+      associate (cuts => sequence%runs(i)%mesh_size%zone%times)
+        do first = 1, i
+          if (sequence%runs(first)%mesh_size%zone%times == cuts .and. is_same_size(sequence%runs( &
+            first)%mesh_size, sequence%runs(i)%mesh_size)) exit
+        end do
+      end associate
+      if (first == i) n_meshes = n_meshes + 1
+    end do
+  end function n_meshes
+
   !> Say how it ended, and what it took.
   subroutine tell_outcome(deck, sequence, errors, choice, error)
     type(scene_t), intent(in) :: deck
@@ -262,8 +279,7 @@ contains
       if (any(deck%steps%direct)) reason = reason//', and DIRECT keeps them as they are'
     case (not_convergent)
       reason = sequence%list(errors%worst)%name//' does not converge: '// &
-        to_text(size(mesh_runs(sequence, family_of(sequence%runs(size(sequence%runs))))))// &
-        ' meshes change it again and again; a quantity at a sharp edge or beneath a force on a '// &
+        to_text(n_meshes(sequence))//' meshes change it again and again; a quantity at a sharp edge or beneath a force on a '// &
         'node has no limit'
     case (time_is_over)
       reason = 'within '//bounds_in_words(deck%accuracy)//' too few runs say how wrong it is'

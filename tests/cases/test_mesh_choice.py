@@ -161,6 +161,27 @@ class NotReached(unittest.TestCase):
             self.assertEqual(result.file["accuracy"].attrs["reached"], 0)
             self.assertTrue(np.all(result.history("certified") == 1))
 
+    def test_coarse_meshes_that_agree_by_accident(self):
+        """Four of them on a pressure that grows without end at an edge: no promise is made."""
+        text = (SOURCE / "studies/data/scenes/heat.inp").read_text()
+        text = with_card(text.replace("*STATIC, DIRECT", "*STATIC"), "*ACCURACY, OF=PRESSURE\n0.1")
+        run = Run(text, name="heat")
+        self.assertEqual(run.status, 2, run.output)
+        self.assertIn("largest_pressure does not converge: 6 meshes", run.errors)
+        with run.result() as result:
+            names, values = result.accuracy.names, result.accuracy.values
+            self.assertEqual(names, [f"BODY-X{end}/{name}" for end in ("MIN:LEFT", "MAX:RIGHT")
+                                     for name in ("largest_pressure", "pressure_beside")])
+            pair = result.pairs["BODY-XMIN:LEFT"]
+            row = of_deck(result).nonzero()[0][-1]
+            pressure = pair.pressure[row]
+            at = pressure.argmax()
+            self.assertAlmostEqual(values[-1, -1, 0], pressure[at], delta=1e-9 * pressure[at])
+            far = np.linalg.norm(pair.coordinates - pair.coordinates[at], axis=1)
+            near = far < 1.01 * far[far > 0].min()
+            self.assertAlmostEqual(values[-1, -1, 1], pressure[near].min(),
+                                   delta=1e-9 * pressure[at])  # fmt: skip
+
     def test_load_steps_that_are_never_small_enough(self):
         """Refused where increments are tried again, on bricks of half the size; complete."""
         run = Run(deck("block"), "--accuracy", "0.0002", name="block", steps=5, **AUTO)
