@@ -23,8 +23,12 @@ module foreseen_costs_mod
   type(growth_t), parameter :: of_memory = growth_t(47.0e6_wp, 20.0e6_wp, [2.5_wp, 4.0_wp])
 
   ! How far a run may be from its plan and yet say how far the next one will be [-].
-  real(wp), parameter :: least_ratio = 0.4_wp, largest_ratio = 5.0_wp
-  real(wp), parameter :: growth_of_ratio = 0.05_wp
+  real(wp), parameter :: least_ratio = 0.4_wp, largest_ratio = 50.0_wp
+  real(wp), parameter :: least_of_short = 1.0_wp, largest_of_short = 5.0_wp
+  real(wp), parameter :: short = 0.5_wp
+  !! seconds up to which plans go by fixed rates: that such a run was faster is the machine's, whose
+  !! rates longer plans measure; of what it was slower by a part is what every run takes [s]
+  real(wp), parameter :: growth_of_ratio = 0.2_wp
   !! with the time: what a short run has in caches a long one has not [-]
   real(wp), parameter :: longest_overhead = 0.05_wp !! of a run beside its plan [s]
   real(wp), parameter :: many = 2.0_wp              !! times that, and a run is long
@@ -96,7 +100,9 @@ contains
         ! is none.
         overhead = max(0.0_wp, min(first%seconds - first%planned, longest_overhead))
         if (run%seconds > many*overhead) overhead = 0.0_wp
-        ratio = max(least_ratio, min((run%seconds - overhead)/run%planned, largest_ratio))
+        ratio = (run%seconds - overhead)/run%planned
+        ratio = max(merge(least_of_short, least_ratio, run%planned < short), min(ratio, &
+          merge(largest_of_short, largest_ratio, run%seconds < short)))
         seconds = run%seconds
         return
       end associate
