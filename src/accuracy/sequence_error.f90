@@ -266,8 +266,8 @@ contains
 
   contains
 
-    !> The same of four sizes and more, the first of which is about twice the last: what those differ
-    !> by that are near each other is how far values scatter, and does not grow beyond that.
+    !> The same of four sizes and more, the first of which is about twice the last: what those
+    !> differ by that are near each other is how far values scatter, and does not grow beyond that.
     pure real(wp) function by_distant_sizes() result(error)
       real(wp), parameter :: distant = 1.9_wp !! a size over another
       real(wp), allocatable :: sizes(:)
@@ -412,12 +412,7 @@ contains
       error = max(error, of_quantity)
     end do
     associate (mesh => sequence%runs(runs(1))%mesh_size)
-      if (mesh%zone%times > 0) then
-        ! There are runs with more cuts, which increments are not tried with.
-        if (any([(sequence%runs(k)%mesh_size%zone%times, k=1, size(sequence%runs))] > &
-          mesh%zone%times)) error = on_finer_mesh*error
-        return
-      end if
+      if (mesh%zone%times > 0) return
       error = error*merge(on_coarse_mesh, on_finer_mesh, relative_size(mesh) >= less* &
         relative_size(sequence%trial))
     end associate

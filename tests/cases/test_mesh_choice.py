@@ -140,7 +140,7 @@ class NotReached(unittest.TestCase):
         with run.result() as result:
             names, values = result.accuracy.names, result.accuracy.values
             self.assertEqual(names, [f"BODY-X{end}/{name}" for end in ("MIN:LEFT", "MAX:RIGHT")
-                                     for name in ("largest_pressure", "pressure_beside")])
+                                     for name in ("largest_pressure", "pressure_beside")])  # fmt: skip
             pair = result.pairs["BODY-XMIN:LEFT"]
             row = of_deck(result).nonzero()[0][-1]
             pressure = pair.pressure[row]
