@@ -362,9 +362,9 @@ contains
 
     associate (runs => mesh_runs(sequence, family), tried => step_runs(sequence, &
       cuts_for_trials(sequence, family%cuts)))
-      is_near_goal = size(tried) > 1 .or. choice%outcome == is_reached .or. size(runs) > 2 .or. &
-        (sequence%runs(runs(size(runs)))%recovery <= sequence%wanted .and. errors%mesh >= &
-        0.0_wp .and. errors%mesh <= sequence%wanted)
+      is_near_goal = size(tried) > 1 .or. any(choice%outcome == [is_reached, steps_too_coarse]) &
+        .or. size(runs) > 2 .or. (sequence%runs(runs(size(runs)))%recovery <= sequence%wanted &
+        .and. errors%mesh >= 0.0_wp .and. errors%mesh <= sequence%wanted)
     end associate
   end function is_near_goal
 
