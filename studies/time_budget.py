@@ -5,7 +5,7 @@
 Six scenes, 1, 5 and 20 seconds of the processor, on meshes and with increments that the program
 chooses. By hand: meshes and increments, all combinations; the most accurate run that takes no more
 than the time allowed. Errors and the truth are those of the study asked_accuracy, the truth of
-finer meshes.
+finer meshes. Then all scenes of that study in shorter times: whether these are kept, alone.
 """
 
 import resource
@@ -20,6 +20,7 @@ from studies.asked_accuracy import FINER, SCENES, error_of, run, truth
 from studies.pages import page_command
 
 ALLOWED = (1, 5, 20)
+SHORT = (0.5, 1, 2, 4)  # of all scenes, for whether they are kept
 # Of each scene the meshes by hand, those of the truth, and the one that the deck has.
 MESHES = {
     "block": ((4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32), (20, 26, 34), 8),
@@ -85,8 +86,28 @@ def study(program):
     return rows, np.array(used), np.array(ratios), np.array(hands)
 
 
+def used_of_short(program):
+    """What all scenes use of short times, as a part of these, and how many refuse to begin."""
+    used, refused = [], 0
+    with tempfile.TemporaryDirectory() as folder:
+        for scene in SCENES:
+            for allowed in SHORT:
+                began = processor_time()
+                try:
+                    run(program, scene, folder, scene.parameters(scene.meshes[2]), "--time",
+                        str(allowed))  # fmt: skip
+                except SystemExit as too_little:
+                    print(scene.name, allowed, too_little, file=sys.stderr, flush=True)
+                    refused += 1
+                    continue
+                used.append((processor_time() - began) / allowed)
+                print(scene.name, allowed, f"{used[-1]:.2f}", file=sys.stderr, flush=True)
+    return np.array(used), refused
+
+
 def page(program):
     """The page as Markdown."""
+    short, refused = used_of_short(program)
     rows, used, ratios, hands = study(program)
     brief = hands < 0.5
     head = [
@@ -113,8 +134,12 @@ def page(program):
             f"it, {np.median(used):.2f} in the median. The error is {np.median(ratios):.2f} times",
             f"that by hand in the median, at most {ratios.max():.2f}. Of {sum(brief)} the best by",
             "hand takes less than half of the time: finer meshes are less accurate, so that one",
-            "is right by accident. Without these it is at most "
-            f"{ratios[~brief].max():.2f}.",
+            f"is right by accident. Without these it is at most {ratios[~brief].max():.2f}.",
+            "",
+            "All scenes of the study [asked-accuracy](asked-accuracy.md) in "
+            f"{', '.join(f'{s:g}' for s in SHORT)} s: **{sum(short <= 1)}** of {len(short)} within "
+            f"the time, at most {short.max():.2f} of it, {np.median(short):.2f} in the median; "
+            f"{refused} more refused to begin.",
             "",
             *table(head, rows),
             "",

@@ -511,7 +511,7 @@ class Deck:
 
     def accuracy(
         self, wanted: Number, of: str | None = None, nodes: str | None = None,
-        direction: int | None = None, mesh: str | None = None,
+        direction: int | None = None, mesh: str | None = None, value: str | None = None,
     ) -> Deck:
         """Ask for an accuracy: the program chooses mesh and increments.
 
@@ -524,8 +524,12 @@ class Deck:
         nodes      the set of nodes whose values are meant
         direction  1, 2 or 3: of their vectors this component alone
         mesh       REFINE or KEEP
+        value      FINEST: of the last mesh; EXTRAPOLATED: of what several meshes give
         """
-        given = {"OF": of, "NSET": nodes and _name(nodes), "DIRECTION": direction, "MESH": mesh}
+        given = {
+            "OF": of, "NSET": nodes and _name(nodes), "DIRECTION": direction, "MESH": mesh,
+            "VALUE": value,
+        }  # fmt: skip
         return self.card("ACCURACY", [(wanted,)], given)
 
     def amplitude(

@@ -20,20 +20,23 @@ class MeshSequence:
 
     wanted, reached   the accuracy asked for (0: none), and whether the result has it
     time_allowed, memory_allowed   seconds of the processor and bytes that runs might take, 0: any
-    mesh, load_steps, others   errors of the result by source, -1 where they are not known
+    of_extrapolated   whether the accuracy is that of the extrapolated values
+    mesh, load_steps, others   errors of these, or of the result, by source, -1 where not known
     brick_size        (K,) edges of the bricks over those of the deck
     divisions, bricks, processor_time   (K,) parts of each increment, bricks, seconds
     cuts              (K,) how often the bricks at contact were cut beside all others
     names             what was compared: C names, such as "BODY:GROUND/friction_force_x"
     values            (K, T, C) what each run gives at the ends of the deck's T increments
     extrapolated      (T, C) for bricks without size; not certified
-    error, order, scale   (C,) of each name: error of the result by its mesh as a part of the scale,
-                      the order that was observed, and the scale
+    error, extrapolated_error   (C,) of each name: error of the result, and of these values, by the
+                      mesh as a part of the scale, -1 where not known
+    order, scale      (C,) the order that was observed, and what errors are parts of
     """
 
     def __init__(self, result: Result):
         group = result.file[GROUP]
         self.wanted = float(group.attrs["wanted"])
+        self.of_extrapolated = bool(group.attrs["of_extrapolated"])
         self.reached = bool(group.attrs["reached"])
         self.time_allowed = float(group.attrs.get("time_allowed", 0))
         self.memory_allowed = float(group.attrs.get("memory_allowed", 0))
@@ -52,6 +55,7 @@ class MeshSequence:
         self.values: Array = group["values"][()]
         self.extrapolated: Array = group["extrapolated"][()]
         self.error: Array = group["error"][()]
+        self.extrapolated_error: Array = group["extrapolated_error"][()]
         self.order: Array = group["order"][()]
         self.scale: Array = group["scale"][()]
 

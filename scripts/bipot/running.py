@@ -83,8 +83,9 @@ def _refuse_hdf5(path: str) -> None:
 
 def command_words(
     parameters: Mapping[str, Any] | None, more: Mapping[str, Any], *,
-    accuracy: float | None = None, time: float | None = None, memory: str | None = None,
-    refine: int | None = None, overwrite: bool = False, resume: bool = False, force: bool = False,
+    accuracy: float | None = None, extrapolated: bool = False, time: float | None = None,
+    memory: str | None = None, refine: int | None = None, overwrite: bool = False,
+    resume: bool = False, force: bool = False,
 ) -> list[str]:
     """Return a deck's parameters and the options of a run as words of the command line."""
     settings = {**(parameters or {}), **more}
@@ -96,7 +97,10 @@ def command_words(
     words += [] if time is None else ["--time", str(time)]
     words += [] if memory is None else ["--memory", str(memory)]
     words += ["--refine", str(refine)] if refine is not None else []
-    flags = {"--overwrite": overwrite, "--continue": resume, "--force": force}
+    flags = {
+        "--extrapolated": extrapolated, "--overwrite": overwrite, "--continue": resume,
+        "--force": force,
+    }  # fmt: skip
     return words + [flag for flag, wanted in flags.items() if wanted]
 
 
@@ -290,8 +294,8 @@ def _read_plan(text: str, status: int, said: str) -> Plan:
 
 
 def plan(
-    deck: DeckLike, *, accuracy: float | None = None, time: float | None = None,
-    memory: str | None = None, refine: int | None = None,
+    deck: DeckLike, *, accuracy: float | None = None, extrapolated: bool = False,
+    time: float | None = None, memory: str | None = None, refine: int | None = None,
     parameters: Mapping[str, Any] | None = None, program: str | os.PathLike[str] | None = None,
     **values: Any,
 ) -> Plan:
@@ -301,7 +305,8 @@ def plan(
     `fits` of the plan says so.
     """
     words = command_words(
-        parameters, values, accuracy=accuracy, time=time, memory=memory, refine=refine
+        parameters, values, accuracy=accuracy, extrapolated=extrapolated, time=time, memory=memory,
+        refine=refine,
     )
     done = _ask(deck, program, ["--plan", *words])
     if done.returncode not in (0, 3) or not done.stdout:
@@ -438,6 +443,7 @@ def run(
     overwrite: bool = False,
     resume: bool = False,
     accuracy: float | None = None,
+    extrapolated: bool = False,
     time: float | None = None,
     memory: str | None = None,
     refine: int | None = None,
@@ -458,6 +464,7 @@ def run(
     resume      go on with the run that left an unfinished result
     accuracy    error allowed, 0.01 for 1 %, in the contact resultants or what *ACCURACY of the deck
                 says; the mesh is then chosen
+    extrapolated  the accuracy is that of `accuracy.extrapolated` of the result, not of its mesh
     time        seconds of the processor that all runs together may take: the most accurate mesh
                 and increments within them are chosen
     memory      that a run may take, as "4GB" or "500MB": the same
@@ -475,8 +482,8 @@ def run(
     """
     path = result_path(deck, output, directory)
     words = command_words(
-        parameters, values, accuracy=accuracy, time=time, memory=memory, refine=refine,
-        overwrite=overwrite, resume=resume, force=force,
+        parameters, values, accuracy=accuracy, extrapolated=extrapolated, time=time, memory=memory,
+        refine=refine, overwrite=overwrite, resume=resume, force=force,
     )
     path.parent.mkdir(parents=True, exist_ok=True)
     if isinstance(deck, Deck):

@@ -56,6 +56,11 @@ contains
     most = maxval(sequence%runs(runs)%divisions)
     divisions = 2*most
     if (most < 4*fewest) return
+    if (sequence%keeps_steps) then
+      divisions = fewest
+      found = .true.
+      return
+    end if
     ! The run that was made last may be in the file.
     associate (last => sequence%runs(size(sequence%runs)))
       if (last%mesh_size%zone%times == cuts .and. last%is_kept) then
@@ -130,7 +135,7 @@ contains
       if (maxval(sequence%runs(first)%divisions) < 4) return
     end associate
     call cheapest_divisions(sequence, step_runs(sequence, 0), family%divisions, found)
-    waits_with_steps = .not. found .or. family%divisions > few
+    waits_with_steps = .not. found .or. family%divisions > merge(1, few, sequence%keeps_steps)
   end function waits_with_steps
 
   !> Where increments are tried out.

@@ -15,7 +15,7 @@ module mesh_sequence_mod
 
   public :: mesh_sequence_t, mesh_run_t, planned_t, family_t, start_sequence, add_run, has_bound, &
     carry_sequence, mesh_runs, change, distance, family_of, step_runs, runs_on_mesh, &
-    runs_up_to, fewest_divisions
+    runs_up_to, fewest_divisions, sizes_of
 
   !> A run of the sequence.
   type :: mesh_run_t
@@ -58,8 +58,11 @@ module mesh_sequence_mod
     type(mesh_size_t) :: first      !! the coarsest mesh
     type(mesh_size_t) :: trial      !! the coarsest that says anything of increments
     logical  :: recovers = .false.  !! recovery of stresses is about what the accuracy is of
-    logical  :: divides = .false.   !! increments may be cut, and what comes out depends on it
+    logical  :: divides = .false.
+    !! runs with divided increments say what load steps make: what comes out depends on them
+    logical  :: keeps_steps = .false. !! the result has the deck's increments: a *STEP is DIRECT
     integer  :: n_increments = 0    !! of the deck
+    logical  :: extrapolates = .false. !! the accuracy is one of extrapolated values
     real(wp) :: wanted = 0.0_wp     !! accuracy; 0: as accurate as time and memory allow [-]
     real(wp) :: time = 0.0_wp       !! of the processor that all runs may take; 0: any [s]
     real(wp) :: memory = 0.0_wp     !! that a run may take at its peak; 0: what there is [bytes]
@@ -83,11 +86,15 @@ contains
     allocate (sequence%runs(0))
     allocate (sequence%plans(0))
     sequence%recovers = scene%accuracy%of <= accuracy_of_energy
-    sequence%divides = any(scene%pairs%mu > 0.0_wp) .and. .not. all(scene%steps%direct)
     sequence%n_increments = count_increments(scene%steps)
+    sequence%extrapolates = scene%accuracy%extrapolates
     sequence%wanted = scene%accuracy%wanted
     sequence%time = scene%accuracy%time
     sequence%memory = scene%accuracy%memory
+    sequence%keeps_steps = any(scene%steps%direct)
+    ! Within bounds a run says by itself what increments make that are kept.
+    sequence%divides = any(scene%pairs%mu > 0.0_wp) .and. .not. (sequence%keeps_steps .and. &
+      has_bound(sequence))
   end subroutine start_sequence
 
   !> Whether time or memory of the runs have a bound beside the machine's.
@@ -181,6 +188,16 @@ contains
     end associate
     runs = by_divisions(sequence, runs)
   end function runs_on_mesh
+
+  !> The sizes of the bricks of runs.
+  pure function sizes_of(sequence, runs) result(h)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:)
+    real(wp) :: h(size(runs))
+    integer :: i
+
+    h = [(relative_size(sequence%runs(runs(i))%mesh_size), i=1, size(runs))]
+  end function sizes_of
 
   !> Runs in the order of their divisions.
   pure function by_divisions(sequence, runs) result(sorted)

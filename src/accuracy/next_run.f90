@@ -166,7 +166,11 @@ contains
 
     n = size(sequence%runs)
     k = n
-    if (choice%of_run > 0) k = choice%of_run
+    if (choice%of_run > 0) then
+      k = choice%of_run
+    else if (sequence%keeps_steps) then
+      k = findloc(sequence%runs%divisions, minval(sequence%runs%divisions), dim=1, back=.true.)
+    end if
     if (k == n .and. sequence%runs(k)%is_kept) return
     choice = choice_t(mesh_size=sequence%runs(k)%mesh_size, &
       divisions=sequence%runs(k)%divisions, may_be_last=.true., is_replaced=.true.)

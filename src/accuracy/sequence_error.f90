@@ -5,31 +5,38 @@ module sequence_error_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: relative_size
   use measured_quantities_mod, only: error_scales
-  use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, family_of, &
-    step_runs, runs_on_mesh, runs_up_to, fewest_divisions
+  use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, mesh_runs, change, family_of, &
+    step_runs, runs_on_mesh, runs_up_to, fewest_divisions, sizes_of
   use cut_runs_mod, only: find_base, runs_on_base, cuts_for_trials
   use convergence_mod, only: convergence_t, observe_convergence, assume_first_order, &
     fitted_order, error_at_least, error_by_differences, least_order, safety, safety_of_two
+  use sequence_limits_mod, only: has_limit, error_of_limit, find_limit
   implicit none
   private
 
   public :: sequence_error_t, estimate_sequence, error_by_steps, error_on_mesh, extrapolated, &
-    estimate_cuts, later_step_runs, on_coarse_mesh, part_for_steps
+    extrapolated_error, estimate_cuts, later_step_runs, on_coarse_mesh, part_for_steps
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
   real(wp), parameter :: on_finer_mesh = 1.25_wp !! likewise, of a finer one
+  real(wp), parameter :: left_of_error = 0.5_wp !! of values that it is taken off [-]
   real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
   real(wp), parameter :: later_size = 0.5_wp
   !! bricks with which increments are tried again that the first trial wants divided, over its own
 
   !> What is known of the last run's error.
   type :: sequence_error_t
-    real(wp) :: mesh = -1.0_wp       !! of the worst quantity; negative: not known [-]
+    real(wp) :: mesh = -1.0_wp
+    !! of the worst quantity, of its extrapolated value where that is what the accuracy is of;
+    !! negative: not known [-]
     real(wp) :: load_steps = -1.0_wp !! likewise [-]
     real(wp) :: others = 0.0_wp      !! contact and arithmetic [-]
     integer  :: worst = 0            !! the quantity whose error by the mesh is the largest
     type(convergence_t), allocatable :: of_mesh(:) !! (n_quantities), error relative to its scale
+    real(wp), allocatable :: of_limit(:)
+    !! (n_quantities) likewise, of their limits by several meshes; negative: not known. There is
+    !! one where there is of_mesh
     integer, allocatable :: n_rising(:)
     !! (n_quantities) how often in a row three meshes did not converge, up to the last
   end type sequence_error_t
@@ -60,7 +67,8 @@ contains
     associate (last => sequence%runs(runs(n)))
       errors%others = last%others
       scales = error_scales(sequence%list, last%values)
-      errors%load_steps = last%load_steps
+      ! A run says it as a part of the largest resultant, and it may be in the friction alone.
+      errors%load_steps = last%load_steps/minval([1.0_wp, sequence%list%factor])
       if (sequence%divides) errors%load_steps = error_by_steps(sequence, mine)
       ! Too little time to divide increments leaves what the run itself says of them.
       if (errors%load_steps < 0.0_wp .and. sequence%wanted <= 0.0_wp) errors%load_steps = &
@@ -71,6 +79,7 @@ contains
       return
     end if
     allocate (errors%of_mesh(size(sequence%list)))
+    allocate (errors%of_limit(size(sequence%list)), source=-1.0_wp)
     allocate (errors%n_rising(size(sequence%list)), source=0)
     do k = 1, size(sequence%list)
       if (n == 2) then
@@ -80,12 +89,18 @@ contains
       end if
       call follow_sizes(sequence, runs, sizes_of(sequence, runs), k, scales(k), &
         errors%of_mesh(k), errors%n_rising(k))
+      if (has_limit(sequence, runs)) errors%of_limit(k) = error_of_limit(sequence, runs, k, &
+        scales(k))
     end do
     errors%mesh = 0.0_wp
     if (size(sequence%list) == 0) return
-    call take_neighbours(sequence, runs(n), scales, errors%of_mesh)
-    errors%worst = maxloc(errors%of_mesh%error, dim=1)
-    errors%mesh = errors%of_mesh(errors%worst)%error
+    associate (beside => errors_beside(sequence, runs(n), scales))
+      errors%of_mesh%error = max(errors%of_mesh%error, beside)
+      where (errors%of_limit >= 0.0_wp) errors%of_limit = max(errors%of_limit, beside)
+    end associate
+    errors%worst = maxloc([(error_that_counts(sequence, errors, k), k=1, size(sequence%list))], &
+      dim=1)
+    errors%mesh = error_that_counts(sequence, errors, errors%worst)
     ! Two meshes may be alike by accident, and so may those that are finer in some places: another
     ! witness must say so.
     associate (last => sequence%runs(runs(n)))
@@ -126,24 +141,24 @@ contains
     runs = others
   end subroutine take_undivided
 
-  !> A largest value is known no better than by half of what it changes by to the next one, across
-  !> a brick: where coarse meshes agree by accident on what grows without end, at an edge say, or on
-  !> what is the largest there alone, that is much.
-  pure subroutine take_neighbours(sequence, run, scales, of_mesh)
+  !> The least that the errors of largest values are: half of what they change by to the next one,
+  !> across a brick. Where coarse meshes agree by accident on what grows without end, at an edge say,
+  !> or on what is the largest there alone, that is much.
+  pure function errors_beside(sequence, run, scales) result(errors)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: run
     real(wp), intent(in) :: scales(:)
-    type(convergence_t), intent(inout) :: of_mesh(:)
+    real(wp) :: errors(size(scales)) !! 0 for quantities that are no largest values
     integer :: k
 
+    errors = 0.0_wp
     do k = 1, size(sequence%list)
       associate (next => sequence%list(k)%beside, values => sequence%runs(run)%values)
         if (next == 0 .or. .not. scales(k) > 0.0_wp) cycle
-        of_mesh(k)%error = max(of_mesh(k)%error, 0.5_wp*maxval(abs(values( &
-          sequence%list(k)%first, :) - values(next, :)))/scales(k))
+        errors(k) = 0.5_wp*maxval(abs(values(sequence%list(k)%first, :) - values(next, :)))/scales(k)
       end associate
     end do
-  end subroutine take_neighbours
+  end function errors_beside
 
   !> Take what cuts at contact say of a run, where that is less than what other meshes say.
   pure subroutine take_cuts(sequence, run, scales, errors)
@@ -160,7 +175,7 @@ contains
     call estimate_cuts(sequence, run, scales, near, far, n_rising)
     if (size(near) == 0) return
     near%error = near%error + far
-    call take_neighbours(sequence, run, scales, near)
+    near%error = max(near%error, errors_beside(sequence, run, scales))
     worst = maxloc(near%error, dim=1)
     mesh = max(near(worst)%error, sequence%runs(run)%recovery)
     if (errors%mesh >= 0.0_wp .and. errors%mesh <= mesh) return
@@ -168,6 +183,7 @@ contains
     errors%worst = worst
     errors%of_mesh = near
     errors%of_mesh%weight = 0.0_wp
+    errors%of_limit = spread(-1.0_wp, 1, size(near))
     errors%n_rising = n_rising
   end subroutine take_cuts
 
@@ -313,16 +329,6 @@ contains
 
   end subroutine follow_sizes
 
-  !> The sizes of the bricks of runs.
-  pure function sizes_of(sequence, runs) result(h)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:)
-    real(wp) :: h(size(runs))
-    integer :: i
-
-    h = [(relative_size(sequence%runs(runs(i))%mesh_size), i=1, size(runs))]
-  end function sizes_of
-
   !> The error that load steps make with a family's divisions of the deck's increments, as the runs
   !> on its coarsest mesh say, where there are three, or on the first mesh of all; negative where
   !> they do not.
@@ -333,13 +339,22 @@ contains
     integer, allocatable :: runs(:)
 
     error = -1.0_wp
-    runs = step_runs(sequence, cuts_for_trials(sequence, family%cuts))
-    if (family%cuts == 0 .or. size(runs) < 3) then
-      runs = later_step_runs(sequence)
-      if (size(runs) < 3) runs = step_runs(sequence, 0)
-    end if
+    runs = runs_for_steps(sequence, family)
     if (size(runs) >= 3) error = error_on_mesh(sequence, runs, family%divisions)
   end function error_by_steps
+
+  !> The runs on one mesh that say what load steps make in those of a family, the fewest divisions
+  !> first.
+  pure function runs_for_steps(sequence, family) result(runs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family
+    integer, allocatable :: runs(:)
+
+    runs = step_runs(sequence, cuts_for_trials(sequence, family%cuts))
+    if (family%cuts > 0 .and. size(runs) >= 3) return
+    runs = later_step_runs(sequence)
+    if (size(runs) < 3) runs = step_runs(sequence, 0)
+  end function runs_for_steps
 
   !> The runs on the mesh on which increments are tried again, the fewest divisions first: the one
   !> where they were; else the first that is fine enough for it, or for the accuracy.
@@ -396,7 +411,6 @@ contains
     real(wp), allocatable :: scales(:)
     real(wp) :: of_quantity
     integer :: k, n, mine, n_rising
-    real(wp), parameter :: less = 1.0_wp - 1.0e-6_wp
 
     error = -1.0_wp
     n = size(runs)
@@ -408,32 +422,143 @@ contains
       call follow_sizes(sequence, runs, 1.0_wp/real(sequence%runs(runs)%divisions, wp), k, &
         scales(k), observed, n_rising)
       of_quantity = observed%error
-      if (mine < n) of_quantity = of_quantity + change(sequence, k, scales(k), runs(mine), runs(n))
+      if (corrects_steps(sequence)) then
+        of_quantity = left_of_error*observed%error + (growth_of_error(sequence, runs) - 1.0_wp)* &
+          size_of(step_correction(sequence, runs, k, mine), scales(k))
+      else
+        if (mine < n) of_quantity = of_quantity + change(sequence, k, scales(k), runs(mine), &
+          runs(n))
+        of_quantity = of_quantity*growth_of_error(sequence, runs)
+      end if
       error = max(error, of_quantity)
     end do
-    associate (mesh => sequence%runs(runs(1))%mesh_size)
-      if (mesh%zone%times > 0) return
-      error = error*merge(on_coarse_mesh, on_finer_mesh, relative_size(mesh) >= less* &
-        relative_size(sequence%trial))
-    end associate
   end function error_on_mesh
 
-  !> The values of a quantity's component, extrapolated to bricks without size.
+  !> What load steps make on finer meshes, at most, over what they make on that of some runs.
+  pure real(wp) function growth_of_error(sequence, runs) result(growth)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:)
+    real(wp), parameter :: less = 1.0_wp - 1.0e-6_wp
+
+    growth = on_finer_mesh
+    associate (mesh => sequence%runs(runs(1))%mesh_size)
+      if (mesh%zone%times > 0) then
+        if (.not. corrects_steps(sequence)) growth = 1.0_wp
+      else if (relative_size(mesh) >= less*relative_size(sequence%trial)) then
+        growth = on_coarse_mesh
+      end if
+    end associate
+  end function growth_of_error
+
+  !> Whether what load steps make is taken off: they are then as wrong as that differs from mesh to
+  !> mesh, and as increments without size are.
+  pure logical function corrects_steps(sequence)
+    type(mesh_sequence_t), intent(in) :: sequence
+
+    corrects_steps = sequence%extrapolates .and. sequence%divides .and. .not. has_bound(sequence)
+  end function corrects_steps
+
+  !> What a quantity would change with increments without size, as three runs and more on one mesh
+  !> say: from one of them to the last, and from there to the limit.
+  pure function step_correction(sequence, runs, k, mine) result(correction)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! the fewest divisions first
+    integer, intent(in) :: k       !! the quantity
+    integer, intent(in) :: mine    !! which of them
+    real(wp) :: correction(sequence%list(k)%n, sequence%n_increments)
+    type(convergence_t) :: observed
+    integer :: n, n_rising
+
+    n = size(runs)
+    call follow_sizes(sequence, runs, 1.0_wp/real(sequence%runs(runs)%divisions, wp), k, 1.0_wp, &
+      observed, n_rising)
+    associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1, &
+      all => sequence%runs)
+      correction = all(runs(n))%values(a:b, :) - all(runs(mine))%values(a:b, :)
+      correction = correction + observed%weight*(all(runs(n))%values(a:b, :) - &
+        all(runs(n - 1))%values(a:b, :))
+    end associate
+  end function step_correction
+
+  !> The largest of a quantity's differences over the increments, as a part of its scale.
+  pure real(wp) function size_of(difference, scale)
+    real(wp), intent(in) :: difference(:, :) !! (n,n_increments)
+    real(wp), intent(in) :: scale
+
+    size_of = maxval(norm2(difference, dim=1))
+    if (scale > 0.0_wp) size_of = size_of/scale
+  end function size_of
+
+  !> The error of a quantity that the accuracy is of.
+  pure real(wp) function error_that_counts(sequence, errors, k) result(error)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(in) :: errors !! of its meshes
+    integer, intent(in) :: k                     !! the quantity
+
+    error = errors%of_mesh(k)%error
+    if (sequence%extrapolates .and. is_limit_better(errors, k)) error = errors%of_limit(k)
+  end function error_that_counts
+
+  !> Whether the limit of a quantity is known better than the last mesh has it.
+  pure logical function is_limit_better(errors, k)
+    type(sequence_error_t), intent(in) :: errors
+    integer, intent(in) :: k !! the quantity
+
+    is_limit_better = errors%of_limit(k) >= 0.0_wp .and. errors%of_limit(k) < &
+      errors%of_mesh(k)%error
+  end function is_limit_better
+
+  !> The values of a quantity's components, extrapolated to bricks without size; those of the last
+  !> mesh where an accuracy of extrapolated values knows these better.
   pure function extrapolated(sequence, errors, k) result(values)
     type(mesh_sequence_t), intent(in) :: sequence
     type(sequence_error_t), intent(in) :: errors
     integer, intent(in) :: k !! the quantity
     real(wp), allocatable :: values(:, :) !! (n,n_increments)
-    integer, allocatable :: runs(:)
+    integer, allocatable :: runs(:), of_steps(:)
+    real(wp), allocatable :: limit(:, :)
+    real(wp) :: scales(size(sequence%list)), error
 
-    associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
-      values = sequence%runs(size(sequence%runs))%values(a:b, :)
-      runs = mesh_runs(sequence, family_of(sequence%runs(size(sequence%runs))))
+    associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1, &
+      last => sequence%runs(size(sequence%runs)))
+      values = last%values(a:b, :)
+      if (corrects_steps(sequence)) then
+        of_steps = runs_for_steps(sequence, family_of(last))
+        associate (mine => findloc(sequence%runs(of_steps)%divisions, last%divisions, dim=1))
+          if (size(of_steps) >= 3 .and. mine > 0) values = values + step_correction(sequence, &
+            of_steps, k, mine)
+        end associate
+      end if
+      runs = mesh_runs(sequence, family_of(last))
       call take_undivided(sequence, runs)
       if (.not. allocated(errors%of_mesh) .or. size(runs) < 2) return
-      values = values + errors%of_mesh(k)%weight*(sequence%runs(runs(size(runs)))%values(a:b, :) - &
-        sequence%runs(runs(size(runs) - 1))%values(a:b, :))
+      associate (undivided => sequence%runs(runs(size(runs)))%values(a:b, :), &
+        coarser => sequence%runs(runs(size(runs) - 1))%values(a:b, :))
+        if (is_limit_better(errors, k)) then
+          scales = error_scales(sequence%list, last%values)
+          limit = values
+          call find_limit(sequence, runs, k, scales(k), limit, error)
+          values = values + (limit - undivided)
+        else if (.not. sequence%extrapolates) then
+          values = values + errors%of_mesh(k)%weight*(undivided - coarser)
+        end if
+      end associate
     end associate
   end function extrapolated
+
+  !> The error of these values by the mesh, as a part of the scale; negative where it is not known.
+  pure real(wp) function extrapolated_error(sequence, errors, k) result(error)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(in) :: errors
+    integer, intent(in) :: k !! the quantity
+
+    error = -1.0_wp
+    if (.not. allocated(errors%of_mesh)) return
+    if (is_limit_better(errors, k)) then
+      error = errors%of_limit(k)
+    else if (sequence%extrapolates) then
+      error = errors%of_mesh(k)%error
+    end if
+  end function extrapolated_error
 
 end module sequence_error_mod

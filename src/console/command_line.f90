@@ -1,8 +1,8 @@
 !> The command line.
 !>
-!>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--time S] [--memory SIZE]
-!>                [--refine K] [--plan | --check | --flat] [--force] [--export-fclib STEPS]
-!>                [--overwrite | --continue] [--quiet]
+!>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--extrapolated] [--time S]
+!>                [--memory SIZE] [--refine K] [--plan | --check | --flat] [--force]
+!>                [--export-fclib STEPS] [--overwrite | --continue] [--quiet]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite] [--quiet]
 !>     bipot --help | --version
 module command_line_mod
@@ -33,6 +33,7 @@ module command_line_mod
     type(contact_controls_t) :: controls         !! of an FCLIB problem; a deck has its own
     character(:), allocatable :: solver_option   !! one that set them, empty for none
     real(wp) :: accuracy = 0.0_wp                !! --accuracy; 0: the deck's [-]
+    logical :: extrapolated = .false.            !! --extrapolated: it is that of limits
     real(wp) :: time = 0.0_wp                    !! --time: of the processor; 0: any [s]
     real(wp) :: memory = 0.0_wp                  !! --memory: at the peak; 0: what there is [bytes]
     integer :: refine = -1
@@ -98,6 +99,8 @@ contains
         if (allocated(error)) return
         call take_positive(value, 1.0_wp, options%accuracy, wanted)
         if (allocated(wanted)) call refuse(word, wanted, value, error)
+      case ('--extrapolated')
+        options%extrapolated = .true.
       case ('--time')
         call take_value(word, i, value, error)
         if (allocated(error)) return
@@ -169,6 +172,7 @@ contains
       if (options%flat) misplaced = '--flat'
       if (options%force) misplaced = '--force'
       if (options%accuracy > 0.0_wp) misplaced = '--accuracy'
+      if (options%extrapolated) misplaced = '--extrapolated'
       if (options%time > 0.0_wp) misplaced = '--time'
       if (options%memory > 0.0_wp) misplaced = '--memory'
       if (options%refine >= 0) misplaced = '--refine'
@@ -294,7 +298,7 @@ contains
     if (word(:min(1, len(word))) == '-') then
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
         '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--time', &
-        '--memory', '--refine', &
+        '--memory', '--refine', '--extrapolated', &
         '--quiet', '--output', '--set', '--export-fclib', '--acceleration', &
         as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
@@ -407,6 +411,7 @@ contains
       nl// &
       '                      chooses mesh and increments, and says where it is not reached'// &
       nl// &
+      '  --extrapolated      the accuracy is that of values extrapolated from all its runs'//nl// &
       '  --time S            seconds of the processor that all runs together may take: the'//nl// &
       '                      program chooses the most accurate mesh and increments for them'//nl// &
       '  --memory SIZE       memory that a run may take, as 4GB or 500MB; the same for it'//nl// &

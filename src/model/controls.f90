@@ -96,6 +96,7 @@ module controls_mod
   type :: accuracy_controls_t
     real(wp) :: wanted = 0.0_wp      !! of the largest, below 1; 0: not asked for [-]
     integer  :: of = accuracy_of_resultants
+    logical  :: extrapolates = .false. !! it is that of values extrapolated from several meshes
     logical  :: keeps_mesh = .false. !! the mesh is not chosen: estimates by recovery are told
     integer  :: divisions = 1
     !! increments of the deck are cut in so many at least, where they may be cut: a power of 2
@@ -190,8 +191,17 @@ contains
 
     if (allocated(accuracy%set)) then
       words = set_in_words(accuracy)
-      return
+    else
+      words = whole_in_words(accuracy)
     end if
+    if (accuracy%extrapolates) words = 'the extrapolated '//words(len('the ') + 1:)
+  end function subject_in_words
+
+  !> What an accuracy is of that is of no set.
+  function whole_in_words(accuracy) result(words)
+    type(accuracy_controls_t), intent(in) :: accuracy
+    character(:), allocatable :: words
+
     select case (accuracy%of)
     case (accuracy_of_energy)
       words = 'the energies'
@@ -206,7 +216,7 @@ contains
     case default
       words = 'the contact resultants'
     end select
-  end function subject_in_words
+  end function whole_in_words
 
   !> What an accuracy of a set is of.
   function set_in_words(accuracy) result(words)

@@ -10,7 +10,7 @@ module increments_mod
   implicit none
   private
 
-  public :: increment_t, next_increment, count_increments, ends_step, mark_end, &
+  public :: increment_t, next_increment, count_increments, done_of_deck, ends_step, mark_end, &
     is_extra, asked_number
   public :: whole_increment, smallest_increment
 
@@ -118,5 +118,16 @@ contains
 
     n = sum(steps%n_increments)
   end function count_increments
+
+  !> Increments of the deck that are done at a position in a *STEP, over the run; of one that has
+  !> begun a part [-].
+  pure real(wp) function done_of_deck(steps, step, position)
+    type(load_step_t), intent(in) :: steps(:)
+    integer, intent(in) :: step         !! 0: before the first
+    integer(i8), intent(in) :: position !! in parts of the deck's increments
+
+    done_of_deck = real(sum(steps(:step - 1)%n_increments), wp) + &
+      real(position, wp)/real(whole_increment, wp)
+  end function done_of_deck
 
 end module increments_mod

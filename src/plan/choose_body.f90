@@ -28,12 +28,15 @@ module choose_body_mod
   public :: choose_body
 
   real(wp), parameter :: least_interface = 1000.0_wp !! numbers of it from which on W has a price
+  real(wp), parameter :: iteration_pays = 0.5_wp
+  !! of the time with a factor, up to which bodies are solved for by iteration: a factor has more
+  !! solvers of contact to fall back on
   real(wp), parameter :: least_factor = 0.7_wp !! of that with the interface last: the least without
 
 contains
 
   !> Whether there is a factor: where the deck leaves it open and the build has the choice, as long
-  !> as it fits.
+  !> as it fits and iteration does not take much less time.
   subroutine choose_body(scene, file, plan, factor, sizes, ordering, reasons, error)
     type(scene_t), intent(inout) :: scene  !! its precision and compliance as they are chosen
     type(file_size_t), intent(in) :: file
@@ -47,22 +50,25 @@ contains
     type(scene_t) :: iterated
     type(error_t), allocatable :: refusal
     type(sizes_t) :: bare
-    real(wp) :: need
+    real(wp) :: need, by_factor, by_iteration
+    logical :: fits
 
     bare = sizes
+    bare%is_dense = .false.
+    ordering = 0.0_wp
     reasons = ''
-    need = 0.0_wp
     if (.not. scene%precision%iterative) then
       call choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)
       if (allocated(error)) return
+      if (scene%precision%body_is_given .or. .not. has_iterative_body()) return
       need = needed_memory(sizes, file)
-      if (scene%precision%body_is_given .or. need <= enough*real(plan%memory_left, wp)) return
-      if (.not. has_iterative_body()) return
+      fits = need <= enough*real(plan%memory_left, wp)
+      if (fits .and. .not. plan%is_analysed) return
     end if
-    ordering = 0.0_wp
     call find_free_motions(scene%mesh, prescribed_dofs(scene, 1), ref_nodes(scene%obstacles), &
       contact_nodes(plan%points), motions, error, scene%constraints)
     if (allocated(error)) return
+    bare%motions = motions%n
     if (scene%precision%iterative) then
       call check_iterative(scene, plan%points, motions, error)
       if (allocated(error)) return
@@ -71,23 +77,40 @@ contains
       iterated%contact%compliance = compliance_products
       call check_iterative(iterated, plan%points, motions, refusal)
       if (allocated(refusal)) return
-      scene%precision%iterative = .true.
-      scene%precision%single_factor = .false.
-      scene%precision%block_low_rank = 0.0_wp
-      scene%precision%out_of_core = .false.
-      reasons = 'with a factor the run needs '//bytes_in_words(need)
+      iterated%precision%iterative = .true.
+      iterated%precision%single_factor = .false.
+      iterated%precision%block_low_rank = 0.0_wp
+      iterated%precision%out_of_core = .false.
+      call size_iterated(iterated, bare)
+      if (needed_memory(bare, file) > merge(enough*real(plan%memory_left, wp), need, fits)) return
+      if (fits) then
+        by_factor = seconds_at_fixed_rates(scene, sizes)
+        by_iteration = seconds_at_fixed_rates(iterated, bare)
+        if (by_iteration > iteration_pays*by_factor) return
+        reasons = 'a share of '//to_text(by_iteration/by_factor, 2)//' of the time with a factor'
+      else
+        reasons = 'with a factor the run needs '//bytes_in_words(need)
+      end if
+      scene%precision = iterated%precision
     end if
+    ordering = 0.0_wp
     scene%contact%compliance = compliance_products
+    call size_iterated(scene, bare)
     sizes = bare
-    sizes%is_dense = .false.
-    sizes%motions = motions%n
-    sizes%factor = 0.0_wp
-    call take_precision(scene%precision, sizes)
-    sizes%workspace = iterative_bytes(sizes)
     plan%is_analysed = .true.
     call forget_compliance(plan)
     call describe_iterative(scene, plan)
   end subroutine choose_body
+
+  !> The sizes of a run without a factor.
+  subroutine size_iterated(scene, sizes)
+    type(scene_t), intent(in) :: scene !! whose bodies are solved for by iteration
+    type(sizes_t), intent(inout) :: sizes
+
+    sizes%factor = 0.0_wp
+    call take_precision(scene%precision, sizes)
+    sizes%workspace = iterative_bytes(sizes)
+  end subroutine size_iterated
 
   !> Whether W is formed: where the deck leaves it open, as its figures say.
   !>

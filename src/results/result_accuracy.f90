@@ -6,7 +6,7 @@ module result_accuracy_mod
   use text_mod, only: string_t
   use mesh_size_mod, only: relative_size
   use mesh_sequence_mod, only: mesh_sequence_t
-  use sequence_error_mod, only: sequence_error_t, extrapolated
+  use sequence_error_mod, only: sequence_error_t, extrapolated, extrapolated_error
   use measured_quantities_mod, only: quantity_t, error_scales
   use hdf5_files_mod, only: hdf5_file_t
   use hdf5_attributes_mod, only: describe_group, write_attribute
@@ -34,6 +34,8 @@ contains
     call write_attribute(file, group, 'wanted', sequence%wanted, error)
     call write_attribute(file, group, 'time_allowed', sequence%time, error)
     call write_attribute(file, group, 'memory_allowed', sequence%memory, error)
+    call write_attribute(file, group, 'of_extrapolated', merge(1_i8, 0_i8, &
+      sequence%extrapolates), error)
     call write_attribute(file, group, 'reached', 0_i8, error)
     call write_attribute(file, group, 'mesh', 0.0_wp, error)
     call write_attribute(file, group, 'load_steps', 0.0_wp, error)
@@ -47,15 +49,18 @@ contains
       sequence%n_increments, runs], pad=[0.0_wp]), 'what each run gives at the end of each '// &
       'increment of the deck; the components are named by the attribute "name"', 'as named', error)
     call write_dataset(file, group//'/extrapolated', spread(spread(0.0_wp, 1, components), 2, &
-      sequence%n_increments), 'what the last three meshes give for bricks without size; '// &
-      'not certified', 'as named', error)
+      sequence%n_increments), 'what several meshes give for bricks without size; not '// &
+      'certified', 'as named', error)
     call of_components('error', 'of the last run by its mesh, of the scale, increment by '// &
       'increment the largest; -1: not known')
+    call of_components('extrapolated_error', 'of the extrapolated values by the mesh, '// &
+      'likewise; -1: not known')
     call of_components('order', 'of the error in the size of the bricks, as observed')
     call of_components('scale', 'what errors are parts of: of the last run')
     call name_components('values')
     call name_components('extrapolated')
     call name_components('error')
+    call name_components('extrapolated_error')
     call name_components('order')
     call name_components('scale')
 
@@ -101,7 +106,8 @@ contains
     type(sequence_error_t), intent(in) :: errors
     logical, intent(in) :: is_reached
     type(error_t), allocatable, intent(inout) :: error
-    real(wp), allocatable :: values(:), limits(:), of_error(:), of_order(:), of_scale(:)
+    real(wp), allocatable :: values(:), limits(:), of_error(:), of_limit(:), of_order(:), &
+      of_scale(:)
     real(wp) :: scales(size(sequence%list))
     integer :: i, k
 
@@ -114,6 +120,7 @@ contains
       limits = spread(0.0_wp, 1, size(last%values))
       of_error = spread(-1.0_wp, 1, size(last%values, 1))
     end associate
+    of_limit = of_error
     of_order = 0.0_wp*of_error
     of_scale = 0.0_wp*of_error
     do k = 1, size(sequence%list)
@@ -135,6 +142,7 @@ contains
     call rewrite_dataset(file, group//'/values', values, error)
     call rewrite_dataset(file, group//'/extrapolated', limits, error)
     call rewrite_dataset(file, group//'/error', of_error, error)
+    call rewrite_dataset(file, group//'/extrapolated_error', of_limit, error)
     call rewrite_dataset(file, group//'/order', of_order, error)
     call rewrite_dataset(file, group//'/scale', of_scale, error)
 
@@ -156,6 +164,7 @@ contains
           of_scale(a:b) = scales(k)
           if (.not. allocated(errors%of_mesh) .or. .not. quantity%is_compared) return
           of_error(a:b) = errors%of_mesh(k)%error
+          of_limit(a:b) = extrapolated_error(sequence, errors, k)
           of_order(a:b) = errors%of_mesh(k)%order
         end associate
       end associate

@@ -33,7 +33,8 @@ module result_checksums_mod
     '/accuracy@load_steps'//nl//'/accuracy@others'//nl//'/accuracy/brick_size'//nl// &
     '/accuracy/divisions'//nl//'/accuracy/bricks'//nl//'/accuracy/processor_time'//nl// &
     '/accuracy/values'//nl//'/accuracy/extrapolated'//nl//'/accuracy/error'//nl// &
-    '/accuracy/order'//nl//'/accuracy/scale'
+    '/accuracy/order'//nl//'/accuracy/scale'//nl//'/accuracy/cuts'//nl// &
+    '/accuracy/extrapolated_error'
 
   !> The open table.
   type :: checksums_t

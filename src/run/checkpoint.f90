@@ -204,13 +204,14 @@ contains
   end subroutine stop_if_signalled
 
   !> What a stopped run has left, and the command that goes on with it.
-  function how_to_continue(path, n_done, n_increments, command) result(words)
+  function how_to_continue(path, has_some, n_done, n_increments, command) result(words)
     character(*), intent(in) :: path    !! of the result file
-    integer, intent(in) :: n_done, n_increments
+    logical, intent(in) :: has_some !! increments in it
+    integer, intent(in) :: n_done, n_increments !! of the deck, of which others may be parts
     character(*), intent(in) :: command !! that goes on
     character(:), allocatable :: words
 
-    if (n_done == 0) then
+    if (.not. has_some) then
       words = 'no increment was finished, so nothing is kept'
       return
     end if

@@ -32,6 +32,9 @@ contains
       mesh_size=mesh_size)
     if (allocated(error) .or. options%check) return
     scene%accuracy%divisions = divisions
+    ! Such a run tries out what the deck's increments are worth, whether or not the result keeps
+    ! them.
+    if (divisions > 1) scene%steps%direct = .false.
     if (.not. options%plan) call keep_deck(options, scene, error)
     if (.not. allocated(error)) call take_options(options, scene, error)
   end subroutine prepare_scene
@@ -46,6 +49,7 @@ contains
     !! estimates that it takes
 
     if (options%accuracy > 0.0_wp) scene%accuracy%wanted = options%accuracy
+    if (options%extrapolated) scene%accuracy%extrapolates = .true.
     scene%accuracy%time = options%time
     scene%accuracy%memory = options%memory
     ! Without contact there are no resultants to compare.
@@ -61,10 +65,18 @@ contains
           'errors of RESULTANTS and ENERGY are estimated')
         if (allocated(error)) return
       end if
+      if (accuracy%extrapolates .and. accuracy%keeps_mesh) call raise(error, exit_wrong_input, &
+        'bipot: error: --refine keeps the mesh, and values are extrapolated from several')
+      if (allocated(error)) return
+      if (options%extrapolated .and. .not. chooses_mesh(accuracy)) call raise(error, &
+        exit_wrong_input, 'bipot: error: --extrapolated says which values an accuracy is of, '// &
+        'and none is asked for: --accuracy X')
+      if (allocated(error)) return
     end associate
     call check_estimates()
     if (allocated(error)) return
     if (options%accuracy > 0.0_wp) call keep('--accuracy '//to_text(options%accuracy))
+    if (options%extrapolated) call keep('--extrapolated')
     if (options%time > 0.0_wp) call keep('--time '//to_text(options%time))
     if (options%memory > 0.0_wp) call keep('--memory '//to_text(1.0e-6_wp*options%memory)//'MB')
     call set_contact_tolerance(scene)

@@ -276,7 +276,7 @@ contains
       reason = 'the load steps make '//percent(errors%load_steps)
       if (errors%load_steps < 0.0_wp) reason = 'the load steps make more, in '// &
         to_text(maxval(sequence%runs%divisions))//' parts of each increment too'
-      if (all(deck%steps%direct)) reason = reason//', and DIRECT keeps them as they are'
+      if (any(deck%steps%direct)) reason = reason//', and DIRECT keeps them as they are'
     case (not_convergent)
       reason = sequence%list(errors%worst)%name//' does not converge: '// &
         to_text(n_meshes(sequence))//' meshes change it again and again; a quantity at a sharp '// &

@@ -7,7 +7,7 @@ module run_increments_mod
   use controls_mod, only: take_double
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
-  use increments_mod, only: whole_increment, asked_number
+  use increments_mod, only: done_of_deck, asked_number
   use step_fields_mod, only: fields_due
   use output_field_mod, only: field_t, block_bytes
   use view_fields_mod, only: list_view_fields
@@ -47,8 +47,8 @@ contains
     character(:), allocatable :: missed !! accuracy, and by what
 
     call begin_watch(scene, watch)
-    call count_from(console, increments_done(progress%state%step, progress%state%position), &
-      plan%n_increments)
+    call count_from(console, done_of_deck(scene%steps, progress%state%step, &
+      progress%state%position), plan%n_increments)
     scene%contact%tolerance = progress%tolerance
     if (progress%in_double > 0) call take_double(scene%precision)
     increments: do
@@ -65,23 +65,11 @@ contains
       if (allocated(error)) exit increments
       call write_increment(scene, plan, solved, file, console%started, progress, missed, error)
       if (allocated(error)) exit increments
-      call print_increment(console, solved%increment, &
-        increments_done(solved%increment%step, solved%increment%position), solved%report)
+      call print_increment(console, solved%increment, done_of_deck(scene%steps, &
+        solved%increment%step, solved%increment%position), solved%report)
       if (missed /= '') call print_warning(console, missed)
       deallocate (notes)
     end do increments
-
-  contains
-
-    !> Increments of the deck that are done at a position in a *STEP, over the run.
-    real(wp) function increments_done(step, position)
-      integer, intent(in) :: step         !! 0: before the first
-      integer(i8), intent(in) :: position !! in parts of the deck's increments
-
-      increments_done = real(sum(scene%steps(:step - 1)%n_increments), wp) + &
-        real(position, wp)/real(whole_increment, wp)
-    end function increments_done
-
   end subroutine run_increments
 
   !> Print notes, and take them off the list.

@@ -21,6 +21,7 @@ module run_mesh_mod
   use contact_zone_mod, only: balls_about, share_near
   use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, planned_t, add_run, has_bound
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
+  use increments_mod, only: done_of_deck
   use foreseen_costs_mod, only: note_plan
   use next_run_mod, only: choice_t, is_reached
   use run_within_mod, only: choose_next, judge_plan
@@ -243,7 +244,8 @@ contains
       if (status == run_stopped .and. .not. file%is_kept) then
         error%message = error%message//': the first runs of an accuracy are short, and not kept'
       else if (status == run_stopped) then
-        error%message = error%message//': '//how_to_continue(path, file%n_rows, &
+        error%message = error%message//': '//how_to_continue(path, file%n_rows > 0, &
+          int(done_of_deck(scene%steps, progress%state%step, progress%state%position)), &
           plan%n_increments, resume_command())
       else if (file%n_rows > 0 .and. in_place) then
         error%message = error%message//new_line('a')//to_text(file%n_rows)// &

@@ -93,6 +93,37 @@ class Reached(unittest.TestCase):
             true = friction_and_normal(fine)[1]
         self.assertLess(abs(limit - true).max(), 0.5 * abs(values[-1, :, 0] - true).max())
 
+    def test_extrapolated_values(self):
+        """As accurate as the last mesh is not, on fewer bricks than a mesh takes that is."""
+        order = 1.5  # about that of both
+        weight = 1 / (1.5**order - 1)
+        meshes = []
+        for n in (16, 24):
+            with Run(deck("block"), name="block", n=n, steps=80, **FINE).result() as fine:
+                meshes.append([force[15::16] for force in friction_and_normal(fine)])
+        friction, normal = (b + weight * (b - a) for a, b in zip(*meshes, strict=True))
+        scale, asked = abs(normal).max(), 0.006
+        found = {}
+        for options in ([], ["--extrapolated"]):
+            run = Run(deck("block"), "--accuracy", str(asked), *options, name="block", steps=5,
+                      **AUTO)  # fmt: skip
+            self.assertEqual(run.status, 0, run.errors)
+            with run.result() as result:
+                sequence, finest = result.accuracy, friction_and_normal(result)
+            self.assertEqual(sequence.of_extrapolated, bool(options))
+            found[bool(options)] = sequence.bricks[-1]
+        self.assertIn("0.6 % of the extrapolated contact resultants is reached", run.output)
+        self.assertLess(found[True], 0.5 * found[False])
+        pressing = abs(sequence.extrapolated[:, 0] - normal).max() / scale
+        self.assertLess(pressing, asked)
+        error = np.linalg.norm(sequence.extrapolated[:, 4:6] - friction, axis=1).max()
+        self.assertLess(error / (0.3 * scale), asked)
+        # Not so the mesh's own, on which the certificate is.
+        error = np.linalg.norm(finest[0] - friction, axis=1).max()
+        self.assertGreater(error / (0.3 * scale), asked)
+        self.assertGreater(sequence.error.max(), asked)
+        self.assertLess(sequence.extrapolated_error.max(), asked)
+
     def test_any_mesh(self):
         """Bricks of a deck that names nodes by their numbers are cut; sets stay what they are."""
         text = with_card(deck("block"), "*NSET, NSET=ONE\n1")
@@ -166,6 +197,29 @@ class NotReached(unittest.TestCase):
             self.assertEqual(result.run["status"], "finished")
             self.assertTrue(np.all(result.history("certified") == 1))
 
+    def test_increments_that_direct_keeps(self):
+        """What they make of the friction counts as a part of mu times the normal force.
+
+        With mu = 0.1 five increments are 3 % off in that, and 0.3 % of the largest resultant.
+        """
+        text = (INPUT / "block.inp").read_text()
+        with Run(text, name="block", n=6, steps=5, **FINE, mu=0.1).result() as coarse:
+            mine, pressing = friction_and_normal(coarse)
+        with Run(text, name="block", n=6, steps=160, **FINE, mu=0.1).result() as fine:
+            friction = friction_and_normal(fine)[0][31::32]
+        true = np.linalg.norm(mine - friction, axis=1).max() / (0.1 * pressing.max())
+        for asked, status in ((0.5 * true, 2), (8 * true, 0)):
+            run = Run(text, "--accuracy", str(asked), name="block", steps=5, mu=0.1, **AUTO)
+            self.assertEqual(run.status, status, run.errors)
+            with run.result() as result:
+                sequence = result.accuracy
+                self.assertEqual(sequence.reached, status == 0)
+                self.assertGreater(sequence.load_steps, true)
+                self.assertEqual(sequence.divisions[-1], 1)
+                self.assertEqual(result.finished, 5)
+        run = Run(text, "--accuracy", str(0.5 * true), name="block", steps=5, mu=0.1, **AUTO)
+        self.assertIn("DIRECT keeps them as they are", run.errors)
+
     def test_increments_that_the_first_mesh_wants_divided(self):
         """Tried again on a finer one; those beyond are run undivided but for the last. Kept."""
         text = (SOURCE / "studies/data/scenes/spreading.inp").read_text()
@@ -206,6 +260,15 @@ class NotReached(unittest.TestCase):
         ):
             text = with_card(deck("block"), "*ACCURACY, OF=SLIP\n0.1")
             run = Run(text, *words, name="block", n=2, steps=5)
+            self.assertEqual(run.status, 1)
+            self.assertIn(message, run.errors)
+            self.assertEqual(run.errors.count("\n"), 1)
+        for words, message in (
+            (["--extrapolated"], "none is asked for: --accuracy X"),
+            (["--extrapolated", "--accuracy", "0.1", "--refine", "0"], "--refine keeps the mesh"),
+            (["--extrapolate", "--accuracy", "0.1"], "did you mean '--extrapolated'?"),
+        ):
+            run = Run(deck("block"), *words, name="block", n=2, steps=5)
             self.assertEqual(run.status, 1)
             self.assertIn(message, run.errors)
             self.assertEqual(run.errors.count("\n"), 1)

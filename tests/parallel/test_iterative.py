@@ -350,6 +350,38 @@ class Continued(unittest.TestCase):
             np.testing.assert_array_equal(forces(other)[name], values, err_msg=name)
 
 
+class Chosen(unittest.TestCase):
+    def plan_within(self, megabytes, *cards):
+        """The lines `memory` and `chosen` of the plan within so many megabytes of addresses."""
+        text = (INPUT / "block.inp").read_text(encoding="utf-8")
+        for card in cards:
+            text = with_card(text, card)
+        limited = ("sh", "-c", f'ulimit -v {1000 * megabytes}; exec "$@"', "sh", PROGRAM)
+        run = Run(text, "--plan", "--force", name="plan", command=limited, n=24, steps=5, **AUTO)
+        self.assertEqual(run.status, 0, run.errors)
+        lines = dict(line.split(maxsplit=1) for line in run.output.splitlines() if " " in line)
+        return lines["memory"], lines.get("chosen", "")
+
+    # The factor fits in double precision, in single precision, on the disk, and not at all.
+    def test_a_factor_as_long_as_it_is_in_memory(self):
+        found = {}
+        for megabytes in range(1200, 600, -60):
+            memory, chosen = self.plan_within(megabytes)
+            kind = re.sub(r"\d[\d.]* ", "", chosen.strip())
+            found.setdefault(kind, (megabytes, memory))
+        kinds = list(found)
+        self.assertEqual(kinds[0], "")
+        self.assertTrue(any("single precision, in core" in kind for kind in kinds), kinds)
+        by_iteration = [kind for kind in kinds if kind.startswith("by iteration: a share of")]
+        self.assertEqual(len(by_iteration), 1, kinds)
+        # A deck that names the factor gets it, and a run that has little room for either takes
+        # what needs less.
+        at = found[by_iteration[0]][0]
+        card = "*BODY SOLVER, TYPE=FACTOR"
+        self.assertIn("out of core", self.plan_within(at, card)[1])
+        self.assertIn("out of core", kinds[-1])
+
+
 class Refused(unittest.TestCase):
     def refused(self, deck, words, *options, status=WRONG_INPUT, **overrides):
         run = Run(with_card(deck, ITERATIVE), *options, name="refused", **overrides)

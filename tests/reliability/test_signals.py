@@ -71,7 +71,7 @@ class Signals(Folder):
 
     def test_a_search_for_a_mesh_goes_on(self):
         """Killed at any change of the file, on any mesh: in the end the same to the last bit."""
-        self.check_search(SOUGHT, 6, 0)
+        self.check_search(SOUGHT, 11, 0)
 
     def test_a_search_that_cuts_bricks_at_contact_goes_on(self):
         self.check_search(SMALL_CONTACT, 10, 3, (0.5, 0.95))

@@ -185,7 +185,9 @@ class AsText(WithFolder):
         deck.refine([(0, 0, 0, 0.1)], times=2)
         deck.refine(nodes="SOME")
         deck.refine(elements="LOW")
-        deck.accuracy(0.02, "DISPLACEMENT", nodes="SOME", direction=3)
+        deck.accuracy(
+            0.02, "DISPLACEMENT", nodes="SOME", direction=3, mesh="REFINE", value="EXTRAPOLATED"
+        )
         deck.rigid_body("TOOL", tool)
         deck.surface("PLATE", [("TOOL", "SPOS")])
         deck.material("STEEL", 210000.0, 0.3, density=7.8e-9, expansion=1.2e-5)

@@ -4,6 +4,8 @@
 !>     0.01                           of the largest of what it is of
 !>     *ACCURACY, OF=DISPLACEMENT, NSET=TIP, DIRECTION=3
 !>     0.02                           of the largest in the set
+!>     *ACCURACY, VALUE=EXTRAPOLATED
+!>     0.001                          of values extrapolated from several meshes
 !>     *ACCURACY, ESTIMATE=NO         errors of mesh and load steps are not estimated
 module read_accuracy_mod
   use cards_mod, only: reader_t, report
@@ -38,13 +40,13 @@ contains
     type(accuracy_controls_t), intent(out) :: accuracy
     type(card_t) :: card
     type(fields_t) :: fields
-    integer :: choice, estimate, mesh
+    integer :: choice, estimate, mesh, value
     logical :: found, ok
 
     call open_only_card(reader, 'ACCURACY', card, found)
     if (.not. found) return
     call allow_options(reader, card, [character(9) :: 'OF', 'NSET', 'DIRECTION', 'MESH', &
-      'ESTIMATE'])
+      'VALUE', 'ESTIMATE'])
     estimate = 1
     call choice_option(reader, card, 'ESTIMATE', ['YES', 'NO '], estimate, ok)
     accuracy%estimates = estimate == 1
@@ -56,10 +58,17 @@ contains
     if (accuracy%keeps_mesh .and. accuracy%of > accuracy_of_energy) call report(reader, &
       option_position(card, 'OF'), 'on one mesh the errors of RESULTANTS and ENERGY are '// &
       'estimated, others take several: MESH=REFINE')
+    value = 1
+    call choice_option(reader, card, 'VALUE', ['FINEST      ', 'EXTRAPOLATED'], value, ok)
+    accuracy%extrapolates = value == 2
+    if (accuracy%keeps_mesh .and. accuracy%extrapolates) call report(reader, &
+      option_position(card, 'VALUE'), 'values are extrapolated from several meshes, and '// &
+      'MESH=KEEP keeps one')
     if (.not. accuracy%estimates) then
       if (has_option(card, 'MESH')) call report(reader, option_position(card, 'MESH'), &
         'MESH says whether an accuracy may choose the mesh, and with ESTIMATE=NO none is asked for')
       call refuse_subject('OF')
+      call refuse_subject('VALUE')
       call refuse_subject('NSET')
       call refuse_subject('DIRECTION')
       call next_data_line(reader, card, fields, found, 1, 'no data')

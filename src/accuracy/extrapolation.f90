@@ -1,0 +1,85 @@
+!> What a quantity would be with bricks without size, as its values on five meshes and more say, and
+!> how wrong that may be.
+!>
+!> docs/theory.md (10.18) and (10.19).
+module extrapolation_mod
+  use kinds_mod, only: wp
+  use convergence_mod, only: fitted_order, least_order
+  implicit none
+  private
+
+  public :: extrapolate, fewest_meshes
+
+  integer, parameter :: fewest_meshes = 5 !! that it takes
+  integer, parameter :: fitted_to = 4     !! meshes is a limit
+  real(wp), parameter :: safety = 1.5_wp
+  !! of the error of a limit [-]: of 450 limits of sequences of meshes it was too small for none
+  real(wp), parameter :: least_doubt = 0.15_wp, most_doubt = 0.5_wp !! of an order [-]
+  real(wp), parameter :: lowest = 0.4_wp !! order that is thought possible [-]
+
+contains
+
+  !> The limit of values as the sizes go to 0, and its error.
+  !>
+  !> The limit is that of q + c h^p fitted to the last four sizes. Its error is, with a factor of
+  !> safety, how far it is at most from those of other orders, of three sizes, of the four one
+  !> before, and of the last two alone.
+  pure subroutine extrapolate(h, values, scale, limit, error)
+    real(wp), intent(in) :: h(:)            !! (n) sizes, descending, five and more [-]
+    real(wp), intent(in) :: values(:, :, :) !! (n_components,n_increments,n) of any unit
+    real(wp), intent(in) :: scale           !! > 0, of their unit
+    real(wp), intent(out) :: limit(:, :)    !! (n_components,n_increments)
+    real(wp), intent(out) :: error
+    !! norm over the components, the largest of the increments, as a part of the scale
+    real(wp) :: order, doubt, of_three, of_earlier
+    integer :: n
+
+    n = size(h)
+    order = order_of(n - fitted_to + 1, n)
+    of_three = order_of(n - 2, n)
+    of_earlier = order_of(n - fitted_to, n - 1)
+    doubt = min(max(abs(order - of_three), abs(order - of_earlier), least_doubt), most_doubt)
+    limit = limit_of(n - fitted_to + 1, n, order)
+    error = safety*max(distance_to(limit_of(n - fitted_to + 1, n, order + doubt)), &
+      distance_to(limit_of(n - fitted_to + 1, n, max(lowest, order - doubt))), &
+      distance_to(limit_of(n - 2, n, of_three)), distance_to(limit_of(n - 1, n, order)), &
+      distance_to(limit_of(n - fitted_to, n - 1, of_earlier)))
+
+  contains
+
+    !> The order that fits some of the sizes.
+    pure real(wp) function order_of(first, last) result(order)
+      integer, intent(in) :: first, last
+
+      order = max(least_order, fitted_order(h(first:last), reshape(values(:, :, first:last), &
+        [size(limit), last - first + 1])))
+    end function order_of
+
+    !> The limit that some of the sizes have with an order.
+    pure function limit_of(first, last, order) result(q)
+      integer, intent(in) :: first, last
+      real(wp), intent(in) :: order
+      real(wp) :: q(size(limit, 1), size(limit, 2))
+      real(wp) :: x(first:last), weight(first:last), mean
+      integer :: i
+
+      ! Of the straight line that is nearest to the values over h^p, at h = 0.
+      x = h(first:last)**order
+      mean = sum(x)/size(x)
+      x = x - mean
+      weight = 1.0_wp/size(x) - mean*x/sum(x**2)
+      q = 0.0_wp
+      do i = first, last
+        q = q + weight(i)*values(:, :, i)
+      end do
+    end function limit_of
+
+    pure real(wp) function distance_to(other) result(distance)
+      real(wp), intent(in) :: other(:, :)
+
+      distance = maxval(norm2(other - limit, dim=1))/scale
+    end function distance_to
+
+  end subroutine extrapolate
+
+end module extrapolation_mod

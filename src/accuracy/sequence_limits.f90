@@ -1,0 +1,55 @@
+!> Limits of what the runs of a sequence give, as their bricks get smaller.
+module sequence_limits_mod
+  use kinds_mod, only: wp
+  use mesh_sequence_mod, only: mesh_sequence_t, sizes_of
+  use extrapolation_mod, only: extrapolate, fewest_meshes
+  implicit none
+  private
+
+  public :: has_limit, error_of_limit, find_limit
+
+contains
+
+  !> Whether there are enough meshes for a limit. Bricks at contact that are cut ahead of the others
+  !> have sizes of their own.
+  pure logical function has_limit(sequence, runs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! the coarsest first
+
+    has_limit = size(runs) >= fewest_meshes
+    if (has_limit) has_limit = sequence%runs(runs(size(runs)))%mesh_size%zone%times == 0
+  end function has_limit
+
+  !> How wrong the limit of a quantity may be.
+  pure real(wp) function error_of_limit(sequence, runs, k, scale) result(error)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! the coarsest first
+    integer, intent(in) :: k       !! the quantity
+    real(wp), intent(in) :: scale
+    real(wp) :: limit(sequence%list(k)%n, sequence%n_increments)
+
+    call find_limit(sequence, runs, k, scale, limit, error)
+  end function error_of_limit
+
+  !> A quantity with bricks without size, by many meshes.
+  pure subroutine find_limit(sequence, runs, k, scale, limit, error)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! the coarsest first
+    integer, intent(in) :: k       !! the quantity
+    real(wp), intent(in) :: scale
+    real(wp), intent(out) :: limit(:, :) !! (n,n_increments)
+    real(wp), intent(out) :: error !! relative to the scale
+    real(wp) :: values(size(limit, 1), size(limit, 2), size(runs))
+    integer :: i
+
+    associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
+      do i = 1, size(runs)
+        values(:, :, i) = sequence%runs(runs(i))%values(a:b, :)
+      end do
+    end associate
+    call extrapolate(sizes_of(sequence, runs), values, merge(scale, 1.0_wp, scale > 0.0_wp), &
+      limit, error)
+    if (.not. sequence%list(k)%is_compared) error = 0.0_wp
+  end subroutine find_limit
+
+end module sequence_limits_mod
