@@ -103,7 +103,7 @@ SCENES = (
     Scene("warm between two walls", "heat", 0.3, COARSE, 4),
     Scene("pressed, lifted, pressed again", "again", 0.4, steps=4),
     Scene("two layers, much friction", "grip", 1.5, steps=4),
-    Scene("a soft layer, bricks cut", "fixed", 0.3, (2, 3, 4, 6, 8, 10), 4),
+    Scene("a soft layer, bricks cut", "fixed", 0.3, (2, 3, 4, 8, 12, 16), 4),
     Scene("a strip drawn from under a lid", "lap", 0.2, (2, 3, 4, 5, 6), 4),
 )  # fmt: skip
 

@@ -16,7 +16,6 @@ module cut_runs_mod
   !! of the bricks at contact: where there are more, cutting all of them costs little more [-]
   real(wp), parameter :: about_half = 0.55_wp !! of a size [-]
   real(wp), parameter :: alike = 0.5_wp       !! of the accuracy, that two runs are apart [-]
-  real(wp), parameter :: for_trials = 1.0_wp  !! likewise, where increments do much the same [-]
 
 contains
 
@@ -122,7 +121,7 @@ contains
     runs = runs_on_base(sequence, divisions, base, cuts)
     if (size(runs) <= cuts) return
     do i = cuts - 1, 1, -1
-      if (distance(sequence, runs(i + 1), runs(cuts + 1)) > for_trials*sequence%wanted) return
+      if (distance(sequence, runs(i + 1), runs(cuts + 1)) > alike*sequence%wanted) return
       fewer = i
     end do
   end function cuts_for_trials

@@ -282,8 +282,8 @@ contains
       beside = largest
       associate (nodes => scene%mesh%connectivity, material => scene%mesh%material)
         do e = 1, scene%mesh%n_elements
-          if (material(e) == material(at) .and. n_shared(nodes(:, e), nodes(:, at)) == 4) &
-            beside = min(beside, mises(e))
+          if (material(e) /= material(at)) cycle
+          if (n_shared(nodes(:, e), nodes(:, at)) == 4) beside = min(beside, mises(e))
         end do
       end associate
     end subroutine find_mises

@@ -366,9 +366,9 @@ contains
 
     associate (runs => mesh_runs(sequence, family), tried => step_runs(sequence, &
       cuts_for_trials(sequence, family%cuts)))
-      is_near_goal = size(tried) > 1 .or. choice%outcome == is_reached .or. size(runs) > 2 .or. &
-        (sequence%runs(runs(size(runs)))%recovery <= sequence%wanted .and. errors%mesh <= &
-        sequence%wanted)
+      is_near_goal = size(tried) > 1 .or. any(choice%outcome == [is_reached, steps_too_coarse]) &
+        .or. size(runs) > 2 .or. (sequence%runs(runs(size(runs)))%recovery <= sequence%wanted &
+        .and. errors%mesh >= 0.0_wp .and. errors%mesh <= sequence%wanted)
     end associate
   end function is_near_goal
 
@@ -416,13 +416,10 @@ contains
       end if
       needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh, aimed_at*left, &
         max(hoped_order, errors%of_mesh(errors%worst)%order))
-      if (needed > far_off .and. is_as_wrong_as_before()) then
-        choice%outcome = not_convergent
-        return
-      end if
       choice%mesh_size = finer(sequence, last%mesh_size, merge(least_step, min(needed, &
         wary_step), errors%of_mesh(errors%worst)%order <= least_order + rounding))
       choice%may_be_last = needed <= largest_step
+      if (needed > far_off .and. is_as_wrong_as_before()) choice%outcome = not_convergent
       ! The factor of bricks s times smaller takes s^4 of the memory. What is small yet is no
       ! measure of that, and another mesh is cheap.
       choice%finer = needed

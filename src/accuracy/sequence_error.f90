@@ -142,8 +142,8 @@ contains
   end subroutine take_undivided
 
   !> The least that the errors of largest values are: half of what they change by to the next one,
-  !> across a brick. Where coarse meshes agree by accident on what grows without end, at an edge say,
-  !> or on what is the largest there alone, that is much.
+  !> across a brick. Where coarse meshes agree by accident on what grows without end, at an edge
+  !> say, or on what is the largest there alone, that is much.
   pure function errors_beside(sequence, run, scales) result(errors)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: run
@@ -155,7 +155,8 @@ contains
     do k = 1, size(sequence%list)
       associate (next => sequence%list(k)%beside, values => sequence%runs(run)%values)
         if (next == 0 .or. .not. scales(k) > 0.0_wp) cycle
-        errors(k) = 0.5_wp*maxval(abs(values(sequence%list(k)%first, :) - values(next, :)))/scales(k)
+        errors(k) = 0.5_wp*maxval(abs(values(sequence%list(k)%first, :) - values(next, :)))/ &
+          scales(k)
       end associate
     end do
   end function errors_beside
@@ -282,8 +283,8 @@ contains
 
   contains
 
-    !> The same of four sizes and more, the first of which is about twice the last: what those differ
-    !> by that are near each other is how far values scatter, and does not grow beyond that.
+    !> The same of four sizes and more, the first of which is about twice the last: what those
+    !> differ by that are near each other is how far values scatter, and does not grow beyond that.
     pure real(wp) function by_distant_sizes() result(error)
       real(wp), parameter :: distant = 1.9_wp !! a size over another
       real(wp), allocatable :: sizes(:)
@@ -439,14 +440,11 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: runs(:)
     real(wp), parameter :: less = 1.0_wp - 1.0e-6_wp
-    integer :: i
 
     growth = on_finer_mesh
     associate (mesh => sequence%runs(runs(1))%mesh_size)
       if (mesh%zone%times > 0) then
-        ! Unless there are runs with more cuts, which increments are not tried with.
-        if (.not. corrects_steps(sequence) .and. all([(sequence%runs(i)%mesh_size%zone%times, i=1, &
-          size(sequence%runs))] <= mesh%zone%times)) growth = 1.0_wp
+        if (.not. corrects_steps(sequence)) growth = 1.0_wp
       else if (relative_size(mesh) >= less*relative_size(sequence%trial)) then
         growth = on_coarse_mesh
       end if

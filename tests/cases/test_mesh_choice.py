@@ -170,8 +170,9 @@ class NotReached(unittest.TestCase):
         self.assertIn("largest_pressure does not converge: 6 meshes", run.errors)
         with run.result() as result:
             names, values = result.accuracy.names, result.accuracy.values
-            self.assertEqual(names, [f"BODY-X{end}/{name}" for end in ("MIN:LEFT", "MAX:RIGHT")
-                                     for name in ("largest_pressure", "pressure_beside")])
+            ends = ("BODY-XMIN:LEFT", "BODY-XMAX:RIGHT")
+            kinds = ("largest_pressure", "pressure_beside")
+            self.assertEqual(names, [f"{end}/{kind}" for end in ends for kind in kinds])
             pair = result.pairs["BODY-XMIN:LEFT"]
             row = of_deck(result).nonzero()[0][-1]
             pressure = pair.pressure[row]

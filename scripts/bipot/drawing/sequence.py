@@ -22,6 +22,8 @@ def distances(sequence):
     """Return of each quantity how far every run is from the limit, (K,), in parts of its scale."""
     found = {}
     for name, columns in by_quantity(sequence.names).items():
+        if sequence.error[columns[0]] < 0 <= sequence.error.max():
+            continue  # it is there beside another one, and not compared
         scale = sequence.scale[columns[0]]
         apart = sequence.values[:, :, columns] - sequence.extrapolated[:, columns]
         largest = np.linalg.norm(apart, axis=2).max(axis=1)
