@@ -6,8 +6,8 @@ module choose_divisions_mod
   use mesh_size_mod, only: mesh_size_t
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, step_runs
   use cut_runs_mod, only: cuts_for_trials
-  use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_on_mesh, &
-    later_step_runs, part_for_steps
+  use step_errors_mod, only: error_on_mesh, later_step_runs, part_for_steps
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence
   implicit none
   private
 

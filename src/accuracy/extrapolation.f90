@@ -1,7 +1,7 @@
 !> What a quantity would be with bricks without size, as its values on five meshes and more say, and
 !> how wrong that may be.
 !>
-!> docs/theory.md (10.18) and (10.19).
+!> docs/theory.md (10.18).
 module extrapolation_mod
   use kinds_mod, only: wp
   use convergence_mod, only: fitted_order, least_order

@@ -10,8 +10,8 @@ module next_run_mod
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, start_sequence, has_bound, mesh_runs, &
     step_runs, runs_up_to
   use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
-  use sequence_error_mod, only: sequence_error_t, estimate_sequence, error_by_steps, &
-    later_step_runs
+  use step_errors_mod, only: error_by_steps, later_step_runs
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use choose_divisions_mod, only: choose_divisions, waits_with_steps, mesh_for_steps, &
     most_divisions
   implicit none
