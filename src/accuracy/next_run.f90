@@ -419,7 +419,9 @@ contains
       choice%mesh_size = finer(sequence, last%mesh_size, merge(least_step, min(needed, &
         wary_step), errors%of_mesh(errors%worst)%order <= least_order + rounding))
       choice%may_be_last = needed <= largest_step
-      if (needed > far_off .and. is_as_wrong_as_before()) choice%outcome = not_convergent
+      if (needed > far_off) then
+        if (is_as_wrong_as_before()) choice%outcome = not_convergent
+      end if
       ! The factor of bricks s times smaller takes s^4 of the memory. What is small yet is no
       ! measure of that, and another mesh is cheap.
       choice%finer = needed

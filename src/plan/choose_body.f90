@@ -57,6 +57,8 @@ contains
     bare%is_dense = .false.
     ordering = 0.0_wp
     reasons = ''
+    need = 0.0_wp
+    fits = .false.
     if (.not. scene%precision%iterative) then
       call choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)
       if (allocated(error)) return
