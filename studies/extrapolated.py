@@ -45,10 +45,12 @@ def extrapolate(runs, sizes):
     """The forces of a mesh without size."""
     pairs = []
     for of_pair in zip(*(one.pairs for one in runs), strict=True):
-        pairs.append(tuple(
+        *forces, mu = zip(*of_pair, strict=True)
+        limits = [
             limit_of(sizes, np.array([part.ravel() for part in parts])).reshape(parts[0].shape)
-            for parts in zip(*of_pair, strict=True)
-        ))  # fmt: skip
+            for parts in forces
+        ]
+        pairs.append((*limits, mu[0]))
     return Outcome(0, 0, runs[-1].times, pairs, None, "")
 
 
@@ -68,7 +70,7 @@ def truth(program, scene, folder):
     coarse = finer // 8
     runs = [of(n, coarse) for n in meshes]
     limit, other = extrapolate(runs, sizes), extrapolate(runs[-3:], sizes[-3:])
-    doubt = error_of(other, limit, scene.mu)
+    doubt = error_of(other, limit)
     steps = {times: of(meshes[0], times) for times in (coarse, finer // 2, finer)}
     kept = np.isclose(limit.times[:, None], steps[finer].times, rtol=1e-9).any(axis=1)
     at = {
@@ -78,22 +80,23 @@ def truth(program, scene, folder):
     pairs = []
     for i, pair in enumerate(limit.pairs):
         found = []
-        for k, part in enumerate(pair):
+        for k, part in enumerate(pair[:3]):
             of_times = {t: one.pairs[i][k][at[t]] for t, one in steps.items()}
             to_limit = 2 * of_times[finer] - of_times[finer // 2] - of_times[coarse]
             found.append(part[kept] + to_limit)
-        pairs.append(tuple(found))
+        pairs.append((*found, pair[3]))
     true = Outcome(0, 0, limit.times[kept], pairs, None, "")
     return true, doubt
 
 
-def of_sequence(one, n_pairs):
+def of_sequence(one):
     """The extrapolated values as the outcome of a run."""
-    sequence = one.sequence
+    sequence, values = one.sequence, one.sequence.extrapolated
     starts = [i for i, name in enumerate(sequence.names) if name.endswith("/pressing_force")]
-    assert len(starts) == n_pairs
-    values = sequence.extrapolated
-    pairs = [(values[:, a], values[:, a + 1 : a + 4], values[:, a + 4 : a + 7]) for a in starts]
+    pairs = [
+        (values[:, a], values[:, a + 1 : a + 4], values[:, a + 4 : a + 7], pair[3])
+        for a, pair in zip(starts, one.pairs, strict=True)
+    ]
     return Outcome(one.status, one.seconds, one.times, pairs, sequence, one.reason)
 
 
@@ -114,8 +117,8 @@ def judge(program, scene):
                     seconds.append(None)
                     continue
                 if options:
-                    one = of_sequence(one, len(true.pairs))
-                error = error_of(one, true, scene.mu)
+                    one = of_sequence(one)
+                error = error_of(one, true)
                 ends.append(error <= asked)
                 seconds.append(one.seconds)
                 told = one.sequence.mesh + max(0.0, one.sequence.load_steps)

@@ -49,7 +49,7 @@ def by_hand(program, scene, folder, true):
                 break
             words = f"n = {n}" + (f", {finer} times the increments" if finer > 1 else "")
             if one.status == 0:
-                found.append((error_of(one, true, scene.mu), one.seconds, words))
+                found.append((error_of(one, true), one.seconds, words))
     return found
 
 
@@ -67,7 +67,7 @@ def study(program):
                 began = processor_time()
                 one = run(program, scene, folder, scene.parameters(n), "--time", str(allowed))
                 seconds = processor_time() - began
-                error, sequence = error_of(one, true, scene.mu), one.sequence
+                error, sequence = error_of(one, true), one.sequence
                 best = min(s for s in settings if s[1] <= allowed)
                 used.append(seconds / allowed)
                 ratios.append(max(error, doubt) / max(best[0], doubt))
