@@ -5,7 +5,7 @@
 Six scenes, 1, 5 and 20 seconds of the processor, on meshes and with increments that the program
 chooses. By hand: meshes and increments, all combinations; the most accurate run that takes no more
 than the time allowed. Errors and the truth are those of the study asked_accuracy, the truth of
-finer meshes. Then all scenes of that study in shorter times: whether these are kept, alone.
+finer meshes. Before that all scenes of that study in shorter times: whether these are kept, alone.
 """
 
 import resource

@@ -12,8 +12,7 @@ module extrapolation_mod
 
   integer, parameter :: fewest_meshes = 5 !! that it takes
   integer, parameter :: fitted_to = 4     !! meshes is a limit
-  real(wp), parameter :: safety = 1.5_wp
-  !! of the error of a limit [-]: of 450 limits of sequences of meshes it was too small for none
+  real(wp), parameter :: safety = 1.5_wp  !! of the error of a limit [-]
   real(wp), parameter :: least_doubt = 0.15_wp, most_doubt = 0.5_wp !! of an order [-]
   real(wp), parameter :: lowest = 0.4_wp !! order that is thought possible [-]
 
