@@ -8,13 +8,12 @@ module hdf5_contents_mod
     h5oopen_f, h5pclose_f, h5pfill_value_defined_f, h5pget_chunk_f, h5pget_filter_f, &
     h5pget_layout_f, h5pget_nfilters_f, h5sclose_f, h5sget_simple_extent_dims_f, &
     h5sget_simple_extent_ndims_f, h5sget_simple_extent_npoints_f, h5tclose_f, h5tget_class_f, &
-    h5tget_cset_f, h5tget_order_f, h5tget_sign_f, h5tget_size_f, h5tget_strpad_f, &
-    h5tis_variable_str_f, H5D_CHUNKED_F, H5G_DATASET_F, H5G_GROUP_F, H5S_UNLIMITED_F, &
-    H5T_FLOAT_F, H5T_INTEGER_F, H5T_STRING_F, H5_INDEX_NAME_F, H5_ITER_INC_F
+    h5tget_cset_f, h5tget_size_f, h5tget_strpad_f, h5tis_variable_str_f, H5D_CHUNKED_F, &
+    H5G_DATASET_F, H5G_GROUP_F, H5S_UNLIMITED_F, H5T_STRING_F, H5_INDEX_NAME_F, H5_ITER_INC_F
   use checksum_mod, only: checksum_of, extended
   use errors_mod, only: error_t, raise, exit_wrong_input
   use hdf5_files_mod, only: hdf5_file_t, fail_to_hold
-  use hdf5_types_mod, only: no_id
+  use hdf5_types_mod, only: no_id, kind_of_type
   use kinds_mod, only: i1, i8
   use resource_limits_mod, only: has_memory
   use text_mod, only: printable
@@ -199,7 +198,8 @@ contains
 
   end subroutine checksum_of_contents
 
-  !> What a type is; it may not be of variable length, nor be made of others.
+  !> What a type is: text of fixed length, or numbers as the program writes them. A type that differs
+  !> from those in a single bit is none of either.
   subroutine extend_by_type(type_id, checksum, status)
     integer(hid_t), intent(in) :: type_id
     integer(i8), intent(inout) :: checksum
@@ -218,13 +218,9 @@ contains
       if (varies) status = -1
       if (status >= 0) call h5tget_strpad_f(type_id, first, status)
       if (status >= 0) call h5tget_cset_f(type_id, second, status)
-    else if (class == H5T_INTEGER_F) then
-      call h5tget_order_f(type_id, first, status)
-      if (status >= 0) call h5tget_sign_f(type_id, second, status)
-    else if (class == H5T_FLOAT_F) then
-      call h5tget_order_f(type_id, first, status)
     else
-      status = -1
+      first = kind_of_type(type_id)
+      if (first == 0) status = -1
     end if
     checksum = extended(checksum, [int(class, i8), int(bytes, i8), int(first, i8), &
       int(second, i8)])

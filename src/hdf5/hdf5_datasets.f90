@@ -3,13 +3,14 @@ module hdf5_datasets_mod
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_char, c_null_ptr
   use hdf5, only: hid_t, hsize_t, size_t, h5dclose_f, h5dcreate_f, h5dget_space_f, &
     h5dget_type_f, h5dopen_f, h5dread_f, h5dwrite_f, h5sclose_f, h5sget_simple_extent_dims_f, &
-    h5sget_simple_extent_ndims_f, h5tclose_f, h5tequal_f, h5tget_size_f, h5tis_variable_str_f
+    h5sget_simple_extent_ndims_f, h5tclose_f, h5tget_size_f, h5tis_variable_str_f
   use dataset_kinds_mod, only: of_real, of_integer, of_long, of_unsigned_byte, bytes_of
   use errors_mod, only: error_t
   use hdf5_attributes_mod, only: describe
   use hdf5_failures_mod, only: text_of
   use hdf5_files_mod, only: hdf5_file_t, fail_to_write, fail_to_read, fail_to_hold
-  use hdf5_types_mod, only: no_id, type_in_file, type_in_memory, text_type, is_text, new_space
+  use hdf5_types_mod, only: no_id, type_in_file, kind_of_type, type_in_memory, text_type, is_text, &
+    new_space
   use kinds_mod, only: wp, i1, i4, i8
   use resource_limits_mod, only: has_memory
   implicit none
@@ -204,15 +205,11 @@ contains
     character(*), intent(in) :: path
     integer :: kind, status, ignored
     integer(hid_t) :: dataset, type_id
-    logical :: same
 
     call h5dopen_f(file%id, path, dataset, status)
     if (status >= 0) then
       call h5dget_type_f(dataset, type_id, status)
-      do kind = size(bytes_of), 1, -1
-        call h5tequal_f(type_id, type_in_file(kind), same, status)
-        if (status >= 0 .and. same) exit
-      end do
+      kind = kind_of_type(type_id)
       call h5tclose_f(type_id, ignored)
       call h5dclose_f(dataset, ignored)
     else

@@ -37,12 +37,14 @@ module hdf5_failures_mod
 
 contains
 
-  !> Raise a machine error with the operating system's reason, if it gave one.
+  !> Raise a machine error with the operating system's reason, if it gave one. Of a file that is
+  !> read, `without_reason` says that it is the file that is wrong where the system gave none.
   !>
   !> To be called before any other call of the library: each of them clears the reason.
-  subroutine fail(error, message)
+  subroutine fail(error, message, without_reason)
     type(error_t), allocatable, intent(inout) :: error
     character(*), intent(in) :: message
+    integer, intent(in), optional :: without_reason !! an exit status
     type(reason_t) :: reason
 
     reason = why()
@@ -50,6 +52,8 @@ contains
       call raise(error, exit_machine, message//': another program has the file open')
     else if (reason%length > 0) then
       call raise(error, exit_machine, message//': '//text_of(reason%text(:reason%length)))
+    else if (present(without_reason)) then
+      call raise(error, without_reason, message)
     else
       call raise(error, exit_machine, message)
     end if

@@ -13,7 +13,7 @@ module hdf5_files_mod
     h5open_f, h5pclose_f, h5pcreate_f, h5pset_cache_f, h5pset_fclose_degree_f, &
     h5pset_istore_k_f, H5F_ACC_EXCL_F, H5F_ACC_RDONLY_F, H5F_ACC_RDWR_F, H5F_CLOSE_STRONG_F, &
     H5F_SCOPE_LOCAL_F, H5P_FILE_ACCESS_F, H5P_FILE_CREATE_F, H5T_STD_I32LE
-  use errors_mod, only: error_t, raise, exit_machine
+  use errors_mod, only: error_t, raise, exit_machine, exit_wrong_input
   use hdf5_failures_mod, only: fail, reason_t, why
   use hdf5_types_mod, only: no_id
   use kinds_mod, only: i8, sp
@@ -293,7 +293,8 @@ contains
         names(i)%text = trim(name)
       end do
     end if
-    if (status < 0) call fail(error, "cannot list '"//group//"' in '"//file%path//"'")
+    if (status < 0) call fail(error, "cannot list '"//group//"' in '"//file%path//"'", &
+      exit_wrong_input)
   end subroutine list_members
 
   ! ------------------------------------------------------------------ failures
@@ -314,9 +315,9 @@ contains
 
     if (present(attribute)) then
       call fail(error, "cannot read the attribute '"//attribute//"' of '"//path//"' in '"// &
-                file%path//"'")
+        file%path//"'", exit_wrong_input)
     else
-      call fail(error, "cannot read '"//path//"' in '"//file%path//"'")
+      call fail(error, "cannot read '"//path//"' in '"//file%path//"'", exit_wrong_input)
     end if
   end subroutine fail_to_read
 

@@ -1,15 +1,15 @@
 !> Kinds of numbers, texts and extents as HDF5 knows them; for the other hdf5_ files.
 module hdf5_types_mod
   use hdf5, only: hid_t, hsize_t, size_t, h5kind_to_type, h5screate_f, h5screate_simple_f, &
-    h5tcopy_f, h5tget_class_f, h5tset_cset_f, h5tset_size_f, h5tset_strpad_f, H5S_SCALAR_F, &
+    h5tcopy_f, h5tequal_f, h5tget_class_f, h5tset_cset_f, h5tset_size_f, h5tset_strpad_f, H5S_SCALAR_F, &
     H5T_CSET_UTF8_F, H5T_C_S1, H5T_IEEE_F64LE, H5T_STD_I32LE, H5T_STD_I64LE, H5T_STD_I8LE, &
     H5T_STD_U8LE, H5T_STRING_F, H5T_STR_NULLPAD_F, H5_INTEGER_KIND, H5_REAL_KIND
-  use dataset_kinds_mod, only: of_real, of_integer, of_long, of_byte
+  use dataset_kinds_mod, only: of_real, of_integer, of_long, of_byte, bytes_of
   use kinds_mod, only: wp, i1, i4, i8
   implicit none
   private
 
-  public :: no_id, type_in_file, type_in_memory, text_type, is_text, new_space
+  public :: no_id, type_in_file, kind_of_type, type_in_memory, text_type, is_text, new_space
 
   integer(hid_t), parameter :: no_id = -1 !! nothing of HDF5 is open
 
@@ -32,6 +32,18 @@ contains
       type_id = H5T_STD_U8LE
     end select
   end function type_in_file
+
+  !> The kind whose numbers a type is that of, to the place of every bit; 0: of none.
+  function kind_of_type(type_id) result(kind)
+    integer(hid_t), intent(in) :: type_id
+    integer :: kind, status
+    logical :: same
+
+    do kind = size(bytes_of), 1, -1
+      call h5tequal_f(type_id, type_in_file(kind), same, status)
+      if (status >= 0 .and. same) exit
+    end do
+  end function kind_of_type
 
   function type_in_memory(kind) result(type_id)
     integer, intent(in) :: kind

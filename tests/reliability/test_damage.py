@@ -2,8 +2,11 @@
 
 import argparse
 import os
+import random
+import re
 import resource
 import shutil
+import struct
 import tempfile
 import unittest
 import zlib
@@ -203,6 +206,24 @@ class Damage(Folder):
                     of = file[name].attrs
                     of.modify(attribute, np.bytes_("x" + bytes(of[attribute]).decode()[1:]))
                 self.assertEqual(self.case.run(folder, "--continue")[0], 1)
+
+    def test_types_of_numbers_are_checked_too(self):
+        """A bit of what HDF5 writes of an IEEE number: offset, precision, exponent, mantissa."""
+        description = struct.pack("<HHBBBBI", 0, 64, 52, 11, 0, 52, 1023)
+        before = (self.killed / NAME).read_bytes()
+        places = [m.start() for m in re.finditer(re.escape(description), before)]
+        self.assertGreater(len(places), 10)
+        chance = random.Random(1)
+        for i in range(len(description)):
+            with self.subTest(byte=i):
+                data = bytearray(before)
+                data[chance.choice(places) + i] ^= 1 << chance.randrange(8)
+                folder = self.fresh("copy")
+                (folder / NAME).write_bytes(data)
+                status, words = self.case.run(folder, "--continue")
+                self.assertEqual(status, 1, words)
+                self.assertIn(NAME, words)
+                self.assertEqual((folder / NAME).read_bytes(), bytes(data))
 
     def test_a_file_that_crashes_its_reader(self):
         library = Path(LIBRARY).with_name("libcrash_in_child.so")
