@@ -198,8 +198,8 @@ contains
 
   end subroutine checksum_of_contents
 
-  !> What a type is: text of fixed length, or numbers as the program writes them. A type that differs
-  !> from those in a single bit is none of either.
+  !> What a type is: text of fixed length, or numbers as the program writes them. A type that
+  !> differs from those in a single bit is none of either.
   subroutine extend_by_type(type_id, checksum, status)
     integer(hid_t), intent(in) :: type_id
     integer(i8), intent(inout) :: checksum

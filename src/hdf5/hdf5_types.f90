@@ -1,9 +1,9 @@
 !> Kinds of numbers, texts and extents as HDF5 knows them; for the other hdf5_ files.
 module hdf5_types_mod
   use hdf5, only: hid_t, hsize_t, size_t, h5kind_to_type, h5screate_f, h5screate_simple_f, &
-    h5tcopy_f, h5tequal_f, h5tget_class_f, h5tset_cset_f, h5tset_size_f, h5tset_strpad_f, H5S_SCALAR_F, &
-    H5T_CSET_UTF8_F, H5T_C_S1, H5T_IEEE_F64LE, H5T_STD_I32LE, H5T_STD_I64LE, H5T_STD_I8LE, &
-    H5T_STD_U8LE, H5T_STRING_F, H5T_STR_NULLPAD_F, H5_INTEGER_KIND, H5_REAL_KIND
+    h5tcopy_f, h5tequal_f, h5tget_class_f, h5tset_cset_f, h5tset_size_f, h5tset_strpad_f, &
+    H5S_SCALAR_F, H5T_CSET_UTF8_F, H5T_C_S1, H5T_IEEE_F64LE, H5T_STD_I32LE, H5T_STD_I64LE, &
+    H5T_STD_I8LE, H5T_STD_U8LE, H5T_STRING_F, H5T_STR_NULLPAD_F, H5_INTEGER_KIND, H5_REAL_KIND
   use dataset_kinds_mod, only: of_real, of_integer, of_long, of_byte, bytes_of
   use kinds_mod, only: wp, i1, i4, i8
   implicit none

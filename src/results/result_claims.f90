@@ -216,7 +216,7 @@ contains
     precision%core_is_given = .true.
   end subroutine take_arithmetic
 
-  !> The arithmetic of a file's run for `take_arithmetic`; empty where it cannot be read.
+  !> The arithmetic of a file's run for `take_arithmetic`; empty where it is damaged.
   function arithmetic_of(path, given, given_compliance) result(answer)
     character(*), intent(in) :: path
     type(precision_controls_t), intent(in) :: given
@@ -232,6 +232,7 @@ contains
     precision = given
     if (look_at_file(path) /= file_readable) return
     call open_file(path, .false., hdf5, error)
+    call check_contents(hdf5, error)
     compliance = given_compliance
     call read_arithmetic(hdf5, precision, compliance, error)
     if (allocated(error)) return
@@ -266,7 +267,7 @@ contains
     call close_file(hdf5, error)
   end subroutine take_mesh_size
 
-  !> Those of a file's run for `take_mesh_size`; empty where they cannot be read.
+  !> Those of a file's run for `take_mesh_size`; empty where it is damaged.
   function mesh_size_of(path) result(answer)
     character(*), intent(in) :: path
     character(:), allocatable :: answer
@@ -281,6 +282,7 @@ contains
     if (look_at_file(path) /= file_readable) return
     divisions = 1
     call open_file(path, .false., hdf5, error)
+    call check_contents(hdf5, error)
     call read_mesh_size(hdf5, mesh_size, divisions, error)
     call read_attribute(hdf5, '/run', 'status', status, error)
     call read_attribute(hdf5, '/accuracy', 'reached', is_reached, error)

@@ -207,6 +207,20 @@ class Damage(Folder):
                     of.modify(attribute, np.bytes_("x" + bytes(of[attribute]).decode()[1:]))
                 self.assertEqual(self.case.run(folder, "--continue")[0], 1)
 
+    def test_how_to_go_on_is_checked_too(self):
+        """What a continued run takes from the file before it checks its increments."""
+        for name in ("compliance", "factor_threads", "block_low_rank", "divisions", "blocks_times"):
+            with self.subTest(name=name):
+                folder = self.fresh("copy")
+                shutil.copy(self.killed / NAME, folder)
+                with h5py.File(folder / NAME, "r+") as file:
+                    of = file["run"].attrs
+                    of.modify(name, of[name] + of.get_id(name).dtype.type(64))
+                status, words = self.case.run(folder, "--continue")
+                self.assertEqual(status, 1, words)
+                self.assertIn(f"'{NAME}' is damaged: its names, descriptions, mesh or deck are "
+                              "not what was written", words)
+
     def test_types_of_numbers_are_checked_too(self):
         """A bit of what HDF5 writes of an IEEE number: offset, precision, exponent, mantissa."""
         description = struct.pack("<HHBBBBI", 0, 64, 52, 11, 0, 52, 1023)
