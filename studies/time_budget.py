@@ -16,19 +16,20 @@ from dataclasses import replace
 import numpy as np
 
 from bipot.report import machine, table
-from studies.asked_accuracy import FINER, SCENES, error_of, run, truth
 from studies.pages import page_command
+from studies.scenes import SCENES, run
+from studies.truths import error_of, truth
 
 ALLOWED = (1, 5, 20)
 SHORT = (0.5, 1, 2, 4)  # of all scenes, for whether they are kept
 # Of each scene the meshes by hand, those of the truth, and the one that the deck has.
 MESHES = {
-    "block": ((4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32), (20, 26, 34), 8),
-    "block, mu = 0.8, along x": ((4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32), (20, 26, 34), 8),
-    "ball, pressed a way": ((4, 6, 8, 12, 16, 20, 24, 28, 32), (20, 26, 34), 8),
-    "spence": ((4, 6, 8, 10, 12, 14, 16, 20, 24, 28), (18, 24, 32), 8),
-    "foundation": ((2, 4, 6, 8, 10, 12, 14), (10, 12, 16), 6),
-    "tool": ((8, 12, 16, 20, 24, 28, 32, 36, 44), (24, 36, 48), 16),
+    "block": ((4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32), (16, 20, 26, 34), 8),
+    "block, mu = 0.8, along x": ((4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32), (16, 20, 26, 34), 8),
+    "ball, pressed a way": ((4, 6, 8, 12, 16, 20, 24, 28, 32), (16, 20, 26, 34), 8),
+    "spence": ((4, 6, 8, 10, 12, 14, 16, 20, 24, 28), (14, 18, 24, 32), 8),
+    "foundation": ((2, 4, 6, 8, 10, 12, 14), (8, 10, 12, 16), 6),
+    "tool": ((8, 12, 16, 20, 24, 28, 32, 36, 44), (16, 24, 36, 48), 16),
 }
 DIVIDED = (1, 2, 4)  # by hand, increments of the deck
 
@@ -122,10 +123,10 @@ def page(program):
             "increments that the program chooses, and by hand the most accurate mesh and",
             "increments that take no more. `used` is the time of the whole process over what is",
             "allowed; `mesh` and `steps` are the errors of the result as the program estimates",
-            "them, `true` is the one against the limit of three fine meshes with",
-            f"{FINER} times the increments, and `doubt` how far the finest of these is from the",
-            "limit; `ratio` is that of the true errors, none of them taken for less than the",
-            "doubt. `runs` are all that were made, `bricks` and `parts` of each increment those",
+            "them, `true` is the one against the limit of four fine meshes with fine increments,",
+            "and `doubt` what is not known of that limit; `ratio` is that of the true errors, none",
+            "of them taken for less than the doubt. `runs` are all that were made, `bricks` and",
+            "`parts` of each increment those",
             f"of the last. One thread, {machine()}, whose processors and memory other programs",
             "used too. By hand nothing tells how accurate a run is, nor how long it will take: its",
             "seconds are those of that one run, found afterwards.",
