@@ -95,10 +95,11 @@ def of_sequence(one):
     """The extrapolated values as the outcome of a run."""
     sequence, values = one.sequence, one.sequence.extrapolated
     starts = [i for i, name in enumerate(sequence.names) if name.endswith("/pressing_force")]
-    pairs = [
-        (values[:, a], values[:, a + 1 : a + 4], values[:, a + 4 : a + 7], pair[3])
-        for a, pair in zip(starts, one.pairs, strict=True)
-    ]
+    pairs = []
+    for a, (*_, mu) in zip(starts, one.pairs, strict=True):
+        normal = values[:, a + 1 : a + 4]
+        friction = values[:, a + 4 : a + 7] if mu > 0 else np.zeros_like(normal)
+        pairs.append((values[:, a], normal, friction, mu))
     return Outcome(one.status, one.seconds, one.times, pairs, sequence, one.reason)
 
 

@@ -4,7 +4,7 @@ module finest_mesh_mod
   use mesh_size_mod, only: mesh_size_t, relative_size
   use mesh_sequence_mod, only: mesh_sequence_t
   use foreseen_costs_mod, only: fits
-  use next_run_mod, only: next_finer
+  use finer_meshes_mod, only: next_finer
   implicit none
   private
 

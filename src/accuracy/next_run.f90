@@ -3,12 +3,12 @@
 !> docs/theory.md section 10.
 module next_run_mod
   use kinds_mod, only: wp
-  use mesh_size_mod, only: mesh_size_t, blocks_t, zone_t, relative_size
-  use scene_mod, only: scene_t
+  use mesh_size_mod, only: mesh_size_t, zone_t, relative_size
   use choose_cuts_mod, only: choose_cuts
   use convergence_mod, only: size_for_error, least_order
-  use mesh_sequence_mod, only: mesh_sequence_t, family_t, start_sequence, has_bound, mesh_runs, &
-    step_runs, runs_up_to
+  use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, mesh_runs, step_runs, &
+    runs_up_to
+  use finer_meshes_mod, only: finer, mesh_before, least_step, largest_step, second_step
   use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
   use step_errors_mod, only: error_by_steps, later_step_runs
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
@@ -17,8 +17,7 @@ module next_run_mod
   implicit none
   private
 
-  public :: choice_t, begin_sequence, choose_run, skip_mesh, is_beginning, end_with_run, finer, &
-    next_finer, least_step
+  public :: choice_t, choose_run, is_beginning, end_with_run
   public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, &
     time_is_over
 
@@ -32,13 +31,9 @@ module next_run_mod
   integer, parameter :: time_is_over = 7     !! and the accuracy takes more
 
   real(wp), parameter :: aimed_at = 0.8_wp !! of what is left for the mesh
-  integer, parameter :: fewest_bricks = 2 !! along the longest edge of a block, to begin with
-  integer, parameter :: fewest_of_trial = 4 !! likewise, where increments are tried
-  real(wp), parameter :: least_step = 1.25_wp, largest_step = 2.0_wp !! from size to size
   real(wp), parameter :: wary_step = 1.5_wp
   !! from size to size: estimates are high on coarse meshes, and bricks of half the size take thirty
   !! times as long
-  real(wp), parameter :: second_step = 1.5_wp !! from the first size to the second
   real(wp), parameter :: worth_a_try = 1.5_wp
   !! times smaller that all bricks must get, from which on cuts at contact are tried
   real(wp), parameter :: far_off = 4.0_wp
@@ -66,88 +61,6 @@ module next_run_mod
   end type choice_t
 
 contains
-
-  !> A sequence without runs; the mesh to begin with is that of the deck where its blocks cannot
-  !> have other bricks.
-  subroutine begin_sequence(deck, blocks, sequence)
-    type(scene_t), intent(in) :: deck    !! as written
-    type(blocks_t), intent(in) :: blocks !! of it that may have others
-    type(mesh_sequence_t), intent(out) :: sequence
-
-    call start_sequence(deck, sequence)
-    sequence%blocks = blocks
-    sequence%trial = coarsest(blocks, fewest_of_trial)
-    sequence%first = sequence%trial
-    ! What coarser meshes take is too little to foresee others by.
-    if (.not. has_bound(sequence)) sequence%first = coarsest(blocks, fewest_bricks)
-  end subroutine begin_sequence
-
-  !> The coarsest mesh with so many bricks along the longest edge of a block.
-  pure type(mesh_size_t) function coarsest(blocks, fewest)
-    type(blocks_t), intent(in) :: blocks
-    integer, intent(in) :: fewest
-
-    coarsest = mesh_size_t()
-    if (blocks%common == 0) return
-    coarsest%blocks = [1, blocks%common]
-    do while (coarsest%blocks(1)*blocks%longest < fewest*blocks%common)
-      coarsest%blocks(1) = coarsest%blocks(1) + 1
-    end do
-  end function coarsest
-
-  !> A finer mesh, of bricks about so many times smaller.
-  pure type(mesh_size_t) function finer(sequence, mesh_size, times)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(mesh_size_t), intent(in) :: mesh_size
-    real(wp), intent(in) :: times
-    integer, parameter :: few = 3 !! another one is a third of them
-
-    finer = mesh_size
-    if (sequence%blocks%common == 0) then
-      finer%parts = more(mesh_size%parts)
-      return
-    end if
-    finer%blocks(1) = more(mesh_size%blocks(1))
-    ! Even numbers: a node in the middle is there on all meshes, but for the very first.
-    associate (n => finer%blocks(1))
-      if (n > few .and. mod(n, 2) == 1) n = merge(n - 1, n + 1, n - 1 >= least_step* &
-        mesh_size%blocks(1))
-    end associate
-
-  contains
-
-    pure integer function more(n)
-      integer, intent(in) :: n
-
-      more = ceiling(max(least_step, min(times, largest_step))*real(n, wp) - rounding)
-    end function more
-
-  end function finer
-
-  !> The next finer mesh.
-  pure type(mesh_size_t) function next_finer(sequence, mesh_size)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(mesh_size_t), intent(in) :: mesh_size
-
-    next_finer = mesh_size
-    if (sequence%blocks%common == 0) then
-      next_finer%parts = mesh_size%parts + 1
-    else
-      next_finer%blocks(1) = mesh_size%blocks(1) + 2 - mod(mesh_size%blocks(1), 2)
-    end if
-  end function next_finer
-
-  !> Begin with a finer mesh than the one that was not solved; coarser ones, if any was, are too
-  !> coarse to count.
-  subroutine skip_mesh(sequence, not_solved)
-    type(mesh_sequence_t), intent(inout) :: sequence
-    type(mesh_size_t), intent(in) :: not_solved
-
-    sequence%first = finer(sequence, not_solved, least_step)
-    sequence%runs = sequence%runs(:0)
-    if (relative_size(sequence%first) < relative_size(sequence%trial)) sequence%trial = &
-      sequence%first
-  end subroutine skip_mesh
 
   !> Whether all runs so far are on meshes that are coarser than that on which increments are tried
   !> first: one more that is not solved is skipped then.
@@ -300,16 +213,6 @@ contains
     end associate
     choice = choice_t(mesh_size=enough, divisions=family%divisions, may_be_last=.true.)
   end subroutine follow_meshes
-
-  !> The next of the meshes with undivided increments that lead to one where these are tried.
-  pure type(mesh_size_t) function mesh_before(sequence)
-    type(mesh_sequence_t), intent(in) :: sequence
-
-    associate (runs => mesh_runs(sequence, family_t()))
-      mesh_before = finer(sequence, sequence%runs(runs(size(runs)))%mesh_size, merge(second_step, &
-        least_step, size(runs) == 1))
-    end associate
-  end function mesh_before
 
   !> A mesh by which cuts at contact can be judged comes before a finer one.
   pure subroutine go_no_further(enough, choice)

@@ -12,8 +12,8 @@ module run_within_mod
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use finest_mesh_mod, only: find_run, find_finest, go_back
   use choose_divisions_mod, only: most_divisions
-  use next_run_mod, only: choice_t, choose_run, finer, next_finer, least_step, &
-    to_run, is_finest, time_is_over, beyond_machine
+  use finer_meshes_mod, only: finer, next_finer, least_step
+  use next_run_mod, only: choice_t, choose_run, to_run, is_finest, time_is_over, beyond_machine
   implicit none
   private
 

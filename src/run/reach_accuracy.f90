@@ -15,8 +15,9 @@ module reach_accuracy_mod
   use scene_mod, only: scene_t
   use mesh_sequence_mod, only: mesh_sequence_t, has_bound
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
-  use next_run_mod, only: choice_t, begin_sequence, skip_mesh, is_beginning, end_with_run, to_run, &
-    is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, time_is_over
+  use finer_meshes_mod, only: begin_sequence, skip_mesh
+  use next_run_mod, only: choice_t, is_beginning, end_with_run, to_run, is_reached, &
+    steps_too_coarse, not_convergent, beyond_machine, is_finest, time_is_over
   use run_within_mod, only: choose_next
   use amounts_mod, only: bytes_in_words, time_in_words, bounds_in_words
   use estimate_memory_mod, only: room_within

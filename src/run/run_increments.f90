@@ -13,7 +13,7 @@ module run_increments_mod
   use view_fields_mod, only: list_view_fields
   use step_solver_mod, only: step_solver_t
   use contact_zone_mod, only: mark_touched
-  use measured_quantities_mod, only: measure_quantities
+  use quantity_values_mod, only: measure_quantities
   use meet_accuracy_mod, only: set_contact_tolerance, accuracy_shortfall
   use result_file_mod, only: result_file_t, append_increment
   use tally_mod, only: add_increment

@@ -1,0 +1,224 @@
+!> What the quantities that an accuracy is of are at the end of an increment.
+module quantity_values_mod
+  use kinds_mod, only: wp
+  use controls_mod, only: accuracy_of_pressure, accuracy_of_displacement, accuracy_of_mises, &
+    accuracy_of_reaction, accuracy_of_contact_force
+  use mesh_mod, only: mesh_t
+  use scene_mod, only: scene_t, turn_local
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t, largest_slip
+  use contact_at_nodes_mod, only: add_contact_forces, add_contact_pressures
+  use increment_report_mod, only: increment_report_t, contact_fields_t, largest_pressure
+  use step_fields_mod, only: tensor_field_t
+  use patch_recovery_mod, only: edge_ends
+  use mesh_fields_mod, only: fill_tensors_of
+  use invariants_mod, only: von_mises
+  use measured_quantities_mod, only: quantity_t
+  implicit none
+  private
+
+  public :: measure_quantities
+
+contains
+
+  !> The values of quantities at the end of an increment.
+  subroutine measure_quantities(scene, points, list, state, report, values)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(quantity_t), intent(in) :: list(:)
+    type(state_t), intent(in) :: state
+    type(increment_report_t), intent(in) :: report
+    real(wp), intent(out) :: values(:) !! of all components
+    real(wp) :: pressing, along(3)
+    integer :: k
+
+    values = 0.0_wp
+    if (allocated(scene%accuracy%set)) then
+      call measure_set(scene, points, state, report, values)
+      return
+    end if
+    do k = 1, size(list)
+      associate (quantity => list(k), a => list(k)%first)
+        select case (quantity%name(index(quantity%name, '/', back=.true.) + 1:))
+        case ('pressing_force')
+          call sum_normals(quantity%pair, values(a), along)
+        case ('normal_force')
+          call sum_normals(quantity%pair, pressing, values(a:a + 2))
+        case ('friction_force')
+          call sum_normals(quantity%pair, pressing, along)
+          associate (first => points%first(quantity%pair), last => &
+            points%first(quantity%pair + 1) - 1)
+            values(a:a + 2) = sum(state%reaction(:, first:last), dim=2) - along
+          end associate
+        case ('largest_pressure')
+          values(a) = largest_pressure(report%contact, points%first(quantity%pair), &
+            points%first(quantity%pair + 1) - 1)
+        case ('pressure_beside')
+          values(a) = pressure_beside(scene%mesh, points, report%contact, quantity%pair)
+        case ('largest_slip')
+          values(a) = largest_slip(state, points%first(quantity%pair), &
+            points%first(quantity%pair + 1) - 1)
+        case ('strain')
+          values(a) = report%energy%strain
+        case ('largest_displacement')
+          values(a) = maxval(norm2(state%displacement(:, scene%mesh%brick_nodes), dim=1))
+        case ('largest_von_mises')
+          call find_mises(values(a), values(quantity%beside))
+        case default ! found with the largest
+        end select
+      end associate
+    end do
+
+  contains
+
+    !> Of the normal reactions of a pair the sum, and that as vectors.
+    subroutine sum_normals(pair, pressing, vector)
+      integer, intent(in) :: pair
+      real(wp), intent(out) :: pressing, vector(3)
+      integer :: j
+
+      pressing = 0.0_wp
+      vector = 0.0_wp
+      do j = points%first(pair), points%first(pair + 1) - 1
+        associate (normal => report%contact%reaction(1, j))
+          pressing = pressing + normal
+          vector = vector + normal*report%contact%frame(:, 1, j)
+        end associate
+      end do
+    end subroutine sum_normals
+
+    !> Of the means of the bricks the largest, and the least next to it, in the same material.
+    subroutine find_mises(largest, beside)
+      real(wp), intent(out) :: largest, beside
+      type(tensor_field_t) :: strain, stress
+      real(wp) :: mises(scene%mesh%n_elements)
+      integer :: at, e
+
+      allocate (stress%at_centroids(6, scene%mesh%n_elements))
+      call fill_tensors_of(scene, state, strain, stress)
+      mises = von_mises(stress%at_centroids)
+      at = maxloc(mises, dim=1)
+      largest = mises(at)
+      beside = largest
+      associate (nodes => scene%mesh%connectivity, material => scene%mesh%material)
+        do e = 1, scene%mesh%n_elements
+          if (material(e) /= material(at)) cycle
+          if (n_shared(nodes(:, e), nodes(:, at)) == 4) beside = min(beside, mises(e))
+        end do
+      end associate
+    end subroutine find_mises
+
+    !> How many nodes two bricks share.
+    pure integer function n_shared(one, other)
+      integer, intent(in) :: one(8), other(8)
+      integer :: i
+
+      n_shared = count([(any(one(i) == other), i=1, 8)])
+    end function n_shared
+
+  end subroutine measure_quantities
+
+  !> Of the points at the other ends of a brick's edges where a pair's pressure is the largest the
+  !> least pressure.
+  pure real(wp) function pressure_beside(mesh, points, contact, pair) result(beside)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact
+    integer, intent(in) :: pair
+    real(wp) :: pressure(mesh%n_nodes) !! negative where the pair has no point
+    integer :: i, e, k, at
+
+    pressure = -1.0_wp
+    do i = points%first(pair), points%first(pair + 1) - 1
+      pressure(points%node(i)) = largest_pressure(contact, i, i)
+    end do
+    at = maxloc(pressure, dim=1)
+    beside = max(0.0_wp, pressure(at))
+    do e = 1, mesh%n_elements
+      k = findloc(mesh%connectivity(:, e), at, dim=1)
+      if (k == 0) cycle
+      associate (near => pressure(mesh%connectivity(edge_ends(:, k), e)))
+        beside = min(beside, minval(merge(near, beside, near >= 0.0_wp)))
+      end associate
+    end do
+  end function pressure_beside
+
+  !> The values of a set, and of all nodes the largest.
+  subroutine measure_set(scene, points, state, report, values)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: state
+    type(increment_report_t), intent(in) :: report
+    real(wp), intent(out) :: values(:) !! node after node
+    real(wp), allocatable :: vectors(:, :)
+
+    associate (mine => values(:size(values) - 1), largest => values(size(values)), &
+      nodes => scene%accuracy%nodes)
+      select case (scene%accuracy%of)
+      case (accuracy_of_displacement)
+        vectors = state%displacement
+        call turn_local(scene, state%displacement, .true., vectors)
+        mine = reshape(in_direction(vectors(:, nodes)), shape(mine))
+        largest = maxval(norm2(vectors, dim=1))
+      case (accuracy_of_reaction, accuracy_of_contact_force)
+        if (scene%accuracy%of == accuracy_of_reaction) then
+          vectors = state%support_force
+          call turn_local(scene, state%support_force, .false., vectors)
+        else
+          vectors = 0.0_wp*state%displacement
+          call add_contact_forces(scene, points, state, report%contact, vectors)
+        end if
+        mine = reshape(in_direction(spread(sum(vectors(:, nodes), 2), 2, 1)), shape(mine))
+        largest = sum(norm2(vectors(:, nodes), dim=1))
+      case default
+        vectors = numbers_at_nodes(scene, points, state, report)
+        mine = vectors(1, nodes)
+        largest = maxval(vectors)
+      end select
+    end associate
+
+  contains
+
+    !> Of vectors the components that the accuracy is of.
+    pure function in_direction(vectors) result(components)
+      real(wp), intent(in) :: vectors(:, :) !! (3,n)
+      real(wp), allocatable :: components(:, :)
+
+      components = vectors
+      associate (d => scene%accuracy%direction)
+        if (d > 0) components = vectors(d:d, :)
+      end associate
+    end function in_direction
+
+  end subroutine measure_set
+
+  !> At each node the von Mises stress, or of its contact points the pressures together or the
+  !> longest slip.
+  function numbers_at_nodes(scene, points, state, report) result(values)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: state
+    type(increment_report_t), intent(in) :: report
+    real(wp), allocatable :: values(:, :) !! (1,n_nodes)
+    type(tensor_field_t) :: strain, stress
+    integer :: i
+
+    allocate (values(1, scene%mesh%n_nodes), source=0.0_wp)
+    if (scene%accuracy%of == accuracy_of_mises) then
+      allocate (stress%at_nodes(6, scene%mesh%n_nodes))
+      call fill_tensors_of(scene, state, strain, stress)
+      values(1, :) = von_mises(stress%at_nodes)
+      return
+    end if
+    if (scene%accuracy%of == accuracy_of_pressure) then
+      call add_contact_pressures(points, report%contact, values(1, :))
+      return
+    end if
+    do i = 1, points%n
+      associate (node => points%node(i))
+        values(1, node) = max(values(1, node), norm2(state%slip(:, i)))
+      end associate
+    end do
+  end function numbers_at_nodes
+
+end module quantity_values_mod
