@@ -6,8 +6,7 @@ module measured_quantities_mod
   use kinds_mod, only: wp
   use text_mod, only: to_text
   use controls_mod, only: accuracy_of_resultants, accuracy_of_energy, accuracy_of_pressure, &
-    accuracy_of_slip, accuracy_of_displacement, accuracy_of_mises, accuracy_of_reaction, &
-    accuracy_of_contact_force
+    accuracy_of_slip, accuracy_of_displacement, accuracy_of_reaction, accuracy_of_contact_force
   use scene_mod, only: scene_t
   implicit none
   private
