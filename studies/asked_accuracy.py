@@ -94,9 +94,9 @@ def common_way(settings, asked):
 def of_sequence(one):
     """The extrapolated values as the outcome of a run."""
     sequence, values = one.sequence, one.sequence.extrapolated
-    starts = [i for i, name in enumerate(sequence.names) if name.endswith("/pressing_force")]
     pairs = []
-    for a, (*_, mu) in zip(starts, one.pairs, strict=True):
+    for name, (*_, mu) in zip(one.names, one.pairs, strict=True):
+        a = list(sequence.names).index(f"{name}/pressing_force")
         normal = values[:, a + 1 : a + 4]
         friction = values[:, a + 4 : a + 7] if mu > 0 else np.zeros_like(normal)
         pairs.append((values[:, a], normal, friction, mu))

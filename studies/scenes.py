@@ -68,13 +68,13 @@ SCENES = (
     Scene("tool", "tool", 0.2, (8, 12, 16, 24, 36), 2),
     Scene("indent, by hand with *REFINE", "indent", 0.2, (2, 3, 4, 6, 8), 4, {"times": 4},
           by_hand="*REFINE, TIMES=<times>\n0., 0., 0., <reach>\n"),
-    Scene("contact late in a step", "late", 0.3),
+    Scene("contact late in a step", "late", 0.3, finer=32),
     Scene("a period an increment", "wave", 0.3, finer=16),
     Scene("four periods an increment", "wave", 0.3, settings={"waves": 20}, finer=64),
-    Scene("pressed by pulses", "pulse", 0.3, steps=4),
+    Scene("pressed by pulses", "pulse", 0.3, steps=4, finer=32),
     Scene("partial slip turned round", "reversal", 0.5, COARSE, 3),
-    Scene("contact that spreads", "spreading", 0.4, steps=4),
-    Scene("a tilted plate", "tilted", 0.3, steps=3),
+    Scene("contact that spreads", "spreading", 0.4, (4, 6, 8, 12, 16, 20), 4, finer=16),
+    Scene("a tilted plate", "tilted", 0.3, steps=3, finer=32),
     Scene("ball inside a brick, by hand with *REFINE", "inside", 0.2, (2, 3, 4, 6, 8, 10), 2,
           {"times": 3}, by_hand="*REFINE, TIMES=<times>\n<at>, <at>, 0., 0.25\n"),
     Scene("layers 1 : 1000", "layers", 0.3, (4, 6, 8, 12, 16, 20), 3),
@@ -88,7 +88,7 @@ SCENES = (
     Scene("a rough floor, a smooth wall", "wall", 0.5),
     Scene("a cylinder rolled and dragged", "rolled", 0.3, (4, 6, 8, 12, 16, 20), 4),
     Scene("warm between two walls", "heat", 0.3, COARSE, 4),
-    Scene("pressed, lifted, pressed again", "again", 0.4, steps=4),
+    Scene("pressed, lifted, pressed again", "again", 0.4, steps=4, finer=32),
     Scene("two layers, much friction", "grip", 1.5, steps=4),
     Scene("a soft layer, bricks cut", "fixed", 0.3, (2, 3, 4, 8, 12, 16), 4),
     Scene("a strip drawn from under a lid", "lap", 0.2, (2, 3, 4, 5, 6), 4),
@@ -105,6 +105,7 @@ class Outcome:
     pairs: list  # of each: sum of normal reactions (T,), as vectors (T, 3), friction (T, 3), mu
     sequence: object
     reason: str
+    names: tuple = ()  # of the pairs
 
 
 def run(program, scene, folder, parameters, *options, direct=True):
@@ -137,12 +138,13 @@ def run(program, scene, folder, parameters, *options, direct=True):
     with Result(result) as found:
         kept = found.history("extra") == 0
         pairs = [forces(pair, kept) for pair in found.pairs]
+        names = tuple(pair.name for pair in found.pairs)
         times, sequence = found.history("time")[kept], found.accuracy
         seconds = found.counters["cpu_seconds"]
     if sequence:
         seconds = sequence.processor_time.sum()
     result.unlink()
-    return Outcome(done.returncode, seconds, times, pairs, sequence, done.stderr.strip())
+    return Outcome(done.returncode, seconds, times, pairs, sequence, done.stderr.strip(), names)
 
 
 def forces(pair, kept):

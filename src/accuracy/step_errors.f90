@@ -1,6 +1,6 @@
 !> What load steps make of a result: by runs on one mesh whose increments are divided.
 !>
-!> docs/theory.md section 10, (10.19).
+!> docs/theory.md section 10, (10.19), (10.20).
 module step_errors_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: relative_size
@@ -8,13 +8,13 @@ module step_errors_mod
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, mesh_runs, change, &
     step_runs, runs_on_mesh, runs_up_to, sizes_of
   use cut_runs_mod, only: cuts_for_trials
-  use convergence_mod, only: convergence_t
+  use convergence_mod, only: convergence_t, safety
   use follow_sizes_mod, only: follow_sizes
   implicit none
   private
 
   public :: error_by_steps, error_on_mesh, later_step_runs, runs_for_steps, corrects_steps, &
-    step_correction, on_coarse_mesh, part_for_steps
+    step_correction, error_by_transfer, on_coarse_mesh, part_for_steps
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
@@ -120,8 +120,12 @@ contains
         scales(k), observed, n_rising)
       of_quantity = observed%error
       if (corrects_steps(sequence)) then
-        of_quantity = left_of_error*observed%error + (growth_of_error(sequence, runs) - 1.0_wp)* &
-          size_of(step_correction(sequence, runs, k, mine), scales(k))
+        associate (correction => step_correction(sequence, runs, k, mine))
+          of_quantity = left_of_error*observed%error + (growth_of_error(sequence, runs) - 1.0_wp)* &
+            size_of(correction, scales(k))
+          if (n > 3 .and. mine < n) of_quantity = of_quantity + size_of(correction - &
+            step_correction(sequence, runs(:n - 1), k, mine), scales(k))
+        end associate
       else
         if (mine < n) of_quantity = of_quantity + change(sequence, k, scales(k), runs(mine), &
           runs(n))
@@ -176,6 +180,76 @@ contains
         all(runs(n - 1))%values(a:b, :))
     end associate
   end function step_correction
+
+  !> The error that a mesh makes in what the divisions of increments change, where it is undivided
+  !> ones that say what it makes in all else: what these change on it differs from what they change
+  !> on a coarser mesh. 0 for a mesh on which increments were not divided, or tried at first.
+  pure real(wp) function error_by_transfer(sequence, k, scale, run) result(error)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: k      !! the quantity
+    real(wp), intent(in) :: scale
+    integer, intent(in) :: run    !! with undivided increments, on that mesh
+    real(wp), parameter :: most_weight = 1.5_wp !! of what near meshes differ by, which is scatter
+    integer :: divided, coarse(2)
+    real(wp) :: weight
+
+    error = 0.0_wp
+    if (.not. sequence%list(k)%is_compared) return
+    call find_runs(divided, coarse)
+    if (divided == 0 .or. any(coarse == 0)) return
+    weight = 1.0_wp/(sqrt(size_of_run(coarse(1))/size_of_run(run)) - 1.0_wp)
+    error = safety*min(most_weight, weight)*size_of((values(coarse(2)) - values(coarse(1))) - &
+      (values(divided) - values(run)), scale)
+
+  contains
+
+    !> The run with the most divisions on the mesh, and on a coarser one the undivided run and that
+    !> with as many: the finest of those whose bricks are about twice as large, else the coarsest.
+    pure subroutine find_runs(divided, coarse)
+      integer, intent(out) :: divided, coarse(2)
+      real(wp), parameter :: twice = 1.9_wp, larger = 1.0_wp + 1.0e-6_wp
+      real(wp) :: best
+      integer :: i, first
+
+      divided = 0
+      coarse = 0
+      associate (here => runs_on_mesh(sequence, run), all => sequence%runs)
+        if (size(here) > 1) divided = here(size(here))
+        if (divided == 0) return
+        best = 0.0_wp
+        do i = 1, size(all)
+          if (all(i)%divisions /= all(divided)%divisions .or. all(i)%mesh_size%zone%times > 0) cycle
+          associate (h => size_of_run(i), there => runs_on_mesh(sequence, i))
+            first = there(1)
+            if (all(first)%divisions > 1 .or. h <= larger*size_of_run(run)) cycle
+            if (best >= twice*size_of_run(run)) then
+              if (h > best .or. h < twice*size_of_run(run)) cycle
+            else if (h < best) then
+              cycle
+            end if
+            best = h
+            coarse = [first, i]
+          end associate
+        end do
+      end associate
+    end subroutine find_runs
+
+    pure real(wp) function size_of_run(i)
+      integer, intent(in) :: i
+
+      size_of_run = relative_size(sequence%runs(i)%mesh_size)
+    end function size_of_run
+
+    pure function values(i)
+      integer, intent(in) :: i
+      real(wp) :: values(sequence%list(k)%n, sequence%n_increments)
+
+      associate (a => sequence%list(k)%first)
+        values = sequence%runs(i)%values(a:a + sequence%list(k)%n - 1, :)
+      end associate
+    end function values
+
+  end function error_by_transfer
 
   !> The largest of a quantity's differences over the increments, as a part of its scale.
   pure real(wp) function size_of(difference, scale)
