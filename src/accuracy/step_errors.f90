@@ -1,6 +1,6 @@
 !> What load steps make of a result: by runs on one mesh whose increments are divided.
 !>
-!> docs/theory.md section 10, (10.19), (10.20).
+!> docs/theory.md section 10, (10.19), (10.21).
 module step_errors_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: relative_size
