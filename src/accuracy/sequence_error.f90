@@ -109,7 +109,7 @@ contains
   contains
 
     !> Whether increments were tried on a coarser mesh than that of a run.
-    logical function later_mesh_is_coarser(run) result(is_so)
+    pure logical function later_mesh_is_coarser(run) result(is_so)
       integer, intent(in) :: run
       real(wp), parameter :: larger = 1.0_wp + 1.0e-6_wp
 
