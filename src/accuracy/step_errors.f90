@@ -190,6 +190,7 @@ contains
     real(wp), intent(in) :: scale
     integer, intent(in) :: run    !! with undivided increments, on that mesh
     real(wp), parameter :: most_weight = 1.5_wp !! of what near meshes differ by, which is scatter
+    real(wp), parameter :: least_part = 0.1_wp !! of what they change, however alike on both meshes
     integer :: divided, coarse(2)
     real(wp) :: weight
 
@@ -198,8 +199,11 @@ contains
     call find_runs(divided, coarse)
     if (divided == 0 .or. any(coarse == 0)) return
     weight = 1.0_wp/(sqrt(size_of_run(coarse(1))/size_of_run(run)) - 1.0_wp)
-    error = safety*min(most_weight, weight)*size_of((values(coarse(2)) - values(coarse(1))) - &
-      (values(divided) - values(run)), scale)
+    associate (here => values(divided) - values(run), there => values(coarse(2)) - &
+      values(coarse(1)))
+      error = max(safety*min(most_weight, weight)*size_of(there - here, scale), &
+        least_part*size_of(here, scale))
+    end associate
 
   contains
 
