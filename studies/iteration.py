@@ -162,6 +162,11 @@ def by_increments(rows):
             [row for row in rows if row["increments"] != most])
 
 
+def plain(exponent):
+    """An exponent to two places; what rounds to nothing has no sign."""
+    return f"{round(exponent, 2) + 0.0:.2f}"
+
+
 def law_of_longer(rows):
     """Return the lines on runs whose increments are longer: how these grow by themselves."""
     if len(rows) < 3 or len({row["increments"] for row in rows}) > 1:
@@ -171,7 +176,7 @@ def law_of_longer(rows):
     sizes = sorted(row["n"] for row in rows)
     return [
         f"In {rows[0]['increments']:.0f} increments (n = {sizes[0]:.0f} to {sizes[-1]:.0f}) "
-        f"iterations grow as N^{iterations.exponent:.2f}, seconds as N^{seconds.exponent:.2f} "
+        f"iterations grow as N^{plain(iterations.exponent)}, seconds as N^{plain(seconds.exponent)} "
         f"(off by at most {seconds.off:.0%}).",
     ]
 
@@ -213,10 +218,10 @@ def page(rows):
         f"Laws fitted to n >= {FROM} (iterations and seconds of an increment to the runs of "
         f"{alike[0]['increments']:.0f} increments),",
         "of the number of equations N: iterations an increment as "
-        f"N^{iterations.exponent:.2f},",
-        f"seconds an increment as N^{an_increment.exponent:.2f} (off by at most "
-        f"{an_increment.off:.0%}), the set-up of the levels as N^{set_up.exponent:.2f}, memory as",
-        f"N^{memory.exponent:.2f}.",
+        f"N^{plain(iterations.exponent)},",
+        f"seconds an increment as N^{plain(an_increment.exponent)} (off by at most "
+        f"{an_increment.off:.0%}), the set-up of the levels as N^{plain(set_up.exponent)}, memory as",
+        f"N^{plain(memory.exponent)}.",
         *law_of_longer(longer), "One processor of this kind:", "",
         foretold, "",
         "## What breaks first", "",

@@ -222,7 +222,11 @@ class NotReached(unittest.TestCase):
         self.assertIn("DIRECT keeps them as they are", run.errors)
 
     def test_increments_that_the_first_mesh_wants_divided(self):
-        """Tried again on a finer one; those beyond are run undivided but for the last. Kept."""
+        """Tried again on a finer one; those beyond are run undivided but for the last. Kept.
+
+        Where the last says that divisions change more there than on coarser meshes, finer ones
+        follow, undivided first.
+        """
         text = (SOURCE / "studies/data/scenes/spreading.inp").read_text()
         text = text.replace("*STATIC, DIRECT", "*STATIC")
         with Run(text, name="spreading", n=12, steps=16, tolerance=1e-6).result() as fine:
@@ -234,7 +238,10 @@ class NotReached(unittest.TestCase):
             divisions, bricks = result.accuracy.divisions, result.accuracy.bricks
             tried = np.unique(bricks[divisions > 2])[1]
             self.assertGreater(np.count_nonzero(bricks == tried), 2)
-            self.assertTrue(np.all(divisions[:-1][bricks[:-1] > tried] == 1))
+            divided = (divisions > 1) & (bricks > tried)
+            self.assertLessEqual(np.count_nonzero(divided[:-1]), 2, divisions)
+            for i in np.flatnonzero(divided):
+                self.assertIn(bricks[i], bricks[:i][divisions[:i] == 1])
             mine, pressing = friction_and_normal(result)
             scale = abs(normal).max()
             self.assertLess(abs(pressing - normal).max() / scale, 0.05)
