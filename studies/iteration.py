@@ -176,8 +176,8 @@ def law_of_longer(rows):
     sizes = sorted(row["n"] for row in rows)
     return [
         f"In {rows[0]['increments']:.0f} increments (n = {sizes[0]:.0f} to {sizes[-1]:.0f}) "
-        f"iterations grow as N^{plain(iterations.exponent)}, seconds as N^{plain(seconds.exponent)} "
-        f"(off by at most {seconds.off:.0%}).",
+        f"iterations grow as N^{plain(iterations.exponent)}, seconds as "
+        f"N^{plain(seconds.exponent)} (off by at most {seconds.off:.0%}).",
     ]
 
 
@@ -220,8 +220,8 @@ def page(rows):
         "of the number of equations N: iterations an increment as "
         f"N^{plain(iterations.exponent)},",
         f"seconds an increment as N^{plain(an_increment.exponent)} (off by at most "
-        f"{an_increment.off:.0%}), the set-up of the levels as N^{plain(set_up.exponent)}, memory as",
-        f"N^{plain(memory.exponent)}.",
+        f"{an_increment.off:.0%}), the set-up of the levels as N^{plain(set_up.exponent)}, memory",
+        f"as N^{plain(memory.exponent)}.",
         *law_of_longer(longer), "One processor of this kind:", "",
         foretold, "",
         "## What breaks first", "",
