@@ -220,8 +220,9 @@ def page(rows):
         "of the number of equations N: iterations an increment as "
         f"N^{plain(iterations.exponent)},",
         f"seconds an increment as N^{plain(an_increment.exponent)} (off by at most "
-        f"{an_increment.off:.0%}), the set-up of the levels as N^{plain(set_up.exponent)}, memory",
-        f"as N^{plain(memory.exponent)}.",
+        f"{an_increment.off:.0%}), the set-up of the levels as "
+        f"N^{plain(set_up.exponent)}, memory as",
+        f"N^{plain(memory.exponent)}.",
         *law_of_longer(longer), "One processor of this kind:", "",
         foretold, "",
         "## What breaks first", "",
