@@ -53,6 +53,7 @@ class Reached:
     asked: float
     extrapolated: bool
     end: str  # kept, broken, refused, over, not judged
+    seconds: float = 0.0
     of_best: float = 0.0  # seconds over those of the best by hand; 0: there is none
     of_common: float = 0.0  # likewise over those of the common way
     common_kept: bool | None = None
@@ -72,7 +73,10 @@ def by_hand(program, scene, folder, true):
 
 
 def common_way(settings, asked):
-    """Seconds of all runs and the error at the end; None where no change is as small."""
+    """Seconds of all runs and the error at the end; None where no change is as small.
+
+    Without friction the increments are not changed.
+    """
     seconds = 0.0
     meshes = [s for s in settings if s.finer == 1]
     for i, one in enumerate(meshes):
@@ -129,9 +133,8 @@ def judge(program, scene):
             for options in ([], ["--extrapolated"]):
                 found, cells = ask(program, scene, folder, (asked, options), (true, doubt))
                 if found.end in ("kept", "not judged"):
-                    seconds = float(cells[0])
-                    found.of_best = seconds / best.outcome.seconds if best else 0.0
-                    found.of_common = seconds / common[0] if common else 0.0
+                    found.of_best = found.seconds / best.outcome.seconds if best else 0.0
+                    found.of_common = found.seconds / common[0] if common else 0.0
                 found.common_kept = common[1] <= asked if common else None
                 ends.append(found)
                 row += cells
@@ -149,7 +152,7 @@ def ask(program, scene, folder, wanted, known):
     found = Reached(asked, bool(options), "over")
     if one is None:
         return found, [f"over {LIMIT}", "-", "-", "-", "-"]
-    sequence = one.sequence
+    sequence, found.seconds = one.sequence, one.seconds
     told = sequence.mesh + max(0.0, sequence.load_steps) if sequence.mesh >= 0 else -1
     error = error_of(of_sequence(one) if options and one.status == 0 else one, true)
     found.end = end_of(one.status, error, asked, doubt)

@@ -19,7 +19,6 @@ BALL = (
     "*CLOAD\nCENTRE, 3, <-force/4>",
     "*BOUNDARY\nCENTRE, 3, 3, <-a*a/radius>",
 )
-FINER = 4  # increments of the truth for one of the deck's
 LIMIT = 100  # processor time that a run for an accuracy may take [s]
 
 
@@ -36,7 +35,7 @@ class Scene:
     replaced: tuple = ()
     other: tuple = ()  # a parameter that grows with n, and its part of it
     by_hand: str = ""  # cards that an accuracy does not need
-    finer: int = FINER  # increments of the truth for one of the deck's
+    finer: int = 4  # increments of the truth for one of the deck's
 
     @property
     def path(self):
@@ -109,7 +108,7 @@ class Outcome:
 
 
 def run(program, scene, folder, parameters, *options, direct=True):
-    """Run the deck; None where that takes too long.
+    """Run the deck; None where that takes too long, or a mesh set by hand misses the contact.
 
     Increments are free to be cut where options ask for an accuracy, or `direct` is false.
     """

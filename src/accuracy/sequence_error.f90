@@ -45,7 +45,6 @@ contains
     type(family_t) :: mine
     real(wp) :: scales(size(sequence%list))
     integer, allocatable :: runs(:)
-    logical :: is_judged_undivided
     integer :: k, n
 
     if (present(family)) then
@@ -75,8 +74,6 @@ contains
     allocate (errors%of_mesh(size(sequence%list)))
     allocate (errors%of_limit(size(sequence%list)), source=-1.0_wp)
     allocate (errors%n_rising(size(sequence%list)), source=0)
-    is_judged_undivided = sequence%runs(runs(n))%divisions == 1 .and. &
-      sequence%runs(runs(n))%mesh_size%zone%times == 0 .and. later_mesh_is_coarser(runs(n))
     do k = 1, size(sequence%list)
       if (n == 2) then
         errors%of_mesh(k) = assume_first_order(sizes_of(sequence, runs), change(sequence, k, &
@@ -87,8 +84,10 @@ contains
         errors%of_mesh(k), errors%n_rising(k))
       if (has_limit(sequence, runs)) errors%of_limit(k) = error_of_limit(sequence, runs, k, &
         scales(k))
-      if (is_judged_undivided) call add_error(errors, k, error_by_transfer(sequence, k, scales(k), &
-        runs(n)))
+      associate (more => error_by_transfer(sequence, k, scales(k), runs(n)))
+        errors%of_mesh(k)%error = errors%of_mesh(k)%error + more
+        if (errors%of_limit(k) >= 0.0_wp) errors%of_limit(k) = errors%of_limit(k) + more
+      end associate
     end do
     errors%mesh = 0.0_wp
     if (size(sequence%list) == 0) return
@@ -107,27 +106,6 @@ contains
     call take_cuts(sequence, runs(n), scales, errors)
 
   contains
-
-    !> Whether increments were tried on a coarser mesh than that of a run.
-    pure logical function later_mesh_is_coarser(run) result(is_so)
-      integer, intent(in) :: run
-      real(wp), parameter :: larger = 1.0_wp + 1.0e-6_wp
-
-      associate (tried => runs_for_steps(sequence, family_t()))
-        is_so = size(tried) > 0
-        if (is_so) is_so = relative_size(sequence%runs(tried(1))%mesh_size) > larger* &
-          relative_size(sequence%runs(run)%mesh_size)
-      end associate
-    end function later_mesh_is_coarser
-
-    subroutine add_error(errors, k, error)
-      type(sequence_error_t), intent(inout) :: errors
-      integer, intent(in) :: k
-      real(wp), intent(in) :: error
-
-      errors%of_mesh(k)%error = errors%of_mesh(k)%error + error
-      if (errors%of_limit(k) >= 0.0_wp) errors%of_limit(k) = errors%of_limit(k) + error
-    end subroutine add_error
 
     !> Whether two meshes say something: another witness does, on bricks that are not too few for
     !> it.

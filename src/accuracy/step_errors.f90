@@ -1,4 +1,5 @@
-!> What load steps make of a result: by runs on one mesh whose increments are divided.
+!> What load steps make of a result, by runs on one mesh whose increments are divided; how that
+!> differs from mesh to mesh.
 !>
 !> docs/theory.md section 10, (10.19), (10.21).
 module step_errors_mod
@@ -183,12 +184,13 @@ contains
 
   !> The error that a mesh makes in what the divisions of increments change, where it is undivided
   !> ones that say what it makes in all else: what these change on it differs from what they change
-  !> on a coarser mesh. 0 for a mesh on which increments were not divided, or tried at first.
+  !> on a coarser mesh. 0 for a run with divided increments or cuts, and for a mesh that is no finer
+  !> than the one on which increments are tried, or on which they are not divided.
   pure real(wp) function error_by_transfer(sequence, k, scale, run) result(error)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: k      !! the quantity
     real(wp), intent(in) :: scale
-    integer, intent(in) :: run    !! with undivided increments, on that mesh
+    integer, intent(in) :: run    !! the last of those that say what the mesh makes
     real(wp), parameter :: most_weight = 1.5_wp !! of what near meshes differ by, which is scatter
     real(wp), parameter :: least_part = 0.1_wp !! of what they change, however alike on both meshes
     integer :: divided, coarse(2)
@@ -196,6 +198,11 @@ contains
 
     error = 0.0_wp
     if (.not. sequence%list(k)%is_compared) return
+    if (sequence%runs(run)%divisions > 1 .or. sequence%runs(run)%mesh_size%zone%times > 0) return
+    associate (tried => runs_for_steps(sequence, family_t()))
+      if (size(tried) == 0) return
+      if (.not. is_larger(tried(1))) return
+    end associate
     call find_runs(divided, coarse)
     if (divided == 0 .or. any(coarse == 0)) return
     weight = 1.0_wp/(sqrt(size_of_run(coarse(1))/size_of_run(run)) - 1.0_wp)
@@ -211,32 +218,43 @@ contains
     !> with as many: the finest of those whose bricks are about twice as large, else the coarsest.
     pure subroutine find_runs(divided, coarse)
       integer, intent(out) :: divided, coarse(2)
-      real(wp), parameter :: twice = 1.9_wp, larger = 1.0_wp + 1.0e-6_wp
-      real(wp) :: best
-      integer :: i, first
+      real(wp), parameter :: twice = 1.9_wp
+      integer, allocatable :: alike(:)
+      integer :: i
 
       divided = 0
       coarse = 0
-      associate (here => runs_on_mesh(sequence, run), all => sequence%runs)
+      associate (here => runs_on_mesh(sequence, run))
         if (size(here) > 1) divided = here(size(here))
-        if (divided == 0) return
-        best = 0.0_wp
-        do i = 1, size(all)
-          if (all(i)%divisions /= all(divided)%divisions .or. all(i)%mesh_size%zone%times > 0) cycle
-          associate (h => size_of_run(i), there => runs_on_mesh(sequence, i))
-            first = there(1)
-            if (all(first)%divisions > 1 .or. h <= larger*size_of_run(run)) cycle
-            if (best >= twice*size_of_run(run)) then
-              if (h > best .or. h < twice*size_of_run(run)) cycle
-            else if (h < best) then
-              cycle
-            end if
-            best = h
-            coarse = [first, i]
-          end associate
-        end do
       end associate
+      if (divided == 0) return
+      alike = mesh_runs(sequence, family_t(0, sequence%runs(divided)%divisions))
+      alike = pack(alike, [(is_larger(alike(i)) .and. undivided_beside(alike(i)) > 0, i=1, &
+        size(alike))])
+      if (size(alike) == 0) return
+      associate (h => sizes_of(sequence, alike))
+        i = minloc(h, dim=1, mask=h >= twice*size_of_run(run), back=.true.)
+        if (i == 0) i = maxloc(h, dim=1, back=.true.)
+      end associate
+      coarse = [undivided_beside(alike(i)), alike(i)]
     end subroutine find_runs
+
+    !> The undivided run on the mesh of another one; 0: there is none.
+    pure integer function undivided_beside(i) result(beside)
+      integer, intent(in) :: i
+
+      associate (there => runs_on_mesh(sequence, i))
+        beside = there(1)
+      end associate
+      if (sequence%runs(beside)%divisions > 1) beside = 0
+    end function undivided_beside
+
+    pure logical function is_larger(i)
+      integer, intent(in) :: i
+      real(wp), parameter :: rounding = 1.0e-6_wp
+
+      is_larger = size_of_run(i) > (1.0_wp + rounding)*size_of_run(run)
+    end function is_larger
 
     pure real(wp) function size_of_run(i)
       integer, intent(in) :: i
