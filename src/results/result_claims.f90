@@ -230,9 +230,7 @@ contains
 
     answer = ''
     precision = given
-    if (look_at_file(path) /= file_readable) return
-    call open_file(path, .false., hdf5, error)
-    call check_contents(hdf5, error)
+    call open_sound(path, hdf5, error)
     compliance = given_compliance
     call read_arithmetic(hdf5, precision, compliance, error)
     if (allocated(error)) return
@@ -279,16 +277,29 @@ contains
     integer :: divisions
 
     answer = ''
-    if (look_at_file(path) /= file_readable) return
     divisions = 1
-    call open_file(path, .false., hdf5, error)
-    call check_contents(hdf5, error)
+    call open_sound(path, hdf5, error)
     call read_mesh_size(hdf5, mesh_size, divisions, error)
     call read_attribute(hdf5, '/run', 'status', status, error)
     call read_attribute(hdf5, '/accuracy', 'reached', is_reached, error)
     if (.not. allocated(error)) answer = merge('T', 'F', status == run_finished .and. &
       is_reached == 0)
   end function mesh_size_of
+
+  !> Open the file of a run to take from it how to go on: that is not to be believed before what
+  !> does not change in the file has been checked.
+  subroutine open_sound(path, hdf5, error)
+    character(*), intent(in) :: path
+    type(hdf5_file_t), intent(out) :: hdf5
+    type(error_t), allocatable, intent(out) :: error !! it cannot be opened, or is damaged
+
+    if (look_at_file(path) == file_readable) then
+      call open_file(path, .false., hdf5, error)
+      call check_contents(hdf5, error)
+    else
+      call raise(error, exit_wrong_input, "'"//path//"' cannot be read")
+    end if
+  end subroutine open_sound
 
   !> Open the file of a run that did not finish, to read it, if `provenance` may go on with it. All
   !> of it is read: to be called in a child.
