@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from bipot.program import ROOT, set_words, with_threads
-from bipot.result import Result
+from bipot.result import Result, von_mises
 from studies.pages import DATA
 
 AUTO = {"solver": "AUTO", "local": "AUTO"}
@@ -20,6 +20,7 @@ BALL = (
     "*BOUNDARY\nCENTRE, 3, 3, <-a*a/radius>",
 )
 LIMIT = 100  # processor time that a run for an accuracy may take [s]
+LARGEST = ("ENERGY", "DISPLACEMENT", "SLIP", "PRESSURE", "MISES")  # the values of OF= but forces
 
 
 @dataclass
@@ -105,12 +106,15 @@ class Outcome:
     sequence: object
     reason: str
     names: tuple = ()  # of the pairs
+    largest: dict = field(default_factory=dict)  # by LARGEST: over time, of each pair or of all
+    least: float = 0.0  # what errors are parts of, at least
 
 
-def run(program, scene, folder, parameters, *options, direct=True):
+def run(program, scene, folder, parameters, *options, direct=True, of=""):
     """Run the deck; None where that takes too long, or a mesh set by hand misses the contact.
 
-    Increments are free to be cut where options ask for an accuracy, or `direct` is false.
+    Increments are free to be cut where options ask for an accuracy, or `direct` is false. `of` is
+    one of LARGEST that the accuracy is of, or ALL, for which the outcome has the values of each.
     """
     text = scene.path.read_text(encoding="utf-8")
     if scene.replaced:
@@ -119,6 +123,10 @@ def run(program, scene, folder, parameters, *options, direct=True):
         text = text.replace(scene.by_hand, "")
     if options or not direct:
         text = text.replace("*STATIC, DIRECT", "*STATIC")
+    if of:
+        text = text.replace("*END STEP", "*NODE FILE\nU\n*EL FILE\nS\n*END STEP")
+    if of in LARGEST:
+        text = text.replace("*STEP", f"*ACCURACY, OF={of}\n0.1\n*STEP", 1)
     deck, result = Path(folder) / f"{scene.deck}.inp", Path(folder) / "result.vtkhdf"
     deck.write_text(text, encoding="utf-8")
     command = [program, deck, "-o", result, "--overwrite", "-q", *options]
@@ -138,12 +146,14 @@ def run(program, scene, folder, parameters, *options, direct=True):
         kept = found.history("extra") == 0
         pairs = [forces(pair, kept) for pair in found.pairs]
         names = tuple(pair.name for pair in found.pairs)
+        largest = largest_values(found, kept) if of else {}
         times, sequence = found.history("time")[kept], found.accuracy
         seconds = found.counters["cpu_seconds"]
     if sequence:
         seconds = sequence.processor_time.sum()
     result.unlink()
-    return Outcome(done.returncode, seconds, times, pairs, sequence, done.stderr.strip(), names)
+    return Outcome(done.returncode, seconds, times, pairs, sequence, done.stderr.strip(), names,
+                   largest)  # fmt: skip
 
 
 def forces(pair, kept):
@@ -151,3 +161,18 @@ def forces(pair, kept):
     local, total = pair.reaction[kept], pair.resultant[kept]
     normal = np.einsum("tp,tpx->tx", local[:, :, 0], pair.frame[kept][:, :, 0, :])
     return local[:, :, 0].sum(axis=1), normal, total - normal, pair.friction_coefficient
+
+
+def largest_values(found, kept):
+    """What LARGEST names at the ends of the deck's increments: of each pair (T,), or of all."""
+    rows = [int(i) for i in np.flatnonzero(kept)]
+    fields = {row: i for i, row in enumerate(found.field_rows)}
+    moved = [np.linalg.norm(found.field("displacement", fields[row]), axis=1).max() for row in rows]
+    stress = [von_mises(found.field("stress", fields[row])).max() for row in rows]
+    return {
+        "ENERGY": [found.history("energy/strain")[kept]],
+        "DISPLACEMENT": [np.array(moved)],
+        "SLIP": [np.linalg.norm(pair.slip[kept], axis=2).max(axis=1) for pair in found.pairs],
+        "PRESSURE": [pair.pressure[kept].max(axis=1) for pair in found.pairs],
+        "MISES": [np.array(stress)],
+    }

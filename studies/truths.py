@@ -8,6 +8,8 @@ power of the bricks' size, which is what the program's own estimates suppose: wh
 otherwise, or slower than by the order 1/2, the doubt may be too small.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from studies.scenes import Outcome, run
@@ -35,7 +37,7 @@ def limit(runs, sizes):
             for parts in forces
         ]
         pairs.append((*limits, mu[0]))
-    return Outcome(0, 0, runs[-1].times, pairs, None, "")
+    return Outcome(0, 0, runs[-1].times, pairs, None, "", least=runs[-1].least)
 
 
 def common(found, other):
@@ -63,35 +65,57 @@ def to_fine_steps(runs, true):
                 of = [one.pairs[i][j][at] for one, at in zip(runs, places, strict=True)]
                 found.append(part[kept] + 2 * of[k] - of[k - 1] - of[0])
             pairs.append((*found, pair[3]))
-        return Outcome(0, 0, true.times[kept], pairs, None, "")
+        return Outcome(0, 0, true.times[kept], pairs, None, "", least=true.least)
 
     found = limit_of_steps(-1)
     return found, error_of(limit_of_steps(-2), found)
 
 
-def truth(program, scene, folder):
-    """The forces without an error of mesh or increments, and what is not known of them.
+@dataclass
+class TrueRuns:
+    """The runs that a scene's truth is taken from.
 
-    The limit of the last four meshes; of three it is the other that says how well that is known.
+    Of `meshes` the last four are its limit; of three it is the other that says how well that is
+    known. `steps` are on a coarse mesh, each with twice the increments of the one before.
+    """
+
+    sizes: list
+    meshes: list
+    steps: list
+
+
+def runs_for_truth(program, scene, folder, of=""):
+    """Run what a scene's truth is taken from; `of` as for scenes.run."""
+
+    def one(n, finer):
+        return run(program, scene, folder, {**scene.parameters(n, finer), "tolerance": 1e-8},
+                   direct=False, of=of)  # fmt: skip
+
+    fine = scene.meshes[-4:]
+    steps = [1, 2, 4, 8] if scene.mu > 0 else []
+    return TrueRuns(
+        [1 / n for n in fine],
+        [one(n, scene.finer) for n in fine],
+        [one(scene.meshes[1], times * scene.finer) for times in steps],
+    )
+
+
+def truth_of(runs):
+    """What is true, and what is not known of it.
+
     What increments of one size leave is taken from what more of them give on a coarse mesh.
     """
-    fine = scene.meshes[-4:]
-    sizes = [1 / n for n in fine]
-
-    def of(n, finer):
-        return run(program, scene, folder, {**scene.parameters(n, finer), "tolerance": 1e-8},
-                   direct=False)  # fmt: skip
-
-    runs = [of(n, scene.finer) for n in fine]
-    true = limit(runs, sizes)
-    doubt = error_of(limit(runs[-3:], sizes[-3:]), true)
-    if scene.mu > 0:
-        to_limit, of_steps = to_fine_steps(
-            [of(scene.meshes[1], times * scene.finer) for times in (1, 2, 4, 8)], true
-        )
+    true = limit(runs.meshes, runs.sizes)
+    doubt = error_of(limit(runs.meshes[-3:], runs.sizes[-3:]), true)
+    if runs.steps:
+        true, of_steps = to_fine_steps(runs.steps, true)
         doubt += of_steps
-        true = to_limit
     return true, doubt
+
+
+def truth(program, scene, folder):
+    """The forces without an error of mesh or increments, and what is not known of them."""
+    return truth_of(runs_for_truth(program, scene, folder))
 
 
 def error_of(found, true):
@@ -100,7 +124,7 @@ def error_of(found, true):
     scales = [pair[0].max() for pair in true.pairs]
     worst = 0.0
     for one, other, own in zip(found.pairs, true.pairs, scales, strict=True):
-        scale = max(own, 1e-3 * max(scales))
+        scale = max(own, 1e-3 * max(scales), true.least)
         apart = [a[here] - b[there] for a, b in zip(one[:3], other[:3], strict=True)]
         mu = other[3]
         worst = max(worst, abs(apart[0]).max() / scale,

@@ -22,7 +22,9 @@ module measured_quantities_mod
     integer  :: pair = 0         !! 0: of no pair
     integer  :: first = 1        !! of its components
     integer  :: n = 1
-    integer  :: scale = 0        !! its errors are parts of the largest of quantities of this scale
+    integer  :: scale = 0
+    !! its errors are parts of the largest of quantities of this scale; 0: it is a number up to 1,
+    !! and they are parts of what is left to that
     logical  :: is_scale = .true. !! which this one is among
     real(wp) :: factor = 1.0_wp  !! times this
     logical  :: is_compared = .true.
@@ -73,7 +75,13 @@ contains
       do p = 1, size(scene%pairs)
         call add(list, quantity_t(scene%pairs(p)%name//'/largest_slip', 'length', &
           'sum of the slip increments of a point, the longest', pair=p, scale=p))
+        if (scene%pairs(p)%mu > 0.0_wp) call add(list, quantity_t(scene%pairs(p)%name// &
+          '/used_friction', 'ratio', 'friction over mu times the normal reaction, the largest '// &
+          'of points with a thousandth of the largest of these and more; 1 where a point slips', &
+          pair=p, is_scale=.false.))
       end do
+      call add_measure(list, quantity_t('largest_displacement', 'length', &
+        'of the nodes of bricks', scale=size(scene%pairs) + 1))
     case (accuracy_of_displacement)
       call add(list, quantity_t('largest_displacement', 'length', 'of the nodes of bricks', &
         scale=1))
@@ -116,15 +124,21 @@ contains
       end select
       select case (accuracy%of)
       case (accuracy_of_reaction, accuracy_of_contact_force)
-        call add_measure(accuracy%set//'/sum_of_sizes', 'force', 'of the forces on its nodes')
+        call add_measure(list, quantity_t(accuracy%set//'/sum_of_sizes', 'force', &
+          'of the forces on its nodes', scale=2))
       case (accuracy_of_displacement)
-        call add_measure('largest_displacement', 'length', 'of all nodes')
+        call add_measure(list, quantity_t('largest_displacement', 'length', 'of all nodes', &
+          scale=2))
       case (accuracy_of_pressure)
-        call add_measure('largest_contact_pressure', 'pressure', 'of all nodes')
+        call add_measure(list, quantity_t('largest_contact_pressure', 'pressure', &
+          'of all nodes', scale=2))
       case (accuracy_of_slip)
-        call add_measure('largest_slip', 'length', 'of all nodes')
+        call add_measure(list, quantity_t('largest_slip', 'length', 'of all nodes', scale=2))
+        call add_measure(list, quantity_t('largest_displacement', 'length', 'of all nodes', &
+          scale=3))
       case default
-        call add_measure('largest_von_mises', 'pressure', 'of all nodes')
+        call add_measure(list, quantity_t('largest_von_mises', 'pressure', 'of all nodes', &
+          scale=2))
       end select
     end associate
 
@@ -148,19 +162,16 @@ contains
       end do
     end subroutine add_nodes
 
-    subroutine add_measure(name, kind, description)
-      character(*), intent(in) :: name, kind, description
-      type(quantity_t) :: quantity
-
-      quantity%name = name
-      quantity%kind = kind
-      quantity%description = description
-      quantity%scale = 2
-      quantity%is_compared = .false.
-      call add(list, quantity)
-    end subroutine add_measure
-
   end subroutine list_of_set
+
+  !> What errors are measured by alone.
+  subroutine add_measure(list, quantity)
+    type(quantity_t), allocatable, intent(inout) :: list(:)
+    type(quantity_t), intent(in) :: quantity
+
+    call add(list, quantity)
+    list(size(list))%is_compared = .false.
+  end subroutine add_measure
 
   !> A largest value, and what the values next to it are.
   subroutine add_largest(list, quantity, name, description)
@@ -192,12 +203,14 @@ contains
   end subroutine add
 
   !> What the errors of each quantity are measured by: the largest that those of its scale get in
-  !> the run, where that is not far below those of the others.
+  !> the run, where that is not far below those of the others. Of a number up to 1 that stays below
+  !> it ten times what is left, so that an error of a tenth is all that; where it does not, nothing
+  !> is asked of it.
   pure function error_scales(list, values) result(scales)
     type(quantity_t), intent(in) :: list(:)
     real(wp), intent(in) :: values(:, :) !! (n_components,n_increments)
     real(wp) :: scales(size(list))       !! > 0, or 0 where there is nothing
-    real(wp) :: largest(maxval([list%scale, 1]))
+    real(wp) :: largest(maxval([list%scale, 1])), left
     integer :: k, j
 
     largest = 0.0_wp
@@ -210,7 +223,14 @@ contains
       end associate
     end do
     largest = max(largest, smallest_pair*maxval(largest))
-    scales = largest(list%scale)*list%factor
+    do k = 1, size(list)
+      if (list(k)%scale > 0) then
+        scales(k) = largest(list(k)%scale)*list(k)%factor
+      else
+        left = 1.0_wp - maxval(values(list(k)%first, :))
+        scales(k) = merge(10.0_wp*left, huge(1.0_wp), left > 0.0_wp)
+      end if
+    end do
   end function error_scales
 
 end module measured_quantities_mod

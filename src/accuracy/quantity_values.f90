@@ -2,7 +2,7 @@
 module quantity_values_mod
   use kinds_mod, only: wp
   use controls_mod, only: accuracy_of_pressure, accuracy_of_displacement, accuracy_of_mises, &
-    accuracy_of_reaction, accuracy_of_contact_force
+    accuracy_of_slip, accuracy_of_reaction, accuracy_of_contact_force
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, turn_local
   use contact_points_mod, only: contact_points_t
@@ -58,6 +58,9 @@ contains
         case ('largest_slip')
           values(a) = largest_slip(state, points%first(quantity%pair), &
             points%first(quantity%pair + 1) - 1)
+        case ('used_friction')
+          values(a) = used_friction(scene%pairs(quantity%pair)%mu, points, state, &
+            report%contact, quantity%pair)
         case ('strain')
           values(a) = report%energy%strain
         case ('largest_displacement')
@@ -118,6 +121,36 @@ contains
 
   end subroutine measure_quantities
 
+  !> How much of the friction that there may be a pair's points take, at most: 1 where one slips.
+  !> Points that carry next to nothing are left out, as rounding is all that their friction is.
+  pure real(wp) function used_friction(mu, points, state, contact, pair) result(used)
+    real(wp), intent(in) :: mu
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: state
+    type(contact_fields_t), intent(in) :: contact
+    integer, intent(in) :: pair
+    real(wp), parameter :: least_slip = 1.0e-4_wp
+    !! of the largest displacement: less is what a contact tolerance leaves
+    real(wp), parameter :: most_used = 0.999_wp !! where none slips
+    real(wp), parameter :: least_normal = 1.0e-3_wp !! of the largest reaction
+    real(wp) :: normal
+    integer :: i
+
+    used = 0.0_wp
+    associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+      if (largest_slip(state, first, last) > least_slip*maxval(norm2(state%displacement, &
+        dim=1))) used = 1.0_wp
+      normal = maxval(contact%reaction(1, first:last))
+      if (used >= 1.0_wp .or. .not. normal > 0.0_wp) return
+      do i = first, last
+        associate (r => contact%reaction(:, i))
+          if (r(1) >= least_normal*normal) used = max(used, min(most_used, norm2(r(2:3))/ &
+            (mu*r(1))))
+        end associate
+      end do
+    end associate
+  end function used_friction
+
   !> Of the points at the other ends of a brick's edges where a pair's pressure is the largest the
   !> least pressure.
   pure real(wp) function pressure_beside(mesh, points, contact, pair) result(beside)
@@ -152,8 +185,10 @@ contains
     real(wp), intent(out) :: values(:) !! node after node
     real(wp), allocatable :: vectors(:, :)
 
-    associate (mine => values(:size(values) - 1), largest => values(size(values)), &
-      nodes => scene%accuracy%nodes)
+    integer :: n
+
+    n = size(values) - merge(2, 1, scene%accuracy%of == accuracy_of_slip)
+    associate (mine => values(:n), largest => values(n + 1), nodes => scene%accuracy%nodes)
       select case (scene%accuracy%of)
       case (accuracy_of_displacement)
         vectors = state%displacement
@@ -174,6 +209,7 @@ contains
         vectors = numbers_at_nodes(scene, points, state, report)
         mine = vectors(1, nodes)
         largest = maxval(vectors)
+        if (n + 1 < size(values)) values(n + 2) = maxval(norm2(state%displacement, dim=1))
       end select
     end associate
 

@@ -138,8 +138,8 @@ contains
     runs = others
   end subroutine take_undivided
 
-  !> The least that the errors of largest values are: half of what they change by to the next one,
-  !> across a brick. Where coarse meshes agree by accident on what grows without end, at an edge
+  !> The least that the errors of largest values are: what they change by to the next one, across a
+  !> brick. Where coarse meshes agree by accident on what grows without end, at an edge
   !> say, or on what is the largest there alone, that is much.
   pure function errors_beside(sequence, run, scales) result(errors)
     type(mesh_sequence_t), intent(in) :: sequence
@@ -152,8 +152,7 @@ contains
     do k = 1, size(sequence%list)
       associate (next => sequence%list(k)%beside, values => sequence%runs(run)%values)
         if (next == 0 .or. .not. scales(k) > 0.0_wp) cycle
-        errors(k) = 0.5_wp*maxval(abs(values(sequence%list(k)%first, :) - values(next, :)))/ &
-          scales(k)
+        errors(k) = maxval(abs(values(sequence%list(k)%first, :) - values(next, :)))/scales(k)
       end associate
     end do
   end function errors_beside

@@ -19,7 +19,7 @@ module step_errors_mod
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
-  real(wp), parameter :: on_finer_mesh = 1.25_wp !! likewise, of a finer one
+  real(wp), parameter :: on_finer_mesh = 1.5_wp !! likewise, of a finer one
   real(wp), parameter :: left_of_error = 0.5_wp !! of values that it is taken off [-]
   real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
   real(wp), parameter :: later_size = 0.5_wp
@@ -122,8 +122,8 @@ contains
       of_quantity = observed%error
       if (corrects_steps(sequence)) then
         associate (correction => step_correction(sequence, runs, k, mine))
-          of_quantity = left_of_error*observed%error + (growth_of_error(sequence, runs) - 1.0_wp)* &
-            size_of(correction, scales(k))
+          of_quantity = merge(1.0_wp, left_of_error, n_rising > 0)*observed%error + &
+            (growth_of_error(sequence, runs) - 1.0_wp)*size_of(correction, scales(k))
           if (n > 3 .and. mine < n) of_quantity = of_quantity + size_of(correction - &
             step_correction(sequence, runs(:n - 1), k, mine), scales(k))
         end associate
@@ -192,7 +192,7 @@ contains
     real(wp), intent(in) :: scale
     integer, intent(in) :: run    !! the last of those that say what the mesh makes
     real(wp), parameter :: most_weight = 1.5_wp !! of what near meshes differ by, which is scatter
-    real(wp), parameter :: least_part = 0.1_wp !! of what they change, however alike on both meshes
+    real(wp), parameter :: least_part = 0.2_wp !! of what they change, however alike on both meshes
     integer :: divided, coarse(2)
     real(wp) :: weight
 

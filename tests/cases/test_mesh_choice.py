@@ -239,7 +239,7 @@ class NotReached(unittest.TestCase):
             tried = np.unique(bricks[divisions > 2])[1]
             self.assertGreater(np.count_nonzero(bricks == tried), 2)
             divided = (divisions > 1) & (bricks > tried)
-            self.assertLessEqual(np.count_nonzero(divided[:-1]), 2, divisions)
+            self.assertLessEqual(np.count_nonzero(divided[:-1]), 3, divisions)
             for i in np.flatnonzero(divided):
                 self.assertIn(bricks[i], bricks[:i][divisions[:i] == 1])
             mine, pressing = friction_and_normal(result)
@@ -260,6 +260,35 @@ class NotReached(unittest.TestCase):
                 self.assertNotIn("times the deck's edges", run.output)
             self.assertEqual(path.read_text(), "not a result")
             self.assertEqual(os.listdir(folder), ["mine.vtkhdf"])
+
+    def test_slip_that_coarse_meshes_do_not_show(self):
+        """Two blocks stick on coarse meshes; on fine ones an edge slips. That is not promised."""
+        text = (SOURCE / "studies/data/scenes/two.inp").read_text()
+        for n, least, most in ((8, 0, 1e-6), (16, 1e-4, 1e-3)):
+            with Run(text, name="two", n=n).result() as result:
+                slip = np.linalg.norm(result.pairs[0].slip, axis=2).max()
+            self.assertTrue(least <= slip <= most, (n, slip))
+        text = with_card(text.replace("*STATIC, DIRECT", "*STATIC"), "*ACCURACY, OF=SLIP\n0.1")
+        run = Run(text, name="two")
+        self.assertEqual(run.status, 2)
+        self.assertIn("used_friction", run.errors)
+
+    def test_contact_that_begins_within_an_increment(self):
+        """In 1, 2 and 4 parts the increment that is left behind the touch must not be the same.
+
+        The block comes down late in its one increment; 64 of them are what is true.
+        """
+        text = (SOURCE / "studies/data/scenes/late.inp").read_text()
+        text = text.replace("*STATIC, DIRECT", "*STATIC")
+        with Run(text, name="late", n=16, steps=64, mu=0.186).result() as fine:
+            friction, normal = friction_and_normal(fine)
+        run = Run(text, "--accuracy", "0.02", name="late", steps=1, mu=0.186)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            mine, _ = friction_and_normal(result)
+            error = np.linalg.norm(mine[-1] - friction[-1]) / (0.186 * normal.max())
+            self.assertLess(error, 0.02)
+            self.assertGreater(result.accuracy.load_steps, 0.001)
 
     def test_options_that_mean_one_mesh(self):
         for words, message in (
