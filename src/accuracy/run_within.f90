@@ -26,8 +26,6 @@ module run_within_mod
 
   real(wp), parameter :: largest_jump = 2.2_wp
   !! from size to size: the mesh before the last then takes a few parts in a hundred of its time
-  real(wp), parameter :: farthest_jump = 3.0_wp
-  !! where a plan shows that there is more time than was thought
   real(wp), parameter :: nearly_last = 1.5_wp !! finer than the only one by no more: at once
   real(wp), parameter :: worth_another_plan = 1.08_wp !! bricks so many times smaller
   real(wp), parameter :: worth_dividing = 0.8_wp !! error left, of that without
@@ -121,7 +119,7 @@ contains
     call find_finest(sequence, choice%mesh_size, choice%divisions, room, part_for_run, finest, &
       found)
     if (.not. found .or. n < 2) return
-    do while (relative_size(from) > farthest_jump*relative_size(finest))
+    do while (relative_size(from) > largest_jump*relative_size(finest))
       call go_back(sequence, choice%mesh_size, finest)
     end do
     if (relative_size(choice%mesh_size) < worth_another_plan*relative_size(finest)) return
