@@ -192,7 +192,7 @@ contains
     real(wp), intent(in) :: scale
     integer, intent(in) :: run    !! the last of those that say what the mesh makes
     real(wp), parameter :: most_weight = 1.5_wp !! of what near meshes differ by, which is scatter
-    real(wp), parameter :: least_part = 0.2_wp !! of what they change, however alike on both meshes
+    real(wp), parameter :: least_part = 0.1_wp !! of what they change, however alike on both meshes
     integer :: divided, coarse(2)
     real(wp) :: weight
 
