@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.report import machine, table
-from studies.pages import page_options, put_page
+from studies.pages import page_with_jobs
+from studies.promises import JUDGED, MARKS, effectivity, end_of, told_by
 from studies.scenes import LIMIT, SCENES, Outcome, run
 from studies.truths import error_of, truth
 
@@ -27,7 +28,6 @@ OF_TEN = (
     "block", "block, mu = 0.1", "quarter", "ball, pressed a way", "contact late in a step",
     "pressed by pulses", "partial slip turned round", "a tilted plate", "two blocks", "rocking",
 )  # fmt: skip
-JUDGED = 0.2  # of what is asked: the doubt up to which a truth can judge
 
 
 @dataclass
@@ -107,15 +107,6 @@ def of_sequence(one):
     return Outcome(one.status, one.seconds, one.times, pairs, sequence, one.reason)
 
 
-def end_of(status, error, asked, doubt):
-    """How a run for an accuracy ended, as far as the truth can tell."""
-    if status != 0:
-        return "refused"
-    if error > asked + (doubt if doubt > JUDGED * asked else 0.0):
-        return "broken"
-    return "kept" if doubt <= JUDGED * asked or error + doubt <= asked else "not judged"
-
-
 def judge(program, scene):
     """The rows of a scene in the page's table, and how each ended."""
     rows, ends = [], []
@@ -153,20 +144,18 @@ def ask(program, scene, folder, wanted, known):
     if one is None:
         return found, [f"over {LIMIT}", "-", "-", "-", "-"]
     sequence, found.seconds = one.sequence, one.seconds
-    told = sequence.mesh + max(0.0, sequence.load_steps) if sequence.mesh >= 0 else -1
+    told = told_by(sequence)
     error = error_of(of_sequence(one) if options and one.status == 0 else one, true)
     found.end = end_of(one.status, error, asked, doubt)
-    if told > 0 and doubt < JUDGED * error:
-        found.effectivity = told / error
+    found.effectivity = effectivity(told, error, doubt)
     bricks = f"{sequence.bricks[-1]:.0f}"
     if sequence.cuts[-1] > 0:
         bricks += f", {sequence.cuts[-1]:.0f} cuts"
     if sequence.divisions[-1] > 1:
         bricks += f", {sequence.divisions[-1]:.0f} parts"
-    mark = {"kept": "", "not judged": " ?", "broken": " **broken**", "refused": " refused"}
     return found, [
         f"{one.seconds:.3g}", bricks, f"{100 * told:.2g} %" if told >= 0 else "-",
-        f"{100 * error:.2g} %{mark[found.end]}", len(sequence),
+        f"{100 * error:.2g} %{MARKS[found.end]}", len(sequence),
     ]  # fmt: skip
 
 
@@ -242,10 +231,7 @@ def page(program, jobs):
 
 def main():
     """Make the page as the command line says."""
-    options = page_options(__doc__)
-    options.add_argument("--jobs", type=int, default=2, help="scenes at a time")
-    options = options.parse_args()
-    put_page(page(options.bipot.resolve(), options.jobs), options.page)
+    page_with_jobs(__doc__, page)
 
 
 if __name__ == "__main__":

@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bipot.report import machine, table
-from studies.asked_accuracy import JUDGED, end_of
-from studies.pages import page_options, put_page
+from studies.pages import page_with_jobs
+from studies.promises import JUDGED, MARKS, effectivity, end_of, told_by
 from studies.scenes import LARGEST, LIMIT, SCENES, run
 from studies.truths import TrueRuns, error_of, runs_for_truth, truth_of
 
@@ -85,16 +85,14 @@ def ask(one, name, asked, known):
     if one is None:
         return Ask(name, asked, "over", doubt), [f"over {LIMIT}", "-", "-", "-"]
     sequence = one.sequence
-    told = sequence.mesh + max(0.0, sequence.load_steps) if sequence.mesh >= 0 else -1
+    told = told_by(sequence)
     error = error_of(of_largest(one, name), true)
-    found = Ask(name, asked, end_of(one.status, error, asked, doubt), doubt)
-    if told > 0 and doubt < JUDGED * error:
-        found.effectivity = told / error
-    mark = {"kept": "", "not judged": " ?", "broken": " **broken**", "refused": " refused"}
+    found = Ask(name, asked, end_of(one.status, error, asked, doubt), doubt,
+                effectivity(told, error, doubt))  # fmt: skip
     return found, [
         f"{one.seconds:.2g}", f"{sequence.bricks[-1]}",
         f"{100 * told:.2g} %" if told >= 0 else "-",
-        f"{100 * error:.2g} %{mark[found.end]}",
+        f"{100 * error:.2g} %{MARKS[found.end]}",
     ]  # fmt: skip
 
 
@@ -155,10 +153,7 @@ def page(program, jobs):
 
 def main():
     """Make the page as the command line says."""
-    options = page_options(__doc__)
-    options.add_argument("--jobs", type=int, default=2, help="scenes at a time")
-    options = options.parse_args()
-    put_page(page(options.bipot.resolve(), options.jobs), options.page)
+    page_with_jobs(__doc__, page)
 
 
 if __name__ == "__main__":

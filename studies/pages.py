@@ -40,6 +40,14 @@ def page_command(description, page):
     put_page(page(options.bipot.resolve()), options.page)
 
 
+def page_with_jobs(description, page):
+    """Likewise for a study that can run several scenes at a time: put page(program, jobs)."""
+    options = page_options(description)
+    options.add_argument("--jobs", type=int, default=2, help="scenes at a time")
+    options = options.parse_args()
+    put_page(page(options.bipot.resolve(), options.jobs), options.page)
+
+
 def claim(holds, words):
     """Return the words if the runs bear them out; refuse to write the page otherwise."""
     if not holds:

@@ -22,13 +22,12 @@ module measured_quantities_mod
     integer  :: pair = 0         !! 0: of no pair
     integer  :: first = 1        !! of its components
     integer  :: n = 1
-    integer  :: scale = 0
-    !! its errors are parts of the largest of quantities of this scale; 0: it is a number up to 1,
-    !! and they are parts of what is left to that
+    integer  :: scale = 0        !! its errors are parts of the largest of quantities of this scale
     logical  :: is_scale = .true. !! which this one is among
     real(wp) :: factor = 1.0_wp  !! times this
     logical  :: is_compared = .true.
     !! its error counts; else it is there for its scale, or beside another one
+    logical  :: is_share = .false. !! a number up to 1: they are parts of what is left to that
     integer  :: beside = 0
     !! of a largest value the place of what the next one is, across a brick; 0: none
   end type quantity_t
@@ -78,7 +77,7 @@ contains
         if (scene%pairs(p)%mu > 0.0_wp) call add(list, quantity_t(scene%pairs(p)%name// &
           '/used_friction', 'ratio', 'friction over mu times the normal reaction, the largest '// &
           'of points with a thousandth of the largest of these and more; 1 where a point slips', &
-          pair=p, is_scale=.false.))
+          pair=p, is_scale=.false., is_share=.true.))
       end do
       call add_measure(list, quantity_t('largest_displacement', 'length', &
         'of the nodes of bricks', scale=size(scene%pairs) + 1))
@@ -203,9 +202,9 @@ contains
   end subroutine add
 
   !> What the errors of each quantity are measured by: the largest that those of its scale get in
-  !> the run, where that is not far below those of the others. Of a number up to 1 that stays below
-  !> it ten times what is left, so that an error of a tenth is all that; where it does not, nothing
-  !> is asked of it.
+  !> the run, where that is not far below those of the others. Of a share that stays below 1 it is
+  !> ten times what is left, so that an error of a tenth is all that; where it does not, nothing is
+  !> asked of it.
   pure function error_scales(list, values) result(scales)
     type(quantity_t), intent(in) :: list(:)
     real(wp), intent(in) :: values(:, :) !! (n_components,n_increments)
@@ -224,11 +223,11 @@ contains
     end do
     largest = max(largest, smallest_pair*maxval(largest))
     do k = 1, size(list)
-      if (list(k)%scale > 0) then
-        scales(k) = largest(list(k)%scale)*list(k)%factor
-      else
+      if (list(k)%is_share) then
         left = 1.0_wp - maxval(values(list(k)%first, :))
         scales(k) = merge(10.0_wp*left, huge(1.0_wp), left > 0.0_wp)
+      else
+        scales(k) = largest(list(k)%scale)*list(k)%factor
       end if
     end do
   end function error_scales

@@ -34,7 +34,7 @@ contains
 
     values = 0.0_wp
     if (allocated(scene%accuracy%set)) then
-      call measure_set(scene, points, state, report, values)
+      call measure_set(scene, points, state, report, sum(list%n, mask=list%is_compared), values)
       return
     end if
     do k = 1, size(list)
@@ -59,12 +59,11 @@ contains
           values(a) = largest_slip(state, points%first(quantity%pair), &
             points%first(quantity%pair + 1) - 1)
         case ('used_friction')
-          values(a) = used_friction(scene%pairs(quantity%pair)%mu, points, state, &
-            report%contact, quantity%pair)
+          values(a) = used_friction(scene, points, state, report%contact, quantity%pair)
         case ('strain')
           values(a) = report%energy%strain
         case ('largest_displacement')
-          values(a) = maxval(norm2(state%displacement(:, scene%mesh%brick_nodes), dim=1))
+          values(a) = largest_displacement(scene%mesh, state)
         case ('largest_von_mises')
           call find_mises(values(a), values(quantity%beside))
         case default ! found with the largest
@@ -121,10 +120,18 @@ contains
 
   end subroutine measure_quantities
 
+  !> Of the nodes of bricks.
+  pure real(wp) function largest_displacement(mesh, state)
+    type(mesh_t), intent(in) :: mesh
+    type(state_t), intent(in) :: state
+
+    largest_displacement = maxval(norm2(state%displacement(:, mesh%brick_nodes), dim=1))
+  end function largest_displacement
+
   !> How much of the friction that there may be a pair's points take, at most: 1 where one slips.
   !> Points that carry next to nothing are left out, as rounding is all that their friction is.
-  pure real(wp) function used_friction(mu, points, state, contact, pair) result(used)
-    real(wp), intent(in) :: mu
+  pure real(wp) function used_friction(scene, points, state, contact, pair) result(used)
+    type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: state
     type(contact_fields_t), intent(in) :: contact
@@ -137,11 +144,15 @@ contains
     integer :: i
 
     used = 0.0_wp
-    associate (first => points%first(pair), last => points%first(pair + 1) - 1)
-      if (largest_slip(state, first, last) > least_slip*maxval(norm2(state%displacement, &
-        dim=1))) used = 1.0_wp
+    associate (first => points%first(pair), last => points%first(pair + 1) - 1, &
+      mu => scene%pairs(pair)%mu)
+      if (largest_slip(state, first, last) > least_slip*largest_displacement(scene%mesh, &
+        state)) then
+        used = 1.0_wp
+        return
+      end if
       normal = maxval(contact%reaction(1, first:last))
-      if (used >= 1.0_wp .or. .not. normal > 0.0_wp) return
+      if (.not. normal > 0.0_wp) return
       do i = first, last
         associate (r => contact%reaction(:, i))
           if (r(1) >= least_normal*normal) used = max(used, min(most_used, norm2(r(2:3))/ &
@@ -177,17 +188,15 @@ contains
   end function pressure_beside
 
   !> The values of a set, and of all nodes the largest.
-  subroutine measure_set(scene, points, state, report, values)
+  subroutine measure_set(scene, points, state, report, n, values)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: state
     type(increment_report_t), intent(in) :: report
+    integer, intent(in) :: n !! how many are compared; behind them is what they are measured by
     real(wp), intent(out) :: values(:) !! node after node
     real(wp), allocatable :: vectors(:, :)
 
-    integer :: n
-
-    n = size(values) - merge(2, 1, scene%accuracy%of == accuracy_of_slip)
     associate (mine => values(:n), largest => values(n + 1), nodes => scene%accuracy%nodes)
       select case (scene%accuracy%of)
       case (accuracy_of_displacement)
@@ -209,7 +218,8 @@ contains
         vectors = numbers_at_nodes(scene, points, state, report)
         mine = vectors(1, nodes)
         largest = maxval(vectors)
-        if (n + 1 < size(values)) values(n + 2) = maxval(norm2(state%displacement, dim=1))
+        if (scene%accuracy%of == accuracy_of_slip) values(n + 2) = largest_displacement( &
+          scene%mesh, state)
       end select
     end associate
 

@@ -122,6 +122,7 @@ contains
       of_quantity = observed%error
       if (corrects_steps(sequence)) then
         associate (correction => step_correction(sequence, runs, k, mine))
+          ! Sizes that do not converge say less of what is taken off.
           of_quantity = merge(1.0_wp, left_of_error, n_rising > 0)*observed%error + &
             (growth_of_error(sequence, runs) - 1.0_wp)*size_of(correction, scales(k))
           if (n > 3 .and. mine < n) of_quantity = of_quantity + size_of(correction - &
