@@ -12,8 +12,8 @@ module convergence_mod
 
   real(wp), parameter :: least_order = 0.5_wp, most_order = 1.5_wp !! that are believed
   real(wp), parameter :: highest_order = 2.0_wp !! that any part of an error has
-  real(wp), parameter :: safety = 1.25_wp, safety_of_two = 3.0_wp
-  !! of the grid convergence index with three meshes and with two [-]
+  real(wp), parameter :: safety = 1.4_wp, safety_of_two = 3.0_wp
+  !! of an error with three meshes and with two [-]
 
   !> How a quantity converges.
   type :: convergence_t

@@ -94,7 +94,7 @@ class Reached(unittest.TestCase):
         self.assertLess(abs(limit - true).max(), 0.5 * abs(values[-1, :, 0] - true).max())
 
     def test_extrapolated_values(self):
-        """As accurate as the last mesh is not, on fewer bricks than a mesh takes that is."""
+        """They are nearer than the last mesh's own, on fewer bricks than these would take."""
         order = 1.5  # about that of both
         weight = 1 / (1.5**order - 1)
         meshes = []
@@ -118,9 +118,8 @@ class Reached(unittest.TestCase):
         self.assertLess(pressing, asked)
         error = np.linalg.norm(sequence.extrapolated[:, 4:6] - friction, axis=1).max()
         self.assertLess(error / (0.3 * scale), asked)
-        # Not so the mesh's own, on which the certificate is.
-        error = np.linalg.norm(finest[0] - friction, axis=1).max()
-        self.assertGreater(error / (0.3 * scale), asked)
+        # The mesh's own values, on which the certificate is, are farther off.
+        self.assertGreater(np.linalg.norm(finest[0] - friction, axis=1).max(), 2 * error)
         self.assertGreater(sequence.error.max(), asked)
         self.assertLess(sequence.extrapolated_error.max(), asked)
 
