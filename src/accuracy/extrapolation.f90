@@ -1,14 +1,14 @@
 !> What a quantity would be with bricks without size, as its values on five meshes and more say, and
 !> how wrong that may be.
 !>
-!> docs/theory.md (10.18).
+!> docs/theory.md (10.18), (10.22).
 module extrapolation_mod
   use kinds_mod, only: wp
   use convergence_mod, only: fitted_order, least_order
   implicit none
   private
 
-  public :: extrapolate, fewest_meshes
+  public :: extrapolate, error_after_turn, fewest_meshes
 
   integer, parameter :: fewest_meshes = 5 !! that it takes
   integer, parameter :: fitted_to = 4     !! meshes is a limit
@@ -80,5 +80,57 @@ contains
     end function distance_to
 
   end subroutine extrapolate
+
+  !> The error of values whose course over the sizes turns: changes fall faster than with the order
+  !> 2, or have turned round, and bend the same way over the last five sizes, as values that scatter
+  !> about a limit do not. Such values are as far off as the parabola through three of them goes on.
+  pure real(wp) function error_after_turn(h, values, scale, found) result(error)
+    real(wp), intent(in) :: h(:)            !! (n) sizes, descending, five and more [-]
+    real(wp), intent(in) :: values(:, :, :) !! (n_components,n_increments,n) of any unit
+    real(wp), intent(in) :: scale           !! > 0, of their unit
+    real(wp), intent(in) :: found(:, :)     !! (n_components,n_increments) what the error is of
+    real(wp), parameter :: rapid = 0.5_wp   !! over the fall of the order 2 [-]
+    real(wp) :: slope(size(found, 1), size(found, 2), 4), bend(size(found, 1), size(found, 2), 3)
+    real(wp) :: off(size(found, 1), size(found, 2)), middle(4)
+    integer :: n, i
+
+    n = size(h)
+    do i = 1, 4
+      associate (a => n - 5 + i, b => n - 4 + i)
+        slope(:, :, i) = (values(:, :, b) - values(:, :, a))/scale/(h(a) - h(b))
+        middle(i) = 0.5_wp*(h(a) + h(b))
+      end associate
+    end do
+    bend = slope(:, :, 2:) - slope(:, :, :3)
+    off = 0.0_wp
+    where (abs(sum(sign(1.0_wp, bend), dim=3)) > 2.5_wp .and. (slope(:, :, 4)*slope(:, :, 3) < &
+      rapid*middle(4)/middle(3)*slope(:, :, 3)**2 .or. slope(:, :, 4)*slope(:, :, 2) < 0.0_wp)) &
+      off = of_parabola() - found
+    error = maxval(norm2(off, dim=1))/scale
+
+  contains
+
+    !> What bricks without size have on the parabola through the last size, one about twice as
+    !> large, and one between.
+    pure function of_parabola() result(q)
+      real(wp) :: q(size(found, 1), size(found, 2))
+      real(wp), parameter :: distant = 1.9_wp !! a size over the last
+      integer :: those(3), i, j
+      real(wp) :: weight
+
+      those(3) = n
+      those(1) = max(1, count(h(:n - 2) >= distant*h(n)))
+      those(2) = those(1) + minloc(abs(log(h(those(1) + 1:n - 1)**2/(h(those(1))*h(n)))), dim=1)
+      q = 0.0_wp
+      do i = 1, 3
+        weight = 1.0_wp
+        do j = 1, 3
+          if (j /= i) weight = weight*h(those(j))/(h(those(j)) - h(those(i)))
+        end do
+        q = q + weight*values(:, :, those(i))
+      end do
+    end function of_parabola
+
+  end function error_after_turn
 
 end module extrapolation_mod

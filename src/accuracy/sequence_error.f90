@@ -9,7 +9,7 @@ module sequence_error_mod
     fewest_divisions, sizes_of
   use cut_runs_mod, only: find_base, runs_on_base
   use convergence_mod, only: convergence_t, assume_first_order, safety_of_two
-  use sequence_limits_mod, only: has_limit, error_of_limit, find_limit
+  use sequence_limits_mod, only: has_limit, error_of_limit, error_of_turn, find_limit
   use follow_sizes_mod, only: follow_sizes
   use step_errors_mod, only: error_by_steps, corrects_steps, step_correction, runs_for_steps, &
     error_by_transfer
@@ -82,8 +82,11 @@ contains
       end if
       call follow_sizes(sequence, runs, sizes_of(sequence, runs), k, scales(k), &
         errors%of_mesh(k), errors%n_rising(k))
-      if (has_limit(sequence, runs)) errors%of_limit(k) = error_of_limit(sequence, runs, k, &
-        scales(k))
+      if (has_limit(sequence, runs)) then
+        errors%of_mesh(k)%error = max(errors%of_mesh(k)%error, error_of_turn(sequence, runs, k, &
+          scales(k)))
+        errors%of_limit(k) = error_of_limit(sequence, runs, k, scales(k))
+      end if
       associate (more => error_by_transfer(sequence, k, scales(k), runs(n)))
         errors%of_mesh(k)%error = errors%of_mesh(k)%error + more
         if (errors%of_limit(k) >= 0.0_wp) errors%of_limit(k) = errors%of_limit(k) + more

@@ -2,11 +2,11 @@
 module sequence_limits_mod
   use kinds_mod, only: wp
   use mesh_sequence_mod, only: mesh_sequence_t, sizes_of
-  use extrapolation_mod, only: extrapolate, fewest_meshes
+  use extrapolation_mod, only: extrapolate, error_after_turn, fewest_meshes
   implicit none
   private
 
-  public :: has_limit, error_of_limit, find_limit
+  public :: has_limit, error_of_limit, error_of_turn, find_limit
 
 contains
 
@@ -39,7 +39,36 @@ contains
     real(wp), intent(in) :: scale
     real(wp), intent(out) :: limit(:, :) !! (n,n_increments)
     real(wp), intent(out) :: error !! relative to the scale
-    real(wp) :: values(size(limit, 1), size(limit, 2), size(runs))
+
+    associate (h => sizes_of(sequence, runs), values => values_of(sequence, runs, k), &
+      unit => merge(scale, 1.0_wp, scale > 0.0_wp))
+      call extrapolate(h, values, unit, limit, error)
+      error = max(error, error_after_turn(h, values, unit, limit))
+    end associate
+    if (.not. sequence%list(k)%is_compared) error = 0.0_wp
+  end subroutine find_limit
+
+  !> How wrong the last mesh is where the course of a quantity over the meshes turns; else 0.
+  pure real(wp) function error_of_turn(sequence, runs, k, scale) result(error)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! the coarsest first
+    integer, intent(in) :: k       !! the quantity
+    real(wp), intent(in) :: scale
+
+    error = 0.0_wp
+    if (.not. sequence%list(k)%is_compared) return
+    associate (values => values_of(sequence, runs, k))
+      error = error_after_turn(sizes_of(sequence, runs), values, merge(scale, 1.0_wp, scale > &
+        0.0_wp), values(:, :, size(runs)))
+    end associate
+  end function error_of_turn
+
+  !> What the runs have for a quantity.
+  pure function values_of(sequence, runs, k) result(values)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:)
+    integer, intent(in) :: k !! the quantity
+    real(wp) :: values(sequence%list(k)%n, sequence%n_increments, size(runs))
     integer :: i
 
     associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
@@ -47,9 +76,6 @@ contains
         values(:, :, i) = sequence%runs(runs(i))%values(a:b, :)
       end do
     end associate
-    call extrapolate(sizes_of(sequence, runs), values, merge(scale, 1.0_wp, scale > 0.0_wp), &
-      limit, error)
-    if (.not. sequence%list(k)%is_compared) error = 0.0_wp
-  end subroutine find_limit
+  end function values_of
 
 end module sequence_limits_mod
