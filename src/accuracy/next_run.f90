@@ -197,6 +197,14 @@ contains
       call refine_all(sequence, family, memory_left, errors, choice)
       return
     end if
+    ! These may be enough by themselves, where undivided ones with what divisions change are not.
+    associate (runs => mesh_runs(sequence, family))
+      if (size(runs) > 2 .and. is_enough(sequence, errors)) then
+        choice%outcome = is_reached
+        choice%of_run = runs(size(runs))
+        return
+      end if
+    end associate
     by_steps = error_by_steps(sequence, family)
     call estimate_sequence(sequence, errors, family_t())
     errors%load_steps = by_steps
@@ -275,6 +283,15 @@ contains
     end associate
   end function is_near_goal
 
+  !> Whether errors are no more than the accuracy.
+  pure logical function is_enough(sequence, errors)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(in) :: errors
+
+    is_enough = errors%mesh >= 0.0_wp .and. errors%mesh + max(0.0_wp, errors%load_steps) + &
+      errors%others <= sequence%wanted
+  end function is_enough
+
   !> What follows on the runs of a family: enough, or as fine as it takes.
   subroutine refine_all(sequence, family, memory_left, errors, choice)
     type(mesh_sequence_t), intent(in) :: sequence
@@ -288,7 +305,7 @@ contains
     runs = mesh_runs(sequence, family)
     associate (last => sequence%runs(runs(size(runs))))
       left = sequence%wanted - max(0.0_wp, errors%load_steps) - errors%others
-      if (errors%mesh >= 0.0_wp .and. errors%mesh <= left) then
+      if (is_enough(sequence, errors)) then
         choice%outcome = is_reached
         choice%of_run = runs(size(runs))
         return

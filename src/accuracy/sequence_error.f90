@@ -44,7 +44,7 @@ contains
     !! of the last run of it; left out: of the last run
     type(family_t) :: mine
     real(wp) :: scales(size(sequence%list))
-    integer, allocatable :: runs(:)
+    integer, allocatable :: runs(:), divided(:)
     integer :: k, n
 
     if (present(family)) then
@@ -55,6 +55,7 @@ contains
     n = size(runs)
     if (n == 0) return
     mine = family_of(sequence%runs(runs(n)))
+    divided = runs
     call take_undivided(sequence, runs)
     n = size(runs)
     associate (last => sequence%runs(runs(n)))
@@ -82,15 +83,14 @@ contains
       end if
       call follow_sizes(sequence, runs, sizes_of(sequence, runs), k, scales(k), &
         errors%of_mesh(k), errors%n_rising(k))
-      if (has_limit(sequence, runs)) then
-        errors%of_mesh(k)%error = max(errors%of_mesh(k)%error, error_of_turn(sequence, runs, k, &
-          scales(k)))
-        errors%of_limit(k) = error_of_limit(sequence, runs, k, scales(k))
-      end if
       associate (more => error_by_transfer(sequence, k, scales(k), runs(n)))
-        errors%of_mesh(k)%error = errors%of_mesh(k)%error + more
-        if (errors%of_limit(k) >= 0.0_wp) errors%of_limit(k) = errors%of_limit(k) + more
+        errors%of_mesh(k)%error = min(errors%of_mesh(k)%error + more, error_by_divided(sequence, &
+          divided, k, scales(k)))
+        if (.not. has_limit(sequence, runs)) cycle
+        errors%of_limit(k) = error_of_limit(sequence, runs, k, scales(k)) + more
       end associate
+      errors%of_mesh(k)%error = max(errors%of_mesh(k)%error, error_of_turn(sequence, runs, k, &
+        scales(k)))
     end do
     errors%mesh = 0.0_wp
     if (size(sequence%list) == 0) return
@@ -140,6 +140,27 @@ contains
     end associate
     runs = others
   end subroutine take_undivided
+
+  !> The error that meshes with the same divisions of increments show by themselves, where there are
+  !> three sizes that are far enough apart; else a huge one.
+  pure real(wp) function error_by_divided(sequence, runs, k, scale) result(error)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! of a family, the coarsest first
+    integer, intent(in) :: k       !! the quantity
+    real(wp), intent(in) :: scale
+    real(wp), parameter :: distant = 1.9_wp !! the first size over the last
+    type(convergence_t) :: observed
+    integer :: n, n_rising
+
+    error = huge(1.0_wp)
+    n = size(runs)
+    if (n < 3 .or. sequence%runs(runs(n))%divisions == 1) return
+    associate (h => sizes_of(sequence, runs))
+      if (h(1) < distant*h(n)) return
+      call follow_sizes(sequence, runs, h, k, scale, observed, n_rising)
+    end associate
+    error = observed%error
+  end function error_by_divided
 
   !> The least that the errors of largest values are: what they change by to the next one, across a
   !> brick. Where coarse meshes agree by accident on what grows without end, at an edge
@@ -259,11 +280,11 @@ contains
     associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1, &
       last => sequence%runs(size(sequence%runs)))
       values = last%values(a:b, :)
-      if (corrects_steps(sequence)) then
-        of_steps = runs_for_steps(sequence, family_of(last))
+      of_steps = runs_for_steps(sequence, family_of(last))
+      if (size(of_steps) >= 3) then
         associate (mine => findloc(sequence%runs(of_steps)%divisions, last%divisions, dim=1))
-          if (size(of_steps) >= 3 .and. mine > 0) values = values + step_correction(sequence, &
-            of_steps, k, mine)
+          if (mine > 0 .and. corrects_steps(sequence, of_steps)) values = values + &
+            step_correction(sequence, of_steps, k, mine)
         end associate
       end if
       runs = mesh_runs(sequence, family_of(last))

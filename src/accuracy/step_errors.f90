@@ -120,7 +120,7 @@ contains
       call follow_sizes(sequence, runs, 1.0_wp/real(sequence%runs(runs)%divisions, wp), k, &
         scales(k), observed, n_rising)
       of_quantity = observed%error
-      if (corrects_steps(sequence)) then
+      if (corrects_steps(sequence, runs)) then
         associate (correction => step_correction(sequence, runs, k, mine))
           ! Sizes that do not converge say less of what is taken off.
           of_quantity = merge(1.0_wp, left_of_error, n_rising > 0)*observed%error + &
@@ -141,25 +141,37 @@ contains
   pure real(wp) function growth_of_error(sequence, runs) result(growth)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: runs(:)
-    real(wp), parameter :: less = 1.0_wp - 1.0e-6_wp
 
     growth = on_finer_mesh
-    associate (mesh => sequence%runs(runs(1))%mesh_size)
-      if (mesh%zone%times > 0) then
-        if (.not. corrects_steps(sequence)) growth = 1.0_wp
-      else if (relative_size(mesh) >= less*relative_size(sequence%trial)) then
-        growth = on_coarse_mesh
-      end if
-    end associate
+    if (is_coarse(sequence, runs)) then
+      growth = on_coarse_mesh
+    else if (sequence%runs(runs(1))%mesh_size%zone%times > 0) then
+      if (.not. corrects_steps(sequence, runs)) growth = 1.0_wp
+    end if
   end function growth_of_error
 
   !> Whether what load steps make is taken off: they are then as wrong as that differs from mesh to
-  !> mesh, and as increments without size are.
-  pure logical function corrects_steps(sequence)
+  !> mesh, and as increments without size are. Not so what they make on the mesh where they are
+  !> tried first: a finer one may have it of the other sign.
+  pure logical function corrects_steps(sequence, runs)
     type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! on one mesh, that say it
 
     corrects_steps = sequence%extrapolates .and. sequence%divides .and. .not. has_bound(sequence)
+    if (corrects_steps) corrects_steps = .not. is_coarse(sequence, runs)
   end function corrects_steps
+
+  !> Whether runs are on a mesh no finer than the one on which increments are tried first.
+  pure logical function is_coarse(sequence, runs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! on one mesh
+    real(wp), parameter :: less = 1.0_wp - 1.0e-6_wp
+
+    associate (mesh => sequence%runs(runs(1))%mesh_size)
+      is_coarse = mesh%zone%times == 0 .and. relative_size(mesh) >= less*relative_size( &
+        sequence%trial)
+    end associate
+  end function is_coarse
 
   !> What a quantity would change with increments without size, as three runs and more on one mesh
   !> say: from one of them to the last, and from there to the limit.
