@@ -325,6 +325,11 @@ contains
         choice%may_be_last = .true.
         return
       end if
+      if (errors%turns(errors%worst)) then
+        ! The next mesh shows whether they do.
+        choice%mesh_size = finer(sequence, last%mesh_size, least_step)
+        return
+      end if
       if (errors%n_rising(errors%worst) > 0) then
         ! What it takes is not known: a finer mesh may tell.
         choice%mesh_size = finer(sequence, last%mesh_size, least_step)

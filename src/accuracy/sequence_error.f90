@@ -32,6 +32,8 @@ module sequence_error_mod
     !! one where there is of_mesh
     integer, allocatable :: n_rising(:)
     !! (n_quantities) how often in a row three meshes did not converge, up to the last
+    logical, allocatable :: turns(:)
+    !! (n_quantities) whether its error is that of values that turn
   end type sequence_error_t
 
 contains
@@ -75,6 +77,7 @@ contains
     allocate (errors%of_mesh(size(sequence%list)))
     allocate (errors%of_limit(size(sequence%list)), source=-1.0_wp)
     allocate (errors%n_rising(size(sequence%list)), source=0)
+    allocate (errors%turns(size(sequence%list)), source=.false.)
     do k = 1, size(sequence%list)
       if (n == 2) then
         errors%of_mesh(k) = assume_first_order(sizes_of(sequence, runs), change(sequence, k, &
@@ -89,8 +92,10 @@ contains
         if (.not. has_limit(sequence, runs)) cycle
         errors%of_limit(k) = error_of_limit(sequence, runs, k, scales(k)) + more
       end associate
-      errors%of_mesh(k)%error = max(errors%of_mesh(k)%error, error_of_turn(sequence, runs, k, &
-        scales(k)))
+      associate (turned => error_of_turn(sequence, runs, k, scales(k)))
+        errors%turns(k) = turned > errors%of_mesh(k)%error
+        errors%of_mesh(k)%error = max(errors%of_mesh(k)%error, turned)
+      end associate
     end do
     errors%mesh = 0.0_wp
     if (size(sequence%list) == 0) return
@@ -206,6 +211,7 @@ contains
     errors%of_mesh%weight = 0.0_wp
     errors%of_limit = spread(-1.0_wp, 1, size(near))
     errors%n_rising = n_rising
+    errors%turns = spread(.false., 1, size(near))
   end subroutine take_cuts
 
   !> What is wrong with a run whose bricks at contact were cut again and again on one mesh: of these
