@@ -1,6 +1,6 @@
 """Whether --accuracy keeps what it promises on scenes that nobody chose.
 
-    studies/run random_scenes [-o docs/studies/random-scenes.md] [--seed S] [--count N] [--jobs N]
+    studies/run random_scenes [-o PAGE.md] [--seed S] [--count N] [--jobs N]
 
 Variants of the scenes of scenes.py: a scene by lot, its friction, the other numbers of its deck
 that are parameters, and the number of its increments too. Each is asked 10, 3 and 1 % of the last
@@ -114,7 +114,7 @@ def page(program, jobs, seed, count):
             "",
             f"By `studies/run random_scenes --seed {seed} --count {count}`: `--accuracy` of the",
             "contact resultants on variants of the scenes of the study",
-            "[asked-accuracy](asked-accuracy.md), whose friction, other parameters and number of",
+            "`asked_accuracy`, whose friction, other parameters and number of",
             "increments are drawn by lot. Cells are the error as told and, behind it, the true",
             f"one, by four meshes of n = {MESHES[-4]} to {MESHES[-1]}; `doubt` is what is not",
             f"known of that. Promises are judged where it is at most {JUDGED:g} of what is asked,",
