@@ -1,23 +1,15 @@
 """Bodies by iteration: the page is that of the runs that are kept, and says what they say."""
 
 import math
-import os
 import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
-sys.path[:0] = [str(ROOT / "scripts"), str(ROOT)]
+from study import ROOT, need
 
-try:
-    import h5py  # noqa: F401
-    import matplotlib  # noqa: F401
-    import numpy  # noqa: F401
-except ImportError as error:
-    print(f"skipped: {error}")
-    sys.exit(77)
+need("h5py", "matplotlib", "numpy")
 
 from studies import iteration  # noqa: E402
 from studies.pages import StudyError  # noqa: E402

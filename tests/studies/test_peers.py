@@ -1,7 +1,6 @@
 """The study of peers: what it makes of comparisons that are known."""
 
 import math
-import os
 import subprocess
 import sys
 import tempfile
@@ -9,15 +8,9 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
-sys.path[:0] = [str(ROOT / "scripts"), str(ROOT)]
+from study import ROOT, need
 
-try:
-    import h5py  # noqa: F401
-    import matplotlib  # noqa: F401
-except ImportError as error:
-    print(f"skipped: {error}")
-    sys.exit(77)
+need("h5py", "matplotlib")
 
 from bipot.peers.runs import Comparison, PeerRun  # noqa: E402
 from studies import peers  # noqa: E402

@@ -1,21 +1,11 @@
 """Scenes that are drawn by lot: the same for a seed, and such that the program takes them."""
 
-import os
 import subprocess
-import sys
 import unittest
-from pathlib import Path
 
-ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
-PROGRAM = os.environ.get("BIPOT", str(ROOT / "build" / "bipot"))
-sys.path[:0] = [str(ROOT / "scripts"), str(ROOT)]
+from study import PROGRAM, need
 
-try:
-    import h5py  # noqa: F401
-    import numpy  # noqa: F401
-except ImportError as error:
-    print(f"skipped: {error}")
-    sys.exit(77)
+need("h5py", "numpy")
 
 from studies.random_scenes import KINDS, varied  # noqa: E402
 from studies.scenes import SCENES, set_words  # noqa: E402

@@ -1,22 +1,16 @@
 """The study beside Siconos: what it keeps of its runs, and what it says of them."""
 
-import os
 import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
-PROGRAM = os.environ.get("BIPOT", str(ROOT / "build" / "bipot"))
-sys.path[:0] = [str(ROOT / "scripts"), str(ROOT)]
+from study import PROGRAM, ROOT, need
 
-try:
-    import h5py  # noqa: F401
-    import numpy as np
-except ImportError as error:
-    print(f"skipped: {error}")
-    sys.exit(77)
+need("h5py", "numpy")
+
+import numpy as np  # noqa: E402
 
 from studies import contact_alone, siconos  # noqa: E402
 from studies.pages import StudyError  # noqa: E402

@@ -1,23 +1,15 @@
 """The quick version of the study of solvers: runs, resumes, and refuses what is not shown."""
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
-PROGRAM = os.environ.get("BIPOT", str(ROOT / "build" / "bipot"))
-sys.path[:0] = [str(ROOT / "scripts"), str(ROOT)]
+from study import PROGRAM, ROOT, need
 
-try:
-    import h5py  # noqa: F401
-    import matplotlib  # noqa: F401
-except ImportError as error:
-    print(f"skipped: {error}")
-    sys.exit(77)
+need("h5py", "matplotlib")
 
 from studies import solvers  # noqa: E402
 
@@ -43,7 +35,7 @@ class Quick(unittest.TestCase):
 
     def test_every_case_is_there(self):
         self.assertEqual(self.done.returncode, 0, self.done.stderr)
-        study = solvers.Study(Path(PROGRAM), self.folder)
+        study = solvers.Study(PROGRAM, self.folder)
         for case in solvers.design(quick=True):
             record = study[case]
             self.assertIsNotNone(record, case.key)
@@ -55,7 +47,7 @@ class Quick(unittest.TestCase):
                 self.assertLess(record["error"], 1e-6 if case.stop == "residual" else 1e-3)
 
     def test_coarse_meshes_bear_the_paper_out(self):
-        study = solvers.Study(Path(PROGRAM), self.folder)
+        study = solvers.Study(PROGRAM, self.folder)
         self.assertEqual(solvers.compare(study, 1.0, (1, 2)), ([1, 2], []))
 
     def test_tables_and_small_figures_are_written(self):
@@ -70,7 +62,7 @@ class Quick(unittest.TestCase):
         self.assertEqual((self.folder / "runs.json").stat().st_mtime_ns, before)
 
     def test_another_program_begins_anew(self):
-        study = solvers.Study(Path(PROGRAM), self.folder)
+        study = solvers.Study(PROGRAM, self.folder)
         study.folder = self.folder / "elsewhere"  # its references are not to be touched
         study.facts = {"digest": "of another program"}
         study.check_program()

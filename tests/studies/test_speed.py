@@ -1,7 +1,6 @@
 """The studies of speed and scaling: what they make of runs, and of numbers that are known."""
 
 import math
-import os
 import subprocess
 import sys
 import tempfile
@@ -9,17 +8,11 @@ import unittest
 from pathlib import Path
 from types import SimpleNamespace
 
-ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
-PROGRAM = Path(os.environ.get("BIPOT", ROOT / "build" / "bipot"))
-sys.path[:0] = [str(ROOT / "scripts"), str(ROOT)]
+from study import PROGRAM, ROOT, need
 
-try:
-    import h5py  # noqa: F401
-    import matplotlib  # noqa: F401
-    import numpy as np
-except ImportError as error:
-    print(f"skipped: {error}")
-    sys.exit(77)
+need("h5py", "matplotlib", "numpy")
+
+import numpy as np  # noqa: E402
 
 from studies import scaling, speed  # noqa: E402
 
