@@ -18,7 +18,7 @@ import numpy as np
 
 from bipot.report import machine, table
 from studies.pages import page_with_jobs
-from studies.promises import JUDGED, MARKS, effectivity, end_of, told_by
+from studies.promises import HEADS, JUDGED, MARKS, counts, effectivity, end_of, told_by, verdict
 from studies.scenes import LIMIT, SCENES, Outcome, run
 from studies.truths import error_of, truth
 
@@ -165,15 +165,13 @@ def summary(ends):
     for extrapolated in (False, True):
         for asked in sorted(ASKED + ALSO_ASKED, reverse=True):
             here = [e for e in ends if (e.asked, e.extrapolated) == (asked, extrapolated)]
-            count = {end: sum(e.end == end for e in here)
-                     for end in ("kept", "broken", "not judged", "refused", "over")}  # fmt: skip
             best = [e.of_best for e in here if e.of_best > 0]
             common = [e.of_common for e in here if e.of_common > 0]
             ways = [e.common_kept for e in here if e.common_kept is not None]
             rows.append(
                 [
                     "extrapolated" if extrapolated else "last mesh", f"{100 * asked:g} %",
-                    len(here), *count.values(), f"{np.median(best):.1f}", f"{max(best):.1f}",
+                    len(here), *counts(here), f"{np.median(best):.1f}", f"{max(best):.1f}",
                     f"{np.median(common):.1f}", f"{max(common):.1f}",
                     f"{ways.count(False)} of {len(ways)}",
                 ]
@@ -187,14 +185,11 @@ def page(program, jobs):
         scenes = list(pool.map(lambda scene: judge(program, scene), SCENES))
     rows = [row for rows, _ in scenes for row in rows]
     ends = [end for _, ends in scenes for end in ends]
-    broken = sum(end.end == "broken" for end in ends)
-    good = np.array([end.effectivity for end in ends if end.effectivity > 0])
     value = ["s", "bricks", "told", "true", "runs"]
     head = ["scene", "asked", "doubt", "s by hand", "best by hand", "s, common way", "its error",
             *value, *(f"{name}, extrapolated" for name in value)]  # fmt: skip
-    head_of_summary = ["of", "asked", "scenes", "kept", "broken", "not judged", "refused",
-                       f"over {LIMIT} s", "over best, median", "most", "over common way, median",
-                       "most", "common way wrong"]  # fmt: skip
+    head_of_summary = ["of", "asked", "scenes", *HEADS, "over best, median", "most",
+                       "over common way, median", "most", "common way wrong"]  # fmt: skip
     return "\n".join(
         [
             "# What an accuracy that is asked for costs",
@@ -215,11 +210,7 @@ def page(program, jobs):
             "the mesh until the last change is less than what is asked, then the increments: the",
             "seconds are those of all runs on this way, and its error is what is left at the end.",
             "",
-            f"Promises broken: **{broken}** of "
-            f"{sum(end.end in ('kept', 'broken') for end in ends)} that can be judged. Errors as "
-            f"told are {np.median(good):.2g} times the true ones in the median, 0.5 to 5 times in "
-            f"{100 * np.mean((good >= 0.5) & (good <= 5)):.0f} % and less than 0.3 times in",
-            f"{sum(good < 0.3)} of {len(good)}.",
+            *verdict(ends),
             "",
             *table(head_of_summary, summary(ends)),
             "",

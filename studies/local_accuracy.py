@@ -9,7 +9,6 @@ show: by Python, not by what the program compares from mesh to mesh.
 
 import sys
 import tempfile
-from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -17,7 +16,7 @@ import numpy as np
 
 from bipot.report import machine, table
 from studies.pages import page_with_jobs
-from studies.promises import JUDGED, MARKS, effectivity, end_of, told_by
+from studies.promises import HEADS, JUDGED, MARKS, counts, effectivity, end_of, told_by, verdict
 from studies.scenes import LARGEST, LIMIT, SCENES, run
 from studies.truths import TrueRuns, error_of, runs_for_truth, truth_of
 
@@ -102,10 +101,8 @@ def summary(asks):
     for name in LARGEST:
         for asked in ASKED:
             here = [a for a in asks if (a.of, a.asked) == (name, asked)]
-            ends = Counter(a.end for a in here)
             unknown = sum(a.end in ("refused", "over") and a.doubt > a.asked for a in here)
-            kinds = ("kept", "broken", "not judged", "refused", "over")
-            rows.append([name, f"{100 * asked:g} %", len(here), *(ends[k] for k in kinds), unknown])
+            rows.append([name, f"{100 * asked:g} %", len(here), *counts(here), unknown])
     return rows
 
 
@@ -116,8 +113,6 @@ def page(program, jobs):
         done = list(pool.map(lambda scene: judge(program, scene), scenes))
     rows = [row for found, _ in done for row in found]
     asks = [one for _, found in done for one in found]
-    ends = Counter(one.end for one in asks)
-    good = np.array([one.effectivity for one in asks if one.effectivity > 0])
     heads = [f"{name}, {100 * asked:g} %" for asked in ASKED
              for name in ("s", "bricks", "told", "true")]  # fmt: skip
     return "\n".join(
@@ -135,14 +130,10 @@ def page(program, jobs):
             "the doubt is large, and an accuracy has to be refused. Processor seconds, one",
             f"thread, {machine()}.",
             "",
-            f"Promises broken: **{ends['broken']}** of {ends['kept'] + ends['broken']} that can",
-            f"be judged; reached {len(asks) - ends['refused'] - ends['over']} of {len(asks)}.",
-            f"Errors as told are {np.median(good):.2g} times the true ones in the median, 0.5 to",
-            f"5 times in {100 * np.mean((good >= 0.5) & (good <= 5)):.0f} % and less than 0.3",
-            f"times in {sum(good < 0.3)} of {len(good)}.",
+            *verdict(asks),
             "",
-            *table(["of", "asked", "scenes", "kept", "broken", "not judged", "refused",
-                    f"over {LIMIT} s", "refused or over, and the truth not known either"],
+            *table(["of", "asked", "scenes", *HEADS,
+                    "refused or over, and the truth not known either"],
                    summary(asks)),
             "",
             *table(["scene", "of", "doubt", *heads], rows),

@@ -1,6 +1,14 @@
 """How the promise of an accuracy ended, as far as a truth with a doubt of its own can tell."""
 
+from collections import Counter
+
+import numpy as np
+
+from studies.scenes import LIMIT
+
 JUDGED = 0.2  # of what is asked: the doubt up to which a truth can judge
+ENDS = ("kept", "broken", "not judged", "refused", "over")  # the last: it takes too long
+HEADS = [*ENDS[:-1], f"over {LIMIT} s"]
 MARKS = {"kept": "", "not judged": " ?", "broken": " **broken**", "refused": " refused"}
 
 
@@ -21,3 +29,26 @@ def told_by(sequence):
 def effectivity(told, error, doubt):
     """The error as told over the true one; 0 where it is not told, or the truth cannot judge."""
     return told / error if told > 0 and doubt < JUDGED * error else 0.0
+
+
+def counts(asks):
+    """How many ended in each way of ENDS; of asks what counts is `end`."""
+    count = Counter(one.end for one in asks)
+    return [count[end] for end in ENDS]
+
+
+def verdict(asks):
+    """The lines that say how promises were kept; of asks what counts is `end` and `effectivity`."""
+    kept, broken, unknown, *_ = counts(asks)
+    lines = [
+        f"Promises broken: **{broken}** of {kept + broken} that can be judged; reached",
+        f"{kept + broken + unknown} of {len(asks)}.",
+    ]
+    good = np.array([one.effectivity for one in asks if one.effectivity > 0])
+    if good.size > 0:
+        lines += [
+            f"Errors as told are {np.median(good):.2g} times the true ones in the median,",
+            f"0.5 to 5 times in {100 * np.mean((good >= 0.5) & (good <= 5)):.0f} %",
+            f"and less than 0.3 times in {sum(good < 0.3)} of {len(good)}.",
+        ]
+    return lines

@@ -11,16 +11,13 @@ import random
 import re
 import sys
 import tempfile
-from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-
-import numpy as np
 
 from bipot.report import machine, table
 from studies.asked_accuracy import ask
 from studies.pages import page_options, put_page
-from studies.promises import JUDGED
+from studies.promises import HEADS, JUDGED, counts, verdict
 from studies.scenes import LIMIT, SCENES
 from studies.truths import truth
 
@@ -92,11 +89,8 @@ def summary(ends):
     for extrapolated in (False, True):
         for asked in ASKED:
             here = [one for one in ends if (one.asked, one.extrapolated) == (asked, extrapolated)]
-            count = Counter(one.end for one in here)
-            rows.append(
-                ["extrapolated" if extrapolated else "last mesh", f"{100 * asked:g} %", len(here),
-                 *(count[end] for end in ("kept", "broken", "not judged", "refused", "over"))]
-            )  # fmt: skip
+            rows.append(["extrapolated" if extrapolated else "last mesh", f"{100 * asked:g} %",
+                         len(here), *counts(here)])  # fmt: skip
     return rows
 
 
@@ -105,8 +99,6 @@ def page(program, jobs, seed, count):
     with ThreadPoolExecutor(jobs) as pool:
         done = list(pool.map(lambda i: judge(program, varied(seed, i)), range(count)))
     ends = [end for _, found in done for end in found]
-    judged = Counter(end.end for end in ends)
-    good = np.array([end.effectivity for end in ends if end.effectivity > 0])
     heads = [f"{100 * asked:g} %{more}" for asked in ASKED for more in ("", ", extrapolated")]
     return "\n".join(
         [
@@ -122,14 +114,9 @@ def page(program, jobs, seed, count):
             f"asked for that is less than the doubt. Processor seconds up to {LIMIT}, one thread,",
             f"{machine()}.",
             "",
-            f"Promises broken: **{judged['broken']}** of {judged['kept'] + judged['broken']} that",
-            f"can be judged. Errors as told are {np.median(good):.2g} times the true ones in the",
-            f"median, 0.5 to 5 times in {100 * np.mean((good >= 0.5) & (good <= 5)):.0f} %, less",
-            f"than the true ones in {100 * np.mean(good < 1):.0f} % and less than 0.3 times in",
-            f"{sum(good < 0.3)} of {len(good)}.",
+            *verdict(ends),
             "",
-            *table(["of", "asked", "scenes", "kept", "broken", "not judged", "refused",
-                    f"over {LIMIT} s"], summary(ends)),
+            *table(["of", "asked", "scenes", *HEADS], summary(ends)),
             "",
             *table(["scene", "doubt", *heads], [row for row, _ in done]),
             "",

@@ -7,7 +7,7 @@ module choose_divisions_mod
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, step_runs
   use cut_runs_mod, only: cuts_for_trials
   use step_errors_mod, only: error_on_mesh, later_step_runs, part_for_steps
-  use sequence_error_mod, only: sequence_error_t, estimate_sequence
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, is_enough
   implicit none
   private
 
@@ -66,7 +66,7 @@ contains
       if (last%mesh_size%zone%times == cuts .and. last%is_kept) then
         call estimate_sequence(sequence, errors)
         divisions = last%divisions
-        found = is_enough(divisions)
+        found = are_enough(divisions)
         if (found) return
       end if
     end associate
@@ -75,7 +75,7 @@ contains
     do while (divisions <= most)
       call estimate_sequence(sequence, errors, family_t(cuts, merge(divisions, fewest, &
         has_bound(sequence))))
-      found = is_enough(divisions)
+      found = are_enough(divisions)
       if (found) return
       divisions = 2*divisions
     end do
@@ -84,14 +84,12 @@ contains
   contains
 
     !> Whether these and the mesh whose errors are known are accurate enough together.
-    logical function is_enough(divisions)
+    logical function are_enough(divisions)
       integer, intent(in) :: divisions
-      real(wp) :: by_steps
 
-      by_steps = error_on_mesh(sequence, runs, divisions)
-      is_enough = by_steps >= 0.0_wp .and. errors%mesh >= 0.0_wp .and. by_steps + errors%mesh + &
-        errors%others <= sequence%wanted
-    end function is_enough
+      errors%load_steps = error_on_mesh(sequence, runs, divisions)
+      are_enough = errors%load_steps >= 0.0_wp .and. is_enough(sequence, errors)
+    end function are_enough
 
   end subroutine divisions_by
 

@@ -7,13 +7,15 @@ module convergence_mod
   implicit none
   private
 
-  public :: least_order, most_order, safety, safety_of_two, convergence_t, observe_convergence, &
-    assume_first_order, fitted_order, error_at_least, error_by_differences, size_for_error
+  public :: least_order, most_order, safety, safety_of_two, about_twice, convergence_t, &
+    observe_convergence, assume_first_order, fitted_order, error_at_least, &
+    error_by_differences, size_for_error
 
   real(wp), parameter :: least_order = 0.5_wp, most_order = 1.5_wp !! that are believed
   real(wp), parameter :: highest_order = 2.0_wp !! that any part of an error has
   real(wp), parameter :: safety = 1.4_wp, safety_of_two = 3.0_wp
   !! of an error with three meshes and with two [-]
+  real(wp), parameter :: about_twice = 1.9_wp !! a size over another that is distant enough [-]
 
   !> How a quantity converges.
   type :: convergence_t

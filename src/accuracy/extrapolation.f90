@@ -4,7 +4,7 @@
 !> docs/theory.md (10.18), (10.22).
 module extrapolation_mod
   use kinds_mod, only: wp
-  use convergence_mod, only: fitted_order, least_order
+  use convergence_mod, only: fitted_order, least_order, about_twice
   implicit none
   private
 
@@ -114,12 +114,11 @@ contains
     !> large, and one between.
     pure function of_parabola() result(q)
       real(wp) :: q(size(found, 1), size(found, 2))
-      real(wp), parameter :: distant = 1.9_wp !! a size over the last
       integer :: those(3), i, j
       real(wp) :: weight
 
       those(3) = n
-      those(1) = max(1, count(h(:n - 2) >= distant*h(n)))
+      those(1) = max(1, count(h(:n - 2) >= about_twice*h(n)))
       those(2) = those(1) + minloc(abs(log(h(those(1) + 1:n - 1)**2/(h(those(1))*h(n)))), dim=1)
       q = 0.0_wp
       do i = 1, 3

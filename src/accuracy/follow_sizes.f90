@@ -6,7 +6,7 @@ module follow_sizes_mod
   use kinds_mod, only: wp
   use mesh_sequence_mod, only: mesh_sequence_t, change
   use convergence_mod, only: convergence_t, observe_convergence, fitted_order, error_at_least, &
-    error_by_differences, least_order, safety
+    error_by_differences, least_order, safety, about_twice
   implicit none
   private
 
@@ -73,7 +73,6 @@ contains
     !> The same of four sizes and more, the first of which is about twice the last: what those
     !> differ by that are near each other is how far values scatter, and does not grow beyond that.
     pure real(wp) function by_distant_sizes() result(error)
-      real(wp), parameter :: distant = 1.9_wp !! a size over another
       real(wp), allocatable :: sizes(:)
       integer, allocatable :: those(:)
       real(wp) :: order, times
@@ -82,10 +81,10 @@ contains
       error = huge(1.0_wp)
       m = size(all_runs)
       first = m - fitted_to + 1
-      do while (first > 1 .and. all_sizes(first) < distant*all_sizes(m))
+      do while (first > 1 .and. all_sizes(first) < about_twice*all_sizes(m))
         first = first - 1
       end do
-      if (all_sizes(first) < distant*all_sizes(m)) return
+      if (all_sizes(first) < about_twice*all_sizes(m)) return
       sizes = all_sizes(first:)
       those = all_runs(first:)
       m = size(those)
@@ -96,7 +95,7 @@ contains
         do j = i + 1, m
           times = error_at_least(sizes([i, j]), 1.0_wp, sizes(m))
           if (j == m) times = max(times, error_by_differences(sizes([i, j]), [1.0_wp], order))
-          if (sizes(i) < distant*sizes(j)) times = min(times, safety)
+          if (sizes(i) < about_twice*sizes(j)) times = min(times, safety)
           error = max(error, times*change(sequence, k, scale, those(i), those(j)))
         end do
       end do

@@ -11,7 +11,7 @@ module next_run_mod
   use finer_meshes_mod, only: finer, mesh_before, least_step, largest_step, second_step
   use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
   use step_errors_mod, only: error_by_steps, later_step_runs
-  use sequence_error_mod, only: sequence_error_t, estimate_sequence
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, is_enough
   use choose_divisions_mod, only: choose_divisions, waits_with_steps, mesh_for_steps, &
     most_divisions
   implicit none
@@ -282,15 +282,6 @@ contains
         .and. errors%mesh >= 0.0_wp .and. errors%mesh <= sequence%wanted)
     end associate
   end function is_near_goal
-
-  !> Whether errors are no more than the accuracy.
-  pure logical function is_enough(sequence, errors)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(sequence_error_t), intent(in) :: errors
-
-    is_enough = errors%mesh >= 0.0_wp .and. errors%mesh + max(0.0_wp, errors%load_steps) + &
-      errors%others <= sequence%wanted
-  end function is_enough
 
   !> What follows on the runs of a family: enough, or as fine as it takes.
   subroutine refine_all(sequence, family, memory_left, errors, choice)

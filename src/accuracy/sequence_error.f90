@@ -8,7 +8,7 @@ module sequence_error_mod
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, family_of, &
     fewest_divisions, sizes_of
   use cut_runs_mod, only: find_base, runs_on_base
-  use convergence_mod, only: convergence_t, assume_first_order, safety_of_two
+  use convergence_mod, only: convergence_t, assume_first_order, safety_of_two, about_twice
   use sequence_limits_mod, only: has_limit, error_of_limit, error_of_turn, find_limit
   use follow_sizes_mod, only: follow_sizes
   use step_errors_mod, only: error_by_steps, corrects_steps, step_correction, runs_for_steps, &
@@ -16,7 +16,8 @@ module sequence_error_mod
   implicit none
   private
 
-  public :: sequence_error_t, estimate_sequence, extrapolated, extrapolated_error, estimate_cuts
+  public :: sequence_error_t, estimate_sequence, is_enough, extrapolated, extrapolated_error, &
+    estimate_cuts
 
   !> What is known of the last run's error.
   type :: sequence_error_t
@@ -126,6 +127,15 @@ contains
 
   end subroutine estimate_sequence
 
+  !> Whether the errors of a run are no more than the accuracy.
+  pure logical function is_enough(sequence, errors)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(in) :: errors
+
+    is_enough = errors%mesh >= 0.0_wp .and. errors%mesh + max(0.0_wp, errors%load_steps) + &
+      errors%others <= sequence%wanted
+  end function is_enough
+
   !> Where there are more meshes with undivided increments up to that of the last run, these say how
   !> wrong its mesh is: that is not a matter of the increments.
   pure subroutine take_undivided(sequence, runs)
@@ -153,7 +163,6 @@ contains
     integer, intent(in) :: runs(:) !! of a family, the coarsest first
     integer, intent(in) :: k       !! the quantity
     real(wp), intent(in) :: scale
-    real(wp), parameter :: distant = 1.9_wp !! the first size over the last
     type(convergence_t) :: observed
     integer :: n, n_rising
 
@@ -161,7 +170,7 @@ contains
     n = size(runs)
     if (n < 3 .or. sequence%runs(runs(n))%divisions == 1) return
     associate (h => sizes_of(sequence, runs))
-      if (h(1) < distant*h(n)) return
+      if (h(1) < about_twice*h(n)) return
       call follow_sizes(sequence, runs, h, k, scale, observed, n_rising)
     end associate
     error = observed%error

@@ -9,7 +9,7 @@ module step_errors_mod
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, mesh_runs, change, &
     step_runs, runs_on_mesh, runs_up_to, sizes_of
   use cut_runs_mod, only: cuts_for_trials
-  use convergence_mod, only: convergence_t, safety
+  use convergence_mod, only: convergence_t, safety, about_twice
   use follow_sizes_mod, only: follow_sizes
   implicit none
   private
@@ -231,7 +231,6 @@ contains
     !> with as many: the finest of those whose bricks are about twice as large, else the coarsest.
     pure subroutine find_runs(divided, coarse)
       integer, intent(out) :: divided, coarse(2)
-      real(wp), parameter :: twice = 1.9_wp
       integer, allocatable :: alike(:)
       integer :: i
 
@@ -246,7 +245,7 @@ contains
         size(alike))])
       if (size(alike) == 0) return
       associate (h => sizes_of(sequence, alike))
-        i = minloc(h, dim=1, mask=h >= twice*size_of_run(run), back=.true.)
+        i = minloc(h, dim=1, mask=h >= about_twice*size_of_run(run), back=.true.)
         if (i == 0) i = maxloc(h, dim=1, back=.true.)
       end associate
       coarse = [undivided_beside(alike(i)), alike(i)]
