@@ -7,12 +7,13 @@ module convergence_mod
   implicit none
   private
 
-  public :: least_order, most_order, safety, safety_of_two, about_twice, convergence_t, &
-    observe_convergence, assume_first_order, fitted_order, error_at_least, &
-    error_by_differences, size_for_error
+  public :: least_order, most_order, order_of_bricks, order_of_increments, safety, safety_of_two, &
+    about_twice, convergence_t, observe_convergence, assume_first_order, fitted_order, &
+    error_at_least, error_by_differences, size_for_error
 
   real(wp), parameter :: least_order = 0.5_wp, most_order = 1.5_wp !! that are believed
-  real(wp), parameter :: highest_order = 2.0_wp !! that any part of an error has
+  real(wp), parameter :: order_of_bricks = 2.0_wp, order_of_increments = 1.0_wp
+  !! the highest that any part of an error has in the size of bricks, and of increments
   real(wp), parameter :: safety = 1.4_wp, safety_of_two = 3.0_wp
   !! of an error with three meshes and with two [-]
   real(wp), parameter :: about_twice = 1.9_wp !! a size over another that is distant enough [-]
@@ -32,19 +33,20 @@ contains
   !>
   !> Of an order p they are as h1^p - h2^p and h2^p - h3^p. Where the later change is accidentally
   !> small, the earlier one still says how large the error may be with the highest order.
-  pure function observe_convergence(h, changes) result(observed)
-    real(wp), intent(in) :: h(3)       !! descending [-]
-    real(wp), intent(in) :: changes(2) !! sizes of the differences, 1 to 2 and 2 to 3
+  pure function observe_convergence(h, changes, highest_order) result(observed)
+    real(wp), intent(in) :: h(3)          !! descending [-]
+    real(wp), intent(in) :: changes(2)    !! sizes of the differences, 1 to 2 and 2 to 3
+    real(wp), intent(in) :: highest_order !! that an error in these sizes has [-]
     type(convergence_t) :: observed
     real(wp) :: low, high, middle
     integer :: i
 
-    observed%order = most_order
+    observed%order = min(most_order, highest_order)
     if (.not. maxval(changes) > 0.0_wp) return
     ! As if the order were above 0.
     observed%converges = changes(2)*log(h(1)/h(2)) < changes(1)*log(h(2)/h(3))
     low = least_order
-    high = most_order
+    high = observed%order
     if (changes(2) >= changes(1)*falls_by(low)) then
       high = low
     else if (changes(2) <= changes(1)*falls_by(high)) then
@@ -88,7 +90,7 @@ contains
     order = lowest
     least = huge(1.0_wp)
     far = values - spread(sum(values, 2)/size(h), 2, size(h))
-    do i = 0, nint((highest_order - lowest)/step)
+    do i = 0, nint((order_of_bricks - lowest)/step)
       x = h**(lowest + i*step)
       x = x - sum(x)/size(x)
       left = sum((far - spread(matmul(far, x), 2, size(h))*spread(x, 1, size(values, 1))/ &
@@ -101,10 +103,11 @@ contains
 
   !> The error of the last size that is possible after a change between two sizes, the coarser
   !> first: none falls faster than with the highest order.
-  pure real(wp) function error_at_least(h, change, last) result(error)
-    real(wp), intent(in) :: h(2)   !! descending [-]
-    real(wp), intent(in) :: change !! between them
-    real(wp), intent(in) :: last   !! no larger than these [-]
+  pure real(wp) function error_at_least(h, change, last, highest_order) result(error)
+    real(wp), intent(in) :: h(2)          !! descending [-]
+    real(wp), intent(in) :: change        !! between them
+    real(wp), intent(in) :: last          !! no larger than these [-]
+    real(wp), intent(in) :: highest_order !! [-]
 
     error = safety*change*last**highest_order/(h(1)**highest_order - h(2)**highest_order)
   end function error_at_least

@@ -16,16 +16,18 @@ contains
 
   !> What three sizes and more, of bricks or of increments, say of the error of the last one: of the
   !> finest as many as span twice its size, and three at least.
-  pure subroutine follow_sizes(sequence, all_runs, all_sizes, k, scale, observed, n_rising)
+  pure subroutine follow_sizes(sequence, all_runs, all_sizes, highest_order, k, scale, observed, &
+    n_rising)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: all_runs(:)   !! the coarsest first
     real(wp), intent(in) :: all_sizes(:) !! theirs [-]
+    real(wp), intent(in) :: highest_order !! that an error in such sizes has [-]
     integer, intent(in) :: k       !! the quantity
     real(wp), intent(in) :: scale
     type(convergence_t), intent(out) :: observed
     integer, intent(out) :: n_rising !! as of sequence_error_t
     integer, parameter :: fitted_to = 4 !! sizes is an order, where there are so many
-    real(wp), parameter :: most_fitted = 1.25_wp !! of such an order that is believed
+    real(wp), parameter :: most_fitted = 1.25_wp !! of such an order that is believed, of bricks
     real(wp), parameter :: widest = 2.0_wp
     !! sizes over the last, beyond which coarser ones are forgotten: what they miss is of its own
     integer, allocatable :: runs(:)
@@ -44,13 +46,14 @@ contains
     do i = 3, n
       observed = observe_convergence(all_sizes(i - 2:i), [change(sequence, k, scale, &
         all_runs(i - 2), all_runs(i - 1)), change(sequence, k, scale, all_runs(i - 1), &
-        all_runs(i))])
+        all_runs(i))], highest_order)
       n_rising = merge(0, n_rising + 1, observed%converges)
     end do
     n = size(runs)
     if (size(all_runs) >= fitted_to) then
       first = size(all_runs) - fitted_to + 1
-      order = min(most_fitted, fitted_order(all_sizes(first:), all_values(all_runs(first:))))
+      order = min(most_fitted, highest_order, fitted_order(all_sizes(first:), &
+        all_values(all_runs(first:))))
       if (order > least_order) then
         error = error_by_differences(all_sizes(first:), [(change(sequence, k, scale, &
           all_runs(i), runs(n)), i=first, size(all_runs) - 1)], order)
@@ -63,7 +66,7 @@ contains
     do i = 1, n - 1
       do j = i + 1, n
         observed%error = max(observed%error, error_at_least(h([i, j]), change(sequence, k, scale, &
-          runs(i), runs(j)), h(n)))
+          runs(i), runs(j)), h(n), highest_order))
       end do
     end do
     if (size(all_runs) >= fitted_to) observed%error = min(observed%error, by_distant_sizes())
@@ -88,12 +91,12 @@ contains
       sizes = all_sizes(first:)
       those = all_runs(first:)
       m = size(those)
-      order = min(most_fitted, fitted_order(sizes, all_values(those)))
+      order = min(most_fitted, highest_order, fitted_order(sizes, all_values(those)))
       if (order <= least_order) return
       error = 0.0_wp
       do i = 1, m - 1
         do j = i + 1, m
-          times = error_at_least(sizes([i, j]), 1.0_wp, sizes(m))
+          times = error_at_least(sizes([i, j]), 1.0_wp, sizes(m), highest_order)
           if (j == m) times = max(times, error_by_differences(sizes([i, j]), [1.0_wp], order))
           if (sizes(i) < about_twice*sizes(j)) times = min(times, safety)
           error = max(error, times*change(sequence, k, scale, those(i), those(j)))

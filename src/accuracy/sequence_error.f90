@@ -8,7 +8,8 @@ module sequence_error_mod
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, family_of, &
     fewest_divisions, sizes_of
   use cut_runs_mod, only: find_base, runs_on_base
-  use convergence_mod, only: convergence_t, assume_first_order, safety_of_two, about_twice
+  use convergence_mod, only: convergence_t, assume_first_order, safety_of_two, about_twice, &
+    order_of_bricks
   use sequence_limits_mod, only: has_limit, error_of_limit, error_of_turn, find_limit
   use follow_sizes_mod, only: follow_sizes
   use step_errors_mod, only: error_by_steps, corrects_steps, step_correction, runs_for_steps, &
@@ -85,7 +86,7 @@ contains
           scales(k), runs(1), runs(2)))
         cycle
       end if
-      call follow_sizes(sequence, runs, sizes_of(sequence, runs), k, scales(k), &
+      call follow_sizes(sequence, runs, sizes_of(sequence, runs), order_of_bricks, k, scales(k), &
         errors%of_mesh(k), errors%n_rising(k))
       associate (more => error_by_transfer(sequence, k, scales(k), runs(n)))
         errors%of_mesh(k)%error = min(errors%of_mesh(k)%error + more, error_by_divided(sequence, &
@@ -171,7 +172,7 @@ contains
     if (n < 3 .or. sequence%runs(runs(n))%divisions == 1) return
     associate (h => sizes_of(sequence, runs))
       if (h(1) < about_twice*h(n)) return
-      call follow_sizes(sequence, runs, h, k, scale, observed, n_rising)
+      call follow_sizes(sequence, runs, h, order_of_bricks, k, scale, observed, n_rising)
     end associate
     error = observed%error
   end function error_by_divided
@@ -255,8 +256,8 @@ contains
     half_size = relative_size(sequence%runs(half)%mesh_size)/relative_size(sequence%runs( &
       base)%mesh_size)
     do k = 1, size(scales)
-      call follow_sizes(sequence, runs, [(0.5_wp**i, i=0, size(runs) - 1)], k, scales(k), &
-        near(k), n_rising(k))
+      call follow_sizes(sequence, runs, [(0.5_wp**i, i=0, size(runs) - 1)], &
+        order_of_bricks, k, scales(k), near(k), n_rising(k))
       far(k) = (1.0_wp + safety_of_two*half_size/(1.0_wp - half_size))*change(sequence, k, &
         scales(k), runs(2), half)
     end do

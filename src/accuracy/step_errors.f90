@@ -9,7 +9,8 @@ module step_errors_mod
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, mesh_runs, change, &
     step_runs, runs_on_mesh, runs_up_to, sizes_of
   use cut_runs_mod, only: cuts_for_trials
-  use convergence_mod, only: convergence_t, safety, about_twice
+  use convergence_mod, only: convergence_t, safety, about_twice, order_of_bricks, &
+    order_of_increments
   use follow_sizes_mod, only: follow_sizes
   implicit none
   private
@@ -89,8 +90,8 @@ contains
       if (.not. is_mesh_enough) return
       scales = error_scales(sequence%list, sequence%runs(meshes(size(meshes)))%values)
       do k = 1, size(scales)
-        call follow_sizes(sequence, meshes, sizes_of(sequence, meshes), k, scales(k), observed, &
-          n_rising)
+        call follow_sizes(sequence, meshes, sizes_of(sequence, meshes), order_of_bricks, k, &
+          scales(k), observed, n_rising)
         is_mesh_enough = is_mesh_enough .and. observed%error <= (1.0_wp - part_for_steps)* &
           sequence%wanted
       end do
@@ -117,14 +118,18 @@ contains
     scales = error_scales(sequence%list, sequence%runs(runs(n))%values)
     error = 0.0_wp
     do k = 1, size(sequence%list)
-      call follow_sizes(sequence, runs, 1.0_wp/real(sequence%runs(runs)%divisions, wp), k, &
-        scales(k), observed, n_rising)
+      call follow_sizes(sequence, runs, 1.0_wp/real(sequence%runs(runs)%divisions, wp), &
+        order_of_increments, k, scales(k), observed, n_rising)
       of_quantity = observed%error
       if (corrects_steps(sequence, runs)) then
-        associate (correction => step_correction(sequence, runs, k, mine))
-          ! Sizes that do not converge say less of what is taken off.
-          of_quantity = merge(1.0_wp, left_of_error, n_rising > 0)*observed%error + &
-            (growth_of_error(sequence, runs) - 1.0_wp)*size_of(correction, scales(k))
+        associate (correction => step_correction(sequence, runs, k, mine), &
+          beyond => step_correction(sequence, runs, k, n))
+          ! Sizes that do not converge say less of what is taken off, and where the last change is
+          ! small by accident, little is.
+          if (n_rising == 0) of_quantity = max(left_of_error*of_quantity, of_quantity - &
+            size_of(beyond, scales(k)))
+          of_quantity = of_quantity + (growth_of_error(sequence, runs) - 1.0_wp)* &
+            size_of(correction, scales(k))
           if (n > 3 .and. mine < n) of_quantity = of_quantity + size_of(correction - &
             step_correction(sequence, runs(:n - 1), k, mine), scales(k))
         end associate
@@ -185,8 +190,8 @@ contains
     integer :: n, n_rising
 
     n = size(runs)
-    call follow_sizes(sequence, runs, 1.0_wp/real(sequence%runs(runs)%divisions, wp), k, 1.0_wp, &
-      observed, n_rising)
+    call follow_sizes(sequence, runs, 1.0_wp/real(sequence%runs(runs)%divisions, wp), &
+      order_of_increments, k, 1.0_wp, observed, n_rising)
     associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1, &
       all => sequence%runs)
       correction = all(runs(n))%values(a:b, :) - all(runs(mine))%values(a:b, :)
