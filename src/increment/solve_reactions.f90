@@ -7,8 +7,8 @@ module solve_reactions_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_unbalanced
-  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_gaps, &
-    relative_gaps, add_driven_friction
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, unpack_gaps, &
+    relative_gaps, add_driven_friction, force_scale
   use rigid_modes_mod, only: generalised_loads
   use solve_mod, only: solve_contact
   use floating_mod, only: resisting_rows
@@ -20,6 +20,7 @@ module solve_reactions_mod
   use condensed_contact_mod, only: contact_group_t, count_points
   use formed_compliance_mod, only: form_compliance, form_floating
   use compliance_mod, only: is_map
+  use shared_nodes_mod, only: has_shared_nodes, share_nodes
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t
   use solve_on_bodies_mod, only: group_answer_t, solve_on_bodies
@@ -127,6 +128,7 @@ contains
         n_resisting = n_resisting + size(rows, 1)
         if (of_group%ending == ended_unbalanced) unbalanced(group%motion) = drift%unbalanced
       end if
+      if (of_group%converged) call share(group, x_free, gaps, r)
       if (any(abs(group%problem%driven) > 0.0_wp)) then
         x = unpack_gaps(group%problem, gaps)
         call add_driven_friction(group%problem, x, r)
@@ -140,6 +142,33 @@ contains
       end if
       call add_report(group, of_group, contact)
     end subroutine solve_group
+
+    !> What each point takes where a node has several.
+    subroutine share(group, x_free, gaps, r)
+      type(contact_group_t), intent(in) :: group
+      real(wp), intent(in) :: x_free(:)
+      real(wp), allocatable, intent(in) :: gaps(:) !! where they are known
+      real(wp), intent(inout) :: r(:, :)
+      real(wp) :: x(3, size(group%active)), before(3, size(group%active))
+      integer :: node(size(group%active)), i, k
+
+      do k = 1, size(group%active)
+        i = group%active(k)
+        node(k) = merge(points%node(i), 0, trial%placement%weights%first(i) == &
+          trial%placement%weights%first(i + 1))
+        before(:, k) = matmul(old%reaction(:, i), trial%placement%frame(:, :, i))
+      end do
+      if (.not. has_shared_nodes(group%problem, node, r)) return
+      if (allocated(gaps)) then
+        x = unpack_gaps(group%problem, gaps)
+      else
+        x = unpack_gaps(group%problem, relative_gaps(group%problem, x_free, pack_rows( &
+          group%problem, r)))
+      end if
+      call share_nodes(group%problem, node, trial%placement%frame(:, :, group%active), x, before, &
+        trial%controls%tolerance*force_scale(group%problem, &
+        unpack_rows(group%problem, x_free), r, r), r)
+    end subroutine share
 
   end subroutine solve_reactions
 

@@ -3,7 +3,7 @@
 import unittest
 
 import numpy as np
-from program import INPUT, Run
+from program import INPUT, SOURCE, Run
 
 BLOCK = INPUT / "block.inp"
 GLOBAL = {"solver": "GLOBAL NEWTON", "local": "AUTO"}
@@ -115,6 +115,24 @@ class Automatic(unittest.TestCase):
             self.assertTrue(np.all(result.history("solver") == 2))
             self.assertTrue(np.all(result.history("solver_stages") == 1))
         self.assertIn("global Newton", run.output)
+
+
+class SharedNodes(unittest.TestCase):
+    def test_a_floor_and_a_wall_share_by_what_was_before(self):
+        """The share of the wall, which Coulomb's law leaves open at the edge, depends neither on
+        the solver nor on the increments."""
+        deck = (SOURCE / "studies" / "data" / "scenes" / "wall.inp").read_text()
+        shares = []
+        for solver, steps in (("AUTO", 40), ("SWEEPS", 40), ("AUTO", 160), ("AUTO", 640)):
+            changed = deck.replace("SOLVER=AUTO", f"SOLVER={solver}")
+            run = Run(changed, name="wall", n=6, mu=0.221, steps=steps)
+            self.assertEqual(run.status, 0, run.errors)
+            with run.result() as result:
+                wall = next(pair for pair in result.pairs if pair.name.endswith("WALL"))
+                shares.append(wall.reaction[-1, :, 0].sum())
+        self.assertLess(abs(shares[1] / shares[0] - 1), 1e-4)
+        self.assertLess(abs(shares[2] / shares[3] - 1), 2e-3)
+        self.assertLess(abs(shares[0] / shares[3] - 1), 1e-2)
 
 
 class Sweeps(unittest.TestCase):
