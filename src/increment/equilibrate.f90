@@ -53,7 +53,7 @@ contains
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
     real(wp) :: correction(3, size(trial%u_free, 2)) !! [length]
     real(wp) :: change(solver%body%inverse%map%n_free) !! of the load of iterations [force]
-    real(wp) :: imbalance, last_imbalance, moved, last_moved
+    real(wp) :: imbalance, left, last_left, moved, last_moved
     real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
     real(wp) :: led(solver%body%motions%n)  !! by these steps so far [length]
     type(placement_t) :: undeformed
@@ -66,7 +66,7 @@ contains
     undeformed = turned_undeformed(scene, points, solver, trial)
     follow = begin_following(scene, points, trial%controls%tolerance)
     led = 0.0_wp
-    last_imbalance = huge(1.0_wp)
+    last_left = huge(1.0_wp)
     last_moved = huge(1.0_wp)
     newton_raphson: do i = 1, max_newton_raphson
       report%newton_raphson_iterations = report%newton_raphson_iterations + 1
@@ -103,7 +103,7 @@ contains
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(scene%mesh, solver%body%constraints, pressed, trial%forces, &
-        trial%controls%tolerance < scene%contact%tolerance, residual, imbalance)
+        trial%controls%tolerance < scene%contact%tolerance, residual, imbalance, left)
       if (i == 1) report%unrefined = max(report%unrefined, imbalance)
       report%imbalance = imbalance
       moved = max(moved_from(scene, points, trial%placement, old, new), &
@@ -111,12 +111,13 @@ contains
       is_turned = .false.
       if (solver%body%motions%n > 0) is_turned = any(abs(trial%neutral_residual) > &
         trial%controls%tolerance*maxval(abs(new%reaction)))
+      ! As a part of nothing but itself it would not fall: a body that nothing presses.
       balanced = imbalance <= trial%controls%tolerance .or. &
-        (imbalance > 0.5_wp*last_imbalance .and. .not. is_turned)
+        (left > 0.5_wp*last_left .and. .not. is_turned)
       settled = moved <= trial%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. &
         i > 10 .and. moved <= follow%allowed)
       if (balanced .and. settled) exit newton_raphson
-      last_imbalance = imbalance
+      last_left = left
       last_moved = moved
       ! What a placement that still moves leaves on them says nothing.
       if (size(follow%node) > 0) is_turned = is_turned .and. any(abs(trial%neutral_residual) > &
@@ -301,7 +302,7 @@ contains
   !>
   !> Rounding of many nodes may add up in the balance of a body: where the certificate has not
   !> passed it is no excuse, and what is left is taken out as far as it goes.
-  pure subroutine out_of_balance(mesh, active, pressed, forces, closely, residual, relative)
+  pure subroutine out_of_balance(mesh, active, pressed, forces, closely, residual, relative, left)
     type(mesh_t), intent(in) :: mesh
     type(constraints_t), intent(in) :: active               !! chains substituted
     real(wp), intent(in) :: pressed(:, :)                   !! (3,n_nodes) by contact [force]
@@ -309,6 +310,7 @@ contains
     logical, intent(in) :: closely                          !! rounding is no excuse
     real(wp), intent(out) :: residual(:, :)                 !! (3,n_nodes) [force]
     real(wp), intent(out) :: relative                       !! [-]
+    real(wp), intent(out) :: left                           !! of the same node [force]
     real(wp) :: scale(0:mesh%n_bodies), rounding(mesh%n_nodes)
     integer :: node, c, k
 
@@ -332,9 +334,14 @@ contains
     scale(0) = maxval(scale)
     where (scale <= 0.0_wp) scale = 1.0_wp
     relative = 0.0_wp
+    left = 0.0_wp
     do node = 1, mesh%n_nodes
-      relative = max(relative, (norm2(residual(:, node)) - merge(0.0_wp, &
-        rounding(node), closely))/scale(mesh%body(node)))
+      associate (beyond => norm2(residual(:, node)) - merge(0.0_wp, rounding(node), closely), &
+        of_body => scale(mesh%body(node)))
+        if (beyond <= relative*of_body) cycle
+        relative = beyond/of_body
+        left = beyond
+      end associate
     end do
   end subroutine out_of_balance
 

@@ -7,7 +7,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-from program import INPUT, PROGRAM, Result, Run
+from program import INPUT, PROGRAM, SOURCE, Result, Run
 
 CHOICES = (
     "FACTOR=SINGLE",
@@ -81,6 +81,19 @@ class Precision(unittest.TestCase):
             self.assertLess(one.counters["factor_entries"], 7.2e6)
             self.assertGreater(one.counters["unrefined_imbalance"], 1e-9)
             np.testing.assert_array_equal(one.pairs[0].reaction, other.pairs[0].reaction)
+
+    def test_a_body_that_nothing_presses(self):
+        """What single precision leaves of forces that are next to nothing is taken out as well: no
+        part of them falls while they fall with it."""
+        deck = (SOURCE / "studies" / "data" / "scenes" / "again.inp").read_text()
+        deck = deck.replace("*STEP\n", "*PRECISION, FACTOR=SINGLE\n*STEP\n", 1)
+        run = Run(deck, name="again", steps=20)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            lifted = result.pairs[0].normal_sum == 0
+            self.assertGreater(lifted.sum(), 2)
+            self.assertLess(result.history("error/arithmetic").max(), 1e-8)
+            self.assertGreater(result.counters["unrefined_imbalance"], 1e-9)
 
     def test_what_single_does_not_hold_is_refused(self):
         # At 0.499999999 rounding to single precision makes the stiffness indefinite; before that
