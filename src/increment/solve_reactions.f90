@@ -8,7 +8,7 @@ module solve_reactions_mod
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_unbalanced
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, unpack_gaps, &
-    relative_gaps, add_driven_friction, force_scale
+    relative_gaps, add_driven_friction, force_scale, measure
   use rigid_modes_mod, only: generalised_loads
   use solve_mod, only: solve_contact
   use floating_mod, only: resisting_rows
@@ -149,8 +149,11 @@ contains
       real(wp), intent(in) :: x_free(:)
       real(wp), allocatable, intent(in) :: gaps(:) !! where they are known
       real(wp), intent(inout) :: r(:, :)
-      real(wp) :: x(3, size(group%active)), before(3, size(group%active))
+      real(wp), dimension(3, size(group%active)) :: before, shared
       integer :: node(size(group%active)), i, k
+      real(wp), allocatable :: x(:) !! [length]
+      type(contact_report_t) :: of_shared
+      real(wp), parameter :: no_worse = 2.0_wp !! than the tolerance
 
       do k = 1, size(group%active)
         i = group%active(k)
@@ -160,14 +163,19 @@ contains
       end do
       if (.not. has_shared_nodes(group%problem, node, r)) return
       if (allocated(gaps)) then
-        x = unpack_gaps(group%problem, gaps)
+        x = gaps
       else
-        x = unpack_gaps(group%problem, relative_gaps(group%problem, x_free, pack_rows( &
-          group%problem, r)))
+        x = relative_gaps(group%problem, x_free, pack_rows(group%problem, r))
       end if
-      call share_nodes(group%problem, node, trial%placement%frame(:, :, group%active), x, before, &
-        trial%controls%tolerance*force_scale(group%problem, &
-        unpack_rows(group%problem, x_free), r, r), r)
+      shared = r
+      associate (problem => group%problem, tolerance => trial%controls%tolerance)
+        call share_nodes(problem, node, trial%placement%frame(:, :, group%active), &
+          unpack_gaps(problem, x), before, tolerance*force_scale(problem, unpack_rows(problem, &
+          x_free), r, r), shared)
+        ! What wedges itself in may have pressed with any force, beside which it was a solution.
+        call measure(problem, x_free, x, pack_rows(problem, shared), before, of_shared)
+        if (of_shared%residual <= no_worse*tolerance) r = shared
+      end associate
     end subroutine share
 
   end subroutine solve_reactions
