@@ -55,7 +55,9 @@ def varied(seed, which):
         elif lot.random() < 0.5:
             settings[parameter] = round(number * lot.uniform(0.6, 1.5), 5)
     # The steps of the block are a fifth and four fifths of its increments.
-    steps = 5 if scene.deck == "block" else lot.randint(1, 8)
+    # Others have increments of 2/steps.
+    fewest = 2 if "<2/steps>" in scene.path.read_text(encoding="utf-8") else 1
+    steps = 5 if scene.deck == "block" else lot.randint(fewest, 8)
     return replace(scene, settings=settings, mu=settings.get("mu", scene.mu), steps=steps,
                    meshes=MESHES, finer=FINER)  # fmt: skip
 

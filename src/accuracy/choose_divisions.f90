@@ -15,7 +15,8 @@ module choose_divisions_mod
 
   real(wp), parameter :: growth = 4.0_wp
   !! a mesh whose error is to be so many times smaller takes that to this power of the time
-  integer, parameter :: most_divisions = 64
+  integer, parameter :: always_tried = 64   !! divisions, however many increments the deck has
+  integer, parameter :: most_increments = 1024 !! of a run that has more
   integer, parameter :: few = 2 !! divisions, that are taken as the first mesh wants them
 
 contains
@@ -119,6 +120,13 @@ contains
     end do
     found = cheapest < huge(1.0_wp)
   end subroutine cheapest_divisions
+
+  !> The most divisions that are tried.
+  pure integer function most_divisions(sequence)
+    type(mesh_sequence_t), intent(in) :: sequence
+
+    most_divisions = max(always_tried, most_increments/max(1, sequence%n_increments))
+  end function most_divisions
 
   !> Whether increments are tried out on a finer mesh than the first, where few points touch: it
   !> wants them divided, and each division takes as many times the time.

@@ -15,6 +15,8 @@ module extrapolation_mod
   real(wp), parameter :: safety = 1.5_wp  !! of the error of a limit [-]
   real(wp), parameter :: least_doubt = 0.15_wp, most_doubt = 0.5_wp !! of an order [-]
   real(wp), parameter :: lowest = 0.4_wp !! order that is thought possible [-]
+  real(wp), parameter :: usual = 1.0_wp
+  !! order: coarse meshes may show a lower one by accident, whose limit is far off [-]
 
 contains
 
@@ -39,7 +41,7 @@ contains
     of_earlier = order_of(n - fitted_to, n - 1)
     doubt = min(max(abs(order - of_three), abs(order - of_earlier), least_doubt), most_doubt)
     limit = limit_of(n - fitted_to + 1, n, order)
-    error = safety*max(distance_to(limit_of(n - fitted_to + 1, n, order + doubt)), &
+    error = safety*max(distance_to(limit_of(n - fitted_to + 1, n, max(usual, order + doubt))), &
       distance_to(limit_of(n - fitted_to + 1, n, max(lowest, order - doubt))), &
       distance_to(limit_of(n - 2, n, of_three)), distance_to(limit_of(n - 1, n, order)), &
       distance_to(limit_of(n - fitted_to, n - 1, of_earlier)))

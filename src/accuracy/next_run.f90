@@ -5,12 +5,12 @@ module next_run_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: mesh_size_t, zone_t, relative_size
   use choose_cuts_mod, only: choose_cuts
-  use convergence_mod, only: size_for_error, least_order
+  use convergence_mod, only: size_for_error, least_order, about_twice
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, mesh_runs, step_runs, &
-    runs_up_to
+    runs_up_to, sizes_of
   use finer_meshes_mod, only: finer, mesh_before, least_step, largest_step, second_step
   use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
-  use step_errors_mod, only: error_by_steps, later_step_runs
+  use step_errors_mod, only: error_by_steps, later_step_runs, change_by_divisions
   use sequence_error_mod, only: sequence_error_t, estimate_sequence, is_enough
   use choose_divisions_mod, only: choose_divisions, waits_with_steps, mesh_for_steps, &
     most_divisions
@@ -38,6 +38,9 @@ module next_run_mod
   !! times smaller that all bricks must get, from which on cuts at contact are tried
   real(wp), parameter :: far_off = 4.0_wp
   !! times smaller that bricks must get, from which on it is looked whether that helps
+  real(wp), parameter :: differs_by = 0.25_wp
+  !! of what divisions of increments change on a mesh: how much of it may count as an error of the
+  !! last one, for it is not the same there [-]
   integer, parameter :: most_parts = 64
   real(wp), parameter :: rounding = 1.0e-9_wp
   real(wp), parameter :: small = 0.02_wp !! of the machine's memory [-]
@@ -124,7 +127,7 @@ contains
     call choose_divisions(sequence, family, found)
     choice%divisions = family%divisions
     if (.not. found) choice%mesh_size = mesh_for_steps(sequence)
-    if (family%divisions > most_divisions) choice%outcome = steps_too_coarse
+    if (family%divisions > most_divisions(sequence)) choice%outcome = steps_too_coarse
     if (.not. found) return
     call follow_meshes(sequence, family, memory_left, errors, choice)
     if (choice%outcome == is_reached .or. choice%outcome == steps_too_coarse) return
@@ -170,7 +173,7 @@ contains
     if (sequence%divides .and. is_all_but_cut(sequence, family, base)) then
       tried = family_t(family%cuts - 1, family%divisions)
       call choose_divisions(sequence, tried, found)
-      if (.not. found .and. tried%divisions <= most_divisions) then
+      if (.not. found .and. tried%divisions <= most_divisions(sequence)) then
         associate (runs => step_runs(sequence, cuts_for_trials(sequence, tried%cuts)))
           choice = choice_t(mesh_size=sequence%runs(runs(1))%mesh_size, divisions=tried%divisions)
         end associate
@@ -191,6 +194,7 @@ contains
     type(choice_t), intent(inout) :: choice
     type(mesh_size_t) :: enough
     real(wp) :: by_steps
+    integer :: between
 
     call estimate_sequence(sequence, errors, family)
     if (family%divisions == 1 .or. has_bound(sequence)) then
@@ -219,8 +223,38 @@ contains
         if (relative_size(sequence%runs(choice%of_run)%mesh_size) <= relative_size(enough)) return
       end if
     end associate
+    between = mesh_between(sequence, family, enough, sequence%wanted - errors%mesh - &
+      errors%load_steps - errors%others)
     choice = choice_t(mesh_size=enough, divisions=family%divisions, may_be_last=.true.)
+    if (between > 0) choice = choice_t(mesh_size=sequence%runs(between)%mesh_size, &
+      divisions=family%divisions)
   end subroutine follow_meshes
+
+  !> Before increments are divided on the last mesh, an undivided run on a mesh between it and that
+  !> where they were tried, if what the divisions change there may differ too much on the last one:
+  !> divided as well, these are three meshes that speak for themselves, and take less than a finer
+  !> one. 0: there is none, or no need.
+  pure integer function mesh_between(sequence, family, enough, left) result(between)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family    !! with the divisions
+    type(mesh_size_t), intent(in) :: enough !! the last mesh
+    real(wp), intent(in) :: left            !! of the accuracy, for what differs [-]
+    integer, allocatable :: divided(:), undivided(:)
+
+    between = 0
+    divided = mesh_runs(sequence, family)
+    undivided = mesh_runs(sequence, family_t())
+    if (size(divided) /= 1) return
+    if (differs_by*change_by_divisions(sequence, divided(1)) <= left) return
+    associate (first => relative_size(sequence%runs(divided(1))%mesh_size), &
+      h => sizes_of(sequence, undivided), h_n => relative_size(enough))
+      if (first < about_twice*h_n) return
+      associate (is_between => h < (1.0_wp - rounding)*first .and. h > (1.0_wp + rounding)*h_n)
+        if (any(is_between)) between = undivided(minloc(abs(log(h**2/(first*h_n))), dim=1, &
+          mask=is_between))
+      end associate
+    end associate
+  end function mesh_between
 
   !> A mesh by which cuts at contact can be judged comes before a finer one.
   pure subroutine go_no_further(enough, choice)
@@ -257,7 +291,7 @@ contains
     end associate
     call choose_divisions(sequence, divided, found)
     choice%divisions = divided%divisions
-    if (divided%divisions > most_divisions) choice%outcome = steps_too_coarse
+    if (divided%divisions > most_divisions(sequence)) choice%outcome = steps_too_coarse
     if (.not. found) return
     if (size(mesh_runs(sequence, divided)) == 0) then
       choice%mesh_size = coarsest

@@ -214,7 +214,8 @@ contains
     best = divisions
     least = worth_dividing*error_with(divisions)
     more = 2*divisions
-    do while (more <= min(most_divisions, 2*max(first_trials, maxval(sequence%runs%divisions))))
+    do while (more <= min(most_divisions(sequence), 2*max(first_trials, maxval( &
+      sequence%runs%divisions))))
       error = error_with(more)
       if (error < least) then
         least = error

@@ -16,7 +16,7 @@ module step_errors_mod
   private
 
   public :: error_by_steps, error_on_mesh, later_step_runs, runs_for_steps, corrects_steps, &
-    step_correction, error_by_transfer, on_coarse_mesh, part_for_steps
+    step_correction, error_by_transfer, change_by_divisions, on_coarse_mesh, part_for_steps
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
@@ -289,6 +289,25 @@ contains
     end function values
 
   end function error_by_transfer
+
+  !> The most that the divisions of a run change of any quantity, beside the undivided run on its
+  !> mesh, as a part of its scale; 0 where there is none.
+  pure real(wp) function change_by_divisions(sequence, run) result(most)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: run
+    real(wp) :: scales(size(sequence%list))
+    integer :: k
+
+    most = 0.0_wp
+    scales = error_scales(sequence%list, sequence%runs(run)%values)
+    associate (here => runs_on_mesh(sequence, run))
+      if (sequence%runs(here(1))%divisions > 1) return
+      do k = 1, size(scales)
+        if (sequence%list(k)%is_compared) most = max(most, change(sequence, k, scales(k), &
+          here(1), run))
+      end do
+    end associate
+  end function change_by_divisions
 
   !> The largest of a quantity's differences over the increments, as a part of its scale.
   pure real(wp) function size_of(difference, scale)

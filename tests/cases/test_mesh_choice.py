@@ -184,13 +184,13 @@ class NotReached(unittest.TestCase):
 
     def test_load_steps_that_are_never_small_enough(self):
         """Refused where increments are tried again, on bricks of half the size; complete."""
-        run = Run(deck("block"), "--accuracy", "0.0002", name="block", steps=5, **AUTO)
+        run = Run(deck("block"), "--accuracy", "0.00005", name="block", steps=5, **AUTO)
         self.assertEqual(run.status, 2, run.output)
         self.assertIn("the load steps make", run.errors)
         with run.result() as result:
             self.assertFalse(result.accuracy.reached)
             np.testing.assert_array_equal(result.accuracy.divisions,
-                                          [1, 1, 1, 2, 4, 1, *2 ** np.arange(7)])  # fmt: skip
+                                          [1, 1, 1, 2, 4, 1, *2 ** np.arange(8)])  # fmt: skip
             self.assertEqual(len(set(result.accuracy.bricks[6:])), 1)
             np.testing.assert_allclose(result.accuracy.brick_size[-1],
                                        result.accuracy.brick_size[2] / 2)  # fmt: skip
