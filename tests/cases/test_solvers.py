@@ -77,6 +77,13 @@ class GlobalNewton(unittest.TestCase):
             excess = tangential - 0.3 * reaction[:, :, 0]
             self.assertLess(excess.max(), 1e-13 * reaction.max())
 
+    def test_few_products_where_gmres_gets_nowhere(self):
+        """A plug between two blocks: corrections are factorised before they take 100 products."""
+        deck = SOURCE / "studies" / "data" / "scenes" / "fit.inp"
+        with Run(deck).result() as result:
+            products = result.history("compliance_products").sum()
+            self.assertLess(products, 30 * result.history("contact_iterations").sum())
+
     def test_a_local_solver_beside_it_is_refused(self):
         run = Run(BLOCK, solver="GLOBAL NEWTON", local="NEWTON")
         self.assertEqual(run.status, 1)

@@ -45,6 +45,7 @@ contains
     real(wp) :: forcing, last_merit
     integer :: stalled
     logical :: is_rough !! measured before its projection
+    logical :: gmres_failed
 
     last_merit = 0.0_wp
     r_start = r
@@ -52,6 +53,7 @@ contains
     trial = now
     report%residual = huge(report%residual)
     stalled = 0
+    gmres_failed = .false.
     newton: do
       ! Judged is what is returned: the projections, on the cone to rounding, 0 where open.
       projected = now%r - now%z
@@ -80,7 +82,7 @@ contains
       forcing = forcing_term(now%merit, last_merit, controls%tolerance/report%residual, &
         tightest_inner, loosest_inner)
       last_merit = now%merit
-      call find_correction(problem, now, controls, forcing, dr, report%products)
+      call find_correction(problem, now, controls, forcing, gmres_failed, dr, report%products)
       call search_line(problem, now, dr, trial)
       report%products = report%products + 1
       report%iterations = report%iterations + 1
@@ -118,15 +120,17 @@ contains
     real(wp), dimension(3, problem%n_points) :: change
     real(wp), allocatable :: dr(:)
     integer :: i, j, products
+    logical :: gmres_failed
 
     products = 0
+    gmres_failed = .false.
     do j = 1, size(q, 2)
       change = unpack_rows(problem, q(:, j))
       do i = 1, problem%n_points
         change(:, i) = matmul(at%dz_dx(:, :, i), change(:, i))
       end do
       at%z = pack_rows(problem, change)
-      call find_correction(problem, at, controls, tightest_inner, dr, products)
+      call find_correction(problem, at, controls, tightest_inner, gmres_failed, dr, products)
       response(:, j) = dr
     end do
   end subroutine find_responses

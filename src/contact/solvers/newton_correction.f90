@@ -44,11 +44,13 @@ module newton_correction_mod
 contains
 
   !> The Newton correction J dr = -Z.
-  subroutine find_correction(problem, now, controls, inexact, dr, products)
+  subroutine find_correction(problem, now, controls, inexact, gmres_failed, dr, products)
     type(contact_problem_t), target, intent(in) :: problem
     type(iterate_t), target, intent(in) :: now
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(in) :: inexact             !! how exactly GMRES has to solve [-]
+    logical, intent(inout) :: gmres_failed
+    !! on an earlier correction of this problem: it is not tried again where a factorisation may be
     real(wp), allocatable, intent(out) :: dr(:) !! (n_rows) [force]
     integer, intent(inout) :: products          !! with W, summed
     integer, allocatable :: moving(:)
@@ -56,7 +58,7 @@ contains
     type(jacobian_t) :: map
     type(preconditioned_t) :: near
     integer :: inner
-    logical :: reached
+    logical :: reached, may_factorise
 
     allocate (dr(problem%n_rows))
     if (allocated(problem%couplings%order) .and. controls%linear /= linear_gmres) then
@@ -64,17 +66,21 @@ contains
       if (reached) return
     end if
     call find_moving(problem, now, moving)
-    if (controls%linear == linear_gmres .or. is_map(problem%compliance) .or. &
-        (controls%linear == linear_auto .and. .not. is_cheap(size(moving), problem%n_rows))) then
+    may_factorise = .not. (controls%linear == linear_gmres .or. is_map(problem%compliance) .or. &
+      problem%n_rows > largest_dense)
+    if (controls%linear == linear_gmres .or. is_map(problem%compliance) .or. (controls%linear == &
+      linear_auto .and. .not. is_cheap(size(moving), problem%n_rows) .and. .not. (may_factorise &
+      .and. gmres_failed))) then
       near%problem => problem
       near%at => now
       near%held = held_directions(problem, now)
-      call solve_by_gmres(near, -now%z, inexact, max_products, dr, inner, reached)
+      call solve_by_gmres(near, -now%z, inexact, merge(worth_trying(size(moving), &
+        problem%n_rows), max_products, may_factorise), dr, inner, reached)
       dr = near%precondition(dr)
       products = products + inner
       ! A system that GMRES does not solve is factorised, as far as that can be paid for.
-      if (reached .or. controls%linear == linear_gmres .or. is_map(problem%compliance)) return
-      if (problem%n_rows > largest_dense) return
+      if (reached .or. .not. may_factorise) return
+      gmres_failed = .true.
     end if
     map%problem => problem
     map%at => now
@@ -90,6 +96,16 @@ contains
     call solve_dense(j, b)
     dr(moving) = b
   end subroutine find_correction
+
+  !> How many products with W GMRES may take, of `n` rows, where `m` of them may be factorised
+  !> instead: as many as take about as long.
+  pure integer function worth_trying(m, n) result(most)
+    integer, intent(in) :: m, n
+    real(wp), parameter :: faster = 10.0_wp !! factorisation than products, an operation [-]
+
+    most = nint(max(products_saved, real(m, wp)**3/(faster*real(n, wp)**2)))
+    most = min(max_products, most)
+  end function worth_trying
 
   !> The Newton correction where W is sparse: the moving rows, in the order of the couplings, make a
   !> banded system.
