@@ -224,7 +224,7 @@ contains
       end if
     end associate
     between = mesh_between(sequence, family, enough, sequence%wanted - errors%mesh - &
-      errors%load_steps - errors%others)
+      max(0.0_wp, errors%load_steps) - errors%others)
     choice = choice_t(mesh_size=enough, divisions=family%divisions, may_be_last=.true.)
     if (between > 0) choice = choice_t(mesh_size=sequence%runs(between)%mesh_size, &
       divisions=family%divisions)
