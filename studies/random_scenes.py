@@ -55,7 +55,7 @@ def varied(seed, which):
         elif lot.random() < 0.5:
             settings[parameter] = round(number * lot.uniform(0.6, 1.5), 5)
     # The steps of the block are a fifth and four fifths of its increments.
-    # Others have increments of 2/steps.
+    # An increment of 2/steps fits into the step's period of 1 from two on.
     fewest = 2 if "<2/steps>" in scene.path.read_text(encoding="utf-8") else 1
     steps = 5 if scene.deck == "block" else lot.randint(fewest, 8)
     return replace(scene, settings=settings, mu=settings.get("mu", scene.mu), steps=steps,

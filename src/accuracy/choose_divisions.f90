@@ -15,8 +15,8 @@ module choose_divisions_mod
 
   real(wp), parameter :: growth = 4.0_wp
   !! a mesh whose error is to be so many times smaller takes that to this power of the time
-  integer, parameter :: always_tried = 64   !! divisions, however many increments the deck has
-  integer, parameter :: most_increments = 1024 !! of a run that has more
+  integer, parameter :: always_tried = 64 !! divisions, however many increments the deck has
+  integer, parameter :: most_increments = 1024 !! of a run with more divisions than these
   integer, parameter :: few = 2 !! divisions, that are taken as the first mesh wants them
 
 contains

@@ -120,7 +120,7 @@ contains
     integer :: i, j, k, status
 
     whole = sum_of(r)
-    ! Directions that cannot move have no part in the sum: what stands there has no effect.
+    ! Regular, also where no point can move along some direction: nothing is missing there.
     of_sum = 0.0_wp
     do j = 1, 3
       of_sum(j, j) = epsilon(1.0_wp)
@@ -161,6 +161,7 @@ contains
       logical :: regular
       integer :: l, repeated
 
+      ! The second time takes out what the regularised matrix leaves of the first.
       do repeated = 1, 2
         call solve_small(of_sum, whole - sum_of(y), missing, regular)
         do l = 1, size(point)

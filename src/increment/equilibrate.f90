@@ -111,7 +111,8 @@ contains
       is_turned = .false.
       if (solver%body%motions%n > 0) is_turned = any(abs(trial%neutral_residual) > &
         trial%controls%tolerance*maxval(abs(new%reaction)))
-      ! As a part of nothing but itself it would not fall: a body that nothing presses.
+      ! Progress is that of the force: where nothing presses a body, all its forces are out of
+      ! balance, and no part of them falls as they do.
       balanced = imbalance <= trial%controls%tolerance .or. &
         (left > 0.5_wp*last_left .and. .not. is_turned)
       settled = moved <= trial%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. &

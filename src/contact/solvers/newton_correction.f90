@@ -50,7 +50,7 @@ contains
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(in) :: inexact             !! how exactly GMRES has to solve [-]
     logical, intent(inout) :: gmres_failed
-    !! on an earlier correction of this problem: it is not tried again where a factorisation may be
+    !! on an earlier correction of this problem, which was factorised: so are those that follow
     real(wp), allocatable, intent(out) :: dr(:) !! (n_rows) [force]
     integer, intent(inout) :: products          !! with W, summed
     integer, allocatable :: moving(:)
@@ -58,7 +58,7 @@ contains
     type(jacobian_t) :: map
     type(preconditioned_t) :: near
     integer :: inner
-    logical :: reached, may_factorise
+    logical :: reached, needs_gmres, may_factorise
 
     allocate (dr(problem%n_rows))
     if (allocated(problem%couplings%order) .and. controls%linear /= linear_gmres) then
@@ -66,11 +66,10 @@ contains
       if (reached) return
     end if
     call find_moving(problem, now, moving)
-    may_factorise = .not. (controls%linear == linear_gmres .or. is_map(problem%compliance) .or. &
-      problem%n_rows > largest_dense)
-    if (controls%linear == linear_gmres .or. is_map(problem%compliance) .or. (controls%linear == &
-      linear_auto .and. .not. is_cheap(size(moving), problem%n_rows) .and. .not. (may_factorise &
-      .and. gmres_failed))) then
+    needs_gmres = controls%linear == linear_gmres .or. is_map(problem%compliance)
+    may_factorise = .not. needs_gmres .and. problem%n_rows <= largest_dense
+    if (needs_gmres .or. (controls%linear == linear_auto .and. .not. gmres_failed .and. &
+      .not. is_cheap(size(moving), problem%n_rows))) then
       near%problem => problem
       near%at => now
       near%held = held_directions(problem, now)
