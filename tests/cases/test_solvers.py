@@ -78,7 +78,8 @@ class GlobalNewton(unittest.TestCase):
             self.assertLess(excess.max(), 1e-13 * reaction.max())
 
     def test_few_products_where_gmres_gets_nowhere(self):
-        """A plug between two blocks: corrections are factorised before they take 100 products."""
+        """A plug between two blocks: corrections are factorised that GMRES takes long for, and the
+        products of a Newton iteration are fewer than 30 in the mean."""
         deck = SOURCE / "studies" / "data" / "scenes" / "fit.inp"
         with Run(deck).result() as result:
             products = result.history("compliance_products").sum()
