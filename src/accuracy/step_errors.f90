@@ -10,7 +10,7 @@ module step_errors_mod
     step_runs, runs_on_mesh, runs_up_to, sizes_of
   use cut_runs_mod, only: cuts_for_trials
   use convergence_mod, only: convergence_t, safety, about_twice, order_of_bricks, &
-    order_of_increments
+    order_of_increments, error_at_least
   use follow_sizes_mod, only: follow_sizes
   implicit none
   private
@@ -122,17 +122,7 @@ contains
         order_of_increments, k, scales(k), observed, n_rising)
       of_quantity = observed%error
       if (corrects_steps(sequence, runs)) then
-        associate (correction => step_correction(sequence, runs, k, mine), &
-          beyond => step_correction(sequence, runs, k, n))
-          ! Sizes that do not converge say less of what is taken off, and where the last change is
-          ! small by accident, little is.
-          if (n_rising == 0) of_quantity = max(left_of_error*of_quantity, of_quantity - &
-            size_of(beyond, scales(k)))
-          of_quantity = of_quantity + (growth_of_error(sequence, runs) - 1.0_wp)* &
-            size_of(correction, scales(k))
-          if (n > 3 .and. mine < n) of_quantity = of_quantity + size_of(correction - &
-            step_correction(sequence, runs(:n - 1), k, mine), scales(k))
-        end associate
+        of_quantity = error_of_corrected(sequence, runs, k, mine, scales(k), observed, n_rising)
       else
         if (mine < n) of_quantity = of_quantity + change(sequence, k, scales(k), runs(mine), &
           runs(n))
@@ -141,6 +131,64 @@ contains
       error = max(error, of_quantity)
     end do
   end function error_on_mesh
+
+  !> The error of a quantity from which is taken off what load steps make, of each increment by
+  !> itself, the largest of them. docs/theory.md (10.19).
+  function error_of_corrected(sequence, runs, k, mine, scale, observed, n_rising) result(error)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:)   !! on one mesh, the fewest divisions first
+    integer, intent(in) :: k         !! the quantity
+    integer, intent(in) :: mine      !! which of the runs has the divisions
+    real(wp), intent(in) :: scale
+    type(convergence_t), intent(in) :: observed !! of these runs
+    integer, intent(in) :: n_rising             !! likewise
+    real(wp) :: error
+    real(wp) :: left(sequence%n_increments), off(sequence%n_increments)
+    integer :: n
+
+    n = size(runs)
+    left = observed%error
+    ! Sizes that do not converge say less of what is taken off, and where the last change is small by
+    ! accident, little is.
+    if (n_rising == 0) then
+      left = errors_of_increments(sequence, runs, k, scale, observed)
+      left = max(left_of_error*left, left - sizes_of_each(step_correction(sequence, runs, k, n), &
+        scale))
+    end if
+    off = sizes_of_each(step_correction(sequence, runs, k, mine), scale)
+    left = left + (growth_of_error(sequence, runs) - 1.0_wp)*max(left, off)
+    if (n > 3 .and. mine < n) left = left + sizes_of_each(step_correction(sequence, runs, k, &
+      mine) - step_correction(sequence, runs(:n - 1), k, mine), scale)
+    error = maxval(left)
+  end function error_of_corrected
+
+  !> The errors of each increment, with the most divisions, from its own changes over the last three
+  !> runs, with the order that is observed of all, and no more than the largest error is.
+  pure function errors_of_increments(sequence, runs, k, scale, observed) result(errors)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! three and more on one mesh, the fewest divisions first
+    integer, intent(in) :: k       !! the quantity
+    real(wp), intent(in) :: scale
+    type(convergence_t), intent(in) :: observed !! of these runs
+    real(wp) :: errors(sequence%n_increments)
+    real(wp) :: h(size(runs))
+    integer :: i, j, n
+
+    n = size(runs)
+    h = 1.0_wp/real(sequence%runs(runs)%divisions, wp)
+    associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1, &
+      all => sequence%runs)
+      errors = safety*abs(observed%weight)*sizes_of_each(all(runs(n))%values(a:b, :) - &
+        all(runs(n - 1))%values(a:b, :), scale)
+      do i = n - 2, n - 1
+        do j = i + 1, n
+          errors = max(errors, error_at_least(h([i, j]), 1.0_wp, h(n), order_of_increments)* &
+            sizes_of_each(all(runs(j))%values(a:b, :) - all(runs(i))%values(a:b, :), scale))
+        end do
+      end do
+    end associate
+    errors = min(errors, observed%error)
+  end function errors_of_increments
 
   !> What load steps make on finer meshes, at most, over what they make on that of some runs.
   pure real(wp) function growth_of_error(sequence, runs) result(growth)
@@ -314,8 +362,17 @@ contains
     real(wp), intent(in) :: difference(:, :) !! (n,n_increments)
     real(wp), intent(in) :: scale
 
-    size_of = maxval(norm2(difference, dim=1))
-    if (scale > 0.0_wp) size_of = size_of/scale
+    size_of = maxval(sizes_of_each(difference, scale))
   end function size_of
+
+  !> A quantity's differences in each increment, as parts of its scale.
+  pure function sizes_of_each(difference, scale) result(sizes)
+    real(wp), intent(in) :: difference(:, :) !! (n,n_increments)
+    real(wp), intent(in) :: scale
+    real(wp) :: sizes(size(difference, 2))
+
+    sizes = norm2(difference, dim=1)
+    if (scale > 0.0_wp) sizes = sizes/scale
+  end function sizes_of_each
 
 end module step_errors_mod
