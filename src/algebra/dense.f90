@@ -107,6 +107,10 @@ module dense_mod
     end subroutine dgesvd
   end interface
 
+  interface solve_dense
+    module procedure solve_dense_columns, solve_dense_column
+  end interface solve_dense
+
   interface solve_least_squares
     module procedure least_squares_columns, least_squares_column
   end interface solve_least_squares
@@ -154,31 +158,41 @@ contains
     if (size(x) > 0) call dsymv('L', size(x), 1.0_wp, a, size(x), x, 1, 0.0_wp, y, 1)
   end function times_symmetric
 
-  !> Solve J x = b; where J is singular to working precision, the x of least norm.
-  subroutine solve_dense(j, b)
+  !> Solve J X = B; where J is singular to working precision, the columns of least norm.
+  subroutine solve_dense_columns(j, b)
     real(wp), intent(inout) :: j(:, :) !! (n,n), destroyed
-    real(wp), intent(inout) :: b(:)    !! (n) right-hand side in, solution out
-    real(wp) :: copy(size(b), size(b)), x(size(b)), size_j, rcond
+    real(wp), intent(inout) :: b(:, :) !! (n,k) right-hand sides in, solutions out
+    real(wp) :: copy(size(j, 1), size(j, 1)), size_j, rcond
     real(wp), allocatable :: work(:)
-    integer :: pivot(size(b)), integers(size(b)), n, info, rank
+    integer :: pivot(size(j, 1)), integers(size(j, 1)), n, k, info, rank
 
-    n = size(b)
-    if (n == 0) return
+    n = size(j, 1)
+    k = size(b, 2)
+    if (n == 0 .or. k == 0) return
     copy = j
-    x = b
     size_j = maxval(sum(abs(j), dim=1))
-    allocate (work(max(4*n, 64*(n + 1))))
+    allocate (work(max(4*n, 64*(n + max(n, k) + 1))))
     call dgetrf(n, n, j, n, pivot, info)
     rcond = 0.0_wp
     if (info == 0) call dgecon('1', n, j, n, size_j, rcond, work, integers, info)
     if (rcond > singular) then
-      call dgetrs('N', n, 1, j, n, pivot, b, n, info)
+      call dgetrs('N', n, k, j, n, pivot, b, n, info)
       return
     end if
     pivot = 0
-    call dgelsy(n, n, 1, copy, n, x, n, pivot, singular, rank, work, size(work), info)
-    b = x
-  end subroutine solve_dense
+    call dgelsy(n, n, k, copy, n, b, n, pivot, singular, rank, work, size(work), info)
+  end subroutine solve_dense_columns
+
+  !> The same for one column.
+  subroutine solve_dense_column(j, b)
+    real(wp), intent(inout) :: j(:, :) !! (n,n), destroyed
+    real(wp), intent(inout) :: b(:)    !! (n) right-hand side in, solution out
+    real(wp) :: columns(size(b), 1)
+
+    columns(:, 1) = b
+    call solve_dense_columns(j, columns)
+    b = columns(:, 1)
+  end subroutine solve_dense_column
 
   !> The x of least norm among those for which |A x - b| is least, for each column of b.
   function least_squares_columns(a, b) result(x)

@@ -13,7 +13,7 @@ module global_newton_mod
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, product_with_w, &
     pack_rows, unpack_rows, measure
   use newton_iterate_mod, only: iterate_t, start_at, evaluate, forcing_term
-  use newton_correction_mod, only: find_correction
+  use newton_correction_mod, only: find_corrections
   implicit none
   private
 
@@ -41,7 +41,7 @@ contains
     type(iterate_t), target :: now, trial
     type(contact_report_t) :: here
     real(wp) :: r_start(3, problem%n_points), projected(problem%n_rows)
-    real(wp), allocatable :: dr(:)
+    real(wp) :: dr(problem%n_rows, 1)
     real(wp) :: forcing, last_merit
     integer :: stalled
     logical :: is_rough !! measured before its projection
@@ -82,8 +82,9 @@ contains
       forcing = forcing_term(now%merit, last_merit, controls%tolerance/report%residual, &
         tightest_inner, loosest_inner)
       last_merit = now%merit
-      call find_correction(problem, now, controls, forcing, gmres_failed, dr, report%products)
-      call search_line(problem, now, dr, trial)
+      call find_corrections(problem, now, reshape(now%z, shape(dr)), controls, forcing, &
+        gmres_failed, dr, report%products)
+      call search_line(problem, now, dr(:, 1), trial)
       report%products = report%products + 1
       report%iterations = report%iterations + 1
       now%r = trial%r
@@ -113,12 +114,11 @@ contains
   !> How the Newton step there answers changes of x_free.
   subroutine find_responses(problem, at, controls, q, response)
     type(contact_problem_t), target, intent(in) :: problem
-    type(iterate_t), target, intent(inout) :: at  !! its residual is lost
+    type(iterate_t), target, intent(in) :: at
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(in) :: q(:, :)             !! (n_rows,m) changes [-]
     real(wp), intent(out) :: response(:, :)     !! (n_rows,m) [force/length]
-    real(wp), dimension(3, problem%n_points) :: change
-    real(wp), allocatable :: dr(:)
+    real(wp) :: change(3, problem%n_points), z(problem%n_rows, size(q, 2))
     integer :: i, j, products
     logical :: gmres_failed
 
@@ -129,10 +129,10 @@ contains
       do i = 1, problem%n_points
         change(:, i) = matmul(at%dz_dx(:, :, i), change(:, i))
       end do
-      at%z = pack_rows(problem, change)
-      call find_correction(problem, at, controls, tightest_inner, gmres_failed, dr, products)
-      response(:, j) = dr
+      z(:, j) = pack_rows(problem, change)
     end do
+    call find_corrections(problem, at, z, controls, tightest_inner, gmres_failed, response, &
+      products)
   end subroutine find_responses
 
   !> The same controls, with factorised responses where these can be paid for.

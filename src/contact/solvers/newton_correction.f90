@@ -16,7 +16,7 @@ module newton_correction_mod
   implicit none
   private
 
-  public :: find_correction, linearise
+  public :: find_corrections, linearise
 
   integer,  parameter :: small_dense = 100      !! rows up to which a factorisation is cheaper
   real(wp), parameter :: products_saved = 30.0_wp
@@ -43,58 +43,80 @@ module newton_correction_mod
 
 contains
 
-  !> The Newton correction J dr = -Z.
-  subroutine find_correction(problem, now, controls, inexact, gmres_failed, dr, products)
+  !> Newton corrections J dr = -Z, of one residual or several.
+  subroutine find_corrections(problem, now, z, controls, inexact, gmres_failed, dr, products)
     type(contact_problem_t), target, intent(in) :: problem
-    type(iterate_t), target, intent(in) :: now
+    type(iterate_t), target, intent(in) :: now  !! says J
+    real(wp), intent(in) :: z(:, :)             !! (n_rows,m) [force]
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(in) :: inexact             !! how exactly GMRES has to solve [-]
     logical, intent(inout) :: gmres_failed
     !! on an earlier correction of this problem, which was factorised: so are those that follow
-    real(wp), allocatable, intent(out) :: dr(:) !! (n_rows) [force]
+    real(wp), intent(out) :: dr(:, :)           !! (n_rows,m) [force]
     integer, intent(inout) :: products          !! with W, summed
     integer, allocatable :: moving(:)
-    real(wp), allocatable :: j(:, :), b(:)
-    type(jacobian_t) :: map
     type(preconditioned_t) :: near
-    integer :: inner
+    integer :: k, first, inner
     logical :: reached, needs_gmres, may_factorise
 
-    allocate (dr(problem%n_rows))
     if (allocated(problem%couplings%order) .and. controls%linear /= linear_gmres) then
-      call solve_as_band(problem, now, dr, reached)
+      do k = 1, size(z, 2)
+        call solve_as_band(problem, now, z(:, k), dr(:, k), reached)
+        if (.not. reached) exit
+      end do
       if (reached) return
     end if
     call find_moving(problem, now, moving)
     needs_gmres = controls%linear == linear_gmres .or. is_map(problem%compliance)
     may_factorise = .not. needs_gmres .and. problem%n_rows <= largest_dense
+    first = 1
     if (needs_gmres .or. (controls%linear == linear_auto .and. .not. gmres_failed .and. &
-      .not. is_cheap(size(moving), problem%n_rows))) then
+      .not. is_cheap(size(moving), problem%n_rows, size(z, 2)))) then
       near%problem => problem
       near%at => now
       near%held = held_directions(problem, now)
-      call solve_by_gmres(near, -now%z, inexact, merge(worth_trying(size(moving), &
-        problem%n_rows), max_products, may_factorise), dr, inner, reached)
-      dr = near%precondition(dr)
-      products = products + inner
-      ! A system that GMRES does not solve is factorised, as far as that can be paid for.
-      if (reached .or. .not. may_factorise) return
-      gmres_failed = .true.
+      do first = 1, size(z, 2)
+        call solve_by_gmres(near, -z(:, first), inexact, merge(worth_trying(size(moving), &
+          problem%n_rows), max_products, may_factorise), dr(:, first), inner, reached)
+        dr(:, first) = near%precondition(dr(:, first))
+        products = products + inner
+        if (reached .or. .not. may_factorise) cycle
+        ! A system that GMRES does not solve is factorised, as far as that can be paid for.
+        gmres_failed = .true.
+        exit
+      end do
     end if
+    if (first > size(z, 2)) return
+    call factorise_and_solve(problem, now, moving, z(:, first:), dr(:, first:), products)
+  end subroutine find_corrections
+
+  !> Corrections by the dense system of the rows that move: the residual of the others does not
+  !> depend on x, and says dr = -Z at once.
+  subroutine factorise_and_solve(problem, now, moving, z, dr, products)
+    type(contact_problem_t), target, intent(in) :: problem
+    type(iterate_t), target, intent(in) :: now
+    integer, intent(in) :: moving(:)
+    real(wp), intent(in) :: z(:, :)    !! (n_rows,m) [force]
+    real(wp), intent(out) :: dr(:, :)  !! (n_rows,m) [force]
+    integer, intent(inout) :: products
+    type(jacobian_t) :: map
+    real(wp) :: b(size(moving), size(z, 2)), of_others(problem%n_rows)
+    real(wp), allocatable :: j(:, :)
+    integer :: k
+
     map%problem => problem
     map%at => now
-    ! Rows whose residual does not depend on x say dr = -Z at once; the others make a dense system.
-    dr = -now%z
-    dr(moving) = 0.0_wp
-    allocate (b(problem%n_rows))
-    call map%apply(dr, b)
-    products = products + 1
-    b = -now%z - b
-    b = b(moving)
+    dr = -z
+    dr(moving, :) = 0.0_wp
+    do k = 1, size(z, 2)
+      call map%apply(dr(:, k), of_others)
+      b(:, k) = -z(moving, k) - of_others(moving)
+    end do
+    products = products + size(z, 2)
     call form_jacobian(problem, now, moving, j)
     call solve_dense(j, b)
-    dr(moving) = b
-  end subroutine find_correction
+    dr(moving, :) = b
+  end subroutine factorise_and_solve
 
   !> How many products with W GMRES may take, of `n` rows, where `m` of them may be factorised
   !> instead: as many as take about as long.
@@ -108,9 +130,10 @@ contains
 
   !> The Newton correction where W is sparse: the moving rows, in the order of the couplings, make a
   !> banded system.
-  subroutine solve_as_band(problem, now, dr, solved)
+  subroutine solve_as_band(problem, now, z, dr, solved)
     type(contact_problem_t), intent(in) :: problem
     type(iterate_t), intent(in) :: now
+    real(wp), intent(in) :: z(:)         !! (n_rows) [force]
     real(wp), intent(inout) :: dr(:)     !! (n_rows) [force]
     logical, intent(out) :: solved       !! not where the band is wide, or the system singular
     real(wp), allocatable :: j(:, :), b(:)
@@ -123,7 +146,7 @@ contains
     allocate (j(3*width + 1, m), b(m))
     j = 0.0_wp
     ! Rows whose residual does not depend on x say dr = -Z at once.
-    dr = -now%z
+    dr = -z
     do i = 1, n
       associate (row => problem%row(:, points(i)), p => now%dz_dx(:, :, points(i)))
         of_point = 0.0_wp
@@ -150,7 +173,7 @@ contains
         end do
         of_point = matmul(p, of_point)
         do a = 1, 3
-          if (row(a) > 0) b(position(row(a))) = -now%z(row(a)) - of_point(a)
+          if (row(a) > 0) b(position(row(a))) = -z(row(a)) - of_point(a)
         end do
       end associate
     end do
@@ -197,11 +220,12 @@ contains
     end do
   end subroutine place_moving
 
-  !> Whether the dense system of m among n rows costs less than a few products with W.
-  pure logical function is_cheap(m, n)
-    integer, intent(in) :: m, n
+  !> Whether the dense system of m among n rows costs less than a few products with W for each
+  !> residual.
+  pure logical function is_cheap(m, n, n_residuals)
+    integer, intent(in) :: m, n, n_residuals
 
-    is_cheap = m <= small_dense .or. real(m, wp)**3 <= products_saved*real(n, wp)**2
+    is_cheap = m <= small_dense .or. real(m, wp)**3 <= products_saved*n_residuals*real(n, wp)**2
   end function is_cheap
 
   !> The rows of the points that do not project to 0.
