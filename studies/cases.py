@@ -434,6 +434,12 @@ def statics(runs, folder):
         weight = result.pairs[0].resultant[-1, 2]
     with runs("corner") as result:
         parts = [pair.normal_sum[-1] for pair in result.pairs]
+    with runs("bend") as result:
+        left, right, top = (
+            result.pairs[name].resultant[-1]
+            for name in ("BEAM-ZMIN:LEFT", "BEAM-ZMIN:RIGHT", "BEAM-ZMAX:TOP")
+        )
+    expected = 0.25 + 0.1 * top[0] / top[2]
     with runs("pipe") as result:
         edge = result.pairs[0].normal_sum[-1]
     with runs("pipe", E=1e8) as result:
@@ -486,6 +492,14 @@ them at 0 and ends with exit status 0.
 A cube in the corner of three frictionless planes, its weight of 10 along (-0.48, -0.36, -0.8).
 Source: statics: 4.8, 3.6 and 8. They carry {parts[0]:.10g}, {parts[1]:.10g} and {parts[2]:.10g}.
 The nodes on the edges touch two planes, the one in the corner three.
+
+## Bend: `bend.inp`
+
+A loose beam on two rollers, bent by a third one at a quarter of their distance, with mu = 0.01.
+Source: statics: the rollers carry a quarter and three quarters of the force but for the friction of
+the third one, which acts a height above them: {100 * expected:.4f} % on the left. It carries
+{100 * left[2] / -top[2]:.4f} %, the right one {100 * right[2] / -top[2]:.4f} %. (The deflection is
+tested against Timoshenko's.)
 
 ## Pipe: `pipe.inp`
 

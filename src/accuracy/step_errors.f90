@@ -148,8 +148,8 @@ contains
 
     n = size(runs)
     left = observed%error
-    ! Sizes that do not converge say less of what is taken off, and where the last change is small by
-    ! accident, little is.
+    ! Sizes that do not converge say less of what is taken off, and where the last change is small
+    ! by accident, little is.
     if (n_rising == 0) then
       left = errors_of_increments(sequence, runs, k, scale, observed)
       left = max(left_of_error*left, left - sizes_of_each(step_correction(sequence, runs, k, n), &

@@ -21,18 +21,19 @@ module condensed_contact_mod
   use compliance_mod, only: compliance_t, take_matrix, take_map, get_matrix, add_single_copy, &
     is_map
   use problem_mod, only: contact_problem_t, make_problem
-  use floating_mod, only: floating_t, see_motions, free_the_motions
+  use floating_mod, only: floating_t, see_motions, free_the_motions, sees_less
   implicit none
   private
 
   public :: condensed_contact_t, contact_group_t, find_groups, condense_contact, count_points, &
-    count_rows, count_matrix_entries, is_on_bodies, neutral_motions, whole_problem
+    count_rows, count_matrix_entries, is_on_bodies, neutral_motions, whole_problem, few_rows
 
   !> Points that contact couples, and the rigid motions that it sees there.
   type :: contact_group_t
     integer, allocatable :: point(:)   !! of the run, in reach
     integer, allocatable :: motion(:)  !! of the bodies' free ones
     integer, allocatable :: active(:)  !! points of the run that have rows, in the problem's order
+    integer, allocatable :: far(:)     !! those that might, and are taken to be open
     type(contact_problem_t) :: problem !! over the active points
     type(floating_t) :: floating       !! what the motions do to it
     class(body_map_t), allocatable :: body
@@ -46,6 +47,9 @@ module condensed_contact_mod
   type :: condensed_contact_t
     type(contact_group_t), allocatable :: group(:)
   end type condensed_contact_t
+
+  integer, parameter :: few_rows = 300
+  !! of a part of the points, up to which W is formed where products with it are solutions
 
   !> The rows of all points of a placement.
   type :: placed_rows_t
@@ -131,13 +135,18 @@ contains
 
   end subroutine find_groups
 
-  !> The contact problems of a placement: all groups, or those before curved obstacles alone.
-  subroutine condense_contact(scene, points, body, undeformed, placement, only_curved, contact)
+  !> The contact problems of a placement: of the groups that have points before curved obstacles, or
+  !> of the others.
+  !>
+  !> Of the points in reach those that are not `near` have no rows, and are taken to be open. Where
+  !> the others do not see all motions that the points in reach do, a group has the rows of all.
+  subroutine condense_contact(scene, points, body, undeformed, placement, curved, near, contact)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(body_solver_t), intent(in) :: body
     type(placement_t), intent(in) :: undeformed, placement
-    logical, intent(in) :: only_curved
+    logical, intent(in) :: curved
+    logical, intent(in) :: near(:) !! (n_points)
     type(condensed_contact_t), intent(inout) :: contact !! of find_groups
     type(placed_rows_t) :: rows
     integer :: i
@@ -152,50 +161,46 @@ contains
       rows%left = stiffness_left_nearby(body%inverse%map, points, rows%transfer, body%flexibility)
     end if
     do i = 1, size(contact%group)
-      if (only_curved .and. .not. any(points%is_curved(contact%group(i)%point))) cycle
-      call condense_group(scene, points, body, undeformed, placement, rows, &
+      if (any(points%is_curved(contact%group(i)%point)) .neqv. curved) cycle
+      call condense_group(scene, points, body, undeformed, placement, rows, near, &
         contact%group(i))
     end do
   end subroutine condense_contact
 
   !> The contact problem of a group.
-  subroutine condense_group(scene, points, body, undeformed, placement, rows, group)
+  subroutine condense_group(scene, points, body, undeformed, placement, rows, near, group)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(body_solver_t), intent(in) :: body
     type(placement_t), intent(in) :: undeformed, placement
     type(placed_rows_t), intent(in) :: rows  !! of the placement
+    logical, intent(in) :: near(:)           !! (n_points)
     type(contact_group_t), intent(inout) :: group
-    real(wp), allocatable :: w(:, :), g(:, :), undeformed_g(:, :)
+    real(wp), allocatable :: g(:, :), undeformed_g(:, :)
     type(compliance_t) :: compliance
-    class(compliance_map_t), allocatable :: map
-    type(near_stiffness_t) :: near
+    type(near_stiffness_t) :: nearby
     real(wp) :: block(3, 3, points%n)
-    integer :: row(3, points%n), i, a, n
+    integer, dimension(3, points%n) :: row, all_rows
+    integer :: n
 
-    row = 0
-    n = 0
-    do i = 1, size(group%point)
-      do a = 1, 3
-        if (rows%row(a, group%point(i)) == 0) cycle
-        n = n + 1
-        row(a, group%point(i)) = n
-      end do
-    end do
-    if (body%inverse%is_condensed) then
-      call compliance_of_rows(rows%transfer, placement%frame, row, body%inverse%compliance, w)
-      call take_matrix(w, compliance)
-    else
-      call map_of_rows(body%inverse, rows%transfer, placement%frame, row, map)
-      call take_map(map, n, compliance)
-    end if
-    group%active = pack(group%point, row(1, group%point) > 0)
+    all_rows = rows_of_group(rows%row, group%point)
+    row = rows_of_group(rows%row, pack(group%point, near(group%point)))
     if (size(group%motion) > 0) then
-      g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
       undeformed_g = motions_at_rows(scene%mesh, points, before_it_turned(points, group%point, &
-        undeformed, placement), body%motions, row)
-      g = g(:, group%motion)
+        undeformed, placement), body%motions, all_rows)
       undeformed_g = undeformed_g(:, group%motion)
+      g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
+      if (sees_less(g(:, group%motion), undeformed_g)) then
+        row = all_rows
+        g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
+      end if
+      g = g(:, group%motion)
+    end if
+    n = count(row > 0)
+    call take_compliance(body, rows%transfer, placement, row, n < count(all_rows > 0), compliance)
+    group%active = pack(group%point, row(1, group%point) > 0)
+    group%far = pack(group%point, all_rows(1, group%point) > 0 .and. row(1, group%point) == 0)
+    if (size(group%motion) > 0) then
       if (allocated(body%inverse%iterative) .and. n > 0) then
         call see_motions(g, undeformed_g, group%floating)
         group%undeformed_g = undeformed_g
@@ -203,23 +208,23 @@ contains
         call free_the_motions(g, undeformed_g, compliance, group%floating)
       end if
     end if
-    if (.not. body%inverse%is_condensed) then
+    if (is_map(compliance)) then
       block = give_way(rows%transfer, placement%frame, body%flexibility)
       if (allocated(body%inverse%iterative) .and. size(group%motion) > 0) then
         call give_way_at_pins(group%active, block)
       end if
-      near = turn_near(body%stiffness, placement%frame, group%active)
-      call scale_near(near, rows%left(points%pair(group%active)))
+      nearby = turn_near(body%stiffness, placement%frame, group%active)
+      call scale_near(nearby, rows%left(points%pair(group%active)))
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
-        near, block(:, :, group%active))
+        nearby, block(:, :, group%active))
     else if (any(depends_on_others(body, points%node(group%active)))) then
       ! The Schur complement says nothing of these: their stiffness is that of W.
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem)
     else
-      near = turn_near(body%stiffness, placement%frame, group%active)
-      call scale_near(near, rows%left(points%pair(group%active)))
+      nearby = turn_near(body%stiffness, placement%frame, group%active)
+      call scale_near(nearby, rows%left(points%pair(group%active)))
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
-        near)
+        nearby)
     end if
     if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
@@ -248,6 +253,51 @@ contains
     end subroutine give_way_at_pins
 
   end subroutine condense_group
+
+  !> W of some rows, as an array, or where the bodies' compliance is not known as its products; of a
+  !> few out of many rows as an array in any case.
+  subroutine take_compliance(body, transfer, placement, row, are_part, compliance)
+    type(body_solver_t), intent(in) :: body
+    type(transfer_t), intent(in) :: transfer
+    type(placement_t), intent(in) :: placement
+    integer, intent(in) :: row(:, :)    !! (3,n_points) 0 where there is none
+    logical, intent(in) :: are_part     !! there might be more rows
+    type(compliance_t), intent(out) :: compliance
+    class(compliance_map_t), allocatable :: map
+    real(wp), allocatable :: w(:, :)
+    integer :: n
+
+    n = count(row > 0)
+    if (body%inverse%is_condensed) then
+      call compliance_of_rows(transfer, placement%frame, row, body%inverse%compliance, w)
+      call take_matrix(w, compliance)
+      return
+    end if
+    call map_of_rows(body%inverse, transfer, placement%frame, row, map)
+    call take_map(map, n, compliance)
+    if (.not. are_part .or. n > few_rows) return
+    allocate (w(n, n))
+    call get_matrix(compliance, w)
+    call take_matrix(w, compliance)
+  end subroutine take_compliance
+
+  !> Some points' rows, numbered from 1 on.
+  pure function rows_of_group(all_rows, list) result(row)
+    integer, intent(in) :: all_rows(:, :) !! (3,n_points) 0 where there is none
+    integer, intent(in) :: list(:)        !! of the points
+    integer :: row(3, size(all_rows, 2))  !! 0 where there is none, or the point is not listed
+    integer :: i, a, n
+
+    row = 0
+    n = 0
+    do i = 1, size(list)
+      do a = 1, 3
+        if (all_rows(a, list(i)) == 0) cycle
+        n = n + 1
+        row(a, list(i)) = n
+      end do
+    end do
+  end function rows_of_group
 
   !> The placement as far as the undeformed mesh says how points lie: normals before deformation
   !> turned them.

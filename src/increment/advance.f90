@@ -222,9 +222,9 @@ contains
     energy = sum(force*state%displacement) - thermal_energy(scene%mesh, scene%materials, stress)
   end function energy_of_heat
 
-  !> A node without a reaction must not end inside its master: where its motion is prescribed that
-  !> is an error; where it was taken to be out of reach the report says so. So it does where a point
-  !> got to faces that were taken to be.
+  !> A node that can have no reaction must not end inside its master (of the others the certificate
+  !> judges): where its motion is prescribed that is an error; where it was taken to be out of reach
+  !> the report says so. So it does where a point got to faces that were taken to be.
   subroutine watch_inactive(scene, points, condensed, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -240,6 +240,7 @@ contains
       maxval(abs(new%displacement)) - rounding_of_places(scene, new%displacement)
     do i = 1, size(condensed%group)
       is_inside(condensed%group(i)%active) = .false.
+      is_inside(condensed%group(i)%far) = .false.
     end do
     call find_strays(scene, points, report, is_stray)
     if (any(is_stray)) then

@@ -18,13 +18,14 @@ module equilibrate_mod
   use dof_map_mod, only: to_equations
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse
   use increment_forces_mod, only: increment_forces_t
-  use follow_points_mod, only: measure_points
+  use follow_points_mod, only: measure_points, rounding_of_places
   use drag_points_mod, only: drag_points
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: follow_t, begin_following, has_moved, next_place, &
     farthest_point
   use transfer_mod, only: nodal_forces
   use condensed_contact_mod, only: condense_contact, count_rows, is_on_bodies, neutral_motions
+  use near_points_mod, only: near_points, is_any_missed
   use step_solver_mod, only: step_solver_t
   use neutral_motions_mod, only: neutral_step, way_to_rest
   use trial_mod, only: trial_t, displacement_of
@@ -35,6 +36,7 @@ module equilibrate_mod
   public :: equilibrate
 
   integer, parameter :: max_newton_raphson = 40
+  integer, parameter :: most_by_parts = 20 !! iterations in which some points are left out
   real(wp), parameter :: sharpest = 1.0e-12_wp !! residual below which nothing is asked for [-]
 
 contains
@@ -58,11 +60,18 @@ contains
     real(wp) :: led(solver%body%motions%n)  !! by these steps so far [length]
     type(placement_t) :: undeformed
     integer :: i, j
+    real(wp), dimension(3, points%n) :: reaction !! that a solution began from [force]
+    real(wp) :: motion(solver%body%motions%n)    !! likewise [length]
     logical :: balanced, settled, is_turned
     real(wp), allocatable :: begun(:) !! a correction by the factor, its interior to come [length]
     type(follow_t) :: follow          !! of surfaces
+    logical :: near(points%n)         !! points that may touch, as far as is known
+    logical :: is_missed              !! one of the others does
+    real(wp) :: slack                 !! gap that counts as none [length]
 
     new%rotation = trial%rotation
+    near = points%in_reach
+    slack = 0.0_wp
     undeformed = turned_undeformed(scene, points, solver, trial)
     follow = begin_following(scene, points, trial%controls%tolerance)
     led = 0.0_wp
@@ -78,13 +87,31 @@ contains
         call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, &
           stay=i > 1)
         call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
+        slack = 10.0_wp*trial%controls%tolerance*maxval(abs(trial%placed_at)) + &
+          rounding_of_places(scene, trial%placed_at)
+        if (i == 1) near = first_near(scene, points, solver, old, trial, new%reaction, slack)
+        if (i > most_by_parts) near = points%in_reach
         call condense_contact(scene, points, solver%body, undeformed, trial%placement, .true., &
-          solver%contact)
+          near, solver%contact)
       end if
       call check_covered(points, solver, error)
       if (allocated(error)) return
-      if (.not. trial%is_foreseen) call solve_sharply(scene, points, solver, old, &
-        size(follow%node) > 0, trial, new%reaction, report)
+      if (.not. trial%is_foreseen) then
+        reaction = new%reaction
+        motion = trial%motion
+        call solve_sharply(scene, points, solver, old, size(follow%node) > 0, trial, &
+          new%reaction, report)
+        if (any(points%in_reach .and. .not. near) .and. .not. report%converged) then
+          ! The others may be what holds the bodies.
+          near = points%in_reach
+          new%reaction = reaction
+          trial%motion = motion
+          call condense_contact(scene, points, solver%body, undeformed, trial%placement, .true., &
+            near, solver%contact)
+          call solve_sharply(scene, points, solver, old, size(follow%node) > 0, trial, &
+            new%reaction, report)
+        end if
+      end if
       trial%is_foreseen = .false.
       call take_failure(solver, error)
       if (allocated(error)) return
@@ -117,7 +144,10 @@ contains
         (left > 0.5_wp*last_left .and. .not. is_turned)
       settled = moved <= trial%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. &
         i > 10 .and. moved <= follow%allowed)
-      if (balanced .and. settled) exit newton_raphson
+      is_missed = is_any_missed(points, trial%placement, near, new%displacement, slack)
+      if (balanced .and. settled .and. .not. is_missed) exit newton_raphson
+      if (.not. all(near .or. .not. points%in_reach)) near = (near .and. i > 1) .or. near_points( &
+        points, trial%placement, old, new%displacement, new%reaction, slack)
       last_left = left
       last_moved = moved
       ! What a placement that still moves leaves on them says nothing.
@@ -148,12 +178,31 @@ contains
     if (allocated(begun)) call abandon_inverse(solver%body%inverse)
     report%moved = moved
     report%moved_point = farthest_point(points, follow, trial%placed_at, new%displacement)
-    if (moved <= follow%allowed) return
+    if (moved <= follow%allowed .and. .not. is_missed) return
     ! Nothing says that reactions found elsewhere hold here.
     report%converged = .false.
     report%ending = ended_moving
     report%residual = moved
   end subroutine equilibrate
+
+  !> The points that may touch, before anything is solved: by where they are, and by where the loads
+  !> would take them without contact. All in reach, where bodies are solved for by iteration.
+  pure function first_near(scene, points, solver, old, trial, reaction, slack) result(near)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(in) :: trial
+    real(wp), intent(in) :: reaction(:, :) !! (3,n_points) to start from [force]
+    real(wp), intent(in) :: slack          !! as of near_points [length]
+    logical :: near(points%n)
+
+    near = points%in_reach
+    if (allocated(solver%body%inverse%iterative)) return
+    near = near_points(points, trial%placement, old, old%displacement, reaction, &
+      slack) .or. near_points(points, trial%placement, old, displacement_of(scene, solver, trial, &
+      0.0_wp*trial%u_free), reaction, slack)
+  end function first_near
 
   !> Refuse contact that a body solved for by iteration does not cover.
   subroutine check_covered(points, solver, error)

@@ -128,7 +128,7 @@ contains
     call place_undeformed(scene, points, solver%undeformed)
     call find_groups(scene, points, solver%body%motions, solver%contact)
     call condense_contact(scene, points, solver%body, solver%undeformed, solver%undeformed, &
-      .false., solver%contact)
+      .false., points%in_reach, solver%contact)
     call lap(clock, work%condense)
   end subroutine make_contact
 

@@ -100,7 +100,7 @@ contains
     call size_iterated(scene, bare)
     sizes = bare
     plan%is_analysed = .true.
-    call forget_compliance(plan)
+    call forget_compliance(scene, plan)
     call describe_iterative(scene, plan)
   end subroutine choose_body
 
@@ -164,7 +164,7 @@ contains
         by_products = seconds_at_fixed_rates(scene, sizes)
         ordering = ordering + spent
         if (by_products < by_dense) then
-          call forget_compliance(plan)
+          call forget_compliance(scene, plan)
           call describe_products(plan, 'a share of '//to_text(by_products/by_dense, 2)// &
             ' of the time that it takes dense')
           return
@@ -176,7 +176,7 @@ contains
     end if
     call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
     if (scene%contact%compliance /= compliance_products) return
-    call forget_compliance(plan)
+    call forget_compliance(scene, plan)
     call describe_products(plan, why)
   end subroutine choose_compliance
 

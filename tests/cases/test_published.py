@@ -367,6 +367,38 @@ class Pipe(Case):
             self.assertIn("translation along x with rotation about y", words)
 
 
+class Bend(Case):
+    """Statics and Timoshenko: a loose beam, bent over two rollers by a third one."""
+
+    deck = "bend"
+    force, a, b, height, width = 1e-3, 3.0, 1.0, 0.4, 0.6
+
+    def test_the_rollers_share_the_force(self):
+        names = ("BEAM-ZMIN:LEFT", "BEAM-ZMIN:RIGHT", "BEAM-ZMAX:TOP")
+        for pairs in (self.result(n=2).pairs, self.result(n=2, mu=0.2).pairs):
+            left, right, top = (pairs[name].resultant[-1] for name in names)
+            self.assert_relative(-top[2], self.force, 1e-7)
+            # Of the moments about the right roller: friction of the third one acts a height above.
+            moment = self.force * self.b - top[0] * self.height
+            self.assert_relative(left[2], moment / (self.a + self.b), 1e-3)
+            self.assert_relative(left[2] + right[2], self.force, 1e-7)
+
+    def test_the_deflection_is_that_of_a_beam(self):
+        result = self.result(n=4)
+        place, moved = result.points, result.field("displacement", -1)
+
+        def sinks(x):
+            axis = (abs(place[:, 0] - x) < 1e-6) & (abs(place[:, 2] - self.height / 2) < 1e-6)
+            return -moved[axis, 2].mean()
+
+        length = self.a + self.b
+        between = (sinks(-2) * self.b + sinks(2) * self.a) / length
+        inertia, area = self.width * self.height**3 / 12, self.width * self.height
+        bending = self.force * (self.a * self.b) ** 2 / (3 * 1000 * inertia * length)
+        shear = self.force * self.a * self.b / (5 / 6 * 1000 / 2.6 * area * length)
+        self.assert_relative(sinks(1) - between, bending + shear, 0.02)
+
+
 class Tool(Case):
     """All points slide at the end and carry mu times their normal force, against the drag."""
 

@@ -23,7 +23,7 @@ SMALL = {
     "indent": {"n": 2, "times": 2, "steps": 2},
     "mindlin": {"n": 12, "steps": 3},
     "patch": {"n": 2},
-    "pipe": {},
+    "bend": {}, "pipe": {},
     "press": {"steps": 3},
     "punch": {"steps": 2},
     "quarter": {"n": 4, "steps": 6},

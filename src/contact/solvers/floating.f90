@@ -25,7 +25,7 @@ module floating_mod
   implicit none
   private
 
-  public :: floating_t, see_motions, free_the_motions, shift_of, resisting_rows
+  public :: floating_t, see_motions, sees_less, free_the_motions, shift_of, resisting_rows
 
   real(wp), parameter :: unseen = 1.0e-10_wp   !! of the largest singular value of G: not seen
   real(wp), parameter :: stiffer = 1.0e-3_wp   !! of the pinned compliance: the least of theta
@@ -47,7 +47,8 @@ contains
   !> What contact sees of the motions, and no more.
   subroutine see_motions(g, undeformed_g, floating)
     real(wp), intent(in) :: g(:, :)     !! (n_rows,n) what each motion does at the rows [-]
-    real(wp), intent(in) :: undeformed_g(:, :) !! (n_rows,n) the same before anything moved [-]
+    real(wp), intent(in) :: undeformed_g(:, :)
+    !! (m,n) the same before anything moved, at all rows there may be [-]
     type(floating_t), intent(out) :: floating
 
     floating%n = size(g, 2)
@@ -55,10 +56,30 @@ contains
     floating%neutral = null_space(undeformed_g, unseen)
   end subroutine see_motions
 
+  !> Whether rows see motions much worse than all rows did before anything moved, or not at all.
+  logical function sees_less(g, undeformed_g)
+    real(wp), intent(in) :: g(:, :)            !! (n_rows,n) what each motion does there [-]
+    real(wp), intent(in) :: undeformed_g(:, :) !! (m,n) as of see_motions [-]
+    real(wp), parameter :: much = 0.01_wp      !! of how well all rows do [-]
+    real(wp) :: here(size(g, 2)), before(size(g, 2)), v(size(g, 2), size(g, 2))
+    real(wp), allocatable :: neutral(:, :)
+    logical :: ok
+    integer :: n
+
+    sees_less = .true.
+    call singular_values(undeformed_g, before, v, ok)
+    if (.not. ok) return
+    n = count(before > unseen*before(1))
+    if (n == 0 .or. size(g, 1) < n) return
+    neutral = v(:, n + 1:)
+    call singular_values(g - matmul(matmul(g, neutral), transpose(neutral)), here, v, ok)
+    if (ok) sees_less = here(n)*before(1) < much*before(n)*here(1)
+  end function sees_less
+
   !> From the pinned compliance to that of the proximal problem.
   subroutine free_the_motions(g, undeformed_g, compliance, floating)
     real(wp), intent(in) :: g(:, :)     !! (n_rows,n) what each motion does at the rows [-]
-    real(wp), intent(in) :: undeformed_g(:, :) !! (n_rows,n) the same before anything moved [-]
+    real(wp), intent(in) :: undeformed_g(:, :) !! (m,n) as of see_motions [-]
     type(compliance_t), intent(inout) :: compliance
     !! over the rows, W_p in, W_c + theta Q Q^T out [length/force]
     type(floating_t), intent(out) :: floating
