@@ -383,24 +383,37 @@ contains
 
   contains
 
-    !> Whether the error is about what it was with bricks of twice the size, of six meshes and more.
+    !> Whether the error is about what it was with bricks of twice the size, of six meshes and more:
+    !> with the last mesh and the one before, for values that scatter may have it so by accident.
     logical function is_as_wrong_as_before() result(is_so)
-      type(mesh_sequence_t) :: earlier
-      type(sequence_error_t) :: of_earlier
       real(wp), parameter :: about = 0.9_wp, twice = 2.0_wp - rounding
-      integer :: i
+      real(wp) :: before
+      integer :: i, n
 
       is_so = .false.
-      if (size(runs) < 6) return
+      n = size(runs)
+      if (n < 6) return
       i = count([(relative_size(sequence%runs(runs(i))%mesh_size) >= twice*relative_size( &
-        sequence%runs(runs(size(runs)))%mesh_size), i=1, size(runs))])
+        sequence%runs(runs(n))%mesh_size), i=1, n)])
       if (i < 3) return
-      earlier = sequence
-      earlier%runs = sequence%runs(:runs(i))
-      call estimate_sequence(earlier, of_earlier, family)
-      if (.not. allocated(of_earlier%of_mesh)) return
-      is_so = errors%of_mesh(errors%worst)%error >= about*of_earlier%of_mesh(errors%worst)%error
+      before = error_up_to(i)
+      if (before < 0.0_wp) return
+      is_so = min(error_up_to(n - 1), errors%of_mesh(errors%worst)%error) >= about*before
     end function is_as_wrong_as_before
+
+    !> The error of the quantity that is the worst now, as an earlier mesh had it; negative where it
+    !> was not known.
+    real(wp) function error_up_to(m) result(error)
+      integer, intent(in) :: m !! which of the meshes
+      type(mesh_sequence_t) :: earlier
+      type(sequence_error_t) :: of_earlier
+
+      earlier = sequence
+      earlier%runs = sequence%runs(:runs(m))
+      call estimate_sequence(earlier, of_earlier, family)
+      error = -1.0_wp
+      if (allocated(of_earlier%of_mesh)) error = of_earlier%of_mesh(errors%worst)%error
+    end function error_up_to
 
   end subroutine refine_all
 
