@@ -156,11 +156,44 @@ contains
         scale))
     end if
     off = sizes_of_each(step_correction(sequence, runs, k, mine), scale)
-    left = left + (growth_of_error(sequence, runs) - 1.0_wp)*max(left, off)
+    left = left + max((growth_of_error(sequence, runs) - 1.0_wp)*max(left, off), &
+      from_coarse_mesh(sequence, runs, k, mine, scale))
     if (n > 3 .and. mine < n) left = left + sizes_of_each(step_correction(sequence, runs, k, &
       mine) - step_correction(sequence, runs(:n - 1), k, mine), scale)
     error = maxval(left)
   end function error_of_corrected
+
+  !> How what is taken off of each increment differs from what would be on the mesh where increments
+  !> are tried first, with the most divisions up to those wanted that both meshes have, and from
+  !> there with the first order; 0 where it is less than what is taken off, and where that mesh does
+  !> not have three runs.
+  pure function from_coarse_mesh(sequence, runs, k, mine, scale) result(sizes)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:)   !! on one mesh, the fewest divisions first
+    integer, intent(in) :: k         !! the quantity
+    integer, intent(in) :: mine      !! which of the runs has the divisions wanted
+    real(wp), intent(in) :: scale
+    real(wp) :: sizes(sequence%n_increments)
+    integer, allocatable :: coarse(:)
+    integer :: here, there
+
+    sizes = 0.0_wp
+    coarse = step_runs(sequence, 0)
+    if (size(coarse) < 3) return
+    if (.not. is_coarse(sequence, coarse)) return
+    do here = mine, 1, -1
+      there = findloc(sequence%runs(coarse)%divisions, sequence%runs(runs(here))%divisions, dim=1)
+      if (there > 0) exit
+    end do
+    if (here == 0) return
+    associate (of_fine => step_correction(sequence, runs, k, here), &
+      of_coarse => step_correction(sequence, coarse, k, there))
+      sizes = sizes_of_each(of_fine - of_coarse, scale)
+      where (sizes <= sizes_of_each(of_fine, scale)) sizes = 0.0_wp
+    end associate
+    sizes = sizes*real(sequence%runs(runs(here))%divisions, wp)/real(sequence%runs(runs( &
+      mine))%divisions, wp)
+  end function from_coarse_mesh
 
   !> The errors of each increment, with the most divisions, from its own changes over the last three
   !> runs, with the order that is observed of all, and no more than the largest error is.
