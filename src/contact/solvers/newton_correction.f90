@@ -60,6 +60,7 @@ contains
     logical :: reached, needs_gmres, may_factorise
 
     if (allocated(problem%couplings%order) .and. controls%linear /= linear_gmres) then
+      reached = .false.
       do k = 1, size(z, 2)
         call solve_as_band(problem, now, z(:, k), dr(:, k), reached)
         if (.not. reached) exit
