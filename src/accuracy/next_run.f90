@@ -383,8 +383,8 @@ contains
 
   contains
 
-    !> Whether the error is about what it was with bricks of twice the size, of six meshes and more:
-    !> with the last mesh and the one before, for values that scatter may have it so by accident.
+    !> Whether, of six meshes and more, the error is about what it was with bricks of twice the
+    !> size: that of the last mesh and of the one before, for scatter may make one of them so large.
     logical function is_as_wrong_as_before() result(is_so)
       real(wp), parameter :: about = 0.9_wp, twice = 2.0_wp - rounding
       real(wp) :: before

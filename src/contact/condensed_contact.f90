@@ -26,14 +26,15 @@ module condensed_contact_mod
   private
 
   public :: condensed_contact_t, contact_group_t, find_groups, condense_contact, count_points, &
-    count_rows, count_matrix_entries, is_on_bodies, neutral_motions, whole_problem, few_rows
+    count_rows, count_matrix_entries, is_on_bodies, neutral_motions, whole_problem, few_rows, &
+    are_left_out
 
   !> Points that contact couples, and the rigid motions that it sees there.
   type :: contact_group_t
     integer, allocatable :: point(:)   !! of the run, in reach
     integer, allocatable :: motion(:)  !! of the bodies' free ones
     integer, allocatable :: active(:)  !! points of the run that have rows, in the problem's order
-    integer, allocatable :: far(:)     !! those that might, and are taken to be open
+    integer, allocatable :: far(:)     !! points in reach that have none, though they can move: open
     type(contact_problem_t) :: problem !! over the active points
     type(floating_t) :: floating       !! what the motions do to it
     class(body_map_t), allocatable :: body
@@ -138,8 +139,8 @@ contains
   !> The contact problems of a placement: of the groups that have points before curved obstacles, or
   !> of the others.
   !>
-  !> Of the points in reach those that are not `near` have no rows, and are taken to be open. Where
-  !> the others do not see all motions that the points in reach do, a group has the rows of all.
+  !> Only points that are `near` have rows; the others in reach are taken to be open. Where the near
+  !> ones do not see all motions that the points in reach do, a group has the rows of all of these.
   subroutine condense_contact(scene, points, body, undeformed, placement, curved, near, contact)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -254,8 +255,8 @@ contains
 
   end subroutine condense_group
 
-  !> W of some rows, as an array, or where the bodies' compliance is not known as its products; of a
-  !> few out of many rows as an array in any case.
+  !> W of some rows: as an array, or by its products where the compliance of the bodies is not
+  !> formed. Of a few rows out of many it is an array in any case.
   subroutine take_compliance(body, transfer, placement, row, are_part, compliance)
     type(body_solver_t), intent(in) :: body
     type(transfer_t), intent(in) :: transfer
@@ -351,6 +352,19 @@ contains
     is_on_bodies = .false.
     if (size(contact%group) == 1) is_on_bodies = allocated(contact%group(1)%body)
   end function is_on_bodies
+
+  !> Which points in reach are taken to be open.
+  pure function are_left_out(contact, n_points) result(left_out)
+    type(condensed_contact_t), intent(in) :: contact
+    integer, intent(in) :: n_points  !! of the run
+    logical :: left_out(n_points)
+    integer :: i
+
+    left_out = .false.
+    do i = 1, size(contact%group)
+      left_out(contact%group(i)%far) = .true.
+    end do
+  end function are_left_out
 
   !> Points with rows, of all groups.
   pure integer function count_points(contact)

@@ -24,7 +24,8 @@ module equilibrate_mod
   use follow_bodies_mod, only: follow_t, begin_following, has_moved, next_place, &
     farthest_point
   use transfer_mod, only: nodal_forces
-  use condensed_contact_mod, only: condense_contact, count_rows, is_on_bodies, neutral_motions
+  use condensed_contact_mod, only: condense_contact, count_rows, is_on_bodies, neutral_motions, &
+    are_left_out
   use near_points_mod, only: near_points, is_any_missed
   use step_solver_mod, only: step_solver_t
   use neutral_motions_mod, only: neutral_step, way_to_rest
@@ -36,7 +37,7 @@ module equilibrate_mod
   public :: equilibrate
 
   integer, parameter :: max_newton_raphson = 40
-  integer, parameter :: most_by_parts = 20 !! iterations in which some points are left out
+  integer, parameter :: most_by_parts = 20 !! iterations in which points may be left out
   real(wp), parameter :: sharpest = 1.0e-12_wp !! residual below which nothing is asked for [-]
 
 contains
@@ -66,7 +67,7 @@ contains
     real(wp), allocatable :: begun(:) !! a correction by the factor, its interior to come [length]
     type(follow_t) :: follow          !! of surfaces
     logical :: near(points%n)         !! points that may touch, as far as is known
-    logical :: is_missed              !! one of the others does
+    logical :: is_missed              !! one of the others touches
     real(wp) :: slack                 !! gap that counts as none [length]
 
     new%rotation = trial%rotation
@@ -101,7 +102,7 @@ contains
         motion = trial%motion
         call solve_sharply(scene, points, solver, old, size(follow%node) > 0, trial, &
           new%reaction, report)
-        if (any(points%in_reach .and. .not. near) .and. .not. report%converged) then
+        if (any(are_left_out(solver%contact, points%n)) .and. .not. report%converged) then
           ! The others may be what holds the bodies.
           near = points%in_reach
           new%reaction = reaction
@@ -144,7 +145,8 @@ contains
         (left > 0.5_wp*last_left .and. .not. is_turned)
       settled = moved <= trial%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. &
         i > 10 .and. moved <= follow%allowed)
-      is_missed = is_any_missed(points, trial%placement, near, new%displacement, slack)
+      is_missed = is_any_missed(points, trial%placement, are_left_out(solver%contact, points%n), &
+        new%displacement, slack)
       if (balanced .and. settled .and. .not. is_missed) exit newton_raphson
       if (.not. all(near .or. .not. points%in_reach)) near = (near .and. i > 1) .or. near_points( &
         points, trial%placement, old, new%displacement, new%reaction, slack)
@@ -196,12 +198,14 @@ contains
     real(wp), intent(in) :: reaction(:, :) !! (3,n_points) to start from [force]
     real(wp), intent(in) :: slack          !! as of near_points [length]
     logical :: near(points%n)
+    real(wp) :: no_contact(3, scene%mesh%n_nodes) !! what it displaces [length]
 
     near = points%in_reach
     if (allocated(solver%body%inverse%iterative)) return
-    near = near_points(points, trial%placement, old, old%displacement, reaction, &
-      slack) .or. near_points(points, trial%placement, old, displacement_of(scene, solver, trial, &
-      0.0_wp*trial%u_free), reaction, slack)
+    no_contact = 0.0_wp
+    near = near_points(points, trial%placement, old, old%displacement, reaction, slack) .or. &
+      near_points(points, trial%placement, old, displacement_of(scene, solver, trial, &
+      no_contact), reaction, slack)
   end function first_near
 
   !> Refuse contact that a body solved for by iteration does not cover.

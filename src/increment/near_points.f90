@@ -41,18 +41,18 @@ contains
     end do
   end function near_points
 
-  !> Whether a point in reach that was taken not to touch does, or is inside its master.
-  pure logical function is_any_missed(points, placement, near, u, slack) result(missed)
+  !> Whether a point that was left out touches its master, or is inside it.
+  pure logical function is_any_missed(points, placement, left_out, u, slack) result(missed)
     type(contact_points_t), intent(in) :: points
     type(placement_t), intent(in) :: placement
-    logical, intent(in) :: near(:)
-    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) [length]
-    real(wp), intent(in) :: slack   !! as of near_points [length]
+    logical, intent(in) :: left_out(:) !! (n_points)
+    real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) [length]
+    real(wp), intent(in) :: slack      !! as of near_points [length]
     integer :: i
 
     missed = .false.
     do i = 1, points%n
-      if (near(i) .or. .not. points%in_reach(i)) cycle
+      if (.not. left_out(i)) cycle
       missed = gap_at(placement, points, i, u) <= slack
       if (missed) return
     end do

@@ -12,6 +12,7 @@ from result_checks import HERE, INPUT, NAME, PROGRAM, Case, Folder, Whole, rows_
 # Every deck of input/ but fall.inp, which has no solution, in a size that takes little time.
 SMALL = {
     "ball": {"n": 6, "steps": 4},
+    "bend": {},
     "block": {"n": 3, "steps": 10},
     "bracket": {"n": 2, "steps": 4},
     "cantilever": {},
@@ -23,7 +24,7 @@ SMALL = {
     "indent": {"n": 2, "times": 2, "steps": 2},
     "mindlin": {"n": 12, "steps": 3},
     "patch": {"n": 2},
-    "bend": {}, "pipe": {},
+    "pipe": {},
     "press": {"steps": 3},
     "punch": {"steps": 2},
     "quarter": {"n": 4, "steps": 6},

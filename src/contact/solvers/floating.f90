@@ -48,7 +48,7 @@ contains
   subroutine see_motions(g, undeformed_g, floating)
     real(wp), intent(in) :: g(:, :)     !! (n_rows,n) what each motion does at the rows [-]
     real(wp), intent(in) :: undeformed_g(:, :)
-    !! (m,n) the same before anything moved, at all rows there may be [-]
+    !! (m,n) the same before anything moved, at all rows that there may be [-]
     type(floating_t), intent(out) :: floating
 
     floating%n = size(g, 2)

@@ -46,7 +46,7 @@ contains
   !> Newton corrections J dr = -Z, of one residual or several.
   subroutine find_corrections(problem, now, z, controls, inexact, gmres_failed, dr, products)
     type(contact_problem_t), target, intent(in) :: problem
-    type(iterate_t), target, intent(in) :: now  !! says J
+    type(iterate_t), target, intent(in) :: now  !! where J is taken
     real(wp), intent(in) :: z(:, :)             !! (n_rows,m) [force]
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(in) :: inexact             !! how exactly GMRES has to solve [-]
