@@ -32,21 +32,25 @@ contains
   end subroutine mark_touched
 
   !> Balls that hold the marked nodes of bricks, and reach half-way to their neighbours.
-  pure function balls_about(mesh, touched) result(balls)
+  pure function balls_about(mesh, touched, across) result(balls)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: touched(:, :)   !! (1,n_nodes) of mark_touched
+    integer, intent(in) :: across           !! axis along which bricks stay as they are; 0: none
     real(wp), allocatable :: balls(:, :)    !! (4,n) centre, radius [length]
-    real(wp) :: radius(mesh%n_nodes), low(3), cell
+    real(wp) :: radius(mesh%n_nodes), low(3), cell, half
     integer, allocatable :: nodes(:), cells(:, :), order(:)
     integer :: e, i, n
+    logical :: cut(3)
     logical, allocatable :: is_first(:)
 
+    cut = [1, 2, 3] /= across
     radius = 0.0_wp
     do e = 1, mesh%n_elements
       associate (nodes => mesh%connectivity(:, e))
-        ! Half an edge of a cube with this diagonal.
-        radius(nodes) = max(radius(nodes), 0.5_wp/sqrt(3.0_wp)*norm2(maxval(mesh%coordinates(:, &
-          nodes), 2) - minval(mesh%coordinates(:, nodes), 2)))
+        ! Half an edge of a cube with this diagonal; of a square in a slice.
+        half = 0.5_wp/sqrt(real(count(cut), wp))*norm2(pack(maxval(mesh%coordinates(:, nodes), &
+          2) - minval(mesh%coordinates(:, nodes), 2), cut))
+        radius(nodes) = max(radius(nodes), half)
       end associate
     end do
     nodes = pack([(i, i=1, mesh%n_nodes)], touched(1, :) > 0.0_wp .and. radius > 0.0_wp)
@@ -87,16 +91,17 @@ contains
   end function balls_about
 
   !> The part of the bricks that are in a zone, or in the ring around it [-].
-  pure real(wp) function share_near(mesh, balls) result(share)
+  pure real(wp) function share_near(mesh, balls, across) result(share)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: balls(:, :) !! (4,n)
+    integer, intent(in) :: across       !! as of balls_about
     type(zone_t) :: zone
     integer :: e, n
 
     zone = zone_t(1, balls)
     n = 0
     do e = 1, mesh%n_elements
-      if (is_near(zone, mesh%coordinates(:, mesh%connectivity(:, e)))) n = n + 1
+      if (is_near(zone, mesh%coordinates(:, mesh%connectivity(:, e)), across)) n = n + 1
     end do
     share = real(n, wp)/real(max(1, mesh%n_elements), wp)
   end function share_near

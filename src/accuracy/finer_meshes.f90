@@ -1,8 +1,9 @@
 !> The meshes of a sequence: the coarsest that it begins with, and finer ones.
 module finer_meshes_mod
   use kinds_mod, only: wp
-  use mesh_size_mod, only: mesh_size_t, blocks_t, relative_size
+  use mesh_size_mod, only: mesh_size_t, blocks_t, common_divisor, relative_size
   use scene_mod, only: scene_t
+  use slices_mod, only: axis_across
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, start_sequence, has_bound, mesh_runs
   implicit none
   private
@@ -22,16 +23,33 @@ contains
   !> have other bricks.
   subroutine begin_sequence(deck, blocks, sequence)
     type(scene_t), intent(in) :: deck    !! as written
-    type(blocks_t), intent(in) :: blocks !! of it that may have others
+    type(blocks_t), intent(in) :: blocks(3) !! of it that may have others, along each axis
     type(mesh_sequence_t), intent(out) :: sequence
+    integer :: across
 
     call start_sequence(deck, sequence)
-    sequence%blocks = blocks
-    sequence%trial = coarsest(blocks, fewest_of_trial)
+    across = axis_across(deck)
+    sequence%blocks = but_across(blocks, across)
+    sequence%trial = coarsest(sequence%blocks, fewest_of_trial)
     sequence%first = sequence%trial
     ! What coarser meshes take is too little to foresee others by.
-    if (.not. has_bound(sequence)) sequence%first = coarsest(blocks, fewest_bricks)
+    if (.not. has_bound(sequence)) sequence%first = coarsest(sequence%blocks, fewest_bricks)
+    sequence%trial%across = across
+    sequence%first%across = across
   end subroutine begin_sequence
+
+  !> Blocks along all axes but that across a slice.
+  pure type(blocks_t) function but_across(blocks, across) result(all_of)
+    type(blocks_t), intent(in) :: blocks(3)
+    integer, intent(in) :: across !! 0: none is left out
+    integer :: axis
+
+    do axis = 1, 3
+      if (axis == across) cycle
+      all_of%common = common_divisor(all_of%common, blocks(axis)%common)
+      all_of%longest = max(all_of%longest, blocks(axis)%longest)
+    end do
+  end function but_across
 
   !> The coarsest mesh with so many bricks along the longest edge of a block.
   pure type(mesh_size_t) function coarsest(blocks, fewest)

@@ -17,6 +17,7 @@ module foreseen_costs_mod
     real(wp) :: power(2)     !! while it is small, and from there on [-]
   end type growth_t
 
+  ! Of bricks that are cut along all three axes; in a slice along two.
   type(growth_t), parameter :: of_start = growth_t(0.01_wp, 0.3_wp, [3.5_wp, 4.8_wp])
   type(growth_t), parameter :: of_increments = growth_t(0.0_wp, 0.3_wp, [2.8_wp, 4.2_wp])
   type(growth_t), parameter :: of_planning = growth_t(0.01_wp, 0.3_wp, [3.3_wp, 3.3_wp])
@@ -125,9 +126,10 @@ contains
     type(growth_t), intent(in) :: growth
     real(wp), intent(in) :: h        !! size of the bricks [-]
     real(wp), parameter :: least = 1.0e-9_wp, least_part = 0.1_wp
-    real(wp) :: at
+    real(wp) :: at, n_cut
     integer :: coarser, finer, i
 
+    n_cut = merge(2.0_wp, 3.0_wp, sequence%first%across > 0)
     coarser = 0
     finer = 0
     do i = 1, size(costs)
@@ -151,7 +153,7 @@ contains
     else
       i = max(coarser, finer)
       associate (grows => max(costs(i) - growth%fixed, least_part*costs(i)))
-        cost = costs(i) - grows + grown(grows, size_of(i)/h)
+        cost = costs(i) - grows + grown(grows, (size_of(i)/h)**(n_cut/3.0_wp))
       end associate
     end if
 

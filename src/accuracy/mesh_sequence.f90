@@ -284,6 +284,7 @@ contains
       call archive(list, mesh_size%blocks(1))
       call archive(list, mesh_size%blocks(2))
       call archive(list, mesh_size%parts)
+      call archive(list, mesh_size%across)
       call archive(list, mesh_size%zone%times)
       call archive(list, mesh_size%zone%balls)
     end subroutine carry_size

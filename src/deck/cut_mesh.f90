@@ -8,22 +8,13 @@ module cut_mesh_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: wp
   use mesh_draft_mod, only: mesh_draft_t, reserve_elements, reserve_nodes
-  use refine_bricks_mod, only: piece_faces, value_between
+  use refine_bricks_mod, only: piece_faces, pieces_t, value_between
   use sets_mod, only: finish, model_t, set_t
   use sorting_mod, only: order_of
   implicit none
   private
 
-  public :: pieces_t, nodes_by_id, replace_bricks
-
-  !> What bricks are cut into.
-  type :: pieces_t
-    integer, allocatable :: nodes(:, :) !! (8,n) new ones as they follow those that there are
-    integer, allocatable :: origin(:)   !! (n) ascending: the brick that each is a piece of
-    integer, allocatable :: number(:)   !! (n) which piece, 0: all of it
-    integer, allocatable :: id(:)       !! (n)
-    integer :: parts = 2                !! into which edges are cut
-  end type pieces_t
+  public :: nodes_by_id, replace_bricks
 
 contains
 
@@ -44,9 +35,10 @@ contains
   end subroutine nodes_by_id
 
   !> Put pieces in the place of bricks, and new nodes behind all others.
-  subroutine replace_bricks(model, pieces, between, place, ok)
+  subroutine replace_bricks(model, pieces, ids, between, place, ok)
     type(model_t), intent(inout) :: model
     type(pieces_t), intent(in) :: pieces
+    integer, intent(in) :: ids(:)        !! (n) of the pieces
     integer, intent(in) :: between(:, :) !! (8,n_new) as of refine_bricks
     real(wp), intent(in) :: place(:, :)  !! (3,n_new) likewise
     logical, intent(out) :: ok           !! false: there is no room
@@ -75,11 +67,11 @@ contains
       mesh%element_position(:n) = mesh%element_position(origin)
       mesh%element_kind(:n) = mesh%element_kind(origin)
       mesh%connectivity(:, :n) = pieces%nodes
-      mesh%piece_id = pieces%id
+      mesh%piece_id = ids
       mesh%outer = mesh%outer(:, origin)
       do i = 1, n
         if (pieces%number(i) > 0) mesh%outer(:, i) = mesh%outer(:, i) .and. &
-          piece_faces(pieces%number(i), pieces%parts)
+          piece_faces(pieces%number(i), pieces%parts, pieces%uncut(origin(i)))
       end do
       mesh%n_elements = n
     end associate

@@ -78,9 +78,10 @@ module mesh_draft_mod
     integer :: n_skipped_nodes = 0
     type(block_t), allocatable :: blocks(:)
     integer :: n_blocks = 0
-    type(blocks_t) :: counts !! of the deck's blocks
+    type(blocks_t) :: counts(3) !! NX, NY and NZ of the deck's blocks
     integer :: scale(2) = 1
     !! each has scale(1)/scale(2) times the bricks along each axis that the deck says
+    integer :: across = 0 !! but for this axis, as of mesh_size_t
     type(early_set_t), allocatable :: sets(:)
     integer :: n_sets = 0
     type(id_lookup_t) :: nodes, elements, skipped !! made when all are read

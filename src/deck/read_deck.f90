@@ -162,6 +162,7 @@ contains
     if (present(mesh_size)) then
       scene%mesh_size = mesh_size
       model%mesh%scale = mesh_size%blocks
+      model%mesh%across = mesh_size%across
     end if
     call read_mesh_cards(reader, model)
     if (present(flat)) call flat_deck(reader, model%mesh, flat)
@@ -177,9 +178,9 @@ contains
     end if
     call check_bricks(reader, model%mesh)
     call read_sets(reader, model)
-    call refine_mesh(reader, model, scene%mesh_size%parts)
+    call refine_mesh(reader, model, scene%mesh_size%parts, scene%mesh_size%across)
     call read_refinements(reader, model, refinements)
-    call refine_locally(reader, model, refinements, scene%mesh_size%zone)
+    call refine_locally(reader, model, refinements, scene%mesh_size%zone, scene%mesh_size%across)
     call read_transforms(reader, model, transforms)
     call read_equations(reader, model, equations)
     n_equations = equations%list%n
@@ -251,10 +252,11 @@ contains
   !> The blocks of a deck that would say the same of blocks of more or fewer bricks: all bricks are
   !> of blocks, of which none is meant by its number, nor a node; and no node has a force of its
   !> own, for on more nodes it would be more.
-  pure type(blocks_t) function free_blocks(reader, model, steps)
+  pure function free_blocks(reader, model, steps) result(blocks)
     type(reader_t), intent(in) :: reader
     type(model_t), intent(in) :: model
     type(load_step_t), intent(in) :: steps(:)
+    type(blocks_t) :: blocks(3) !! their bricks along each axis
     integer :: i, n
 
     n = 0
@@ -265,7 +267,7 @@ contains
     do i = 1, size(steps)
       if (any(model%used(steps(i)%forces%node))) return
     end do
-    free_blocks = model%mesh%counts
+    blocks = model%mesh%counts
   end function free_blocks
 
   !> Note temperatures where nothing expands.

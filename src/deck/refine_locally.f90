@@ -1,19 +1,20 @@
-!> Some bricks of the mesh as read cut into eight, again and again: those of a set, those at the
-!> nodes of a set, those about a zone. Where they meet others, nodes hang.
+!> Some bricks of the mesh as read cut into eight, of a slice into four, again and again: those of a
+!> set, those at the nodes of a set, those about a zone. Where they meet others, nodes hang.
 !>
 !> docs/theory.md section 11.
 module refine_locally_mod
   use cards_mod, only: note, reader_t, report
   use constraints_mod, only: add_constraint, constraints_t
-  use cut_mesh_mod, only: nodes_by_id, pieces_t, replace_bricks
+  use cut_mesh_mod, only: nodes_by_id, replace_bricks
   use diagnostics_mod, only: any_mistakes
   use kinds_mod, only: i8, wp
   use local_refinement_mod, only: cut_some, cut_with, find_hanging, parents_of
   use mesh_draft_mod, only: max_nodes, mesh_draft_t
   use mesh_size_mod, only: is_near, zone_t
-  use refine_bricks_mod, only: value_between
+  use refine_bricks_mod, only: pieces_t, value_between
   use resource_limits_mod, only: has_memory
   use sets_mod, only: model_t
+  use slices_mod, only: local_axes
   use text_mod, only: to_text
   implicit none
   private
@@ -36,11 +37,12 @@ module refine_locally_mod
 contains
 
   !> Cut what the deck's cards and the zone say; sets have been read.
-  subroutine refine_locally(reader, model, refinements, zone)
+  subroutine refine_locally(reader, model, refinements, zone, across)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
     type(refinement_t), intent(in) :: refinements(:)
     type(zone_t), intent(in) :: zone
+    integer, intent(in) :: across !! as of mesh_size_t
     integer, allocatable :: cuts(:)
     logical, allocatable :: chosen(:)
     integer :: pass, n_before
@@ -55,13 +57,13 @@ contains
     if (.not. ok) return
     do pass = 1, max(zone%times, maxval([refinements%times, 0]))
       if (pass == 1) call refuse_far(reader, model, refinements)
-      chosen = choose_bricks(model, refinements, zone, pass)
+      chosen = choose_bricks(model, refinements, zone, pass, across)
       if (.not. any(chosen)) cycle
       if (allocated(model%mesh%between)) then
         call cut_with(model%mesh%connectivity(:, :model%mesh%n_elements), model%mesh%n_nodes, &
           model%mesh%between, model%mesh%n_given, cuts, chosen)
       end if
-      call cut_chosen(model, chosen, cuts, ok)
+      call cut_chosen(model, chosen, across, cuts, ok)
       if (.not. ok) call refuse()
       if (.not. ok) return
     end do
@@ -97,7 +99,7 @@ contains
 
     do i = 1, size(refinements)
       if (refinements(i)%zone%times == 0) cycle
-      if (any(choose_bricks(model, refinements(i:i), zone_t(), 1))) cycle
+      if (any(choose_bricks(model, refinements(i:i), zone_t(), 1, 0))) cycle
       call report(reader, refinements(i)%position, &
         'there is no brick to be cut: none is near the balls')
     end do
@@ -119,11 +121,11 @@ contains
   end function fewest_bricks
 
   !> The bricks that are to be cut for the n-th time.
-  function choose_bricks(model, refinements, zone, pass) result(chosen)
+  function choose_bricks(model, refinements, zone, pass, across) result(chosen)
     type(model_t), intent(in) :: model
     type(refinement_t), intent(in) :: refinements(:)
     type(zone_t), intent(in) :: zone
-    integer, intent(in) :: pass
+    integer, intent(in) :: pass, across
     logical :: chosen(model%mesh%n_elements)
     logical :: at(model%mesh%n_nodes)
     integer :: i, e
@@ -160,31 +162,32 @@ contains
       associate (mesh => model%mesh)
         do k = 1, mesh%n_elements
           if (.not. chosen(k)) chosen(k) = is_near(zone, mesh%coordinates(:, &
-            mesh%connectivity(:, k)))
+            mesh%connectivity(:, k)), across)
         end do
       end associate
     end subroutine choose_near
 
   end function choose_bricks
 
-  !> Cut the chosen bricks into eight.
-  subroutine cut_chosen(model, chosen, cuts, ok)
+  !> Cut the chosen bricks, every edge in two but for those across a slice.
+  subroutine cut_chosen(model, chosen, across, cuts, ok)
     type(model_t), intent(inout) :: model
     logical, intent(in) :: chosen(:)
+    integer, intent(in) :: across
     integer, allocatable, intent(inout) :: cuts(:) !! (n_elements) how often each was cut
     logical, intent(out) :: ok                     !! false: there is no room
     type(pieces_t) :: pieces
-    integer, allocatable :: node(:), rank(:), between(:, :), added(:, :)
+    integer, allocatable :: node(:), rank(:), ids(:), between(:, :), added(:, :)
     integer :: n, n_nodes, highest, i
 
     n = model%mesh%n_elements
     n_nodes = model%mesh%n_nodes
     if (allocated(model%mesh%piece_id)) then
-      pieces%id = model%mesh%piece_id
+      ids = model%mesh%piece_id
     else
-      pieces%id = model%mesh%element_id(:n)
+      ids = model%mesh%element_id(:n)
     end if
-    highest = maxval(pieces%id)
+    highest = maxval(ids)
     ok = has_memory(8*bytes_of_brick*count(chosen)) .and. n + 7*count(chosen) < &
       max_nodes .and. highest < huge(highest) - 8*count(chosen) .and. &
       model%mesh%highest_node < huge(highest) - 16*count(chosen)
@@ -194,16 +197,17 @@ contains
     if (allocated(model%mesh%between)) between = reshape(rank([model%mesh%between]), &
       shape(model%mesh%between))
     call cut_some(n_nodes, reshape(rank([model%mesh%connectivity(:, :n)]), [8, n]), between, &
-      chosen, pieces%nodes, pieces%origin, pieces%number, added)
+      chosen, local_axes(model%mesh%coordinates, model%mesh%connectivity(:, :n), across), pieces, &
+      added)
     node = [node, [(n_nodes + i, i=1, size(added, 2))]]
     pieces%nodes = reshape(node(1 + [pieces%nodes]), shape(pieces%nodes))
-    pieces%id = pieces%id(pieces%origin)
-    do i = 1, size(pieces%id)
+    ids = ids(pieces%origin)
+    do i = 1, size(ids)
       if (pieces%number(i) == 0) cycle
       highest = highest + 1
-      pieces%id(i) = highest
+      ids(i) = highest
     end do
-    call replace_bricks(model, pieces, reshape(node(1 + [added]), shape(added)), &
+    call replace_bricks(model, pieces, ids, reshape(node(1 + [added]), shape(added)), &
       middle_of(added), ok)
     if (ok) cuts = cuts(pieces%origin) + merge(1, 0, pieces%number > 0)
   end subroutine cut_chosen

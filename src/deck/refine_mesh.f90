@@ -2,12 +2,13 @@
 module refine_mesh_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: any_mistakes
-  use cut_mesh_mod, only: nodes_by_id, pieces_t, replace_bricks
+  use cut_mesh_mod, only: nodes_by_id, replace_bricks
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: max_nodes
-  use refine_bricks_mod, only: refine_bricks
+  use refine_bricks_mod, only: n_pieces, pieces_t, refine_bricks
   use resource_limits_mod, only: has_memory
   use sets_mod, only: model_t
+  use slices_mod, only: local_axes
   use text_mod, only: to_text
   implicit none
   private
@@ -19,18 +20,20 @@ module refine_mesh_mod
 
 contains
 
-  !> Cut every edge of the bricks into so many parts; sets have been read.
-  subroutine refine_mesh(reader, model, parts)
+  !> Cut every edge of the bricks into so many parts, but for those across a slice; sets have been
+  !> read.
+  subroutine refine_mesh(reader, model, parts, across)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
     integer, intent(in) :: parts
+    integer, intent(in) :: across !! as of mesh_size_t
     integer :: n_elements
     integer(i8) :: pieces, nodes
     logical :: ok
 
     if (parts == 1 .or. model%mesh%n_elements == 0 .or. any_mistakes(reader%diagnostics)) return
     n_elements = model%mesh%n_elements
-    pieces = int(parts, i8)**3
+    pieces = int(parts, i8)**merge(2, 3, across > 0)
     nodes = pieces*n_elements
     ok = has_memory(bytes_of_brick*nodes/8)
     if (nodes > max_nodes .or. .not. ok) then
@@ -42,7 +45,7 @@ contains
         ': its ids are too high, which those of its parts are above')
     end if
     if (any_mistakes(reader%diagnostics)) return
-    call cut_bricks(model, parts, ok)
+    call cut_bricks(model, parts, across, ok)
     if (.not. ok) then
       call report(reader, 0, 'the mesh cannot be '//in_words(parts)//': there is no room '// &
         'for its nodes (at most '//to_text(max_nodes)//', memory permitting)')
@@ -54,24 +57,25 @@ contains
   end subroutine refine_mesh
 
   !> Cut every brick. Those that brick `id` is cut into are (id - 1) pieces + 1 and so on.
-  subroutine cut_bricks(model, parts, ok)
+  subroutine cut_bricks(model, parts, across, ok)
     type(model_t), intent(inout) :: model
-    integer, intent(in) :: parts
+    integer, intent(in) :: parts, across
     logical, intent(out) :: ok !! false: there is no room
-    integer, allocatable :: bricks(:, :), between(:, :), node(:), rank(:)
+    integer, allocatable :: bricks(:, :), uncut(:), between(:, :), node(:), rank(:)
     real(wp), allocatable :: place(:, :)
     integer :: pieces, n, n_nodes, e, k, i
 
     n = model%mesh%n_elements
     n_nodes = model%mesh%n_nodes
-    pieces = parts**3
+    uncut = local_axes(model%mesh%coordinates, model%mesh%connectivity(:, :n), across)
+    pieces = n_pieces(parts, uncut)
     call nodes_by_id(model%mesh, node, rank)
     call refine_bricks(n_nodes, reshape(rank([model%mesh%connectivity(:, :n)]), [8, n]), parts, &
-      bricks, between, place)
+      uncut, bricks, between, place)
     node = [node, [(n_nodes + i, i=1, size(between, 2))]]
     call replace_bricks(model, pieces_t(reshape(node(1 + [bricks]), shape(bricks)), &
-      [((e, k=1, pieces), e=1, n)], [((k, k=1, pieces), e=1, n)], &
-      [((pieces*(model%mesh%element_id(e) - 1) + k, k=1, pieces), e=1, n)], parts), &
+      [((e, k=1, pieces), e=1, n)], [((k, k=1, pieces), e=1, n)], uncut, parts), &
+      [((pieces*(model%mesh%element_id(e) - 1) + k, k=1, pieces), e=1, n)], &
       reshape(node(1 + [between]), shape(between)), place, ok)
   end subroutine cut_bricks
 

@@ -1,5 +1,5 @@
-!> Some bricks of a mesh cut into eight, others not: which must be cut with them, and which nodes
-!> hang.
+!> Some bricks of a mesh cut into eight (of a slice into four), others not: which must be cut with
+!> them, and which nodes hang.
 !>
 !> A node hangs where it lies in the middle of an edge or of a face that an uncut brick has: there
 !> its displacement must be the mean of the two or four nodes around, so that the mesh does not
@@ -8,7 +8,7 @@
 module local_refinement_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: wp
-  use refine_bricks_mod, only: edge_nodes, refine_bricks
+  use refine_bricks_mod, only: edge_nodes, n_pieces, pieces_t, refine_bricks
   use sorting_mod, only: order_of_columns, sort_ascending
   use surfaces_mod, only: face_nodes
   implicit none
@@ -81,44 +81,46 @@ contains
 
   end subroutine cut_with
 
-  !> Cut the chosen bricks into eight. Their pieces take their place, as those of refine_bricks
-  !> follow each other. A node that an earlier cut put in the middle of an edge or face is found
-  !> again.
-  subroutine cut_some(n_nodes, bricks, between, chosen, fine, origin, piece, added)
+  !> Cut every edge of the chosen bricks in two, but for those not to be cut. Their pieces take
+  !> their place, as those of refine_bricks follow each other. A node that an earlier cut put in the
+  !> middle of an edge or face is found again.
+  subroutine cut_some(n_nodes, bricks, between, chosen, uncut, pieces, added)
     integer, intent(in) :: n_nodes
     integer, intent(in) :: bricks(:, :)              !! (8,n)
     integer, intent(in) :: between(:, :)             !! (8,..) as of refine_bricks: the last nodes
     logical, intent(in) :: chosen(:)                 !! (n)
-    integer, allocatable, intent(out) :: fine(:, :)  !! (8,n+7*count(chosen))
-    integer, allocatable, intent(out) :: origin(:)   !! of each the brick that it is all or part of
-    integer, allocatable, intent(out) :: piece(:)    !! which of it: 1..8; 0: all of it
+    integer, intent(in) :: uncut(:)                  !! (n) as of refine_bricks
+    type(pieces_t), intent(out) :: pieces
     integer, allocatable, intent(out) :: added(:, :) !! (8,n_new) as `between`, of new nodes
     integer, allocatable :: cut(:, :), middle(:, :), node(:)
     real(wp), allocatable :: place(:, :)
-    integer :: e, k, n, m
+    integer :: of_each, e, k, n, m
 
-    call refine_bricks(n_nodes, bricks(:, pack([(e, e=1, size(chosen))], chosen)), 2, cut, middle, &
-      place)
+    of_each = n_pieces(2, uncut)
+    call refine_bricks(n_nodes, bricks(:, pack([(e, e=1, size(chosen))], chosen)), 2, pack(uncut, &
+      chosen), cut, middle, place)
     call find_again(middle, between, n_nodes, node, added)
-    allocate (fine(8, size(chosen) + 7*count(chosen)), origin(size(chosen) + 7*count(chosen)))
-    allocate (piece(size(origin)), source=0)
+    n = size(chosen) + (of_each - 1)*count(chosen)
+    allocate (pieces%nodes(8, n), pieces%origin(n))
+    allocate (pieces%number(n), source=0)
+    pieces%uncut = uncut
     n = 0
     m = 0
     do e = 1, size(chosen)
       if (.not. chosen(e)) then
         n = n + 1
-        fine(:, n) = bricks(:, e)
-        origin(n) = e
+        pieces%nodes(:, n) = bricks(:, e)
+        pieces%origin(n) = e
         cycle
       end if
-      do k = 1, 8
-        fine(:, n + k) = merge(cut(:, m + k), node(max(1, cut(:, m + k) - n_nodes)), &
+      do k = 1, of_each
+        pieces%nodes(:, n + k) = merge(cut(:, m + k), node(max(1, cut(:, m + k) - n_nodes)), &
           cut(:, m + k) <= n_nodes)
+        pieces%number(n + k) = k
       end do
-      piece(n + 1:n + 8) = [(k, k=1, 8)]
-      origin(n + 1:n + 8) = e
-      n = n + 8
-      m = m + 8
+      pieces%origin(n + 1:n + of_each) = e
+      n = n + of_each
+      m = m + of_each
     end do
   end subroutine cut_some
 

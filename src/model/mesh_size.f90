@@ -4,7 +4,7 @@ module mesh_size_mod
   implicit none
   private
 
-  public :: mesh_size_t, relative_size, is_same_size, blocks_t, zone_t, is_near
+  public :: mesh_size_t, relative_size, is_same_size, blocks_t, common_divisor, zone_t, is_near
 
   real(wp), parameter :: ring = 1.5_wp !! of a brick's diagonal: between two edges and three [-]
 
@@ -19,13 +19,17 @@ module mesh_size_mod
     integer :: blocks(2) = [1, 1]
     !! of the bricks along each axis of each *BLOCK there are blocks(1)/blocks(2) times as many
     integer :: parts = 1 !! into which every edge of a brick is cut
+    integer :: across = 0
+    !! the axis, 1 to 3, along which blocks and bricks stay as they are: that across a slice in
+    !! plane strain; 0: none
     type(zone_t) :: zone !! where they are cut again
   end type mesh_size_t
 
-  !> The blocks of a deck that may have more or fewer bricks without its saying something else.
+  !> The blocks of a deck that may have more or fewer bricks without its saying something else:
+  !> their NX, NY and NZ, or one of these.
   type :: blocks_t
-    integer :: common = 0  !! divides their NX, NY and NZ, the largest number; 0: none may
-    integer :: longest = 0 !! the largest of their NX, NY and NZ
+    integer :: common = 0  !! divides all of them, the largest number; 0: none may
+    integer :: longest = 0 !! the largest of them
   end type blocks_t
 
 contains
@@ -46,10 +50,25 @@ contains
       other%parts*int(other%blocks(1), i8)*one%blocks(2)
   end function is_same_size
 
+  !> The largest number that divides both.
+  elemental integer function common_divisor(one, other) result(divisor)
+    integer, intent(in) :: one, other !! 0 or more
+    integer :: rest, last
+
+    divisor = one
+    rest = other
+    do while (rest > 0)
+      last = mod(divisor, rest)
+      divisor = rest
+      rest = last
+    end do
+  end function common_divisor
+
   !> Whether a brick lies in a zone, or in the ring around it.
-  pure logical function is_near(zone, x)
+  pure logical function is_near(zone, x, across)
     type(zone_t), intent(in) :: zone
-    real(wp), intent(in) :: x(3, 8) !! its nodes [length]
+    real(wp), intent(in) :: x(3, 8)   !! its nodes [length]
+    integer, intent(in) :: across     !! the axis along which it stays as it is, as of mesh_size_t
     real(wp) :: low(3), high(3), reach
     integer :: i
 
@@ -57,7 +76,7 @@ contains
     if (zone%times == 0) return
     low = minval(x, 2)
     high = maxval(x, 2)
-    reach = ring*norm2(high - low)
+    reach = ring*norm2(pack(high - low, [1, 2, 3] /= across))
     do i = 1, size(zone%balls, 2)
       associate (centre => zone%balls(:3, i), radius => zone%balls(4, i))
         is_near = norm2(max(low - centre, centre - high, 0.0_wp)) <= radius + reach

@@ -1,5 +1,5 @@
-!> Every brick cut into equal parts along each of its edges: nodes between those that are there, on
-!> edges, faces and in bricks.
+!> Every brick cut into equal parts along each of its edges, or along all but those of one of its
+!> axes: nodes between those that are there, on edges, faces and in bricks.
 !>
 !> A brick is trilinear in its nodes, and so are its pieces in theirs: they fill what it filled. Of
 !> one edge or face all bricks share the new nodes, so a mesh stays a mesh.
@@ -11,68 +11,99 @@ module refine_bricks_mod
   implicit none
   private
 
-  public :: refine_bricks, value_between, fill_between, piece_faces, edge_nodes
+  public :: pieces_t, refine_bricks, n_pieces, value_between, fill_between, piece_faces, edge_nodes
+
+  !> What the bricks of a mesh are cut into, all or some of them.
+  type :: pieces_t
+    integer, allocatable :: nodes(:, :) !! (8,n) new ones behind those that there are
+    integer, allocatable :: origin(:)   !! (n) ascending: the brick that each is all or part of
+    integer, allocatable :: number(:)   !! (n) which piece, as of refine_bricks; 0: all of it
+    integer, allocatable :: uncut(:)    !! (bricks before) as of refine_bricks
+    integer :: parts = 2                !! into which edges are cut
+  end type pieces_t
 
   !> Local nodes of each edge of the brick.
   integer, parameter :: edge_nodes(2, 12) = reshape([ &
     1, 2,  2, 3,  3, 4,  4, 1,  5, 6,  6, 7,  7, 8,  8, 5,  1, 5,  2, 6,  3, 7,  4, 8], [2, 12])
+  integer, parameter :: along_edge(12) = [1, 2, 1, 2, 1, 2, 1, 2, 3, 3, 3, 3]
+  !! the local axis of each
+  integer, parameter :: across_face(6) = [3, 3, 2, 1, 2, 1] !! the local axis that each is across
   integer, parameter :: corner(3, 8) = reshape([ &
     0, 0, 0,  1, 0, 0,  1, 1, 0,  0, 1, 0,  0, 0, 1,  1, 0, 1,  1, 1, 1,  0, 1, 1], [3, 8])
   !! of a unit cube, in the order of a brick's nodes
 
 contains
 
-  !> Cut bricks into `parts`**3 pieces.
+  !> Into how many pieces bricks are cut.
+  pure integer function n_pieces(parts, uncut)
+    integer, intent(in) :: parts    !! as of refine_bricks
+    integer, intent(in) :: uncut(:) !! likewise
+
+    n_pieces = parts**merge(2, 3, any(uncut > 0))
+  end function n_pieces
+
+  !> Cut bricks into `n_pieces` pieces.
   !>
-  !> Brick `e` becomes the bricks parts**3 (e - 1) + 1 to parts**3 e, those along its first edge
+  !> Brick `e` becomes the bricks n_pieces (e - 1) + 1 to n_pieces e, those along its first edge
   !> first, its axes and the numbers of its faces kept. New nodes follow those that are there: first
   !> those on edges, then on faces, then inside, each in the order of the nodes that they lie
   !> between. So two sides of a mesh that correspond node by node, in ascending order, still do so.
-  subroutine refine_bricks(n_nodes, bricks, parts, fine, between, place)
+  subroutine refine_bricks(n_nodes, bricks, parts, uncut, fine, between, place)
     integer, intent(in) :: n_nodes
     integer, intent(in) :: bricks(:, :)                !! (8,n)
     integer, intent(in) :: parts                       !! 2 or more
-    integer, allocatable, intent(out) :: fine(:, :)    !! (8,parts**3 n)
+    integer, intent(in) :: uncut(:)
+    !! (n) local axis of each brick whose edges are not cut, the same ones of bricks that meet; of
+    !! all bricks 0: all edges are
+    integer, allocatable, intent(out) :: fine(:, :)    !! (8,n_pieces n)
     integer, allocatable, intent(out) :: between(:, :)
     !! (8,n_new) nodes that node n_nodes + i lies between: the two of an edge, the four of a face
     !! one after the other, or the eight of a brick; else 0
     real(wp), allocatable, intent(out) :: place(:, :)
     !! (3,n_new) where: along their first edge, from the first to the fourth, to the fifth, 0..1 [-]
     integer, allocatable :: edges(:, :), faces(:, :), on_edge(:), on_face(:)
-    integer :: grid(0:parts, 0:parts, 0:parts), n, n_edges, n_faces, of_edges, of_faces, e, a
+    integer :: grid(0:parts, 0:parts, 0:parts), along(3), n, n_edges, n_faces, n_insides
+    integer :: of_edges, of_faces, pieces, e, a
 
     n = size(bricks, 2)
-    allocate (edges(2, 12*n), faces(4, 6*n))
+    pieces = n_pieces(parts, uncut)
+    allocate (edges(2, 12*n), faces(4, 6*n), source=0)
     do e = 1, n
       do a = 1, 12
+        if (along_edge(a) == uncut(e)) cycle
         edges(:, 12*(e - 1) + a) = bricks(edge_nodes(:, a), e)
         call sort_ascending(edges(:, 12*(e - 1) + a))
       end do
       do a = 1, 6
+        if (uncut(e) > 0 .and. across_face(a) /= uncut(e)) cycle
         faces(:, 6*(e - 1) + a) = bricks(face_nodes(:, a), e)
         call sort_ascending(faces(:, 6*(e - 1) + a))
       end do
     end do
     call number_columns(edges, on_edge, n_edges)
     call number_columns(faces, on_face, n_faces)
+    n_insides = merge(0, n, any(uncut > 0))
     of_edges = n_edges*(parts - 1)
     of_faces = n_faces*(parts - 1)**2
-    allocate (fine(8, parts**3*n), between(8, n_between(n_edges, n_faces, n, parts)))
+    allocate (fine(8, pieces*n), between(8, of_edges + of_faces + n_insides*(parts - 1)**3))
     allocate (place(3, size(between, 2)))
     between = 0
     place = 0.0_wp
     do e = 1, n
+      along = merge(1, parts, [1, 2, 3] == uncut(e))
       do a = 1, 8
-        grid(parts*corner(1, a), parts*corner(2, a), parts*corner(3, a)) = bricks(a, e)
+        grid(along(1)*corner(1, a), along(2)*corner(2, a), along(3)*corner(3, a)) = bricks(a, e)
       end do
       do a = 1, 12
+        if (along_edge(a) == uncut(e)) cycle
         call put_on_edge(edge_nodes(:, a), (on_edge(12*(e - 1) + a) - 1)*(parts - 1))
       end do
       do a = 1, 6
+        if (uncut(e) > 0 .and. across_face(a) /= uncut(e)) cycle
         call put_on_face(face_nodes(:, a), of_edges + (on_face(6*(e - 1) + a) - 1)*(parts - 1)**2)
       end do
-      call put_inside(of_edges + of_faces + (e - 1)*(parts - 1)**3)
-      call cut(fine(:, parts**3*(e - 1) + 1:parts**3*e))
+      if (uncut(e) == 0) call put_inside(of_edges + of_faces + (e - 1)*(parts - 1)**3)
+      call cut(fine(:, pieces*(e - 1) + 1:pieces*e))
     end do
 
   contains
@@ -86,7 +117,7 @@ contains
       from = merge(ends(1), ends(2), bricks(ends(1), e) < bricks(ends(2), e))
       to = sum(ends) - from
       do i = 1, parts - 1
-        x = parts*corner(:, from) + i*(corner(:, to) - corner(:, from))
+        x = along*corner(:, from) + i*(corner(:, to) - corner(:, from))
         grid(x(1), x(2), x(3)) = n_nodes + before + i
         between(:2, before + i) = [bricks(from, e), bricks(to, e)]
         place(1, before + i) = real(i, wp)/real(parts, wp)
@@ -105,7 +136,7 @@ contains
       do j = 1, parts - 1
         do i = 1, parts - 1
           k = k + 1
-          x = parts*corner(:, around(1)) + i*(corner(:, around(2)) - corner(:, around(1))) + &
+          x = along*corner(:, around(1)) + i*(corner(:, around(2)) - corner(:, around(1))) + &
             j*(corner(:, around(4)) - corner(:, around(1)))
           grid(x(1), x(2), x(3)) = n_nodes + k
           between(:4, k) = bricks(around, e)
@@ -132,13 +163,13 @@ contains
     end subroutine put_inside
 
     subroutine cut(pieces)
-      integer, intent(out) :: pieces(:, :) !! (8,parts**3)
+      integer, intent(out) :: pieces(:, :) !! (8,n_pieces)
       integer :: x, y, z, k, b
 
       k = 0
-      do z = 0, parts - 1
-        do y = 0, parts - 1
-          do x = 0, parts - 1
+      do z = 0, along(3) - 1
+        do y = 0, along(2) - 1
+          do x = 0, along(1) - 1
             k = k + 1
             do b = 1, 8
               pieces(b, k) = grid(x + corner(1, b), y + corner(2, b), z + corner(3, b))
@@ -150,17 +181,10 @@ contains
 
   end subroutine refine_bricks
 
-  !> How many nodes there will be between others.
-  pure integer function n_between(n_edges, n_faces, n_bricks, parts)
-    integer, intent(in) :: n_edges, n_faces, n_bricks, parts
-
-    n_between = n_edges*(parts - 1) + n_faces*(parts - 1)**2 + n_bricks*(parts - 1)**3
-  end function n_between
-
   !> Number columns by their entries, equal ones alike, in ascending order of these.
   pure subroutine number_columns(columns, number, n)
-    integer, intent(in) :: columns(:, :)
-    integer, allocatable, intent(out) :: number(:)
+    integer, intent(in) :: columns(:, :)           !! of zeros: not to be numbered
+    integer, allocatable, intent(out) :: number(:) !! 0 of such
     integer, intent(out) :: n !! different ones
     integer, allocatable :: order(:)
     integer :: i
@@ -169,7 +193,9 @@ contains
     allocate (number(size(order)))
     n = 0
     do i = 1, size(order)
-      if (i == 1) then
+      if (columns(1, order(i)) == 0) then
+        n = 0
+      else if (i == 1) then
         n = 1
       else if (any(columns(:, order(i)) /= columns(:, order(i - 1)))) then
         n = n + 1
@@ -231,14 +257,17 @@ contains
   end subroutine fill_between
 
   !> The faces S1 to S6 of a brick that its piece k has a part of.
-  pure function piece_faces(k, parts) result(has)
-    integer, intent(in) :: k !! 1..parts**3
+  pure function piece_faces(k, parts, uncut) result(has)
+    integer, intent(in) :: k     !! 1..n_pieces
     integer, intent(in) :: parts
+    integer, intent(in) :: uncut !! its local axis, as of refine_bricks
     logical :: has(6)
+    integer :: along(3), at(3)
 
-    associate (x => mod(k - 1, parts), y => mod((k - 1)/parts, parts), z => (k - 1)/parts**2, &
-               last => parts - 1)
-      has = [z == 0, z == last, y == 0, x == last, y == last, x == 0]
+    along = merge(1, parts, [1, 2, 3] == uncut)
+    at = [mod(k - 1, along(1)), mod((k - 1)/along(1), along(2)), (k - 1)/product(along(:2))]
+    associate (first => at == 0, last => at == along - 1)
+      has = [first(3), last(3), first(2), last(1), last(2), first(1)]
     end associate
   end function piece_faces
 

@@ -81,7 +81,7 @@ module scene_mod
     !! of the command line, one a line: name=value, --accuracy value, --refine times
     type(mesh_t) :: mesh
     type(mesh_size_t) :: mesh_size          !! beside the deck
-    type(blocks_t) :: blocks
+    type(blocks_t) :: blocks(3)             !! NX, NY and NZ of those that may have others
     type(constraints_t) :: constraints      !! of *TIE, *EQUATION, *COUPLING; no cycles
     type(material_t),     allocatable :: materials(:)
     type(surface_t),      allocatable :: surfaces(:)

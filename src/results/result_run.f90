@@ -116,6 +116,7 @@ contains
     call write_attribute(hdf5, '/run', 'blocks_times', int(mesh_size%blocks(1), i8), error)
     call write_attribute(hdf5, '/run', 'blocks_over', int(mesh_size%blocks(2), i8), error)
     call write_attribute(hdf5, '/run', 'parts', int(mesh_size%parts, i8), error)
+    call write_attribute(hdf5, '/run', 'across', int(mesh_size%across, i8), error)
     call write_attribute(hdf5, '/run', 'divisions', int(divisions, i8), error)
     call write_attribute(hdf5, '/run', 'cuts', int(mesh_size%zone%times, i8), error)
     if (mesh_size%zone%times == 0) return
@@ -129,7 +130,7 @@ contains
     type(mesh_size_t), intent(inout) :: mesh_size
     integer, intent(inout) :: divisions
     type(error_t), allocatable, intent(inout) :: error
-    integer(i8) :: numbers(5)
+    integer(i8) :: numbers(6)
     real(wp), allocatable :: balls(:)
 
     call read_attribute(hdf5, '/run', 'blocks_times', numbers(1), error)
@@ -137,8 +138,10 @@ contains
     call read_attribute(hdf5, '/run', 'parts', numbers(3), error)
     call read_attribute(hdf5, '/run', 'divisions', numbers(4), error)
     call read_attribute(hdf5, '/run', 'cuts', numbers(5), error)
+    call read_attribute(hdf5, '/run', 'across', numbers(6), error)
     if (allocated(error)) return
-    if (any(numbers(:4) < 1) .or. any(numbers > 1000000) .or. numbers(5) < 0) return
+    if (any(numbers(:4) < 1) .or. any(numbers > 1000000) .or. numbers(5) < 0 .or. &
+      all(numbers(6) /= [0, 1, 2, 3])) return
     if (numbers(5) > 0) then
       call read_dataset(hdf5, zone, balls, error)
       if (allocated(error)) return
@@ -147,6 +150,7 @@ contains
     mesh_size%zone%times = int(numbers(5))
     mesh_size%blocks = int(numbers(:2))
     mesh_size%parts = int(numbers(3))
+    mesh_size%across = int(numbers(6))
     divisions = int(numbers(4))
   end subroutine read_mesh_size
 

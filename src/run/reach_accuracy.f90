@@ -72,7 +72,7 @@ contains
         if (sequence%blocks%common == 0) return
         ! Its blocks cannot have other bricks after all: numbers of nodes meet, say.
         deallocate (error)
-        call begin_sequence(deck, blocks_t(), sequence)
+        call begin_sequence(deck, spread(blocks_t(), 1, 3), sequence)
         choice%is_replaced = .false.
         cycle runs
       end if

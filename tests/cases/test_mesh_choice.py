@@ -134,6 +134,36 @@ class Reached(unittest.TestCase):
                                        8.0, rtol=1e-12)  # fmt: skip
             self.assertEqual(group["brick_size"][0], 1)
 
+    def test_a_slice_stays_one_brick_thick(self):
+        """Plane strain: whether blocks have other bricks or bricks are cut, evenly or at contact,
+        there are nodes on both sides alone, and the run is that of a deck with such bricks."""
+        run = Run(deck("roller"), "--accuracy", "0.01", name="roller")
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertEqual(result.file["run"].attrs["across"], 2)
+            bricks = result.accuracy.bricks
+            along = np.sqrt(bricks)
+            np.testing.assert_allclose(along * result.accuracy.brick_size, along[0] *
+                                       result.accuracy.brick_size[0], rtol=1e-12)  # fmt: skip
+            chosen = result.pairs[0].resultant
+        with Run(deck("roller"), name="roller", n=round(along[-1])).result() as result:
+            np.testing.assert_allclose(chosen, result.pairs[0].resultant, rtol=1e-3,
+                                       atol=1e-3 * abs(chosen).max())  # fmt: skip
+
+        same = {"thickness": 0.04 / 8, **AUTO}
+        run = Run(deck("ssnv128"), "--accuracy", "0.03", name="plate", n=8, **same)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertGreater(result.file["run"].attrs["cuts"], 0)
+            thick = result.file["VTKHDF/Points"][:, 1]
+            self.assertEqual(set(thick), {0, 0.04 / 8})
+            friction, normal = friction_and_normal(result)
+        with Run(deck("ssnv128"), name="plate", n=64, **same).result() as result:
+            true_friction, true_normal = friction_and_normal(result)
+        scale = abs(true_normal).max()
+        self.assertLess(abs(normal - true_normal).max(), 0.03 * scale)
+        self.assertLess(abs(friction - true_friction).max(), 0.03 * scale)
+
     def test_local_quantities(self):
         """The largest pressure under a ball: Hertz."""
         text = with_card(deck("hertz"), "*ACCURACY, OF=PRESSURE\n0.1")

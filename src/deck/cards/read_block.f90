@@ -18,6 +18,7 @@ module read_block_mod
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: add_block, add_early_set, block_t, early_set_t, max_nodes, &
     mesh_draft_t, reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
+  use mesh_size_mod, only: common_divisor
   use options_mod, only: allow_options, card_t, has_option, integer_option, max_name, name_option, &
     option_position
   use read_mesh_mod, only: check_element_type
@@ -84,30 +85,15 @@ contains
   pure subroutine scale_counts(draft, n)
     type(mesh_draft_t), intent(inout) :: draft
     integer, intent(inout) :: n(3)
-    integer :: axis
 
-    do axis = 1, 3
-      draft%counts%common = common_divisor(draft%counts%common, n(axis))
-      draft%counts%longest = max(draft%counts%longest, n(axis))
-    end do
-    associate (times => draft%scale(1), over => draft%scale(2))
-      if (all(mod(n, over) == 0) .and. all(n/over <= max_nodes/times)) n = n/over*times
+    draft%counts%common = common_divisor(draft%counts%common, n)
+    draft%counts%longest = max(draft%counts%longest, n)
+    associate (times => draft%scale(1), over => draft%scale(2), cut => [1, 2, 3] /= draft%across)
+      if (all(mod(n, over) == 0 .or. .not. cut) .and. all(n/over <= max_nodes/times)) then
+        n = merge(n/over*times, n, cut)
+      end if
     end associate
   end subroutine scale_counts
-
-  !> The largest number that divides both.
-  elemental integer function common_divisor(one, other) result(divisor)
-    integer, intent(in) :: one, other !! 0 or more
-    integer :: rest, last
-
-    divisor = one
-    rest = other
-    do while (rest > 0)
-      last = mod(divisor, rest)
-      divisor = rest
-      rest = last
-    end do
-  end function common_divisor
 
   !> NX=, NY= or NZ=.
   subroutine read_count(reader, card, name, n, ok)

@@ -1,0 +1,267 @@
+!> Slices in plane strain: one brick thick, held across, the same on both sides.
+!>
+!> What happens in a slice does not change across it, so it needs no more bricks there.
+module slices_mod
+  use kinds_mod, only: wp
+  use loads_mod, only: load_step_t, nodal_value_t
+  use obstacles_mod, only: obstacle_t, obstacle_cylinder, obstacle_plane
+  use scene_mod, only: scene_t
+  use surfaces_mod, only: surface_t, nodes_of
+  implicit none
+  private
+
+  public :: axis_across, local_axes
+
+  real(wp), parameter :: rounding = 1.0e-9_wp !! of a length [-]
+
+contains
+
+  !> The axis across a scene that is a slice, 1 to 3; 0: it is none.
+  !>
+  !> All bricks lie between two planes, their edges from one to the other are at right angles to
+  !> these, and all nodes are held along the axis at 0 in every *STEP. What is given of a node is
+  !> given of the one opposite. Obstacles are planes and cylinders along the axis, and turn about it
+  !> alone. Forces on nodes of bricks, constraints and local directions are not looked into: such a
+  !> scene counts as none.
+  pure integer function axis_across(scene) result(axis)
+    type(scene_t), intent(in) :: scene !! of the deck as written
+    integer, allocatable :: opposite(:)
+
+    axis = 0
+    allocate (opposite(0))
+    if (scene%constraints%n > 0 .or. allocated(scene%rotations) .or. allocated(scene%local_axes) &
+      .or. scene%mesh%n_elements == 0) return
+    do axis = 3, 1, -1
+      opposite = opposite_nodes(scene, axis)
+      if (size(opposite) == 0) cycle
+      if (.not. all(go_along(scene%obstacles, axis))) cycle
+      if (any(scene%gaps%parabola)) cycle
+      if (is_held(scene, axis, opposite > 0) .and. is_the_same_on_both_sides(scene, axis, &
+        opposite)) return
+    end do
+  end function axis_across
+
+  !> The node on the other side of every node of bricks, 0 of others; empty where bricks do not all
+  !> reach from one plane at right angles to the axis to another.
+  pure function opposite_nodes(scene, axis) result(opposite)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: axis
+    integer, allocatable :: opposite(:)
+    real(wp) :: low, high
+    integer :: e, a, b, along
+
+    associate (mesh => scene%mesh)
+      low = minval(mesh%coordinates(axis, mesh%brick_nodes))
+      high = maxval(mesh%coordinates(axis, mesh%brick_nodes))
+      allocate (opposite(mesh%n_nodes), source=0)
+      bricks: do e = 1, mesh%n_elements
+        associate (nodes => mesh%connectivity(:, e))
+          along = local_axis(mesh%coordinates(:, nodes), axis)
+          do a = 1, 8
+            b = other_end(a, along)
+            if (.not. are_opposite(mesh%coordinates(:, nodes(a)), mesh%coordinates(:, nodes(b))) &
+              .or. all(opposite(nodes(a)) /= [0, nodes(b)])) exit bricks
+            opposite(nodes(a)) = nodes(b)
+          end do
+        end associate
+      end do bricks
+      if (e <= mesh%n_elements) opposite = [integer ::]
+    end associate
+
+  contains
+
+    !> Whether one is on one side, the other one right across.
+    pure logical function are_opposite(one, other)
+      real(wp), intent(in) :: one(3), other(3)
+      real(wp) :: apart(3)
+
+      apart = abs(other - one)
+      apart(axis) = max(abs(min(one(axis), other(axis)) - low), abs(max(one(axis), other(axis)) - &
+        high))
+      are_opposite = all(apart <= rounding*(high - low))
+    end function are_opposite
+
+  end function opposite_nodes
+
+  !> The local axis of a brick that goes the farthest along an axis: 1 from its first node to the
+  !> second, 2 to the fourth, 3 to the fifth.
+  pure integer function local_axis(x, axis)
+    real(wp), intent(in) :: x(3, 8) !! its nodes [length]
+    integer, intent(in) :: axis
+
+    local_axis = maxloc(abs(x(axis, [2, 4, 5]) - x(axis, 1)), 1)
+  end function local_axis
+
+  !> The local axis of bricks across a slice, as of `refine_bricks`.
+  pure function local_axes(coordinates, bricks, across) result(axes)
+    real(wp), intent(in) :: coordinates(:, :) !! (3,n_nodes) [length]
+    integer, intent(in) :: bricks(:, :)       !! (8,n)
+    integer, intent(in) :: across             !! the axis across the slice; 0: there is none
+    integer :: axes(size(bricks, 2))
+    integer :: e
+
+    axes = 0
+    if (across == 0) return
+    do e = 1, size(bricks, 2)
+      axes(e) = local_axis(coordinates(:, bricks(:, e)), across)
+    end do
+  end function local_axes
+
+  !> The other end of an edge of a brick, by their numbers in it.
+  pure integer function other_end(a, along)
+    integer, intent(in) :: a     !! 1 to 8
+    integer, intent(in) :: along !! its local axis
+    integer, parameter :: ends(8, 3) = reshape([2, 1, 4, 3, 6, 5, 8, 7,  4, 3, 2, 1, 8, 7, 6, 5, &
+      5, 6, 7, 8, 1, 2, 3, 4], [8, 3])
+
+    other_end = ends(a, along)
+  end function other_end
+
+  !> Whether an obstacle is the same all along an axis.
+  elemental logical function go_along(obstacle, axis)
+    type(obstacle_t), intent(in) :: obstacle
+    integer, intent(in) :: axis
+    logical :: has(3)
+
+    has = abs(obstacle%normal) > 0.0_wp
+    select case (obstacle%kind)
+    case (obstacle_plane)
+      go_along = .not. has(axis)
+    case (obstacle_cylinder)
+      go_along = has(axis) .and. count(has) == 1
+    case default
+      go_along = .false.
+    end select
+  end function go_along
+
+  !> Whether nodes are held at 0 along an axis in every *STEP, and nothing turns about another one.
+  pure logical function is_held(scene, axis, of_bricks)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: axis
+    logical, intent(in) :: of_bricks(:) !! (n_nodes) the nodes
+    logical :: held(size(of_bricks))
+    integer :: step, i
+
+    held = .false.
+    is_held = .true.
+    do step = 1, size(scene%steps)
+      associate (now => scene%steps(step))
+        if (now%replace_boundary) held = .false.
+        do i = 1, size(now%boundary)
+          associate (support => now%boundary(i))
+            if (support%dof /= axis .or. support%fixed) cycle
+            held(support%node) = .not. abs(support%value) > 0.0_wp
+          end associate
+        end do
+        is_held = is_held .and. all(held .or. .not. of_bricks) .and. .not. any(now%rotations%dof &
+          /= axis .and. abs(now%rotations%value) > 0.0_wp)
+      end associate
+    end do
+  end function is_held
+
+  !> Whether all that is given of nodes of bricks is given of those opposite, too.
+  pure logical function is_the_same_on_both_sides(scene, axis, opposite) result(same)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: axis
+    integer, intent(in) :: opposite(:) !! (n_nodes) 0: of no brick
+    real(wp) :: gap(size(opposite))
+    integer :: i
+
+    gap = 0.0_wp
+    do i = 1, size(scene%gaps)
+      associate (nodes => scene%gaps(i)%nodes)
+        gap(nodes) = gap(nodes) + scene%gaps(i)%value
+      end associate
+    end do
+    same = are_equal(gap, opposite)
+    do i = 1, size(scene%pairs)
+      same = same .and. faces_across(scene%surfaces(scene%pairs(i)%surface))
+      associate (master => scene%pairs(i)%master_surface)
+        if (master > 0) same = same .and. faces_across(scene%surfaces(master))
+      end associate
+    end do
+    if (allocated(scene%first_temperature)) same = same .and. are_equal(scene%first_temperature, &
+      opposite)
+    do i = 1, size(scene%steps)
+      same = same .and. same_in_step(scene%steps(i), opposite)
+    end do
+
+  contains
+
+    !> Whether a surface has nodes of both sides, and no face lies in one of them.
+    pure logical function faces_across(surface)
+      type(surface_t), intent(in) :: surface
+      integer, allocatable :: nodes(:, :)
+      integer :: f
+
+      faces_across = are_paired(surface%nodes, opposite)
+      allocate (nodes, source=nodes_of(surface%faces, scene%mesh%connectivity))
+      do f = 1, size(nodes, 2)
+        associate (x => scene%mesh%coordinates(axis, nodes(:, f)))
+          faces_across = faces_across .and. any(opposite(nodes(1, f)) == nodes(:, f)) .and. &
+            maxval(x) > minval(x)
+        end associate
+      end do
+    end function faces_across
+
+  end function is_the_same_on_both_sides
+
+  !> Whether of each node the one opposite is among the nodes too.
+  pure logical function are_paired(nodes, opposite)
+    integer, intent(in) :: nodes(:)
+    integer, intent(in) :: opposite(:) !! (n_nodes) 0: of no brick
+    logical :: among(0:size(opposite))
+
+    among = .false.
+    among(nodes) = .true.
+    among(0) = .true.
+    are_paired = all(among(opposite(nodes)))
+  end function are_paired
+
+  !> Whether nodes opposite each other have the same values.
+  pure logical function are_equal(values, opposite)
+    real(wp), intent(in) :: values(:)  !! (n_nodes)
+    integer, intent(in) :: opposite(:) !! (n_nodes) 0: of no brick
+
+    are_equal = all(abs(values - values(max(opposite, 1))) <= 0.0_wp .or. opposite == 0)
+  end function are_equal
+
+  !> Whether a *STEP says the same of nodes opposite each other.
+  pure logical function same_in_step(step, opposite) result(same)
+    type(load_step_t), intent(in) :: step
+    integer, intent(in) :: opposite(:) !! (n_nodes) 0: of no brick
+    integer :: dof
+
+    same = .not. any(opposite(step%forces%node) > 0)
+    do dof = 1, 3
+      same = same .and. same_values(step%boundary, dof)
+    end do
+    if (allocated(step%temperatures)) same = same .and. same_values(step%temperatures, 1)
+
+  contains
+
+    !> Of one node the last value counts.
+    pure logical function same_values(values, dof) result(alike)
+      type(nodal_value_t), intent(in) :: values(:)
+      integer, intent(in) :: dof
+      integer :: last(size(opposite)), i
+
+      last = 0
+      do i = 1, size(values)
+        if (values(i)%dof == dof) last(values(i)%node) = i
+      end do
+      alike = .true.
+      do i = 1, size(last)
+        if (opposite(i) == 0 .or. .not. alike) cycle
+        associate (one => last(i), other => last(opposite(i)))
+          alike = one > 0 .eqv. other > 0
+          if (one > 0 .and. other > 0) alike = abs(values(one)%value - values(other)%value) <= &
+            0.0_wp .and. values(one)%amplitude == values(other)%amplitude .and. &
+            (values(one)%fixed .eqv. values(other)%fixed)
+        end associate
+      end do
+    end function same_values
+
+  end function same_in_step
+
+end module slices_mod
