@@ -92,6 +92,10 @@ SCENES = (
     Scene("two layers, much friction", "grip", 1.5, steps=4),
     Scene("a soft layer, bricks cut", "fixed", 0.3, (2, 3, 4, 8, 12, 16), 4),
     Scene("a strip drawn from under a lid", "lap", 0.2, (2, 3, 4, 5, 6), 4),
+    Scene("a plate in plane strain", "ssnv128", 1.0, (16, 24, 32, 48, 64, 96),
+          settings={"thickness": 0.002}),
+    Scene("a wheel that rubs a slice", "wheel", 0.3, (16, 24, 32, 48, 64), 3,
+          settings={"thick": 0.25}),
 )  # fmt: skip
 
 

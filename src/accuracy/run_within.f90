@@ -8,7 +8,8 @@ module run_within_mod
   use convergence_mod, only: least_order, safety, safety_of_two, size_for_error
   use foreseen_costs_mod, only: fits, seconds_to_run, memory_to_run
   use mesh_sequence_mod, only: mesh_sequence_t, has_bound, mesh_runs, family_t, family_of
-  use step_errors_mod, only: error_by_steps, on_coarse_mesh
+  use step_errors_mod, only: error_by_steps
+  use step_limits_mod, only: on_coarse_mesh
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use finest_mesh_mod, only: find_run, find_finest, go_back
   use choose_divisions_mod, only: most_divisions

@@ -12,8 +12,8 @@ module sequence_error_mod
     order_of_bricks
   use sequence_limits_mod, only: has_limit, error_of_limit, error_of_turn, find_limit
   use follow_sizes_mod, only: follow_sizes
-  use step_errors_mod, only: error_by_steps, corrects_steps, step_correction, runs_for_steps, &
-    error_by_transfer
+  use step_errors_mod, only: error_by_steps, runs_for_steps, error_by_transfer
+  use step_limits_mod, only: corrects_steps, step_correction
   implicit none
   private
 

@@ -1,27 +1,25 @@
 !> What load steps make of a result, by runs on one mesh whose increments are divided; how that
 !> differs from mesh to mesh.
 !>
-!> docs/theory.md section 10, (10.19), (10.21).
+!> docs/theory.md section 10, (10.21).
 module step_errors_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: relative_size
   use measured_quantities_mod, only: error_scales
-  use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, mesh_runs, change, &
-    step_runs, runs_on_mesh, runs_up_to, sizes_of
+  use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, step_runs, &
+    runs_on_mesh, runs_up_to, sizes_of
   use cut_runs_mod, only: cuts_for_trials
   use convergence_mod, only: convergence_t, safety, about_twice, order_of_bricks, &
-    order_of_increments, error_at_least
+    order_of_increments
   use follow_sizes_mod, only: follow_sizes
+  use step_limits_mod, only: corrects_steps, error_of_corrected, growth_of_error, most_weight, &
+    least_part, size_of
   implicit none
   private
 
-  public :: error_by_steps, error_on_mesh, later_step_runs, runs_for_steps, corrects_steps, &
-    step_correction, error_by_transfer, change_by_divisions, on_coarse_mesh, part_for_steps
+  public :: error_by_steps, error_on_mesh, later_step_runs, runs_for_steps, error_by_transfer, &
+    change_by_divisions, part_for_steps
 
-  real(wp), parameter :: on_coarse_mesh = 2.0_wp
-  !! times what load steps make there, where few points slide, they make on finer ones at most
-  real(wp), parameter :: on_finer_mesh = 1.5_wp !! likewise, of a finer one
-  real(wp), parameter :: left_of_error = 0.5_wp !! of values that it is taken off [-]
   real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
   real(wp), parameter :: later_size = 0.5_wp
   !! bricks with which increments are tried again that the first trial wants divided, over its own
@@ -122,7 +120,7 @@ contains
         order_of_increments, k, scales(k), observed, n_rising)
       of_quantity = observed%error
       if (corrects_steps(sequence, runs)) then
-        of_quantity = error_of_corrected(sequence, runs, k, mine, scales(k), observed, n_rising)
+        of_quantity = error_of_corrected(sequence, runs, k, mine, scales(k))
       else
         if (mine < n) of_quantity = of_quantity + change(sequence, k, scales(k), runs(mine), &
           runs(n))
@@ -131,155 +129,6 @@ contains
       error = max(error, of_quantity)
     end do
   end function error_on_mesh
-
-  !> The error of a quantity from which is taken off what load steps make, of each increment by
-  !> itself, the largest of them. docs/theory.md (10.19).
-  function error_of_corrected(sequence, runs, k, mine, scale, observed, n_rising) result(error)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:)   !! on one mesh, the fewest divisions first
-    integer, intent(in) :: k         !! the quantity
-    integer, intent(in) :: mine      !! which of the runs has the divisions
-    real(wp), intent(in) :: scale
-    type(convergence_t), intent(in) :: observed !! of these runs
-    integer, intent(in) :: n_rising             !! likewise
-    real(wp) :: error
-    real(wp) :: left(sequence%n_increments), off(sequence%n_increments)
-    integer :: n
-
-    n = size(runs)
-    left = observed%error
-    ! Sizes that do not converge say less of what is taken off, and where the last change is small
-    ! by accident, little is.
-    if (n_rising == 0) then
-      left = errors_of_increments(sequence, runs, k, scale, observed)
-      left = max(left_of_error*left, left - sizes_of_each(step_correction(sequence, runs, k, n), &
-        scale))
-    end if
-    off = sizes_of_each(step_correction(sequence, runs, k, mine), scale)
-    left = left + max((growth_of_error(sequence, runs) - 1.0_wp)*max(left, off), &
-      from_coarse_mesh(sequence, runs, k, mine, scale))
-    if (n > 3 .and. mine < n) left = left + sizes_of_each(step_correction(sequence, runs, k, &
-      mine) - step_correction(sequence, runs(:n - 1), k, mine), scale)
-    error = maxval(left)
-  end function error_of_corrected
-
-  !> How what is taken off of each increment differs from what would be on the mesh where increments
-  !> are tried first, with the most divisions up to those wanted that both meshes have, and from
-  !> there with the first order; 0 where it is less than what is taken off, and where that mesh does
-  !> not have three runs.
-  pure function from_coarse_mesh(sequence, runs, k, mine, scale) result(sizes)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:)   !! on one mesh, the fewest divisions first
-    integer, intent(in) :: k         !! the quantity
-    integer, intent(in) :: mine      !! which of the runs has the divisions wanted
-    real(wp), intent(in) :: scale
-    real(wp) :: sizes(sequence%n_increments)
-    integer, allocatable :: coarse(:)
-    integer :: here, there
-
-    sizes = 0.0_wp
-    coarse = step_runs(sequence, 0)
-    if (size(coarse) < 3) return
-    if (.not. is_coarse(sequence, coarse)) return
-    do here = mine, 1, -1
-      there = findloc(sequence%runs(coarse)%divisions, sequence%runs(runs(here))%divisions, dim=1)
-      if (there > 0) exit
-    end do
-    if (here == 0) return
-    associate (of_fine => step_correction(sequence, runs, k, here), &
-      of_coarse => step_correction(sequence, coarse, k, there))
-      sizes = sizes_of_each(of_fine - of_coarse, scale)
-      where (sizes <= sizes_of_each(of_fine, scale)) sizes = 0.0_wp
-    end associate
-    sizes = sizes*real(sequence%runs(runs(here))%divisions, wp)/real(sequence%runs(runs( &
-      mine))%divisions, wp)
-  end function from_coarse_mesh
-
-  !> The errors of each increment, with the most divisions, from its own changes over the last three
-  !> runs, with the order that is observed of all, and no more than the largest error is.
-  pure function errors_of_increments(sequence, runs, k, scale, observed) result(errors)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:) !! three and more on one mesh, the fewest divisions first
-    integer, intent(in) :: k       !! the quantity
-    real(wp), intent(in) :: scale
-    type(convergence_t), intent(in) :: observed !! of these runs
-    real(wp) :: errors(sequence%n_increments)
-    real(wp) :: h(size(runs))
-    integer :: i, j, n
-
-    n = size(runs)
-    h = 1.0_wp/real(sequence%runs(runs)%divisions, wp)
-    associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1, &
-      all => sequence%runs)
-      errors = safety*abs(observed%weight)*sizes_of_each(all(runs(n))%values(a:b, :) - &
-        all(runs(n - 1))%values(a:b, :), scale)
-      do i = n - 2, n - 1
-        do j = i + 1, n
-          errors = max(errors, error_at_least(h([i, j]), 1.0_wp, h(n), order_of_increments)* &
-            sizes_of_each(all(runs(j))%values(a:b, :) - all(runs(i))%values(a:b, :), scale))
-        end do
-      end do
-    end associate
-    errors = min(errors, observed%error)
-  end function errors_of_increments
-
-  !> What load steps make on finer meshes, at most, over what they make on that of some runs.
-  pure real(wp) function growth_of_error(sequence, runs) result(growth)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:)
-
-    growth = on_finer_mesh
-    if (is_coarse(sequence, runs)) then
-      growth = on_coarse_mesh
-    else if (sequence%runs(runs(1))%mesh_size%zone%times > 0) then
-      if (.not. corrects_steps(sequence, runs)) growth = 1.0_wp
-    end if
-  end function growth_of_error
-
-  !> Whether what load steps make is taken off: they are then as wrong as that differs from mesh to
-  !> mesh, and as increments without size are. Not so what they make on the mesh where they are
-  !> tried first: a finer one may have it of the other sign.
-  pure logical function corrects_steps(sequence, runs)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:) !! on one mesh, that say it
-
-    corrects_steps = sequence%extrapolates .and. sequence%divides .and. .not. has_bound(sequence)
-    if (corrects_steps) corrects_steps = .not. is_coarse(sequence, runs)
-  end function corrects_steps
-
-  !> Whether runs are on a mesh no finer than the one on which increments are tried first.
-  pure logical function is_coarse(sequence, runs)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:) !! on one mesh
-    real(wp), parameter :: less = 1.0_wp - 1.0e-6_wp
-
-    associate (mesh => sequence%runs(runs(1))%mesh_size)
-      is_coarse = mesh%zone%times == 0 .and. relative_size(mesh) >= less*relative_size( &
-        sequence%trial)
-    end associate
-  end function is_coarse
-
-  !> What a quantity would change with increments without size, as three runs and more on one mesh
-  !> say: from one of them to the last, and from there to the limit.
-  pure function step_correction(sequence, runs, k, mine) result(correction)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:) !! the fewest divisions first
-    integer, intent(in) :: k       !! the quantity
-    integer, intent(in) :: mine    !! which of them
-    real(wp) :: correction(sequence%list(k)%n, sequence%n_increments)
-    type(convergence_t) :: observed
-    integer :: n, n_rising
-
-    n = size(runs)
-    call follow_sizes(sequence, runs, 1.0_wp/real(sequence%runs(runs)%divisions, wp), &
-      order_of_increments, k, 1.0_wp, observed, n_rising)
-    associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1, &
-      all => sequence%runs)
-      correction = all(runs(n))%values(a:b, :) - all(runs(mine))%values(a:b, :)
-      correction = correction + observed%weight*(all(runs(n))%values(a:b, :) - &
-        all(runs(n - 1))%values(a:b, :))
-    end associate
-  end function step_correction
 
   !> The error that a mesh makes in what the divisions of increments change, where it is undivided
   !> ones that say what it makes in all else: what these change on it differs from what they change
@@ -290,8 +139,6 @@ contains
     integer, intent(in) :: k      !! the quantity
     real(wp), intent(in) :: scale
     integer, intent(in) :: run    !! the last of those that say what the mesh makes
-    real(wp), parameter :: most_weight = 1.5_wp !! of what near meshes differ by, which is scatter
-    real(wp), parameter :: least_part = 0.1_wp !! of what they change, however alike on both meshes
     integer :: divided, coarse(2)
     real(wp) :: weight
 
@@ -389,23 +236,5 @@ contains
       end do
     end associate
   end function change_by_divisions
-
-  !> The largest of a quantity's differences over the increments, as a part of its scale.
-  pure real(wp) function size_of(difference, scale)
-    real(wp), intent(in) :: difference(:, :) !! (n,n_increments)
-    real(wp), intent(in) :: scale
-
-    size_of = maxval(sizes_of_each(difference, scale))
-  end function size_of
-
-  !> A quantity's differences in each increment, as parts of its scale.
-  pure function sizes_of_each(difference, scale) result(sizes)
-    real(wp), intent(in) :: difference(:, :) !! (n,n_increments)
-    real(wp), intent(in) :: scale
-    real(wp) :: sizes(size(difference, 2))
-
-    sizes = norm2(difference, dim=1)
-    if (scale > 0.0_wp) sizes = sizes/scale
-  end function sizes_of_each
 
 end module step_errors_mod
