@@ -53,6 +53,7 @@ class Reached:
     asked: float
     extrapolated: bool
     end: str  # kept, broken, refused, over, not judged
+    is_known: bool = False  # whether the truth can judge it
     seconds: float = 0.0
     of_best: float = 0.0  # seconds over those of the best by hand; 0: there is none
     of_common: float = 0.0  # likewise over those of the common way
@@ -140,7 +141,7 @@ def ask(program, scene, folder, wanted, known):
     true, doubt = known
     one = run(program, scene, folder, scene.parameters(scene.meshes[2]), "--accuracy", str(asked),
               *options)  # fmt: skip
-    found = Reached(asked, bool(options), "over")
+    found = Reached(asked, bool(options), "over", doubt <= JUDGED * asked)
     if one is None:
         return found, [f"over {LIMIT}", "-", "-", "-", "-"]
     sequence, found.seconds = one.sequence, one.seconds
@@ -179,6 +180,19 @@ def summary(ends):
     return rows
 
 
+def reached_where_known(ends):
+    """How many are reached of those that the truth can judge: in words."""
+    parts = []
+    for asked in sorted(ASKED + ALSO_ASKED, reverse=True):
+        of = {}
+        for extrapolated in (False, True):
+            here = [one.end for one in ends
+                    if (one.asked, one.extrapolated, one.is_known) == (asked, extrapolated, True)]
+            of[extrapolated] = f"{here.count('kept') + here.count('broken')} of {len(here)}"
+        parts.append(f"{100 * asked:g} %: {of[False]}, extrapolated {of[True]}")
+    return ["Where the truth can judge what is asked, it is reached:", "; ".join(parts) + "."]
+
+
 def page(program, jobs):
     """The page as Markdown."""
     with ThreadPoolExecutor(jobs) as pool:
@@ -211,6 +225,8 @@ def page(program, jobs):
             "seconds are those of all runs on this way, and its error is what is left at the end.",
             "",
             *verdict(ends),
+            "",
+            *reached_where_known(ends),
             "",
             *table(head_of_summary, summary(ends)),
             "",

@@ -5,40 +5,36 @@
 !> section 11).
 module equilibrate_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t, raise, exit_not_solved
+  use errors_mod, only: error_t
   use constraints_mod, only: constraints_t, give_to_masters
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, ended_well, ended_unbalanced, &
-    ended_moving
+  use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving
   use mesh_forces_mod, only: internal_force, force_rounding
   use rigid_modes_mod, only: add_motions
   use dof_map_mod, only: to_equations
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse
   use increment_forces_mod, only: increment_forces_t
-  use follow_points_mod, only: measure_points, rounding_of_places
+  use follow_points_mod, only: measure_points
   use drag_points_mod, only: drag_points
   use placement_mod, only: placement_t, place_curved
-  use follow_bodies_mod, only: follow_t, begin_following, has_moved, next_place, &
-    farthest_point
+  use follow_bodies_mod, only: has_moved, farthest_point
   use transfer_mod, only: nodal_forces
-  use condensed_contact_mod, only: condense_contact, count_rows, is_on_bodies, neutral_motions, &
-    are_left_out
+  use condensed_contact_mod, only: is_on_bodies, neutral_motions, are_left_out
   use near_points_mod, only: near_points, is_any_missed
   use step_solver_mod, only: step_solver_t
   use neutral_motions_mod, only: neutral_step, way_to_rest
   use trial_mod, only: trial_t, displacement_of
-  use solve_reactions_mod, only: solve_reactions
+  use newton_raphson_mod, only: newton_raphson_t, begin_newton_raphson, place_points, &
+    find_reactions, check_covered
   implicit none
   private
 
   public :: equilibrate
 
   integer, parameter :: max_newton_raphson = 40
-  integer, parameter :: most_by_parts = 20 !! iterations in which points may be left out
-  real(wp), parameter :: sharpest = 1.0e-12_wp !! residual below which nothing is asked for [-]
 
 contains
 
@@ -54,179 +50,133 @@ contains
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
-    real(wp) :: correction(3, size(trial%u_free, 2)) !! [length]
-    real(wp) :: change(solver%body%inverse%map%n_free) !! of the load of iterations [force]
-    real(wp) :: imbalance, left, last_left, moved, last_moved
-    real(wp) :: step(solver%body%motions%n) !! of the neutral motions [length]
-    real(wp) :: led(solver%body%motions%n)  !! by these steps so far [length]
-    type(placement_t) :: undeformed
-    integer :: i, j
-    real(wp), dimension(3, points%n) :: reaction !! that a solution began from [force]
-    real(wp) :: motion(solver%body%motions%n)    !! likewise [length]
-    logical :: balanced, settled, is_turned
-    real(wp), allocatable :: begun(:) !! a correction by the factor, its interior to come [length]
-    type(follow_t) :: follow          !! of surfaces
-    logical :: near(points%n)         !! points that may touch, as far as is known
-    logical :: is_missed              !! one of the others touches
-    real(wp) :: slack                 !! gap that counts as none [length]
+    type(newton_raphson_t) :: loop
+    logical :: is_missed
 
     new%rotation = trial%rotation
-    near = points%in_reach
-    slack = 0.0_wp
-    undeformed = turned_undeformed(scene, points, solver, trial)
-    follow = begin_following(scene, points, trial%controls%tolerance)
-    led = 0.0_wp
-    last_left = huge(1.0_wp)
-    last_moved = huge(1.0_wp)
-    newton_raphson: do i = 1, max_newton_raphson
+    loop = begin_newton_raphson(scene, points, solver, trial)
+    newton_raphson: do while (loop%i < max_newton_raphson)
+      loop%i = loop%i + 1
       report%newton_raphson_iterations = report%newton_raphson_iterations + 1
 
       ! 2. and 3. Reactions, and the free motions with them
-      if (any(points%is_curved)) then
-        if (i > 1) call next_place(follow, i - 1, last_moved, new%displacement, &
-          trial%placed_at)
-        call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, &
-          stay=i > 1)
-        call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
-        slack = 10.0_wp*trial%controls%tolerance*maxval(abs(trial%placed_at)) + &
-          rounding_of_places(scene, trial%placed_at)
-        if (i == 1) near = first_near(scene, points, solver, old, trial, new%reaction, slack)
-        if (i > most_by_parts) near = points%in_reach
-        call condense_contact(scene, points, solver%body, undeformed, trial%placement, .true., &
-          near, solver%contact)
-      end if
+      if (any(points%is_curved)) call place_points(scene, points, solver, old, new, trial, loop)
       call check_covered(points, solver, error)
       if (allocated(error)) return
-      if (.not. trial%is_foreseen) then
-        reaction = new%reaction
-        motion = trial%motion
-        call solve_sharply(scene, points, solver, old, size(follow%node) > 0, trial, &
-          new%reaction, report)
-        if (any(are_left_out(solver%contact, points%n)) .and. .not. report%converged) then
-          ! The others may be what holds the bodies.
-          near = points%in_reach
-          new%reaction = reaction
-          trial%motion = motion
-          call condense_contact(scene, points, solver%body, undeformed, trial%placement, .true., &
-            near, solver%contact)
-          call solve_sharply(scene, points, solver, old, size(follow%node) > 0, trial, &
-            new%reaction, report)
-        end if
-      end if
+      if (.not. trial%is_foreseen) call find_reactions(scene, points, solver, old, trial, new, &
+        report, loop)
       trial%is_foreseen = .false.
       call take_failure(solver, error)
       if (allocated(error)) return
       if (report%ending == ended_unbalanced) then
-        if (allocated(begun)) call abandon_inverse(solver%body%inverse)
+        if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
         return
       end if
 
       ! 4. Displacement
-      call displace(scene, points, solver, trial, new, begun, pressed, error)
+      call displace(scene, points, solver, trial, new, loop%begun, pressed, error)
       if (allocated(error)) return
-      if (size(follow%node) > 0) call rest(scene, solver, old, led, trial, new)
+      if (size(loop%follow%node) > 0) call rest(scene, solver, old, loop%led, trial, new)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
       call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal)
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(scene%mesh, solver%body%constraints, pressed, trial%forces, &
-        trial%controls%tolerance < scene%contact%tolerance, residual, imbalance, left)
-      if (i == 1) report%unrefined = max(report%unrefined, imbalance)
-      report%imbalance = imbalance
-      moved = max(moved_from(scene, points, trial%placement, old, new), &
-        has_moved(scene%mesh, follow, old%displacement, trial%placed_at, new%displacement))
-      is_turned = .false.
-      if (solver%body%motions%n > 0) is_turned = any(abs(trial%neutral_residual) > &
-        trial%controls%tolerance*maxval(abs(new%reaction)))
-      ! Progress is that of the force: where nothing presses a body, all its forces are out of
-      ! balance, and no part of them falls as they do.
-      balanced = imbalance <= trial%controls%tolerance .or. &
-        (left > 0.5_wp*last_left .and. .not. is_turned)
-      settled = moved <= trial%controls%tolerance .or. (moved > 0.9_wp*last_moved .and. &
-        i > 10 .and. moved <= follow%allowed)
+        trial%controls%tolerance < scene%contact%tolerance, residual, loop%imbalance, loop%left)
+      if (loop%i == 1) report%unrefined = max(report%unrefined, loop%imbalance)
+      report%imbalance = loop%imbalance
+      loop%moved = max(moved_from(scene, points, trial%placement, old, new), &
+        has_moved(scene%mesh, loop%follow, old%displacement, trial%placed_at, new%displacement))
       is_missed = is_any_missed(points, trial%placement, are_left_out(solver%contact, points%n), &
-        new%displacement, slack)
-      if (balanced .and. settled .and. .not. is_missed) exit newton_raphson
-      if (.not. all(near .or. .not. points%in_reach)) near = (near .and. i > 1) .or. near_points( &
-        points, trial%placement, old, new%displacement, new%reaction, slack)
-      last_left = left
-      last_moved = moved
-      ! What a placement that still moves leaves on them says nothing.
-      if (size(follow%node) > 0) is_turned = is_turned .and. any(abs(trial%neutral_residual) > &
-        moved*maxval(abs(new%reaction)))
-      if (is_turned) then
-        step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
-          solver%body%motions%n), trial%placement, new, trial%neutral_residual)
-        led = led + step
-        trial%motion = trial%motion + step
-        call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
+        new%displacement, loop%slack)
+      if (is_settled(loop, trial, new%reaction) .and. .not. is_missed) exit newton_raphson
+      if (.not. all(loop%near .or. .not. points%in_reach)) then
+        if (loop%i == 1) loop%near = .false.
+        loop%near = loop%near .or. near_points(points, trial%placement, old, new%displacement, &
+          new%reaction, loop%slack)
       end if
-      if (imbalance <= trial%controls%tolerance) cycle newton_raphson
-      if (is_on_bodies(solver%contact) .and. .not. trial%by_compliance) then
-        ! What iteration has not solved is out of balance too, but no load.
-        call to_equations(solver%body%inverse%map, residual, change)
-        associate (motions => solver%body%motions)
-          trial%left = trial%left + [change, (residual(motions%dof(j), motions%node(j)), &
-            j=1, motions%n)] + trial%unsolved
-        end associate
-        cycle newton_raphson
-      end if
-      ! Contact sees the correction of the interface; that of the interior comes with its answer.
-      call begin_inverse(solver%body%inverse, residual, begun, correction, error)
+      call correct(scene, points, solver, residual, trial, new, loop, error)
       if (allocated(error)) return
-      trial%u_free = trial%u_free + correction
     end do newton_raphson
-    if (allocated(begun)) call abandon_inverse(solver%body%inverse)
-    report%moved = moved
-    report%moved_point = farthest_point(points, follow, trial%placed_at, new%displacement)
-    if (moved <= follow%allowed .and. .not. is_missed) return
+    if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
+    report%moved = loop%moved
+    report%moved_point = farthest_point(points, loop%follow, trial%placed_at, new%displacement)
+    if (loop%moved <= loop%follow%allowed .and. .not. is_missed) return
     ! Nothing says that reactions found elsewhere hold here.
     report%converged = .false.
     report%ending = ended_moving
-    report%residual = moved
+    report%residual = loop%moved
   end subroutine equilibrate
 
-  !> The points that may touch, before anything is solved: by where they are, and by where the loads
-  !> would take them without contact. All in reach, where bodies are solved for by iteration.
-  pure function first_near(scene, points, solver, old, trial, reaction, slack) result(near)
+  !> Whether the forces balance and the points stay where they were placed, as far as either goes.
+  pure logical function is_settled(loop, trial, reaction)
+    type(newton_raphson_t), intent(in) :: loop
+    type(trial_t), intent(in) :: trial
+    real(wp), intent(in) :: reaction(:, :) !! (3,n_points) [force]
+
+    ! Progress is that of the force: where nothing presses a body, all its forces are out of
+    ! balance, and no part of them falls as they do.
+    is_settled = loop%imbalance <= trial%controls%tolerance .or. (loop%left > &
+      0.5_wp*loop%last_left .and. .not. is_turned(trial, reaction, trial%controls%tolerance))
+    is_settled = is_settled .and. (loop%moved <= trial%controls%tolerance .or. (loop%moved > &
+      0.9_wp*loop%last_moved .and. loop%i > 10 .and. loop%moved <= loop%follow%allowed))
+  end function is_settled
+
+  !> Whether turned normals leave forces along neutral motions, beside the largest reaction.
+  pure logical function is_turned(trial, reaction, allowed)
+    type(trial_t), intent(in) :: trial
+    real(wp), intent(in) :: reaction(:, :) !! (3,n_points) [force]
+    real(wp), intent(in) :: allowed        !! [-]
+
+    is_turned = .false.
+    if (size(trial%motion) > 0) is_turned = any(abs(trial%neutral_residual) > &
+      allowed*maxval(abs(reaction)))
+  end function is_turned
+
+  !> Take in what is out of balance: along neutral motions, and the force, as a load or in u_free.
+  subroutine correct(scene, points, solver, residual, trial, new, loop, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(in) :: solver
-    type(state_t), intent(in) :: old
-    type(trial_t), intent(in) :: trial
-    real(wp), intent(in) :: reaction(:, :) !! (3,n_points) to start from [force]
-    real(wp), intent(in) :: slack          !! as of near_points [length]
-    logical :: near(points%n)
-    real(wp) :: no_contact(3, scene%mesh%n_nodes) !! what it displaces [length]
+    type(step_solver_t), intent(inout) :: solver
+    real(wp), intent(in) :: residual(:, :) !! (3,n_nodes) [force]
+    type(trial_t), intent(inout) :: trial  !! gets the correction
+    type(state_t), intent(inout) :: new    !! gets the way along neutral motions
+    type(newton_raphson_t), intent(inout) :: loop
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    real(wp) :: correction(3, size(residual, 2))       !! [length]
+    real(wp) :: change(solver%body%inverse%map%n_free) !! of the load of iterations [force]
+    real(wp) :: step(solver%body%motions%n)            !! of the neutral motions [length]
+    logical :: is_led
+    integer :: j
 
-    near = points%in_reach
-    if (allocated(solver%body%inverse%iterative)) return
-    no_contact = 0.0_wp
-    near = near_points(points, trial%placement, old, old%displacement, reaction, slack) .or. &
-      near_points(points, trial%placement, old, displacement_of(scene, solver, trial, &
-      no_contact), reaction, slack)
-  end function first_near
-
-  !> Refuse contact that a body solved for by iteration does not cover.
-  subroutine check_covered(points, solver, error)
-    type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(in) :: solver
-    type(error_t), allocatable, intent(out) :: error
-
-    if (.not. allocated(solver%body%inverse%iterative)) return
-    if (count_rows(solver%contact) == 0) return
-    if (is_on_bodies(solver%contact)) then
-      if (any(points%is_curved .and. points%in_reach) .and. size(neutral_motions(solver%contact, &
-        solver%body%motions%n), 2) > 0) call raise(error, exit_not_solved, &
-        '*BODY SOLVER, TYPE=ITERATIVE does not cover bodies that are free to turn or slide on '// &
-        'a round obstacle or on each other; TYPE=FACTOR does')
+    loop%last_left = loop%left
+    loop%last_moved = loop%moved
+    is_led = is_turned(trial, new%reaction, trial%controls%tolerance)
+    ! What a placement that still moves leaves on them says nothing.
+    if (size(loop%follow%node) > 0) is_led = is_led .and. is_turned(trial, new%reaction, loop%moved)
+    if (is_led) then
+      step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
+        solver%body%motions%n), trial%placement, new, trial%neutral_residual)
+      loop%led = loop%led + step
+      trial%motion = trial%motion + step
+      call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
+    end if
+    if (loop%imbalance <= trial%controls%tolerance) return
+    if (is_on_bodies(solver%contact) .and. .not. trial%by_compliance) then
+      ! What iteration has not solved is out of balance too, but no load.
+      call to_equations(solver%body%inverse%map, residual, change)
+      associate (motions => solver%body%motions)
+        trial%left = trial%left + [change, (residual(motions%dof(j), motions%node(j)), &
+          j=1, motions%n)] + trial%unsolved
+      end associate
       return
     end if
-    call raise(error, exit_not_solved, '*BODY SOLVER, TYPE=ITERATIVE does not cover points '// &
-      'that depend on other nodes, that are slave and master of each other, or whose supports '// &
-      'are oblique to the obstacle; TYPE=FACTOR does')
-  end subroutine check_covered
+    ! Contact sees the correction of the interface; that of the interior comes with its answer.
+    call begin_inverse(solver%body%inverse, residual, loop%begun, correction, error)
+    if (allocated(error)) return
+    trial%u_free = trial%u_free + correction
+  end subroutine correct
 
   !> How solutions for the bodies have failed, where they have.
   subroutine take_failure(solver, error)
@@ -295,44 +245,6 @@ contains
       call add_motions(motions, scene%mesh, way, new%displacement)
     end associate
   end subroutine rest
-
-  !> The points of the undeformed mesh before obstacles as they stand at the end of the increment.
-  pure function turned_undeformed(scene, points, solver, trial) result(undeformed)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(in) :: solver
-    type(trial_t), intent(in) :: trial
-    type(placement_t) :: undeformed
-    real(wp) :: nothing(3, scene%mesh%n_nodes)
-
-    undeformed = solver%undeformed
-    if (.not. any(scene%obstacles%turns)) return
-    nothing = 0.0_wp
-    call place_curved(scene, points, nothing, undeformed, trial%rotation)
-  end function turned_undeformed
-
-  !> The reactions; where placements are followed, ten times sharper than asked for as far as that
-  !> is within reach: what reactions leave open no placement can settle.
-  subroutine solve_sharply(scene, points, solver, old, is_followed, trial, reaction, report)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(inout) :: solver
-    type(state_t), intent(in) :: old
-    logical, intent(in) :: is_followed
-    type(trial_t), intent(inout) :: trial
-    real(wp), intent(inout) :: reaction(:, :) !! (3,n_points) [force]
-    type(increment_report_t), intent(inout) :: report
-    real(wp) :: wanted
-
-    wanted = trial%controls%tolerance
-    if (is_followed) trial%controls%tolerance = min(wanted, max(sharpest, 0.1_wp*wanted))
-    call solve_reactions(scene, points, solver, old, trial, reaction, report)
-    trial%controls%tolerance = wanted
-    if (report%converged .or. report%ending == ended_unbalanced) return
-    if (.not. (is_followed .and. report%residual <= wanted)) return
-    report%converged = .true.
-    report%ending = ended_well
-  end subroutine solve_sharply
 
   !> How far the points before curved obstacles are from where they were placed, as of
   !> `measure_points`.

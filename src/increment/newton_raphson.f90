@@ -1,0 +1,192 @@
+!> Steps 2 and 3 of an increment (advance_mod), in each iteration of its Newton-Raphson loop: where
+!> the contact points are placed, and the reactions there.
+module newton_raphson_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, raise, exit_not_solved
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use increment_report_mod, only: increment_report_t, ended_well, ended_unbalanced
+  use follow_points_mod, only: rounding_of_places
+  use drag_points_mod, only: drag_points
+  use placement_mod, only: placement_t, place_curved
+  use follow_bodies_mod, only: follow_t, begin_following, next_place
+  use condensed_contact_mod, only: condense_contact, count_rows, is_on_bodies, neutral_motions, &
+    are_left_out
+  use near_points_mod, only: near_points
+  use step_solver_mod, only: step_solver_t
+  use trial_mod, only: trial_t, displacement_of
+  use solve_reactions_mod, only: solve_reactions
+  implicit none
+  private
+
+  public :: newton_raphson_t, begin_newton_raphson, place_points, find_reactions, check_covered
+
+  integer, parameter :: most_by_parts = 20 !! iterations in which points may be left out
+  real(wp), parameter :: sharpest = 1.0e-12_wp !! residual below which nothing is asked for [-]
+
+  !> The Newton-Raphson loop of an increment, as far as one iteration leaves something to the next.
+  type :: newton_raphson_t
+    integer :: i = 0                      !! iteration
+    type(placement_t) :: undeformed       !! of the undeformed mesh, before obstacles as they stand
+    type(follow_t) :: follow              !! of surfaces
+    logical, allocatable :: near(:)       !! (n_points) that may touch, as far as is known
+    real(wp) :: slack = 0.0_wp            !! gap that counts as none [length]
+    real(wp) :: imbalance = 0.0_wp        !! of the worst node, beside its body's forces [-]
+    real(wp) :: left = 0.0_wp, last_left = huge(1.0_wp) !! of that node, now and before [force]
+    real(wp) :: moved = 0.0_wp, last_moved = huge(1.0_wp)
+    !! how far points are from where they were placed, now and before [-]
+    real(wp), allocatable :: led(:)       !! (n_motions) by steps along neutral motions [length]
+    real(wp), allocatable :: begun(:)
+    !! a correction by the factor, its interior to come [length]
+  end type newton_raphson_t
+
+contains
+
+  !> The loop before its first iteration.
+  function begin_newton_raphson(scene, points, solver, trial) result(loop)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(trial_t), intent(in) :: trial
+    type(newton_raphson_t) :: loop
+
+    loop%near = points%in_reach
+    loop%undeformed = turned_undeformed(scene, points, solver, trial)
+    loop%follow = begin_following(scene, points, trial%controls%tolerance)
+    allocate (loop%led(solver%body%motions%n), source=0.0_wp)
+  end function begin_newton_raphson
+
+  !> The points of the undeformed mesh before obstacles as they stand at the end of the increment.
+  pure function turned_undeformed(scene, points, solver, trial) result(undeformed)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(trial_t), intent(in) :: trial
+    type(placement_t) :: undeformed
+    real(wp) :: nothing(3, scene%mesh%n_nodes)
+
+    undeformed = solver%undeformed
+    if (.not. any(scene%obstacles%turns)) return
+    nothing = 0.0_wp
+    call place_curved(scene, points, nothing, undeformed, trial%rotation)
+  end function turned_undeformed
+
+  !> Place the points before curved obstacles, and make the contact problem of those that may touch.
+  subroutine place_points(scene, points, solver, old, new, trial, loop)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver !! gets the contact problem
+    type(state_t), intent(in) :: old, new
+    type(trial_t), intent(inout) :: trial        !! gets the placement
+    type(newton_raphson_t), intent(inout) :: loop !! gets the points that may touch, and the slack
+
+    if (loop%i > 1) call next_place(loop%follow, loop%i - 1, loop%last_moved, new%displacement, &
+      trial%placed_at)
+    call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, &
+      stay=loop%i > 1)
+    call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
+    loop%slack = 10.0_wp*trial%controls%tolerance*maxval(abs(trial%placed_at)) + &
+      rounding_of_places(scene, trial%placed_at)
+    if (loop%i == 1) loop%near = first_near(scene, points, solver, old, trial, new%reaction, &
+      loop%slack)
+    if (loop%i > most_by_parts) loop%near = points%in_reach
+    call condense_contact(scene, points, solver%body, loop%undeformed, trial%placement, .true., &
+      loop%near, solver%contact)
+  end subroutine place_points
+
+  !> The reactions, and the free motions with them: of the points that may touch, and of all in
+  !> reach where those lead nowhere.
+  subroutine find_reactions(scene, points, solver, old, trial, new, report, loop)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(inout) :: trial
+    type(state_t), intent(inout) :: new   !! gets reaction
+    type(increment_report_t), intent(inout) :: report
+    type(newton_raphson_t), intent(inout) :: loop
+    real(wp) :: reaction(3, points%n)         !! that a solution began from [force]
+    real(wp) :: motion(solver%body%motions%n) !! likewise [length]
+
+    reaction = new%reaction
+    motion = trial%motion
+    call solve_sharply(scene, points, solver, old, size(loop%follow%node) > 0, trial, &
+      new%reaction, report)
+    if (report%converged) return
+    if (.not. any(are_left_out(solver%contact, points%n))) return
+    ! The others may be what holds the bodies.
+    loop%near = points%in_reach
+    new%reaction = reaction
+    trial%motion = motion
+    call condense_contact(scene, points, solver%body, loop%undeformed, trial%placement, .true., &
+      loop%near, solver%contact)
+    call solve_sharply(scene, points, solver, old, size(loop%follow%node) > 0, trial, &
+      new%reaction, report)
+  end subroutine find_reactions
+
+  !> The points that may touch, before anything is solved: by where they are, and by where the loads
+  !> would take them without contact. All in reach, where bodies are solved for by iteration.
+  pure function first_near(scene, points, solver, old, trial, reaction, slack) result(near)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(in) :: trial
+    real(wp), intent(in) :: reaction(:, :) !! (3,n_points) to start from [force]
+    real(wp), intent(in) :: slack          !! as of near_points [length]
+    logical :: near(points%n)
+    real(wp) :: no_contact(3, scene%mesh%n_nodes) !! what it displaces [length]
+
+    near = points%in_reach
+    if (allocated(solver%body%inverse%iterative)) return
+    no_contact = 0.0_wp
+    near = near_points(points, trial%placement, old, old%displacement, reaction, slack) .or. &
+      near_points(points, trial%placement, old, displacement_of(scene, solver, trial, &
+      no_contact), reaction, slack)
+  end function first_near
+
+  !> Refuse contact that a body solved for by iteration does not cover.
+  subroutine check_covered(points, solver, error)
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. allocated(solver%body%inverse%iterative)) return
+    if (count_rows(solver%contact) == 0) return
+    if (is_on_bodies(solver%contact)) then
+      if (any(points%is_curved .and. points%in_reach) .and. size(neutral_motions(solver%contact, &
+        solver%body%motions%n), 2) > 0) call raise(error, exit_not_solved, &
+        '*BODY SOLVER, TYPE=ITERATIVE does not cover bodies that are free to turn or slide on '// &
+        'a round obstacle or on each other; TYPE=FACTOR does')
+      return
+    end if
+    call raise(error, exit_not_solved, '*BODY SOLVER, TYPE=ITERATIVE does not cover points '// &
+      'that depend on other nodes, that are slave and master of each other, or whose supports '// &
+      'are oblique to the obstacle; TYPE=FACTOR does')
+  end subroutine check_covered
+
+  !> The reactions; where placements are followed, ten times sharper than asked for as far as that
+  !> is within reach: what reactions leave open no placement can settle.
+  subroutine solve_sharply(scene, points, solver, old, is_followed, trial, reaction, report)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(in) :: old
+    logical, intent(in) :: is_followed
+    type(trial_t), intent(inout) :: trial
+    real(wp), intent(inout) :: reaction(:, :) !! (3,n_points) [force]
+    type(increment_report_t), intent(inout) :: report
+    real(wp) :: wanted
+
+    wanted = trial%controls%tolerance
+    if (is_followed) trial%controls%tolerance = min(wanted, max(sharpest, 0.1_wp*wanted))
+    call solve_reactions(scene, points, solver, old, trial, reaction, report)
+    trial%controls%tolerance = wanted
+    if (report%converged .or. report%ending == ended_unbalanced) return
+    if (.not. (is_followed .and. report%residual <= wanted)) return
+    report%converged = .true.
+    report%ending = ended_well
+  end subroutine solve_sharply
+
+end module newton_raphson_mod
