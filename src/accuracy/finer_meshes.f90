@@ -3,7 +3,6 @@ module finer_meshes_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: mesh_size_t, blocks_t, common_divisor, relative_size
   use scene_mod, only: scene_t
-  use slices_mod, only: axis_across
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, start_sequence, has_bound, mesh_runs
   implicit none
   private
@@ -25,17 +24,15 @@ contains
     type(scene_t), intent(in) :: deck    !! as written
     type(blocks_t), intent(in) :: blocks(3) !! of it that may have others, along each axis
     type(mesh_sequence_t), intent(out) :: sequence
-    integer :: across
 
     call start_sequence(deck, sequence)
-    across = axis_across(deck)
-    sequence%blocks = but_across(blocks, across)
+    sequence%blocks = but_across(blocks, deck%across)
     sequence%trial = coarsest(sequence%blocks, fewest_of_trial)
     sequence%first = sequence%trial
     ! What coarser meshes take is too little to foresee others by.
     if (.not. has_bound(sequence)) sequence%first = coarsest(sequence%blocks, fewest_bricks)
-    sequence%trial%across = across
-    sequence%first%across = across
+    sequence%trial%across = deck%across
+    sequence%first%across = deck%across
   end subroutine begin_sequence
 
   !> Blocks along all axes but that across a slice.

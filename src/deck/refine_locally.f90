@@ -11,10 +11,9 @@ module refine_locally_mod
   use local_refinement_mod, only: cut_some, cut_with, find_hanging, parents_of
   use mesh_draft_mod, only: max_nodes, mesh_draft_t
   use mesh_size_mod, only: is_near, zone_t
-  use refine_bricks_mod, only: pieces_t, value_between
+  use refine_bricks_mod, only: local_axes, pieces_t, value_between
   use resource_limits_mod, only: has_memory
   use sets_mod, only: model_t
-  use slices_mod, only: local_axes
   use text_mod, only: to_text
   implicit none
   private

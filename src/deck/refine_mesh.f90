@@ -5,10 +5,9 @@ module refine_mesh_mod
   use cut_mesh_mod, only: nodes_by_id, replace_bricks
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: max_nodes
-  use refine_bricks_mod, only: n_pieces, pieces_t, refine_bricks
+  use refine_bricks_mod, only: local_axes, n_pieces, pieces_t, refine_bricks
   use resource_limits_mod, only: has_memory
   use sets_mod, only: model_t
-  use slices_mod, only: local_axes
   use text_mod, only: to_text
   implicit none
   private

@@ -54,6 +54,7 @@ contains
     logical :: is_missed
 
     new%rotation = trial%rotation
+    is_missed = .false.
     loop = begin_newton_raphson(scene, points, solver, trial)
     newton_raphson: do while (loop%i < max_newton_raphson)
       loop%i = loop%i + 1

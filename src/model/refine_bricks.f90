@@ -11,7 +11,8 @@ module refine_bricks_mod
   implicit none
   private
 
-  public :: pieces_t, refine_bricks, n_pieces, value_between, fill_between, piece_faces, edge_nodes
+  public :: pieces_t, refine_bricks, n_pieces, local_axes, value_between, fill_between, &
+    piece_faces, edge_nodes
 
   !> What the bricks of a mesh are cut into, all or some of them.
   type :: pieces_t
@@ -33,6 +34,30 @@ module refine_bricks_mod
   !! of a unit cube, in the order of a brick's nodes
 
 contains
+
+  !> The local axis of bricks across a slice: that which goes the farthest along it.
+  pure function local_axes(coordinates, bricks, across) result(axes)
+    real(wp), intent(in) :: coordinates(:, :) !! (3,n_nodes) [length]
+    integer, intent(in) :: bricks(:, :)       !! (8,n)
+    integer, intent(in) :: across             !! the axis across the slice; 0: there is none
+    integer :: axes(size(bricks, 2))
+    integer :: e
+
+    axes = 0
+    if (across == 0) return
+    do e = 1, size(bricks, 2)
+      axes(e) = local_axis(coordinates(:, bricks(:, e)), across)
+    end do
+  end function local_axes
+
+  !> The local axis of a brick that goes the farthest along an axis: 1 from its first node to the
+  !> second, 2 to the fourth, 3 to the fifth.
+  pure integer function local_axis(x, axis)
+    real(wp), intent(in) :: x(3, 8) !! its nodes [length]
+    integer, intent(in) :: axis
+
+    local_axis = maxloc(abs(x(axis, [2, 4, 5]) - x(axis, 1)), 1)
+  end function local_axis
 
   !> Into how many pieces bricks are cut.
   pure integer function n_pieces(parts, uncut)

@@ -18,7 +18,7 @@ module obstacle_shapes_mod
   public :: known_kinds, check_shapes, shift_of, turned, locate_point, least_gap, is_flat, &
     is_meshed, has_meshed_master, is_before_faces, has_fixed_normals, has_round_master, &
     turns_in_place, normal_along, enters_faces, get_core, extent_of, holds_turned_away, &
-    how_to_turn_round, shape_code, shape_codes
+    how_to_turn_round, shape_code, shape_codes, is_same_along
 
   integer, parameter :: known_kinds(4) = [obstacle_plane, obstacle_sphere, obstacle_cylinder, &
     obstacle_facets]
@@ -335,5 +335,22 @@ contains
     extent = maxval(abs(obstacle%point)) + obstacle%radius
     if (is_meshed(obstacle)) extent = maxval(abs(obstacle%corner))
   end function extent_of
+
+  !> Whether an obstacle is the same all along an axis.
+  elemental logical function is_same_along(obstacle, axis)
+    type(obstacle_t), intent(in) :: obstacle
+    integer, intent(in) :: axis
+    logical :: has(3)
+
+    has = abs(obstacle%normal) > 0.0_wp
+    select case (obstacle%kind)
+    case (obstacle_plane)
+      is_same_along = .not. has(axis)
+    case (obstacle_cylinder)
+      is_same_along = has(axis) .and. count(has) == 1
+    case default
+      is_same_along = .false.
+    end select
+  end function is_same_along
 
 end module obstacle_shapes_mod

@@ -1,16 +1,17 @@
 !> Slices in plane strain: one brick thick, held across, the same on both sides.
 !>
 !> What happens in a slice does not change across it, so it needs no more bricks there.
-module slices_mod
+module slice_axis_mod
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t, nodal_value_t
-  use obstacles_mod, only: obstacle_t, obstacle_cylinder, obstacle_plane
+  use obstacle_shapes_mod, only: is_same_along
+  use refine_bricks_mod, only: local_axes
   use scene_mod, only: scene_t
   use surfaces_mod, only: surface_t, nodes_of
   implicit none
   private
 
-  public :: axis_across, local_axes
+  public :: axis_across
 
   real(wp), parameter :: rounding = 1.0e-9_wp !! of a length [-]
 
@@ -34,7 +35,7 @@ contains
     do axis = 3, 1, -1
       opposite = opposite_nodes(scene, axis)
       if (size(opposite) == 0) cycle
-      if (.not. all(go_along(scene%obstacles, axis))) cycle
+      if (.not. all(is_same_along(scene%obstacles, axis))) cycle
       if (any(scene%gaps%parabola)) cycle
       if (is_held(scene, axis, opposite > 0) .and. is_the_same_on_both_sides(scene, axis, &
         opposite)) return
@@ -48,17 +49,17 @@ contains
     integer, intent(in) :: axis
     integer, allocatable :: opposite(:)
     real(wp) :: low, high
-    integer :: e, a, b, along
+    integer :: along(scene%mesh%n_elements), e, a, b
 
     associate (mesh => scene%mesh)
+      along = local_axes(mesh%coordinates, mesh%connectivity(:, :mesh%n_elements), axis)
       low = minval(mesh%coordinates(axis, mesh%brick_nodes))
       high = maxval(mesh%coordinates(axis, mesh%brick_nodes))
       allocate (opposite(mesh%n_nodes), source=0)
       bricks: do e = 1, mesh%n_elements
         associate (nodes => mesh%connectivity(:, e))
-          along = local_axis(mesh%coordinates(:, nodes), axis)
           do a = 1, 8
-            b = other_end(a, along)
+            b = other_end(a, along(e))
             if (.not. are_opposite(mesh%coordinates(:, nodes(a)), mesh%coordinates(:, nodes(b))) &
               .or. all(opposite(nodes(a)) /= [0, nodes(b)])) exit bricks
             opposite(nodes(a)) = nodes(b)
@@ -83,30 +84,6 @@ contains
 
   end function opposite_nodes
 
-  !> The local axis of a brick that goes the farthest along an axis: 1 from its first node to the
-  !> second, 2 to the fourth, 3 to the fifth.
-  pure integer function local_axis(x, axis)
-    real(wp), intent(in) :: x(3, 8) !! its nodes [length]
-    integer, intent(in) :: axis
-
-    local_axis = maxloc(abs(x(axis, [2, 4, 5]) - x(axis, 1)), 1)
-  end function local_axis
-
-  !> The local axis of bricks across a slice, as of `refine_bricks`.
-  pure function local_axes(coordinates, bricks, across) result(axes)
-    real(wp), intent(in) :: coordinates(:, :) !! (3,n_nodes) [length]
-    integer, intent(in) :: bricks(:, :)       !! (8,n)
-    integer, intent(in) :: across             !! the axis across the slice; 0: there is none
-    integer :: axes(size(bricks, 2))
-    integer :: e
-
-    axes = 0
-    if (across == 0) return
-    do e = 1, size(bricks, 2)
-      axes(e) = local_axis(coordinates(:, bricks(:, e)), across)
-    end do
-  end function local_axes
-
   !> The other end of an edge of a brick, by their numbers in it.
   pure integer function other_end(a, along)
     integer, intent(in) :: a     !! 1 to 8
@@ -116,23 +93,6 @@ contains
 
     other_end = ends(a, along)
   end function other_end
-
-  !> Whether an obstacle is the same all along an axis.
-  elemental logical function go_along(obstacle, axis)
-    type(obstacle_t), intent(in) :: obstacle
-    integer, intent(in) :: axis
-    logical :: has(3)
-
-    has = abs(obstacle%normal) > 0.0_wp
-    select case (obstacle%kind)
-    case (obstacle_plane)
-      go_along = .not. has(axis)
-    case (obstacle_cylinder)
-      go_along = has(axis) .and. count(has) == 1
-    case default
-      go_along = .false.
-    end select
-  end function go_along
 
   !> Whether nodes are held at 0 along an axis in every *STEP, and nothing turns about another one.
   pure logical function is_held(scene, axis, of_bricks)
@@ -264,4 +224,4 @@ contains
 
   end function same_in_step
 
-end module slices_mod
+end module slice_axis_mod
