@@ -4,7 +4,7 @@
 !> docs/theory.md (10.9) to (10.15).
 module follow_sizes_mod
   use kinds_mod, only: wp
-  use mesh_sequence_mod, only: mesh_sequence_t, change
+  use mesh_sequence_mod, only: mesh_sequence_t, change, values_in
   use convergence_mod, only: convergence_t, observe_convergence, fitted_order, error_at_least, &
     error_by_differences, least_order, safety, about_twice
   implicit none
@@ -110,11 +110,9 @@ contains
       real(wp) :: values(sequence%list(k)%n*sequence%n_increments, size(runs))
       integer :: i
 
-      associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
-        do i = 1, size(runs)
-          values(:, i) = reshape(sequence%runs(runs(i))%values(a:b, :), [size(values, 1)])
-        end do
-      end associate
+      do i = 1, size(runs)
+        values(:, i) = reshape(values_in(sequence, runs(i), k), [size(values, 1)])
+      end do
     end function all_values
 
   end subroutine follow_sizes

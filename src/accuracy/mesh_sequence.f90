@@ -15,7 +15,7 @@ module mesh_sequence_mod
 
   public :: mesh_sequence_t, mesh_run_t, planned_t, family_t, start_sequence, add_run, has_bound, &
     carry_sequence, mesh_runs, change, distance, family_of, step_runs, runs_on_mesh, &
-    runs_up_to, fewest_divisions, sizes_of
+    runs_up_to, fewest_divisions, sizes_of, values_in
 
   !> A run of the sequence.
   type :: mesh_run_t
@@ -198,6 +198,17 @@ contains
 
     h = [(relative_size(sequence%runs(runs(i))%mesh_size), i=1, size(runs))]
   end function sizes_of
+
+  !> A quantity's values in a run.
+  pure function values_in(sequence, run, k) result(values)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: run, k
+    real(wp) :: values(sequence%list(k)%n, sequence%n_increments)
+
+    associate (a => sequence%list(k)%first)
+      values = sequence%runs(run)%values(a:a + sequence%list(k)%n - 1, :)
+    end associate
+  end function values_in
 
   !> Runs in the order of their divisions.
   pure function by_divisions(sequence, runs) result(sorted)

@@ -1,7 +1,7 @@
 !> Limits of what the runs of a sequence give, as their bricks get smaller.
 module sequence_limits_mod
   use kinds_mod, only: wp
-  use mesh_sequence_mod, only: mesh_sequence_t, sizes_of
+  use mesh_sequence_mod, only: mesh_sequence_t, sizes_of, values_in
   use extrapolation_mod, only: extrapolate, error_after_turn, fewest_meshes
   implicit none
   private
@@ -71,11 +71,9 @@ contains
     real(wp) :: values(sequence%list(k)%n, sequence%n_increments, size(runs))
     integer :: i
 
-    associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1)
-      do i = 1, size(runs)
-        values(:, :, i) = sequence%runs(runs(i))%values(a:b, :)
-      end do
-    end associate
+    do i = 1, size(runs)
+      values(:, :, i) = values_in(sequence, runs(i), k)
+    end do
   end function values_of
 
 end module sequence_limits_mod

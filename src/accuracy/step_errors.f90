@@ -7,13 +7,12 @@ module step_errors_mod
   use mesh_size_mod, only: relative_size
   use measured_quantities_mod, only: error_scales
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, step_runs, &
-    runs_on_mesh, runs_up_to, sizes_of
+    runs_on_mesh, runs_up_to, sizes_of, values_in
   use cut_runs_mod, only: cuts_for_trials
-  use convergence_mod, only: convergence_t, safety, about_twice, order_of_bricks, &
-    order_of_increments
+  use convergence_mod, only: convergence_t, about_twice, order_of_bricks, order_of_increments
   use follow_sizes_mod, only: follow_sizes
-  use step_limits_mod, only: corrects_steps, error_of_corrected, growth_of_error, most_weight, &
-    least_part, size_of
+  use step_limits_mod, only: corrects_steps, error_of_corrected, growth_of_error, &
+    error_of_difference, least_part, size_of
   implicit none
   private
 
@@ -140,7 +139,6 @@ contains
     real(wp), intent(in) :: scale
     integer, intent(in) :: run    !! the last of those that say what the mesh makes
     integer :: divided, coarse(2)
-    real(wp) :: weight
 
     error = 0.0_wp
     if (.not. sequence%list(k)%is_compared) return
@@ -151,11 +149,10 @@ contains
     end associate
     call find_runs(divided, coarse)
     if (divided == 0 .or. any(coarse == 0)) return
-    weight = 1.0_wp/(sqrt(size_of_run(coarse(1))/size_of_run(run)) - 1.0_wp)
-    associate (here => values(divided) - values(run), there => values(coarse(2)) - &
-      values(coarse(1)))
-      error = max(safety*min(most_weight, weight)*size_of(there - here, scale), &
-        least_part*size_of(here, scale))
+    associate (here => values_in(sequence, divided, k) - values_in(sequence, run, k), &
+      there => values_in(sequence, coarse(2), k) - values_in(sequence, coarse(1), k))
+      error = max(error_of_difference(sizes_of(sequence, [coarse(1), run]), size_of(there - here, &
+        scale)), least_part*size_of(here, scale))
     end associate
 
   contains
@@ -206,15 +203,6 @@ contains
 
       size_of_run = relative_size(sequence%runs(i)%mesh_size)
     end function size_of_run
-
-    pure function values(i)
-      integer, intent(in) :: i
-      real(wp) :: values(sequence%list(k)%n, sequence%n_increments)
-
-      associate (a => sequence%list(k)%first)
-        values = sequence%runs(i)%values(a:a + sequence%list(k)%n - 1, :)
-      end associate
-    end function values
 
   end function error_by_transfer
 

@@ -5,7 +5,7 @@
 module step_limits_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: relative_size
-  use mesh_sequence_mod, only: mesh_sequence_t, has_bound, step_runs, sizes_of
+  use mesh_sequence_mod, only: mesh_sequence_t, has_bound, step_runs, sizes_of, values_in
   use convergence_mod, only: convergence_t, safety, order_of_increments, error_at_least, &
     observe_convergence
   use follow_sizes_mod, only: follow_sizes
@@ -13,7 +13,7 @@ module step_limits_mod
   private
 
   public :: corrects_steps, step_correction, error_of_corrected, growth_of_error, on_coarse_mesh, &
-    most_weight, least_part, size_of
+    error_of_difference, least_part, size_of
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
@@ -21,7 +21,6 @@ module step_limits_mod
   real(wp), parameter :: left_of_error = 0.5_wp !! of values that it is taken off [-]
   integer, parameter :: fewest_runs = 5 !! whose limits of the first order are believed
   real(wp), parameter :: order_of_limits = 2.0_wp !! the highest of these
-  real(wp), parameter :: most_weight = 1.5_wp !! of what near meshes differ by, which is scatter
   real(wp), parameter :: least_part = 0.1_wp !! of what they change, however alike on two meshes
 
 contains
@@ -174,7 +173,7 @@ contains
     integer, intent(in) :: runs(:)   !! on one mesh, the fewest divisions first
     integer, intent(in) :: k         !! the quantity
     integer, allocatable :: coarse(:)
-    real(wp) :: weight, there, apart
+    real(wp) :: here, apart
     integer :: m, n
 
     part = growth_of_error(sequence, runs) - 1.0_wp
@@ -187,16 +186,24 @@ contains
       m = m + 1
     end do
     if (m < 3) return
-    associate (h => sizes_of(sequence, [coarse(1), runs(1)]))
+    associate (h => sizes_of(sequence, [coarse(1), runs(1)]), &
+      correction => step_correction(sequence, runs(:m), k, m))
       if (.not. h(1) > h(2)) return
-      weight = min(most_weight, 1.0_wp/(sqrt(h(1)/h(2)) - 1.0_wp))
+      here = size_of(correction, 1.0_wp)
+      apart = size_of(correction - step_correction(sequence, coarse(:m), k, m), 1.0_wp)
+      if (part*here > 0.0_wp) part = min(part, max(least_part, error_of_difference(h, apart)/here))
     end associate
-    associate (here => step_correction(sequence, runs(:m), k, m))
-      there = size_of(here, 1.0_wp)
-      apart = size_of(here - step_correction(sequence, coarse(:m), k, m), 1.0_wp)
-    end associate
-    if (part*there > 0.0_wp) part = min(part, max(least_part, safety*weight*apart/there))
   end function part_on_finer_mesh
+
+  !> The error on the finer of two meshes in what increments change, from what that differs by.
+  !> docs/theory.md (10.21).
+  pure real(wp) function error_of_difference(h, difference) result(error)
+    real(wp), intent(in) :: h(2) !! sizes of the bricks, descending [-]
+    real(wp), intent(in) :: difference
+    real(wp), parameter :: most_weight = 1.5_wp !! of what near meshes differ by, which is scatter
+
+    error = safety*min(most_weight, 1.0_wp/(sqrt(h(1)/h(2)) - 1.0_wp))*difference
+  end function error_of_difference
 
   !> How what is taken off of each increment differs from what would be on the mesh where increments
   !> are tried first, with the most divisions up to those wanted that both meshes have, and from
@@ -244,30 +251,16 @@ contains
 
     n = size(runs)
     h = 1.0_wp/real(sequence%runs(runs)%divisions, wp)
-    associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1, &
-      all => sequence%runs)
-      errors = safety*abs(observed%weight)*sizes_of_each(all(runs(n))%values(a:b, :) - &
-        all(runs(n - 1))%values(a:b, :), scale)
-      do i = n - 2, n - 1
-        do j = i + 1, n
-          errors = max(errors, error_at_least(h([i, j]), 1.0_wp, h(n), order_of_increments)* &
-            sizes_of_each(all(runs(j))%values(a:b, :) - all(runs(i))%values(a:b, :), scale))
-        end do
+    errors = safety*abs(observed%weight)*sizes_of_each(values_in(sequence, runs(n), k) - &
+      values_in(sequence, runs(n - 1), k), scale)
+    do i = n - 2, n - 1
+      do j = i + 1, n
+        errors = max(errors, error_at_least(h([i, j]), 1.0_wp, h(n), order_of_increments)* &
+          sizes_of_each(values_in(sequence, runs(j), k) - values_in(sequence, runs(i), k), scale))
       end do
-    end associate
+    end do
     errors = min(errors, observed%error)
   end function errors_of_increments
-
-  !> A quantity's values in a run.
-  pure function values_in(sequence, run, k) result(values)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: run, k
-    real(wp) :: values(sequence%list(k)%n, sequence%n_increments)
-
-    associate (a => sequence%list(k)%first)
-      values = sequence%runs(run)%values(a:a + sequence%list(k)%n - 1, :)
-    end associate
-  end function values_in
 
   !> The largest of a quantity's differences over the increments, as a part of its scale.
   pure real(wp) function size_of(difference, scale)
