@@ -20,19 +20,20 @@ contains
 
   !> A sequence without runs; the mesh to begin with is that of the deck where its blocks cannot
   !> have other bricks.
-  subroutine begin_sequence(deck, blocks, sequence)
-    type(scene_t), intent(in) :: deck    !! as written
+  subroutine begin_sequence(deck, blocks, across, sequence)
+    type(scene_t), intent(in) :: deck       !! as written
     type(blocks_t), intent(in) :: blocks(3) !! of it that may have others, along each axis
+    integer, intent(in) :: across           !! the axis across it, if it is a slice; else 0
     type(mesh_sequence_t), intent(out) :: sequence
 
     call start_sequence(deck, sequence)
-    sequence%blocks = but_across(blocks, deck%across)
+    sequence%blocks = but_across(blocks, across)
     sequence%trial = coarsest(sequence%blocks, fewest_of_trial)
     sequence%first = sequence%trial
     ! What coarser meshes take is too little to foresee others by.
     if (.not. has_bound(sequence)) sequence%first = coarsest(sequence%blocks, fewest_bricks)
-    sequence%trial%across = deck%across
-    sequence%first%across = deck%across
+    sequence%trial%across = across
+    sequence%first%across = across
   end subroutine begin_sequence
 
   !> Blocks along all axes but that across a slice.

@@ -47,7 +47,6 @@ module read_deck_mod
   use read_surfaces_mod, only: read_surfaces
   use read_transforms_mod, only: read_transforms
   use read_ties_mod, only: read_ties
-  use slice_axis_mod, only: axis_across
   use surface_list_mod, only: surface_list_t
   use scene_mod, only: scene_t
   use sets_mod, only: model_t
@@ -248,7 +247,6 @@ contains
     call build_mesh(model%mesh, material, scene%constraints, scene%mesh)
     call refuse_loose(reader, equations, scene%mesh)
     call check_turns(reader, scene)
-    if (.not. any_mistakes(reader%diagnostics)) scene%across = axis_across(scene)
   end subroutine read_cards
 
   !> The blocks of a deck that would say the same of blocks of more or fewer bricks: all bricks are

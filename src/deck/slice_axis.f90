@@ -5,7 +5,7 @@ module slice_axis_mod
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t, nodal_value_t
   use obstacle_shapes_mod, only: is_same_along
-  use refine_bricks_mod, only: local_axes
+  use refine_bricks_mod, only: along_edge, edge_nodes, local_axes
   use scene_mod, only: scene_t
   use surfaces_mod, only: surface_t, nodes_of
   implicit none
@@ -49,24 +49,28 @@ contains
     integer, intent(in) :: axis
     integer, allocatable :: opposite(:)
     real(wp) :: low, high
-    integer :: along(scene%mesh%n_elements), e, a, b
+    integer :: along(1), e, a
+    logical :: is_slice
 
     associate (mesh => scene%mesh)
-      along = local_axes(mesh%coordinates, mesh%connectivity(:, :mesh%n_elements), axis)
       low = minval(mesh%coordinates(axis, mesh%brick_nodes))
       high = maxval(mesh%coordinates(axis, mesh%brick_nodes))
       allocate (opposite(mesh%n_nodes), source=0)
-      bricks: do e = 1, mesh%n_elements
-        associate (nodes => mesh%connectivity(:, e))
-          do a = 1, 8
-            b = other_end(a, along(e))
-            if (.not. are_opposite(mesh%coordinates(:, nodes(a)), mesh%coordinates(:, nodes(b))) &
-              .or. all(opposite(nodes(a)) /= [0, nodes(b)])) exit bricks
-            opposite(nodes(a)) = nodes(b)
-          end do
-        end associate
-      end do bricks
-      if (e <= mesh%n_elements) opposite = [integer ::]
+      is_slice = .true.
+      do e = 1, mesh%n_elements
+        along = local_axes(mesh%coordinates, mesh%connectivity(:, e:e), axis)
+        do a = 1, size(along_edge)
+          if (along_edge(a) /= along(1)) cycle
+          associate (ends => mesh%connectivity(edge_nodes(:, a), e))
+            is_slice = is_slice .and. are_opposite(mesh%coordinates(:, ends(1)), &
+              mesh%coordinates(:, ends(2))) .and. all(opposite(ends) == 0 .or. opposite(ends) == &
+              ends([2, 1]))
+            opposite(ends) = ends([2, 1])
+          end associate
+        end do
+        if (.not. is_slice) exit
+      end do
+      if (.not. is_slice) opposite = [integer ::]
     end associate
 
   contains
@@ -83,16 +87,6 @@ contains
     end function are_opposite
 
   end function opposite_nodes
-
-  !> The other end of an edge of a brick, by their numbers in it.
-  pure integer function other_end(a, along)
-    integer, intent(in) :: a     !! 1 to 8
-    integer, intent(in) :: along !! its local axis
-    integer, parameter :: ends(8, 3) = reshape([2, 1, 4, 3, 6, 5, 8, 7,  4, 3, 2, 1, 8, 7, 6, 5, &
-      5, 6, 7, 8, 1, 2, 3, 4], [8, 3])
-
-    other_end = ends(a, along)
-  end function other_end
 
   !> Whether nodes are held at 0 along an axis in every *STEP, and nothing turns about another one.
   pure logical function is_held(scene, axis, of_bricks)

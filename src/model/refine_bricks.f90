@@ -12,7 +12,7 @@ module refine_bricks_mod
   private
 
   public :: pieces_t, refine_bricks, n_pieces, local_axes, value_between, fill_between, &
-    piece_faces, edge_nodes
+    piece_faces, edge_nodes, along_edge
 
   !> What the bricks of a mesh are cut into, all or some of them.
   type :: pieces_t

@@ -82,7 +82,6 @@ module scene_mod
     type(mesh_t) :: mesh
     type(mesh_size_t) :: mesh_size          !! beside the deck
     type(blocks_t) :: blocks(3)             !! NX, NY and NZ of those that may have others
-    integer :: across = 0                   !! the axis across it, if it is a slice; else 0
     type(constraints_t) :: constraints      !! of *TIE, *EQUATION, *COUPLING; no cycles
     type(material_t),     allocatable :: materials(:)
     type(surface_t),      allocatable :: surfaces(:)

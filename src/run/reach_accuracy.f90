@@ -13,6 +13,7 @@ module reach_accuracy_mod
   use mesh_size_mod, only: blocks_t, relative_size, is_same_size
   use controls_mod, only: accuracy_controls_t, subject_in_words
   use scene_mod, only: scene_t
+  use slice_axis_mod, only: axis_across
   use mesh_sequence_mod, only: mesh_sequence_t, has_bound
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use finer_meshes_mod, only: begin_sequence, skip_mesh
@@ -49,12 +50,13 @@ contains
     type(sequence_error_t) :: errors
     type(choice_t) :: choice
     type(console_t) :: of_console
-    integer :: n_skipped
+    integer :: n_skipped, across
     logical :: continues
 
     call check_options(options, error)
     if (allocated(error)) return
-    call begin_sequence(deck, deck%blocks, sequence)
+    across = axis_across(deck)
+    call begin_sequence(deck, deck%blocks, across, sequence)
     of_run = options
     n_skipped = 0
     continues = goes_on(options, deck)
@@ -72,7 +74,7 @@ contains
         if (sequence%blocks%common == 0) return
         ! Its blocks cannot have other bricks after all: numbers of nodes meet, say.
         deallocate (error)
-        call begin_sequence(deck, spread(blocks_t(), 1, 3), sequence)
+        call begin_sequence(deck, spread(blocks_t(), 1, 3), across, sequence)
         choice%is_replaced = .false.
         cycle runs
       end if
