@@ -18,7 +18,17 @@ import numpy as np
 
 from bipot.report import machine, table
 from studies.pages import page_with_jobs
-from studies.promises import HEADS, JUDGED, MARKS, counts, effectivity, end_of, told_by, verdict
+from studies.promises import (
+    HEADS,
+    JUDGED,
+    MARKS,
+    can_judge,
+    counts,
+    effectivity,
+    end_of,
+    told_by,
+    verdict,
+)
 from studies.scenes import LIMIT, SCENES, Outcome, run
 from studies.truths import error_of, truth
 
@@ -141,7 +151,7 @@ def ask(program, scene, folder, wanted, known):
     true, doubt = known
     one = run(program, scene, folder, scene.parameters(scene.meshes[2]), "--accuracy", str(asked),
               *options)  # fmt: skip
-    found = Reached(asked, bool(options), "over", doubt <= JUDGED * asked)
+    found = Reached(asked, bool(options), "over", can_judge(asked, doubt))
     if one is None:
         return found, [f"over {LIMIT}", "-", "-", "-", "-"]
     sequence, found.seconds = one.sequence, one.seconds

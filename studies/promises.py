@@ -12,13 +12,19 @@ HEADS = [*ENDS[:-1], f"over {LIMIT} s"]
 MARKS = {"kept": "", "not judged": " ?", "broken": " **broken**", "refused": " refused"}
 
 
+def can_judge(asked, doubt):
+    """Whether a truth with such a doubt can judge what is asked."""
+    return doubt <= JUDGED * asked
+
+
 def end_of(status, error, asked, doubt):
     """How a run for an accuracy ended, as far as the truth can tell."""
     if status != 0:
         return "refused"
-    if error > asked + (doubt if doubt > JUDGED * asked else 0.0):
+    is_known = can_judge(asked, doubt)
+    if error > asked + (0.0 if is_known else doubt):
         return "broken"
-    return "kept" if doubt <= JUDGED * asked or error + doubt <= asked else "not judged"
+    return "kept" if is_known or error + doubt <= asked else "not judged"
 
 
 def told_by(sequence):

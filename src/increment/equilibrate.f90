@@ -27,7 +27,7 @@ module equilibrate_mod
   use step_solver_mod, only: step_solver_t
   use neutral_motions_mod, only: neutral_step, way_to_rest
   use trial_mod, only: trial_t, displacement_of
-  use newton_raphson_mod, only: newton_raphson_t, begin_newton_raphson, place_points, &
+  use place_and_solve_mod, only: newton_raphson_t, begin_newton_raphson, place_points, &
     find_reactions, check_covered
   implicit none
   private

@@ -1,6 +1,6 @@
 !> Steps 2 and 3 of an increment (advance_mod), in each iteration of its Newton-Raphson loop: where
 !> the contact points are placed, and the reactions there.
-module newton_raphson_mod
+module place_and_solve_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_not_solved
   use scene_mod, only: scene_t
@@ -189,4 +189,4 @@ contains
     report%ending = ended_well
   end subroutine solve_sharply
 
-end module newton_raphson_mod
+end module place_and_solve_mod
