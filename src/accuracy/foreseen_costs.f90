@@ -32,6 +32,7 @@ module foreseen_costs_mod
   real(wp), parameter :: growth_of_ratio = 0.2_wp
   !! with the time: what a short run has in caches a long one has not [-]
   real(wp), parameter :: longest_overhead = 0.05_wp !! of a run beside its plan [s]
+  real(wp), parameter :: of_file = 0.05_wp          !! the same, of one whose result is kept [s]
   real(wp), parameter :: many = 2.0_wp              !! times that, and a run is long
 
 contains
@@ -78,6 +79,9 @@ contains
     seconds = ratio*(planned_at(sequence, sequence%plans%start, of_start, h) + &
       divisions*planned_at(sequence, sequence%plans%increments, of_increments, h))
     if (before > 0.0_wp) seconds = seconds*max(1.0_wp, seconds/before)**growth_of_ratio
+    if (size(sequence%runs) > 0) then
+      if (.not. sequence%runs(size(sequence%runs))%is_kept) seconds = seconds + of_file
+    end if
     if (present(is_planned)) then
       if (is_planned) return
     end if

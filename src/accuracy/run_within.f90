@@ -68,6 +68,11 @@ contains
     choice%is_replaced = .false.
     choice%n_plans = choice%n_plans + 1
     if (.not. has_bound(sequence)) return
+    if (sequence%repeated > 0.0_wp) then
+      ! To be kept it is made again, and was within the bounds before.
+      choice%seconds = sequence%spent + sequence%repeated
+      return
+    end if
     if (size(sequence%runs) == 0) then
       if (only_plans .and. sequence%wanted <= 0.0_wp) call foresee_finest(sequence, room, choice)
       return

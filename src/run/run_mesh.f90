@@ -47,6 +47,8 @@ module run_mesh_mod
 
   real(wp), parameter :: brief = 0.3_wp
   !! of a run, that is not written where it is not expected to be the last of a sequence [s]
+  real(wp), parameter :: part_to_repeat = 0.05_wp
+  !! of the time that is left: what such a run takes at most, for it may have to be made again
 
 contains
 
@@ -99,8 +101,9 @@ contains
     if (allocated(error) .or. options%plan) return
     if (present(sequence)) then
       continues = goes_on(options, scene)
-      sequence%writes = continues .or. choice%may_be_last .or. has_bound(sequence) .or. &
-        plan%seconds > brief
+      sequence%writes = continues .or. choice%may_be_last .or. plan%seconds > brief
+      if (sequence%time > 0.0_wp) sequence%writes = sequence%writes .or. &
+        plan%seconds > part_to_repeat*(sequence%time - sequence%spent)
     end if
     call run_scene(options, scene, plan, exports, solver, console, error, sequence)
   end subroutine run_mesh

@@ -54,6 +54,20 @@ class Within(unittest.TestCase):
             self.assertEqual((sequence.time_allowed, sequence.memory_allowed), (time, 0))
             self.assertIn(f"within {time} s, {len(size)} runs", repr(sequence))
 
+    def test_what_coarse_meshes_solve_is_kept(self):
+        """Where finer ones would gain nothing the last of the first runs is made again, and kept."""
+        run = Run((INPUT / "hertz.inp").read_text(), "--time", "60", name="hertz", mu=0)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            group = result.file["accuracy"]
+            bricks = group["bricks"][:]
+            self.assertGreaterEqual(len(bricks), 3)
+            self.assertTrue(np.all(np.diff(bricks) > 0))
+            self.assertLess(group.attrs["mesh"], 1e-6)
+            self.assertEqual(len(result.file["VTKHDF/CellData/element_id"]), bricks[-1])
+            self.assertTrue(np.all(result.history("certified") == 1))
+        self.assertEqual(run.output.count(f"accuracy        {int(bricks[-1])} bricks of"), 2)
+
     def test_more_memory_is_a_finer_mesh(self):
         """What the plan foresees stays below the bound, and the error falls."""
         found = []
