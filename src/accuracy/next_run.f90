@@ -17,7 +17,7 @@ module next_run_mod
   implicit none
   private
 
-  public :: choice_t, choose_run, is_beginning, end_with_run
+  public :: choice_t, choose_run, is_beginning
   public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, &
     time_is_over
 
@@ -72,27 +72,6 @@ contains
 
     is_beginning = size(step_runs(sequence, 0)) == 0
   end function is_beginning
-
-  !> Make the run again that a sequence ends with, where it is not the one whose result is in the
-  !> file: it was not to be the last, or increments were tried out after it.
-  subroutine end_with_run(sequence, choice)
-    type(mesh_sequence_t), intent(inout) :: sequence
-    type(choice_t), intent(inout) :: choice !! an end; gets that run where there is one to make
-    integer :: k, i, n
-
-    n = size(sequence%runs)
-    k = n
-    if (choice%of_run > 0) then
-      k = choice%of_run
-    else if (sequence%keeps_steps) then
-      k = findloc(sequence%runs%divisions, minval(sequence%runs%divisions), dim=1, back=.true.)
-    end if
-    if (k == n .and. sequence%runs(k)%is_kept) return
-    choice = choice_t(mesh_size=sequence%runs(k)%mesh_size, &
-      divisions=sequence%runs(k)%divisions, may_be_last=.true., is_replaced=.true.)
-    sequence%repeated = sequence%runs(k)%seconds
-    sequence%runs = sequence%runs(pack([(i, i=1, n)], [(i /= k, i=1, n)]))
-  end subroutine end_with_run
 
   !> The next run, or why there is none.
   subroutine choose_run(sequence, memory_left, errors, choice)

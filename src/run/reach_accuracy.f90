@@ -14,12 +14,13 @@ module reach_accuracy_mod
   use controls_mod, only: accuracy_controls_t, subject_in_words
   use scene_mod, only: scene_t
   use slice_axis_mod, only: axis_across
-  use mesh_sequence_mod, only: mesh_sequence_t, has_bound
+  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, has_bound
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use finer_meshes_mod, only: begin_sequence, skip_mesh
-  use next_run_mod, only: choice_t, is_beginning, end_with_run, to_run, is_reached, &
-    steps_too_coarse, not_convergent, beyond_machine, is_finest, time_is_over
+  use next_run_mod, only: choice_t, is_beginning, to_run, is_reached, steps_too_coarse, &
+    not_convergent, beyond_machine, is_finest, time_is_over
   use run_within_mod, only: choose_next
+  use end_with_run_mod, only: end_with_run
   use amounts_mod, only: bytes_in_words, time_in_words, bounds_in_words
   use estimate_memory_mod, only: room_within
   use result_claims_mod, only: take_mesh_size
@@ -185,17 +186,24 @@ contains
 
     call estimate_sequence(sequence, errors)
     associate (run => sequence%runs(size(sequence%runs)))
-      words = to_text(run%n_bricks)//' bricks of '//to_text(relative_size(run%mesh_size), 3)// &
-        ' times the deck''s edges'
-      associate (cuts => run%mesh_size%zone%times)
-        if (cuts > 0) words = words//', '//to_text(2**cuts)//' times smaller at contact'
-      end associate
-      if (run%divisions > 1) words = words//', increments in '//to_text(run%divisions)
-      words = words//': '//seconds_in_words(run%seconds)
+      words = settings_in_words(run)//': '//seconds_in_words(run%seconds)
       if (errors%mesh >= 0.0_wp .or. errors%load_steps > 0.0_wp) words = words//'; '// &
         errors_in_words(sequence, errors)
     end associate
   end function run_in_words
+
+  !> 64 bricks of 0.5 times the deck's edges, increments in 2
+  function settings_in_words(run) result(words)
+    type(mesh_run_t), intent(in) :: run
+    character(:), allocatable :: words
+
+    words = to_text(run%n_bricks)//' bricks of '//to_text(relative_size(run%mesh_size), 3)// &
+      ' times the deck''s edges'
+    associate (cuts => run%mesh_size%zone%times)
+      if (cuts > 0) words = words//', '//to_text(2**cuts)//' times smaller at contact'
+    end associate
+    if (run%divisions > 1) words = words//', increments in '//to_text(run%divisions)
+  end function settings_in_words
 
   !> Mesh 3.1 % (BODY:TOOL/friction_force), load steps 0.2 %.
   function errors_in_words(sequence, errors) result(words)
@@ -257,6 +265,7 @@ contains
     type(choice_t), intent(in) :: choice
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: words, runs, reason
+    type(sequence_error_t) :: of_result
 
     words = percent(sequence%wanted)//' of '//subject_in_words(deck%accuracy)
     runs = '; '//to_text(size(sequence%runs))//trim(merge(' run ', ' runs', &
@@ -294,14 +303,16 @@ contains
       reason = reason//' takes it to some '//time_in_words(choice%seconds)//' of the '// &
         'processor and '//bytes_in_words(choice%memory)//' of memory'
     case default
-      reason = errors_in_words(sequence, errors)
+      call estimate_sequence(sequence, of_result)
+      reason = errors_in_words(sequence, of_result)
       if (choice%memory > 0.0_wp) reason = reason//'; it takes bricks '// &
         to_text(choice%finer, 2)//' times as small, some '//bytes_in_words(choice%memory)// &
         ' of memory'
     end select
     call raise(error, merge(exit_machine, exit_not_solved, choice%outcome == beyond_machine), &
       'accuracy '//words//' was not reached: '//reason// &
-      '; the result is that of the last mesh, and otherwise complete')
+      '; the result is that of '//settings_in_words(sequence%runs(size(sequence%runs)))// &
+      ', and otherwise complete')
   end subroutine tell_outcome
 
 end module reach_accuracy_mod
