@@ -16,7 +16,18 @@ import numpy as np
 
 from bipot.report import machine, table
 from studies.pages import page_with_jobs
-from studies.promises import HEADS, JUDGED, MARKS, counts, effectivity, end_of, told_by, verdict
+from studies.promises import (
+    HEADS,
+    JUDGED,
+    MARKS,
+    can_judge,
+    counts,
+    effectivity,
+    end_of,
+    reached,
+    told_by,
+    verdict,
+)
 from studies.scenes import LARGEST, LIMIT, SCENES, run
 from studies.truths import TrueRuns, error_of, runs_for_truth, truth_of
 
@@ -36,6 +47,11 @@ class Ask:
     end: str  # kept, broken, refused, over, not judged
     doubt: float
     effectivity: float = 0.0  # error as told over the true one; 0: not judged
+
+    @property
+    def is_known(self):
+        """Whether the truth can judge what is asked."""
+        return can_judge(self.asked, self.doubt)
 
 
 def of_largest(one, name):
@@ -131,6 +147,10 @@ def page(program, jobs):
             f"thread, {machine()}.",
             "",
             *verdict(asks),
+            "",
+            "Where the truth can judge what is asked, it is reached: the energy in",
+            f"{reached([a for a in asks if a.of == 'ENERGY'])}, the others in",
+            f"{reached([a for a in asks if a.of != 'ENERGY'])}.",
             "",
             *table(["of", "asked", "scenes", *HEADS,
                     "refused or over, and the truth not known either"],

@@ -43,6 +43,18 @@ def counts(asks):
     return [count[end] for end in ENDS]
 
 
+def within(asks):
+    """In what part of the asks the error as told is 0.5 to 5 times the true one: in words."""
+    good = [one.effectivity for one in asks if one.effectivity > 0]
+    return f"{100 * np.mean([0.5 <= value <= 5 for value in good]):.0f} % of {len(good)}"
+
+
+def reached(asks):
+    """How many are reached of those that the truth can judge, by their `is_known`: in words."""
+    known = [one.end for one in asks if one.is_known]
+    return f"{known.count('kept') + known.count('broken')} of {len(known)}"
+
+
 def verdict(asks):
     """The lines that say how promises were kept; of asks what counts is `end` and `effectivity`."""
     kept, broken, unknown, *_ = counts(asks)
@@ -54,7 +66,7 @@ def verdict(asks):
     if good.size > 0:
         lines += [
             f"Errors as told are {np.median(good):.2g} times the true ones in the median,",
-            f"0.5 to 5 times in {100 * np.mean((good >= 0.5) & (good <= 5)):.0f} %",
-            f"and less than 0.3 times in {sum(good < 0.3)} of {len(good)}.",
+            f"0.5 to 5 times in {within(asks)}",
+            f"and less than 0.3 times in {sum(good < 0.3)}.",
         ]
     return lines

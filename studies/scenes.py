@@ -114,11 +114,12 @@ class Outcome:
     least: float = 0.0  # what errors are parts of, at least
 
 
-def run(program, scene, folder, parameters, *options, direct=True, of=""):
+def run(program, scene, folder, parameters, *options, direct=True, of="", limit=LIMIT):
     """Run the deck; None where that takes too long, or a mesh set by hand misses the contact.
 
     Increments are free to be cut where options ask for an accuracy, or `direct` is false. `of` is
-    one of LARGEST that the accuracy is of, or ALL, for which the outcome has the values of each.
+    one of LARGEST that the accuracy is of, or ALL, for which the outcome has the values of each;
+    `limit` the processor time of a run with options [s].
     """
     text = scene.path.read_text(encoding="utf-8")
     if scene.replaced:
@@ -136,7 +137,7 @@ def run(program, scene, folder, parameters, *options, direct=True, of=""):
     command = [program, deck, "-o", result, "--overwrite", "-q", *options]
     command += set_words(parameters)
     if options:
-        command = ["sh", "-c", f'ulimit -t {LIMIT}; exec "$@"', "sh", *command]
+        command = ["sh", "-c", f'ulimit -t {limit}; exec "$@"', "sh", *command]
     done = subprocess.run(command, check=False, capture_output=True, text=True, env=with_threads())
     if done.returncode < 0:
         result.unlink(missing_ok=True)

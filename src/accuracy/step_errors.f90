@@ -9,7 +9,8 @@ module step_errors_mod
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, step_runs, &
     runs_on_mesh, runs_up_to, sizes_of, values_in
   use cut_runs_mod, only: cuts_for_trials
-  use convergence_mod, only: convergence_t, about_twice, order_of_bricks, order_of_increments
+  use convergence_mod, only: convergence_t, observe_convergence, about_twice, &
+    order_of_bricks, order_of_increments
   use follow_sizes_mod, only: follow_sizes
   use step_limits_mod, only: corrects_steps, error_of_corrected, growth_of_error, &
     error_of_difference, least_part, size_of
@@ -138,7 +139,9 @@ contains
     integer, intent(in) :: k      !! the quantity
     real(wp), intent(in) :: scale
     integer, intent(in) :: run    !! the last of those that say what the mesh makes
-    integer :: divided, coarse(2)
+    integer, allocatable :: alike(:)
+    real(wp), allocatable :: h(:)
+    integer :: i, n
 
     error = 0.0_wp
     if (.not. sequence%list(k)%is_compared) return
@@ -147,39 +150,64 @@ contains
       if (size(tried) == 0) return
       if (.not. is_larger(tried(1))) return
     end associate
-    call find_runs(divided, coarse)
-    if (divided == 0 .or. any(coarse == 0)) return
-    associate (here => values_in(sequence, divided, k) - values_in(sequence, run, k), &
-      there => values_in(sequence, coarse(2), k) - values_in(sequence, coarse(1), k))
-      error = max(error_of_difference(sizes_of(sequence, [coarse(1), run]), size_of(there - here, &
-        scale)), least_part*size_of(here, scale))
-    end associate
+    alike = divided_alike()
+    n = size(alike)
+    if (n < 2) return
+    h = sizes_of(sequence, alike)
+    i = minloc(h(:n - 1), dim=1, mask=h(:n - 1) >= about_twice*h(n), back=.true.)
+    if (i == 0) i = maxloc(h(:n - 1), dim=1, back=.true.)
+    error = max(error_of_difference(h([i, n]), differ(i, n)), min(least_part*size_of( &
+      changed(alike(n)), scale), by_three(i)))
 
   contains
 
-    !> The run with the most divisions on the mesh, and on a coarser one the undivided run and that
-    !> with as many: the finest of those whose bricks are about twice as large, else the coarsest.
-    pure subroutine find_runs(divided, coarse)
-      integer, intent(out) :: divided, coarse(2)
+    !> What three of these meshes make of the error, the finest ones that span twice its size: how
+    !> what the divisions change on them converges. A huge one where there are not so many.
+    pure real(wp) function by_three(i) result(error)
+      integer, intent(in) :: i !! the finest one of about twice the size
+      type(convergence_t) :: observed
+      integer :: first
+
+      error = huge(1.0_wp)
+      first = min(i, n - 2)
+      if (first < 1) return
+      if (h(first) < about_twice*h(n)) return
+      observed = observe_convergence(h([first, n - 1, n]), [differ(first, n - 1), differ(n - 1, &
+        n)], order_of_bricks)
+      if (observed%converges) error = observed%error
+    end function by_three
+
+    !> How what the divisions change differs between two of these meshes, as a part of the scale.
+    pure real(wp) function differ(i, j)
+      integer, intent(in) :: i, j
+
+      differ = size_of(changed(alike(i)) - changed(alike(j)), scale)
+    end function differ
+
+    !> What the divisions of a run change on its mesh.
+    pure function changed(i) result(values)
+      integer, intent(in) :: i
+      real(wp), allocatable :: values(:, :)
+
+      values = values_in(sequence, i, k) - values_in(sequence, undivided_beside(i), k)
+    end function changed
+
+    !> The run with the most divisions on the mesh, and before it those on coarser ones with as many
+    !> and an undivided one beside them, as they were made; none where there is not such a run.
+    pure function divided_alike() result(alike)
       integer, allocatable :: alike(:)
-      integer :: i
+      integer :: i, divided
 
       divided = 0
-      coarse = 0
       associate (here => runs_on_mesh(sequence, run))
         if (size(here) > 1) divided = here(size(here))
       end associate
+      alike = [integer ::]
       if (divided == 0) return
       alike = mesh_runs(sequence, family_t(0, sequence%runs(divided)%divisions))
-      alike = pack(alike, [(is_larger(alike(i)) .and. undivided_beside(alike(i)) > 0, i=1, &
-        size(alike))])
-      if (size(alike) == 0) return
-      associate (h => sizes_of(sequence, alike))
-        i = minloc(h, dim=1, mask=h >= about_twice*size_of_run(run), back=.true.)
-        if (i == 0) i = maxloc(h, dim=1, back=.true.)
-      end associate
-      coarse = [undivided_beside(alike(i)), alike(i)]
-    end subroutine find_runs
+      alike = [pack(alike, [(is_larger(alike(i)) .and. undivided_beside(alike(i)) > 0, i=1, &
+        size(alike))]), divided]
+    end function divided_alike
 
     !> The undivided run on the mesh of another one; 0: there is none.
     pure integer function undivided_beside(i) result(beside)
