@@ -338,8 +338,10 @@ contains
         ! What it takes is not known: a finer mesh may tell.
         choice%mesh_size = finer(sequence, last%mesh_size, least_step)
         associate (n => size(runs_up_to(sequence, runs, relative_size(sequence%trial))))
-          if (n > 6 .or. (n > 3 .and. errors%n_rising(errors%worst) > 1)) choice%outcome = &
-            not_convergent
+          if (n > 6 .or. (n > 3 .and. errors%n_rising(errors%worst) > 1)) then
+            if (.not. sequence%recovers) choice%outcome = not_convergent
+            if (is_as_wrong_as_before()) choice%outcome = not_convergent
+          end if
         end associate
         return
       end if
@@ -364,15 +366,18 @@ contains
 
     !> Whether, of six meshes and more, the error is about what it was with bricks of twice the
     !> size: that of the last mesh and of the one before, for scatter may make one of them so large.
+    !> Of resultants and the energy three times the size, for these have a limit, however contact
+    !> goes on from node to node.
     logical function is_as_wrong_as_before() result(is_so)
-      real(wp), parameter :: about = 0.9_wp, twice = 2.0_wp - rounding
-      real(wp) :: before
+      real(wp), parameter :: about = 0.9_wp
+      real(wp) :: before, distant
       integer :: i, n
 
       is_so = .false.
       n = size(runs)
       if (n < 6) return
-      i = count([(relative_size(sequence%runs(runs(i))%mesh_size) >= twice*relative_size( &
+      distant = merge(3.0_wp, 2.0_wp, sequence%recovers) - rounding
+      i = count([(relative_size(sequence%runs(runs(i))%mesh_size) >= distant*relative_size( &
         sequence%runs(runs(n))%mesh_size), i=1, n)])
       if (i < 3) return
       before = error_up_to(i)

@@ -291,8 +291,9 @@ contains
       if (any(deck%steps%direct)) reason = reason//', and DIRECT keeps them as they are'
     case (not_convergent)
       reason = sequence%list(errors%worst)%name//' does not converge: '// &
-        to_text(n_meshes(sequence))//' meshes change it again and again; a quantity at a sharp '// &
-        'edge or beneath a force on a node has no limit'
+        to_text(n_meshes(sequence))//' meshes change it again and again'
+      if (.not. sequence%recovers) reason = reason//'; a quantity at a sharp edge or beneath a '// &
+        'force on a node has no limit'
     case (time_is_over)
       reason = 'within '//bounds_in_words(deck%accuracy)//' too few runs say how wrong it is'
       if (errors%mesh >= 0.0_wp) reason = 'within '//bounds_in_words(deck%accuracy)//' it is '// &
