@@ -66,7 +66,7 @@ def page(program):
             "# The paper's block to 0.1 %",
             "",
             "By `studies/run fine_block`: the contact resultants of `input/block.inp`, with free",
-            "increments: on one mesh set by hand, each increment in eight parts, and by an accuracy",
+            "increments: on one mesh by hand, each increment in eight parts, and by an accuracy",
             "of extrapolated values (`--extrapolated`), all its runs included. The limit of",
             f"n = {', '.join(map(str, TRUE))} is what is true, and known to {100 * doubt:.1g} %.",
             "The last two columns are the seconds over those of the one mesh, between those by",

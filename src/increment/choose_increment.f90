@@ -19,9 +19,10 @@ module choose_increment_mod
   implicit none
   private
 
-  public :: increment_size_t, choose_increment, cut_increment, carry_size
+  public :: increment_size_t, choose_increment, pass_touch, cut_increment, carry_size
 
   real(wp), parameter :: part_for_steps = 0.25_wp !! of the accuracy, that load steps may use up
+  integer, parameter :: no_touches = huge(1) !! so many have been: no increment ends at another
 
   !> The size that holds.
   type :: increment_size_t
@@ -31,6 +32,8 @@ module choose_increment_mod
     integer(i8) :: event = no_event         !! the next event of the step, as of the last increment
     logical :: is_touch = .false.           !! contact begins there
     integer :: n_touches = 0                !! of the step at which an increment has ended
+    integer(i8) :: passed = no_event        !! a touch at which none was solved
+    integer :: passed_in = 0                !! its step
   end type increment_size_t
 
 contains
@@ -118,6 +121,9 @@ contains
       increment%start
     call next_event(scene, points, solver, old, increment, size%event, size%is_touch, &
       size%n_touches)
+    if (size%is_touch .and. size%event == size%passed .and. increment%step == size%passed_in) then
+      call next_event(scene, points, solver, old, increment, size%event, size%is_touch, no_touches)
+    end if
   end subroutine find_event
 
   !> The parts of an increment of the deck. Behind an event what is left of it is divided, too, into
@@ -182,6 +188,21 @@ contains
     end do
   end subroutine try_sizes
 
+  !> After an increment that was not solved and ended where contact begins: not to end there.
+  !>
+  !> What is moved far, and hardly deformed by then, may have forces at a first touch that are no
+  !> more than the rounding of its displacements, which cannot be certified. Further on they are.
+  pure subroutine pass_touch(increment, size, is_passed)
+    type(increment_t), intent(in) :: increment   !! that was not solved
+    type(increment_size_t), intent(inout) :: size
+    logical, intent(out) :: is_passed
+
+    is_passed = size%is_touch .and. increment%position == size%event
+    if (.not. is_passed) return
+    size%passed = increment%position
+    size%passed_in = increment%step
+  end subroutine pass_touch
+
   !> After an increment that was not solved: half of it, where the deck allows that and it is large
   !> enough.
   subroutine cut_increment(scene, increment, size, is_cut)
@@ -212,6 +233,8 @@ contains
     call archive(list, size%base)
     call archive(list, size%event)
     call archive(list, size%n_touches)
+    call archive(list, size%passed)
+    call archive(list, size%passed_in)
     touch = merge(1, 0, size%is_touch)
     call archive(list, touch)
     size%is_touch = touch == 1

@@ -14,7 +14,7 @@ module increment_notes_mod
   implicit none
   private
 
-  public :: note_t, note_cut, note_widened, note_unheld, note_entries, note_unfelt, &
+  public :: note_t, note_cut, note_passed, note_widened, note_unheld, note_entries, note_unfelt, &
     note_small_contacts, note_kinks, note_touch, note_turn, note_double
 
   !> A line for the console.
@@ -49,6 +49,15 @@ contains
     call add_note(notes, increment, .true., ' (to time '// &
       to_text(increment%time)//') was not solved: half of it is tried')
   end subroutine note_cut
+
+  !> An increment that was not solved, and ended where contact begins, is made to end later.
+  pure subroutine note_passed(increment, notes)
+    type(increment_t), intent(in) :: increment
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    call add_note(notes, increment, .true., ' (to time '// &
+      to_text(increment%time)//', where contact begins) was not solved: it is made to end later')
+  end subroutine note_passed
 
   !> A single factor that was chosen to save time does not hold the scene.
   pure subroutine note_double(increment, notes)
@@ -188,12 +197,15 @@ contains
   end subroutine note_turn
 
   !> Contact that begins inside an increment.
-  pure subroutine note_touch(increment, notes)
+  pure subroutine note_touch(increment, is_direct, notes)
     type(increment_t), intent(in) :: increment
+    logical, intent(in) :: is_direct
     type(note_t), allocatable, intent(inout) :: notes(:)
+    character(:), allocatable :: words
 
-    call add_note(notes, increment, .false., ': contact begins inside increment '// &
-      to_text(increment%number)//'; without DIRECT an increment would end there')
+    words = ': contact begins inside increment '//to_text(increment%number)
+    if (is_direct) words = words//'; without DIRECT an increment would end there'
+    call add_note(notes, increment, .false., words)
   end subroutine note_touch
 
 end module increment_notes_mod

@@ -19,7 +19,7 @@ module solve_next_mod
   use load_events_mod, only: first_touch, no_event
   use look_ahead_mod, only: forget => cut
   use load_step_error_mod, only: follow_coarsely
-  use choose_increment_mod, only: choose_increment, cut_increment
+  use choose_increment_mod, only: choose_increment, pass_touch, cut_increment
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
   use unfelt_overlaps_mod, only: find_unfelt_overlap
@@ -30,8 +30,8 @@ module solve_next_mod
   use measure_increment_mod, only: estimate_mesh, measure_deformation
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, &
     refuse_unfelt_overlap, refuse_leaning, is_solved
-  use increment_notes_mod, only: note_t, note_cut, note_widened, note_unheld, note_entries, &
-    note_unfelt, note_small_contacts, note_kinks, note_touch, note_turn, note_double
+  use increment_notes_mod, only: note_t, note_cut, note_passed, note_widened, note_unheld, &
+    note_entries, note_unfelt, note_small_contacts, note_kinks, note_touch, note_turn, note_double
   implicit none
   private
 
@@ -75,7 +75,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! stopped by a signal; as of set_supports, prepare_step and advance
     logical :: is_plain !! so are the increments after it: one may look ahead
-    logical :: is_cut
+    logical :: is_cut, is_passed
 
     associate (increment => solved%increment)
       increment = next_increment(scene%steps, progress%state)
@@ -102,6 +102,11 @@ contains
         if (allocated(error)) return
         call note_sizes(solver, progress%tally)
         if (is_solved(scene, solved%report)) return
+        call pass_touch(increment, progress%size, is_passed)
+        if (is_passed) then
+          call note_passed(increment, notes)
+          cycle sizes
+        end if
         call cut_increment(scene, increment, progress%size, is_cut)
         if (.not. is_cut) return
         progress%tally%cuts = progress%tally%cuts + 1
@@ -325,7 +330,7 @@ contains
       tally%touches_inside = tally%touches_inside + 1
       if (progress%touched_in == increment%step) return
       progress%touched_in = increment%step
-      call note_touch(increment, notes)
+      call note_touch(increment, scene%steps(increment%step)%direct, notes)
     end associate
   end subroutine count_events
 

@@ -31,6 +31,27 @@ SLANT = (
     "B, 2, 2\nB, 1, 1, 0.02\nB-ZMAX, 3, 3, -0.02\n*END STEP\n"
 )
 
+BEAM = """*BLOCK, NAME=B, TYPE=C3D8I, NX=18, NY=6, NZ=6
+0., 0., 0.,  60., 6., 4.
+*MATERIAL, NAME=M
+*ELASTIC
+70000., 0.33
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=O, TYPE=PLANE
+60., 6., {gap},  -0.2, -0.342, 0.94
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, O
+*CONTACT SOLVER, SOLVER=AUTO, TOLERANCE=1e-8
+*AMPLITUDE, NAME=A
+{amplitude}
+"""
+LOWERED = (
+    "*STEP\n*STATIC{direct}\n{h}, 1.\n*BOUNDARY\nB-XMIN, 1, 2, 0.\nB-XMIN, 3, 3, -1.7\n*END STEP\n"
+)
+
 
 class LoadPaths(unittest.TestCase):
     def solve(self, steps, gap=0.0, amplitude="0., 0., 1., 1.", h=1.0, direct=False, body=BODY):
@@ -107,6 +128,20 @@ class LoadPaths(unittest.TestCase):
         self.assertEqual(self.counters["increments_at_events"], 1)
         self.assertEqual(self.counters["first_touches_inside_increments"], 0)
         self.assertEqual(self.estimates["increments_at_events"], 1)
+
+    def test_a_first_touch_of_rounding_is_passed(self):
+        # A long thin beam is lowered as a whole until a corner of its tip touches a slope, 2/17 of
+        # the way: its forces are rounding there, and no increment that ends there is certified.
+        # From then on they grow with the way.
+        self.solve(LOWERED, body=BEAM, gap=0.2, h=0.25)
+        output = self.run_of_result.output
+        self.assertEqual(output.count("(to time 0.117647, where contact begins) was not solved: "
+                                      "it is made to end later\n"), 1)  # fmt: skip
+        self.assertIn("note: step 1: contact begins inside increment 1\n", output)
+        np.testing.assert_allclose(self.rows["time"], [0.25, 0.5, 0.75, 1.0], rtol=1e-12)
+        force = self.rows["resultant"][:, 2]
+        np.testing.assert_allclose(force, force[-1] * (self.rows["time"] - 2 / 17) / (15 / 17),
+                                   rtol=1e-6)  # fmt: skip
 
     def test_contact_from_the_start_cuts_nothing(self):
         self.solve(SLANT, gap=0.0)
