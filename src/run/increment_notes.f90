@@ -14,7 +14,7 @@ module increment_notes_mod
   implicit none
   private
 
-  public :: note_t, note_cut, note_passed, note_widened, note_unheld, note_entries, note_unfelt, &
+  public :: note_t, note_unsolved, note_widened, note_unheld, note_entries, note_unfelt, &
     note_small_contacts, note_kinks, note_touch, note_turn, note_double
 
   !> A line for the console.
@@ -41,23 +41,18 @@ contains
     notes = [notes, note]
   end subroutine add_note
 
-  !> An increment that was not solved is cut.
-  pure subroutine note_cut(increment, notes)
+  !> An increment that was not solved is cut; where it ended as contact begins, it is made to end
+  !> later.
+  pure subroutine note_unsolved(increment, is_passed, notes)
     type(increment_t), intent(in) :: increment
+    logical, intent(in) :: is_passed !! the beginning of contact is
     type(note_t), allocatable, intent(inout) :: notes(:)
+    character(:), allocatable :: words
 
-    call add_note(notes, increment, .true., ' (to time '// &
-      to_text(increment%time)//') was not solved: half of it is tried')
-  end subroutine note_cut
-
-  !> An increment that was not solved, and ended where contact begins, is made to end later.
-  pure subroutine note_passed(increment, notes)
-    type(increment_t), intent(in) :: increment
-    type(note_t), allocatable, intent(inout) :: notes(:)
-
-    call add_note(notes, increment, .true., ' (to time '// &
-      to_text(increment%time)//', where contact begins) was not solved: it is made to end later')
-  end subroutine note_passed
+    words = ') was not solved: half of it is tried'
+    if (is_passed) words = ', where contact begins) was not solved: it is made to end later'
+    call add_note(notes, increment, .true., ' (to time '//to_text(increment%time)//words)
+  end subroutine note_unsolved
 
   !> A single factor that was chosen to save time does not hold the scene.
   pure subroutine note_double(increment, notes)

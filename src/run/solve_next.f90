@@ -30,7 +30,7 @@ module solve_next_mod
   use measure_increment_mod, only: estimate_mesh, measure_deformation
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, &
     refuse_unfelt_overlap, refuse_leaning, is_solved
-  use increment_notes_mod, only: note_t, note_cut, note_passed, note_widened, note_unheld, &
+  use increment_notes_mod, only: note_t, note_unsolved, note_widened, note_unheld, &
     note_entries, note_unfelt, note_small_contacts, note_kinks, note_touch, note_turn, note_double
   implicit none
   private
@@ -103,14 +103,12 @@ contains
         call note_sizes(solver, progress%tally)
         if (is_solved(scene, solved%report)) return
         call pass_touch(increment, progress%size, is_passed)
-        if (is_passed) then
-          call note_passed(increment, notes)
-          cycle sizes
+        if (.not. is_passed) then
+          call cut_increment(scene, increment, progress%size, is_cut)
+          if (.not. is_cut) return
+          progress%tally%cuts = progress%tally%cuts + 1
         end if
-        call cut_increment(scene, increment, progress%size, is_cut)
-        if (.not. is_cut) return
-        progress%tally%cuts = progress%tally%cuts + 1
-        call note_cut(increment, notes)
+        call note_unsolved(increment, is_passed, notes)
       end do sizes
     end associate
   end subroutine solve_next
