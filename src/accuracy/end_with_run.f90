@@ -1,18 +1,33 @@
-!> The run that a sequence ends with: the one whose result is in the file.
+!> Which runs of a sequence are written, and the one that it ends with, whose result is in the file.
 module end_with_run_mod
   use kinds_mod, only: wp
   use mesh_sequence_mod, only: mesh_sequence_t, family_of, has_bound, mesh_runs
-  use sequence_error_mod, only: sequence_error_t, estimate_sequence
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, total_error
   use next_run_mod, only: choice_t, beyond_machine, steps_too_coarse
   implicit none
   private
 
-  public :: end_with_run
+  public :: is_to_be_written, end_with_run
 
+  real(wp), parameter :: brief = 0.3_wp !! of a run that is not written [s]
+  real(wp), parameter :: part_to_repeat = 0.05_wp
+  !! of the time that is left: what such a run takes at most, for it may have to be made again
   real(wp), parameter :: about_as_good = 1.2_wp
   !! times the error of another run: the last one is as good then [-]
 
 contains
+
+  !> Whether the result of the next run is written while it is made. A short one that only leads to
+  !> others is not: a file takes longer than it does.
+  pure logical function is_to_be_written(sequence, choice, seconds) result(is_so)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(choice_t), intent(in) :: choice !! of that run
+    real(wp), intent(in) :: seconds      !! that its plan says [s]
+
+    is_so = choice%may_be_last .or. seconds > brief
+    if (sequence%time > 0.0_wp) is_so = is_so .or. seconds > part_to_repeat*(sequence%time - &
+      sequence%spent)
+  end function is_to_be_written
 
   !> Make the run again that a sequence ends with, where it is not the one whose result is in the
   !> file: it was not to be the last, or others were tried out after it.
@@ -23,7 +38,8 @@ contains
 
     n = size(sequence%runs)
     k = choice%of_run
-    ! Within a time there is none left for another run; of what does not converge no error is known.
+    ! Within bounds there is no run beside those that lead to the last; of what does not converge no
+    ! error is known.
     if (any(choice%outcome == [beyond_machine, steps_too_coarse]) .and. .not. &
       has_bound(sequence)) k = best_run(sequence)
     if (k == 0) then
@@ -64,15 +80,14 @@ contains
 
   contains
 
-    !> What is known of a run's error, by all sources; negative where one is not known.
+    !> What is known of a run's error; negative where that by the mesh or by load steps is not.
     real(wp) function error_of(k) result(error)
       integer, intent(in) :: k
       type(sequence_error_t) :: errors
 
       call estimate_sequence(sequence, errors, family_of(sequence%runs(k)))
-      error = -1.0_wp
-      if (errors%mesh < 0.0_wp .or. (sequence%divides .and. errors%load_steps < 0.0_wp)) return
-      error = errors%mesh + max(0.0_wp, errors%load_steps) + errors%others
+      error = total_error(errors)
+      if (sequence%divides .and. errors%load_steps < 0.0_wp) error = -1.0_wp
     end function error_of
 
   end function best_run

@@ -17,8 +17,8 @@ module sequence_error_mod
   implicit none
   private
 
-  public :: sequence_error_t, estimate_sequence, is_enough, extrapolated, extrapolated_error, &
-    estimate_cuts
+  public :: sequence_error_t, estimate_sequence, total_error, is_enough, extrapolated, &
+    extrapolated_error, estimate_cuts
 
   !> What is known of the last run's error.
   type :: sequence_error_t
@@ -128,13 +128,22 @@ contains
 
   end subroutine estimate_sequence
 
+  !> All that is known of a run's error; negative where that by the mesh is not known.
+  pure real(wp) function total_error(errors) result(error)
+    type(sequence_error_t), intent(in) :: errors
+
+    error = -1.0_wp
+    if (errors%mesh >= 0.0_wp) error = errors%mesh + max(0.0_wp, errors%load_steps) + errors%others
+  end function total_error
+
   !> Whether the errors of a run are no more than the accuracy.
   pure logical function is_enough(sequence, errors)
     type(mesh_sequence_t), intent(in) :: sequence
     type(sequence_error_t), intent(in) :: errors
 
-    is_enough = errors%mesh >= 0.0_wp .and. errors%mesh + max(0.0_wp, errors%load_steps) + &
-      errors%others <= sequence%wanted
+    associate (error => total_error(errors))
+      is_enough = error >= 0.0_wp .and. error <= sequence%wanted
+    end associate
   end function is_enough
 
   !> Where there are more meshes with undivided increments up to that of the last run, these say how

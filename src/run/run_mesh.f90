@@ -24,6 +24,7 @@ module run_mesh_mod
   use increments_mod, only: done_of_deck
   use foreseen_costs_mod, only: note_plan
   use next_run_mod, only: choice_t, is_reached
+  use end_with_run_mod, only: is_to_be_written
   use run_within_mod, only: choose_next, judge_plan
   use prepare_scene_mod, only: result_path
   use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
@@ -44,11 +45,6 @@ module run_mesh_mod
   private
 
   public :: run_mesh, goes_on
-
-  real(wp), parameter :: brief = 0.3_wp
-  !! of a run, that is not written where it is not expected to be the last of a sequence [s]
-  real(wp), parameter :: part_to_repeat = 0.05_wp
-  !! of the time that is left: what such a run takes at most, for it may have to be made again
 
 contains
 
@@ -101,9 +97,7 @@ contains
     if (allocated(error) .or. options%plan) return
     if (present(sequence)) then
       continues = goes_on(options, scene)
-      sequence%writes = continues .or. choice%may_be_last .or. plan%seconds > brief
-      if (sequence%time > 0.0_wp) sequence%writes = sequence%writes .or. &
-        plan%seconds > part_to_repeat*(sequence%time - sequence%spent)
+      sequence%writes = continues .or. is_to_be_written(sequence, choice, plan%seconds)
     end if
     call run_scene(options, scene, plan, exports, solver, console, error, sequence)
   end subroutine run_mesh
