@@ -366,8 +366,8 @@ contains
 
     !> Whether, of six meshes and more, the error is about what it was with bricks of twice the
     !> size: that of the last mesh and of the one before, for scatter may make one of them so large.
-    !> Of resultants and the energy three times the size, for these have a limit, however contact
-    !> goes on from node to node.
+    !> Of resultants and the energy three times the size: they scatter where contact goes on from
+    !> node to node, and resultants have a limit, and so has the energy without forces on nodes.
     logical function is_as_wrong_as_before() result(is_so)
       real(wp), parameter :: about = 0.9_wp
       real(wp) :: before, distant

@@ -11,7 +11,8 @@ module reach_accuracy_mod
   use system_mod, only: cpu_seconds
   use idle_processors_mod, only: processor_time_t
   use mesh_size_mod, only: blocks_t, relative_size, is_same_size
-  use controls_mod, only: accuracy_controls_t, subject_in_words
+  use controls_mod, only: accuracy_controls_t, accuracy_of_resultants, &
+    subject_in_words
   use scene_mod, only: scene_t
   use slice_axis_mod, only: axis_across
   use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, has_bound
@@ -292,8 +293,8 @@ contains
     case (not_convergent)
       reason = sequence%list(errors%worst)%name//' does not converge: '// &
         to_text(n_meshes(sequence))//' meshes change it again and again'
-      if (.not. sequence%recovers) reason = reason//'; a quantity at a sharp edge or beneath a '// &
-        'force on a node has no limit'
+      if (deck%accuracy%of /= accuracy_of_resultants) reason = reason//'; a quantity at a '// &
+        'sharp edge or beneath a force on a node has no limit'
     case (time_is_over)
       reason = 'within '//bounds_in_words(deck%accuracy)//' too few runs say how wrong it is'
       if (errors%mesh >= 0.0_wp) reason = 'within '//bounds_in_words(deck%accuracy)//' it is '// &
