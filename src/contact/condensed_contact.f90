@@ -20,7 +20,7 @@ module condensed_contact_mod
   use held_body_mod, only: hold_body
   use compliance_mod, only: compliance_t, take_matrix, take_map, get_matrix, add_single_copy, &
     is_map
-  use problem_mod, only: contact_problem_t, make_problem
+  use problem_mod, only: contact_problem_t, make_problem, find_twins
   use floating_mod, only: floating_t, see_motions, free_the_motions, sees_less
   implicit none
   private
@@ -226,6 +226,7 @@ contains
       call scale_near(nearby, rows%left(points%pair(group%active)))
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
         nearby)
+      call find_twins(group%problem, points%node(group%active))
     end if
     if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0

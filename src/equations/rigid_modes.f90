@@ -415,11 +415,13 @@ contains
   end function motion_at
 
   !> The work that nodal forces do on a unit of every motion, and what rounding may be of it: forces
-  !> that cancel, or act across a motion, leave no more.
-  pure subroutine generalised_loads(motions, mesh, force, load, rounding)
+  !> that cancel, at a node or from node to node, or act across a motion, leave no more.
+  pure subroutine generalised_loads(motions, mesh, force, summed, load, rounding)
     type(free_motions_t), intent(in) :: motions
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: force(:, :)                !! (3,n_nodes) [force]
+    real(wp), intent(in) :: summed(:, :)
+    !! (3,n_nodes) the magnitudes that force sums up at each node [force]
     real(wp), allocatable, intent(out) :: load(:)      !! (n) [force]
     real(wp), allocatable, intent(out) :: rounding(:)  !! (n) [force]
     real(wp), parameter :: operations = 45.0_wp ! rounded ones that add up
@@ -431,7 +433,8 @@ contains
       do j = 1, motions%n
         motion = motion_at(motions, mesh, j, node)
         load(j) = load(j) + dot_product(motion, force(:, node))
-        rounding(j) = rounding(j) + operations*epsilon(1.0_wp)*norm2(motion)*norm2(force(:, node))
+        rounding(j) = rounding(j) + operations*epsilon(1.0_wp)*norm2(motion)* &
+          norm2(summed(:, node))
       end do
     end do
   end subroutine generalised_loads

@@ -111,12 +111,14 @@ contains
   end subroutine refine
 
   !> Displacement without contact, and loads, at a fraction of the *STEP.
-  subroutine sum_patterns(scene, response, fraction, step_time, u_free, external)
+  subroutine sum_patterns(scene, response, fraction, step_time, u_free, external, summed)
     type(scene_t), intent(in) :: scene
     type(load_response_t), intent(in) :: response
     real(wp), intent(in) :: fraction, step_time             !! as of increment_t [-], [time]
     real(wp), allocatable, intent(out) :: u_free(:, :)   !! (3,n_nodes) [length]
     real(wp), allocatable, intent(out) :: external(:, :) !! (3,n_nodes) [force]
+    real(wp), allocatable, intent(out), optional :: summed(:, :)
+    !! (3,n_nodes) the magnitudes that external sums up, of parts that may cancel [force]
     real(wp) :: factor(response%loads%n_patterns)
     integer :: g
 
@@ -125,6 +127,11 @@ contains
     do g = 1, response%loads%n_patterns
       u_free = u_free + factor(g)*response%displacement(:, :, g)
       external = external + factor(g)*response%loads%force(:, :, g)
+    end do
+    if (.not. present(summed)) return
+    allocate (summed(3, scene%mesh%n_nodes), source=0.0_wp)
+    do g = 1, response%loads%n_patterns
+      summed = summed + abs(factor(g)*response%loads%force(:, :, g))
     end do
   end subroutine sum_patterns
 

@@ -57,8 +57,8 @@ contains
     report%x_free = [real(wp) ::]
     trial%neutral_residual = [real(wp) ::]
     associate (motions => solver%body%motions)
-      if (motions%n > 0) call generalised_loads(motions, scene%mesh, trial%forces%external, load, &
-        rounding)
+      if (motions%n > 0) call generalised_loads(motions, scene%mesh, trial%forces%external, &
+        trial%summed_loads, load, rounding)
       contact%converged = .true.
       do i = 1, size(solver%contact%group)
         call solve_group(solver%contact%group(i))

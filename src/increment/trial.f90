@@ -27,6 +27,8 @@ module trial_mod
     type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
     logical :: is_foreseen = .false. !! its first reactions and what they cause are there
     type(increment_forces_t) :: forces
+    real(wp), allocatable :: summed_loads(:, :)
+    !! (3,n_nodes) the magnitudes that the external forces sum up [force]
     real(wp), allocatable :: u_free(:, :)
     !! (3,n_nodes) displacement without contact and free motions [length]
     real(wp), allocatable :: u_contact(:, :)
@@ -66,7 +68,7 @@ contains
     integer :: i
 
     call sum_patterns(scene, solver%response, increment%fraction, increment%step_time, &
-      trial%u_free, trial%forces%external)
+      trial%u_free, trial%forces%external, trial%summed_loads)
     trial%forces%prescribed = solver%body%prescribed
     trial%forces%constraints = scene%constraints
     trial%forces%displacement = prescribed_displacement(scene, solver%response%loads, increment)
@@ -142,7 +144,8 @@ contains
       is_free(motions%body) = .true.
       if (motions%n > 0) then
         ! Pins hold nothing: what loads do along free motions is taken up there.
-        call generalised_loads(motions, scene%mesh, trial%forces%external, load, rounding)
+        call generalised_loads(motions, scene%mesh, trial%forces%external, trial%summed_loads, &
+          load, rounding)
         trial%left(size(trial%left) - motions%n + 1:) = load
         trial%guess = old%displacement - trial%u_free
         call add_motions(motions, scene%mesh, -trial%motion, trial%guess)

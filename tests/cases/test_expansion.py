@@ -188,6 +188,31 @@ class Expansion(unittest.TestCase):
         )
         np.testing.assert_allclose(stress[8:], 0, rtol=0, atol=1e-11)
 
+    def test_forces_that_cancel_are_no_load(self):
+        """A strip of two metals on a rough table curls up, and cools until it lies flat again:
+        what the thermal forces leave then is their rounding, which no friction has to balance."""
+        text = (
+            "*BLOCK, NAME=LOW, TYPE=C3D8I, NX=10, NY=2, NZ=1\n0., 0., 0., 50., 6., 1.\n"
+            "*BLOCK, NAME=HIGH, TYPE=C3D8I, NX=15, NY=3, NZ=1\n0., 0., 1., 50., 6., 1.\n"
+            "*NSET, NSET=ALL\nLOW, HIGH\n*INITIAL CONDITIONS, TYPE=TEMPERATURE\nALL, 20.\n"
+            "*MATERIAL, NAME=P\n*ELASTIC\n200000., 0.3\n*EXPANSION, ZERO=20.\n1.2e-5\n"
+            "*MATERIAL, NAME=Q\n*ELASTIC\n100000., 0.25\n*EXPANSION, ZERO=20.\n3e-5\n"
+            "*SOLID SECTION, ELSET=LOW, MATERIAL=P\n*SOLID SECTION, ELSET=HIGH, MATERIAL=Q\n"
+            "*TIE\nHIGH-ZMIN, LOW-ZMAX\n*OBSTACLE, NAME=TABLE, TYPE=PLANE\n"
+            "0., 0., 0., 0., 0., 1.\n" + pair("LOW-ZMIN, TABLE", 0.2) +
+            "*CONTACT SOLVER, TOLERANCE=1e-4\n"
+            "*STEP\n*STATIC\n1., 1.\n*DSLOAD\nHIGH-ZMAX, P, 0.01\n*END STEP\n"
+            "*STEP\n*STATIC\n0.25, 1.\n*TEMPERATURE\nALL, 100.\n*END STEP\n"
+            "*STEP\n*STATIC\n0.5, 1.\n*TEMPERATURE\nALL, 20.\n*END STEP\n"
+        )
+        result = solved(self, text)
+        # None of them was cut.
+        np.testing.assert_array_equal(result.history("time"), [1, 1.25, 1.5, 1.75, 2, 2.5, 3])
+        np.testing.assert_allclose(result.pairs[0].resultant[:, 2], 3, rtol=1e-3)
+        status = result.pairs[0].status
+        self.assertLessEqual((status[4] > 0).sum(), 6)
+        self.assertGreater((status[-1] > 0).sum(), 25)
+
     def test_temperatures_without_expansion_are_noted(self):
         text = BODY.format(element="C3D8", nu=NU).replace("*EXPANSION, ZERO=20.\n1e-4\n", "")
         text += "*STEP\n*STATIC\n1., 1.\n*BOUNDARY\nB-XMIN, 1, 3\n*TEMPERATURE\nALL, 9.\n"

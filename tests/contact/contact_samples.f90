@@ -3,6 +3,7 @@
 module contact_samples
   use kinds_mod, only: wp
   use small_matrix_mod, only: largest_eigenvalue
+  use near_stiffness_mod, only: near_stiffness_t
   use local_point_mod, only: local_point_t
   use bipotential_mod, only: bipotential_residual
   use pseudopotential_mod, only: pseudopotential_residual
@@ -12,7 +13,7 @@ module contact_samples
   private
 
   public :: random_point, new_point, random_compliance, law_defect, random_problem, problem_defect
-  public :: identity, stack_of_blocks
+  public :: identity, stack_of_blocks, nodes_in_a_corner
 
   real(wp), parameter :: identity(3, 3) = reshape([real(wp) :: 1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
 
@@ -150,6 +151,50 @@ contains
     x_free = matmul(v, h)
     call make_problem(reshape([(i, i=1, 12*n)], [3, 4*n]), spread(mu, 1, 4*n), w, problem)
   end subroutine stack_of_blocks
+
+  !> Nodes of an elastic body pressed on a floor and, the first two of them, on a wall: these have
+  !> six rows, and three ways to move. What is near says nothing of that: it is that of the nodes.
+  subroutine nodes_in_a_corner(n, mu, problem, x_free, node)
+    integer, intent(in) :: n                        !! nodes, two or more
+    real(wp), intent(in) :: mu(2)                   !! floor and wall [-]
+    type(contact_problem_t), intent(out) :: problem !! n + 2 points; one row where mu is 0
+    real(wp), allocatable, intent(out) :: x_free(:) !! (n_rows)
+    integer, intent(out) :: node(n + 2)             !! of each point
+    real(wp), parameter :: wall(3, 3) = reshape([real(wp) :: 0, -1, 0, 1, 0, 0, 0, 0, 1], [3, 3])
+    real(wp), parameter :: floor(3, 3) = reshape([real(wp) :: 0, 0, 1, 1, 0, 0, 0, 1, 0], [3, 3])
+    real(wp) :: a(3*n, 3*n), m(3*n, 3*n), of_point(3*n, 3*(n + 2)), frame(3, 3)
+    real(wp), allocatable :: w(:, :)
+    type(near_stiffness_t) :: near
+    integer :: row(3, n + 2), i, k, n_rows
+
+    call random_number(m)
+    a = matmul(m - 0.5_wp, transpose(m - 0.5_wp))/n
+    of_point = 0.0_wp
+    node = [(i, i=1, n), 1, 2]
+    row = 0
+    n_rows = 0
+    allocate (near%start(n + 3), near%other(n + 2), near%block(3, 3, n + 2))
+    near%start = [(i, i=1, n + 3)]
+    near%other = [(i, i=1, n + 2)]
+    do i = 1, n + 2
+      frame = merge(floor, wall, i <= n)
+      do k = 1, merge(3, 1, mu(merge(1, 2, i <= n)) > 0.0_wp)
+        n_rows = n_rows + 1
+        row(k, i) = n_rows
+        of_point(3*node(i) - 2:3*node(i), n_rows) = frame(:, k)
+      end do
+      near%block(:, :, i) = identity
+    end do
+    do i = 1, 3*n
+      a(i, i) = a(i, i) + 1.0_wp
+    end do
+    w = matmul(transpose(of_point(:, :n_rows)), matmul(a, of_point(:, :n_rows)))
+    call make_problem(row, [(mu(merge(1, 2, i <= n)), i=1, n + 2)], w, problem, near)
+    call random_number(m(1, :))
+    ! All go down and to the wall, and along both.
+    x_free = matmul([(-[0.5_wp, -1.0_wp, 1.5_wp] - 0.2_wp*m(1, 3*i - 2:3*i), i=1, n)], &
+      of_point(:, :n_rows))
+  end subroutine nodes_in_a_corner
 
   pure function cross(a, b) result(c)
     real(wp), intent(in) :: a(3), b(3)

@@ -114,13 +114,13 @@ class Studies(WithFolder):
 
         threading.Thread(target=interrupt, daemon=True).start()
         with self.assertRaises(KeyboardInterrupt):
-            self.study({"mu": [0.1, 0.3]}, deck, steps=600, processes=2)
+            self.study({"mu": [0.1, 0.3]}, deck, steps=3000, processes=2)
         # Nothing is held any more, and what the runs had done is continued.
         for path in Path("runs").glob("*.vtkhdf"):
             with bipot.read(path) as result:
                 self.assertEqual(result.run["status"], "stopped")
                 self.assertGreater(result.finished, 0)
-        study = self.study({"mu": [0.1, 0.3]}, deck, steps=600, processes=2)
+        study = self.study({"mu": [0.1, 0.3]}, deck, steps=3000, processes=2)
         np.testing.assert_allclose(study.column("ratio"), [0.1, 0.3], rtol=1e-6)
 
     def test_a_run_without_a_solution_is_a_row(self):

@@ -40,8 +40,10 @@ module floating_search_mod
   real(wp), parameter :: progress = 0.99_wp    !! what is out of balance then, of what was
   real(wp), parameter :: longest_leap = 1000.0_wp   !! of the way and a plain step
   real(wp), parameter :: tightest = 1.0e-14_wp      !! tolerance of the proximal problems [-]
+  real(wp), parameter :: closely = 1.0e-10_wp       !! the same, a step away from looser ones
   real(wp), parameter :: least_damping = 1.0e-12_wp !! of the resistance of the proximal term
   real(wp), parameter :: most_damping = 1.0_wp
+  real(wp), parameter :: far_off = 100.0_wp         !! times as much out of balance: damped at once
   integer,  parameter :: max_lines = 30             !! searches along e
   integer,  parameter :: max_on_line = 80           !! centres on one of them
   integer,  parameter :: largest_joint = 150        !! rows up to which motions join the reactions
@@ -394,7 +396,8 @@ contains
         now%centre = search%first + way
         return
       end if
-      if (search%since_best > 0) search%damping = min(most_damping, 10.0_wp*search%damping)
+      if (search%since_best > 0) search%damping = min(most_damping, search%damping* &
+        merge(1000.0_wp, 10.0_wp, norm2(now%e) > far_off*norm2(best%e)))
       way = best%centre - search%first
       far = max(search%furthest, norm2(way) + floating%theta*norm2(best%e))
       way = way + damped_step(search%resistance, best%e, search%damping/floating%theta)
@@ -426,8 +429,10 @@ contains
     if (.not. report%converged .or. problem%n_points == 0) return
     closer = controls
     if (closer%solver == solver_auto) closer%solver = solver_global_newton
-    closer%tolerance = max(tightest, 0.01_wp*controls%tolerance)
-    call solve_contact(problem, x_free, closer, r, polish)
+    closer%tolerance = 0.01_wp*controls%tolerance
+    if (.not. is_map(problem%compliance)) closer%tolerance = min(closely, closer%tolerance)
+    closer%tolerance = max(tightest, closer%tolerance)
+    call solve_contact(problem, x_free, closer, r, polish, briefly=.true.)
     report%iterations = report%iterations + polish%iterations
     report%local_iterations = report%local_iterations + polish%local_iterations
     report%products = report%products + polish%products

@@ -26,6 +26,9 @@ module global_newton_mod
   real(wp), parameter :: shortest_step = 1.0e-3_wp
   real(wp), parameter :: worth_judging = 3.0_wp !! times the tolerance: of iterates of a map
   integer,  parameter :: max_stalled = 12       !! iterations without a tenth of progress
+  real(wp), parameter :: poor = 0.5_wp          !! what an iteration leaves of |Z| that gained little
+  real(wp), parameter :: worth_exact_steps = 0.1_wp
+  !! products in such iterations, beside the rows: factorised systems may gain more
 
 contains
 
@@ -43,7 +46,7 @@ contains
     real(wp) :: r_start(3, problem%n_points), projected(problem%n_rows)
     real(wp) :: dr(problem%n_rows, 1)
     real(wp) :: forcing, last_merit
-    integer :: stalled
+    integer :: stalled, wasted, before
     logical :: is_rough !! measured before its projection
     logical :: gmres_failed
 
@@ -54,6 +57,7 @@ contains
     report%residual = huge(report%residual)
     stalled = 0
     gmres_failed = .false.
+    wasted = 0
     newton: do
       ! Judged is what is returned: the projections, on the cone to rounding, 0 where open.
       projected = now%r - now%z
@@ -82,11 +86,15 @@ contains
       forcing = forcing_term(now%merit, last_merit, controls%tolerance/report%residual, &
         tightest_inner, loosest_inner)
       last_merit = now%merit
+      before = report%products
       call find_corrections(problem, now, reshape(now%z, shape(dr)), controls, forcing, &
         gmres_failed, dr, report%products)
       call search_line(problem, now, dr(:, 1), trial)
       report%products = report%products + 1
       report%iterations = report%iterations + 1
+      ! Where bodies are slender a residual that is small says little of the correction's error.
+      if (trial%merit > poor*now%merit) wasted = wasted + report%products - before
+      if (wasted > worth_exact_steps*problem%n_rows) gmres_failed = .true.
       now%r = trial%r
       now%x = trial%x
       call evaluate(problem, now)

@@ -39,7 +39,7 @@ contains
     do k = lbound(friction_shares, 1), ubound(friction_shares, 1)
       rougher%mu = friction_shares(k)*problem%mu
       before = report
-      if (needs_proximal_steps(rougher)) then
+      if (needs_proximal_steps(rougher, r)) then
         call solve_by_proximal_newton(rougher, x_free, controls, r, report)
       else
         call solve_by_global_newton(rougher, x_free, controls, r, report)

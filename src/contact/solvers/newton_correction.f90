@@ -19,6 +19,8 @@ module newton_correction_mod
   public :: find_corrections, linearise
 
   integer,  parameter :: small_dense = 100      !! rows up to which a factorisation is cheaper
+  integer,  parameter :: small_floating = 300
+  !! the same where bodies move freely: what is near a point says little of that
   real(wp), parameter :: products_saved = 30.0_wp
   !! so is that of m among n rows where m^3 is up to so many n^2
   integer,  parameter :: largest_dense = 3000   !! rows up to which it replaces GMRES that fails
@@ -51,7 +53,8 @@ contains
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(in) :: inexact             !! how exactly GMRES has to solve [-]
     logical, intent(inout) :: gmres_failed
-    !! on an earlier correction of this problem, which was factorised: so are those that follow
+    !! on earlier corrections of this problem, by itself or to make Newton's method converge: those
+    !! that follow are factorised
     real(wp), intent(out) :: dr(:, :)           !! (n_rows,m) [force]
     integer, intent(inout) :: products          !! with W, summed
     integer, allocatable :: moving(:)
@@ -71,8 +74,8 @@ contains
     needs_gmres = controls%linear == linear_gmres .or. is_map(problem%compliance)
     may_factorise = .not. needs_gmres .and. problem%n_rows <= largest_dense
     first = 1
-    if (needs_gmres .or. (controls%linear == linear_auto .and. .not. gmres_failed .and. &
-      .not. is_cheap(size(moving), problem%n_rows, size(z, 2)))) then
+    if (needs_gmres .or. (controls%linear == linear_auto .and. &
+      .not. (gmres_failed .and. may_factorise) .and. .not. is_cheap(problem, size(moving), size(z, 2)))) then
       near%problem => problem
       near%at => now
       near%held = held_directions(problem, now)
@@ -221,12 +224,13 @@ contains
     end do
   end subroutine place_moving
 
-  !> Whether the dense system of m among n rows costs less than a few products with W for each
-  !> residual.
-  pure logical function is_cheap(m, n, n_residuals)
-    integer, intent(in) :: m, n, n_residuals
+  !> Whether the dense system of m rows costs less than a few products with W for each residual.
+  pure logical function is_cheap(problem, m, n_residuals)
+    type(contact_problem_t), intent(in) :: problem
+    integer, intent(in) :: m, n_residuals
 
-    is_cheap = m <= small_dense .or. real(m, wp)**3 <= products_saved*n_residuals*real(n, wp)**2
+    is_cheap = m <= merge(small_floating, small_dense, problem%is_proximal) .or. &
+      real(m, wp)**3 <= products_saved*n_residuals*real(problem%n_rows, wp)**2
   end function is_cheap
 
   !> The rows of the points that do not project to 0.

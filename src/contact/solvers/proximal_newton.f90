@@ -3,7 +3,11 @@
 !> Bodies without elasticity of their own, or more contact points than a body needs, make W
 !> singular: reactions are not unique, J is singular, and Newton's line search stalls. A proximal
 !> step adds alpha D (r - r_before) to the gaps. Its W + alpha D is regular; its solution is that of
-!> the problem itself once r stands still. docs/theory.md section 4.
+!> the problem itself once r stands still.
+!>
+!> Where W is singular because points of the same node move alike, D is 0 at all other points: what
+!> is known of the stiffness near these stays.
+!> docs/theory.md section 4.
 module proximal_newton_mod
   use kinds_mod, only: wp
   use controls_mod, only: contact_controls_t, solver_global_newton, linear_auto, linear_direct
@@ -17,14 +21,16 @@ module proximal_newton_mod
   implicit none
   private
 
-  public :: solve_by_proximal_newton, needs_proximal_steps, is_narrow_band, &
-    largest_proximal
+  public :: solve_by_proximal_newton, needs_proximal_steps, may_take_proximal_steps, &
+    is_narrow_band
 
-  integer,  parameter :: largest_proximal = 3000 !! rows up to which W is worth inverting anew
+  integer,  parameter :: largest_inverse = 3000  !! rows up to which W is worth inverting anew
+  integer,  parameter :: largest_copy = 10000    !! rows up to which it is worth a copy
   integer,  parameter :: max_steps = 30
   integer,  parameter :: patience = 6            !! steps without a half of progress
   real(wp), parameter :: largest_alpha = 3.0e-2_wp
   real(wp), parameter :: first_floor = 1.0e-6_wp !! of alpha, lowered where steps gain slowly
+  real(wp), parameter :: floor_of_twins = 1.0e-2_wp !! the same, of points that move alike
   real(wp), parameter :: smallest_alpha = 1.0e-8_wp
   real(wp), parameter :: slow = 0.3_wp           !! of the residual, left by a step
   real(wp), parameter :: alpha_of_residual = 0.3_wp
@@ -39,33 +45,40 @@ contains
   !> Each step solves the problem with W + alpha D and x_free - alpha D r, D = 1/rho_i at the rows
   !> of point i, alpha a third of the residual: docs/theory.md (4.12). Not converging is no error:
   !> the report says so, and r is the best that was found.
-  subroutine solve_by_proximal_newton(problem, x_free, controls, r, report)
+  subroutine solve_by_proximal_newton(problem, x_free, controls, r, report, briefly)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
+    logical, intent(in), optional :: briefly !! only as long as each step gains a half
     type(contact_problem_t) :: softer
     type(contact_controls_t) :: newton
     type(contact_report_t) :: here
     real(wp) :: r_start(3, problem%n_points), trial(3, problem%n_points), d(problem%n_rows)
     real(wp) :: alpha, last, inverted_at, floor_of_alpha, caution, lowest
-    integer :: step, idle
+    integer :: step, idle, most_idle
 
     newton = controls
-    if (newton%linear == linear_auto) newton%linear = linear_direct
+    if (newton%linear == linear_auto .and. .not. allocated(problem%twin)) then
+      newton%linear = linear_direct
+    end if
     d = pack_rows(problem, spread(1.0_wp/problem%rho_map, 1, 3))
+    if (allocated(problem%twin)) d = merge(d, 0.0_wp, pack_rows(problem, &
+      spread(real(problem%twin, wp), 1, 3)) > 0.0_wp)
+    most_idle = patience
+    if (present(briefly)) most_idle = merge(0, patience, briefly)
     r_start = r
     call judge(problem, x_free, r, r_start, controls, report)
     report%products = 1
     lowest = report%residual
     last = 0.0_wp
     inverted_at = 0.0_wp
-    floor_of_alpha = first_floor
+    floor_of_alpha = merge(floor_of_twins, first_floor, allocated(problem%twin))
     caution = 1.0_wp
     idle = 0
     steps: do step = 1, max_steps
-      if (report%converged .or. idle > patience) exit steps
+      if (report%converged .or. idle > most_idle) exit steps
       alpha = caution*min(largest_alpha, max(floor_of_alpha, alpha_of_residual*report%residual))
       if (alpha > 1.0_wp) exit steps
       call soften(problem, d, alpha, last, inverted_at, softer)
@@ -99,13 +112,30 @@ contains
     report%solver = solver_global_newton
   end subroutine solve_by_proximal_newton
 
-  !> Whether W is singular as far as Newton's method can tell, and not too large.
-  pure logical function needs_proximal_steps(problem)
+  !> Whether W is there, and not too large.
+  pure logical function may_take_proximal_steps(problem) result(may)
     type(contact_problem_t), intent(in) :: problem
 
+    may = .not. is_map(problem%compliance) .and. problem%n_rows <= merge(largest_copy, &
+      largest_inverse, allocated(problem%twin))
+  end function may_take_proximal_steps
+
+  !> Whether W is singular as far as Newton's method can tell, and not too large. Points of the same
+  !> node make it so where several of them press.
+  pure logical function needs_proximal_steps(problem, r)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: r(:, :)  !! (3,n_points) reactions to start from [force]
+    integer :: i
+
     needs_proximal_steps = .false.
-    if (problem%n_rows > largest_proximal .or. is_map(problem%compliance)) return
+    if (.not. may_take_proximal_steps(problem)) return
     needs_proximal_steps = .not. allocated(problem%near%block)
+    if (allocated(problem%twin)) then
+      do i = 1, problem%n_points
+        if (problem%twin(i) > 0) needs_proximal_steps = needs_proximal_steps .or. &
+          min(r(1, i), r(1, problem%twin(i))) > 0.0_wp
+      end do
+    end if
     if (needs_proximal_steps) return
     ! rho_n = sqrt(S_nn/W_nn)
     needs_proximal_steps = any((problem%rho_global(1, :)*problem%block(1, 1, :))**2 > singular)
@@ -139,7 +169,8 @@ contains
   !> The problem with a larger diagonal of W.
   !>
   !> What the inverse says of rho stays as long as alpha is not far from the one it was taken at:
-  !> along what W alone does not hold, S = 1/alpha.
+  !> along what W alone does not hold, S = 1/alpha. Of points that move alike no inverse is needed:
+  !> what they share is all that W does not hold.
   subroutine soften(problem, d, alpha, last, inverted_at, softer)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: d(:)              !! (n_rows) of D [length/force]
@@ -150,10 +181,12 @@ contains
 
     if (.not. last > 0.0_wp) then
       softer = problem
-      softer%near = near_stiffness_t()
+      if (.not. allocated(problem%twin)) softer%near = near_stiffness_t()
     end if
     call shift_diagonal(softer%compliance, problem%compliance, alpha*d)
-    if (alpha > far*inverted_at .or. alpha < inverted_at/far) then
+    if (allocated(problem%twin)) then
+      call scale_twins(problem, alpha, softer%rho_global)
+    else if (alpha > far*inverted_at .or. alpha < inverted_at/far) then
       call scale_by_inverse(softer, alpha)
       inverted_at = alpha
     else
@@ -161,6 +194,24 @@ contains
     end if
     last = alpha
   end subroutine soften
+
+  !> The two rho a point of the global Newton, the S of twins made larger by what holds their
+  !> shares: two of them, each soft by alpha/rho_map, half of its inverse.
+  pure subroutine scale_twins(problem, alpha, rho_global)
+    type(contact_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: alpha               !! [-]
+    real(wp), intent(inout) :: rho_global(:, :) !! (2,n_points) [force/length]
+    integer :: i
+
+    do i = 1, problem%n_points
+      if (problem%twin(i) == 0) cycle
+      associate (rho => problem%rho_global(:, i), w => problem%block(:, :, i), &
+                 of_share => 0.5_wp*problem%rho_map(i)/alpha)
+        rho_global(1, i) = sqrt(rho(1)**2 + of_share/w(1, 1))
+        rho_global(2, i) = sqrt(rho(2)**2 + 2.0_wp*of_share/(w(2, 2) + w(3, 3)))
+      end associate
+    end do
+  end subroutine scale_twins
 
   !> The two rho a point of the global Newton, sqrt(S_nn/W_nn) and sqrt(tr S_tt/tr W_tt), S = W^-1.
   subroutine scale_by_inverse(problem, alpha)

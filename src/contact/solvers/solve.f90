@@ -3,7 +3,7 @@
 !> AUTO, in this order, each from the best reactions found so far, until the tolerance is reached:
 !>
 !>   1. global Newton from the last increment's reactions; where W is singular a few
-!>      accelerated sweeps, unless it is a narrow band
+!>      accelerated sweeps, unless it is a narrow band or only points of the same node move alike
 !>   2. proximal steps by global Newton
 !>   3. Newton from no reactions, with no friction at first and then more and more of it
 !>   4. sweeps, exact local solutions, accelerated, for as long as they gain; beside them Newton
@@ -25,7 +25,7 @@ module solve_mod
   use sweeps_mod, only: solve_by_sweeps
   use global_newton_mod, only: solve_by_global_newton
   use proximal_newton_mod, only: solve_by_proximal_newton, needs_proximal_steps, &
-                                  is_narrow_band, largest_proximal
+                                  may_take_proximal_steps, is_narrow_band
   use growing_friction_mod, only: solve_with_growing_friction
   implicit none
   private
@@ -47,12 +47,13 @@ contains
   !> Solve the condensed problem with the solver of the deck.
   !>
   !> Not converging is no error: the report says so, and r is the best that was found.
-  subroutine solve_contact(problem, x_free, controls, r, report)
+  subroutine solve_contact(problem, x_free, controls, r, report, briefly)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
+    logical, intent(in), optional :: briefly !! only what gains at once
     logical :: is_warm
 
     is_warm = any(abs(r) > 0.0_wp)
@@ -69,10 +70,12 @@ contains
     end if
     select case (controls%solver)
     case (solver_global_newton)
-      if (needs_proximal_steps(problem)) then
-        call solve_by_proximal_newton(problem, x_free, controls, r, report)
+      if (needs_proximal_steps(problem, r)) then
+        call solve_by_proximal_newton(problem, x_free, controls, r, report, briefly)
       else
-        call solve_by_global_newton(problem, x_free, controls, r, report)
+        call stage(problem, x_free, controls, by_newton, r, report)
+        if (report%converged .or. .not. allocated(problem%twin) .or. present(briefly)) return
+        call stage(problem, x_free, controls, by_proximal_newton, r, report)
       end if
     case (solver_auto)
       call solve_automatically(problem, x_free, controls, r, report, .true.)
@@ -127,17 +130,17 @@ contains
     sweeps%formulation = formulation_bipotential
     sweeps%local = local_exact
     newton = by_newton
-    if (needs_proximal_steps(problem)) newton = by_proximal_newton
+    if (needs_proximal_steps(problem, r)) newton = by_proximal_newton
     if (newton == by_newton) then
       call stage(problem, x_free, sweeps, by_newton, r, report)
-    else if (.not. is_narrow_band(problem)) then
+    else if (.not. (is_narrow_band(problem) .or. allocated(problem%twin))) then
       sweeps%acceleration = .true.
       sweeps%relaxation = 1.0_wp
       sweeps%max_sweeps = min(first_sweeps, controls%max_sweeps)
       call stage(problem, x_free, sweeps, by_sweeps, r, report)
     end if
     if (report%converged) return
-    if (problem%n_rows <= largest_proximal) then
+    if (may_take_proximal_steps(problem)) then
       call stage(problem, x_free, sweeps, by_proximal_newton, r, report)
       if (report%converged) return
       if (is_first .and. any(problem%mu > 0.0_wp)) then
