@@ -86,6 +86,7 @@ SCENES = (
     Scene("weight alone", "weight", 0.3, COARSE, 4),
     Scene("press fit", "fit", 0.2, (2, 4, 6, 8, 10), 3),
     Scene("a rough floor, a smooth wall", "wall", 0.5),
+    Scene("a rough floor, a rough wall", "corner", 0.5, (4, 6, 8, 10, 12), 4, finer=8),
     Scene("a cylinder rolled and dragged", "rolled", 0.3, (4, 6, 8, 12, 16, 20), 4),
     Scene("warm between two walls", "heat", 0.3, COARSE, 4),
     Scene("pressed, lifted, pressed again", "again", 0.4, steps=4, finer=32),

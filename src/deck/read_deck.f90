@@ -210,6 +210,8 @@ contains
       call couple(reader, model, surfaces%list(:surfaces%n), couplings, equations)
     end if
     call mark_named(model, equations)
+    ! Couplings that were not made name what nobody knows.
+    if (size(couplings) > 0 .and. any_mistakes(reader%diagnostics)) model%named = .true.
     call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
     call read_contact_controls(reader, scene%contact)
     call read_precision(reader, scene%precision)

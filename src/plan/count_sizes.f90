@@ -42,6 +42,7 @@ module count_sizes_mod
     real(wp) :: word = 8.0_wp !! of the factor, a number [bytes]
     real(wp) :: copy = 0.0_wp !! of W in single precision, a number [bytes]
     real(wp) :: scratch = 0.0_wp !! of the factor, on the disk [bytes]
+    logical :: has_twins = .false. !! nodes may be pressed by more obstacles than they can move
     logical :: is_dense = .true. !! W is formed; else its products are solutions with the factor
     logical :: keeps_scratch = .false. !! the system has memory for it beside the run
   end type sizes_t
@@ -64,6 +65,7 @@ contains
     sizes%cubes = sum(real(plan%blocks, wp)**3)
     sizes%rows = sum(real(plan%rows, wp))
     sizes%points = plan%points%n
+    sizes%has_twins = has_twins(plan)
     ! A node of a large mesh of bricks has 27 neighbours, half of them in one triangle.
     sizes%neighbours = 27.0_wp*sizes%nodes
     sizes%entries = 40.0_wp*sizes%equations
@@ -81,6 +83,21 @@ contains
     sizes%factorisations = plan%n_factorisations
     sizes%motions = 0.0_wp
   end subroutine count_sizes
+
+  !> Whether points before obstacles give a node more rows than it has ways to move.
+  pure logical function has_twins(plan)
+    type(plan_t), intent(in) :: plan
+    integer :: i, of_node(maxval([0, plan%points%node]))
+
+    of_node = 0
+    do i = 1, plan%points%n
+      if (plan%points%on_surface(i)) cycle
+      associate (n => of_node(plan%points%node(i)))
+        n = n + plan%rows(i)
+      end associate
+    end do
+    has_twins = any(of_node > 3)
+  end function has_twins
 
   !> Newton-Raphson iterations of an increment, each with one solution.
   pure function iterations_of_increment(scene) result(n)

@@ -44,7 +44,7 @@ contains
     type(sizes_t), intent(in) :: sizes
     type(file_size_t), intent(in) :: file
     real(wp) :: bytes                   !! [bytes]
-    real(wp) :: matrix, mesh, factorising, running, copying, square
+    real(wp) :: matrix, mesh, factorising, running, copying, square, copies
 
     ! Row, column and value of every entry, ours and MUMPS's copy; neighbours, numbers of the
     ! unknowns, their order.
@@ -55,11 +55,13 @@ contains
     factorising = matrix + mesh + sizes%workspace + square*sizes%word*sizes%interface**2
     ! What is near the points, and their blocks of it.
     if (.not. sizes%is_dense) factorising = factorising + near_interface*sizes%interface
-    ! The factor stays; compliance and W; responses and loads of two patterns, old and new state,
-    ! forces and fields of a step: some thirty vectors over the nodes; the columns of the increments
-    ! ahead, ours and MUMPS's; HDF5's chunks.
+    ! The factor stays; compliance and W, of which proximal steps have a copy; responses and loads
+    ! of two patterns, old and new state, forces and fields of a step: some thirty vectors over the
+    ! nodes; the columns of the increments ahead, ours and MUMPS's; HDF5's chunks.
+    copies = merge(2.0_wp, 1.0_wp, sizes%has_twins)
     running = sizes%workspace + square*(8.0_wp*sizes%squares + &
-      (8.0_wp + sizes%copy)*sizes%rows**2) + (1.0_wp - square)*near_interface*sizes%interface + &
+      (8.0_wp + sizes%copy)*copies*sizes%rows**2) + &
+      (1.0_wp - square)*near_interface*sizes%interface + &
       30.0_wp*24.0_wp*sizes%nodes + 16.0_wp*sizes%equations*sizes%columns + krylov_bytes(sizes) + &
       file%cache
     ! The Schur complement beside its blocks, which are copied out of it where there are several.

@@ -228,16 +228,19 @@ contains
     integer, intent(in) :: n_bricks !! of the run that failed
     type(error_t), intent(inout) :: error
     type(sequence_error_t) :: errors
+    character(:), allocatable :: known
 
     if (error%exit_status /= exit_not_solved .and. error%exit_status /= exit_machine) return
     call estimate_sequence(sequence, errors)
+    known = errors_in_words(sequence, errors)
+    if (known /= '') known = ' ('//known//')'
     if (sequence%wanted > 0.0_wp) then
       error%message = 'accuracy '//percent(sequence%wanted)//' of '// &
-        subject_in_words(deck%accuracy)//' was not reached ('//errors_in_words(sequence, errors)// &
-        '); then, on '//to_text(n_bricks)//' bricks: '//error%message
+        subject_in_words(deck%accuracy)//' was not reached'//known//'; then, on '// &
+        to_text(n_bricks)//' bricks: '//error%message
     else
-      error%message = 'after '//to_text(size(sequence%runs))//' runs ('// &
-        errors_in_words(sequence, errors)//'), on '//to_text(n_bricks)//' bricks: '//error%message
+      error%message = 'after '//to_text(size(sequence%runs))//' runs'//known//', on '// &
+        to_text(n_bricks)//' bricks: '//error%message
     end if
   end subroutine tell_earlier
 
@@ -270,18 +273,17 @@ contains
 
     words = percent(sequence%wanted)//' of '//subject_in_words(deck%accuracy)
     runs = '; '//to_text(size(sequence%runs))//trim(merge(' run ', ' runs', &
-      size(sequence%runs) == 1))//', '
+      size(sequence%runs) == 1))//', '//seconds_in_words(merge(sequence%spent, &
+      sum(sequence%runs%seconds), choice%outcome == is_finest))//' of the processor'
     if (choice%outcome == is_reached) then
-      call say('accuracy        '//words//' is reached: '//errors_in_words(sequence, errors)// &
-        runs//seconds_in_words(sum(sequence%runs%seconds))//' of the processor')
+      call say('accuracy        '//words//' is reached: '//errors_in_words(sequence, errors)//runs)
       return
     end if
     if (choice%outcome == is_finest) then
       words = errors_in_words(sequence, errors)
       if (words == '') words = 'error not known, it takes two meshes'
       call say('accuracy        of '//subject_in_words(deck%accuracy)//' within '// &
-        bounds_in_words(deck%accuracy)//': '//words//runs//seconds_in_words(sequence%spent)// &
-        ' of the processor')
+        bounds_in_words(deck%accuracy)//': '//words//runs)
       return
     end if
     select case (choice%outcome)
@@ -290,6 +292,8 @@ contains
       if (errors%load_steps < 0.0_wp) reason = 'the load steps make more, in '// &
         to_text(maxval(sequence%runs%divisions))//' parts of each increment too'
       if (any(deck%steps%direct)) reason = reason//', and DIRECT keeps them as they are'
+      if (errors%mesh > max(sequence%wanted, errors%load_steps)) reason = reason// &
+        ', and the mesh '//percent(errors%mesh)
     case (not_convergent)
       reason = sequence%list(errors%worst)%name//' does not converge: '// &
         to_text(n_meshes(sequence))//' meshes change it again and again'
@@ -312,7 +316,7 @@ contains
         ' of memory'
     end select
     call raise(error, merge(exit_machine, exit_not_solved, choice%outcome == beyond_machine), &
-      'accuracy '//words//' was not reached: '//reason// &
+      'accuracy '//words//' was not reached: '//reason//runs// &
       '; the result is that of '//settings_in_words(sequence%runs(size(sequence%runs)))// &
       ', and otherwise complete')
   end subroutine tell_outcome

@@ -26,7 +26,7 @@ module global_newton_mod
   real(wp), parameter :: shortest_step = 1.0e-3_wp
   real(wp), parameter :: worth_judging = 3.0_wp !! times the tolerance: of iterates of a map
   integer,  parameter :: max_stalled = 12       !! iterations without a tenth of progress
-  real(wp), parameter :: poor = 0.5_wp          !! what an iteration leaves of |Z| that gained little
+  real(wp), parameter :: poor = 0.5_wp          !! of |Z|, left by an iteration that gains little
   real(wp), parameter :: worth_exact_steps = 0.1_wp
   !! products in such iterations, beside the rows: factorised systems may gain more
 

@@ -74,8 +74,8 @@ contains
     needs_gmres = controls%linear == linear_gmres .or. is_map(problem%compliance)
     may_factorise = .not. needs_gmres .and. problem%n_rows <= largest_dense
     first = 1
-    if (needs_gmres .or. (controls%linear == linear_auto .and. &
-      .not. (gmres_failed .and. may_factorise) .and. .not. is_cheap(problem, size(moving), size(z, 2)))) then
+    if (needs_gmres .or. (controls%linear == linear_auto .and. .not. (gmres_failed .and. &
+      may_factorise) .and. .not. is_cheap(problem, size(moving), size(z, 2)))) then
       near%problem => problem
       near%at => now
       near%held = held_directions(problem, now)

@@ -196,7 +196,8 @@ contains
         found_adjusts(n)%pair = n
         position(n) = fields%start
       end if
-      call end_data(reader, card, fields, '*CONTACT PAIR takes one data line')
+      call end_data(reader, card, fields, '*CONTACT PAIR takes one data line: another '// &
+        'pair takes a card of its own')
     end do
     allocate (pairs(n))
     do k = 1, n

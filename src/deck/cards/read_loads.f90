@@ -240,7 +240,7 @@ contains
     character(*), intent(in) :: what
 
     call report(reader, field_position(reader, fields, i), what// &
-      ' must be 1, 2 or 3 (4 to 6 on reference nodes of obstacles), not '// &
+      ' must be 1, 2 or 3 (4 to 6 on reference nodes of obstacles and couplings), not '// &
       quoted(field_text(reader, fields, i)))
   end subroutine report_rotation
 
