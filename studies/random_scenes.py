@@ -26,7 +26,7 @@ KINDS = (
     "block", "block, mu = 0.1", "quarter", "contact late in a step", "pressed by pulses",
     "partial slip turned round", "contact that spreads", "a tilted plate", "re-entrant corner",
     "two blocks", "rocking", "pressed, lifted, pressed again", "layers 1 : 1000",
-    "warm between two walls", "a rough floor, a smooth wall", "a rough floor, a rough wall",
+    "warm between two walls", "a rough floor, a smooth wall",
 )  # fmt: skip
 KEPT = ("n", "steps", "tolerance", "waves", "rho")  # parameters that are no part of the scene
 MESHES = (6, 8, 10, 12, 16, 20)

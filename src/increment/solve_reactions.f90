@@ -3,7 +3,7 @@ module solve_reactions_mod
   use kinds_mod, only: wp
   use system_mod, only: wall_seconds
   use scene_mod, only: scene_t
-  use controls_mod, only: contact_controls_t, solver_none
+  use controls_mod, only: contact_controls_t, solver_none, linear_auto, linear_direct
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_unbalanced
@@ -17,7 +17,7 @@ module solve_reactions_mod
   use placement_mod, only: placement_t
   use pull_off_mod, only: pulls_off
   use transfer_mod, only: relative_motion, nodal_forces, gap_at
-  use condensed_contact_mod, only: contact_group_t, count_points
+  use condensed_contact_mod, only: contact_group_t, count_points, count_rows
   use formed_compliance_mod, only: form_compliance, form_floating
   use compliance_mod, only: is_map
   use shared_nodes_mod, only: has_shared_nodes, share_nodes
@@ -28,6 +28,8 @@ module solve_reactions_mod
   private
 
   public :: solve_reactions
+
+  integer, parameter :: worth_factorising = 3000 !! rows, rather than that GMRES fails once more
 
 contains
 
@@ -128,6 +130,9 @@ contains
         n_resisting = n_resisting + size(rows, 1)
         if (of_group%ending == ended_unbalanced) unbalanced(group%motion) = drift%unbalanced
       end if
+      ! So do the problems of the placements that follow.
+      if (of_group%wants_exact .and. trial%controls%linear == linear_auto .and. &
+        count_rows(solver%contact) <= worth_factorising) trial%controls%linear = linear_direct
       if (of_group%converged) call share(group, x_free, gaps, r)
       if (any(abs(group%problem%driven) > 0.0_wp)) then
         x = unpack_gaps(group%problem, gaps)

@@ -339,14 +339,15 @@ contains
     type(contact_controls_t) :: first_choice
     type(contact_report_t) :: here
     real(wp) :: packed(problem%n_rows), on_motions(floating%n), largest
+    logical :: is_leap
 
     ! A leap may fail. The first trial must not, nor a plain step, the last there is: other solvers
     ! follow there.
+    is_leap = allocated(search%best%e) .and. search%damping < most_damping
     first_choice = controls
-    if (allocated(search%best%e) .and. search%damping < most_damping .and. &
-      controls%solver == solver_auto) first_choice%solver = solver_global_newton
+    if (is_leap .and. controls%solver == solver_auto) first_choice%solver = solver_global_newton
     associate (now => search%now)
-      call solve_closely(problem, x_free, first_choice, now%r, here)
+      call solve_closely(problem, x_free, first_choice, is_leap, now%r, here)
       call add_up(here, report)
       packed = pack_rows(problem, now%r)
       now%is_solved = here%converged
@@ -416,16 +417,17 @@ contains
 
   !> Solve a proximal problem to the tolerance, and then as far below it as the same solver gets
   !> without others: the balance of whole bodies sums up what single points leave over.
-  subroutine solve_closely(problem, x_free, controls, r, report)
+  subroutine solve_closely(problem, x_free, controls, is_leap, r, report)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
     type(contact_controls_t), intent(in) :: controls
+    logical, intent(in) :: is_leap          !! may fail
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
     type(contact_controls_t) :: closer
     type(contact_report_t) :: polish
 
-    call solve_contact(problem, x_free, controls, r, report)
+    call solve_contact(problem, x_free, controls, r, report, is_trial=is_leap)
     if (.not. report%converged .or. problem%n_points == 0) return
     closer = controls
     if (closer%solver == solver_auto) closer%solver = solver_global_newton
@@ -482,6 +484,7 @@ contains
     report%local_iterations = report%local_iterations + here%local_iterations
     report%products = report%products + here%products
     report%stages = max(report%stages, here%stages)
+    report%wants_exact = report%wants_exact .or. here%wants_exact
   end subroutine add_up
 
 end module floating_search_mod

@@ -95,6 +95,7 @@ contains
       ! Where bodies are slender a residual that is small says little of the correction's error.
       if (trial%merit > poor*now%merit) wasted = wasted + report%products - before
       if (wasted > worth_exact_steps*problem%n_rows) gmres_failed = .true.
+      report%wants_exact = gmres_failed
       now%r = trial%r
       now%x = trial%x
       call evaluate(problem, now)

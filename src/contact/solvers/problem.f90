@@ -59,6 +59,7 @@ module problem_mod
     integer  :: worst_point = 0       !! where it is largest
     integer  :: ending = ended_well
     integer  :: stages = 0            !! of AUTO: 1 when its first choice did it
+    logical  :: wants_exact = .false. !! GMRES was not enough for Newton's method
     integer  :: improved_at = 0       !! iteration of the last real progress
     real(wp) :: lowest_residual = huge(1.0_wp) !! then [-]
   end type contact_report_t

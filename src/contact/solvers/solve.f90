@@ -47,14 +47,15 @@ contains
   !> Solve the condensed problem with the solver of the deck.
   !>
   !> Not converging is no error: the report says so, and r is the best that was found.
-  subroutine solve_contact(problem, x_free, controls, r, report, briefly)
+  subroutine solve_contact(problem, x_free, controls, r, report, is_trial, briefly)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
-    logical, intent(in), optional :: briefly !! only what gains at once
-    logical :: is_warm
+    logical, intent(in), optional :: is_trial !! may fail: global Newton is all there is
+    logical, intent(in), optional :: briefly  !! the same, and only as long as it gains at once
+    logical :: is_warm, is_all
 
     is_warm = any(abs(r) > 0.0_wp)
     if (problem%n_points == 0) then
@@ -74,7 +75,9 @@ contains
         call solve_by_proximal_newton(problem, x_free, controls, r, report, briefly)
       else
         call stage(problem, x_free, controls, by_newton, r, report)
-        if (report%converged .or. .not. allocated(problem%twin) .or. present(briefly)) return
+        is_all = present(briefly)
+        if (present(is_trial)) is_all = is_all .or. is_trial
+        if (report%converged .or. .not. allocated(problem%twin) .or. is_all) return
         call stage(problem, x_free, controls, by_proximal_newton, r, report)
       end if
     case (solver_auto)
@@ -237,6 +240,7 @@ contains
     report%iterations = report%iterations + here%iterations
     report%local_iterations = report%local_iterations + here%local_iterations
     report%products = report%products + here%products
+    report%wants_exact = report%wants_exact .or. here%wants_exact
   end subroutine take_over
 
 end module solve_mod
