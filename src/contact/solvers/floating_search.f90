@@ -397,8 +397,7 @@ contains
         now%centre = search%first + way
         return
       end if
-      if (search%since_best > 0) search%damping = min(most_damping, search%damping* &
-        merge(1000.0_wp, 10.0_wp, norm2(now%e) > far_off*norm2(best%e)))
+      if (search%since_best > 0) search%damping = min(most_damping, search%damping*more_damping())
       way = best%centre - search%first
       far = max(search%furthest, norm2(way) + floating%theta*norm2(best%e))
       way = way + damped_step(search%resistance, best%e, search%damping/floating%theta)
@@ -406,6 +405,16 @@ contains
       now%centre = search%first + way
       now%r = best%r
     end associate
+
+  contains
+
+    !> How many times more the next leap is damped: the further off the last one was, the more.
+    pure real(wp) function more_damping()
+      more_damping = 10.0_wp
+      if (norm2(search%now%e) > far_off*norm2(search%best%e)) more_damping = merge(1.0e3_wp, &
+        1.0e6_wp, search%now%is_solved)
+    end function more_damping
+
   end subroutine choose_centre
 
   !> What is out of balance there, contact does not see.

@@ -26,6 +26,7 @@ module global_newton_mod
   real(wp), parameter :: shortest_step = 1.0e-3_wp
   real(wp), parameter :: worth_judging = 3.0_wp !! times the tolerance: of iterates of a map
   integer,  parameter :: max_stalled = 12       !! iterations without a tenth of progress
+  integer,  parameter :: trial_stalled = 6      !! the same, where the solution may be far
   real(wp), parameter :: poor = 0.5_wp          !! of |Z|, left by an iteration that gains little
   real(wp), parameter :: worth_exact_steps = 0.1_wp
   !! products in such iterations, beside the rows: factorised systems may gain more
@@ -35,18 +36,19 @@ contains
   !> Iterate from the warm start until the scaled natural map is at the tolerance.
   !>
   !> Not converging is no error: the report says so and r is the best iterate.
-  subroutine solve_by_global_newton(problem, x_free, controls, r, report)
+  subroutine solve_by_global_newton(problem, x_free, controls, r, report, is_trial)
     type(contact_problem_t), target, intent(in) :: problem
     real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
+    logical, intent(in), optional :: is_trial !! may fail, and is given up earlier
     type(iterate_t), target :: now, trial
     type(contact_report_t) :: here
     real(wp) :: r_start(3, problem%n_points), projected(problem%n_rows)
     real(wp) :: dr(problem%n_rows, 1)
     real(wp) :: forcing, last_merit
-    integer :: stalled, wasted, before
+    integer :: stalled, most_stalled, wasted, before
     logical :: is_rough !! measured before its projection
     logical :: gmres_failed
 
@@ -58,6 +60,8 @@ contains
     stalled = 0
     gmres_failed = .false.
     wasted = 0
+    most_stalled = max_stalled
+    if (present(is_trial)) most_stalled = merge(trial_stalled, max_stalled, is_trial)
     newton: do
       ! Judged is what is returned: the projections, on the cone to rounding, 0 where open.
       projected = now%r - now%z
@@ -80,7 +84,7 @@ contains
         r = unpack_rows(problem, projected)
       end if
       report%converged = report%residual <= controls%tolerance .and. .not. is_rough
-      if (report%converged .or. stalled > max_stalled .or. &
+      if (report%converged .or. stalled > most_stalled .or. &
         report%iterations >= max_iterations) exit newton
 
       forcing = forcing_term(now%merit, last_merit, controls%tolerance/report%residual, &

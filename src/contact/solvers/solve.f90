@@ -74,10 +74,11 @@ contains
       if (needs_proximal_steps(problem, r)) then
         call solve_by_proximal_newton(problem, x_free, controls, r, report, briefly)
       else
-        call stage(problem, x_free, controls, by_newton, r, report)
-        is_all = present(briefly)
+        call solve_by_global_newton(problem, x_free, controls, r, report, is_trial)
+        is_all = present(briefly) .or. .not. allocated(problem%twin)
         if (present(is_trial)) is_all = is_all .or. is_trial
-        if (report%converged .or. .not. allocated(problem%twin) .or. is_all) return
+        if (report%converged .or. is_all) return
+        report%stages = 1
         call stage(problem, x_free, controls, by_proximal_newton, r, report)
       end if
     case (solver_auto)
