@@ -129,13 +129,18 @@ contains
     integer, intent(in) :: node(:)           !! (n_points) of each
     real(wp), parameter :: none = 1.0e-10_wp !! of the motion is its own [-]
     real(wp) :: across(3, 3), of_other(3)
-    integer :: twin(size(node))
+    integer :: twin(size(node)), n_at(maxval([0, node]))
     logical :: regular
     integer :: i, j
 
     if (is_map(problem%compliance)) return
+    n_at = 0
+    do i = 1, size(node)
+      n_at(node(i)) = n_at(node(i)) + 1
+    end do
     twin = 0
     do j = 1, size(node)
+      if (n_at(node(j)) == 1) cycle
       do i = 1, size(node)
         if (i == j .or. node(i) /= node(j)) cycle
         across = block_of(problem%compliance, problem%row(:, j), problem%row(:, i))
