@@ -441,7 +441,9 @@ contains
     closer = controls
     if (closer%solver == solver_auto) closer%solver = solver_global_newton
     closer%tolerance = 0.01_wp*controls%tolerance
-    if (.not. is_map(problem%compliance)) closer%tolerance = min(closely, closer%tolerance)
+    if (closer%solver == solver_global_newton .and. .not. is_map(problem%compliance)) then
+      closer%tolerance = min(closely, closer%tolerance)
+    end if
     closer%tolerance = max(tightest, closer%tolerance)
     call solve_contact(problem, x_free, closer, r, polish, briefly=.true.)
     report%iterations = report%iterations + polish%iterations
