@@ -20,7 +20,8 @@ module condensed_contact_mod
   use held_body_mod, only: hold_body
   use compliance_mod, only: compliance_t, take_matrix, take_map, get_matrix, add_single_copy, &
     is_map
-  use problem_mod, only: contact_problem_t, make_problem, find_twins
+  use problem_mod, only: contact_problem_t, make_problem
+  use shared_nodes_mod, only: find_twins
   use floating_mod, only: floating_t, see_motions, free_the_motions, sees_less
   implicit none
   private

@@ -1,4 +1,5 @@
-!> Nodes that several contact pairs press: what each of them takes of the force.
+!> Nodes that several contact pairs press: which of their points leave W singular, and what each of
+!> them takes of the force.
 !>
 !> At the edge between a rough floor and a wall the floor's friction and the wall's normal reaction
 !> act along one line. Coulomb's law leaves open how the two share a force there, and with it what
@@ -7,12 +8,13 @@
 module shared_nodes_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: solve_small
+  use compliance_mod, only: block_of, is_map
   use problem_mod, only: contact_problem_t
   use law_mod, only: project_on_cone
   implicit none
   private
 
-  public :: shared_point_t, share_nodes, nearest_shares, has_shared_nodes
+  public :: shared_point_t, find_twins, share_nodes, nearest_shares, has_shared_nodes
 
   !> What Coulomb's law allows one of the points of a node: the whole cone where it sticks, one line
   !> where it slides or has no friction, nothing where it is open.
@@ -25,6 +27,35 @@ module shared_nodes_mod
   end type shared_point_t
 
 contains
+
+  !> Find twins: points of a node, the normal motion of one made of what the other sees. They may
+  !> share a force along it in any way, so W is singular. docs/theory.md section 4.
+  pure subroutine find_twins(problem, node)
+    type(contact_problem_t), intent(inout) :: problem
+    integer, intent(in) :: node(:)           !! (n_points) of each
+    real(wp), parameter :: none = 1.0e-10_wp !! of the motion is its own [-]
+    real(wp) :: across(3, 3), of_other(3)
+    integer, allocatable :: n_at(:)
+    integer :: twin(size(node)), i, j
+    logical :: regular
+
+    if (is_map(problem%compliance)) return
+    n_at = points_of(node)
+    twin = 0
+    do j = 1, size(node)
+      if (n_at(node(j)) == 1) cycle
+      do i = 1, size(node)
+        if (i == j .or. node(i) /= node(j)) cycle
+        across = block_of(problem%compliance, problem%row(:, j), problem%row(:, i))
+        call solve_small(problem%block(:, :, j), across(:, 1), of_other, regular)
+        if (.not. regular) cycle
+        associate (w_nn => problem%block(1, 1, i))
+          if (w_nn - dot_product(across(:, 1), of_other) <= none*w_nn) twin([i, j]) = [j, i]
+        end associate
+      end do
+    end do
+    if (any(twin > 0)) problem%twin = twin
+  end subroutine find_twins
 
   !> Whether there is something to share: a node has several points, and friction presses one.
   pure logical function has_shared_nodes(problem, node, r)

@@ -5,7 +5,7 @@
 !> slide the point by a known slip. docs/theory.md sections 2 and 3.
 module problem_mod
   use kinds_mod, only: wp
-  use small_matrix_mod, only: largest_eigenvalue, solve_small
+  use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
   use increment_report_mod, only: ended_well
   use near_stiffness_mod, only: near_stiffness_t, find_near
@@ -16,8 +16,8 @@ module problem_mod
   implicit none
   private
 
-  public :: contact_problem_t, contact_report_t, make_problem, find_twins, pack_rows, &
-    unpack_rows, unpack_gaps, add_driven_friction, relative_gaps, product_with_w, &
+  public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
+    unpack_gaps, add_driven_friction, relative_gaps, product_with_w, &
     rough_product_with_w, natural_map, force_scale, measure, project_reactions
 
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
@@ -121,38 +121,6 @@ contains
     end if
     call scale_global_newton(problem)
   end subroutine problem_of_compliance
-
-  !> Find points of the same node, the normal motion of one made of what the other sees: W is
-  !> singular, for the two may share a force along it in any way.
-  subroutine find_twins(problem, node)
-    type(contact_problem_t), intent(inout) :: problem
-    integer, intent(in) :: node(:)           !! (n_points) of each
-    real(wp), parameter :: none = 1.0e-10_wp !! of the motion is its own [-]
-    real(wp) :: across(3, 3), of_other(3)
-    integer :: twin(size(node)), n_at(maxval([0, node]))
-    logical :: regular
-    integer :: i, j
-
-    if (is_map(problem%compliance)) return
-    n_at = 0
-    do i = 1, size(node)
-      n_at(node(i)) = n_at(node(i)) + 1
-    end do
-    twin = 0
-    do j = 1, size(node)
-      if (n_at(node(j)) == 1) cycle
-      do i = 1, size(node)
-        if (i == j .or. node(i) /= node(j)) cycle
-        across = block_of(problem%compliance, problem%row(:, j), problem%row(:, i))
-        call solve_small(problem%block(:, :, j), across(:, 1), of_other, regular)
-        if (.not. regular) cycle
-        associate (w_nn => problem%block(1, 1, i))
-          if (w_nn - dot_product(across(:, 1), of_other) <= none*w_nn) twin([i, j]) = [j, i]
-        end associate
-      end do
-    end do
-    if (any(twin > 0)) problem%twin = twin
-  end subroutine find_twins
 
   !> Blocks of W on its diagonal, and the rho of the local solvers.
   pure subroutine set_blocks(problem, blocks)

@@ -5,7 +5,7 @@
 !> step adds alpha D (r - r_before) to the gaps. Its W + alpha D is regular; its solution is that of
 !> the problem itself once r stands still.
 !>
-!> Where W is singular because points of the same node move alike, D is 0 at all other points: what
+!> Where W is singular because of twins, points of a node that move alike, D is 0 at all others: what
 !> is known of the stiffness near these stays.
 !> docs/theory.md section 4.
 module proximal_newton_mod
@@ -30,7 +30,7 @@ module proximal_newton_mod
   integer,  parameter :: patience = 6            !! steps without a half of progress
   real(wp), parameter :: largest_alpha = 3.0e-2_wp
   real(wp), parameter :: first_floor = 1.0e-6_wp !! of alpha, lowered where steps gain slowly
-  real(wp), parameter :: floor_of_twins = 1.0e-2_wp !! the same, of points that move alike
+  real(wp), parameter :: floor_of_twins = 1.0e-2_wp !! the same, of twins
   real(wp), parameter :: smallest_alpha = 1.0e-8_wp
   real(wp), parameter :: slow = 0.3_wp           !! of the residual, left by a step
   real(wp), parameter :: alpha_of_residual = 0.3_wp
@@ -56,6 +56,7 @@ contains
     type(contact_controls_t) :: newton
     type(contact_report_t) :: here
     real(wp) :: r_start(3, problem%n_points), trial(3, problem%n_points), d(problem%n_rows)
+    real(wp) :: of_point(problem%n_points) !! D there [length/force]
     real(wp) :: alpha, last, inverted_at, floor_of_alpha, caution, lowest
     integer :: step, idle, most_idle
 
@@ -63,9 +64,11 @@ contains
     if (newton%linear == linear_auto .and. .not. allocated(problem%twin)) then
       newton%linear = linear_direct
     end if
-    d = pack_rows(problem, spread(1.0_wp/problem%rho_map, 1, 3))
-    if (allocated(problem%twin)) d = merge(d, 0.0_wp, pack_rows(problem, &
-      spread(real(problem%twin, wp), 1, 3)) > 0.0_wp)
+    of_point = 1.0_wp/problem%rho_map
+    if (allocated(problem%twin)) then
+      where (problem%twin == 0) of_point = 0.0_wp
+    end if
+    d = pack_rows(problem, spread(of_point, 1, 3))
     most_idle = patience
     if (present(briefly)) most_idle = merge(0, patience, briefly)
     r_start = r
@@ -120,8 +123,8 @@ contains
       largest_inverse, allocated(problem%twin))
   end function may_take_proximal_steps
 
-  !> Whether W is singular as far as Newton's method can tell, and not too large. Points of the same
-  !> node make it so where several of them press.
+  !> Whether W is singular as far as Newton's method can tell, and not too large. Twins make it so
+  !> where both press.
   pure logical function needs_proximal_steps(problem, r)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: r(:, :)  !! (3,n_points) reactions to start from [force]
@@ -169,8 +172,8 @@ contains
   !> The problem with a larger diagonal of W.
   !>
   !> What the inverse says of rho stays as long as alpha is not far from the one it was taken at:
-  !> along what W alone does not hold, S = 1/alpha. Of points that move alike no inverse is needed:
-  !> what they share is all that W does not hold.
+  !> along what W alone does not hold, S = 1/alpha. Of twins no inverse is needed: what they share
+  !> is all that W does not hold.
   subroutine soften(problem, d, alpha, last, inverted_at, softer)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: d(:)              !! (n_rows) of D [length/force]

@@ -3,7 +3,7 @@
 !> AUTO, in this order, each from the best reactions found so far, until the tolerance is reached:
 !>
 !>   1. global Newton from the last increment's reactions; where W is singular a few
-!>      accelerated sweeps, unless it is a narrow band or only points of the same node move alike
+!>      accelerated sweeps, unless it is a narrow band or only twins make it so
 !>   2. proximal steps by global Newton
 !>   3. Newton from no reactions, with no friction at first and then more and more of it
 !>   4. sweeps, exact local solutions, accelerated, for as long as they gain; beside them Newton
