@@ -210,7 +210,7 @@ contains
       call couple(reader, model, surfaces%list(:surfaces%n), couplings, equations)
     end if
     call mark_named(model, equations)
-    ! Couplings that were not made name what nobody knows.
+    ! After a mistake couplings are not made, and nothing is known of what they would name.
     if (size(couplings) > 0 .and. any_mistakes(reader%diagnostics)) model%named = .true.
     call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
     call read_contact_controls(reader, scene%contact)

@@ -12,6 +12,7 @@ module solve_reactions_mod
   use rigid_modes_mod, only: generalised_loads
   use solve_mod, only: solve_contact
   use floating_mod, only: resisting_rows
+  use newton_correction_mod, only: largest_dense
   use floating_search_mod, only: drift_t, solve_floating
   use describe_motions_mod, only: free_in_words, motion_in_words, unresisted_part
   use placement_mod, only: placement_t
@@ -28,8 +29,6 @@ module solve_reactions_mod
   private
 
   public :: solve_reactions
-
-  integer, parameter :: worth_factorising = 3000 !! rows, rather than that GMRES fails once more
 
 contains
 
@@ -130,9 +129,9 @@ contains
         n_resisting = n_resisting + size(rows, 1)
         if (of_group%ending == ended_unbalanced) unbalanced(group%motion) = drift%unbalanced
       end if
-      ! So do the problems of the placements that follow.
+      ! What GMRES does not do for this placement it will not do for the next.
       if (of_group%wants_exact .and. trial%controls%linear == linear_auto .and. &
-        count_rows(solver%contact) <= worth_factorising) trial%controls%linear = linear_direct
+        count_rows(solver%contact) <= largest_dense) trial%controls%linear = linear_direct
       if (of_group%converged) call share(group, x_free, gaps, r)
       if (any(abs(group%problem%driven) > 0.0_wp)) then
         x = unpack_gaps(group%problem, gaps)

@@ -239,7 +239,7 @@ contains
     if (allocated(error)) then
       inquire (file=path, exist=in_place)
       if (status == run_stopped .and. .not. file%is_kept) then
-        error%message = error%message//': the run was taken to be short, and is not kept'
+        error%message = error%message//': it was expected to be short, and is not kept'
       else if (status == run_stopped) then
         error%message = error%message//': '//how_to_continue(path, file%n_rows > 0, &
           int(done_of_deck(scene%steps, progress%state%step, progress%state%position)), &

@@ -40,10 +40,14 @@ module floating_search_mod
   real(wp), parameter :: progress = 0.99_wp    !! what is out of balance then, of what was
   real(wp), parameter :: longest_leap = 1000.0_wp   !! of the way and a plain step
   real(wp), parameter :: tightest = 1.0e-14_wp      !! tolerance of the proximal problems [-]
-  real(wp), parameter :: closely = 1.0e-10_wp       !! the same, a step away from looser ones
+  real(wp), parameter :: closely = 1.0e-10_wp
+  !! the same, which Newton's method soon reaches from looser ones [-]
   real(wp), parameter :: least_damping = 1.0e-12_wp !! of the resistance of the proximal term
   real(wp), parameter :: most_damping = 1.0_wp
-  real(wp), parameter :: far_off = 100.0_wp         !! times as much out of balance: damped at once
+  real(wp), parameter :: far_off = 100.0_wp         !! times as much out of balance as at the best
+  ! How many times more the next leap is damped after one that gained nothing, one that led far off,
+  ! and one that led where contact is not solved either.
+  real(wp), parameter :: more = 10.0_wp, much_more = 1.0e3_wp, most_more = 1.0e6_wp
   integer,  parameter :: max_lines = 30             !! searches along e
   integer,  parameter :: max_on_line = 80           !! centres on one of them
   integer,  parameter :: largest_joint = 150        !! rows up to which motions join the reactions
@@ -408,11 +412,11 @@ contains
 
   contains
 
-    !> How many times more the next leap is damped: the further off the last one was, the more.
+    !> How many times more the next leap is damped.
     pure real(wp) function more_damping()
-      more_damping = 10.0_wp
-      if (norm2(search%now%e) > far_off*norm2(search%best%e)) more_damping = merge(1.0e3_wp, &
-        1.0e6_wp, search%now%is_solved)
+      more_damping = more
+      if (norm2(search%now%e) > far_off*norm2(search%best%e)) more_damping = merge(much_more, &
+        most_more, search%now%is_solved)
     end function more_damping
 
   end subroutine choose_centre

@@ -26,10 +26,10 @@ module global_newton_mod
   real(wp), parameter :: shortest_step = 1.0e-3_wp
   real(wp), parameter :: worth_judging = 3.0_wp !! times the tolerance: of iterates of a map
   integer,  parameter :: max_stalled = 12       !! iterations without a tenth of progress
-  integer,  parameter :: trial_stalled = 6      !! the same, where the solution may be far
+  integer,  parameter :: trial_stalled = 6      !! the same, of a trial that may fail
   real(wp), parameter :: poor = 0.5_wp          !! of |Z|, left by an iteration that gains little
-  real(wp), parameter :: worth_exact_steps = 0.1_wp
-  !! products in such iterations, beside the rows: factorised systems may gain more
+  real(wp), parameter :: most_wasted = 0.1_wp
+  !! products in such iterations, beside the rows: then systems are factorised [-]
 
 contains
 
@@ -96,9 +96,9 @@ contains
       call search_line(problem, now, dr(:, 1), trial)
       report%products = report%products + 1
       report%iterations = report%iterations + 1
-      ! Where bodies are slender a residual that is small says little of the correction's error.
+      ! Where bodies are slender a small residual of GMRES says little of the correction's error.
       if (trial%merit > poor*now%merit) wasted = wasted + report%products - before
-      if (wasted > worth_exact_steps*problem%n_rows) gmres_failed = .true.
+      if (wasted > most_wasted*problem%n_rows) gmres_failed = .true.
       report%wants_exact = gmres_failed
       now%r = trial%r
       now%x = trial%x

@@ -16,7 +16,7 @@ module newton_correction_mod
   implicit none
   private
 
-  public :: find_corrections, linearise
+  public :: find_corrections, linearise, largest_dense
 
   integer,  parameter :: small_dense = 100      !! rows up to which a factorisation is cheaper
   integer,  parameter :: small_floating = 300
@@ -53,8 +53,8 @@ contains
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(in) :: inexact             !! how exactly GMRES has to solve [-]
     logical, intent(inout) :: gmres_failed
-    !! on earlier corrections of this problem, by itself or to make Newton's method converge: those
-    !! that follow are factorised
+    !! earlier in this problem, to solve a system or to make Newton's method converge: those that
+    !! follow are factorised
     real(wp), intent(out) :: dr(:, :)           !! (n_rows,m) [force]
     integer, intent(inout) :: products          !! with W, summed
     integer, allocatable :: moving(:)

@@ -45,7 +45,7 @@ module problem_mod
     !! blocks of W^-1, about; what is not allocated in it is not known [force/length]
     type(couplings_t) :: couplings !! which points a sparse W couples
     integer, allocatable :: twin(:)
-    !! (n_points) another point of the same node that moves with it, 0: none; not allocated: of all
+    !! (n_points) another point of the same node that moves alike, 0: none; allocated if any has one
   end type contact_problem_t
 
   !> What a contact solver says of its solution.
@@ -59,7 +59,7 @@ module problem_mod
     integer  :: worst_point = 0       !! where it is largest
     integer  :: ending = ended_well
     integer  :: stages = 0            !! of AUTO: 1 when its first choice did it
-    logical  :: wants_exact = .false. !! GMRES was not enough for Newton's method
+    logical  :: wants_exact = .false. !! GMRES was not exact enough for Newton's method
     integer  :: improved_at = 0       !! iteration of the last real progress
     real(wp) :: lowest_residual = huge(1.0_wp) !! then [-]
   end type contact_report_t

@@ -53,9 +53,11 @@ contains
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
-    logical, intent(in), optional :: is_trial !! may fail: global Newton is all there is
-    logical, intent(in), optional :: briefly  !! the same, and only as long as it gains at once
-    logical :: is_warm, is_all
+    logical, intent(in), optional :: is_trial
+    !! may fail: nothing follows global Newton, which is given up earlier
+    logical, intent(in), optional :: briefly
+    !! nothing follows global Newton, whose proximal steps end where one gains less than a half
+    logical :: is_warm, is_alone
 
     is_warm = any(abs(r) > 0.0_wp)
     if (problem%n_points == 0) then
@@ -75,9 +77,10 @@ contains
         call solve_by_proximal_newton(problem, x_free, controls, r, report, briefly)
       else
         call solve_by_global_newton(problem, x_free, controls, r, report, is_trial)
-        is_all = present(briefly) .or. .not. allocated(problem%twin)
-        if (present(is_trial)) is_all = is_all .or. is_trial
-        if (report%converged .or. is_all) return
+        is_alone = .not. allocated(problem%twin)
+        if (present(is_trial)) is_alone = is_alone .or. is_trial
+        if (present(briefly)) is_alone = is_alone .or. briefly
+        if (report%converged .or. is_alone) return
         report%stages = 1
         call stage(problem, x_free, controls, by_proximal_newton, r, report)
       end if

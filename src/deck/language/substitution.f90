@@ -123,7 +123,7 @@ contains
       end if
     end do
     if (find_parameter(table, name) > 0) then
-      problem = 'duplicate parameter '//quoted(name)//', in capitals or not'
+      problem = 'duplicate parameter '//quoted(name)//' (upper and lower case are the same)'
     else if (name == 'PI' .or. is_function(name)) then
       problem = quoted(name)//' is a reserved name'
     else if (table%n == max_parameters) then
