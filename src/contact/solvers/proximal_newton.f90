@@ -5,8 +5,8 @@
 !> step adds alpha D (r - r_before) to the gaps. Its W + alpha D is regular; its solution is that of
 !> the problem itself once r stands still.
 !>
-!> Where W is singular because of twins, points of a node that move alike, D is 0 at all others: what
-!> is known of the stiffness near these stays.
+!> Where W is singular because of twins, points of a node that move alike, D is 0 at all others:
+!> what is known of the stiffness near these stays.
 !> docs/theory.md section 4.
 module proximal_newton_mod
   use kinds_mod, only: wp
