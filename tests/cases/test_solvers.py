@@ -43,48 +43,6 @@ BLOCK-ZMAX, 2, 3, 0.
 """
 
 
-# Nothing holds the block but the two rough planes: its lower edge along the wall has nodes of both.
-CORNER = """\
-*HEADING
-A block pressed and pushed into the corner of a rough floor and a rough wall
-*PARAMETER
-n = 4
-solver = AUTO
-local = AUTO
-*BLOCK, NAME=BLOCK, TYPE=C3D8, NX=<n>, NY=<n>, NZ=<n>
-0., 0., 0., 1., 1., 1.
-*MATERIAL, NAME=SOFT
-*ELASTIC
-1000., 0.3
-*SOLID SECTION, ELSET=BLOCK, MATERIAL=SOFT
-*OBSTACLE, NAME=FLOOR, TYPE=PLANE
-0., 0., 0., 0., 0., 1.
-*OBSTACLE, NAME=WALL, TYPE=PLANE
-0., 1., 0., 0., -1., 0.
-*SURFACE INTERACTION, NAME=ROUGH
-*FRICTION
-0.3
-*CONTACT PAIR, INTERACTION=ROUGH
-BLOCK-ZMIN, FLOOR
-*CONTACT PAIR, INTERACTION=ROUGH
-BLOCK-YMAX, WALL
-*CONTACT SOLVER, SOLVER=<solver>, LOCAL=<local>
-*STEP
-*STATIC, DIRECT
-0.25, 1.
-*DSLOAD
-BLOCK-ZMAX, P, 100.
-BLOCK-YMIN, P, 50.
-*END STEP
-*STEP
-*STATIC, DIRECT
-0.25, 1.
-*DSLOAD
-BLOCK-XMIN, P, 30.
-*END STEP
-"""
-
-
 def with_linear(kind):
     """The block's deck with a choice of linear solver for the global Newton."""
     return BLOCK.read_text().replace("STOP=<stop>", f"STOP=<stop>, LINEAR={kind}")
@@ -93,13 +51,14 @@ def with_linear(kind):
 class GlobalNewton(unittest.TestCase):
     def test_nodes_of_two_rough_obstacles_cost_no_more(self):
         """Each increment takes some 45 iterations; what the planes carry is that of sweeps."""
+        deck = (SOURCE / "studies" / "data" / "scenes" / "corner.inp").read_text()
         carried = []
-        for solver in ({}, {"solver": "SWEEPS", "local": "EXACT"}):
-            run = Run(CORNER, name="corner", **solver)
+        for solver in ("AUTO", "SWEEPS, LOCAL=EXACT"):
+            run = Run(deck.replace("SOLVER=AUTO", f"SOLVER={solver}"), name="corner")
             self.assertEqual(run.status, 0, run.errors)
             with run.result() as result:
                 carried.append(np.array([pair.resultant[-1] for pair in result.pairs]))
-                if not solver:
+                if solver == "AUTO":
                     self.assertLess(result.history("contact_iterations").max(), 120)
         np.testing.assert_allclose(carried[0], carried[1], rtol=1e-5)
 
