@@ -10,7 +10,7 @@ module solve_on_bodies_mod
   use whole_newton_mod, only: bodies_t
   use contact_in_parts_mod, only: solve_in_parts
   use floating_mod, only: floating_t
-  use floating_search_mod, only: drift_t, excusable
+  use floating_centre_mod, only: drift_t, excusable
   use condensed_contact_mod, only: contact_group_t
   use formed_compliance_mod, only: form_floating
   use dof_map_mod, only: to_nodes, unknowns_of

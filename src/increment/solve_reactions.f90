@@ -13,7 +13,8 @@ module solve_reactions_mod
   use solve_mod, only: solve_contact
   use floating_mod, only: resisting_rows
   use newton_correction_mod, only: largest_dense
-  use floating_search_mod, only: drift_t, solve_floating
+  use floating_centre_mod, only: drift_t
+  use floating_search_mod, only: solve_floating
   use describe_motions_mod, only: free_in_words, motion_in_words, unresisted_part
   use placement_mod, only: placement_t
   use pull_off_mod, only: pulls_off
