@@ -11,13 +11,15 @@ module choose_divisions_mod
   implicit none
   private
 
-  public :: choose_divisions, waits_with_steps, mesh_for_steps, most_divisions
+  public :: choose_divisions, waits_with_steps, waits_for_mesh, mesh_for_steps, most_divisions
 
   real(wp), parameter :: growth = 4.0_wp
   !! a mesh whose error is to be so many times smaller takes that to this power of the time
   integer, parameter :: always_tried = 64 !! divisions, however many increments the deck has
   integer, parameter :: most_increments = 1024 !! of a run with more divisions than these
   integer, parameter :: few = 2 !! divisions, that are taken as the first mesh wants them
+  integer, parameter :: many = 8
+  !! divisions, from which on it is looked whether the mesh makes more: fewer take less than a mesh
 
 contains
 
@@ -28,19 +30,27 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     type(family_t), intent(inout) :: family !! gets the divisions
     logical, intent(out) :: found           !! else a run with these is to be made there
-    integer, allocatable :: runs(:)
 
     found = .not. sequence%divides
     if (found) return
-    if (family%cuts > 0) then
-      runs = step_runs(sequence, cuts_for_trials(sequence, family%cuts))
+    call divisions_by(sequence, trial_runs(sequence, family%cuts), family%cuts, &
+      family%divisions, found)
+  end subroutine choose_divisions
+
+  !> The runs on the mesh where increments are tried, the fewest divisions first.
+  function trial_runs(sequence, cuts) result(runs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: cuts !! at contact, of the runs that are to have the divisions
+    integer, allocatable :: runs(:)
+
+    if (cuts > 0) then
+      runs = step_runs(sequence, cuts_for_trials(sequence, cuts))
     else if (waits_with_steps(sequence)) then
       runs = later_step_runs(sequence)
     else
       runs = step_runs(sequence, 0)
     end if
-    call divisions_by(sequence, runs, family%cuts, family%divisions, found)
-  end subroutine choose_divisions
+  end function trial_runs
 
   !> The divisions of increments that runs on one mesh ask for.
   subroutine divisions_by(sequence, runs, cuts, divisions, found)
@@ -143,6 +153,24 @@ contains
     call cheapest_divisions(sequence, step_runs(sequence, 0), family%divisions, found)
     waits_with_steps = .not. found .or. family%divisions > merge(1, few, sequence%keeps_steps)
   end function waits_with_steps
+
+  !> Whether increments are divided no further before there are finer meshes: what the mesh makes is
+  !> more than what is asked for, and more than what load steps make where they were tried.
+  logical function waits_for_mesh(sequence, family)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family !! undivided, of the meshes that are to be finer
+    type(sequence_error_t) :: errors
+    integer :: most
+
+    waits_for_mesh = .false.
+    if (has_bound(sequence)) return
+    associate (runs => trial_runs(sequence, family%cuts))
+      most = maxval(sequence%runs(runs)%divisions)
+      if (most < many) return
+      call estimate_sequence(sequence, errors, family)
+      waits_for_mesh = errors%mesh > max(sequence%wanted, error_on_mesh(sequence, runs, most))
+    end associate
+  end function waits_for_mesh
 
   !> Where increments are tried out.
   type(mesh_size_t) function mesh_for_steps(sequence) result(mesh_size)

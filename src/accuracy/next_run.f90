@@ -12,8 +12,8 @@ module next_run_mod
   use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
   use step_errors_mod, only: error_by_steps, later_step_runs, change_by_divisions
   use sequence_error_mod, only: sequence_error_t, estimate_sequence, is_enough
-  use choose_divisions_mod, only: choose_divisions, waits_with_steps, mesh_for_steps, &
-    most_divisions
+  use choose_divisions_mod, only: choose_divisions, waits_with_steps, waits_for_mesh, &
+    mesh_for_steps, most_divisions
   implicit none
   private
 
@@ -105,10 +105,15 @@ contains
     end if
     call choose_divisions(sequence, family, found)
     choice%divisions = family%divisions
-    if (.not. found) choice%mesh_size = mesh_for_steps(sequence)
-    if (family%divisions > most_divisions(sequence)) choice%outcome = steps_too_coarse
-    if (.not. found) return
-    call follow_meshes(sequence, family, memory_left, errors, choice)
+    if (found) then
+      call follow_meshes(sequence, family, memory_left, errors, choice)
+    else if (waits_for_mesh(sequence, family_t())) then
+      call refine_first(sequence, family_t(), memory_left, errors, choice)
+    else
+      choice%mesh_size = mesh_for_steps(sequence)
+      if (family%divisions > most_divisions(sequence)) choice%outcome = steps_too_coarse
+      return
+    end if
     if (choice%outcome == is_reached .or. choice%outcome == steps_too_coarse) return
     if (choice%finer < worth_a_try .and. choice%outcome == to_run) return
     ! What cuts take is not foreseen.
@@ -138,6 +143,22 @@ contains
     end function is_trial_mesh_there
 
   end subroutine follow_runs
+
+  !> What follows where the mesh is to be finer before increments are divided any further: what load
+  !> steps make counts for nothing until then.
+  subroutine refine_first(sequence, family, memory_left, errors, choice)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family
+    real(wp), intent(in) :: memory_left
+    type(sequence_error_t), intent(out) :: errors
+    type(choice_t), intent(inout) :: choice
+
+    choice = choice_t(divisions=family%divisions)
+    call estimate_sequence(sequence, errors, family)
+    errors%load_steps = 0.0_wp
+    call refine_all(sequence, family, memory_left, errors, choice)
+    choice%may_be_last = .false.
+  end subroutine refine_first
 
   !> Another cut at contact; before that, where it is to be the last for all that is known,
   !> increments are tried out with one cut less: so its result is that of the last run.
@@ -269,6 +290,12 @@ contains
       choice = choice_t(mesh_size=sequence%runs(tried(1))%mesh_size)
     end associate
     call choose_divisions(sequence, divided, found)
+    if (.not. found) then
+      if (waits_for_mesh(sequence, family)) then
+        call refine_first(sequence, family, memory_left, errors, choice)
+        return
+      end if
+    end if
     choice%divisions = divided%divisions
     if (divided%divisions > most_divisions(sequence)) choice%outcome = steps_too_coarse
     if (.not. found) return
