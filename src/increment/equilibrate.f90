@@ -2,7 +2,8 @@
 !> displacement and the placement of the contact points come to agree.
 !>
 !> Before a surface each placement is made where Anderson's acceleration says (docs/theory.md
-!> section 11).
+!> section 11). Placements settle by what the interface does; a solution for the whole body and the
+!> balance of its forces come after that.
 module equilibrate_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
@@ -15,7 +16,8 @@ module equilibrate_mod
   use mesh_forces_mod, only: internal_force, force_rounding
   use rigid_modes_mod, only: add_motions
   use dof_map_mod, only: to_equations
-  use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse
+  use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse, &
+    answer_of_interface, at_interface
   use increment_forces_mod, only: increment_forces_t
   use follow_points_mod, only: measure_points
   use drag_points_mod, only: drag_points
@@ -51,10 +53,11 @@ contains
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
     type(newton_raphson_t) :: loop
-    logical :: is_missed
+    logical :: is_missed, is_first
 
     new%rotation = trial%rotation
     is_missed = .false.
+    is_first = .true.
     loop = begin_newton_raphson(scene, points, solver, trial)
     newton_raphson: do while (loop%i < max_newton_raphson)
       loop%i = loop%i + 1
@@ -74,7 +77,15 @@ contains
         return
       end if
 
-      ! 4. Displacement
+      ! 4. Displacement: of the interface alone until the points have settled.
+      if (settles_on_interface(points, solver, loop)) then
+        call displace_interface(scene, points, solver, trial, new)
+        call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
+        if (is_missed .or. .not. are_places_settled(loop, trial%controls%tolerance)) then
+          call lead(scene, points, solver, trial, new, loop)
+          cycle newton_raphson
+        end if
+      end if
       call displace(scene, points, solver, trial, new, loop%begun, pressed, error)
       if (allocated(error)) return
       if (size(loop%follow%node) > 0) call rest(scene, solver, old, loop%led, trial, new)
@@ -85,19 +96,13 @@ contains
         max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(scene%mesh, solver%body%constraints, pressed, trial%forces, &
         trial%controls%tolerance < scene%contact%tolerance, residual, loop%imbalance, loop%left)
-      if (loop%i == 1) report%unrefined = max(report%unrefined, loop%imbalance)
+      if (is_first) report%unrefined = max(report%unrefined, loop%imbalance)
+      is_first = .false.
       report%imbalance = loop%imbalance
-      loop%moved = max(moved_from(scene, points, trial%placement, old, new), &
-        has_moved(scene%mesh, loop%follow, old%displacement, trial%placed_at, new%displacement))
-      is_missed = is_any_missed(points, trial%placement, are_left_out(solver%contact, points%n), &
-        new%displacement, loop%slack)
+      call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
       if (is_settled(loop, trial, new%reaction) .and. .not. is_missed) exit newton_raphson
-      if (.not. all(loop%near .or. .not. points%in_reach)) then
-        if (loop%i == 1) loop%near = .false.
-        loop%near = loop%near .or. near_points(points, trial%placement, old, new%displacement, &
-          new%reaction, loop%slack)
-      end if
-      call correct(scene, points, solver, residual, trial, new, loop, error)
+      call lead(scene, points, solver, trial, new, loop)
+      call correct(solver, residual, trial, loop, error)
       if (allocated(error)) return
     end do newton_raphson
     if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
@@ -120,9 +125,58 @@ contains
     ! balance, and no part of them falls as they do.
     is_settled = loop%imbalance <= trial%controls%tolerance .or. (loop%left > &
       0.5_wp*loop%last_left .and. .not. is_turned(trial, reaction, trial%controls%tolerance))
-    is_settled = is_settled .and. (loop%moved <= trial%controls%tolerance .or. (loop%moved > &
-      0.9_wp*loop%last_moved .and. loop%i > 10 .and. loop%moved <= loop%follow%allowed))
+    is_settled = is_settled .and. are_places_settled(loop, trial%controls%tolerance)
   end function is_settled
+
+  !> Whether the points stay where they were placed, as far as that goes.
+  pure logical function are_places_settled(loop, tolerance) result(are_settled)
+    type(newton_raphson_t), intent(in) :: loop
+    real(wp), intent(in) :: tolerance !! [-]
+
+    are_settled = loop%moved <= tolerance .or. (loop%moved > 0.9_wp*loop%last_moved .and. &
+      loop%i > 10 .and. loop%moved <= loop%follow%allowed)
+  end function are_places_settled
+
+  !> Whether places are to settle before the interior is asked for: contact sees the interface
+  !> alone, and what it does follows from the compliance, which takes far less than a solution with
+  !> the factor. Not where a correction waits for its interior, nor where neutral motions come to
+  !> rest by what all of their body does.
+  pure logical function settles_on_interface(points, solver, loop)
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(newton_raphson_t), intent(in) :: loop
+
+    associate (inverse => solver%body%inverse, n => solver%body%motions%n)
+      settles_on_interface = any(points%is_curved) .and. inverse%is_condensed .and. &
+        inverse%map%n_interface > 0 .and. loop%i < max_newton_raphson .and. .not. &
+        (allocated(inverse%iterative) .or. allocated(loop%begun))
+      if (settles_on_interface .and. n > 0 .and. size(loop%follow%node) > 0) then
+        settles_on_interface = size(neutral_motions(solver%contact, n), 2) == 0
+      end if
+    end associate
+  end function settles_on_interface
+
+  !> How far the points have moved from their places, which of them may touch, and whether one does
+  !> that was left out.
+  subroutine look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(in) :: trial
+    type(state_t), intent(in) :: new
+    type(newton_raphson_t), intent(inout) :: loop
+    logical, intent(out) :: is_missed
+
+    loop%moved = max(moved_from(scene, points, trial%placement, old, new), &
+      has_moved(scene%mesh, loop%follow, old%displacement, trial%placed_at, new%displacement))
+    is_missed = is_any_missed(points, trial%placement, are_left_out(solver%contact, points%n), &
+      new%displacement, loop%slack)
+    if (all(loop%near .or. .not. points%in_reach)) return
+    if (loop%i == 1) loop%near = .false.
+    loop%near = loop%near .or. near_points(points, trial%placement, old, new%displacement, &
+      new%reaction, loop%slack)
+  end subroutine look_at_places
 
   !> Whether turned normals leave forces along neutral motions, beside the largest reaction.
   pure logical function is_turned(trial, reaction, allowed)
@@ -135,34 +189,41 @@ contains
       allowed*maxval(abs(reaction)))
   end function is_turned
 
-  !> Take in what is out of balance: along neutral motions, and the force, as a load or in u_free.
-  subroutine correct(scene, points, solver, residual, trial, new, loop, error)
+  !> Take in what turned normals leave along neutral motions.
+  subroutine lead(scene, points, solver, trial, new, loop)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(inout) :: solver
-    real(wp), intent(in) :: residual(:, :) !! (3,n_nodes) [force]
-    type(trial_t), intent(inout) :: trial  !! gets the correction
-    type(state_t), intent(inout) :: new    !! gets the way along neutral motions
+    type(step_solver_t), intent(in) :: solver
+    type(trial_t), intent(inout) :: trial  !! gets the way along them
+    type(state_t), intent(inout) :: new    !! likewise
     type(newton_raphson_t), intent(inout) :: loop
-    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp) :: correction(3, size(residual, 2))       !! [length]
-    real(wp) :: change(solver%body%inverse%map%n_free) !! of the load of iterations [force]
-    real(wp) :: step(solver%body%motions%n)            !! of the neutral motions [length]
+    real(wp) :: step(solver%body%motions%n) !! [length]
     logical :: is_led
-    integer :: j
 
-    loop%last_left = loop%left
     loop%last_moved = loop%moved
     is_led = is_turned(trial, new%reaction, trial%controls%tolerance)
     ! What a placement that still moves leaves on them says nothing.
     if (size(loop%follow%node) > 0) is_led = is_led .and. is_turned(trial, new%reaction, loop%moved)
-    if (is_led) then
-      step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
-        solver%body%motions%n), trial%placement, new, trial%neutral_residual)
-      loop%led = loop%led + step
-      trial%motion = trial%motion + step
-      call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
-    end if
+    if (.not. is_led) return
+    step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
+      solver%body%motions%n), trial%placement, new, trial%neutral_residual)
+    loop%led = loop%led + step
+    trial%motion = trial%motion + step
+    call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
+  end subroutine lead
+
+  !> Take in the force that is out of balance, as a load or in u_free.
+  subroutine correct(solver, residual, trial, loop, error)
+    type(step_solver_t), intent(inout) :: solver
+    real(wp), intent(in) :: residual(:, :) !! (3,n_nodes) [force]
+    type(trial_t), intent(inout) :: trial  !! gets the correction
+    type(newton_raphson_t), intent(inout) :: loop
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    real(wp) :: correction(3, size(residual, 2))       !! [length]
+    real(wp) :: change(solver%body%inverse%map%n_free) !! of the load of iterations [force]
+    integer :: j
+
+    loop%last_left = loop%left
     if (loop%imbalance <= trial%controls%tolerance) return
     if (is_on_bodies(solver%contact) .and. .not. trial%by_compliance) then
       ! What iteration has not solved is out of balance too, but no load.
@@ -206,12 +267,8 @@ contains
     real(wp) :: change(3, size(pressed, 2))            !! [force]
     real(wp) :: correction(3, size(pressed, 2))        !! [length]
 
-    associate (weights => trial%placement%weights, n => size(pressed, 2))
-      pressed = nodal_forces(points, weights, new%reaction, n)
-      ! What the reactions have changed, and what the weights have.
-      change = nodal_forces(points, weights, new%reaction - trial%applied_reaction, n) + &
-        (nodal_forces(points, weights, trial%applied_reaction, n) - trial%applied_force)
-    end associate
+    pressed = nodal_forces(points, trial%placement%weights, new%reaction, size(pressed, 2))
+    change = change_of_force(points, trial, new%reaction)
     if (allocated(begun) .or. any(abs(change) > 0.0_wp)) then
       ! Of the change alone: what an inexact factor makes of it gets less and less.
       call finish_inverse(solver%body%inverse, change, begun, correction, error)
@@ -222,6 +279,34 @@ contains
     end if
     new%displacement = displacement_of(scene, solver, trial, trial%u_contact)
   end subroutine displace
+
+  !> What contact's forces on nodes have changed by since u_contact was found: as the reactions
+  !> have, and as the weights have.
+  pure function change_of_force(points, trial, reaction) result(change)
+    type(contact_points_t), intent(in) :: points
+    type(trial_t), intent(in) :: trial
+    real(wp), intent(in) :: reaction(:, :)               !! (3,n_points) now [force]
+    real(wp) :: change(3, size(trial%applied_force, 2))  !! (3,n_nodes) [force]
+
+    associate (weights => trial%placement%weights, n => size(change, 2))
+      change = nodal_forces(points, weights, reaction - trial%applied_reaction, n) + &
+        (nodal_forces(points, weights, trial%applied_reaction, n) - trial%applied_force)
+    end associate
+  end function change_of_force
+
+  !> The displacement of the interface with the reactions of `new`; that of the interior is without
+  !> what they have changed.
+  subroutine displace_interface(scene, points, solver, trial, new)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(trial_t), intent(in) :: trial
+    type(state_t), intent(inout) :: new !! gets displacement
+
+    new%displacement = displacement_of(scene, solver, trial, trial%u_contact + at_interface( &
+      solver%body%inverse, answer_of_interface(solver%body%inverse, change_of_force(points, &
+      trial, new%reaction)), scene%mesh%n_nodes))
+  end subroutine displace_interface
 
   !> Let neutral motions go where their bodies were when the increment began, but for what turned
   !> normals led them.

@@ -10,7 +10,8 @@ module count_sizes_mod
   implicit none
   private
 
-  public :: sizes_t, count_sizes, iterations_of_increment, products_of_increment, solutions, &
+  public :: sizes_t, count_sizes, iterations_of_increment, &
+    solutions_of_increment, products_of_increment, solutions, &
     solutions_of_product, flops_of_run
 
   ! Typical counts of an increment (docs/studies/solvers.md).
@@ -20,6 +21,8 @@ module count_sizes_mod
   real(wp), parameter :: answers_of_motions = 2.0_wp
   !! times as many where W is not formed: how reactions answer the motions is not factorised then
   real(wp), parameter :: newton_raphson_curved = 3.0_wp   !! before round obstacles
+  real(wp), parameter :: equilibria_curved = 1.6_wp
+  !! of them, in which forces are to balance too where W is formed: points settle before that
   real(wp), parameter :: newton_raphson_refined = 2.0_wp
   !! times as many where the factor is not exact
   real(wp), parameter :: roughest_unrefined = 1.0e-4_wp
@@ -99,19 +102,38 @@ contains
     has_twins = any(of_node > 3)
   end function has_twins
 
-  !> Newton-Raphson iterations of an increment, each with one solution.
-  pure function iterations_of_increment(scene) result(n)
+  !> Newton-Raphson iterations of an increment, each with a contact problem.
+  pure real(wp) function iterations_of_increment(scene) result(n)
     type(scene_t), intent(in) :: scene
-    real(wp) :: n
+
+    n = refined_times(scene)*merge(newton_raphson_curved, 1.0_wp, any_curved(scene))
+  end function iterations_of_increment
+
+  !> Those of them with a solution, and with the forces of all bricks: contact alone settles the
+  !> points where W is formed.
+  pure real(wp) function solutions_of_increment(scene, sizes) result(n)
+    type(scene_t), intent(in) :: scene
+    type(sizes_t), intent(in) :: sizes
+
+    n = iterations_of_increment(scene)
+    if (sizes%is_dense .and. any_curved(scene)) n = refined_times(scene)*equilibria_curved
+  end function solutions_of_increment
+
+  !> Whether points have normals that turn.
+  pure logical function any_curved(scene)
+    type(scene_t), intent(in) :: scene
     integer :: i
 
-    n = 1.0_wp
-    do i = 1, size(scene%pairs)
-      if (.not. has_fixed_normals(scene, i)) n = newton_raphson_curved
-    end do
-    if (is_exact(scene%precision) .or. scene%contact%tolerance >= roughest_unrefined) return
-    n = n*newton_raphson_refined
-  end function iterations_of_increment
+    any_curved = .not. all([(has_fixed_normals(scene, i), i=1, size(scene%pairs))])
+  end function any_curved
+
+  !> How many times as many iterations the arithmetic of the factor takes.
+  pure real(wp) function refined_times(scene) result(times)
+    type(scene_t), intent(in) :: scene
+
+    times = newton_raphson_refined
+    if (is_exact(scene%precision) .or. scene%contact%tolerance >= roughest_unrefined) times = 1.0_wp
+  end function refined_times
 
   !> Products of W with a vector in an increment; a sweep is one.
   pure function products_of_increment(scene, sizes) result(n)
@@ -135,7 +157,7 @@ contains
     type(sizes_t), intent(in) :: sizes
     real(wp) :: n
 
-    n = 2.0_wp*sizes%steps + sizes%increments*iterations_of_increment(scene)
+    n = 2.0_wp*sizes%steps + sizes%increments*solutions_of_increment(scene, sizes)
     if (.not. sizes%is_dense) n = n + sizes%increments*products_of_increment(scene, sizes)* &
       solutions_of_product(scene) + sizes%factorisations*solutions_beside
     if (.not. is_exact(scene%precision)) n = n + 2.0_wp*refinements*sizes%steps

@@ -12,8 +12,8 @@ module estimate_time_mod
   use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness, nodal_force
   use mesh_forces_mod, only: internal_force
-  use count_sizes_mod, only: sizes_t, iterations_of_increment, products_of_increment, &
-    solutions, solutions_of_product
+  use count_sizes_mod, only: sizes_t, iterations_of_increment, &
+    solutions_of_increment, products_of_increment, solutions, solutions_of_product
   use estimate_file_mod, only: file_size_t
   implicit none
   private
@@ -100,7 +100,7 @@ contains
         sizes%factorisations*(sizes%bricks*1.5_wp*stiffness_time + body_time)
       call time_solver(scene, sizes, speed, force_time, scratch_time, seconds)
       seconds%recover = seconds%recover + sizes%increments*(start_of_increment*plain + &
-        2.0_wp*iterations_of_increment(scene)*body_time + seconds_to_follow(scene, sizes, &
+        2.0_wp*solutions_of_increment(scene, sizes)*body_time + seconds_to_follow(scene, sizes, &
         force_time))
       seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
         file%zeros/squeeze_zeros + file%dense/keep_rate)
@@ -197,7 +197,8 @@ contains
     reference = reference_speed()
     call time_solver(scene, sizes, reference, reference_brick, sizes%scratch/disk_rate, seconds)
     total = seconds%factorise + seconds%condense + seconds%contact + seconds%recover + &
-      2.0_wp*sizes%increments*iterations_of_increment(scene)*sizes%bricks*reference_brick
+      2.0_wp*sizes%increments*solutions_of_increment(scene, sizes)*sizes%bricks* &
+      reference_brick
     if (.not. sizes%is_dense) return
     do i = 1, size(scene%pairs)
       if (has_fixed_normals(scene, i)) cycle

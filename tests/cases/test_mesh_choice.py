@@ -6,7 +6,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-from program import INPUT, SOURCE, Run
+from program import INPUT, PROGRAM, SOURCE, Run
 
 AUTO = {"solver": "AUTO", "local": "AUTO"}
 FINE = {**AUTO, "tolerance": 1e-9}
@@ -213,19 +213,33 @@ class NotReached(unittest.TestCase):
                                    delta=1e-9 * pressure[at])  # fmt: skip
 
     def test_load_steps_that_are_never_small_enough(self):
-        """Refused where increments are tried again, on bricks of half the size; complete."""
-        run = Run(deck("block"), "--accuracy", "0.00005", name="block", steps=5, **AUTO)
+        """Five waves an increment turn little friction round: refused where increments are tried
+        again, on bricks of half the size; complete."""
+        text = (SOURCE / "studies/data/scenes/wave.inp").read_text()
+        text = text.replace("*STATIC, DIRECT", "*STATIC")
+        run = Run(text, "--accuracy", "0.003", name="wave", n=4, steps=1, mu=0.05)
         self.assertEqual(run.status, 2, run.output)
         self.assertIn("the load steps make", run.errors)
         with run.result() as result:
             self.assertFalse(result.accuracy.reached)
-            np.testing.assert_array_equal(result.accuracy.divisions,
-                                          [1, 1, 1, 2, 4, 1, *2 ** np.arange(8)])  # fmt: skip
-            self.assertEqual(len(set(result.accuracy.bricks[6:])), 1)
-            np.testing.assert_allclose(result.accuracy.brick_size[-1],
-                                       result.accuracy.brick_size[2] / 2)  # fmt: skip
+            divisions, size = result.accuracy.divisions, result.accuracy.brick_size
+            self.assertEqual(divisions.max(), 256)
+            np.testing.assert_allclose(size[divisions > 4], size[divisions == 4].max() / 2)
             self.assertEqual(result.run["status"], "finished")
             self.assertTrue(np.all(result.history("certified") == 1))
+
+    def test_what_makes_most_is_mended_first(self):
+        """Of a block the mesh makes more than increments in 8 parts: refused for the mesh, without
+        more of them, where 6 GB are all there is."""
+        limited = ("sh", "-c", 'ulimit -v 6000000; exec "$0" "$@"', PROGRAM)
+        run = Run(deck("block"), "--accuracy", "0.00005", name="block", command=limited, steps=5,
+                  **AUTO)  # fmt: skip
+        self.assertEqual(run.status, 3, run.output)
+        self.assertIn("it takes bricks", run.errors)
+        with run.result() as result:
+            self.assertEqual(result.accuracy.divisions.max(), 8)
+            self.assertGreater(result.accuracy.error.max(), 0.001)
+            self.assertEqual(result.run["status"], "finished")
 
     def test_increments_that_direct_keeps(self):
         """What they make of the friction counts as a part of mu times the normal force.

@@ -3,7 +3,7 @@
 import unittest
 
 import numpy as np
-from program import INPUT, Run
+from program import INPUT, SOURCE, Run
 
 SQUEEZED = """*HEADING
 A flat soft block, squeezed between plates, bulges into a wall
@@ -169,6 +169,28 @@ class Savings(unittest.TestCase):
             self.assertEqual(sum(np.count_nonzero(pair.status[-1]) for pair in one.pairs), 15)
             for a, b in zip(one.pairs, other.pairs, strict=True):
                 np.testing.assert_allclose(a.resultant[-1], b.resultant[-1], rtol=0, atol=1e-9)
+
+    def test_points_settle_before_the_body_is_solved_for(self):
+        """Before a round tool and between two bodies, where points are placed twice an increment
+        and more: fewer solutions than placements, and the forces that products alone find."""
+        fit = SOURCE / "studies" / "data" / "scenes" / "fit.inp"
+        for deck in (INPUT / "tool.inp", fit):
+            with self.subTest(deck=deck.name):
+                text = deck.read_text()
+                self.assertEqual(text.count("*CONTACT SOLVER,"), 1)
+                products = text.replace("SOLVER,", "SOLVER, COMPLIANCE=PRODUCTS,", 1)
+                run, other = Run(text, name="dense"), Run(products, name="products")
+                for one in (run, other):
+                    self.assertEqual(one.status, 0, one.errors)
+                placements = self.count(run, "newton_raphson_iterations")
+                self.assertGreater(placements, 2 * self.count(run, "increments"))
+                self.assertLess(self.count(run, "solutions"), placements)
+                with run.result() as a, other.result() as b:
+                    for mine, its in zip(a.pairs, b.pairs, strict=True):
+                        largest = abs(its.reaction).max()
+                        np.testing.assert_allclose(
+                            mine.reaction, its.reaction, rtol=0, atol=1e-5 * largest
+                        )
 
     def test_without_contact_a_step_costs_one_solution(self):
         for increment in (1, 0.1):
