@@ -10,6 +10,7 @@ module equilibrate_mod
   use constraints_mod, only: constraints_t, give_to_masters
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
+  use controls_mod, only: is_exact
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving
@@ -37,6 +38,9 @@ module equilibrate_mod
   public :: equilibrate
 
   integer, parameter :: max_newton_raphson = 40
+  real(wp), parameter :: roughly = 1.0e-4_wp
+  !! how far points may still move when the body is solved for with a factor that is not exact: what
+  !! is refined moves them again [-]
 
 contains
 
@@ -78,10 +82,11 @@ contains
       end if
 
       ! 4. Displacement: of the interface alone until the points have settled.
-      if (settles_on_interface(points, solver, loop)) then
+      if (settles_on_interface(scene, points, solver, loop)) then
         call displace_interface(scene, points, solver, trial, new)
         call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
-        if (is_missed .or. .not. are_places_settled(loop, trial%controls%tolerance)) then
+        if (is_missed .or. .not. are_places_settled(loop, merge(trial%controls%tolerance, &
+          max(roughly, trial%controls%tolerance), is_exact(scene%precision)))) then
           call lead(scene, points, solver, trial, new, loop)
           cycle newton_raphson
         end if
@@ -140,8 +145,10 @@ contains
   !> Whether places are to settle before the interior is asked for: contact sees the interface
   !> alone, and what it does follows from the compliance, which takes far less than a solution with
   !> the factor. Not where a correction waits for its interior, nor where neutral motions come to
-  !> rest by what all of their body does.
-  pure logical function settles_on_interface(points, solver, loop)
+  !> rest by what all of their body does. Surfaces move again as an inexact factor is refined: that
+  !> is done at once.
+  pure logical function settles_on_interface(scene, points, solver, loop)
+    type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(newton_raphson_t), intent(in) :: loop
@@ -150,9 +157,10 @@ contains
       settles_on_interface = any(points%is_curved) .and. inverse%is_condensed .and. &
         inverse%map%n_interface > 0 .and. loop%i < max_newton_raphson .and. .not. &
         (allocated(inverse%iterative) .or. allocated(loop%begun))
-      if (settles_on_interface .and. n > 0 .and. size(loop%follow%node) > 0) then
-        settles_on_interface = size(neutral_motions(solver%contact, n), 2) == 0
-      end if
+      if (.not. settles_on_interface .or. size(loop%follow%node) == 0) return
+      settles_on_interface = is_exact(scene%precision)
+      if (settles_on_interface .and. n > 0) settles_on_interface = size(neutral_motions( &
+        solver%contact, n), 2) == 0
     end associate
   end function settles_on_interface
 
