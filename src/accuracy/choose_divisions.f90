@@ -155,7 +155,8 @@ contains
   end function waits_with_steps
 
   !> Whether increments are divided no further before there are finer meshes: what the mesh makes is
-  !> more than what is asked for, and more than what load steps make where they were tried.
+  !> more than what is asked for, and more than what load steps make where they were tried; or it is
+  !> not known, and a mesh that has to come in any case tells.
   logical function waits_for_mesh(sequence, family)
     type(mesh_sequence_t), intent(in) :: sequence
     type(family_t), intent(in) :: family !! undivided, of the meshes that are to be finer
@@ -168,7 +169,8 @@ contains
       most = maxval(sequence%runs(runs)%divisions)
       if (most < many) return
       call estimate_sequence(sequence, errors, family)
-      waits_for_mesh = errors%mesh > max(sequence%wanted, error_on_mesh(sequence, runs, most))
+      waits_for_mesh = errors%mesh > max(sequence%wanted, error_on_mesh(sequence, runs, most)) &
+        .or. (errors%mesh < 0.0_wp .and. family%cuts == 0)
     end associate
   end function waits_for_mesh
 
