@@ -175,8 +175,11 @@ class Meaning(unittest.TestCase):
         cards, mesh = body(1)
         text = deck(cards, step("BODY-SOLE, 1, 3").replace(
             "*END STEP", "*CLOAD\nBODY-TOP, 3, -2.\n*NODE PRINT, NSET=BODY-TOP\nU\n*END STEP"))
+        told = "forces of *CLOAD stay on the nodes of the deck: near them displacements"
+        self.assertNotIn(told, Run(text, name="forces").output)
         run = Run(text, "--refine", "2", name="forces")
         self.assertEqual(run.status, 0, run.errors)
+        self.assertIn(told, run.output)
         with run.result() as result:
             supports = result.field("reaction_force", -1).sum(axis=0)
             np.testing.assert_allclose(

@@ -304,6 +304,7 @@ contains
       call real_field(reader, fields, 3, 'the force', value%value, ok(3))
       if (.not. all(ok)) cycle
       call check_moves(reader, model, reference, nodes, value%value, model%mesh%empty_card)
+      call note_singular(reader, model, nodes, value%value)
       do i = 1, merge(size(nodes), 0, dof > 3)
         ! A moment: a force at the arm by which the rotation is multiplied.
         moment = value
@@ -323,6 +324,22 @@ contains
       end if
     end do
   end subroutine read_cload
+
+  !> Say of forces on nodes of bricks that are cut that there is no limit near them.
+  subroutine note_singular(reader, model, nodes, value)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: nodes(:)
+    real(wp), intent(in) :: value !! [force]
+    logical :: is_of_cut(0:size(model%used))
+
+    if (.not. allocated(model%mesh%between) .or. .not. abs(value) > 0.0_wp) return
+    is_of_cut = .false.
+    is_of_cut(reshape(model%mesh%between, [size(model%mesh%between)])) = .true.
+    if (any(is_of_cut(nodes))) call note(reader, 'forces of *CLOAD stay on the nodes of the '// &
+      'deck: near them displacements and stresses, and the energy, grow without end as bricks '// &
+      'get smaller; a pressure (*DSLOAD) or a *COUPLING spreads them')
+  end subroutine note_singular
 
   !> *DSLOAD: surface, P, pressure
   subroutine read_dsload(reader, card, model, amplitudes, surfaces, draft, replace)
