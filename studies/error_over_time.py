@@ -3,7 +3,8 @@
     studies/run error_over_time [-o docs/studies/error-over-time.md] [--jobs N]
 
 The ten scenes of asked_accuracy that are asked for four accuracies, here for more of them. Errors
-and the truth are those of that study. The figure goes into the folder `figures` beside the page.
+and the truth are those of that study. The figure goes into the folder `figures` beside the page;
+without -o the page alone is made, and printed.
 """
 
 import sys
@@ -82,14 +83,22 @@ def draw(scenes, path):
     save(figure, path)
 
 
+def by_hand_as_accurate(scene, error):
+    """Seconds of the cheapest setting by hand with no larger an error, as far as is known; or None.
+
+    What is below the doubt of the truth counts as alike.
+    """
+    return min((s for s, e in scene.hand if e <= max(error, scene.doubt)), default=None)
+
+
 def rows_of(scene):
     """The rows of a scene in the page's table."""
     rows = []
     for (_, label, *_), points in zip(LINES, scene.lines, strict=True):
         for seconds, error, asked in points:
-            as_good = [s for s, e in scene.hand if e <= max(error, scene.doubt)]
+            best = by_hand_as_accurate(scene, error)
             rows.append([scene.name, label, f"{100 * asked:g} %", f"{100 * error:.2g} %",
-                         f"{seconds:.2g}", f"{min(as_good):.2g}" if as_good else "-"])  # fmt: skip
+                         f"{seconds:.2g}", f"{best:.2g}" if best else "-"])  # fmt: skip
     return rows
 
 
@@ -98,9 +107,9 @@ def ratios(scenes, line):
     found = []
     for scene in scenes:
         for seconds, error, _ in scene.lines[line]:
-            as_good = [s for s, e in scene.hand if e <= max(error, scene.doubt)]
-            if as_good:
-                found.append(seconds / min(as_good))
+            best = by_hand_as_accurate(scene, error)
+            if best:
+                found.append(seconds / best)
     return found
 
 
@@ -116,12 +125,13 @@ def page(scenes, figure):
             "# Error over processor time",
             "",
             "By `studies/run error_over_time`: ten scenes of the study",
-            "[asked-accuracy](asked-accuracy.md), whose errors and truth these are. Grey: a mesh",
-            "and increments set by hand a point, one run each; which of them is accurate only",
-            "the truth tells, not the run. Lines: `--accuracy`, of the last mesh and of",
-            f"extrapolated values, for {', '.join(f'{100 * asked:g}' for asked in ASKED)} %,",
-            f"as far as each takes at most {LONGEST} s; all of its runs count. Dotted: what is not",
-            "known of the truth; errors below it are drawn on it. Processor seconds, one thread,",
+            "[asked-accuracy](asked-accuracy.md), whose errors and truth these are. Each grey",
+            "point is one run, with a mesh and increments set by hand; how accurate it is, the",
+            "truth tells, not the run. Lines: `--accuracy`, of the last mesh and of extrapolated",
+            "values,",
+            f"for {', '.join(f'{100 * asked:g}' for asked in ASKED)} %, as far as each is reached",
+            f"in at most {LONGEST} s; all of its runs count. Dotted: what is not known of the truth;",
+            "errors below it are drawn on it. Processor seconds, one thread,",
             f"{machine()}.",
             "",
             f"![Error over processor time]({figure})",
@@ -149,9 +159,9 @@ def main():
     with ThreadPoolExecutor(options.jobs) as pool:
         scenes = list(pool.map(lambda scene: measure(program, scene),
                                [scene for scene in SCENES if scene.name in OF_TEN]))  # fmt: skip
-    folder = options.page.parent if options.page else Path()
     figure = Path("figures") / "error-over-time.png"
-    draw(scenes, folder / figure)
+    if options.page:
+        draw(scenes, options.page.parent / figure)
     put_page(page(scenes, figure), options.page)
 
 

@@ -151,9 +151,9 @@ contains
     type(family_t), intent(in) :: family
     real(wp), intent(in) :: memory_left
     type(sequence_error_t), intent(out) :: errors
-    type(choice_t), intent(inout) :: choice
+    type(choice_t), intent(out) :: choice
 
-    choice = choice_t(divisions=family%divisions)
+    choice%divisions = family%divisions
     call estimate_sequence(sequence, errors, family)
     errors%load_steps = 0.0_wp
     call refine_all(sequence, family, memory_left, errors, choice)
