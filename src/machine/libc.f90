@@ -13,7 +13,8 @@ module libc_mod
   public :: c_signal, c_raise, sig_dfl, sig_ign
   public :: sigabrt, sigbus, sigfpe, sigill, sigint, sigpipe, sigsegv, sigterm, sigxcpu, sigxfsz
   public :: c_fork, c_waitpid, c_execv, c_pipe, c_getrlimit, c_setrlimit
-  public :: real_malloc, real_realloc, real_calloc, c_free, c_madvise, c_strlen, c_dlsym
+  public :: real_malloc, real_realloc, real_calloc, c_free, c_malloc_trim
+  public :: c_madvise, c_strlen, c_dlsym
   public :: c_read, c_write, c_close, c_fopen, c_fileno, c_fsync, c_fclose
   public :: c_opendir, c_dirfd, c_closedir, c_flock, c_rename, c_readlink, c_statvfs
 
@@ -176,6 +177,14 @@ module libc_mod
       implicit none
       type(c_ptr), value :: address
     end subroutine c_free
+
+    !> Give what was freed back to the system, but `kept` bytes: 1 where that was anything, else 0.
+    function c_malloc_trim(kept) result(released) bind(c, name='malloc_trim')
+      import :: c_int, c_size_t
+      implicit none
+      integer(c_size_t), value :: kept
+      integer(c_int) :: released
+    end function c_malloc_trim
 
     !> Say what a stretch of memory will be used for.
     function c_madvise(address, bytes, advice) result(status) bind(c, name='madvise')

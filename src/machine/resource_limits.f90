@@ -7,14 +7,14 @@ module resource_limits_mod
     c_null_char, c_ptr, c_size_t
   use errors_mod, only: error_t, raise, exit_machine
   use kinds_mod, only: i8
-  use libc_mod, only: c_free, c_getrlimit, c_statvfs, real_malloc
+  use libc_mod, only: c_free, c_getrlimit, c_malloc_trim, c_statvfs, real_malloc
   use text_mod, only: string_t, to_text
   use control_groups_mod, only: list_groups
   implicit none
   private
 
   public :: has_memory, check_library_room, check_stack_room, memory_left, address_space_left, &
-    data_left, disk_left, file_limit, resident_bytes, no_limit
+    data_left, disk_left, file_limit, resident_bytes, release_freed_memory, no_limit
 
   integer(i8), parameter :: no_limit = huge(1_i8)
 
@@ -153,6 +153,14 @@ contains
 
     bytes = 1024_i8*max(0_i8, number_after('/proc/self/status', 'VmRSS:'))
   end function resident_bytes
+
+  !> Return memory that the process has freed to the system. The allocator keeps some of it, how
+  !> much depends on its version and settings: the memory that is left would depend on them as well.
+  subroutine release_freed_memory()
+    integer(c_int) :: released
+
+    released = c_malloc_trim(0_c_size_t)
+  end subroutine release_freed_memory
 
   !> The memory of the process's control groups.
   subroutine look_at_groups(root, bytes)

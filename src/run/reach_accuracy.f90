@@ -7,7 +7,7 @@ module reach_accuracy_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_not_solved, exit_machine
   use text_mod, only: to_text, percent
-  use resource_limits_mod, only: memory_left
+  use resource_limits_mod, only: memory_left, release_freed_memory
   use system_mod, only: cpu_seconds
   use idle_processors_mod, only: processor_time_t
   use mesh_size_mod, only: blocks_t, relative_size, is_same_size
@@ -63,6 +63,7 @@ contains
     n_skipped = 0
     continues = goes_on(options, deck)
     runs: do
+      call release_freed_memory()
       if (.not. choice%is_replaced) call choose_next(sequence, memory_for(deck%accuracy, &
         sequence), errors, choice)
       if (choice%outcome /= to_run) then

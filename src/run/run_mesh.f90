@@ -64,7 +64,7 @@ contains
     type(plan_t) :: plan
     type(exports_t) :: exports
     type(step_solver_t) :: solver
-    logical :: is_first, continues
+    logical :: is_first, continues, is_repeated
 
     call make_plan(scene, plan, error)
     if (allocated(error)) return
@@ -75,7 +75,9 @@ contains
       solver%body%inverse%factor, error)
     if (allocated(error)) return
     is_first = .not. goes_on(options, scene)
+    is_repeated = .false.
     if (present(sequence)) then
+      is_repeated = sequence%repeated > 0.0_wp
       is_first = is_first .and. size(sequence%runs) == 0
       call note_costs(scene, plan, sequence)
       call judge_plan(sequence, real(plan%memory_left, wp), options%plan, choice)
@@ -93,7 +95,8 @@ contains
     call print_lines(console, scene%notes)
     call print_lines(console, plan%lines)
     call note_contact(scene, plan, console)
-    call refuse_misfit(scene, plan, is_first, options%force, console, error)
+    ! A run that is made again, for its result to be kept, is known to fit.
+    if (.not. is_repeated) call refuse_misfit(scene, plan, is_first, options%force, console, error)
     if (allocated(error) .or. options%plan) return
     if (present(sequence)) then
       continues = goes_on(options, scene)

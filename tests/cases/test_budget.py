@@ -3,7 +3,7 @@
 import unittest
 
 import numpy as np
-from program import INPUT, Run
+from program import INPUT, PROGRAM, Run
 
 AUTO = {"solver": "AUTO", "local": "AUTO", "steps": 5}
 
@@ -82,6 +82,23 @@ class Within(unittest.TestCase):
                 found.append((group["bricks"][-1], group.attrs["mesh"]))
         self.assertGreater(found[1][0], 2 * found[0][0])
         self.assertLess(found[1][1], found[0][1])
+
+    def test_memory_that_the_allocator_keeps(self):
+        """A run that is made again to be kept is not refused for heap that earlier runs freed."""
+        hoards = [f"MALLOC_{name}_THRESHOLD_=2000000000" for name in ("TRIM", "MMAP")]
+        run = Run(
+            block(),
+            "--memory",
+            "55MB",
+            name="block",
+            command=("env", *hoards, PROGRAM),
+            **AUTO,
+            mu=0,
+        )
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertTrue(np.all(result.history("certified") == 1))
+            self.assertLessEqual(result.estimates["peak_memory_bytes"], 55e6)
 
     def test_beside_an_accuracy(self):
         """Reached before the time is over it ends; what is not reached is told, with status 2."""
