@@ -81,10 +81,10 @@ need_packages() {
   fi
   say "installing from Debian: ${missing[*]}"
   # Old package lists may still do, so a failed update alone is no reason to stop.
-  "${as_root[@]}" apt-get update >"$build/apt.log" 2>&1 || true
-  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y \
-    --no-install-recommends -o DPkg::Lock::Timeout=300 "${missing[@]}" \
-    >>"$build/apt.log" 2>&1 </dev/null 9>&- || {
+  with_progress "$build/apt.log" "updating package lists" "${as_root[@]}" apt-get update || true
+  with_progress "$build/apt.log" "installing packages" "${as_root[@]}" \
+    env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends \
+    -o DPkg::Lock::Timeout=300 "${missing[@]}" 9>&- || {
     tail -n 15 "$build/apt.log" >&2
     fail "the packages could not be installed; the whole log is $build/apt.log"
   }
@@ -111,11 +111,43 @@ cached() {
   sed -n "s/^$2:[A-Z]*=//p" "$1/CMakeCache.txt" 2>/dev/null
 }
 
-# Runs a command silently; if it fails, shows the end of what it wrote and ends the script.
+# Reports every 10 seconds how far a command is that writes to a log: report_progress LOG WHAT.
+# A build writes percentages; of other commands only the time so far is known.
+report_progress() {
+  local log=$1 what=$2 began=$SECONDS percent
+  while sleep 10 && kill -0 $$ 2>/dev/null; do
+    percent=$(sed -nE 's/^\[ *([0-9]+)%\].*/\1/p' "$log" 2>/dev/null | tail -n 1)
+    if [ "${percent:-0}" -gt 0 ] && [ "$percent" -lt 100 ]; then
+      say "$what: $percent %, about $(((SECONDS - began) * (100 - percent) / percent)) s left"
+    else
+      say "$what: $((SECONDS - began)) s so far"
+    fi
+  done
+}
+
+# Runs a command, its output in a log, with a line of progress every 10 seconds: with_progress LOG
+# WHAT COMMAND... The status is the command's.
+with_progress() {
+  local log=$1 what=$2 status=0 reporter
+  shift 2
+  : >"$log"
+  # In a process group of its own, to be ended with its sleep, which else would keep the output of
+  # this script open. It must not hold the lock.
+  set -m
+  report_progress "$log" "$what" </dev/null 9>&- &
+  reporter=$!
+  set +m
+  "$@" >>"$log" 2>&1 </dev/null || status=$?
+  kill -- "-$reporter" 2>/dev/null || true
+  wait "$reporter" 2>/dev/null || true
+  return "$status"
+}
+
+# Runs a command with its output in a log; if it fails, shows the end of the log and ends the
+# script: quietly LOG WHAT COMMAND...
 quietly() {
   local log=$1 what=$2
-  shift 2
-  "$@" >"$log" 2>&1 </dev/null && return 0
+  with_progress "$@" && return 0
   tail -n 60 "$log" >&2
   fail "$what failed; the whole log is $log"
 }

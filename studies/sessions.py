@@ -13,6 +13,9 @@ in one folder that holds what a clone does. Times, amounts of memory and roundin
 from machine to machine, and numbers of iterations and of points by one or two; all else is
 compared.
 
+A page that types `. build/env` has a shell without a program before that, as its readers do. On
+other pages `bipot` is the program, and `import bipot` finds its package.
+
     studies/run sessions [PAGE...]     write the pages anew, where what is printed has changed
 """
 
@@ -20,6 +23,7 @@ import argparse
 import dataclasses
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -33,6 +37,7 @@ PAGES = ("README.md", "docs/deck.md", "docs/plan.md", "docs/tutorial.md")
 REST = "..."
 FENCE = re.compile(r"^```console\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 PROMPT = "$ "
+SETUP = ". build/env"
 # What is the machine's, and not the deck's.
 OF_THE_MACHINE = (
     (re.compile(r"\d+ min \d+ s\b"), "TIME"),
@@ -83,25 +88,33 @@ def furnish(folder, program):
         shutil.copytree(ROOT / place, folder / place)
     (folder / "scripts").symlink_to(ROOT / "scripts")
     (folder / "build").mkdir()
-    (folder / "build" / "bipot").symlink_to(program)
+    for name in ("bipot", "env"):
+        (folder / "build" / name).symlink_to(program.parent / name)
 
 
-def run(command, folder):
+def environment(folder, is_bare):
+    """Return the variables of a shell; a bare one has been given no program."""
+    own = {"MPLBACKEND": "Agg", "COLUMNS": "100"}
+    if is_bare:
+        inherited = {k: v for k, v in os.environ.items() if k not in ("BIPOT", "PYTHONPATH")}
+        return {**inherited, **own}
+    own["PATH"] = f"{folder / 'build'}:{os.environ['PATH']}"
+    own["PYTHONPATH"] = str(ROOT / "scripts")
+    own["BIPOT"] = str(folder / "build" / "bipot")
+    return {**os.environ, **own}
+
+
+def run(command, folder, variables):
     """Run a command as a user types it; return its exit status and the lines it prints.
 
     scripts/run builds the program of the clone first; where the folder has another one, that runs.
     """
     if (folder / "build" / "bipot").resolve() != (ROOT / "build" / "bipot").resolve():
-        command = re.sub(r"^scripts/run\b", "build/bipot", command)
+        command = re.sub(r"\bscripts/run\b", "build/bipot", command)
     done = subprocess.run(
         command, shell=True, executable="/bin/bash", cwd=folder, stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
-        env={
-            **os.environ, "MPLBACKEND": "Agg", "COLUMNS": "100",
-            "PATH": f"{folder / 'build'}:{os.environ['PATH']}",
-            "PYTHONPATH": str(ROOT / "scripts"), "BIPOT": str(folder / "build" / "bipot"),
-        },
-    )
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, env=variables,
+    )  # fmt: skip
     return done.returncode, [line.rstrip() for line in done.stdout.splitlines()]
 
 
@@ -180,7 +193,7 @@ def shortened(shown, printed):
 def missing_tool(command):
     """Return the first word of a command that this machine does not have, None where it does."""
     word = command.split()[0]
-    here = "/" in word or word == "bipot" or shutil.which(word)
+    here = "/" in word or word in ("bipot", ".") or shutil.which(word)
     return None if here else word
 
 
@@ -189,11 +202,31 @@ def replay(page, folder):
 
     Those whose tool is not installed are left out: None stands for their output.
     """
-    for command in (command for session in sessions_of(page) for command in session):
+    commands = [command for session in sessions_of(page) for command in session]
+    variables = environment(folder, is_bare=uses_setup(page))
+    before = ""
+    for command in commands:
         if missing_tool(command.words):
             yield command, 0, None
         else:
-            yield command, *run(command.words, folder)
+            yield command, *run(before + command.words, folder, variables)
+        if command.words == SETUP:
+            before = f"{SETUP}; "
+
+
+def uses_setup(page):
+    """Whether a page types the command that puts the program on the PATH."""
+    return f"{PROMPT}{SETUP}\n" in page
+
+
+def run_code(code, page, folder):
+    """Run Python of a page as one program, where its reader has come to; the finished process."""
+    command = shlex.join([sys.executable, "-B", "-c", code])
+    setup = f"{SETUP}; " if uses_setup(page) else ""
+    return subprocess.run(
+        setup + command, shell=True, executable="/bin/bash", cwd=folder, capture_output=True,
+        text=True, check=False, env=environment(folder, is_bare=uses_setup(page)),
+    )  # fmt: skip
 
 
 def written_anew(page, folder):

@@ -145,14 +145,18 @@ contains
     integer :: number, length, unread
     logical :: worked
 
-    ! A rank that waits lets others have its processor, which on a busy machine makes a run several
-    ! times faster; on a machine of its own it costs nothing. What the user has set stays.
-    call set_environment('OMPI_MCA_mpi_yield_when_idle', '1', .false., worked)
-    call mpi_init(status)
+    number = 1
     call get_environment_variable('OMPI_COMM_WORLD_SIZE', wanted, length)
+    if (length > 0) then
+      read (wanted, *, iostat=unread) number
+      if (unread /= 0) number = 1
+    end if
+    ! A rank that waits lets others have its processor, which on a busy machine makes a run several
+    ! times faster; on a machine of its own it costs nothing. A single process waits for no other,
+    ! and would give its processor away at each call. What the user has set stays.
+    if (number > 1) call set_environment('OMPI_MCA_mpi_yield_when_idle', '1', .false., worked)
+    call mpi_init(status)
     if (length == 0) return
-    read (wanted, *, iostat=unread) number
-    if (unread /= 0) number = 1
     if (number == n_ranks()) return
     call raise(error, exit_wrong_input, 'bipot: error: mpirun has started '//to_text(number)// &
       ' processes, and this program is built for one'//new_line('a')// &

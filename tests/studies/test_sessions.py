@@ -2,7 +2,6 @@
 
 import os
 import re
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -19,6 +18,7 @@ from studies.sessions import (  # noqa: E402
     furnish,
     missing_tool,
     replay,
+    run_code,
     sessions_of,
     shortened,
 )
@@ -62,12 +62,7 @@ class Sessions(unittest.TestCase):
             code = "".join(CODE.findall(page))
             if not code or name == "docs/python.md":
                 return
-            done = subprocess.run(
-                [sys.executable, "-B", "-c", code], cwd=folder, capture_output=True, text=True,
-                env={**os.environ, "PYTHONPATH": str(ROOT / "scripts"),
-                     "BIPOT": str(folder / "build" / "bipot")},
-                check=False,
-            )
+            done = run_code(code, page, folder)
             self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_every_command_is_in_a_session(self):
