@@ -1,7 +1,7 @@
 !> The command line.
 !>
 !>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--extrapolated] [--time S]
-!>                [--memory SIZE] [--refine K] [--plan | --check | --flat] [--force]
+!>                [--memory SIZE] [--refine K] [--nlgeom no] [--plan | --check | --flat] [--force]
 !>                [--export-fclib STEPS] [--overwrite | --continue] [--quiet]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite] [--quiet]
 !>     bipot --help | --version
@@ -38,6 +38,7 @@ module command_line_mod
     real(wp) :: memory = 0.0_wp                  !! --memory: at the peak; 0: what there is [bytes]
     integer :: refine = -1
     !! --refine: how often bricks are cut into eight; negative: not given
+    logical :: small_strain = .false.            !! --nlgeom no: in place of the deck's NLGEOM
     logical :: plan = .false.
     logical :: check = .false.                   !! --check: tell the deck's mistakes, and stop
     logical :: flat = .false.                    !! print the deck without parameters and blocks
@@ -114,6 +115,12 @@ contains
         if (allocated(wanted)) call refuse(word, wanted, value, error)
       case ('--refine')
         call take_refinement(word, i, options%refine, error)
+      case ('--nlgeom')
+        call take_value(word, i, value, error)
+        if (allocated(error)) return
+        if (upper(value) /= 'NO') call refuse(word, 'no: finite strain is not available', value, &
+          error)
+        options%small_strain = .true.
       case ('--acceleration')
         options%solver_option = word
         sweeps_option = word
@@ -176,6 +183,7 @@ contains
       if (options%time > 0.0_wp) misplaced = '--time'
       if (options%memory > 0.0_wp) misplaced = '--memory'
       if (options%refine >= 0) misplaced = '--refine'
+      if (options%small_strain) misplaced = '--nlgeom'
       if (options%continues) misplaced = '--continue'
       if (options%exported /= '') misplaced = '--export-fclib'
       if (size(options%overrides) > 0) misplaced = '--set'
@@ -298,7 +306,7 @@ contains
     if (word(:min(1, len(word))) == '-') then
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
         '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--time', &
-        '--memory', '--refine', '--extrapolated', &
+        '--memory', '--refine', '--extrapolated', '--nlgeom', &
         '--quiet', '--output', '--set', '--export-fclib', '--acceleration', &
         as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
@@ -366,7 +374,7 @@ contains
 
     select case (option)
     case ('-o', '--output', '--set', '--export-fclib', '--accuracy', '--time', '--memory', &
-      '--refine')
+      '--refine', '--nlgeom')
       takes_value = .true.
     case default
       takes_value = is_solver_option(option)
@@ -419,6 +427,7 @@ contains
       nl// &
       '                      of sets, surfaces and loads is said of the finer mesh, which'//nl// &
       '                      --accuracy, --time and --memory then keep'//nl// &
+      '  --nlgeom no         run a deck that says NLGEOM by the theory of small strain'//nl// &
       '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
       '  --check             only check the deck: each mistake in a line, for editors'//nl// &
       '  --flat              print the deck as one text, without includes, parameters and'//nl// &

@@ -6,7 +6,8 @@
 module read_deck_mod
   use adjust_mod, only: adjust_nodes, adjust_t
   use build_mesh_mod, only: build_mesh, check_bricks, mark_used_nodes, note_unused_nodes
-  use cards_mod, only: find_cards, is_data_line, note, read_parameters, reader_t, report
+  use cards_mod, only: find_cards, is_data_line, note, read_parameters, reader_t, report, &
+    report_missing_element
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
     mistakes_as_error, mistakes_in_lines, notes_as_list, quoted
   use face_couplings_mod, only: couple, coupling_t, mark_coupled, rotations_of
@@ -61,7 +62,7 @@ module read_deck_mod
 contains
 
   !> Read the deck at `path`.
-  subroutine read_deck(path, overrides, scene, error, in_lines, flat, mesh_size)
+  subroutine read_deck(path, overrides, scene, error, in_lines, flat, mesh_size, small_strain)
     character(*), intent(in) :: path
     type(string_t), intent(in) :: overrides(:)   !! name=value, in place of the deck's parameters
     type(scene_t), intent(out) :: scene
@@ -70,8 +71,10 @@ contains
     type(string_t), intent(out), optional :: flat
     !! the deck as one text without parameters and blocks
     type(mesh_size_t), intent(in), optional :: mesh_size !! left out: as written
+    logical, intent(in), optional :: small_strain !! in place of the deck's NLGEOM
     type(reader_t) :: reader
 
+    if (present(small_strain)) reader%small_strain = small_strain
     call read_source(path, reader%source, reader%diagnostics)
     call read_scene(reader, overrides, scene, error, flat, mesh_size)
     if (present(in_lines)) then
@@ -234,7 +237,7 @@ contains
     call mark_turning(scene%steps, scene%obstacles)
     call note_useless_temperatures(reader, scene)
     if (model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) then
-      call report(reader, 0, 'the deck has no elements (*ELEMENT or *BLOCK)')
+      call report_missing_element(reader, 0, 'the deck has no elements (*ELEMENT or *BLOCK)')
     end if
     if (reader%n_steps == 0) call report(reader, 0, 'the deck has no *STEP')
     if (any_mistakes(reader%diagnostics)) return

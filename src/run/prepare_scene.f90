@@ -29,7 +29,7 @@ contains
     !! mistakes of the deck; options that do not fit it; the result would replace the deck
 
     call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check, &
-      mesh_size=mesh_size)
+      mesh_size=mesh_size, small_strain=options%small_strain)
     if (allocated(error) .or. options%check) return
     scene%accuracy%divisions = divisions
     ! Such a run tries out what the deck's increments are worth, whether or not the result keeps
@@ -75,6 +75,7 @@ contains
     end associate
     call check_estimates()
     if (allocated(error)) return
+    if (options%small_strain) call keep('--nlgeom no')
     if (options%accuracy > 0.0_wp) call keep('--accuracy '//to_text(options%accuracy))
     if (options%extrapolated) call keep('--extrapolated')
     if (options%time > 0.0_wp) call keep('--time '//to_text(options%time))

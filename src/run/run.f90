@@ -53,7 +53,8 @@ contains
     type(string_t) :: flat
     integer :: written
 
-    call read_deck(options%deck, options%overrides, scene, error, flat=flat)
+    call read_deck(options%deck, options%overrides, scene, error, flat=flat, &
+      small_strain=options%small_strain)
     if (allocated(error)) return
     call write_most(standard_output, flat%text, written)
     if (written < len(flat%text)) call raise(error, exit_machine, &

@@ -9,7 +9,7 @@
 !>     BODY-ZMAX, LID-ZMIN            slave surface, master surface
 module read_contact_mod
   use adjust_mod, only: adjust_t, read_adjust
-  use cards_mod, only: note, reader_t, report
+  use cards_mod, only: note, reader_t, report, report_missing_element
   use diagnostics_mod, only: any_mistakes, quoted
   use name_table_mod, only: add_name, close_directory, name_table_t, find_named, find_owner, &
     open_directory
@@ -109,12 +109,13 @@ contains
     type(card_t), intent(in) :: card
     real(wp), intent(inout) :: mu
     type(fields_t) :: fields
-    real(wp) :: slope
+    real(wp) :: slope, temperature
     logical :: found, ok
 
     call allow_options(reader, card, [character(1) ::], &
       ['SLIP TOLERANCE', 'ELASTIC SLIP  ', 'LAGRANGE      '])
-    call next_data_line(reader, card, fields, found, 2, 'mu (and a stick slope, which is ignored)')
+    call next_data_line(reader, card, fields, found, 3, 'mu (and a stick slope and a '// &
+      'temperature, which are ignored)')
     if (.not. found) then
       call report(reader, card%position, '*FRICTION needs a data line: mu')
       return
@@ -129,10 +130,12 @@ contains
       call real_field(reader, fields, 2, 'the stick slope', slope, ok)
       call note(reader, 'the stick slope of *FRICTION is ignored: sticking is exact')
     end if
+    if (.not. is_empty_field(fields, 3)) call real_field(reader, fields, 3, &
+      'a temperature, which is ignored', temperature, ok)
     call end_data(reader, card, fields, '*FRICTION takes one data line')
   end subroutine read_friction
 
-  !> *CONTACT PAIR, INTERACTION=name: slave surface, obstacle or master surface
+  !> *CONTACT PAIR, INTERACTION=name: slave surface, obstacle or master surface; a line a pair.
   subroutine read_pairs(reader, model, surfaces, shapes, obstacles, interactions, pairs, adjusts)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
@@ -149,20 +152,22 @@ contains
     type(fields_t) :: fields
     type(contact_pair_t) :: pair
     character(:), allocatable :: name
-    integer :: k, n, most, interaction
+    type(adjust_t) :: adjust
+    integer :: k, n, n_lines, interaction
     logical :: ok, found, is_sound
 
     is_sound = .not. any_mistakes(reader%diagnostics)
-    most = count(reader%cards(:reader%n_cards)%keyword == 'CONTACT PAIR')
-    allocate (found_pairs(most), found_adjusts(most + 1), position(most))
+    associate (cards => reader%cards(:reader%n_cards))
+      n = sum(cards%last - cards%first + 1, mask=cards%keyword == 'CONTACT PAIR')
+    end associate
+    allocate (found_pairs(n), found_adjusts(n), position(n))
     n = 0
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'CONTACT PAIR') cycle
       call open_card(reader, k, card)
       call allow_options(reader, card, ['INTERACTION  ', 'ADJUST       ', 'SMALL SLIDING'], &
         ['TYPE                 ', 'MECHANICAL CONSTRAINT'])
-      ! One place too many, for a pair that does not come to be.
-      call read_adjust(reader, card, model, found_adjusts(n + 1))
+      call read_adjust(reader, card, model, adjust)
       pair%mu = 0.0_wp
       pair%small_sliding = .false.
       call flag_option(reader, card, 'SMALL SLIDING', pair%small_sliding)
@@ -173,31 +178,15 @@ contains
         if (interaction > 0) pair%mu = interactions%mu(interaction)
       end if
       fields%line = 0 ! other cards may lie between two pairs
-      call next_data_line(reader, card, fields, found, 2, 'a slave and its master')
-      if (.not. found) then
-        call report(reader, card%position, '*CONTACT PAIR needs a data line: slave, master')
-        cycle
-      end if
-      call find_slave(reader, model, fields, surfaces, obstacles, pair)
-      call find_master(reader, model, fields, surfaces, obstacles, pair)
-      if (is_sound .and. pair%surface > 0 .and. pair%master_surface > 0) call check_surface_pair( &
-        reader, model, surfaces, fields%start, field_position(reader, fields, 2), pair)
-      if (is_sound .and. pair%surface > 0 .and. pair%master > 0) call check_obstacle_pair(reader, &
-        model, surfaces, shapes(pair%master), fields%start, field_position(reader, fields, 2), pair)
-      if (pair%surface > 0 .and. pair%master + pair%master_surface > 0) then
-        if (pair%master > 0) then
-          pair%name = surfaces%list(pair%surface)%name//':'//shapes(pair%master)%name
-        else
-          pair%name = surfaces%list(pair%surface)%name//':'// &
-            surfaces%list(pair%master_surface)%name
-        end if
-        n = n + 1
-        found_pairs(n) = pair
-        found_adjusts(n)%pair = n
-        position(n) = fields%start
-      end if
-      call end_data(reader, card, fields, '*CONTACT PAIR takes one data line: another '// &
-        'pair takes a card of its own')
+      n_lines = 0
+      do
+        call next_data_line(reader, card, fields, found, 2, 'a slave and its master')
+        if (.not. found) exit
+        n_lines = n_lines + 1
+        call read_pair()
+      end do
+      if (n_lines == 0) call report(reader, card%position, &
+        '*CONTACT PAIR needs a data line: slave, master')
     end do
     allocate (pairs(n))
     do k = 1, n
@@ -205,6 +194,31 @@ contains
     end do
     adjusts = found_adjusts(:n)
     call report_repeated_pairs(reader, pairs, position)
+
+  contains
+
+    !> The pair of a data line, with the options of its card.
+    subroutine read_pair()
+      call find_slave(reader, model, fields, surfaces, obstacles, pair)
+      call find_master(reader, model, fields, surfaces, obstacles, pair)
+      if (is_sound .and. pair%surface > 0 .and. pair%master_surface > 0) call check_surface_pair( &
+        reader, model, surfaces, fields%start, field_position(reader, fields, 2), pair)
+      if (is_sound .and. pair%surface > 0 .and. pair%master > 0) call check_obstacle_pair(reader, &
+        model, surfaces, shapes(pair%master), fields%start, field_position(reader, fields, 2), pair)
+      if (pair%surface == 0 .or. pair%master + pair%master_surface == 0) return
+      if (pair%master > 0) then
+        pair%name = surfaces%list(pair%surface)%name//':'//shapes(pair%master)%name
+      else
+        pair%name = surfaces%list(pair%surface)%name//':'// &
+          surfaces%list(pair%master_surface)%name
+      end if
+      n = n + 1
+      found_pairs(n) = pair
+      found_adjusts(n) = adjust
+      found_adjusts(n)%pair = n
+      position(n) = fields%start
+    end subroutine read_pair
+
   end subroutine read_pairs
 
   !> The slave: a surface, or else a set of nodes.
@@ -238,7 +252,8 @@ contains
     call find_faces_of_nodes(reader, model, surfaces, pair%surface)
     if (size(surfaces%list(pair%surface)%nodes) > 0) return
     if (.not. surfaces%flawed(pair%surface)) then
-      call report(reader, fields%start, 'the slave surface '//quoted(name)//' is empty')
+      call report_missing_element(reader, fields%start, 'the slave surface '//quoted(name)// &
+        ' is empty')
     end if
     pair%surface = 0
   end subroutine find_slave

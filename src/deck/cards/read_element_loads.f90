@@ -8,7 +8,7 @@
 !> A later step that names the same set and face changes the load; so each set with a face is one
 !> surface of the scene, and each set with GRAV one region.
 module read_element_loads_mod
-  use cards_mod, only: note, reader_t, report
+  use cards_mod, only: note, reader_t, report, report_missing_element
   use diagnostics_mod, only: quoted
   use fields_mod, only: any_number, field_position, fields_t, is_empty_field, limit_fields, &
     name_field, next_data_line, real_field, reference_field, reference_t
@@ -176,10 +176,11 @@ contains
     else if (model%mesh%taken_out) then
       call note(reader, 'loads on elements that are not in the deck are ignored')
     else if (reference%id > 0) then
-      call report(reader, reference%position, 'element '//to_text(reference%id)// &
+      call report_missing_element(reader, reference%position, 'element '//to_text(reference%id)// &
         ' is skipped: only bricks are loaded')
     else
-      call report(reader, reference%position, 'set '//quoted(reference%name)//' holds no bricks')
+      call report_missing_element(reader, reference%position, 'set '//quoted(reference%name)// &
+        ' holds no bricks')
     end if
   end subroutine read_target
 

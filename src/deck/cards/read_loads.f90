@@ -9,7 +9,7 @@
 !>     *DSLOAD[, AMPLITUDE=name][, OP=MOD|NEW]
 !>     BODY-ZMAX, P, 2.5              surface, P, pressure
 module read_loads_mod
-  use cards_mod, only: keep_reading, note, reader_t, report
+  use cards_mod, only: keep_reading, note, reader_t, report, report_missing_element
   use diagnostics_mod, only: quoted
   use equation_list_mod, only: dof_in_words
   use fields_mod, only: field_position, field_text, fields_t, integer_field, is_empty_field, &
@@ -414,7 +414,7 @@ contains
     else
       what = 'the nodes of set '//quoted(reference%name)//' belong to no element and are'
     end if
-    call report(reader, reference%position, what//' not the reference node of an obstacle: '// &
+    call report_missing_element(reader, reference%position, what//' not the reference node of an obstacle: '// &
       'this moves nothing', 'an obstacle is moved through the node named by its REF NODE=')
   end subroutine check_moves
 

@@ -133,6 +133,7 @@ contains
         words(1)%text = 'C3D8'
         words(2)%text = 'C3D8I'
         words(3)%text = 'C3D8B'
+        reader%lacks_elements = .true.
         call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
           ' is not available; C3D8, C3D8I and C3D8B are', how_to_get_bricks(name, words))
       end if

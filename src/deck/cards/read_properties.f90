@@ -58,6 +58,10 @@ contains
         call open_card(reader, k, card)
         call find_owner(reader, names, 'MATERIAL', card, elastic, n)
         if (n > 0) call read_elastic(reader, card, materials(n))
+      case ('HYPERELASTIC', 'HYPERFOAM', 'ANISOTROPIC HYPERELASTIC', 'USER MATERIAL', &
+        'DEFORMATION PLASTICITY')
+        ! Refused: the material has a law, though not one that is read.
+        if (names%n > 0) elastic(names%n) = .true.
       case ('DENSITY')
         call open_card(reader, k, card)
         call find_owner(reader, names, 'MATERIAL', card, dense, n)
@@ -90,7 +94,7 @@ contains
     call allow_options(reader, card, ['TYPE'])
     kind = 1
     call choice_option(reader, card, 'TYPE', ['ISOTROPIC', 'ISO      '], kind, ok)
-    call next_data_line(reader, card, fields, found, 2, 'E and nu (and no temperature)')
+    call next_data_line(reader, card, fields, found, 3, 'E and nu (and one temperature)')
     if (.not. found) then
       call report(reader, card%position, '*ELASTIC needs a data line: E, nu')
       return
@@ -104,9 +108,32 @@ contains
       "Poisson's ratio must lie between -1 and 0.5, not "//quoted(field_text(reader, fields, 2)), &
       hint_at(material%poisson))
     end if
+    call skip_temperature(reader, fields, 3)
     call end_data(reader, card, fields, &
       'properties that depend on temperature are not available: one line E, nu')
   end subroutine read_elastic
+
+  !> One temperature behind a constant changes nothing. Behind a number without a point it may be
+  !> the fraction of a decimal comma, as in 7,85e-9.
+  subroutine skip_temperature(reader, fields, i)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: i !! where it stands
+    real(wp) :: temperature
+    logical :: ok
+
+    if (is_empty_field(fields, i)) return
+    call real_field(reader, fields, i, 'a temperature, which is ignored', temperature, ok)
+    if (.not. ok .or. is_empty_field(fields, i - 1)) return
+    if (verify(field_text(reader, fields, i - 1), '+-0123456789') == 0) then
+      call report(reader, field_position(reader, fields, i - 1), quoted(field_text(reader, &
+        fields, i - 1))//' and '//quoted(field_text(reader, fields, i))//': a number with a '// &
+        'decimal comma, or a number and a temperature?', 'use a decimal point: 0.3, or 1. for 1')
+    else
+      call note(reader, 'temperatures behind constants of materials are ignored: one line holds '// &
+        'at all temperatures')
+    end if
+  end subroutine skip_temperature
 
   !> What may have been meant by a Poisson's ratio that is none; may be empty.
   pure function hint_at(poisson) result(hint)
@@ -127,7 +154,7 @@ contains
     logical :: found, ok
 
     call allow_options(reader, card, [character(1) ::])
-    call next_data_line(reader, card, fields, found, 1, 'the density (and no temperature)')
+    call next_data_line(reader, card, fields, found, 2, 'the density (and one temperature)')
     if (.not. found) then
       call report(reader, card%position, '*DENSITY needs a data line')
       return
@@ -135,6 +162,7 @@ contains
     call real_field(reader, fields, 1, 'the density', density, ok)
     if (ok .and. density <= 0.0_wp) call report(reader, fields%start, &
       'the density must be positive, not '//quoted(field_text(reader, fields, 1)))
+    call skip_temperature(reader, fields, 2)
     call end_data(reader, card, fields, &
       'a density that depends on temperature is not available: one line')
   end subroutine read_density
@@ -152,13 +180,14 @@ contains
     call allow_options(reader, card, ['TYPE'], ['ZERO'])
     kind = 1
     call choice_option(reader, card, 'TYPE', ['ISO      ', 'ISOTROPIC'], kind, ok)
-    call next_data_line(reader, card, fields, found, 1, 'the coefficient of thermal expansion '// &
-      '(and no temperature)')
+    call next_data_line(reader, card, fields, found, 2, 'the coefficient of thermal expansion '// &
+      '(and one temperature)')
     if (.not. found) then
       call report(reader, card%position, '*EXPANSION needs a data line')
       return
     end if
     call real_field(reader, fields, 1, 'the coefficient of thermal expansion', expansion, ok)
+    call skip_temperature(reader, fields, 2)
     call end_data(reader, card, fields, &
       'an expansion that depends on temperature is not available: one line')
   end subroutine read_expansion

@@ -9,7 +9,7 @@
 !> The cards are read before the sets, for they say which nodes of the deck mean something; what
 !> they name is looked up when there are sets and surfaces.
 module read_rigid_bodies_mod
-  use cards_mod, only: keep_reading, note, reader_t, report
+  use cards_mod, only: keep_reading, note, reader_t, report, report_missing_element
   use diagnostics_mod, only: quoted
   use facet_shape_mod, only: facet_is_flat
   use lookup_mod, only: find_id
@@ -280,8 +280,8 @@ contains
         if (bodies%of_facet(facets(i)) == 0) then
           ! Rigid elements without a rigid body were reported, and facets of cards with mistakes.
           if (draft%skipped_kind(facets(i)) /= rigid_facet .and. .not. &
-              any(bodies%list%ref_node == 0)) call report(reader, draft%skipped_position( &
-            facets(i)), 'element '//to_text(draft%skipped_id(facets(i)))//' of surface '// &
+              any(bodies%list%ref_node == 0)) call report_missing_element(reader, &
+            draft%skipped_position(facets(i)), 'element '//to_text(draft%skipped_id(facets(i)))//' of surface '// &
             quoted(surfaces%list(k)%name)//' belongs to no *RIGID BODY')
         else
           call report(reader, bodies%list(bodies%of_facet(facets(i)))%position, 'surface '// &

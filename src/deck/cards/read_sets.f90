@@ -82,9 +82,10 @@ contains
       call open_card(reader, k, card)
       if (sets%kind == set_of_nodes) then
         call allow_options(reader, card, ['NSET    ', 'GENERATE', 'ELSET   '], &
-          ['UNSORTED', 'INTERNAL'])
+          ['UNSORTED ', 'INTERNAL ', 'FREQUENCY'])
       else
-        call allow_options(reader, card, ['ELSET   ', 'GENERATE'], ['UNSORTED', 'INTERNAL'])
+        call allow_options(reader, card, ['ELSET   ', 'GENERATE'], ['UNSORTED ', 'INTERNAL ', &
+          'FREQUENCY'])
       end if
       call name_option(reader, card, keyword, .true., name, ok)
       if (.not. ok) cycle

@@ -134,6 +134,10 @@ contains
       call close_step(draft, steps(s))
       call close_element_loads(element_draft, steps(s))
       call close_temperatures(temperatures, steps(s))
+      associate (cards => reader%cards(:reader%n_cards))
+        ! Another procedure was refused.
+        if (any(cards%is_refused .and. cards%step == s)) return
+      end associate
       if (static_of /= s) call report(reader, position, 'this step has no *STATIC')
     end subroutine finish_step
 
@@ -228,8 +232,13 @@ contains
       ['INC          ', 'NAME         ', 'UNSYMM       ', 'EXTRAPOLATION', 'CONVERT SDI  '])
     nonlinear = .false.
     call flag_option(reader, card, 'NLGEOM', nonlinear)
-    if (nonlinear) call report(reader, option_position(card, 'NLGEOM'), &
-      'NLGEOM (finite strain) is not available: the theory is that of small strain')
+    if (nonlinear .and. reader%small_strain) then
+      call note(reader, 'NLGEOM is set aside by --nlgeom no: strains and rotations are taken as '// &
+        'small')
+    else if (nonlinear) then
+      call report(reader, option_position(card, 'NLGEOM'), 'NLGEOM (finite strain) is not '// &
+        'available: the theory is that of small strain', '--nlgeom no runs the deck by it')
+    end if
     perturbation = .false.
     call flag_option(reader, card, 'PERTURBATION', perturbation)
     if (perturbation) call report(reader, option_position(card, 'PERTURBATION'), &
@@ -260,7 +269,9 @@ contains
     if (.not. is_empty_field(fields, 2)) then
       call real_field(reader, fields, 2, 'the period', step%period, ok(2))
     end if
-    if (ok(2) .and. step%period <= 0.0_wp) then
+    ! As Abaqus has it, 0 stands for what is left out.
+    if (ok(2) .and. .not. abs(step%period) > 0.0_wp) step%period = 1.0_wp
+    if (ok(2) .and. step%period < 0.0_wp) then
       call report(reader, field_position(reader, fields, 2), 'the period must be positive, not '// &
         quoted(field_text(reader, fields, 2)))
       ok(2) = .false.
@@ -269,7 +280,8 @@ contains
     if (.not. is_empty_field(fields, 1)) then
       call real_field(reader, fields, 1, 'the increment', step%increment, ok(1))
     end if
-    if (ok(1) .and. step%increment <= 0.0_wp) then
+    if (ok(1) .and. .not. abs(step%increment) > 0.0_wp) step%increment = step%period
+    if (ok(1) .and. step%increment < 0.0_wp) then
       call report(reader, position, 'the increment must be positive, not '// &
         quoted(field_text(reader, fields, 1)))
       ok(1) = .false.

@@ -7,15 +7,15 @@
 module cards_mod
   use deck_source_mod, only: source_t
   use diagnostics_mod, only: add_mistake, add_note, diagnostics_t, guess, quoted, wants_more
-  use keywords_mod, only: find_keyword, in_model, in_step, is_ignored, is_missing, keyword_names, &
-    keyword_t, max_keyword, same_word
+  use keywords_mod, only: find_keyword, in_model, in_step, is_ignored, is_missing, is_outside, &
+    keyword_names, keyword_t, max_keyword, same_word
   use parameters_mod, only: parameter_table_t
   use substitution_mod, only: define_parameter
   implicit none
   private
 
   public :: reader_t, card_place_t, pieces_t, find_cards, read_parameters
-  public :: report, note, keep_reading, split_line, is_data_line
+  public :: report, report_missing_element, note, keep_reading, split_line, is_data_line
 
   character, parameter :: tab = achar(9)
 
@@ -33,6 +33,7 @@ module cards_mod
     integer :: first = 0    !! first line below the keyword line and its continuation
     integer :: last = 0     !! last line before the next card
     integer :: step = 0     !! number of the step it stands in; 0: before the first
+    logical :: is_refused = .false. !! an error was reported, and nothing of it is read
   end type card_place_t
 
   !> Everything the readers of the keywords share.
@@ -43,6 +44,8 @@ module cards_mod
     type(card_place_t), allocatable :: cards(:)
     integer :: n_cards = 0
     integer :: n_steps = 0
+    logical :: lacks_elements = .false. !! elements of the deck are of types that were refused
+    logical :: small_strain = .false.   !! NLGEOM of the deck is set aside (--nlgeom no)
     logical :: numbers_block = .false. !! a node or brick of a *BLOCK is meant by its number
   end type reader_t
 
@@ -66,6 +69,16 @@ contains
 
     call add_mistake(reader%diagnostics, reader%source, position, message, hint)
   end subroutine report
+
+  !> Record an error that only says that elements are missing: not where their type was refused.
+  subroutine report_missing_element(reader, position, message, hint)
+    type(reader_t), intent(inout) :: reader
+    integer, intent(in) :: position
+    character(*), intent(in) :: message
+    character(*), intent(in), optional :: hint
+
+    if (.not. reader%lacks_elements) call report(reader, position, message, hint)
+  end subroutine report_missing_element
 
   !> Record a note, one sentence.
   subroutine note(reader, text)
@@ -132,13 +145,38 @@ contains
       if (.not. found) then
         call unknown_keyword(reader, star, reader%source%text(star:last))
       else if (keyword%reading == is_missing) then
-        call report(reader, star, '*'//trim(keyword%name)//' is not available in this version')
+        call refuse(keyword, star, '*'//trim(keyword%name)//' is not available in this version', &
+          remedy(keyword%name))
+      else if (keyword%reading == is_outside) then
+        call refuse(keyword, star, '*'//trim(keyword%name)// &
+          ': bipot solves static frictional contact of elastic solids')
       else if (keyword%reading == is_ignored) then
         call note(reader, '*'//trim(keyword%name)//' is ignored')
       else
         call enter(keyword, star, line)
       end if
     end subroutine open_keyword
+
+    !> Report a keyword that is not read, where it stands first. Readers of other cards see that it
+    !> was there, and report nothing that only follows from it.
+    subroutine refuse(keyword, star, message, hint)
+      type(keyword_t), intent(in) :: keyword
+      integer, intent(in) :: star
+      character(*), intent(in) :: message
+      character(*), intent(in), optional :: hint
+
+      associate (before => reader%cards(:reader%n_cards))
+        if (.not. any(before%is_refused .and. before%keyword == keyword%name)) call report( &
+          reader, star, message, hint)
+      end associate
+      card%keyword = keyword%name
+      card%step = step
+      card%is_refused = .true.
+      select case (keyword%name)
+      case ('SHELL SECTION', 'BEAM SECTION', 'MEMBRANE SECTION', 'FLUID SECTION')
+        reader%lacks_elements = .true.
+      end select
+    end subroutine refuse
 
     !> Check that the keyword may stand here, and keep track of the steps.
     subroutine enter(keyword, star, line)
@@ -178,6 +216,23 @@ contains
     end subroutine close_card
 
   end subroutine find_cards
+
+  !> What to write in place of a keyword that is not available; may be empty.
+  pure function remedy(keyword) result(hint)
+    character(*), intent(in) :: keyword
+    character(:), allocatable :: hint
+
+    select case (keyword)
+    case ('PRE-TENSION SECTION')
+      hint = 'a bolt can be shortened by *EXPANSION and *TEMPERATURE on its elements'
+    case ('MPC')
+      hint = '*EQUATION, *COUPLING with *KINEMATIC or *DISTRIBUTING, and *TIE join nodes'
+    case ('PART', 'ASSEMBLY', 'INSTANCE')
+      hint = 'write the model as one mesh, without parts and instances'
+    case default
+      hint = ''
+    end select
+  end function remedy
 
   !> What a file is whose first line begins like this, where it is no deck; may be empty.
   pure function other_format(line) result(hint)

@@ -5,9 +5,10 @@ module keywords_mod
   private
 
   public :: keyword_t, find_keyword, keyword_names, squeeze, same_word, without_tabs
-  public :: in_model, in_step, anywhere, is_read, is_ignored, is_missing, max_keyword
+  public :: in_model, in_step, anywhere, is_read, is_ignored, is_missing, is_outside, &
+    max_keyword
 
-  integer, parameter :: max_keyword = 30
+  integer, parameter :: max_keyword = 36
 
   integer, parameter :: in_model = 1 !! before the first *STEP
   integer, parameter :: in_step = 2
@@ -16,12 +17,13 @@ module keywords_mod
   integer, parameter :: is_read = 1
   integer, parameter :: is_ignored = 2 !! with a note: it changes nothing here
   integer, parameter :: is_missing = 3 !! it would change the result: an error
+  integer, parameter :: is_outside = 4 !! likewise, of a field that the program is not made for
 
   !> A keyword, in upper case, without its star.
   type :: keyword_t
     character(max_keyword) :: name
     integer :: place   !! in_model, in_step, anywhere
-    integer :: reading !! is_read, is_ignored, is_missing
+    integer :: reading !! is_read, is_ignored, is_missing, is_outside
   end type keyword_t
 
   type(keyword_t), parameter :: keywords(*) = [ &
@@ -30,8 +32,8 @@ module keywords_mod
     keyword_t('NODE', in_model, is_read), &
     keyword_t('ELEMENT', in_model, is_read), &
     keyword_t('BLOCK', in_model, is_read), &
-    keyword_t('NSET', in_model, is_read), &
-    keyword_t('ELSET', in_model, is_read), &
+    keyword_t('NSET', anywhere, is_read), &
+    keyword_t('ELSET', anywhere, is_read), &
     keyword_t('SURFACE', in_model, is_read), &
     keyword_t('OBSTACLE', in_model, is_read), &
     keyword_t('RIGID BODY', in_model, is_read), &
@@ -91,6 +93,7 @@ module keywords_mod
     keyword_t('RESTART', anywhere, is_ignored), &
     keyword_t('CONDUCTIVITY', anywhere, is_ignored), &
     keyword_t('SPECIFIC HEAT', anywhere, is_ignored), &
+    keyword_t('GAP CONDUCTANCE', anywhere, is_ignored), &
     keyword_t('PART', anywhere, is_missing), &
     keyword_t('END PART', anywhere, is_missing), &
     keyword_t('ASSEMBLY', anywhere, is_missing), &
@@ -100,21 +103,60 @@ module keywords_mod
     keyword_t('SYSTEM', anywhere, is_missing), &
     keyword_t('ORIENTATION', anywhere, is_missing), &
     keyword_t('MPC', anywhere, is_missing), &
-    keyword_t('PLASTIC', anywhere, is_missing), &
     keyword_t('HYPERELASTIC', anywhere, is_missing), &
-    keyword_t('SHELL SECTION', anywhere, is_missing), &
-    keyword_t('BEAM SECTION', anywhere, is_missing), &
-    keyword_t('SPRING', anywhere, is_missing), &
-    keyword_t('MASS', anywhere, is_missing), &
     keyword_t('CLEARANCE', anywhere, is_missing), &
     keyword_t('CONTACT', anywhere, is_missing), &
     keyword_t('CHANGE FRICTION', anywhere, is_missing), &
     keyword_t('MODEL CHANGE', anywhere, is_missing), &
-    keyword_t('VISCO', anywhere, is_missing), &
-    keyword_t('FREQUENCY', anywhere, is_missing), &
-    keyword_t('BUCKLE', anywhere, is_missing), &
-    keyword_t('DYNAMIC', anywhere, is_missing), &
-    keyword_t('HEAT TRANSFER', anywhere, is_missing)]
+    keyword_t('PLASTIC', anywhere, is_outside), &
+    keyword_t('CYCLIC HARDENING', anywhere, is_outside), &
+    keyword_t('CREEP', anywhere, is_outside), &
+    keyword_t('DEFORMATION PLASTICITY', anywhere, is_outside), &
+    keyword_t('MOHR COULOMB', anywhere, is_outside), &
+    keyword_t('USER MATERIAL', anywhere, is_outside), &
+    keyword_t('SHELL SECTION', anywhere, is_outside), &
+    keyword_t('BEAM SECTION', anywhere, is_outside), &
+    keyword_t('MEMBRANE SECTION', anywhere, is_outside), &
+    keyword_t('FLUID SECTION', anywhere, is_outside), &
+    keyword_t('SPRING', anywhere, is_outside), &
+    keyword_t('DASHPOT', anywhere, is_outside), &
+    keyword_t('GAP', anywhere, is_outside), &
+    keyword_t('MASS', anywhere, is_outside), &
+    keyword_t('DAMPING', anywhere, is_outside), &
+    keyword_t('VISCO', anywhere, is_outside), &
+    keyword_t('FREQUENCY', anywhere, is_outside), &
+    keyword_t('COMPLEX FREQUENCY', anywhere, is_outside), &
+    keyword_t('BUCKLE', anywhere, is_outside), &
+    keyword_t('DYNAMIC', anywhere, is_outside), &
+    keyword_t('MODAL DYNAMIC', anywhere, is_outside), &
+    keyword_t('STEADY STATE DYNAMICS', anywhere, is_outside), &
+    keyword_t('HEAT TRANSFER', anywhere, is_outside), &
+    keyword_t('COUPLED TEMPERATURE-DISPLACEMENT', anywhere, is_outside), &
+    keyword_t('UNCOUPLED TEMPERATURE-DISPLACEMENT', anywhere, is_outside), &
+    keyword_t('ELECTROMAGNETICS', anywhere, is_outside), &
+    keyword_t('CFD', anywhere, is_outside), &
+    keyword_t('SENSITIVITY', anywhere, is_outside), &
+    keyword_t('SUBSTRUCTURE GENERATE', anywhere, is_outside), &
+    keyword_t('CYCLIC SYMMETRY MODEL', anywhere, is_outside), &
+    keyword_t('SELECT CYCLIC SYMMETRY MODES', anywhere, is_outside), &
+    keyword_t('CONTACT DAMPING', anywhere, is_outside), &
+    keyword_t('GAP HEAT GENERATION', anywhere, is_outside), &
+    keyword_t('DESIGN VARIABLES', anywhere, is_outside), &
+    keyword_t('DESIGN RESPONSE', anywhere, is_outside), &
+    keyword_t('BASE MOTION', anywhere, is_outside), &
+    keyword_t('CFLUX', anywhere, is_outside), &
+    keyword_t('DFLUX', anywhere, is_outside), &
+    keyword_t('FILM', anywhere, is_outside), &
+    keyword_t('RADIATE', anywhere, is_outside), &
+    keyword_t('ROBUST DESIGN', anywhere, is_outside), &
+    keyword_t('CHANGE SURFACE BEHAVIOR', anywhere, is_missing), &
+    keyword_t('CHANGE SOLID SECTION', anywhere, is_missing), &
+    keyword_t('CHANGE MATERIAL', anywhere, is_missing), &
+    keyword_t('CHANGE CONTACT TYPE', anywhere, is_missing), &
+    keyword_t('DISTRIBUTING COUPLING', anywhere, is_missing), &
+    keyword_t('PRE-TENSION SECTION', anywhere, is_missing), &
+    keyword_t('HYPERFOAM', anywhere, is_missing), &
+    keyword_t('ANISOTROPIC HYPERELASTIC', anywhere, is_missing)]
 
 contains
 

@@ -1,0 +1,92 @@
+"""What decks for Abaqus and CalculiX say in another way means the same."""
+
+import sys
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "cases"))
+from program import Run  # noqa: E402  (found through the line above)
+
+DECK = """\
+*BLOCK, NAME=LEFT, NX=2, NY=2, NZ=2
+0., 0., 0., 1., 1., 1.
+*BLOCK, NAME=RIGHT, NX=2, NY=2, NZ=2
+2., 0., 0., 1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+{elastic}
+*SOLID SECTION, ELSET=LEFT, MATERIAL=M
+*SOLID SECTION, ELSET=RIGHT, MATERIAL=M
+*OBSTACLE, NAME=FLOOR, TYPE=PLANE
+0., 0., 0., 0., 0., 1.
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+{friction}
+{pairs}
+*STEP{step}
+*STATIC, DIRECT
+{static}
+{sets}*BOUNDARY
+LEFT-ZMAX, 1, 2, 0.
+LEFT-ZMAX, 3, 3, -0.01
+RIGHT-ZMAX, 1, 2, 0.
+RIGHT-ZMAX, 3, 3, -0.02
+*END STEP
+"""
+PLAIN = {
+    "elastic": "1000., 0.3",
+    "friction": "0.3",
+    "pairs": "*CONTACT PAIR, INTERACTION=DRY\nLEFT-ZMIN, FLOOR\n"
+    "*CONTACT PAIR, INTERACTION=DRY\nRIGHT-ZMIN, FLOOR",
+    "static": "1., 1.",
+    "step": "",
+    "sets": "",
+}
+
+
+def resultants(*options, **changes):
+    """Run the deck with some of its lines written in another way: resultants, output."""
+    run = Run(DECK.format(**{**PLAIN, **changes}), *options, name="deck")
+    assert run.status == 0, run.errors
+    with run.result() as result:
+        return [pair.resultant[-1] for pair in result.pairs], run.output
+
+
+class SameDeck(unittest.TestCase):
+    """Each way of writing it gives the same bits."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.expected, _ = resultants()
+
+    def check(self, *options, **changes):
+        """Compare with the plain deck; return what was printed."""
+        found, output = resultants(*options, **changes)
+        np.testing.assert_array_equal(found, self.expected)
+        return output
+
+    def test_two_pairs_in_one_card(self):
+        self.check(pairs="*CONTACT PAIR, INTERACTION=DRY\nLEFT-ZMIN, FLOOR\nRIGHT-ZMIN, FLOOR")
+
+    def test_one_temperature_behind_constants(self):
+        output = self.check(elastic="1000., 0.3, 20.", friction="0.3, 1e5, 20.")
+        self.assertIn("temperatures behind constants of materials are ignored", output)
+
+    def test_zeros_of_static_are_left_out(self):
+        self.check(static="0., 0.")
+
+    def test_sets_inside_a_step(self):
+        self.check(sets="*NSET, NSET=PART, FREQUENCY=1\n1, 2\n*ELSET, ELSET=PIECE\n1\n")
+
+    def test_small_strain_in_place_of_nlgeom(self):
+        output = self.check("--nlgeom", "no", step=", NLGEOM")
+        self.assertIn("NLGEOM is set aside", output)
+        run = Run(DECK.format(**{**PLAIN, "step": ", NLGEOM"}), "--check", name="deck")
+        self.assertEqual(run.status, 1)
+        self.assertIn("--nlgeom no", run.errors)
+
+
+if __name__ == "__main__":
+    unittest.main()
