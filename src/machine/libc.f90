@@ -16,7 +16,7 @@ module libc_mod
   public :: real_malloc, real_realloc, real_calloc, c_free, c_malloc_trim
   public :: c_madvise, c_strlen, c_dlsym
   public :: c_read, c_write, c_close, c_fopen, c_fileno, c_fsync, c_fclose
-  public :: c_opendir, c_dirfd, c_closedir, c_flock, c_rename, c_readlink, c_statvfs
+  public :: c_opendir, c_readdir, c_dirfd, c_closedir, c_flock, c_rename, c_readlink, c_statvfs
 
   integer(c_int), parameter :: sigint = 2, sigill = 4, sigabrt = 6, sigbus = 7, sigfpe = 8
   integer(c_int), parameter :: sigsegv = 11, sigpipe = 13, sigterm = 15, sigxcpu = 24, sigxfsz = 25
@@ -276,6 +276,14 @@ module libc_mod
       character(c_char), intent(in) :: path(*)
       type(c_ptr) :: folder
     end function c_opendir
+
+    !> The next entry of a folder, null behind the last.
+    function c_readdir(folder) result(entry) bind(c, name='readdir')
+      import :: c_ptr
+      implicit none
+      type(c_ptr), value :: folder
+      type(c_ptr) :: entry
+    end function c_readdir
 
     function c_dirfd(folder) result(descriptor) bind(c, name='dirfd')
       import :: c_int, c_ptr

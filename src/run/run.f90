@@ -3,11 +3,13 @@ module run_mod
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: string_t
   use standard_streams_mod, only: standard_output, write_most
+  use folders_mod, only: is_folder
   use idle_processors_mod, only: processor_time_t, processor_time
   use mesh_size_mod, only: mesh_size_t
   use controls_mod, only: chooses_mesh
   use scene_mod, only: scene_t
   use read_deck_mod, only: read_deck
+  use check_folder_mod, only: check_folder
   use command_line_mod, only: options_t
   use console_mod, only: console_t, open_console
   use prepare_scene_mod, only: prepare_scene
@@ -34,6 +36,12 @@ contains
     if (options%flat) then
       call print_flat(options, error)
       return
+    end if
+    if (options%check) then
+      if (is_folder(options%deck)) then
+        call check_folder(options, error)
+        return
+      end if
     end if
     console = open_console(options%quiet)
     call prepare_scene(options, mesh_size_t(parts=2**max(0, options%refine)), 1, scene, error)

@@ -1,13 +1,15 @@
 """What decks for Abaqus and CalculiX say in another way means the same."""
 
+import subprocess
 import sys
+import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "cases"))
-from program import Run  # noqa: E402  (found through the line above)
+from program import PROGRAM, Run  # noqa: E402  (found through the line above)
 
 DECK = """\
 *BLOCK, NAME=LEFT, NX=2, NY=2, NZ=2
@@ -86,6 +88,50 @@ class SameDeck(unittest.TestCase):
         run = Run(DECK.format(**{**PLAIN, "step": ", NLGEOM"}), "--check", name="deck")
         self.assertEqual(run.status, 1)
         self.assertIn("--nlgeom no", run.errors)
+
+
+class Folders(unittest.TestCase):
+    """`bipot --check FOLDER` lists all decks of a folder."""
+
+    def check(self, **decks):
+        """Write decks by their names, and check the folder that they are in."""
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in decks.items():
+                path = Path(folder, *name.split("__")).with_suffix(".inp")
+                path.parent.mkdir(exist_ok=True)
+                path.write_text(text)
+            Path(folder, "notes.txt").write_text("not a deck")
+            done = subprocess.run(
+                [PROGRAM, "--check", folder], capture_output=True, text=True, check=False
+            )
+            return done.returncode, done.stdout.replace(folder, ""), done.stderr
+
+    def test_a_line_a_deck(self):
+        good, bad = DECK.format(**PLAIN), DECK.format(**{**PLAIN, "elastic": "-1., 0.3"})
+        status, printed, errors = self.check(b=good, a=bad, sub__c=good, mesh="*NODE\n1, 0, 0, 0\n")
+        self.assertEqual(status, 1)
+        self.assertEqual(errors, "bipot: error: 1 of 3 decks are refused\n")
+        lines = printed.splitlines()
+        self.assertRegex(lines[0], r"^refused   /a.inp:7:1: error: Young's modulus must be positive")
+        self.assertEqual(
+            lines[1:],
+            [
+                "accepted  /b.inp",
+                "no deck   /mesh.inp: it has no *STEP",
+                "accepted  /sub/c.inp",
+                "2 of 3 decks accepted",
+            ],
+        )
+
+    def test_all_accepted(self):
+        status, printed, errors = self.check(a=DECK.format(**PLAIN))
+        self.assertEqual((status, errors), (0, ""))
+        self.assertIn("1 of 1 decks accepted", printed)
+
+    def test_no_deck(self):
+        status, _, errors = self.check()
+        self.assertEqual(status, 1)
+        self.assertIn("no deck (.inp) in", errors)
 
 
 if __name__ == "__main__":
