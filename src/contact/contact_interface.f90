@@ -8,7 +8,8 @@ module contact_interface_mod
   use surfaces_mod, only: nodes_of
   use obstacle_shapes_mod, only: least_gap, normal_along, turns_in_place, has_meshed_master
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t, master_nodes, contact_nodes
+  use contact_points_mod, only: contact_points_t, master_nodes, contact_nodes, n_sides, &
+    faces_of_side, find_side_points
   use rigid_modes_mod, only: free_motions_t, find_free_motions
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use face_overlap_mod, only: outward_normal
@@ -223,36 +224,41 @@ contains
     logical, intent(inout) :: near(:)      !! (n_points) those of the pair are set
     logical, intent(out), optional :: faced(:) !! (n) of faces that are opposite
     type(face_grid_t) :: grid
-    integer, allocatable :: slave(:, :), found(:)
-    integer :: point(scene%mesh%n_nodes), f, i, k
+    integer, allocatable :: slave(:, :), found(:), faces(:), of_side(:, :)
+    integer :: point(scene%mesh%n_nodes), first, last, side, f, i, k
     real(wp) :: way, reach, along(3)
 
-    associate (mesh => scene%mesh, of => scene%pairs(pair), first => points%first(pair), &
-               last => points%first(pair + 1) - 1)
+    if (present(faced)) faced = .false.
+    associate (mesh => scene%mesh, of => scene%pairs(pair))
       allocate (slave, source=nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
-      grid = make_face_grid(master, places)
-      point(points%node(first:last)) = [(i, i=first, last)]
-      near(first:last) = .false.
-      do f = 1, size(slave, 2)
-        associate (x => mesh%coordinates(:, slave(:, f)), i => point(slave(:, f)))
-          way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
-          call faces_near(grid, minval(x, 2) - way, maxval(x, 2) + way, found)
-          if (size(found) > 0) near(i) = .true.
-        end associate
-      end do
-      if (.not. present(faced)) return
-      faced = .false.
-      reach = reach_of_faces(slave, master, places) + of%overlap
-      do f = 1, size(slave, 2)
-        associate (x => mesh%coordinates(:, slave(:, f)), i => point(slave(:, f)))
-          if (.not. any(near(i))) cycle
-          way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
-          along = (reach + way)*abs(outward_normal(x))
-          call faces_near(grid, minval(x, 2) - way - along, maxval(x, 2) + way + along, found)
-          do k = 1, size(found)
-            faced(master(:, found(k))) = .true.
-          end do
-        end associate
+      do side = 1, n_sides(points, pair)
+        call find_side_points(points, pair, side, first, last)
+        call faces_of_side(points, pair, side, faces)
+        of_side = master
+        if (allocated(faces)) of_side = master(:, faces)
+        grid = make_face_grid(of_side, places)
+        point(points%node(first:last)) = [(i, i=first, last)]
+        near(first:last) = .false.
+        do f = 1, size(slave, 2)
+          associate (x => mesh%coordinates(:, slave(:, f)), i => point(slave(:, f)))
+            way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
+            call faces_near(grid, minval(x, 2) - way, maxval(x, 2) + way, found)
+            if (size(found) > 0) near(i) = .true.
+          end associate
+        end do
+        if (.not. present(faced)) cycle
+        reach = reach_of_faces(slave, of_side, places) + of%overlap
+        do f = 1, size(slave, 2)
+          associate (x => mesh%coordinates(:, slave(:, f)), i => point(slave(:, f)))
+            if (.not. any(near(i))) cycle
+            way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
+            along = (reach + way)*abs(outward_normal(x))
+            call faces_near(grid, minval(x, 2) - way - along, maxval(x, 2) + way + along, found)
+            do k = 1, size(found)
+              faced(of_side(:, found(k))) = .true.
+            end do
+          end associate
+        end do
       end do
     end associate
   end subroutine find_near

@@ -5,10 +5,18 @@ module contact_points_mod
   implicit none
   private
 
-  public :: contact_points_t, weights_t, master_nodes, contact_nodes, is_covered, is_across
+  public :: contact_points_t, weights_t, master_sides_t, master_nodes, contact_nodes, is_covered, &
+    is_across, n_sides, faces_of_side, find_side_points
 
-  !> All points of all pairs, one pair after the other, the nodes of a pair ascending: what holds
-  !> before anything is placed.
+  !> What concave edges divide a master of faces into: each side has integrals and points of its
+  !> own, as if it were the master of a pair.
+  type :: master_sides_t
+    integer :: n = 1
+    integer, allocatable :: of_face(:) !! the side of each face; not allocated where there is one
+  end type master_sides_t
+
+  !> All points of all pairs, one pair after the other, side after side of its master, the nodes of
+  !> the slave surface ascending: what holds before anything is placed.
   type :: contact_points_t
     integer :: n = 0
     integer,  allocatable :: pair(:)  !! (n) index into the scene's pairs
@@ -27,6 +35,8 @@ module contact_points_mod
     logical,  allocatable :: in_reach(:)
     !! (n) candidates; the others stay out of the interface, their gaps are watched
     integer,  allocatable :: first(:) !! (n_pairs+1) first point of each pair
+    type(master_sides_t), allocatable :: sides(:)
+    !! (n_pairs) of the masters; not allocated: all have one
     integer,  allocatable :: first_master(:) !! (n_pairs+1) first in `master_node` of each pair
     integer,  allocatable :: master_node(:)
     !! nodes of each pair's master that a placement may give weights to: of an obstacle its
@@ -47,6 +57,40 @@ module contact_points_mod
   end type weights_t
 
 contains
+
+  !> How many sides a pair's master has.
+  pure integer function n_sides(points, pair) result(n)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+
+    n = 1
+    if (allocated(points%sides)) n = points%sides(pair)%n
+  end function n_sides
+
+  !> The faces of one side of a pair's master; not allocated where it is the only one.
+  pure subroutine faces_of_side(points, pair, side, faces)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair, side
+    integer, allocatable, intent(out) :: faces(:)
+    integer :: f
+
+    if (n_sides(points, pair) == 1) return
+    associate (of_face => points%sides(pair)%of_face)
+      faces = pack([(f, f=1, size(of_face))], of_face == side)
+    end associate
+  end subroutine faces_of_side
+
+  !> The points before one side of a pair's master: a run of them, a point a slave node.
+  pure subroutine find_side_points(points, pair, side, first, last)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair, side
+    integer, intent(out) :: first, last
+    integer :: n
+
+    n = (points%first(pair + 1) - points%first(pair))/n_sides(points, pair)
+    last = points%first(pair) + n*side - 1
+    first = last - n + 1
+  end subroutine find_side_points
 
   !> The nodes of a pair's master that may get weights.
   pure function master_nodes(points, pair) result(nodes)

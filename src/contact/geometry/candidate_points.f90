@@ -1,16 +1,18 @@
 !> The candidate contact points of a scene: every node of every slave surface, once an obstacle, and
-!> once a pair of surfaces.
+!> once a side of the master of a pair of surfaces.
 !>
 !> Work and memory grow with the points and the nodes, not with their product with pairs or cards.
 module candidate_points_mod
   use kinds_mod, only: wp
-  use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
+  use obstacle_shapes_mod, only: has_fixed_normals, has_meshed_master, is_before_faces
   use refine_bricks_mod, only: fill_between
   use scene_mod, only: scene_t, contact_gap_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, n_sides
   use local_refinement_mod, only: fold_to_parents, hanging_of
   use mesh_forces_mod, only: add_nodal_areas
+  use master_sides_mod, only: find_sides
   use sorting_mod, only: sort_unique
+  use surfaces_mod, only: nodes_of
   use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
@@ -28,12 +30,17 @@ contains
     type(contact_points_t), intent(out) :: points
     real(wp) :: area(scene%mesh%n_nodes)
     logical, allocatable :: is_new(:)
-    integer :: pair, i, k, slot
+    integer :: pair, side, i, k, slot, begin
 
     allocate (points%first(size(scene%pairs) + 1))
     call list_master_nodes(scene, points)
+    call divide_masters(scene, points)
     call find_new(scene, is_new)
     points%n = count(is_new)
+    do pair = 1, size(scene%pairs)
+      points%n = points%n + (n_sides(points, pair) - 1)* &
+        size(scene%surfaces(scene%pairs(pair)%surface)%nodes)
+    end do
     allocate (points%pair(points%n), points%node(points%n))
     allocate (points%mu(points%n), points%area(points%n), points%is_curved(points%n))
     allocate (points%on_surface(points%n), points%across(3, points%n), source=.false.)
@@ -46,16 +53,20 @@ contains
         call add_nodal_areas(scene%mesh, surface, area)
         if (allocated(scene%mesh%hangs)) call fold_to_parents(scene%mesh%hangs, &
           scene%mesh%between, scene%mesh%n_given, area)
-        do i = 1, size(surface%nodes)
-          slot = slot + 1
-          if (.not. is_new(slot)) cycle
-          k = k + 1
-          points%pair(k) = pair
-          points%node(k) = surface%nodes(i)
-          points%area(k) = area(surface%nodes(i))
-          points%mu(k) = scene%pairs(pair)%mu
-          points%is_curved(k) = .not. has_fixed_normals(scene, pair)
-          points%on_surface(k) = is_before_faces(scene%pairs(pair), scene%obstacles)
+        begin = slot
+        do side = 1, n_sides(points, pair)
+          slot = begin
+          do i = 1, size(surface%nodes)
+            slot = slot + 1
+            if (.not. is_new(slot)) cycle
+            k = k + 1
+            points%pair(k) = pair
+            points%node(k) = surface%nodes(i)
+            points%area(k) = area(surface%nodes(i))
+            points%mu(k) = scene%pairs(pair)%mu
+            points%is_curved(k) = .not. has_fixed_normals(scene, pair)
+            points%on_surface(k) = is_before_faces(scene%pairs(pair), scene%obstacles)
+          end do
         end do
         area = 0.0_wp
       end associate
@@ -63,6 +74,30 @@ contains
     points%first(size(scene%pairs) + 1) = k + 1
     call find_extra_gaps(scene, points)
   end subroutine find_points
+
+  !> Divide masters of faces into their sides.
+  subroutine divide_masters(scene, points)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(inout) :: points
+    integer, allocatable :: side(:)
+    integer :: pair
+
+    allocate (points%sides(size(scene%pairs)))
+    do pair = 1, size(scene%pairs)
+      associate (of => scene%pairs(pair), sides => points%sides(pair))
+        if (has_meshed_master(scene, pair)) then
+          call find_sides(scene%obstacles(of%master)%facet, scene%obstacles(of%master)%corner, side)
+        else if (of%master == 0) then
+          call find_sides(nodes_of(scene%surfaces(of%master_surface)%faces, &
+            scene%mesh%connectivity), scene%mesh%coordinates, side)
+        else
+          cycle
+        end if
+        if (size(side) > 0) sides%n = maxval(side)
+        if (sides%n > 1) call move_alloc(side, sides%of_face)
+      end associate
+    end do
+  end subroutine divide_masters
 
   !> The nodes of every pair's master that may get weights.
   pure subroutine list_master_nodes(scene, points, faced)

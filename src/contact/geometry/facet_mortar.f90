@@ -3,12 +3,13 @@
 module facet_mortar_mod
   use kinds_mod, only: wp
   use obstacles_mod, only: obstacle_t
+  use sorting_mod, only: sort_unique
   use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, &
     face_each_other
   implicit none
   private
 
-  public :: facet_pair_t, join_facets, face_facets, reach_of_facets, reach_of_all_facets, &
+  public :: facet_pair_t, join_facets, corners_of, face_facets, reach_of_facets, reach_of_all_facets, &
     facets_face
 
   !> A slave surface and facets, where both are, as faces over one list of places.
@@ -22,13 +23,16 @@ module facet_mortar_mod
 contains
 
   !> Slave nodes where they are now, and an obstacle as it has turned, moved by `shift`.
-  pure function join_facets(slave, x, obstacle, shift) result(pair)
+  pure function join_facets(slave, x, obstacle, shift, facets) result(pair)
     type(slave_t), intent(in) :: slave
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     type(obstacle_t), intent(in) :: obstacle
     real(wp), intent(in) :: shift(3)      !! [length]
+    integer, intent(in), optional :: facets(:) !! those that count; left out: all
     type(facet_pair_t) :: pair
     integer :: number(0:size(x, 2)), i, n
+    integer :: number_of_corner(0:size(obstacle%corner, 2))
+    integer, allocatable :: corners(:)
 
     n = size(slave%nodes)
     pair%n = n
@@ -38,14 +42,33 @@ contains
     pair%slave%faces = reshape(number([slave%faces]), shape(slave%faces))
     if (allocated(slave%hanging)) pair%slave%hanging = reshape(number([slave%hanging]), &
       shape(slave%hanging))
-    allocate (pair%facet(4, size(obstacle%facet, 2)))
-    allocate (pair%x(3, n + size(obstacle%corner, 2)))
-    pair%facet(:, :) = merge(obstacle%facet + n, 0, obstacle%facet > 0)
+    number_of_corner = [0, (n + i, i=1, size(obstacle%corner, 2))]
+    if (present(facets)) then
+      pair%facet = obstacle%facet(:, facets)
+      corners = corners_of(pair%facet)
+      number_of_corner(corners) = [(n + i, i=1, size(corners))]
+    else
+      pair%facet = obstacle%facet
+      corners = [(i, i=1, size(obstacle%corner, 2))]
+    end if
+    do i = 1, size(pair%facet, 2)
+      pair%facet(:, i) = number_of_corner(pair%facet(:, i))
+    end do
+    allocate (pair%x(3, n + size(corners)))
     pair%x(:, :n) = x(:, slave%nodes)
-    do i = 1, size(obstacle%corner, 2)
-      pair%x(:, n + i) = obstacle%corner(:, i) + shift
+    do i = 1, size(corners)
+      pair%x(:, n + i) = obstacle%corner(:, corners(i)) + shift
     end do
   end function join_facets
+
+  !> The corners of facets, ascending, each once.
+  pure function corners_of(facet) result(corners)
+    integer, intent(in) :: facet(:, :) !! (4,n_facets)
+    integer, allocatable :: corners(:)
+
+    corners = pack(facet, facet > 0)
+    call sort_unique(corners)
+  end function corners_of
 
   !> Normals, areas, and what nodes are apart from where the facets are; rows are empty.
   pure subroutine face_facets(pair, reach, mortar, behind)

@@ -7,10 +7,11 @@ module placement_mod
   use scene_mod, only: scene_t
   use local_refinement_mod, only: hanging_of
   use surfaces_mod, only: nodes_of
-  use contact_points_mod, only: contact_points_t, weights_t, is_across
+  use contact_points_mod, only: contact_points_t, weights_t, is_across, n_sides, faces_of_side, &
+    find_side_points
   use local_frame_mod, only: local_frame
   use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, enough
-  use facet_mortar_mod, only: facet_pair_t, join_facets, face_facets, reach_of_facets, &
+  use facet_mortar_mod, only: facet_pair_t, join_facets, corners_of, face_facets, reach_of_facets, &
     reach_of_all_facets
   implicit none
   private
@@ -115,16 +116,23 @@ contains
     logical, intent(in), optional :: stay
     !! points that count in `placement` do so while next to nothing of them is covered; default: no
 
+    type(obstacle_t) :: obstacle
     logical :: stays
+    integer :: side
 
     stays = .false.
     if (present(stay)) stays = stay
     if (has_meshed_master(scene, pair)) then
-      call place_before_facets(scene, points, pair, u, stays, placement, rotation)
+      obstacle = as_turned(scene, scene%pairs(pair)%master, rotation)
+      do side = 1, n_sides(points, pair)
+        call place_before_facets(scene, points, pair, side, u, stays, obstacle, placement)
+      end do
     else if (scene%pairs(pair)%master > 0) then
       call place_before_obstacle(scene, points, pair, u, placement, rotation)
     else
-      call place_before_surface(scene, points, pair, u, stays, placement)
+      do side = 1, n_sides(points, pair)
+        call place_before_surface(scene, points, pair, side, u, stays, placement)
+      end do
     end if
   end subroutine place
 
@@ -176,97 +184,91 @@ contains
 
   !> Weights, normals and gaps of docs/theory.md (11.2) to (11.4), of the nodes where they are now;
   !> with small sliding of the undeformed mesh, from which gaps then grow linearly.
-  pure subroutine place_before_surface(scene, points, pair, u, stay, placement)
+  pure subroutine place_before_surface(scene, points, pair, side, u, stay, placement)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: pair
+    integer, intent(in) :: pair, side
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
     logical, intent(in) :: stay
     type(placement_t), intent(inout) :: placement
     type(mortar_t) :: mortar
     type(weights_t) :: rows
-    integer :: i, k, j, n
+    integer :: i, k, j, first, last
 
-    associate (first => points%first(pair), last => points%first(pair + 1) - 1)
-      n = last - first + 1
-      call face_surface(scene, points, pair, u, mortar)
-      call place_covered(points, pair, stay, mortar, placement)
-      allocate (rows%first(n + 1), rows%node(size(mortar%weights%node)), &
-        rows%weight(size(mortar%weights%node)))
-      k = 0
-      do i = first, last
-        associate (here => i - first + 1)
-          rows%first(here) = k + 1
-          if (.not. placement%weights%covers(i)) cycle
-          placement%reference(:, i) = u(:, points%node(i))
-          do j = mortar%weights%first(here), mortar%weights%first(here + 1) - 1
-            associate (node => mortar%weights%node(j), weight => mortar%weights%weight(j))
-              if (.not. abs(weight) > 0.0_wp) cycle
-              k = k + 1
-              rows%node(k) = node
-              rows%weight(k) = weight
-              placement%reference(:, i) = placement%reference(:, i) - weight*u(:, node)
-            end associate
-          end do
-          if (scene%pairs(pair)%small_sliding) placement%gap(i) = placement%gap(i) + &
-            dot_product(mortar%normal(:, here), placement%reference(:, i))
-        end associate
-      end do
-      rows%first(n + 1) = k + 1
-      call replace_rows(placement%weights, first, rows%first, rows%node(:k), rows%weight(:k))
-    end associate
+    call find_side_points(points, pair, side, first, last)
+    call face_surface(scene, points, pair, side, u, mortar)
+    call place_covered(points, first, stay, mortar, placement)
+    allocate (rows%first(last - first + 2), rows%node(size(mortar%weights%node)), &
+      rows%weight(size(mortar%weights%node)))
+    k = 0
+    do i = first, last
+      associate (here => i - first + 1)
+        rows%first(here) = k + 1
+        if (.not. placement%weights%covers(i)) cycle
+        placement%reference(:, i) = u(:, points%node(i))
+        do j = mortar%weights%first(here), mortar%weights%first(here + 1) - 1
+          associate (node => mortar%weights%node(j), weight => mortar%weights%weight(j))
+            if (.not. abs(weight) > 0.0_wp) cycle
+            k = k + 1
+            rows%node(k) = node
+            rows%weight(k) = weight
+            placement%reference(:, i) = placement%reference(:, i) - weight*u(:, node)
+          end associate
+        end do
+        if (scene%pairs(pair)%small_sliding) placement%gap(i) = placement%gap(i) + &
+          dot_product(mortar%normal(:, here), placement%reference(:, i))
+      end associate
+    end do
+    rows%first(last - first + 2) = k + 1
+    call replace_rows(placement%weights, first, rows%first, rows%node(:k), rows%weight(:k))
   end subroutine place_before_surface
 
   !> The same before facets of an obstacle, wherever it has turned and moved to: what covers a point
   !> moves as its reference node does, with weight 1.
-  pure subroutine place_before_facets(scene, points, pair, u, stay, placement, rotation)
+  pure subroutine place_before_facets(scene, points, pair, side, u, stay, obstacle, placement)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: pair
+    integer, intent(in) :: pair, side
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
     logical, intent(in) :: stay
+    type(obstacle_t), intent(in) :: obstacle !! as it has turned
     type(placement_t), intent(inout) :: placement
-    real(wp), intent(in), optional :: rotation(:, :) !! as of `place`
-    type(obstacle_t) :: obstacle
     type(mortar_t) :: mortar
     type(weights_t) :: rows
     real(wp) :: shift(3)
-    integer :: i, k
+    integer :: i, k, first, last
 
-    associate (master => scene%pairs(pair)%master, &
-               first => points%first(pair), last => points%first(pair + 1) - 1)
-      obstacle = as_turned(scene, master, rotation)
-      shift = shift_of(obstacle, u)
-      call face_obstacle(scene, points, pair, u, obstacle, shift, mortar)
-      call place_covered(points, pair, stay, mortar, placement)
-      allocate (rows%first(last - first + 2))
-      k = 1
-      do i = first, last
-        rows%first(i - first + 1) = k
-        placement%apart(:, i) = 0.0_wp
-        if (.not. placement%weights%covers(i)) cycle
-        if (obstacle%ref_node > 0) k = k + 1
-        placement%apart(:, i) = mortar%apart(:, i - first + 1)
-        placement%reference(:, i) = u(:, points%node(i)) - shift
-      end do
-      rows%first(last - first + 2) = k
-      call replace_rows(placement%weights, first, rows%first, spread(obstacle%ref_node, 1, k - 1), &
-        spread(1.0_wp, 1, k - 1))
-    end associate
+    call find_side_points(points, pair, side, first, last)
+    shift = shift_of(obstacle, u)
+    call face_obstacle(scene, points, pair, side, u, obstacle, mortar)
+    call place_covered(points, first, stay, mortar, placement)
+    allocate (rows%first(last - first + 2))
+    k = 1
+    do i = first, last
+      rows%first(i - first + 1) = k
+      placement%apart(:, i) = 0.0_wp
+      if (.not. placement%weights%covers(i)) cycle
+      if (obstacle%ref_node > 0) k = k + 1
+      placement%apart(:, i) = mortar%apart(:, i - first + 1)
+      placement%reference(:, i) = u(:, points%node(i)) - shift
+    end do
+    rows%first(last - first + 2) = k
+    call replace_rows(placement%weights, first, rows%first, spread(obstacle%ref_node, 1, k - 1), &
+      spread(1.0_wp, 1, k - 1))
   end subroutine place_before_facets
 
   !> Normals, gaps and areas of the points that faces cover, and which these are.
-  pure subroutine place_covered(points, pair, stay, mortar, placement)
+  pure subroutine place_covered(points, first, stay, mortar, placement)
     type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: pair
-    logical, intent(in) :: stay            !! as of `place`
-    type(mortar_t), intent(inout) :: mortar !! of the points of the pair; normals turn into planes
+    integer, intent(in) :: first            !! of these points
+    logical, intent(in) :: stay             !! as of `place`
+    type(mortar_t), intent(inout) :: mortar !! of these points; normals turn into planes
     type(placement_t), intent(inout) :: placement
     integer :: i
     logical :: counts
 
-    do i = points%first(pair), points%first(pair + 1) - 1
-      associate (here => i - points%first(pair) + 1, covers => placement%weights%covers)
+    do i = first, first + size(mortar%area) - 1
+      associate (here => i - first + 1, covers => placement%weights%covers)
         counts = mortar%area(here) > enough*mortar%whole_area(here)
         if (stay .and. covers(i)) counts = mortar%area(here) > &
           enough_to_stay*mortar%whole_area(here)
@@ -293,27 +295,32 @@ contains
     end do
   end subroutine place_covered
 
-  !> What the nodes of a slave surface face of an obstacle of facets where it stands.
-  pure subroutine face_obstacle(scene, points, pair, u, obstacle, shift, mortar)
+  !> What the nodes of a slave surface face of one side of an obstacle of facets where it stands.
+  pure subroutine face_obstacle(scene, points, pair, side, u, obstacle, mortar)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: pair
+    integer, intent(in) :: pair, side
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
     type(obstacle_t), intent(in) :: obstacle !! as it has turned
-    real(wp), intent(in) :: shift(3)      !! [length]
-    type(mortar_t), intent(out) :: mortar !! of the points of the pair
-    real(wp) :: x(3, scene%mesh%n_nodes), reach
-    real(wp), dimension(3, size(obstacle%corner, 2)) :: way
+    type(mortar_t), intent(out) :: mortar !! of the points before the side
+    real(wp) :: x(3, scene%mesh%n_nodes), shift(3), reach
+    real(wp), allocatable :: way(:, :)    !! (3,n) of the corners of the side [length]
+    integer, allocatable :: facets(:)     !! of the side; not allocated: all
     type(facet_pair_t) :: now
+    integer :: first, last
 
-    associate (of => scene%pairs(pair), mesh => scene%mesh, &
-               s => points%node(points%first(pair):points%first(pair + 1) - 1))
-      way = obstacle%corner + spread(shift, 2, size(way, 2)) - scene%obstacles(of%master)%corner
+    call find_side_points(points, pair, side, first, last)
+    call faces_of_side(points, pair, side, facets)
+    shift = shift_of(obstacle, u)
+    associate (of => scene%pairs(pair), mesh => scene%mesh, s => points%node(first:last))
+      way = obstacle%corner + spread(shift, 2, size(obstacle%corner, 2)) - &
+        scene%obstacles(of%master)%corner
+      if (allocated(facets)) way = way(:, corners_of(obstacle%facet(:, facets)))
       ! What came to overlap has moved as far.
       x = 0.0_wp
       x(:, s) = mesh%coordinates(:, s) + u(:, s)
       now = join_facets(slave_t(nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), s, &
-        hanging_of(mesh%hangs, mesh%between, mesh%n_given, s)), x, obstacle, shift)
+        hanging_of(mesh%hangs, mesh%between, mesh%n_given, s)), x, obstacle, shift, facets)
       reach = reach_of_facets(now) + of%overlap + &
         norm2(max(maxval(u(:, s), 2) - minval(way, 2), maxval(way, 2) - minval(u(:, s), 2)))
       call face_facets(now, reach, mortar)
@@ -323,27 +330,33 @@ contains
     end associate
   end subroutine face_obstacle
 
-  !> What the nodes of a slave surface face where `u` takes them, or with small sliding where they
-  !> are in the mesh.
-  pure subroutine face_surface(scene, points, pair, u, mortar)
+  !> What the nodes of a slave surface face of one side of a surface where `u` takes them, or with
+  !> small sliding where they are in the mesh.
+  pure subroutine face_surface(scene, points, pair, side, u, mortar)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: pair
+    integer, intent(in) :: pair, side
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
-    type(mortar_t), intent(out) :: mortar !! of the points of the pair
+    type(mortar_t), intent(out) :: mortar !! of the points before the side
     real(wp) :: x(3, scene%mesh%n_nodes), reach
     type(slave_t) :: slave
-    integer, allocatable :: master(:, :)
+    integer, allocatable :: master(:, :), faces(:), m(:)
     logical :: is_apart
+    integer :: first, last
 
-    associate (of => scene%pairs(pair), mesh => scene%mesh, &
-               slave_nodes => points%node(points%first(pair):points%first(pair + 1) - 1), &
-               s => scene%surfaces(scene%pairs(pair)%surface)%nodes, &
-               m => scene%surfaces(scene%pairs(pair)%master_surface)%nodes)
+    call find_side_points(points, pair, side, first, last)
+    call faces_of_side(points, pair, side, faces)
+    associate (of => scene%pairs(pair), mesh => scene%mesh, slave_nodes => points%node(first:last), &
+               s => scene%surfaces(scene%pairs(pair)%surface)%nodes)
       slave = slave_t(nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), slave_nodes, &
         hanging_of(mesh%hangs, mesh%between, mesh%n_given, slave_nodes))
       allocate (master, source=nodes_of(scene%surfaces(of%master_surface)%faces, &
         mesh%connectivity))
+      m = scene%surfaces(of%master_surface)%nodes
+      if (allocated(faces)) then
+        master = master(:, faces)
+        m = corners_of(master)
+      end if
       x = 0.0_wp
       x(:, s) = mesh%coordinates(:, s)
       x(:, m) = mesh%coordinates(:, m)

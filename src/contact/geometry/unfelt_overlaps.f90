@@ -6,7 +6,7 @@ module unfelt_overlaps_mod
   use mesh_mod, only: mesh_t
   use surfaces_mod, only: surface_t, nodes_of
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, n_sides, find_side_points
   use increment_report_mod, only: contact_fields_t
   use obstacle_shapes_mod, only: is_before_faces
   use placement_mod, only: no_gap
@@ -32,51 +32,52 @@ contains
     logical, intent(out) :: is_missed
     type(face_entry_t) :: found
     logical :: missed
-    integer :: pair
+    integer :: pair, side
 
     is_missed = .false.
     do pair = 1, size(scene%pairs)
       associate (of => scene%pairs(pair))
         if (of%small_sliding .or. .not. is_before_faces(of, scene%obstacles)) cycle
-        found = of_pair(scene, points, contact, allowed, pair)
-        if (.not. found%depth > 0.0_wp) cycle
-        missed = found%depth > allowed + hollowness(scene%mesh, scene%surfaces(of%surface)) + &
-          hollowness_of_master(scene, pair)
-        if (is_missed .and. .not. missed) cycle
-        if (found%depth > deepest%depth .or. (missed .and. .not. is_missed)) deepest = found
-        is_missed = missed
+        do side = 1, n_sides(points, pair)
+          found = of_side(scene, points, contact, allowed, pair, side)
+          if (.not. found%depth > 0.0_wp) cycle
+          missed = found%depth > allowed + hollowness(scene%mesh, scene%surfaces(of%surface)) + &
+            hollowness_of_master(scene, pair)
+          if (is_missed .and. .not. missed) cycle
+          if (found%depth > deepest%depth .or. (missed .and. .not. is_missed)) deepest = found
+          is_missed = missed
+        end do
       end associate
     end do
   end subroutine find_unfelt_overlap
 
-  pure function of_pair(scene, points, contact, allowed, pair) result(deepest)
+  pure function of_side(scene, points, contact, allowed, pair, side) result(deepest)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact
     real(wp), intent(in) :: allowed !! [length]
-    integer, intent(in) :: pair
+    integer, intent(in) :: pair, side
     type(face_entry_t) :: deepest
     type(face_entry_t), allocatable :: dents(:)
     integer, allocatable :: faces(:, :)
     real(wp), allocatable :: depth(:)           !! (n_nodes) in the faces about it [length]
     logical, allocatable :: on_it(:), near(:)   !! (n_nodes) touching; of faces with such a node
-    integer :: i, f
+    integer :: i, f, first, last
 
-    associate (first => points%first(pair), last => points%first(pair + 1) - 1)
-      if (.not. any(min(contact%least_gap(first:last), contact%unplaced_gap(first:last)) < &
-                    -allowed)) return
-      allocate (depth(scene%mesh%n_nodes), source=no_gap)
-      allocate (on_it(scene%mesh%n_nodes), source=.false.)
-      do i = first, last
-        if (contact%unplaced_gap(i) < 0.5_wp*no_gap) depth(points%node(i)) = &
-          -contact%unplaced_gap(i)
-        if (.not. contact%gap(i) < 0.5_wp*no_gap) cycle
-        depth(points%node(i)) = -contact%least_gap(i)
-        ! On it without a force: about to touch, or held there.
-        on_it(points%node(i)) = any(abs(contact%reaction(:, i)) > 0.0_wp) .or. &
-          contact%gap(i) <= allowed
-      end do
-    end associate
+    call find_side_points(points, pair, side, first, last)
+    if (.not. any(min(contact%least_gap(first:last), contact%unplaced_gap(first:last)) < &
+                  -allowed)) return
+    allocate (depth(scene%mesh%n_nodes), source=no_gap)
+    allocate (on_it(scene%mesh%n_nodes), source=.false.)
+    do i = first, last
+      if (contact%unplaced_gap(i) < 0.5_wp*no_gap) depth(points%node(i)) = &
+        -contact%unplaced_gap(i)
+      if (.not. contact%gap(i) < 0.5_wp*no_gap) cycle
+      depth(points%node(i)) = -contact%least_gap(i)
+      ! On it without a force: about to touch, or held there.
+      on_it(points%node(i)) = any(abs(contact%reaction(:, i)) > 0.0_wp) .or. &
+        contact%gap(i) <= allowed
+    end do
     faces = nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, scene%mesh%connectivity)
     near = on_it
     allocate (dents(0))
@@ -90,7 +91,7 @@ contains
       end associate
     end do
     deepest = deepest_untouched(dents, near)
-  end function of_pair
+  end function of_side
 
   pure real(wp) function hollowness_of_master(scene, pair) result(rise)
     type(scene_t), intent(in) :: scene

@@ -1,0 +1,349 @@
+!> The sides of a master: what concave edges divide it into, each with integrals of its own.
+!>
+!> Normals and gaps before faces are means over what a node faces. Across a concave edge such a mean
+!> bars neither face: of a floor and a wall it has one normal between both. docs/theory.md (11.14).
+module master_sides_mod
+  use kinds_mod, only: wp
+  use growing_lists_mod, only: append
+  use small_matrix_mod, only: cross
+  use sorting_mod, only: number_columns, order_of, order_of_columns
+  use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
+  use face_overlap_mod, only: outward_normal
+  implicit none
+  private
+
+  public :: find_sides
+
+  !> Pairs of faces that meet at an edge.
+  type :: joints_t
+    integer :: n = 0
+    integer, allocatable :: joint(:, :)
+    !! (3,n) two faces, the angle between their normals in degrees; -1: at a concave edge
+  end type joints_t
+
+  !> Faces that are joined: trees with one root each, and the concave edges at every tree.
+  type :: forest_t
+    integer, allocatable :: parent(:) !! (n_faces) 0: a root
+    integer, allocatable :: n_faces(:), n(:) !! (n_faces) of the tree of a root: faces, concave edges
+    integer, allocatable :: first(:), last(:) !! (n_faces) of the list of these; 0: there are none
+    integer, allocatable :: next(:)   !! (2*n_concave) the list goes on here
+    integer, allocatable :: beyond(:) !! (2*n_concave) the face on the other side of the edge
+  end type forest_t
+
+  real(wp), parameter :: pi = acos(-1.0_wp)
+  ! Polygons of twelve edges stand for a circle, in single precision too.
+  real(wp), parameter :: sharp = cos(30.01_wp*pi/180.0_wp)
+  real(wp), parameter :: folded = 1.0e-3_wp !! sine of an angle: of the two sides of a sheet [-]
+  real(wp), parameter :: flush = 1.0e-4_wp
+  !! of an edge: further apart no deck's digits put edges that are one [-]
+  integer,  parameter :: concave = -1       !! in place of an angle
+
+contains
+
+  !> The side that each face of a master belongs to, from 1; all to one where no edge is concave by
+  !> more than 30 degrees.
+  !>
+  !> Faces are joined across edges, the flattest first, unless this would join both faces of a
+  !> concave edge. So an edge that ends within a surface divides it too, along other edges as sharp
+  !> as can be. What is joined then gets the lowest number that nothing beyond a concave edge has:
+  !> there are as few sides as that takes, and sides need not be connected.
+  subroutine find_sides(faces, x, side)
+    integer, intent(in) :: faces(:, :)          !! (4,n_faces) nodes; the fourth is 0 in a triangle
+    real(wp), intent(in) :: x(:, :)             !! (3,n_nodes) [length]
+    integer, allocatable, intent(out) :: side(:) !! (n_faces)
+    type(joints_t) :: joints
+    type(forest_t) :: forest
+
+    allocate (side(size(faces, 2)), source=1)
+    call find_joints(faces, x, joints)
+    if (.not. any(joints%joint(3, :joints%n) == concave)) return
+    call join_faces(size(faces, 2), joints, forest)
+    call number_sides(forest, side)
+  end subroutine find_sides
+
+  !> Find all pairs of faces that meet: at an edge of both, or where the edge of one lies on another.
+  pure subroutine find_joints(faces, x, joints)
+    integer, intent(in) :: faces(:, :)
+    real(wp), intent(in) :: x(:, :)       !! [length]
+    type(joints_t), intent(out) :: joints
+    integer, allocatable :: edge(:, :)    !! (4,n_edges) its ends, the face, its place there
+    integer, allocatable :: order(:), open(:)
+    integer :: i, k, l, last, n_open
+
+    call list_edges(faces, x, edge)
+    call order_of_columns(edge(:2, :), order)
+    allocate (joints%joint(3, size(edge, 2)), open(0))
+    n_open = 0
+    i = 1
+    do while (i <= size(order))
+      last = i
+      do while (last < size(order))
+        if (any(edge(:2, order(last + 1)) /= edge(:2, order(i)))) exit
+        last = last + 1
+      end do
+      if (last == i) call append(open, n_open, order(i))
+      do k = i, last - 1
+        do l = k + 1, last
+          call add_joint(faces, x, edge(3:, order(k)), edge(3:, order(l)), joints)
+        end do
+      end do
+      i = last + 1
+    end do
+    call join_open_edges(faces, x, edge(3:, open(:n_open)), joints)
+  end subroutine find_joints
+
+  !> The edges of all faces, by places: nodes at one place are one.
+  pure subroutine list_edges(faces, x, edge)
+    integer, intent(in) :: faces(:, :)
+    real(wp), intent(in) :: x(:, :)       !! [length]
+    integer, allocatable, intent(out) :: edge(:, :) !! (4,n_edges) as in `find_joints`
+    integer :: number(size(x, 2)), f, k, m, n, ends(2)
+    integer, allocatable :: used(:), place(:)
+
+    number = 0
+    do k = 1, 4
+      do f = 1, size(faces, 2)
+        if (faces(k, f) > 0) number(faces(k, f)) = 1
+      end do
+    end do
+    used = pack([(k, k=1, size(number))], number > 0)
+    call number_columns(x(:, used), place)
+    number(used) = place
+    allocate (edge(4, count(faces > 0)))
+    n = 0
+    do f = 1, size(faces, 2)
+      m = count(faces(:, f) > 0)
+      do k = 1, m
+        ends = number(faces([k, 1 + mod(k, m)], f))
+        n = n + 1
+        edge(:, n) = [minval(ends), maxval(ends), f, k]
+      end do
+    end do
+  end subroutine list_edges
+
+  !> Add two faces with an edge of both.
+  pure subroutine add_joint(faces, x, one, other, joints)
+    integer, intent(in) :: faces(:, :)
+    real(wp), intent(in) :: x(:, :)                !! [length]
+    integer, intent(in), dimension(2) :: one, other !! a face, the place of the edge there
+    type(joints_t), intent(inout) :: joints
+    real(wp), dimension(3) :: n, m
+
+    n = normal_of(faces, x, one(1))
+    m = normal_of(faces, x, other(1))
+    call append(joints%joint, joints%n, [one(1), other(1), angle_between(n, m, &
+      dot_product(m, inward_from(faces, x, one)) > folded .and. &
+      dot_product(n, inward_from(faces, x, other)) > folded)])
+  end subroutine add_joint
+
+  !> Add faces with an edge that is no other's, and those on which its middle lies: meshes on both
+  !> sides of an edge may differ, and a wall may stand on the middle of a face.
+  pure subroutine join_open_edges(faces, x, open, joints)
+    integer, intent(in) :: faces(:, :)
+    real(wp), intent(in) :: x(:, :)       !! [length]
+    integer, intent(in) :: open(:, :)     !! (2,n) a face, the place of the edge there
+    type(joints_t), intent(inout) :: joints
+    type(face_grid_t) :: grid
+    integer, allocatable :: near(:)
+    real(wp) :: ends(3, 2), middle(3), close_by, n(3), m(3)
+    integer :: i, k
+    logical :: is_on, is_at_rim, faces_it
+
+    if (size(open, 2) < 2) return
+    grid = make_face_grid(faces, x)
+    do i = 1, size(open, 2)
+      ends = ends_of(faces, x, open(:, i))
+      middle = 0.5_wp*(ends(:, 1) + ends(:, 2))
+      close_by = flush*norm2(ends(:, 2) - ends(:, 1))
+      call faces_near(grid, middle - close_by, middle + close_by, near)
+      do k = 1, size(near)
+        if (near(k) == open(1, i)) cycle
+        call find_place(faces, x, near(k), middle, close_by, is_on, is_at_rim)
+        if (.not. is_on) cycle
+        n = normal_of(faces, x, open(1, i))
+        m = normal_of(faces, x, near(k))
+        ! A wall at the rim of a floor may be turned away from it.
+        faces_it = .true.
+        if (is_at_rim) faces_it = dot_product(n, middle_of(faces, x, near(k)) - middle) > &
+          folded*norm2(middle_of(faces, x, near(k)) - middle)
+        call append(joints%joint, joints%n, [open(1, i), near(k), angle_between(n, m, faces_it &
+          .and. dot_product(m, inward_from(faces, x, open(:, i))) > folded)])
+      end do
+    end do
+  end subroutine join_open_edges
+
+  !> Whether a place lies on a face, and whether at one of its edges.
+  pure subroutine find_place(faces, x, f, place, close_by, is_on, is_at_rim)
+    integer, intent(in) :: faces(:, :)
+    real(wp), intent(in) :: x(:, :)       !! [length]
+    integer, intent(in) :: f
+    real(wp), intent(in) :: place(3), close_by !! [length]
+    logical, intent(out) :: is_on, is_at_rim
+    real(wp) :: ends(3, 2), along(3), arm(3), normal(3), t
+    integer :: k
+
+    normal = normal_of(faces, x, f)
+    is_on = abs(dot_product(normal, place - middle_of(faces, x, f))) <= close_by
+    is_at_rim = .false.
+    do k = 1, count(faces(:, f) > 0)
+      ends = ends_of(faces, x, [f, k])
+      along = ends(:, 2) - ends(:, 1)
+      arm = place - ends(:, 1)
+      t = max(0.0_wp, min(1.0_wp, dot_product(arm, along)/max(sum(along**2), tiny(1.0_wp))))
+      is_at_rim = is_at_rim .or. norm2(arm - t*along) <= close_by
+      is_on = is_on .and. dot_product(cross(along, arm), normal) >= 0.0_wp
+    end do
+    is_on = is_on .or. is_at_rim
+  end subroutine find_place
+
+  !> The angle between two normals in degrees; of a concave edge, where it is more than 30, `concave`.
+  pure integer function angle_between(n, m, turns_in) result(angle)
+    real(wp), intent(in) :: n(3), m(3)
+    logical, intent(in) :: turns_in !! the edge is concave, by whatever angle
+    real(wp) :: cosine
+
+    cosine = max(-1.0_wp, min(1.0_wp, dot_product(n, m)))
+    angle = nint(acos(cosine)*180.0_wp/pi)
+    if (turns_in .and. cosine < sharp) angle = concave
+  end function angle_between
+
+  pure function normal_of(faces, x, f) result(n)
+    integer, intent(in) :: faces(:, :), f
+    real(wp), intent(in) :: x(:, :)
+    real(wp) :: n(3)
+
+    n = outward_normal(x(:, faces(:count(faces(:, f) > 0), f)))
+  end function normal_of
+
+  pure function middle_of(faces, x, f) result(middle)
+    integer, intent(in) :: faces(:, :), f
+    real(wp), intent(in) :: x(:, :)
+    real(wp) :: middle(3)
+
+    associate (n => count(faces(:, f) > 0))
+      middle = sum(x(:, faces(:n, f)), dim=2)/real(n, wp)
+    end associate
+  end function middle_of
+
+  !> The ends of an edge: a face, its place there.
+  pure function ends_of(faces, x, edge) result(ends)
+    integer, intent(in) :: faces(:, :), edge(2)
+    real(wp), intent(in) :: x(:, :)
+    real(wp) :: ends(3, 2)
+
+    ends = x(:, faces([edge(2), 1 + mod(edge(2), count(faces(:, edge(1)) > 0))], edge(1)))
+  end function ends_of
+
+  !> The unit vector from an edge into its face, across the edge.
+  pure function inward_from(faces, x, edge) result(inward)
+    integer, intent(in) :: faces(:, :), edge(2)
+    real(wp), intent(in) :: x(:, :)
+    real(wp) :: inward(3)
+    real(wp) :: ends(3, 2)
+
+    ends = ends_of(faces, x, edge)
+    inward = cross(normal_of(faces, x, edge(1)), ends(:, 2) - ends(:, 1))
+    inward = inward/max(norm2(inward), tiny(1.0_wp))
+  end function inward_from
+
+  !> Join faces across edges, the flattest first, where no concave edge is between what is joined.
+  subroutine join_faces(n_faces, joints, forest)
+    integer, intent(in) :: n_faces
+    type(joints_t), intent(in) :: joints
+    type(forest_t), intent(out) :: forest
+    integer, allocatable :: order(:)
+    integer :: i, k
+
+    allocate (forest%parent(n_faces), forest%n(n_faces), forest%first(n_faces), source=0)
+    allocate (forest%last(n_faces), source=0)
+    allocate (forest%n_faces(n_faces), source=1)
+    associate (angle => joints%joint(3, :joints%n), face => joints%joint(:2, :joints%n))
+      allocate (forest%next(2*count(angle == concave)), source=0)
+      allocate (forest%beyond(size(forest%next)), source=0)
+      k = 0
+      do i = 1, joints%n
+        if (angle(i) /= concave) cycle
+        call add_concave(face(1, i), face(2, i))
+        call add_concave(face(2, i), face(1, i))
+      end do
+      call order_of(angle, order)
+      do i = 1, joints%n
+        if (angle(order(i)) == concave) cycle
+        call join_two(root_of(forest, face(1, order(i))), root_of(forest, face(2, order(i))))
+      end do
+    end associate
+
+  contains
+
+    subroutine add_concave(one, other)
+      integer, intent(in) :: one, other !! faces
+
+      k = k + 1
+      forest%beyond(k) = other
+      forest%next(k) = forest%first(one)
+      forest%first(one) = k
+      if (forest%last(one) == 0) forest%last(one) = k
+      forest%n(one) = forest%n(one) + 1
+    end subroutine add_concave
+
+    subroutine join_two(one, other)
+      integer, intent(in) :: one, other !! roots
+      integer :: small, large, entry, opposite
+
+      if (one == other) return
+      ! The shorter list tells as well whether a concave edge is between them.
+      entry = forest%first(merge(one, other, forest%n(one) <= forest%n(other)))
+      opposite = merge(other, one, forest%n(one) <= forest%n(other))
+      do while (entry > 0)
+        if (root_of(forest, forest%beyond(entry)) == opposite) return
+        entry = forest%next(entry)
+      end do
+      small = merge(one, other, forest%n_faces(one) <= forest%n_faces(other))
+      large = one + other - small
+      forest%parent(small) = large
+      forest%n_faces(large) = forest%n_faces(large) + forest%n_faces(small)
+      if (forest%n(small) == 0) return
+      forest%next(forest%last(small)) = forest%first(large)
+      forest%first(large) = forest%first(small)
+      if (forest%last(large) == 0) forest%last(large) = forest%last(small)
+      forest%n(large) = forest%n(large) + forest%n(small)
+    end subroutine join_two
+
+  end subroutine join_faces
+
+  pure integer function root_of(forest, face) result(root)
+    type(forest_t), intent(in) :: forest
+    integer, intent(in) :: face
+
+    root = face
+    do while (forest%parent(root) > 0)
+      root = forest%parent(root)
+    end do
+  end function root_of
+
+  !> Give each tree the lowest number that no tree beyond its concave edges has, in the order of
+  !> their first faces.
+  pure subroutine number_sides(forest, side)
+    type(forest_t), intent(in) :: forest
+    integer, intent(inout) :: side(:) !! (n_faces)
+    integer :: of_root(size(side)), f, root, entry
+    logical, allocatable :: taken(:)
+
+    of_root = 0
+    do f = 1, size(side)
+      root = root_of(forest, f)
+      if (of_root(root) == 0) then
+        allocate (taken(0:maxval(of_root) + 1), source=.false.)
+        entry = forest%first(root)
+        do while (entry > 0)
+          taken(of_root(root_of(forest, forest%beyond(entry)))) = .true.
+          entry = forest%next(entry)
+        end do
+        of_root(root) = findloc(taken(1:), .false., dim=1)
+        deallocate (taken)
+      end if
+      side(f) = of_root(root)
+    end do
+  end subroutine number_sides
+
+end module master_sides_mod
