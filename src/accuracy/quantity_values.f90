@@ -174,7 +174,9 @@ contains
 
     pressure = -1.0_wp
     do i = points%first(pair), points%first(pair + 1) - 1
-      pressure(points%node(i)) = largest_pressure(contact, i, i)
+      associate (at_node => pressure(points%node(i)))
+        at_node = max(at_node, largest_pressure(contact, i, i))
+      end associate
     end do
     at = maxloc(pressure, dim=1)
     beside = max(0.0_wp, pressure(at))
@@ -215,8 +217,10 @@ contains
         mine = reshape(in_direction(spread(sum(vectors(:, nodes), 2), 2, 1)), shape(mine))
         largest = sum(norm2(vectors(:, nodes), dim=1))
       case default
-        vectors = numbers_at_nodes(scene, points, state, report)
+        vectors = numbers_at_nodes(scene, points, state, report, .true.)
         mine = vectors(1, nodes)
+        if (scene%accuracy%of == accuracy_of_pressure) vectors = numbers_at_nodes(scene, points, &
+          state, report, .false.)
         largest = maxval(vectors)
         if (scene%accuracy%of == accuracy_of_slip) values(n + 2) = largest_displacement( &
           scene%mesh, state)
@@ -240,11 +244,12 @@ contains
 
   !> At each node the von Mises stress, or of its contact points the pressures together or the
   !> longest slip.
-  function numbers_at_nodes(scene, points, state, report) result(values)
+  function numbers_at_nodes(scene, points, state, report, all_points) result(values)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: state
     type(increment_report_t), intent(in) :: report
+    logical, intent(in) :: all_points !! as of `add_contact_pressures`
     real(wp), allocatable :: values(:, :) !! (1,n_nodes)
     type(tensor_field_t) :: strain, stress
     integer :: i
@@ -257,7 +262,7 @@ contains
       return
     end if
     if (scene%accuracy%of == accuracy_of_pressure) then
-      call add_contact_pressures(points, report%contact, values(1, :))
+      call add_contact_pressures(points, report%contact, values(1, :), all_points)
       return
     end if
     do i = 1, points%n

@@ -1,10 +1,9 @@
-!> Sorting whole numbers, and finding what is equal by sorting it.
+!> Sorting whole numbers.
 module sorting_mod
-  use kinds_mod, only: wp
   implicit none
   private
 
-  public :: order_of, order_of_columns, number_columns, sort_ascending, sort_unique
+  public :: order_of, order_of_columns, sort_ascending, sort_unique
 
 contains
 
@@ -65,25 +64,6 @@ contains
       order(:) = order(of_entry)
     end do
   end subroutine order_of_columns
-
-  !> Number columns of reals by their entries: equal ones have the index of the first of them.
-  pure subroutine number_columns(x, number)
-    real(wp), intent(in) :: x(:, :)
-    integer, allocatable, intent(out) :: number(:) !! (size(x, 2))
-    integer, allocatable :: key(:, :), order(:)
-    integer :: i, per_column
-
-    ! Bits tell reals apart, once there is one zero.
-    per_column = storage_size(x)/storage_size(i)*size(x, 1)
-    key = reshape(transfer(x + 0.0_wp, [integer ::]), [per_column, size(x, 2)])
-    call order_of_columns(key, order)
-    allocate (number(size(order)))
-    do i = 1, size(order)
-      number(order(i)) = order(i)
-      if (i == 1) cycle
-      if (all(key(:, order(i)) == key(:, order(i - 1)))) number(order(i)) = number(order(i - 1))
-    end do
-  end subroutine number_columns
 
   !> Sort a short list, of a few dozen entries at most: insertion sort.
   pure subroutine sort_ascending(list)

@@ -7,7 +7,7 @@ module describe_contact_mod
   use increment_report_mod, only: contact_fields_t, status_open, status_stick, &
     status_slide
   use problem_mod, only: natural_map
-  use placement_mod, only: placement_t, no_gap
+  use placement_mod, only: placement_t, no_gap, find_partly_covered
   use transfer_mod, only: relative_motion, gap_at
   use condensed_contact_mod, only: condensed_contact_t, contact_group_t
   implicit none
@@ -29,6 +29,7 @@ contains
     contact%frame = placement%frame
     contact%weights = placement%weights
     contact%covered_area = placement%covered_area
+    contact%is_partly_covered = find_partly_covered(points, placement)
     contact%least_gap = placement%least_gap
     contact%unplaced_gap = placement%unplaced_gap
     contact%apart = placement%apart

@@ -38,13 +38,15 @@ contains
   end subroutine add_contact_forces
 
   !> Add the normal reactions over the areas of their points to the pressures of the nodes.
-  pure subroutine add_contact_pressures(points, contact, pressures)
+  pure subroutine add_contact_pressures(points, contact, pressures, all_points)
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact
     real(wp), intent(inout) :: pressures(:) !! (n_nodes) [force/length^2]
+    logical, intent(in) :: all_points !! false: those that are partly covered are left out
     integer :: i
 
     do i = 1, points%n
+      if (contact%is_partly_covered(i) .and. .not. all_points) cycle
       associate (node => points%node(i), area => contact%covered_area(i))
         if (area > 0.0_wp) pressures(node) = pressures(node) + contact%reaction(1, i)/area
       end associate

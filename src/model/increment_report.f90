@@ -64,6 +64,8 @@ module increment_report_mod
     !! (n_points) `no_gap` where no master covers the point [length]
     real(wp), allocatable :: covered_area(:)
     !! (n_points) of the node's area what its master covers [length^2]
+    logical, allocatable :: is_partly_covered(:)
+    !! (n_points) less than half of what is turned towards it: no pressure to be compared
     real(wp), allocatable :: least_gap(:)
     !! (n_points) before faces: in the faces about the node, at points of the quadrature; elsewhere
     !! the gap [length]
@@ -141,6 +143,7 @@ contains
   end function worst_entry
 
   !> The largest normal reaction over the area of its point, of some points; 0 where none presses.
+  !> Points that are partly covered are left out.
   pure real(wp) function largest_pressure(contact, first, last) result(largest)
     type(contact_fields_t), intent(in) :: contact
     integer, intent(in) :: first, last !! points: a pair's
@@ -148,6 +151,7 @@ contains
 
     largest = 0.0_wp
     do i = first, last
+      if (contact%is_partly_covered(i)) cycle
       if (contact%covered_area(i) > 0.0_wp) largest = max(largest, &
         contact%reaction(1, i)/contact%covered_area(i))
     end do

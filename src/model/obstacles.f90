@@ -1,6 +1,7 @@
 !> Rigid obstacles: what a body may touch and cannot enter. What the kinds are like is said by
 !> `obstacle_shapes_mod` alone.
 module obstacles_mod
+  use equal_columns_mod, only: number_columns
   use kinds_mod, only: wp, i8
   implicit none
   private
@@ -36,19 +37,30 @@ module obstacles_mod
 
 contains
 
-  !> An obstacle of facets.
+  !> An obstacle of facets. Of those that have the same corners in the same order, whichever is the
+  !> first, the first is kept; turned round, a facet is the other side of a sheet.
   pure function obstacle_of_facets(name, corner, facet, ref_node) result(obstacle)
     character(*), intent(in) :: name
     real(wp), intent(in) :: corner(:, :) !! (3,n_corners) [length]
     integer, intent(in) :: facet(:, :)   !! (4,n_facets) as of `obstacle_t`
     integer, intent(in) :: ref_node      !! 0: it is at rest
     type(obstacle_t) :: obstacle
+    integer, allocatable :: place(:), number(:)
+    integer :: key(4, size(facet, 2)), f, n
 
     obstacle%name = name
     obstacle%kind = obstacle_facets
     obstacle%ref_node = ref_node
     allocate (obstacle%corner, source=corner)
-    allocate (obstacle%facet, source=facet)
+    call number_columns(corner, place)
+    key = 0
+    do f = 1, size(facet, 2)
+      n = count(facet(:, f) > 0)
+      key(:n, f) = place(facet(:n, f))
+      key(:n, f) = cshift(key(:n, f), minloc(key(:n, f), dim=1) - 1)
+    end do
+    call number_columns(key, number)
+    obstacle%facet = facet(:, pack([(f, f=1, size(number))], number == [(f, f=1, size(number))]))
   end function obstacle_of_facets
 
   !> The reference nodes of all obstacles, each once.

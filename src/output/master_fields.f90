@@ -5,6 +5,7 @@ module master_fields_mod
   use dataset_kinds_mod, only: of_real, of_long
   use mesh_mod, only: brick_rows
   use obstacle_shapes_mod, only: is_meshed, shape_code, shape_codes
+  use contact_points_mod, only: n_sides
   use scene_mod, only: scene_t, reference_nodes
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, at_start
   implicit none
@@ -49,6 +50,9 @@ contains
         'number', 'four corners a facet, anticlockwise from the side of the body: index into '// &
         'obstacle_corners, from 0; the fourth of a triangle is -1', at_start, &
         compute=connectivity))
+      call add_field(list, field_t('obstacle_side', of_long, [size(obstacle%facet, 2)], 'number', &
+        'of each facet the side of the obstacle, from 1, as in master_side', at_start, &
+        compute=facet_side))
     end associate
   end subroutine add_master_fields
 
@@ -127,5 +131,14 @@ contains
       values(1, :) = reshape(obstacle%facet, [size(obstacle%facet)]) - 1
     end associate
   end subroutine connectivity
+
+  subroutine facet_side(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, facets)
+
+    values = 1.0_wp
+    if (n_sides(source%points, source%pair) > 1) values(1, :) = &
+      source%points%sides(source%pair)%of_face
+  end subroutine facet_side
 
 end module master_fields_mod

@@ -6,6 +6,7 @@ module pair_fields_mod
   use small_matrix_mod, only: cross
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
+  use contact_points_mod, only: n_sides, find_side_points
   use increment_report_mod, only: status_open, largest_pressure
   use state_mod, only: largest_slip
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
@@ -60,6 +61,14 @@ contains
       call add_field(list, field_t('covered_area', of_real, [n], 'area', &
         'of the node''s share what the master covers; 0: no gap, no reaction', &
         compute=covered_area))
+      call add_field(list, field_t('is_partly_covered', of_byte, [n], 'code', &
+        '1: the master covers less than half of what of the node''s share is turned towards '// &
+        'it; the pressure there is left out of largest_pressure, else 0', &
+        compute=is_partly_covered))
+      call add_field(list, field_t('master_side', of_long, [n], 'number', &
+        'side of the master that the point is before, from 1: concave edges of more than 30 '// &
+        'degrees divide it into sides, and a slave node has a point before each', at_start, &
+        compute=master_side))
       call add_field(list, field_t('least_gap', of_real, [n], 'length', &
         'least distance along the master''s normals in the faces about the node, at '// &
         'points of the quadrature and corners of what two faces share', compute=least_gap))
@@ -204,6 +213,25 @@ contains
 
     values(1, :) = source%report%contact%covered_area(source%first:source%last)
   end subroutine covered_area
+
+  subroutine is_partly_covered(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+
+    values(1, :) = merge(1.0_wp, 0.0_wp, source%report%contact%is_partly_covered( &
+      source%first:source%last))
+  end subroutine is_partly_covered
+
+  subroutine master_side(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+    integer :: side, first, last
+
+    do side = 1, n_sides(source%points, source%pair)
+      call find_side_points(source%points, source%pair, side, first, last)
+      values(1, first - source%first + 1:last - source%first + 1) = side
+    end do
+  end subroutine master_side
 
   subroutine least_gap(source, values)
     type(field_source_t), intent(inout) :: source

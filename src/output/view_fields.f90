@@ -145,7 +145,7 @@ contains
     real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
     integer :: i
 
-    call add_contact_pressures(source%points, source%report%contact, values(1, :))
+    call add_contact_pressures(source%points, source%report%contact, values(1, :), .true.)
     associate (mesh => source%scene%mesh)
       if (.not. allocated(mesh%hangs)) return
       do i = mesh%n_given + 1, min(size(mesh%hangs), size(values, 2))

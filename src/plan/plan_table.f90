@@ -13,7 +13,7 @@ module plan_table_mod
   use output_field_mod, only: field_t, at_start
   use view_fields_mod, only: list_view_fields
   use compliance_mod, only: rows_worth_rounding
-  use contact_points_mod, only: contact_nodes
+  use contact_points_mod, only: contact_nodes, n_sides
   use plan_mod, only: plan_t, bound_fixed, bound_at_most, bound_about, bound_in_words
   use rigid_modes_mod, only: free_motions_t
   use describe_motions_mod, only: body_in_words, motions_together
@@ -237,7 +237,8 @@ contains
       a = plan%points%first(i)
       b = plan%points%first(i + 1) - 1
       call add_line(plan, 'contact', bound_at_most, scene%pairs(i)%name//': '// &
-        points_in_words(scene%pairs(i), plan%rows(a:b), plan%points%in_reach(a:b)))
+        points_in_words(scene%pairs(i), plan%rows(a:b), plan%points%in_reach(a:b), &
+        n_sides(plan%points, i)))
     end do
     if (listed < size(scene%pairs)) then
       a = plan%points%first(listed + 1)
@@ -250,10 +251,11 @@ contains
 
   !> 289 points, mu = 0.3, 3 rows each; or 25 points, mu = 0.3: 20 of 3 rows, 5 of 2 rows (one
   !> tangent prescribed); and how many cannot reach the obstacle.
-  pure function points_in_words(pair, rows, in_reach) result(words)
+  pure function points_in_words(pair, rows, in_reach, sides) result(words)
     type(contact_pair_t), intent(in) :: pair
     integer, intent(in) :: rows(:)      !! of the points
     logical, intent(in) :: in_reach(:)
+    integer, intent(in) :: sides        !! of the master
     character(:), allocatable :: words
     integer, allocatable :: kept(:)
     integer :: n, of_kind
@@ -262,6 +264,8 @@ contains
     words = to_text(size(kept))//plural(' point', ' points', size(kept))
     if (size(kept) < size(rows)) words = words//' of '//to_text(size(rows))// &
       ' (the others cannot reach it)'
+    if (sides > 1) words = words//' before '//to_text(sides)// &
+      ' sides of the master, which concave edges divide'
     if (size(kept) == 0) return
     if (pair%mu > 0.0_wp) words = words//', mu = '//to_text(pair%mu)
     if (pair%mu <= 0.0_wp) words = words//', frictionless'

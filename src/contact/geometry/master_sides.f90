@@ -6,7 +6,8 @@ module master_sides_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: append
   use small_matrix_mod, only: cross
-  use sorting_mod, only: number_columns, order_of, order_of_columns
+  use equal_columns_mod, only: number_columns
+  use sorting_mod, only: order_of, order_of_columns
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use face_overlap_mod, only: outward_normal
   implicit none

@@ -20,6 +20,9 @@ module mortar_mod
     type(weights_t) :: weights              !! a row a slave node; empty where nothing covers it
     real(wp), allocatable :: area(:)        !! (n) of the node, as far as it is covered [length^2]
     real(wp), allocatable :: whole_area(:)  !! (n) of the node [length^2]
+    real(wp), allocatable :: faced_area(:)
+    !! (n) of that what is turned towards the master: as seen along the normal, 0: not covered
+    !! [length^2]
     real(wp), allocatable :: normal(:, :)   !! (3,n) from master to slave, 0: not covered [-]
     real(wp), allocatable :: outward(:, :) !! (3,n) of the slave surface, the mean of its faces [-]
     real(wp), allocatable :: apart(:, :)
@@ -86,7 +89,7 @@ contains
     if (present(is_rigid)) makes_rows = .not. is_rigid
     n = size(slave%nodes)
     number(slave%nodes) = [(i, i=1, n)]
-    allocate (mortar%area(n), mortar%whole_area(n), source=0.0_wp)
+    allocate (mortar%area(n), mortar%whole_area(n), mortar%faced_area(n), source=0.0_wp)
     allocate (mortar%normal(3, n), mortar%outward(3, n), mortar%apart(3, n), source=0.0_wp)
     allocate (mortar%least_gap(n), source=huge(1.0_wp))
     allocate (entries%row(64), entries%node(64), entries%weight(64))
@@ -113,6 +116,7 @@ contains
     do i = 1, n
       length = norm2(mortar%normal(:, i))
       if (length > 0.0_wp) mortar%normal(:, i) = mortar%normal(:, i)/length
+      mortar%faced_area(i) = -0.25_wp*dot_product(mortar%normal(:, i), mortar%outward(:, i))
       length = norm2(mortar%outward(:, i))
       if (length > 0.0_wp) mortar%outward(:, i) = mortar%outward(:, i)/length
     end do

@@ -16,7 +16,8 @@ module placement_mod
   implicit none
   private
 
-  public :: placement_t, no_gap, place, place_all, place_undeformed, place_curved
+  public :: placement_t, no_gap, place, place_all, place_undeformed, place_curved, &
+    find_partly_covered
 
   real(wp), parameter :: no_gap = 1.0e30_wp !! of a point that its master does not cover [length]
 
@@ -31,6 +32,8 @@ module placement_mod
     !! (3,n_points) displacement of the node less that of the master there [length]
     type(weights_t) :: weights               !! of the masters' nodes
     real(wp), allocatable :: covered_area(:) !! (n_points) of the node's [length^2]
+    real(wp), allocatable :: faced_area(:)
+    !! (n_points) of the node's what is turned towards faces, 0 before other masters [length^2]
     real(wp), allocatable :: least_gap(:)
     !! (n_points) before faces: at points of the quadrature on the node's faces, the extra gap
     !! added; `no_gap` elsewhere [length]
@@ -77,6 +80,7 @@ contains
     allocate (placement%reference(3, points%n))
     allocate (placement%covered_area(points%n), placement%least_gap(points%n))
     allocate (placement%unplaced_gap(points%n), source=no_gap)
+    allocate (placement%faced_area(points%n), source=0.0_wp)
     allocate (placement%drag(3, points%n), placement%apart(3, points%n), source=0.0_wp)
     allocate (placement%weights%first(points%n + 1), source=1)
     allocate (placement%weights%node(0), placement%weights%weight(0))
@@ -284,16 +288,45 @@ contains
             points%extra_gap(i)
           placement%least_gap(i) = mortar%least_gap(here) + points%extra_gap(i)
           placement%covered_area(i) = mortar%area(here)
+          placement%faced_area(i) = mortar%faced_area(here)
         else
           placement%frame(:, :, i) = local_frame(-mortar%outward(:, here))
           placement%gap(i) = no_gap
           placement%least_gap(i) = no_gap
           placement%covered_area(i) = 0.0_wp
+          placement%faced_area(i) = 0.0_wp
           placement%reference(:, i) = 0.0_wp
         end if
       end associate
     end do
   end subroutine place_covered
+
+  !> Which points faces cover by less than half of what is turned towards them: a force there is
+  !> one over little area. What other sides of the master cover of it does not count.
+  pure function find_partly_covered(points, placement) result(partly)
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement
+    logical :: partly(points%n)
+    real(wp) :: faced
+    integer :: i, side, first, last, other
+
+    partly = .false.
+    do i = 1, points%n
+      if (.not. placement%faced_area(i) > 0.0_wp) cycle
+      faced = placement%faced_area(i)
+      associate (pair => points%pair(i), n => placement%frame(:, 1, :), &
+                 covered => placement%covered_area)
+        do side = 1, n_sides(points, pair)
+          call find_side_points(points, pair, side, first, last)
+          other = first + mod(i - points%first(pair), last - first + 1)
+          if (other /= i) faced = faced - covered(other)*max(0.0_wp, dot_product(n(:, i), &
+            n(:, other)))
+        end do
+        ! Edges that are flush leave half of their nodes.
+        partly(i) = covered(i) < (0.5_wp - a_little)*faced
+      end associate
+    end do
+  end function find_partly_covered
 
   !> What the nodes of a slave surface face of one side of an obstacle of facets where it stands.
   pure subroutine face_obstacle(scene, points, pair, side, u, obstacle, mortar)

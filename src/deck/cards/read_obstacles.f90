@@ -147,6 +147,8 @@ contains
     end do
     obstacle = obstacle_of_facets(obstacle%name, triangles%corner(:, :3*triangles%n), facet, &
       obstacle%ref_node)
+    if (size(obstacle%facet, 2) < triangles%n) call note(reader, to_text(triangles%n - &
+      size(obstacle%facet, 2))//' triangles of '//path//' repeat others and count once')
     obstacle%file = path
     obstacle%checksum = triangles%checksum
   end subroutine read_facets

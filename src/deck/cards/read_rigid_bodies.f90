@@ -246,6 +246,9 @@ contains
       bodies%list(b)%is_seen = .true.
       surfaces%obstacle(k) = n
       all(n) = obstacle_of_sides(model%mesh, bodies, surfaces, k, bodies%list(b)%ref_node)
+      i = size(surfaces%sides(k)%facet, 2) - size(all(n)%facet, 2)
+      if (i > 0) call note(reader, to_text(i)//' facets of surface '// &
+        quoted(surfaces%list(k)%name)//' repeat others and count once')
     end do
     call move_alloc(all, obstacles)
     do b = 1, size(bodies%list)
