@@ -234,7 +234,7 @@ def forces(result: Result) -> str:
             status = np.bincount(pair.status[row].astype(int), minlength=3)
             rows.append([
                 pair.name, result.label(row), *map(number, pair.resultant[row]),
-                number(pair.pressure[row].max(initial=0.0)), *map(str, status[:3]),
+                number(pair.largest_pressure[row]), *map(str, status[:3]),
             ])
     if not rows:
         return ""

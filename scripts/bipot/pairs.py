@@ -135,6 +135,31 @@ class Pair:
         )
 
     @cached_property
+    def partly_covered(self) -> Array:
+        """Where a master of faces covers less than half of what a point turns to it: (T, P).
+
+        A pressure there is a force over little area: it is not compared with others.
+        """
+        if "is_partly_covered" not in self.result.file[f"/contact/{self.name}"]:
+            return np.zeros(self.reaction.shape[:2], dtype=bool)
+        return self._over_time("is_partly_covered") == 1
+
+    @cached_property
+    def largest_pressure(self) -> Array:
+        """Largest pressure of the points, but those that are partly covered: (T,)."""
+        return np.where(self.partly_covered, 0, self.pressure).max(axis=1, initial=0.0)
+
+    @cached_property
+    def side(self) -> Array:
+        """Side of the master that each point is before, from 1: (P,).
+
+        Concave edges divide a master of faces into sides, and a node has a point before each.
+        """
+        if "master_side" not in self.result.file[f"/contact/{self.name}"]:
+            return np.ones(len(self.nodes), dtype=int)
+        return self._points("master_side")
+
+    @cached_property
     def friction_coefficient(self) -> float:
         """The pair's coefficient of friction; not a number where the file does not tell."""
         attributes = self.result.file[f"/contact/{self.name}"].attrs
@@ -232,11 +257,15 @@ class Pair:
         return np.linalg.norm(self.reaction[:, :, 1:], axis=2).sum(axis=1)
 
     def force_at(self, node: int) -> Array:
-        """Return the local reactions (n, t1, t2) at a node over the increments, (T, 3)."""
+        """Return the local reactions (n, t1, t2) at a node over the increments, (T, 3).
+
+        Of a node before several sides of the master they are those of the side that it presses
+        most, over all increments together.
+        """
         found = np.flatnonzero(self.nodes == node)
         if len(found) == 0:
             raise ResultError(f"{self.result.path}: node {node} is not in pair {self.name}")
-        return self.reaction[:, found[0]]
+        return self.reaction[:, found[self.reaction[:, found, 0].sum(axis=0).argmax()]]
 
     @cached_property
     def faces(self) -> Array:

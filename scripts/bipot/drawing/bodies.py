@@ -92,12 +92,16 @@ class Bodies:
         """Return the error by the mesh of the bricks, an energy."""
         return self.result.field("mesh_error", index, on="elements")
 
-    def pressure(self, index):
-        """Return the contact pressure of the nodes, not a number where none is a slave node."""
-        found = np.full(len(self.result.points), np.nan)
+    def pressure(self, index, partly_covered=True):
+        """Return the contact pressure of the nodes, not a number where none is a slave node.
+
+        `partly_covered`: with that of points that their master covers by less than half.
+        """
+        found, row = np.full(len(self.result.points), np.nan), self.result.field_rows[index]
         for pair in self.result.pairs:
             found[pair.nodes] = np.nan_to_num(found[pair.nodes])
-            np.add.at(found, pair.nodes, pair.pressure[self.result.field_rows[index]])
+            counts = partly_covered | ~pair.partly_covered[row]
+            np.add.at(found, pair.nodes, np.where(counts, pair.pressure[row], 0))
         return found
 
     def obstacle_surfaces(self, index):
@@ -238,7 +242,7 @@ class Bodies:
         elif quantity == "mesh_error":
             largest = max(self.mesh_error(i).max() for i in indices)
         elif quantity == "pressure":
-            largest = max(np.nan_to_num(self.pressure(i)).max() for i in indices)
+            largest = max(np.nan_to_num(self.pressure(i, False)).max() for i in indices)
         else:
             largest = max(np.linalg.norm(self.displacement(i), axis=1).max() for i in indices)
         return Normalize(0, largest if largest > 0 else 1.0)

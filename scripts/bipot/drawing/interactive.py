@@ -60,10 +60,13 @@ def make_plotter(
     stored = len(result.field_rows)
     names = result.field_names[0] | result.field_names[1]
     scalars = next(name for name in SCALARS if name in names)
-    ranges = [
-        np.linalg.norm(np.atleast_2d(grid[scalars].T).T, axis=1).max()
-        for grid in (result.to_pyvista(int(index)) for index in bodies.sampled())
-    ]
+    if scalars == "contact_pressure":
+        ranges = [bodies.norm("pressure", bodies.sampled()).vmax]
+    else:
+        ranges = [
+            np.linalg.norm(np.atleast_2d(grid[scalars].T).T, axis=1).max()
+            for grid in (result.to_pyvista(int(index)) for index in bodies.sampled())
+        ]
     plotter = pyvista.Plotter(off_screen=off_screen, title=f"bipot: {result.path.name}")
 
     def draw(index: int) -> None:

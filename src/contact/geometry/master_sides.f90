@@ -1,7 +1,7 @@
 !> The sides of a master: what concave edges divide it into, each with integrals of its own.
 !>
 !> Normals and gaps before faces are means over what a node faces. Across a concave edge such a mean
-!> bars neither face: of a floor and a wall it has one normal between both. docs/theory.md (11.14).
+!> bars neither face: of a floor and a wall it has one normal between both. docs/theory.md (11.16).
 module master_sides_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: append
