@@ -37,30 +37,47 @@ module obstacles_mod
 
 contains
 
-  !> An obstacle of facets. Of those that have the same corners in the same order, whichever is the
-  !> first, the first is kept; turned round, a facet is the other side of a sheet.
+  !> An obstacle of facets. Corners at one place are one. Of facets that have the same corners in the
+  !> same order, whichever is the first, the first is kept; turned round, a facet is the other side of
+  !> a sheet.
   pure function obstacle_of_facets(name, corner, facet, ref_node) result(obstacle)
     character(*), intent(in) :: name
     real(wp), intent(in) :: corner(:, :) !! (3,n_corners) [length]
     integer, intent(in) :: facet(:, :)   !! (4,n_facets) as of `obstacle_t`
     integer, intent(in) :: ref_node      !! 0: it is at rest
     type(obstacle_t) :: obstacle
-    integer, allocatable :: place(:), number(:)
-    integer :: key(4, size(facet, 2)), f, n
+    integer, allocatable :: first(:)
+    integer :: joined(4, size(facet, 2)), key(4, size(facet, 2)), place(size(corner, 2)), i, n
 
     obstacle%name = name
     obstacle%kind = obstacle_facets
     obstacle%ref_node = ref_node
-    allocate (obstacle%corner, source=corner)
-    call number_columns(corner, place)
-    key = 0
-    do f = 1, size(facet, 2)
-      n = count(facet(:, f) > 0)
-      key(:n, f) = place(facet(:n, f))
-      key(:n, f) = cshift(key(:n, f), minloc(key(:n, f), dim=1) - 1)
+    call number_columns(corner, first)
+    n = 0
+    do i = 1, size(first)
+      if (first(i) == i) then
+        n = n + 1
+        place(i) = n
+      else
+        place(i) = place(first(i))
+      end if
     end do
-    call number_columns(key, number)
-    obstacle%facet = facet(:, pack([(f, f=1, size(number))], number == [(f, f=1, size(number))]))
+    allocate (obstacle%corner(3, n))
+    do i = 1, size(first)
+      obstacle%corner(:, place(i)) = corner(:, i)
+    end do
+    joined = 0
+    key = 0
+    do i = 1, size(facet, 2)
+      n = count(facet(:, i) > 0)
+      joined(:n, i) = place(facet(:n, i))
+      key(:n, i) = cshift(joined(:n, i), minloc(joined(:n, i), dim=1) - 1)
+    end do
+    call number_columns(key, first)
+    n = count(first == [(i, i=1, size(first))])
+    allocate (obstacle%facet(4, n))
+    obstacle%facet(:, :) = joined(:, pack([(i, i=1, size(first))], first == [(i, i=1, &
+      size(first))]))
   end function obstacle_of_facets
 
   !> The reference nodes of all obstacles, each once.

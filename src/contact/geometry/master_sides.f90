@@ -7,7 +7,7 @@ module master_sides_mod
   use growing_lists_mod, only: append
   use small_matrix_mod, only: cross
   use equal_columns_mod, only: number_columns
-  use sorting_mod, only: order_of, order_of_columns
+  use sorting_mod, only: order_of
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use face_overlap_mod, only: outward_normal
   implicit none
@@ -63,34 +63,55 @@ contains
   end subroutine find_sides
 
   !> Find all pairs of faces that meet: at an edge of both, or where the edge of one lies on another.
-  pure subroutine find_joints(faces, x, joints)
+  subroutine find_joints(faces, x, joints)
     integer, intent(in) :: faces(:, :)
     real(wp), intent(in) :: x(:, :)       !! [length]
     type(joints_t), intent(out) :: joints
     integer, allocatable :: edge(:, :)    !! (4,n_edges) its ends, the face, its place there
-    integer, allocatable :: order(:), open(:)
-    integer :: i, k, l, last, n_open
+    integer, allocatable :: first(:)      !! (n_edges) the first one that has the same ends
+    integer, allocatable :: last(:), before(:) !! (n_edges) of the first: the last such; one before
+    real(wp), allocatable :: normal(:, :) !! (3,n_faces) outward [-]
+    logical, allocatable :: is_open(:)    !! (n_edges) no other face has it
+    integer :: i, k, f
 
     call list_edges(faces, x, edge)
-    call order_of_columns(edge(:2, :), order)
-    allocate (joints%joint(3, size(edge, 2)), open(0))
-    n_open = 0
-    i = 1
-    do while (i <= size(order))
-      last = i
-      do while (last < size(order))
-        if (any(edge(:2, order(last + 1)) /= edge(:2, order(i)))) exit
-        last = last + 1
-      end do
-      if (last == i) call append(open, n_open, order(i))
-      do k = i, last - 1
-        do l = k + 1, last
-          call add_joint(faces, x, edge(3:, order(k)), edge(3:, order(l)), joints)
-        end do
-      end do
-      i = last + 1
+    call number_columns(edge(:2, :), first)
+    allocate (normal(3, size(faces, 2)))
+    do f = 1, size(faces, 2)
+      normal(:, f) = outward_normal(x(:, faces(:count(faces(:, f) > 0), f)))
     end do
-    call join_open_edges(faces, x, edge(3:, open(:n_open)), joints)
+    allocate (joints%joint(3, size(edge, 2)), before(size(first)))
+    allocate (is_open(size(first)), source=.true.)
+    last = first
+    do i = 1, size(first)
+      before(i) = merge(last(first(i)), 0, i > first(i))
+      last(first(i)) = i
+      k = before(i)
+      do while (k > 0)
+        is_open([i, k]) = .false.
+        call append(joints%joint, joints%n, [edge(3, k), edge(3, i), angle_between(normal(:, &
+          edge(3, k)), normal(:, edge(3, i)))])
+        if (joints%joint(3, joints%n) >= 30) then
+          if (turn_in(edge(3:, k), edge(3:, i))) joints%joint(3, joints%n) = concave
+        end if
+        k = before(k)
+      end do
+    end do
+    call join_open_edges(faces, x, normal, edge(3:, pack([(i, i=1, size(first))], is_open)), joints)
+
+  contains
+
+    !> Whether two faces with an edge of both are turned towards each other by more than 30 degrees.
+    pure logical function turn_in(one, other)
+      integer, intent(in), dimension(2) :: one, other !! a face, the place of the edge there
+
+      associate (n => normal(:, one(1)), m => normal(:, other(1)))
+        turn_in = dot_product(n, m) < sharp .and. &
+          dot_product(m, inward_from(faces, x, n, one)) > folded .and. &
+          dot_product(n, inward_from(faces, x, m, other)) > folded
+      end associate
+    end function turn_in
+
   end subroutine find_joints
 
   !> The edges of all faces, by places: nodes at one place are one.
@@ -102,10 +123,8 @@ contains
     integer, allocatable :: used(:), place(:)
 
     number = 0
-    do k = 1, 4
-      do f = 1, size(faces, 2)
-        if (faces(k, f) > 0) number(faces(k, f)) = 1
-      end do
+    do f = 1, size(faces, 2)
+      number(faces(:count(faces(:, f) > 0), f)) = 1
     end do
     used = pack([(k, k=1, size(number))], number > 0)
     call number_columns(x(:, used), place)
@@ -122,33 +141,19 @@ contains
     end do
   end subroutine list_edges
 
-  !> Add two faces with an edge of both.
-  pure subroutine add_joint(faces, x, one, other, joints)
-    integer, intent(in) :: faces(:, :)
-    real(wp), intent(in) :: x(:, :)                !! [length]
-    integer, intent(in), dimension(2) :: one, other !! a face, the place of the edge there
-    type(joints_t), intent(inout) :: joints
-    real(wp), dimension(3) :: n, m
-
-    n = normal_of(faces, x, one(1))
-    m = normal_of(faces, x, other(1))
-    call append(joints%joint, joints%n, [one(1), other(1), angle_between(n, m, &
-      dot_product(m, inward_from(faces, x, one)) > folded .and. &
-      dot_product(n, inward_from(faces, x, other)) > folded)])
-  end subroutine add_joint
-
   !> Add faces with an edge that is no other's, and those on which its middle lies: meshes on both
   !> sides of an edge may differ, and a wall may stand on the middle of a face.
-  pure subroutine join_open_edges(faces, x, open, joints)
+  pure subroutine join_open_edges(faces, x, normal, open, joints)
     integer, intent(in) :: faces(:, :)
     real(wp), intent(in) :: x(:, :)       !! [length]
+    real(wp), intent(in) :: normal(:, :)  !! (3,n_faces) outward [-]
     integer, intent(in) :: open(:, :)     !! (2,n) a face, the place of the edge there
     type(joints_t), intent(inout) :: joints
     type(face_grid_t) :: grid
     integer, allocatable :: near(:)
-    real(wp) :: ends(3, 2), middle(3), close_by, n(3), m(3)
+    real(wp) :: ends(3, 2), middle(3), close_by, arm(3)
     integer :: i, k
-    logical :: is_on, is_at_rim, faces_it
+    logical :: is_on, is_at_rim, turns_in
 
     if (size(open, 2) < 2) return
     grid = make_face_grid(faces, x)
@@ -159,31 +164,34 @@ contains
       call faces_near(grid, middle - close_by, middle + close_by, near)
       do k = 1, size(near)
         if (near(k) == open(1, i)) cycle
-        call find_place(faces, x, near(k), middle, close_by, is_on, is_at_rim)
+        call find_place(faces, x, normal(:, near(k)), near(k), middle, is_on, is_at_rim, &
+          close_by)
         if (.not. is_on) cycle
-        n = normal_of(faces, x, open(1, i))
-        m = normal_of(faces, x, near(k))
-        ! A wall at the rim of a floor may be turned away from it.
-        faces_it = .true.
-        if (is_at_rim) faces_it = dot_product(n, middle_of(faces, x, near(k)) - middle) > &
-          folded*norm2(middle_of(faces, x, near(k)) - middle)
-        call append(joints%joint, joints%n, [open(1, i), near(k), angle_between(n, m, faces_it &
-          .and. dot_product(m, inward_from(faces, x, open(:, i))) > folded)])
+        associate (n => normal(:, open(1, i)), m => normal(:, near(k)))
+          turns_in = dot_product(n, m) < sharp .and. &
+            dot_product(m, inward_from(faces, x, n, open(:, i))) > folded
+          ! A wall at the rim of a floor may be turned away from it.
+          arm = middle_of(faces, x, near(k)) - middle
+          if (is_at_rim) turns_in = turns_in .and. dot_product(n, arm) > folded*norm2(arm)
+          call append(joints%joint, joints%n, [open(1, i), near(k), merge(concave, &
+            angle_between(n, m), turns_in)])
+        end associate
       end do
     end do
   end subroutine join_open_edges
 
   !> Whether a place lies on a face, and whether at one of its edges.
-  pure subroutine find_place(faces, x, f, place, close_by, is_on, is_at_rim)
+  pure subroutine find_place(faces, x, normal, f, place, is_on, is_at_rim, close_by)
     integer, intent(in) :: faces(:, :)
     real(wp), intent(in) :: x(:, :)       !! [length]
+    real(wp), intent(in) :: normal(3)     !! of the face [-]
     integer, intent(in) :: f
-    real(wp), intent(in) :: place(3), close_by !! [length]
+    real(wp), intent(in) :: place(3)      !! [length]
     logical, intent(out) :: is_on, is_at_rim
-    real(wp) :: ends(3, 2), along(3), arm(3), normal(3), t
+    real(wp), intent(in) :: close_by      !! how far off it may be [length]
+    real(wp) :: ends(3, 2), along(3), arm(3), t
     integer :: k
 
-    normal = normal_of(faces, x, f)
     is_on = abs(dot_product(normal, place - middle_of(faces, x, f))) <= close_by
     is_at_rim = .false.
     do k = 1, count(faces(:, f) > 0)
@@ -197,24 +205,12 @@ contains
     is_on = is_on .or. is_at_rim
   end subroutine find_place
 
-  !> The angle between two normals in degrees; of a concave edge, where it is more than 30, `concave`.
-  pure integer function angle_between(n, m, turns_in) result(angle)
+  !> The angle between two normals in degrees.
+  pure integer function angle_between(n, m) result(angle)
     real(wp), intent(in) :: n(3), m(3)
-    logical, intent(in) :: turns_in !! the edge is concave, by whatever angle
-    real(wp) :: cosine
 
-    cosine = max(-1.0_wp, min(1.0_wp, dot_product(n, m)))
-    angle = nint(acos(cosine)*180.0_wp/pi)
-    if (turns_in .and. cosine < sharp) angle = concave
+    angle = nint(atan2(norm2(cross(n, m)), dot_product(n, m))*180.0_wp/pi)
   end function angle_between
-
-  pure function normal_of(faces, x, f) result(n)
-    integer, intent(in) :: faces(:, :), f
-    real(wp), intent(in) :: x(:, :)
-    real(wp) :: n(3)
-
-    n = outward_normal(x(:, faces(:count(faces(:, f) > 0), f)))
-  end function normal_of
 
   pure function middle_of(faces, x, f) result(middle)
     integer, intent(in) :: faces(:, :), f
@@ -236,14 +232,15 @@ contains
   end function ends_of
 
   !> The unit vector from an edge into its face, across the edge.
-  pure function inward_from(faces, x, edge) result(inward)
+  pure function inward_from(faces, x, normal, edge) result(inward)
     integer, intent(in) :: faces(:, :), edge(2)
     real(wp), intent(in) :: x(:, :)
+    real(wp), intent(in) :: normal(3) !! of the face
     real(wp) :: inward(3)
     real(wp) :: ends(3, 2)
 
     ends = ends_of(faces, x, edge)
-    inward = cross(normal_of(faces, x, edge(1)), ends(:, 2) - ends(:, 1))
+    inward = cross(normal, ends(:, 2) - ends(:, 1))
     inward = inward/max(norm2(inward), tiny(1.0_wp))
   end function inward_from
 
