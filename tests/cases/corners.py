@@ -34,9 +34,10 @@ class Bricks:
     def __init__(self, name, lines, keep=lambda x: True, place=lambda x: x, first=1, outside=False):
         self.name, self.first = name, first
         shape = [len(line) - 1 for line in lines]
+        middles = [0.5 * (np.array(line[1:]) + line[:-1]) for line in lines]
         cells = {
             c for c in itertools.product(*map(range, shape))
-            if keep(np.array([0.5 * (line[i] + line[i + 1]) for line, i in zip(lines, c, strict=True)]))
+            if keep(np.array([of[i] for of, i in zip(middles, c, strict=True)]))
         }
         number, self.places = {}, []
         for c in sorted(cells):

@@ -1,14 +1,19 @@
-"""Masters with concave edges: each of their sides is as good as a pair of its own."""
+"""Masters with concave edges, each side of which is as good as a pair of its own; and pressures
+where a master covers little of a node, or has facets twice.
+"""
 
 import math
+import tempfile
 import unittest
+from pathlib import Path
 
 import numpy as np
 from corners import Bricks, turned
-from facets import rigid
+from facets import plate, rigid, text_stl
+from program import Run
 from two_bodies import solved
 
-from studies.deck_cards import deck, pair, step
+from studies.deck_cards import block, deck, pair, step
 
 SLAVE = [(2, -1), (0, -1), (0, 1), (1, -1), (1, 1)]
 
@@ -87,20 +92,32 @@ class Angles(Corners):
     """Two walls that meet at some angle, a block between them pushed into the corner."""
 
     def test_inner_corners_of_rigid_walls(self):
-        """From 100 to 145 degrees the walls are sides of their own."""
-        for degrees in (90, 100, 120, 135, 145):
-            for mu in (0.0, 0.3):
-                with self.subTest(degrees=degrees, mu=mu):
-                    lean = 1 / math.tan(math.radians(degrees))
-                    *_, n = self.check_twins([(2, 1), (0, 1)], lean=lean, mu=mu)
-                    self.assertEqual(n, 2)
+        """Up to 150 degrees the walls are sides of their own, up to 180 they are one."""
+        for degrees, mu in ((90, 0.0), (100, 0.3), (120, 0.0), (135, 0.3), (148, 0.3)):
+            with self.subTest(degrees=degrees, mu=mu):
+                lean = 1 / math.tan(math.radians(degrees))
+                one, two, n = self.check_twins([(2, 1), (0, 1)], lean=lean, mu=mu, n=3)
+                self.assertEqual(n, 2)
+                self.assertEqual(set(one.pairs[0].side), {1, 2})
+                # Every point is that of the pair which stands for its side.
+                for side, twin in enumerate(two.pairs, 1):
+                    chosen = one.pairs[0].side == side
+                    forces = one.pairs[0].force[-1][chosen]
+                    np.testing.assert_array_equal(one.pairs[0].nodes[chosen], twin.nodes)
+                    np.testing.assert_allclose(
+                        forces, twin.force[-1], rtol=0, atol=1e-8 * np.abs(forces).max()
+                    )
+        one = self.scene([(2, 1), (0, 1)], False, lean=1 / math.tan(math.radians(155)))
+        self.assertEqual(set(one.pairs[0].side), {1})
 
     def test_inner_corners_of_bodies(self):
         for degrees in (90, 120):
             for small in ("", ", SMALL SLIDING"):
                 with self.subTest(degrees=degrees, small=small):
                     lean = 1 / math.tan(math.radians(degrees))
-                    *_, n = self.check_twins([(2, 1), (0, 1)], lean=lean, rigid=False, options=small)
+                    *_, n = self.check_twins(
+                        [(2, 1), (0, 1)], lean=lean, rigid=False, options=small
+                    )
                     self.assertEqual(n, 2)
 
     def test_turned_and_scaled_scenes(self):
@@ -120,6 +137,86 @@ class Angles(Corners):
                         options="" if is_rigid else ", SMALL SLIDING",
                     )
                     self.assertEqual(n, 3)
+
+
+class Grooves(unittest.TestCase):
+    """A block on a plate with a groove of flat bottom, which goes through or ends."""
+
+    def forces_on(self, is_solid, **options):
+        """Return the displacement of a block that is pressed and dragged over a hollow."""
+        body = Bricks("A", [np.linspace(0, 1, 5)] * 2 + [np.linspace(0, 1, 3)], outside=True)
+        lines = [[-0.5, 0.2, 0.4, 0.7, 1.5], [-0.5, 0.3, 0.6, 1.5], [-0.6, -0.3, 0, 1]]
+        hollow = Bricks("H", lines, keep=is_solid, first=2001)
+        walls = rigid("W", hollow.places, hollow.facets(list(hollow.skin)),
+                      (9001, (0.0, 0.0, 0.0)), first=3001, **options)
+        moved = body.held(lambda x: x[2] == 1, (0.02, 0, -0.02))
+        return solved(self, deck(
+            body.cards(), body.surface("SK", [(2, -1)]), walls, pair("SK, W", 0.3),
+            step(moved, 2), held="9001, 1, 3",
+        ))
+
+    def test_a_groove_takes_nothing_off_the_plate(self):
+        """Each node has some of the plate below it: as on the plate alone, whatever the groove."""
+        plain = self.forces_on(lambda x: x[2] < 0)
+        for name, end in (("through", 9), ("ends", 0.6)):
+            with self.subTest(groove=name):
+                grooved = self.forces_on(lambda x, end=end: x[2] < -0.3 or (
+                    x[2] < 0 and not (0.4 < x[0] < 0.7 and x[1] < end)))
+                np.testing.assert_allclose(
+                    grooved.field("displacement"), plain.field("displacement"), rtol=0, atol=1e-10
+                )
+                self.assertEqual(len(set(grooved.pairs[0].side)), 2 if end == 9 else 3)
+
+
+class Little(unittest.TestCase):
+    """Pressures where a master covers little of a node, or has facets twice."""
+
+    def press(self, corners, facets, *options):
+        """Return the result of a block that is pressed onto an STL file."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        (Path(folder.name) / "tool.stl").write_text(text_stl(corners, facets))
+        path = Path(folder.name) / "deck.inp"
+        path.write_text(deck(
+            block("A", 3, (0, 0, 0), (1, 1, 1), nu=0.0),
+            "*OBSTACLE, NAME=T, TYPE=STL, INPUT=tool.stl\n", pair("A-ZMIN, T"),
+            step("A-ZMAX, 1, 2\nA-ZMAX, 3, 3, -0.02\n*CONTACT PRINT"),
+        ))
+        run = Run(path, *options)
+        self.assertEqual(run.status, 0, run.errors)
+        result = run.result()
+        result.output = run.output
+        self.addCleanup(result.close)
+        return result
+
+    def test_facets_count_once(self):
+        """Twice or three times, from another corner on: the pressure is E times the strain."""
+        corners, facets = plate((-0.3, -0.4), (1.4, 1.2), (3, 2), split=True)
+        turned_on = [f[k:] + f[:k] for k in (1, 2) for f in facets[::2]]
+        result = self.press(corners, facets + turned_on)
+        np.testing.assert_allclose(result.pairs[0].pressure[-1], 20, rtol=1e-8)
+        self.assertIn(f"{len(turned_on)} triangles of ", result.output)
+        # Turned round they are the other side, which nothing is before.
+        result = self.press(corners, facets + [f[::-1] for f in facets])
+        np.testing.assert_allclose(result.pairs[0].pressure[-1], 20, rtol=1e-8)
+        self.assertNotIn("count once", result.output)
+
+    def test_little_is_left_out_of_the_largest(self):
+        """A plate that covers 0.01 of the last row: its nodes press as if it were much."""
+        result = self.press(*plate((-0.5, -0.5), (2 / 3 + 0.01, 1.5), split=True))
+        pair = result.pairs[0]
+        x = pair.coordinates[:, 0]
+        np.testing.assert_array_equal(pair.partly_covered[-1], x > 0.9)
+        self.assertGreater(pair.pressure[-1].max(), 1.5 * pair.largest_pressure[-1])
+        whole = pair.pressure[-1][~pair.partly_covered[-1]].max()
+        self.assertEqual(pair.largest_pressure[-1], whole)
+        stored = result.file[f"/contact/{pair.name}/largest_pressure"][-1]
+        self.assertAlmostEqual(float(np.squeeze(stored)), whole, places=10)
+
+    def test_flush_edges_count(self):
+        """At an edge that is flush with nodes half of these is covered: that is enough."""
+        result = self.press(*plate((-0.5, -0.5), (2 / 3, 1.5), split=True))
+        self.assertFalse(result.pairs[0].partly_covered.any())
 
 
 if __name__ == "__main__":
