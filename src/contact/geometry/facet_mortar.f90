@@ -9,8 +9,8 @@ module facet_mortar_mod
   implicit none
   private
 
-  public :: facet_pair_t, join_facets, corners_of, face_facets, reach_of_facets, reach_of_all_facets, &
-    facets_face
+  public :: facet_pair_t, join_facets, corners_of, face_facets, reach_of_facets, &
+    reach_of_all_facets, facets_face
 
   !> A slave surface and facets, where both are, as faces over one list of places.
   type :: facet_pair_t

@@ -25,7 +25,7 @@ module master_sides_mod
   !> Faces that are joined: trees with one root each, and the concave edges at every tree.
   type :: forest_t
     integer, allocatable :: parent(:) !! (n_faces) 0: a root
-    integer, allocatable :: n_faces(:), n(:) !! (n_faces) of the tree of a root: faces, concave edges
+    integer, allocatable :: n_faces(:), n(:) !! (n_faces) faces and concave edges of a root's tree
     integer, allocatable :: first(:), last(:) !! (n_faces) of the list of these; 0: there are none
     integer, allocatable :: next(:)   !! (2*n_concave) the list goes on here
     integer, allocatable :: beyond(:) !! (2*n_concave) the face on the other side of the edge
@@ -62,7 +62,7 @@ contains
     call number_sides(forest, side)
   end subroutine find_sides
 
-  !> Find all pairs of faces that meet: at an edge of both, or where the edge of one lies on another.
+  !> Find all pairs of faces that meet: at an edge of both, or where an edge of one is on the other.
   subroutine find_joints(faces, x, joints)
     integer, intent(in) :: faces(:, :)
     real(wp), intent(in) :: x(:, :)       !! [length]

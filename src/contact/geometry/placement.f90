@@ -379,7 +379,8 @@ contains
 
     call find_side_points(points, pair, side, first, last)
     call faces_of_side(points, pair, side, faces)
-    associate (of => scene%pairs(pair), mesh => scene%mesh, slave_nodes => points%node(first:last), &
+    associate (of => scene%pairs(pair), mesh => scene%mesh, &
+               slave_nodes => points%node(first:last), &
                s => scene%surfaces(scene%pairs(pair)%surface)%nodes)
       slave = slave_t(nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), slave_nodes, &
         hanging_of(mesh%hangs, mesh%between, mesh%n_given, slave_nodes))
