@@ -82,7 +82,7 @@ contains
     end do
     allocate (joints%joint(3, size(edge, 2)), before(size(first)))
     allocate (is_open(size(first)), source=.true.)
-    last = first
+    allocate (last, source=first)
     do i = 1, size(first)
       before(i) = merge(last(first(i)), 0, i > first(i))
       last(first(i)) = i
