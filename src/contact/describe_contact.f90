@@ -43,6 +43,7 @@ contains
       contact%gap(i) = gap_at(placement, points, i, new%displacement)
       if (.not. is_covered(points, placement%weights, i)) then
         contact%gap(i) = no_gap
+        if (placement%driven_in(i) > 0.0_wp) contact%gap(i) = -placement%driven_in(i)
         contact%slip_increment(:, i) = 0.0_wp
       end if
       if (.not. points%on_surface(i)) contact%least_gap(i) = contact%gap(i)

@@ -280,6 +280,10 @@ contains
         if (scene%pairs(pair)%master > 0) cycle
         in_reach = .false.
         in_reach(master_nodes(points, pair)) = .true.
+        ! A point stands for neighbours, too, that have no multiplier.
+        associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+          in_reach(pack(points%node(first:last), points%in_reach(first:last))) = .true.
+        end associate
         do i = points%first(pair), points%first(pair + 1) - 1
           is_stray(i) = points%in_reach(i) .and. .not. &
             all(in_reach(weights%node(weights%first(i):weights%first(i + 1) - 1)))

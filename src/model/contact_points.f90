@@ -2,10 +2,12 @@
 !> by which the nodes of the master make up what a point faces.
 module contact_points_mod
   use kinds_mod, only: wp
+  use node_freedom_mod, only: node_freedom_t
   implicit none
   private
 
-  public :: contact_points_t, weights_t, master_nodes, contact_nodes, is_covered, is_across
+  public :: contact_points_t, weights_t, master_nodes, contact_nodes, is_covered, is_across, &
+    is_still
 
   !> All points of all pairs, one pair after the other, the nodes of a pair ascending: what holds
   !> before anything is placed.
@@ -26,6 +28,8 @@ module contact_points_mod
     real(wp), allocatable :: extra_gap(:) !! (n) of *CONTACT GAP [length]
     logical,  allocatable :: in_reach(:)
     !! (n) candidates; the others stay out of the interface, their gaps are watched
+    type(node_freedom_t), allocatable :: freedom
+    !! of all nodes in a *STEP; not allocated: no support or constraint takes a point
     integer,  allocatable :: first(:) !! (n_pairs+1) first point of each pair
     integer,  allocatable :: first_master(:) !! (n_pairs+1) first in `master_node` of each pair
     integer,  allocatable :: master_node(:)
@@ -44,6 +48,9 @@ module contact_points_mod
     integer,  allocatable :: node(:)   !! (n_entries) master node
     real(wp), allocatable :: weight(:) !! (n_entries) [-]
     logical,  allocatable :: covers(:) !! (n_points) whether a master of faces covers the point
+    logical,  allocatable :: still(:, :)
+    !! (3,n_points) axes across the normal along which the two sides move against each other as
+    !! prescribed alone; not allocated: there are none
   end type weights_t
 
 contains
@@ -86,5 +93,15 @@ contains
     across = .false.
     if (allocated(points%across)) across = points%across(:, i)
   end function is_across
+
+  !> The axes across the normal of a point along which supports and constraints hold both sides.
+  pure function is_still(weights, i) result(still)
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: i
+    logical :: still(3)
+
+    still = .false.
+    if (allocated(weights%still)) still = weights%still(:, i)
+  end function is_still
 
 end module contact_points_mod

@@ -8,8 +8,9 @@ module placement_mod
   use local_refinement_mod, only: hanging_of
   use surfaces_mod, only: nodes_of
   use contact_points_mod, only: contact_points_t, weights_t, is_across
-  use local_frame_mod, only: local_frame
+  use local_frame_mod, only: local_frame, straight
   use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, enough
+  use fixed_points_mod, only: find_fixed
   use facet_mortar_mod, only: facet_pair_t, join_facets, face_facets, reach_of_facets, &
     reach_of_all_facets
   implicit none
@@ -39,6 +40,11 @@ module placement_mod
     real(wp), allocatable :: apart(:, :)
     !! (3,n_points) before facets of an obstacle: place of the node less that of what it faces; 0
     !! elsewhere [length]
+    logical, allocatable :: is_fixed(:)
+    !! (n_points) before a surface: the two sides cannot move apart along the normal; the point does
+    !! not count as covered
+    real(wp), allocatable :: driven_in(:)
+    !! (n_points) how deep prescribed motion took such a point into its master [length]
     real(wp), allocatable :: drag(:, :)
     !! (3,n_points) what the turn of obstacles adds to the motion of the points about them in the
     !! increment (drag_points_mod), 0 where none turns [length]
@@ -77,6 +83,8 @@ contains
     allocate (placement%covered_area(points%n), placement%least_gap(points%n))
     allocate (placement%unplaced_gap(points%n), source=no_gap)
     allocate (placement%drag(3, points%n), placement%apart(3, points%n), source=0.0_wp)
+    allocate (placement%is_fixed(points%n), source=.false.)
+    allocate (placement%driven_in(points%n), source=0.0_wp)
     allocate (placement%weights%first(points%n + 1), source=1)
     allocate (placement%weights%node(0), placement%weights%weight(0))
     allocate (placement%weights%covers(points%n), source=.true.)
@@ -189,7 +197,7 @@ contains
 
     associate (first => points%first(pair), last => points%first(pair + 1) - 1)
       n = last - first + 1
-      call face_surface(scene, points, pair, u, mortar)
+      call face_surface(scene, points, pair, u, mortar, placement)
       call place_covered(points, pair, stay, mortar, placement)
       allocate (rows%first(n + 1), rows%node(size(mortar%weights%node)), &
         rows%weight(size(mortar%weights%node)))
@@ -324,17 +332,17 @@ contains
   end subroutine face_obstacle
 
   !> What the nodes of a slave surface face where `u` takes them, or with small sliding where they
-  !> are in the mesh.
-  pure subroutine face_surface(scene, points, pair, u, mortar)
+  !> are in the mesh; a second time where some have no multiplier.
+  pure subroutine face_surface(scene, points, pair, u, mortar, placement)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
     type(mortar_t), intent(out) :: mortar !! of the points of the pair
-    real(wp) :: x(3, scene%mesh%n_nodes), reach
+    type(placement_t), intent(inout) :: placement !! gets is_fixed, driven_in, still
+    real(wp) :: x(3, scene%mesh%n_nodes), reach, far
     type(slave_t) :: slave
     integer, allocatable :: master(:, :)
-    logical :: is_apart
 
     associate (of => scene%pairs(pair), mesh => scene%mesh, &
                slave_nodes => points%node(points%first(pair):points%first(pair + 1) - 1), &
@@ -354,16 +362,86 @@ contains
           maxval(u(:, m), 2) - minval(u(:, s), 2)))
         x(:, s) = x(:, s) + u(:, s)
         x(:, m) = x(:, m) + u(:, m)
-        call make_mortar(slave, master, x, reach, mortar)
       end if
-      ! What is placed once for all faces whatever lies opposite. So do bodies that are apart: what
-      ! moves freely may fall any way.
-      is_apart = of%small_sliding
-      if (.not. is_apart) is_apart = .not. any(mortar%area > 0.0_wp)
-      if (.not. is_apart) return
-      call make_mortar(slave, master, x, reach + reach_of_all(s, m, x), mortar, behind=reach)
+      if (allocated(points%freedom)) then
+        slave%asks = points%freedom%is_bound(slave_nodes)
+        if (allocated(mesh%hangs)) slave%asks = slave%asks .and. .not. mesh%hangs(slave_nodes)
+        if (.not. any(slave%asks)) deallocate (slave%asks)
+      end if
+      far = reach + reach_of_all(s, m, x)
+      call face_faces(slave, master, x, [reach, far], of%small_sliding, mortar)
+      if (.not. allocated(mortar%opposite)) return
+      call find_fixed_points(scene, points, pair, u, mortar, placement)
+      associate (is_fixed => placement%is_fixed(points%first(pair):points%first(pair + 1) - 1))
+        if (.not. any(is_fixed)) return
+        slave%is_fixed = is_fixed
+      end associate
+      deallocate (slave%asks)
+      call face_faces(slave, master, x, [reach, far], of%small_sliding, mortar)
     end associate
   end subroutine face_surface
+
+  !> What lies opposite within reach. What is placed once for all faces whatever lies opposite. So do
+  !> bodies that are apart: what moves freely may fall any way.
+  pure subroutine face_faces(slave, master, x, reach, is_placed_once, mortar)
+    type(slave_t), intent(in) :: slave
+    integer, intent(in) :: master(:, :)  !! (4,n_master)
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    real(wp), intent(in) :: reach(2)     !! near, and of everything [length]
+    logical, intent(in) :: is_placed_once
+    type(mortar_t), intent(out) :: mortar
+
+    if (.not. is_placed_once) then
+      call make_mortar(slave, master, x, reach(1), mortar)
+      if (any(mortar%area > 0.0_wp)) return
+    end if
+    call make_mortar(slave, master, x, reach(2), mortar, behind=reach(1))
+  end subroutine face_faces
+
+  !> Which points of a pair have two sides that cannot move apart, along the normal or along an axis
+  !> across it, and how deep prescribed motion took them in.
+  pure subroutine find_fixed_points(scene, points, pair, u, mortar, placement)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
+    type(mortar_t), intent(in) :: mortar  !! with what lies opposite
+    type(placement_t), intent(inout) :: placement
+    real(wp) :: normal(3), apart(3), moved(3), gap
+    logical :: still(3), counts
+    integer :: i, k
+
+    if (.not. allocated(placement%weights%still)) allocate (placement%weights%still(3, points%n), &
+      source=.false.)
+    do i = points%first(pair), points%first(pair + 1) - 1
+      associate (here => mortar%opposite(i - points%first(pair) + 1), node => points%node(i))
+        placement%is_fixed(i) = .false.
+        placement%driven_in(i) = 0.0_wp
+        placement%weights%still(:, i) = .false.
+        if (here%n == 0 .or. .not. mortar%area(i - points%first(pair) + 1) > 0.0_wp) cycle
+        normal = mortar%normal(:, i - points%first(pair) + 1)
+        call turn_into_plane(is_across(points, i), normal, counts)
+        if (.not. counts) cycle
+        call find_fixed(points%freedom, node, here, normal, still, placement%is_fixed(i))
+        if (.not. placement%is_fixed(i)) then
+          ! A tangent along an axis that the normal has no part of.
+          placement%weights%still(:, i) = still .and. abs(normal) <= straight .and. &
+            count(abs(normal) <= straight) == 2
+          cycle
+        end if
+        apart = scene%mesh%coordinates(:, node)
+        moved = 0.0_wp
+        do k = 1, here%n
+          apart = apart - here%weight(k)*scene%mesh%coordinates(:, here%node(k))
+          where (.not. points%freedom%can_move(:, here%node(k))) moved = moved + here%weight(k)* &
+            (u(:, node) - u(:, here%node(k)))
+        end do
+        where (points%freedom%can_move(:, node)) moved = 0.0_wp
+        gap = dot_product(normal, apart) + points%extra_gap(i)
+        placement%driven_in(i) = max(0.0_wp, -dot_product(normal, moved) - max(0.0_wp, gap))
+      end associate
+    end do
+  end subroutine find_fixed_points
 
   !> A normal on planes of symmetry lies in them. One that does not has no direction there.
   pure subroutine turn_into_plane(across, normal, is_in_plane)
