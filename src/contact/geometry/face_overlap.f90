@@ -173,18 +173,16 @@ contains
     end do
   end function find_overlap
 
-  !> The shape functions of a master face where a corner of the slave face lies opposite, all 0
-  !> where it does not.
+  !> The shape functions of a master face at the place opposite a corner of the slave face; below 0
+  !> where that is beyond its edges.
   pure function opposite_weights(plane, corner, master) result(n)
     type(plane_t), intent(in) :: plane     !! of the slave face
     integer, intent(in) :: corner          !! 1 to 4
     real(wp), intent(in) :: master(:, :)   !! (3,3) or (3,4) its nodes [length]
     real(wp) :: n(4)
-    real(wp), parameter :: rounding = 1.0e-6_wp !! as of the places of nodes in a deck [-]
 
     n = shape_at(map_of_face(in_plane(plane, master)), size(master, 2) == 3, &
       plane%corner(:, corner))
-    if (minval(n) < -rounding) n = 0.0_wp
   end function opposite_weights
 
   !> Add the integrals over one triangle of an overlap, its edges halved so many times.

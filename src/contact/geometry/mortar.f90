@@ -21,6 +21,9 @@ module mortar_mod
     integer :: n = 0                !! 0: none does
     integer :: node(4) = 0          !! of the master's face
     real(wp) :: weight(4) = 0.0_wp  !! its shape functions there [-]
+    real(wp) :: beyond = 0.1_wp
+    !! how far beyond its edges, beside the face; further away is not opposite: strains do not move
+    !! an edge so far [-]
   end type opposite_t
 
   !> What the nodes of a slave surface face.
@@ -367,16 +370,19 @@ contains
     type(part_t), intent(in) :: parts(:)
     integer, intent(in) :: row(4)         !! of the face's nodes
     type(opposite_t), intent(inout) :: opposite(:)
+    real(wp) :: weight(4)
     integer :: a, i
 
     do i = 1, size(parts)
       do a = 1, 4
+        if (.not. asks(a)) cycle
         associate (found => opposite(row(a)), node => parts(i)%node(:parts(i)%n))
-          if (.not. asks(a) .or. found%n > 0) cycle
-          found%weight = opposite_weights(plane, a, x(:, node))
-          if (.not. sum(found%weight) > 0.0_wp) cycle
+          weight = opposite_weights(plane, a, x(:, node))
+          if (-minval(weight) >= found%beyond) cycle
           found%n = parts(i)%n
           found%node(:found%n) = node
+          found%beyond = -minval(weight)
+          found%weight = max(0.0_wp, weight)/sum(max(0.0_wp, weight))
         end associate
       end do
     end do
