@@ -22,7 +22,7 @@ module transfer_mod
   use dof_map_mod, only: dof_map_t, interface_equations_of, interface_terms_of
   use rigid_modes_mod, only: free_motions_t, motion_at
   use local_frame_mod, only: straight
-  use placement_mod, only: placement_t
+  use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
 
@@ -112,6 +112,7 @@ contains
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: prescribed(:, :)      !! (3,n_nodes)
     type(contact_points_t), intent(inout) :: points
+    type(placement_t) :: undeformed
     logical :: on_slave(scene%mesh%n_nodes)
     integer :: pair
 
@@ -130,6 +131,9 @@ contains
         end associate
       end do
     end associate
+    allocate (points%freedom%normal(3, points%n), source=0.0_wp)
+    call place_undeformed(scene, points, undeformed)
+    points%freedom%normal = undeformed%frame(:, 1, :)
   end subroutine note_freedom
 
   !> Number the rows of every point: a row wherever the point can move along its frame and the law

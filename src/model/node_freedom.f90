@@ -14,6 +14,7 @@ module node_freedom_mod
     type(constraints_t) :: active            !! constraints, chains substituted
     integer, allocatable :: constraint(:, :) !! (3,n_nodes) of these, 0: none
     logical, allocatable :: is_tied(:, :)    !! (3,n_nodes) the constraint is that of a tie
+    real(wp), allocatable :: normal(:, :)    !! (3,n_points) of the undeformed mesh [-]
   end type node_freedom_t
 
 contains

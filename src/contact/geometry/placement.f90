@@ -407,7 +407,8 @@ contains
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
     type(mortar_t), intent(in) :: mortar  !! with what lies opposite
     type(placement_t), intent(inout) :: placement
-    real(wp) :: normal(3), apart(3), moved(3), gap
+    real(wp), parameter :: same_faces = 0.995_wp !! cosine of normals then and now: 6 degrees
+    real(wp) :: normal(3), before(3), frame(3, 3), apart(3), moved(3), gap
     logical :: still(3), counts
     integer :: i, k
 
@@ -422,11 +423,16 @@ contains
         normal = mortar%normal(:, i - points%first(pair) + 1)
         call turn_into_plane(is_across(points, i), normal, counts)
         if (.not. counts) cycle
-        call find_fixed(points%freedom, node, here, normal, still, placement%is_fixed(i))
+        ! Inclination that deformation makes of flat faces is none: it would come and go.
+        before = normal
+        if (dot_product(normal, points%freedom%normal(:, i)) > same_faces) before = &
+          points%freedom%normal(:, i)
+        call find_fixed(points%freedom, node, here, before, still, placement%is_fixed(i))
         if (.not. placement%is_fixed(i)) then
-          ! A tangent along an axis that the normal has no part of.
+          ! An axis that is a tangent.
+          frame = local_frame(normal)
           placement%weights%still(:, i) = still .and. abs(normal) <= straight .and. &
-            count(abs(normal) <= straight) == 2
+            maxval(abs(frame(:, 2:)), dim=2) >= 1.0_wp - straight
           cycle
         end if
         apart = scene%mesh%coordinates(:, node)
