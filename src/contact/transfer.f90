@@ -26,9 +26,9 @@ module transfer_mod
   implicit none
   private
 
-  public :: relative_motion, nodal_forces, gap_at, movable, note_freedom, rows_of_points, motion_of_point, &
-    motions_at_rows, transfer_t, make_transfer, compliance_of_rows, stiffness_left, &
-    give_way, stiffness_left_nearby
+  public :: relative_motion, nodal_forces, gap_at, movable, note_freedom, rows_of_points, &
+    motion_of_point, motions_at_rows, transfer_t, make_transfer, compliance_of_rows, &
+    stiffness_left, give_way, stiffness_left_nearby
 
   real(wp), parameter :: rounding = 1.0e-12_wp !! of a motion, whose pin moves by 1: none
 

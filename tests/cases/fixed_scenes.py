@@ -56,7 +56,7 @@ UP-ZMAX, P, 1.
 
 
 def glued(low=(8, 1), up=(8, 1), pair="UCS, LCS", glue="*TIE\nUGS, LGS\n", **options):
-    """The strips glued on the left, in contact on the right, pressed by 1 per area, then sheared."""
+    """The strips glued on the left, in contact on the right, pressed, then sheared."""
     force = 0.36 / ((up[0] + 1) * (up[1] + 1))
     return (
         strips(low, up, **options)
@@ -83,6 +83,7 @@ def equations(nodes):
 
 
 YOUNG, POISSON = 25000.8, 0.25004
+MU = float(np.tan(np.pi / 6))
 
 
 class Crack:
@@ -136,7 +137,7 @@ class Crack:
         """Turn and enlarge a vector of the plane."""
         return self.length * self.rotation @ np.asarray(place)
 
-    def deck(self, mu=np.tan(np.pi / 6), small="YES", pair="UPPER, LOWER"):
+    def deck(self, mu=MU, small="YES", pair="UPPER, LOWER"):
         """Return the deck."""
         lines = ["*HEADING", "A closed crack", "*NODE, NSET=ALL"]
         boundary = []
@@ -152,6 +153,10 @@ class Crack:
         lines += ["*SURFACE, NAME=LOWER", *(f"{e}, S5" for e in self.lips[-1])]
         lines += ["*MATERIAL, NAME=M", "*ELASTIC", f"{YOUNG}, {POISSON}"]
         lines += ["*SOLID SECTION, ELSET=E, MATERIAL=M", "*SURFACE INTERACTION, NAME=I"]
-        lines += ["*FRICTION", repr(float(mu)), f"*CONTACT PAIR, INTERACTION=I, SMALL SLIDING={small}"]
+        lines += [
+            "*FRICTION",
+            repr(float(mu)),
+            f"*CONTACT PAIR, INTERACTION=I, SMALL SLIDING={small}",
+        ]
         lines += [pair, "*BOUNDARY", "ALL, 3, 3", "*STEP", "*STATIC", "1., 1.", "*BOUNDARY"]
         return "\n".join([*lines, *boundary, "*END STEP", ""])

@@ -81,15 +81,19 @@ class Clamped(Case):
         # A column that does not spread: all moves along z as stress/E, but for the held edge's x,
         # y. Its normals are held on one side alone.
         held = "LOW-XMIN, 1, 2\nUP-XMIN, 1, 2\nLOW-ZMIN, 1, 2"
-        text = clamped((4, 2), (5, 2), held=held, mu=0, small="YES").replace("1000., 0.3", "1000., 0.")
+        text = clamped((4, 2), (5, 2), held=held, mu=0, small="YES").replace(
+            "1000., 0.3", "1000., 0."
+        )
         contact = self.contact(text)
         self.assertLess(abs(contact.pressure() - 1.0).max(), 1e-9)
 
     def test_normals_alone_held_under_tilting(self):
         # Deformation inclines the normals: where the edge may slide that frees nothing.
         held = "LOW-ZMIN, 1, 2\nLOW-XMIN, 1, 3\nUP-XMIN, 3, 3"
-        of = {small: self.contact(clamped((4, 2), (5, 2), held=held, small=small)) for small in (
-            "YES", "NO")}
+        of = {
+            small: self.contact(clamped((4, 2), (5, 2), held=held, small=small))
+            for small in ("YES", "NO")
+        }
         for contact in of.values():
             self.assertLess(abs(contact.pressure()).max(), 1.3)
         self.assertAlmostEqual(of["YES"].resultant[2], of["NO"].resultant[2], delta=1e-3)

@@ -13,8 +13,8 @@ module mortar_mod
   implicit none
   private
 
-  public :: mortar_t, slave_t, opposite_t, make_mortar, take_up_shifts, reach_of_faces, reach_of_all, &
-    face_each_other, enough
+  public :: mortar_t, slave_t, opposite_t, make_mortar, take_up_shifts, reach_of_faces, &
+    reach_of_all, face_each_other, enough
 
   !> The place of the master that lies opposite a slave node.
   type :: opposite_t
@@ -417,36 +417,36 @@ contains
       dual(:, a) = lumped(a)*dual(:, a)
     end do
     associate (row => face%row)
-    dual = matmul(dual, transpose(face%given))
-    mortar%area(row) = mortar%area(row) + matmul(face%given, lumped)
-    do a = 1, 4
-      do b = 1, 4
-        if (a == b .or. .not. makes_rows .or. .not. face%given(b, a) > 0.0_wp) cycle
-        ! The row of `b` stands for the place of `a`, too.
-        call append_entry(row(b), face%node(b), face%given(b, a)*lumped(a), entries)
-        call append_entry(row(b), face%node(a), -face%given(b, a)*lumped(a), entries)
-      end do
-    end do
-    do i = 1, size(parts)
-      associate (overlap => parts(i)%overlap)
-        part_of = matmul(transpose(dual), overlap%mixed)
-        mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
-        do a = 1, 4
-          mortar%normal(:, row(a)) = mortar%normal(:, row(a)) + dot_product(face%given(a, :), &
-            overlap%lumped)*overlap%normal
-        end do
-      end associate
-      do k = 1, parts(i)%n
-        do a = 1, 4
-          if (makes_rows) then
-            call append_entry(row(a), parts(i)%node(k), part_of(a, k), entries)
-          else
-            mortar%apart(:, row(a)) = mortar%apart(:, row(a)) + part_of(a, k)* &
-              (face%x(:, a) - x(:, parts(i)%node(k)))
-          end if
+      dual = matmul(dual, transpose(face%given))
+      mortar%area(row) = mortar%area(row) + matmul(face%given, lumped)
+      do a = 1, 4
+        do b = 1, 4
+          if (a == b .or. .not. makes_rows .or. .not. face%given(b, a) > 0.0_wp) cycle
+          ! The row of `b` stands for the place of `a`, too.
+          call append_entry(row(b), face%node(b), face%given(b, a)*lumped(a), entries)
+          call append_entry(row(b), face%node(a), -face%given(b, a)*lumped(a), entries)
         end do
       end do
-    end do
+      do i = 1, size(parts)
+        associate (overlap => parts(i)%overlap)
+          part_of = matmul(transpose(dual), overlap%mixed)
+          mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
+          do a = 1, 4
+            mortar%normal(:, row(a)) = mortar%normal(:, row(a)) + dot_product(face%given(a, :), &
+              overlap%lumped)*overlap%normal
+          end do
+        end associate
+        do k = 1, parts(i)%n
+          do a = 1, 4
+            if (makes_rows) then
+              call append_entry(row(a), parts(i)%node(k), part_of(a, k), entries)
+            else
+              mortar%apart(:, row(a)) = mortar%apart(:, row(a)) + part_of(a, k)* &
+                (face%x(:, a) - x(:, parts(i)%node(k)))
+            end if
+          end do
+        end do
+      end do
     end associate
   end subroutine add_face
 

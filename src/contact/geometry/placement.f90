@@ -381,8 +381,8 @@ contains
     end associate
   end subroutine face_surface
 
-  !> What lies opposite within reach. What is placed once for all faces whatever lies opposite. So do
-  !> bodies that are apart: what moves freely may fall any way.
+  !> What lies opposite within reach. What is placed once for all faces whatever lies opposite. So
+  !> do bodies that are apart: what moves freely may fall any way.
   pure subroutine face_faces(slave, master, x, reach, is_placed_once, mortar)
     type(slave_t), intent(in) :: slave
     integer, intent(in) :: master(:, :)  !! (4,n_master)
