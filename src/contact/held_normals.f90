@@ -53,15 +53,14 @@ contains
         end associate
         if (n == 0 .or. is_told(pair)) cycle
         is_told(pair) = .true.
-        line%text = 'note: step '//to_text(step)//': '
         if (any(placement%is_fixed(points%first(pair):points%first(pair + 1) - 1))) then
-          line%text = line%text//'supports, constraints or common nodes keep both sides of '
+          line%text = 'supports, constraints or common nodes keep both sides of '//to_text(n)// &
+            ' points of '//scene%pairs(pair)%name//' from moving apart'
         else
-          line%text = line%text//'supports hold the normal of '
+          line%text = 'supports hold the normal of '//to_text(n)//' points of '// &
+            scene%pairs(pair)%name
         end if
-        line%text = line%text//to_text(n)//' points of '//scene%pairs(pair)%name
-        if (any(placement%is_fixed(points%first(pair):points%first(pair + 1) - 1))) &
-          line%text = line%text//' from moving apart'
+        line%text = 'note: step '//to_text(step)//': '//line%text
         line%text = line%text//': there is no reaction and no friction there'
         if (overlap > rounding*maxval(abs(scene%mesh%coordinates))) line%text = line%text// &
           '; their overlap of up to '//to_text(overlap, 4)//' is not carried'
