@@ -130,14 +130,16 @@ contains
       if (allocated(error)) return
       if (report%ending == ended_unbalanced) then
         ! No result, but others may want to try the contact problem: with these frames.
-        call describe_contact(points, solver%contact, trial%placement, old, new, report%contact)
+        call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, new, &
+          report%contact)
         exit attempts
       end if
 
       ! 6. Certificate
       call place_curved(scene, points, new%displacement, trial%placement, new%rotation, stay=.true.)
       call drag_points(scene, points, old, new%displacement, new%rotation, trial%placement)
-      call describe_contact(points, solver%contact, trial%placement, old, new, report%contact)
+      call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, new, &
+        report%contact)
       call watch_inactive(scene, points, solver%contact, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
@@ -236,7 +238,7 @@ contains
     integer :: i
 
     if (points%n == 0) return
-    is_inside = report%contact%gap < -10.0_wp*scene%contact%tolerance* &
+    is_inside = report%contact%gap + report%contact%kept_overlap < -10.0_wp*scene%contact%tolerance* &
       maxval(abs(new%displacement)) - rounding_of_places(scene, new%displacement)
     do i = 1, size(condensed%group)
       is_inside(condensed%group(i)%active) = .false.

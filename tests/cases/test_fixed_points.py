@@ -21,7 +21,7 @@ class Contact:
         (group,) = result.file["contact"].values()
         self.x = np.array(group["coordinates"])
         self.reaction = np.array(group["reaction"])[-1]
-        self.area = np.array(group["covered_area"])[-1]
+        self.area = np.array(group.get("covered_area", [group["area"]]))[-1]
         self.slip = np.array(group["slip"])[-1]
         self.resultant = np.array(group["resultant"])[-1]
         ids = np.array(result.file["VTKHDF/PointData/node_id"])
@@ -114,6 +114,50 @@ class Clamped(Case):
         self.assertEqual(run.status, 2)
         self.assertIn("is prescribed to move 0.005 into LOW-ZMAX", run.errors)
         self.contact(clamped((4, 2), (5, 2), pushed="*BOUNDARY\nUP-XMIN, 3, 3, 0.01\n"))
+
+
+class BeforeObstacles(Case):
+    """A cube whose lower edge is clamped within a plane, by 0.01."""
+
+    DECK = """*HEADING
+A cube that is held within a plane
+*BLOCK, NAME=B, NX=2, NY=2, NZ=2
+0., 0., 0., 1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*NODE
+900, 0., 0., 0.
+*OBSTACLE, NAME=G, TYPE=PLANE, REF NODE=900
+0., 0., 0.01, 0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, G
+*NSET, NSET=EDGE
+1, 4, 7
+*BOUNDARY
+EDGE, 1, 3
+900, 1, 2
+*STEP
+*STATIC
+1., 1.
+*BOUNDARY
+900, 3, 3, {way}
+*DSLOAD
+B-ZMAX, P, 1.
+*END STEP
+"""
+
+    def test_an_overlap_that_stays_is_not_carried(self):
+        contact = self.contact(self.DECK.format(way=0.0))
+        self.assertIn("their overlap of up to 0.01 is not carried", self.output)
+        self.assertEqual(abs(contact.reaction[contact.x[:, 0] == 0]).max(), 0)
+
+    def test_one_that_grows_is_refused(self):
+        run = Run(self.DECK.format(way=0.001), name="deck")
+        self.assertEqual(run.status, 2)
+        self.assertIn("into G", run.errors)
 
 
 class Glued(Case):
