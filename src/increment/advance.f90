@@ -130,8 +130,8 @@ contains
       if (allocated(error)) return
       if (report%ending == ended_unbalanced) then
         ! No result, but others may want to try the contact problem: with these frames.
-        call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, new, &
-          report%contact)
+        call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, &
+          new, report%contact)
         exit attempts
       end if
 
@@ -238,8 +238,9 @@ contains
     integer :: i
 
     if (points%n == 0) return
-    is_inside = report%contact%gap + report%contact%kept_overlap < -10.0_wp*scene%contact%tolerance* &
-      maxval(abs(new%displacement)) - rounding_of_places(scene, new%displacement)
+    is_inside = report%contact%gap + report%contact%kept_overlap < -10.0_wp* &
+      scene%contact%tolerance*maxval(abs(new%displacement)) - rounding_of_places(scene, &
+      new%displacement)
     do i = 1, size(condensed%group)
       is_inside(condensed%group(i)%active) = .false.
       is_inside(condensed%group(i)%far) = .false.
