@@ -95,6 +95,9 @@ contains
       largest_alone(pressed, forces%stiffness))
 
     x(1, :) = contact%gap
+    if (allocated(contact%kept_overlap)) then
+      where (x(1, :) < 0.0_wp) x(1, :) = min(0.0_wp, x(1, :) + contact%kept_overlap)
+    end if
     x(2:, :) = contact%slip_increment
     if (present(turned)) then
       where (spread(turned%is_turned, 1, 2)) x(2:, :) = turned%slip

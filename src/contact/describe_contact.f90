@@ -18,12 +18,13 @@ module describe_contact_mod
 contains
 
   !> Gaps, slips, reactions and status from the displacements as they came out.
-  pure subroutine describe_contact(points, condensed, placement, old, new, contact)
+  pure subroutine describe_contact(points, condensed, undeformed, placement, old, new, contact)
     type(contact_points_t), intent(in) :: points
     type(condensed_contact_t), intent(in) :: condensed
-    type(placement_t), intent(in) :: placement
+    type(placement_t), intent(in) :: undeformed, placement
     type(state_t), intent(in) :: old, new
     type(contact_fields_t), intent(out) :: contact
+    logical :: has_rows(points%n)
     integer :: i
 
     contact%frame = placement%frame
@@ -44,14 +45,19 @@ contains
       contact%gap(i) = gap_at(placement, points, i, new%displacement)
       if (.not. is_covered(points, placement%weights, i)) then
         contact%gap(i) = no_gap
+        if (placement%driven_in(i) > 0.0_wp) contact%gap(i) = -placement%driven_in(i)
         contact%slip_increment(:, i) = 0.0_wp
       end if
       if (.not. points%on_surface(i)) contact%least_gap(i) = contact%gap(i)
       contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
     end do
+    has_rows = .not. points%in_reach
     do i = 1, size(condensed%group)
       call find_status(condensed%group(i), contact)
+      has_rows(condensed%group(i)%active) = .true.
+      has_rows(condensed%group(i)%far) = .true.
     end do
+    contact%kept_overlap = merge(0.0_wp, max(0.0_wp, -undeformed%gap), has_rows)
   end subroutine describe_contact
 
   !> The status of the points of a group: the branch of Coulomb's law that each is on. A point with

@@ -13,21 +13,22 @@ module transfer_mod
   use kinds_mod, only: wp
   use block_diagonal_mod, only: block_diagonal_t, add_column, entry_of, order_of
   use huge_pages_mod, only: prefer_huge_pages
-  use constraints_mod, only: constraints_t, active_constraints
+  use constraints_mod, only: active_constraints
+  use node_freedom_mod, only: can_move, freedom_of
   use mesh_mod, only: mesh_t
   use obstacles_mod, only: ref_nodes
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t, weights_t, is_covered, is_across
+  use contact_points_mod, only: contact_points_t, weights_t, is_covered, is_across, is_still
   use dof_map_mod, only: dof_map_t, interface_equations_of, interface_terms_of
   use rigid_modes_mod, only: free_motions_t, motion_at
   use local_frame_mod, only: straight
-  use placement_mod, only: placement_t
+  use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
 
-  public :: relative_motion, nodal_forces, gap_at, movable, rows_of_points, motion_of_point, &
-    motions_at_rows, transfer_t, make_transfer, compliance_of_rows, stiffness_left, &
-    give_way, stiffness_left_nearby
+  public :: relative_motion, nodal_forces, gap_at, movable, note_freedom, rows_of_points, &
+    motion_of_point, motions_at_rows, transfer_t, make_transfer, compliance_of_rows, &
+    stiffness_left, give_way, stiffness_left_nearby
 
   real(wp), parameter :: rounding = 1.0e-12_wp !! of a motion, whose pin moves by 1: none
 
@@ -55,6 +56,13 @@ contains
       d = d - weights%weight(k)*u(:, weights%node(k))
     end do
     where (is_across(points, i)) d = 0.0_wp
+    if (.not. any(is_still(weights, i))) return
+    ! What a mean makes of nodes beside those that are held is no motion of the point.
+    where (is_still(weights, i)) d = 0.0_wp
+    do k = weights%first(i), weights%first(i + 1) - 1
+      where (is_still(weights, i) .and. .not. points%freedom%can_move(:, weights%node(k))) &
+        d = d + weights%weight(k)*(u(:, points%node(i)) - u(:, weights%node(k)))
+    end do
   end function relative_motion
 
   !> Reactions of the points as forces of the nodes.
@@ -94,22 +102,39 @@ contains
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: prescribed(:, :)      !! (3,n_nodes)
     logical :: movable(3, size(prescribed, 2))
-    type(constraints_t) :: active
-    integer :: c, k
 
-    movable = spread(scene%mesh%body > 0, 1, 3)
-    movable(:, ref_nodes(scene%obstacles)) = .true.
-    movable = movable .and. .not. prescribed
-    active = active_constraints(scene%constraints, prescribed)
-    do c = 1, active%n
-      associate (can_move => movable(active%dof(c), active%node(c)))
-        can_move = .false.
-        do k = active%first(c), active%first(c + 1) - 1
-          can_move = can_move .or. movable(active%master_dof(k), active%master(k))
-        end do
-      end associate
-    end do
+    movable = can_move(scene%mesh%body, ref_nodes(scene%obstacles), &
+      active_constraints(scene%constraints, prescribed), prescribed)
   end function movable
+
+  !> Let the points know the freedom of the nodes in a *STEP, where it takes from any of theirs.
+  pure subroutine note_freedom(scene, prescribed, points)
+    type(scene_t), intent(in) :: scene
+    logical, intent(in) :: prescribed(:, :)      !! (3,n_nodes)
+    type(contact_points_t), intent(inout) :: points
+    type(placement_t) :: undeformed
+    logical :: on_slave(scene%mesh%n_nodes)
+    integer :: pair
+
+    if (allocated(points%freedom)) deallocate (points%freedom)
+    if (.not. any(scene%pairs%master == 0)) return
+    allocate (points%freedom)
+    points%freedom = freedom_of(scene%mesh%body, ref_nodes(scene%obstacles), scene%constraints, &
+      prescribed)
+    associate (is_bound => points%freedom%is_bound)
+      do pair = 1, size(scene%pairs)
+        if (scene%pairs(pair)%master > 0) cycle
+        on_slave = .false.
+        on_slave(scene%surfaces(scene%pairs(pair)%surface)%nodes) = .true.
+        associate (masters => scene%surfaces(scene%pairs(pair)%master_surface)%nodes)
+          is_bound(masters) = is_bound(masters) .or. on_slave(masters)
+        end associate
+      end do
+    end associate
+    allocate (points%freedom%normal(3, points%n), source=0.0_wp)
+    call place_undeformed(scene, points, undeformed)
+    points%freedom%normal = undeformed%frame(:, 1, :)
+  end subroutine note_freedom
 
   !> Number the rows of every point: a row wherever the point can move along its frame and the law
   !> has a reaction.
@@ -118,8 +143,8 @@ contains
   !> and no row; without friction there are no tangential rows; a point whose normal cannot move, or
   !> that is out of reach of its master, or not covered by it, has none at all (docs/theory.md
   !> sections 2 and 11).
-  pure subroutine rows_of_points(can_move, points, weights, frame, row)
-    logical, intent(in) :: can_move(:, :)         !! (3,n_nodes) of `movable`
+  pure subroutine rows_of_points(movable, points, weights, frame, row)
+    logical, intent(in) :: movable(:, :)          !! (3,n_nodes)
     type(contact_points_t), intent(in) :: points
     type(weights_t), intent(in) :: weights
     real(wp), intent(in) :: frame(:, :, :)        !! (3,3,n_points) columns n, t1, t2
@@ -132,11 +157,11 @@ contains
     do i = 1, points%n
       if (.not. points%in_reach(i)) cycle
       if (.not. is_covered(points, weights, i)) cycle
-      free = can_move(:, points%node(i))
+      free = movable(:, points%node(i))
       do k = weights%first(i), weights%first(i + 1) - 1
-        if (abs(weights%weight(k)) > 0.0_wp) free = free .or. can_move(:, weights%node(k))
+        if (abs(weights%weight(k)) > 0.0_wp) free = free .or. movable(:, weights%node(k))
       end do
-      free = free .and. .not. is_across(points, i)
+      free = free .and. .not. (is_across(points, i) .or. is_still(weights, i))
       do a = 1, 3
         if (a > 1 .and. (row(1, i) == 0 .or. points%mu(i) <= 0.0_wp)) exit
         if (.not. any(free .and. abs(frame(:, a, i)) > straight)) cycle

@@ -33,7 +33,6 @@ contains
     type(surface_list_t), intent(inout) :: surfaces !! faces of a surface of nodes are found
     integer, intent(in) :: slave_position, master_position !! of the names in the deck
     type(contact_pair_t), intent(inout) :: pair
-    integer :: shared
     logical :: ok
 
     if (.not. allocated(surfaces%list(pair%surface)%faces)) return
@@ -48,13 +47,9 @@ contains
           'the master '//quoted(master%name)//' of a pair of two surfaces', ok)
       end if
       if (ok) then
-        shared = shared_node(slave%nodes, master%nodes, mesh%n_nodes)
-        if (shared > 0) then
-          call report(reader, master_position, quoted(slave%name)//' and '//quoted(master%name)// &
-            ' share node '//to_text(mesh%node_id(shared))//': the surfaces of a contact pair '// &
-            'must not touch by their mesh')
-          ok = .false.
-        end if
+        ok = any_of_its_own(slave%nodes, master%nodes, mesh%n_nodes)
+        if (.not. ok) call report(reader, master_position, 'all nodes of '//quoted(slave%name)// &
+          ' belong to '//quoted(master%name)//', too: the surfaces cannot move apart')
       end if
       if (ok) call check_sides(reader, model, slave, master, master_position, pair, ok)
     end associate
@@ -296,20 +291,14 @@ contains
     end do
   end function thickness
 
-  !> A node that two lists have in common; 0: none.
-  pure integer function shared_node(one, other, n_nodes) result(node)
-    integer, intent(in) :: one(:), other(:), n_nodes
-    logical :: is_one(n_nodes)
-    integer :: i
+  !> Whether a list has a node that another does not have.
+  pure logical function any_of_its_own(nodes, others, n_nodes)
+    integer, intent(in) :: nodes(:), others(:), n_nodes
+    logical :: is_other(n_nodes)
 
-    is_one = .false.
-    is_one(one) = .true.
-    node = 0
-    do i = 1, size(other)
-      if (.not. is_one(other(i))) cycle
-      node = other(i)
-      return
-    end do
-  end function shared_node
+    is_other = .false.
+    is_other(others) = .true.
+    any_of_its_own = .not. all(is_other(nodes))
+  end function any_of_its_own
 
 end module surface_pairs_mod

@@ -130,14 +130,16 @@ contains
       if (allocated(error)) return
       if (report%ending == ended_unbalanced) then
         ! No result, but others may want to try the contact problem: with these frames.
-        call describe_contact(points, solver%contact, trial%placement, old, new, report%contact)
+        call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, &
+          new, report%contact)
         exit attempts
       end if
 
       ! 6. Certificate
       call place_curved(scene, points, new%displacement, trial%placement, new%rotation, stay=.true.)
       call drag_points(scene, points, old, new%displacement, new%rotation, trial%placement)
-      call describe_contact(points, solver%contact, trial%placement, old, new, report%contact)
+      call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, new, &
+        report%contact)
       call watch_inactive(scene, points, solver%contact, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
@@ -236,8 +238,9 @@ contains
     integer :: i
 
     if (points%n == 0) return
-    is_inside = report%contact%gap < -10.0_wp*scene%contact%tolerance* &
-      maxval(abs(new%displacement)) - rounding_of_places(scene, new%displacement)
+    is_inside = report%contact%gap + report%contact%kept_overlap < -10.0_wp* &
+      scene%contact%tolerance*maxval(abs(new%displacement)) - rounding_of_places(scene, &
+      new%displacement)
     do i = 1, size(condensed%group)
       is_inside(condensed%group(i)%active) = .false.
       is_inside(condensed%group(i)%far) = .false.
@@ -280,6 +283,10 @@ contains
         if (scene%pairs(pair)%master > 0) cycle
         in_reach = .false.
         in_reach(master_nodes(points, pair)) = .true.
+        ! A point stands for neighbours, too, that have no multiplier.
+        associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+          in_reach(pack(points%node(first:last), points%in_reach(first:last))) = .true.
+        end associate
         do i = points%first(pair), points%first(pair + 1) - 1
           is_stray(i) = points%in_reach(i) .and. .not. &
             all(in_reach(weights%node(weights%first(i):weights%first(i + 1) - 1)))

@@ -2,11 +2,12 @@
 !> by which the nodes of the master make up what a point faces.
 module contact_points_mod
   use kinds_mod, only: wp
+  use node_freedom_mod, only: node_freedom_t
   implicit none
   private
 
   public :: contact_points_t, weights_t, master_sides_t, master_nodes, contact_nodes, is_covered, &
-    is_across, n_sides, faces_of_side, find_side_points
+    is_across, is_still, n_sides, faces_of_side, find_side_points
 
   !> What concave edges divide a master of faces into: each side has integrals and points of its
   !> own, as if it were the master of a pair.
@@ -34,6 +35,8 @@ module contact_points_mod
     real(wp), allocatable :: extra_gap(:) !! (n) of *CONTACT GAP [length]
     logical,  allocatable :: in_reach(:)
     !! (n) candidates; the others stay out of the interface, their gaps are watched
+    type(node_freedom_t), allocatable :: freedom
+    !! of all nodes in a *STEP; not allocated: no support or constraint takes a point
     integer,  allocatable :: first(:) !! (n_pairs+1) first point of each pair
     type(master_sides_t), allocatable :: sides(:)
     !! (n_pairs) of the masters; not allocated: all have one
@@ -54,6 +57,9 @@ module contact_points_mod
     integer,  allocatable :: node(:)   !! (n_entries) master node
     real(wp), allocatable :: weight(:) !! (n_entries) [-]
     logical,  allocatable :: covers(:) !! (n_points) whether a master of faces covers the point
+    logical,  allocatable :: still(:, :)
+    !! (3,n_points) axes across the normal along which the two sides move against each other as
+    !! prescribed alone; not allocated: there are none
   end type weights_t
 
 contains
@@ -130,5 +136,15 @@ contains
     across = .false.
     if (allocated(points%across)) across = points%across(:, i)
   end function is_across
+
+  !> The axes across the normal of a point along which supports and constraints hold both sides.
+  pure function is_still(weights, i) result(still)
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: i
+    logical :: still(3)
+
+    still = .false.
+    if (allocated(weights%still)) still = weights%still(:, i)
+  end function is_still
 
 end module contact_points_mod

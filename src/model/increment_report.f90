@@ -62,6 +62,9 @@ module increment_report_mod
     real(wp), allocatable :: reaction(:, :) !! (3,n_points) n, t1, t2, on the slave body [force]
     real(wp), allocatable :: gap(:)
     !! (n_points) `no_gap` where no master covers the point [length]
+    real(wp), allocatable :: kept_overlap(:)
+    !! (n_points) overlap from the start at points that supports keep from moving along the normal:
+    !! nothing carries it. Not allocated: none [length]
     real(wp), allocatable :: covered_area(:)
     !! (n_points) of the node's area what its master covers [length^2]
     logical, allocatable :: is_partly_covered(:)

@@ -18,7 +18,8 @@ module make_plan_mod
   use dof_map_mod, only: dof_map_t, make_dof_map
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use placement_mod, only: placement_t, place_undeformed
-  use transfer_mod, only: movable, rows_of_points
+  use node_freedom_mod, only: node_freedom_t
+  use transfer_mod, only: movable, note_freedom, rows_of_points
   use condensed_contact_mod, only: few_rows
   use candidate_points_mod, only: find_points
   use contact_interface_mod, only: find_reach, interface_dofs
@@ -83,9 +84,11 @@ contains
     logical :: prescribed(3, scene%mesh%n_nodes), before(3, scene%mesh%n_nodes)
     type(dof_map_t) :: map
     type(free_motions_t) :: motions
+    type(node_freedom_t), allocatable :: of_run !! in the *STEP that a run is in
     integer, allocatable :: blocks(:)
     integer :: step
 
+    call move_alloc(plan%points%freedom, of_run)
     plan%rows = spread(0, 1, plan%points%n)
     plan%n_equations = 0
     plan%n_interface = 0
@@ -116,6 +119,7 @@ contains
       plan%n_equations = max(plan%n_equations, map%n_free)
       plan%n_interface = max(plan%n_interface, map%n_interface)
     end do
+    call move_alloc(of_run, plan%points%freedom)
   end subroutine count_unknowns
 
   !> Entries of square blocks of these orders.
@@ -163,6 +167,7 @@ contains
     logical :: can_move(3, scene%mesh%n_nodes), free_masters(size(scene%pairs))
 
     can_move = movable(scene, prescribed)
+    call note_freedom(scene, prescribed, plan%points)
     associate (points => plan%points)
       free_masters = [(any(can_move(:, master_nodes(points, i))), i=1, size(scene%pairs))]
       call place_undeformed(scene, points, placement)

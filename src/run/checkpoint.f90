@@ -16,6 +16,7 @@ module checkpoint_mod
   use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
   use step_loads_mod, only: prescribed_dofs
+  use transfer_mod, only: note_freedom
   use step_solver_mod, only: step_solver_t, set_supports, prepare_step
   use look_ahead_mod, only: ahead_t, carry_ahead
   use load_step_error_mod, only: coarse_run_t, start_coarse
@@ -148,7 +149,7 @@ contains
   !> case. In a continued run also in the middle of a step.
   subroutine enter_step(scene, plan, increment, progress, solver, error)
     type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
+    type(plan_t), intent(inout) :: plan !! its points get what supports leave to the nodes
     type(increment_t), intent(in) :: increment
     type(progress_t), intent(inout) :: progress
     type(step_solver_t), intent(inout) :: solver
@@ -159,11 +160,13 @@ contains
     associate (made_for => progress%entered)
       if (made_for == 0) then
         made_for = last_factorised(scene, increment%step, progress%widened_in)
+        call note_freedom(scene, prescribed_dofs(scene, made_for), plan%points)
         call set_supports(scene, plan%points, prescribed_dofs(scene, made_for), solver, &
           progress%tally%work, error)
         if (allocated(error)) return
       end if
       do step = made_for + 1, increment%step
+        call note_freedom(scene, prescribed_dofs(scene, step), plan%points)
         call set_supports(scene, plan%points, prescribed_dofs(scene, step), solver, &
           progress%tally%work, error)
         if (allocated(error)) return

@@ -7,7 +7,7 @@ module face_overlap_mod
   implicit none
   private
 
-  public :: overlap_t, plane_t, plane_of_face, outward_normal, find_overlap
+  public :: overlap_t, plane_t, plane_of_face, outward_normal, find_overlap, opposite_weights
 
   !> The plane of a slave face, in which overlaps are found.
   type :: plane_t
@@ -172,6 +172,18 @@ contains
       end if
     end do
   end function find_overlap
+
+  !> The shape functions of a master face at the place opposite a corner of the slave face; below 0
+  !> where that is beyond its edges.
+  pure function opposite_weights(plane, corner, master) result(n)
+    type(plane_t), intent(in) :: plane     !! of the slave face
+    integer, intent(in) :: corner          !! 1 to 4
+    real(wp), intent(in) :: master(:, :)   !! (3,3) or (3,4) its nodes [length]
+    real(wp) :: n(4)
+
+    n = shape_at(map_of_face(in_plane(plane, master)), size(master, 2) == 3, &
+      plane%corner(:, corner))
+  end function opposite_weights
 
   !> Add the integrals over one triangle of an overlap, its edges halved so many times.
   pure recursive subroutine add_halved(faces, corner, halvings, overlap)

@@ -8,12 +8,23 @@ module mortar_mod
   use small_matrix_mod, only: solve_small
   use contact_points_mod, only: weights_t
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
-  use face_overlap_mod, only: overlap_t, plane_t, plane_of_face, outward_normal, find_overlap
+  use face_overlap_mod, only: overlap_t, plane_t, plane_of_face, outward_normal, find_overlap, &
+    opposite_weights
   implicit none
   private
 
-  public :: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, reach_of_all, &
-    face_each_other, enough
+  public :: mortar_t, slave_t, opposite_t, make_mortar, take_up_shifts, reach_of_faces, &
+    reach_of_all, face_each_other, enough
+
+  !> The place of the master that lies opposite a slave node.
+  type :: opposite_t
+    integer :: n = 0                !! 0: none does
+    integer :: node(4) = 0          !! of the master's face
+    real(wp) :: weight(4) = 0.0_wp  !! its shape functions there [-]
+    real(wp) :: beyond = 0.1_wp
+    !! how far beyond its edges, beside the face; further away is not opposite: strains do not move
+    !! an edge so far [-]
+  end type opposite_t
 
   !> What the nodes of a slave surface face.
   type :: mortar_t
@@ -29,6 +40,8 @@ module mortar_mod
     !! (3,n) place of the node less that of what it faces, 0: not covered [length]
     real(wp), allocatable :: least_gap(:)
     !! (n) at the points of the quadrature on the node's faces, huge where there are none [length]
+    type(opposite_t), allocatable :: opposite(:)
+    !! (n) where the slave asks for it, else not allocated
   end type mortar_t
 
   !> A slave surface.
@@ -38,6 +51,9 @@ module mortar_mod
     integer, allocatable :: hanging(:, :)
     !! (5,m) of these the nodes that hang, with the two or four that they lie between: these get
     !! what they have, and they are not covered
+    logical, allocatable :: asks(:)     !! (n) for what lies opposite; not allocated: none does
+    logical, allocatable :: is_fixed(:)
+    !! (n) the node has no multiplier: its neighbours get what it has; not allocated: none
   end type slave_t
 
   !> Contributions to rows, in any order. There may be more room in the arrays.
@@ -54,6 +70,15 @@ module mortar_mod
     real(wp) :: distance = 0.0_wp !! of its middle from the slave's plane [length]
     type(overlap_t) :: overlap
   end type part_t
+
+  !> A slave face.
+  type :: face_t
+    integer :: node(4)
+    integer :: row(4)      !! of the nodes
+    real(wp) :: x(3, 4)    !! where they are [length]
+    real(wp) :: area       !! [length^2]
+    real(wp) :: given(4, 4) !! as of `what_neighbours_get` [-]
+  end type face_t
 
   real(wp), parameter :: against = -0.2_wp      !! cosine of normals that face each other, at most
   real(wp), parameter :: enough = 1.0e-3_wp     !! of a node's area: less covered is no contact [-]
@@ -81,7 +106,7 @@ contains
     type(part_t), allocatable :: parts(:)
     type(entries_t) :: entries
     type(plane_t) :: plane
-    real(wp) :: length, size_of_master, reaches(2)
+    real(wp) :: length, size_of_master, reaches(2), given(4, 4)
     integer :: number(size(x, 2)), n, f, i, k
     logical :: makes_rows, has_own
 
@@ -92,6 +117,7 @@ contains
     allocate (mortar%area(n), mortar%whole_area(n), mortar%faced_area(n), source=0.0_wp)
     allocate (mortar%normal(3, n), mortar%outward(3, n), mortar%apart(3, n), source=0.0_wp)
     allocate (mortar%least_gap(n), source=huge(1.0_wp))
+    if (allocated(slave%asks)) allocate (mortar%opposite(n))
     allocate (entries%row(64), entries%node(64), entries%weight(64))
     grid = make_face_grid(master, x)
     size_of_master = largest_face(master, x)
@@ -100,19 +126,27 @@ contains
     do f = 1, size(slave%faces, 2)
       associate (nodes => slave%faces(:, f))
         plane = plane_of_face(x(:, nodes))
-        mortar%whole_area(number(nodes)) = mortar%whole_area(number(nodes)) + 0.25_wp*plane%area
+        given = what_neighbours_get(slave, number(nodes))
+        mortar%whole_area(number(nodes)) = mortar%whole_area(number(nodes)) + 0.25_wp* &
+          plane%area*sum(given, dim=2)
         do i = 1, 4
           associate (outward => mortar%outward(:, number(nodes(i))))
             outward = outward + plane%area*plane%axis(:, 3)
           end associate
         end do
         call find_parts(grid, master, x, x(:, nodes), plane, reaches, size_of_master, parts)
-        call add_face(number(nodes), x(:, nodes), plane%area, x, parts, makes_rows, mortar, entries)
+        if (allocated(slave%asks)) call look_opposite(slave%asks(number(nodes)), plane, x, parts, &
+          number(nodes), mortar%opposite)
+        call add_face(face_t(nodes, number(nodes), x(:, nodes), plane%area, given), x, parts, &
+          makes_rows, mortar, entries)
       end associate
     end do
     has_own = makes_rows
     if (present(is_tie)) has_own = .not. is_tie
-    if (allocated(slave%hanging)) call fold_rows(slave%hanging, number, has_own, mortar, entries)
+    if (allocated(slave%hanging)) call fold_rows(slave, number, has_own, mortar, entries)
+    if (allocated(slave%is_fixed)) then
+      where (slave%is_fixed) mortar%area = 0.0_wp
+    end if
     do i = 1, n
       length = norm2(mortar%normal(:, i))
       if (length > 0.0_wp) mortar%normal(:, i) = mortar%normal(:, i)/length
@@ -308,19 +342,67 @@ contains
     if (.not. all(kept)) parts = pack(parts, kept)
   end subroutine keep_nearest
 
+  !> What each node of a face gets of the multipliers: its own, and those of neighbours that have
+  !> none. The four then still add up to 1 all over the face, so that a uniform pressure reaches its
+  !> edge. docs/theory.md (11.17).
+  pure function what_neighbours_get(slave, row) result(given)
+    type(slave_t), intent(in) :: slave
+    integer, intent(in) :: row(4)         !! of the face's nodes
+    real(wp) :: given(4, 4)               !! (by, of); columns add up to 1, or 0: there is nobody
+    logical :: has_none(4), is_taker(4)
+    integer :: a
+
+    has_none = .false.
+    if (allocated(slave%is_fixed)) has_none = slave%is_fixed(row)
+    given = 0.0_wp
+    do a = 1, 4
+      is_taker = [1, 2, 3, 4] == a
+      if (has_none(a)) then
+        is_taker = cshift(is_taker, 1) .or. cshift(is_taker, -1)
+        if (all(has_none .or. .not. is_taker)) is_taker = .true.
+        is_taker = is_taker .and. .not. has_none
+      end if
+      where (is_taker) given(:, a) = 1.0_wp/real(count(is_taker), wp)
+    end do
+  end function what_neighbours_get
+
+  !> Find the places of the master opposite the nodes of a slave face that ask for it.
+  pure subroutine look_opposite(asks, plane, x, parts, row, opposite)
+    logical, intent(in) :: asks(4)
+    type(plane_t), intent(in) :: plane    !! of the slave face
+    real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
+    type(part_t), intent(in) :: parts(:)
+    integer, intent(in) :: row(4)         !! of the face's nodes
+    type(opposite_t), intent(inout) :: opposite(:)
+    real(wp) :: weight(4)
+    integer :: a, i
+
+    do i = 1, size(parts)
+      do a = 1, 4
+        if (.not. asks(a)) cycle
+        associate (found => opposite(row(a)), node => parts(i)%node(:parts(i)%n))
+          weight = opposite_weights(plane, a, x(:, node))
+          if (-minval(weight) >= found%beyond) cycle
+          found%n = parts(i)%n
+          found%node(:found%n) = node
+          found%beyond = -minval(weight)
+          found%weight = max(0.0_wp, weight)/sum(max(0.0_wp, weight))
+        end associate
+      end do
+    end do
+  end subroutine look_opposite
+
   !> Add what covers a slave face to the rows of its nodes, or to what they are apart from it, not
   !> yet divided by their areas.
-  pure subroutine add_face(row, slave, area, x, parts, makes_rows, mortar, entries)
-    integer, intent(in) :: row(4)         !! of the face's nodes
-    real(wp), intent(in) :: slave(3, 4)   !! where these are [length]
-    real(wp), intent(in) :: area          !! of the slave face [length^2]
+  pure subroutine add_face(face, x, parts, makes_rows, mortar, entries)
+    type(face_t), intent(in) :: face
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     type(part_t), intent(in) :: parts(:)
     logical, intent(in) :: makes_rows
     type(mortar_t), intent(inout) :: mortar
     type(entries_t), intent(inout) :: entries
     real(wp) :: lumped(4), mass(4, 4), dual(4, 4), part_of(4, 4), unit(4)
-    integer :: a, i, k
+    integer :: a, b, i, k
     logical :: regular
 
     if (size(parts) == 0) return
@@ -330,7 +412,7 @@ contains
       lumped = lumped + parts(i)%overlap%lumped
       mass = mass + parts(i)%overlap%mass
     end do
-    if (sum(lumped) < least_cover*area) return
+    if (sum(lumped) < least_cover*face%area) return
     do a = 1, 4
       unit = 0.0_wp
       unit(a) = 1.0_wp
@@ -338,44 +420,66 @@ contains
       if (.not. regular) return
       dual(:, a) = lumped(a)*dual(:, a)
     end do
-    mortar%area(row) = mortar%area(row) + lumped
-    do i = 1, size(parts)
-      associate (overlap => parts(i)%overlap)
-        part_of = matmul(transpose(dual), overlap%mixed)
-        mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
-        do a = 1, 4
-          mortar%normal(:, row(a)) = mortar%normal(:, row(a)) + overlap%lumped(a)*overlap%normal
-        end do
-      end associate
-      do k = 1, parts(i)%n
-        do a = 1, 4
-          if (makes_rows) then
-            call append_entry(row(a), parts(i)%node(k), part_of(a, k), entries)
-          else
-            mortar%apart(:, row(a)) = mortar%apart(:, row(a)) + part_of(a, k)* &
-              (slave(:, a) - x(:, parts(i)%node(k)))
-          end if
+    associate (row => face%row)
+      dual = matmul(dual, transpose(face%given))
+      mortar%area(row) = mortar%area(row) + matmul(face%given, lumped)
+      do a = 1, 4
+        do b = 1, 4
+          if (a == b .or. .not. makes_rows .or. .not. face%given(b, a) > 0.0_wp) cycle
+          ! The row of `b` stands for the place of `a`, too.
+          call append_entry(row(b), face%node(b), face%given(b, a)*lumped(a), entries)
+          call append_entry(row(b), face%node(a), -face%given(b, a)*lumped(a), entries)
         end do
       end do
-    end do
+      do i = 1, size(parts)
+        associate (overlap => parts(i)%overlap)
+          part_of = matmul(transpose(dual), overlap%mixed)
+          mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
+          do a = 1, 4
+            mortar%normal(:, row(a)) = mortar%normal(:, row(a)) + dot_product(face%given(a, :), &
+              overlap%lumped)*overlap%normal
+          end do
+        end associate
+        do k = 1, parts(i)%n
+          do a = 1, 4
+            if (makes_rows) then
+              call append_entry(row(a), parts(i)%node(k), part_of(a, k), entries)
+            else
+              mortar%apart(:, row(a)) = mortar%apart(:, row(a)) + part_of(a, k)* &
+                (face%x(:, a) - x(:, parts(i)%node(k)))
+            end if
+          end do
+        end do
+      end do
+    end associate
   end subroutine add_face
 
   !> Give what nodes have that hang to those that they lie between, in equal parts: each of these
   !> then stands for its own place and for theirs, by what it has of both.
-  pure   subroutine fold_rows(hanging, number, has_own, mortar, entries)
-    integer, intent(in) :: hanging(:, :) !! (5,m)
+  pure subroutine fold_rows(slave, number, has_own, mortar, entries)
+    type(slave_t), intent(in) :: slave   !! with nodes that hang
     integer, intent(in) :: number(:)     !! (n_nodes) rows of the surface's
     logical, intent(in) :: has_own       !! rows get what they stand for of the slave's own
     type(mortar_t), intent(inout) :: mortar
     type(entries_t), intent(inout) :: entries
-    integer :: rows(4, size(mortar%area)), n(size(mortar%area)), n_entries, own, node, h, i, k
+    integer, dimension(4, size(mortar%area)) :: rows, between !! those nodes, and their numbers
+    integer :: n(size(mortar%area)), n_entries, own, node, h, i, k
+    logical :: takes(4)
     real(wp) :: part
 
     n = 0
-    do h = 1, size(hanging, 2)
-      own = number(hanging(1, h))
-      n(own) = count(hanging(2:, h) > 0)
-      rows(:n(own), own) = number(hanging(2:n(own) + 1, h))
+    do h = 1, size(slave%hanging, 2)
+      associate (nodes => slave%hanging(2:, h))
+        own = number(slave%hanging(1, h))
+        takes = nodes > 0
+        if (allocated(slave%is_fixed)) takes = takes .and. .not. slave%is_fixed(number(max(1, &
+          nodes)))
+        ! Where none has a multiplier what the node has is left out with theirs.
+        if (.not. any(takes)) takes = nodes > 0
+        n(own) = count(takes)
+        between(:n(own), own) = pack(nodes, takes)
+        rows(:n(own), own) = number(between(:n(own), own))
+      end associate
     end do
     n_entries = entries%n
     do i = 1, n_entries
@@ -389,8 +493,8 @@ contains
         call append_entry(rows(k, own), node, part, entries)
       end do
     end do
-    do h = 1, size(hanging, 2)
-      own = number(hanging(1, h))
+    do h = 1, size(slave%hanging, 2)
+      own = number(slave%hanging(1, h))
       part = 1.0_wp/real(n(own), wp)
       do k = 1, n(own)
         associate (row => rows(k, own))
@@ -401,8 +505,8 @@ contains
           mortar%apart(:, row) = mortar%apart(:, row) + part*mortar%apart(:, own)
           mortar%least_gap(row) = min(mortar%least_gap(row), mortar%least_gap(own))
           if (.not. has_own .or. .not. mortar%area(own) > 0.0_wp) cycle
-          call append_entry(row, hanging(k + 1, h), part*mortar%area(own), entries)
-          call append_entry(row, hanging(1, h), -part*mortar%area(own), entries)
+          call append_entry(row, between(k, own), part*mortar%area(own), entries)
+          call append_entry(row, slave%hanging(1, h), -part*mortar%area(own), entries)
         end associate
       end do
       mortar%area(own) = 0.0_wp
@@ -442,7 +546,7 @@ contains
 
     start = 0
     do i = 1, size(row)
-      start(row(i) + 1) = start(row(i) + 1) + 1
+      if (area(row(i)) > 0.0_wp) start(row(i) + 1) = start(row(i) + 1) + 1
     end do
     start(1) = 1
     do i = 1, size(area)
@@ -450,6 +554,7 @@ contains
     end do
     at = start(:size(area))
     do i = 1, size(row)
+      if (.not. area(row(i)) > 0.0_wp) cycle
       sorted(at(row(i))) = i
       at(row(i)) = at(row(i)) + 1
     end do

@@ -9,8 +9,9 @@ module placement_mod
   use surfaces_mod, only: nodes_of
   use contact_points_mod, only: contact_points_t, weights_t, is_across, n_sides, faces_of_side, &
     find_side_points
-  use local_frame_mod, only: local_frame
+  use local_frame_mod, only: local_frame, straight
   use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, enough
+  use fixed_points_mod, only: find_fixed
   use facet_mortar_mod, only: facet_pair_t, join_facets, corners_of, face_facets, reach_of_facets, &
     reach_of_all_facets
   implicit none
@@ -43,6 +44,11 @@ module placement_mod
     real(wp), allocatable :: apart(:, :)
     !! (3,n_points) before facets of an obstacle: place of the node less that of what it faces; 0
     !! elsewhere [length]
+    logical, allocatable :: is_fixed(:)
+    !! (n_points) before a surface: the two sides cannot move apart along the normal; the point does
+    !! not count as covered
+    real(wp), allocatable :: driven_in(:)
+    !! (n_points) how deep prescribed motion took such a point into its master [length]
     real(wp), allocatable :: drag(:, :)
     !! (3,n_points) what the turn of obstacles adds to the motion of the points about them in the
     !! increment (drag_points_mod), 0 where none turns [length]
@@ -82,6 +88,8 @@ contains
     allocate (placement%unplaced_gap(points%n), source=no_gap)
     allocate (placement%faced_area(points%n), source=0.0_wp)
     allocate (placement%drag(3, points%n), placement%apart(3, points%n), source=0.0_wp)
+    allocate (placement%is_fixed(points%n), source=.false.)
+    allocate (placement%driven_in(points%n), source=0.0_wp)
     allocate (placement%weights%first(points%n + 1), source=1)
     allocate (placement%weights%node(0), placement%weights%weight(0))
     allocate (placement%weights%covers(points%n), source=.true.)
@@ -200,7 +208,7 @@ contains
     integer :: i, k, j, first, last
 
     call find_side_points(points, pair, side, first, last)
-    call face_surface(scene, points, pair, side, u, mortar)
+    call face_surface(scene, points, pair, side, u, mortar, placement)
     call place_covered(points, first, stay, mortar, placement)
     allocate (rows%first(last - first + 2), rows%node(size(mortar%weights%node)), &
       rows%weight(size(mortar%weights%node)))
@@ -364,17 +372,17 @@ contains
   end subroutine face_obstacle
 
   !> What the nodes of a slave surface face of one side of a surface where `u` takes them, or with
-  !> small sliding where they are in the mesh.
-  pure subroutine face_surface(scene, points, pair, side, u, mortar)
+  !> small sliding where they are in the mesh; a second time where some have no multiplier.
+  pure subroutine face_surface(scene, points, pair, side, u, mortar, placement)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair, side
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
     type(mortar_t), intent(out) :: mortar !! of the points before the side
-    real(wp) :: x(3, scene%mesh%n_nodes), reach
+    type(placement_t), intent(inout) :: placement !! gets is_fixed, driven_in, still
+    real(wp) :: x(3, scene%mesh%n_nodes), reach, far
     type(slave_t) :: slave
     integer, allocatable :: master(:, :), faces(:), m(:)
-    logical :: is_apart
     integer :: first, last
 
     call find_side_points(points, pair, side, first, last)
@@ -399,18 +407,95 @@ contains
         ! What came to overlap has moved as far.
         reach = reach + norm2(max(maxval(u(:, s), 2) - minval(u(:, m), 2), &
           maxval(u(:, m), 2) - minval(u(:, s), 2)))
-        x(:, s) = x(:, s) + u(:, s)
-        x(:, m) = x(:, m) + u(:, m)
-        call make_mortar(slave, master, x, reach, mortar)
+        x(:, s) = mesh%coordinates(:, s) + u(:, s)
+        ! A node of both surfaces is displaced once.
+        x(:, m) = mesh%coordinates(:, m) + u(:, m)
       end if
-      ! What is placed once for all faces whatever lies opposite. So do bodies that are apart: what
-      ! moves freely may fall any way.
-      is_apart = of%small_sliding
-      if (.not. is_apart) is_apart = .not. any(mortar%area > 0.0_wp)
-      if (.not. is_apart) return
-      call make_mortar(slave, master, x, reach + reach_of_all(s, m, x), mortar, behind=reach)
+      if (allocated(points%freedom)) then
+        slave%asks = points%freedom%is_bound(slave_nodes)
+        if (allocated(mesh%hangs)) slave%asks = slave%asks .and. .not. mesh%hangs(slave_nodes)
+        if (.not. any(slave%asks)) deallocate (slave%asks)
+      end if
+      far = reach + reach_of_all(s, m, x)
+      call face_faces(slave, master, x, [reach, far], of%small_sliding, mortar)
+      if (.not. allocated(mortar%opposite)) return
+      call find_fixed_points(scene, points, first, u, mortar, placement)
+      associate (is_fixed => placement%is_fixed(first:last))
+        if (.not. any(is_fixed)) return
+        slave%is_fixed = is_fixed
+      end associate
+      deallocate (slave%asks)
+      call face_faces(slave, master, x, [reach, far], of%small_sliding, mortar)
     end associate
   end subroutine face_surface
+
+  !> What lies opposite within reach. What is placed once for all faces whatever lies opposite. So
+  !> do bodies that are apart: what moves freely may fall any way.
+  pure subroutine face_faces(slave, master, x, reach, is_placed_once, mortar)
+    type(slave_t), intent(in) :: slave
+    integer, intent(in) :: master(:, :)  !! (4,n_master)
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    real(wp), intent(in) :: reach(2)     !! near, and of everything [length]
+    logical, intent(in) :: is_placed_once
+    type(mortar_t), intent(out) :: mortar
+
+    if (.not. is_placed_once) then
+      call make_mortar(slave, master, x, reach(1), mortar)
+      if (any(mortar%area > 0.0_wp)) return
+    end if
+    call make_mortar(slave, master, x, reach(2), mortar, behind=reach(1))
+  end subroutine face_faces
+
+  !> Which points before a surface have two sides that cannot move apart, along the normal or along an axis
+  !> across it, and how deep prescribed motion took them in.
+  pure subroutine find_fixed_points(scene, points, first, u, mortar, placement)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: first          !! of the points
+    real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
+    type(mortar_t), intent(in) :: mortar  !! of these, with what lies opposite
+    type(placement_t), intent(inout) :: placement
+    real(wp), parameter :: same_faces = 0.995_wp !! cosine of normals then and now: 6 degrees
+    real(wp) :: normal(3), before(3), frame(3, 3), apart(3), moved(3), gap
+    logical :: still(3), counts
+    integer :: i, k
+
+    if (.not. allocated(placement%weights%still)) allocate (placement%weights%still(3, points%n), &
+      source=.false.)
+    do i = first, first + size(mortar%opposite) - 1
+      associate (here => mortar%opposite(i - first + 1), node => points%node(i))
+        placement%is_fixed(i) = .false.
+        placement%driven_in(i) = 0.0_wp
+        placement%weights%still(:, i) = .false.
+        if (here%n == 0 .or. .not. mortar%area(i - points%first(pair) + 1) > 0.0_wp) cycle
+        normal = mortar%normal(:, i - points%first(pair) + 1)
+        call turn_into_plane(is_across(points, i), normal, counts)
+        if (.not. counts) cycle
+        ! Inclination that deformation makes of flat faces is none: it would come and go.
+        before = normal
+        if (dot_product(normal, points%freedom%normal(:, i)) > same_faces) before = &
+          points%freedom%normal(:, i)
+        call find_fixed(points%freedom, node, here, before, still, placement%is_fixed(i))
+        if (.not. placement%is_fixed(i)) then
+          ! An axis that is a tangent.
+          frame = local_frame(normal)
+          placement%weights%still(:, i) = still .and. abs(normal) <= straight .and. &
+            maxval(abs(frame(:, 2:)), dim=2) >= 1.0_wp - straight
+          cycle
+        end if
+        apart = scene%mesh%coordinates(:, node)
+        moved = 0.0_wp
+        do k = 1, here%n
+          apart = apart - here%weight(k)*scene%mesh%coordinates(:, here%node(k))
+          where (.not. points%freedom%can_move(:, here%node(k))) moved = moved + here%weight(k)* &
+            (u(:, node) - u(:, here%node(k)))
+        end do
+        where (points%freedom%can_move(:, node)) moved = 0.0_wp
+        gap = dot_product(normal, apart) + points%extra_gap(i)
+        placement%driven_in(i) = max(0.0_wp, -dot_product(normal, moved) - max(0.0_wp, gap))
+      end associate
+    end do
+  end subroutine find_fixed_points
 
   !> A normal on planes of symmetry lies in them. One that does not has no direction there.
   pure subroutine turn_into_plane(across, normal, is_in_plane)
