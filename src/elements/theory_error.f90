@@ -1,0 +1,98 @@
+!> What finite strain would change of a small-strain solution, bounded by one internal force.
+module theory_error_mod
+  use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t, kind_c3d8i
+  use scene_mod, only: material_t
+  use brick8_mod, only: lame_constants, shape_gradients, strain_of, stiffness_length
+  use elements_mod, only: nodal_force
+  use c3d8i_mod, only: mode_gradients, mode_amplitudes
+  use finite_strain_mod, only: finite_force
+  implicit none
+  private
+
+  public :: estimate_theory_error
+
+contains
+
+  !> The error of the forces by the theory, as a part of them: twice
+  !>
+  !>     sum over the bricks |u . (f_finite - f_linear)|  /  min over the bodies u . f_linear
+  !>
+  !> with the smallest of the bodies that a pair acts on, or of all where none does. Bodies without
+  !> strain energy are left out; 0 where none has any. docs/theory.md (8.18).
+  pure subroutine estimate_theory_error(mesh, materials, u, is_pressed, error, thermal)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
+    logical, intent(in) :: is_pressed(:)   !! (n_bodies) whether a pair acts on the body
+    real(wp), intent(out) :: error         !! [-]
+    real(wp), intent(in), optional :: thermal(:)
+    !! (n_elements) as of find_thermal_stress [force/length^2]
+    real(wp), parameter :: operations = 64.0_wp ! rounded ones in a displacement's difference
+    real(wp) :: change(mesh%n_bodies), work(mesh%n_bodies), rounding(mesh%n_bodies)
+    real(wp) :: lambda, shear, of_change, of_work, growth
+    logical :: is_strained(mesh%n_bodies)
+    integer :: e, body, nodes(8)
+
+    change = 0.0_wp
+    work = 0.0_wp
+    rounding = 0.0_wp
+    growth = 0.0_wp
+    do e = 1, mesh%n_elements
+      nodes = mesh%connectivity(:, e)
+      body = mesh%body(nodes(1))
+      associate (material => materials(mesh%material(e)))
+        call lame_constants(material%young, material%poisson, lambda, shear)
+      end associate
+      if (present(thermal)) growth = thermal(e)/(3.0_wp*lambda + 2.0_wp*shear)
+      call find_works(mesh%element_kind(e), mesh%coordinates(:, nodes), u(:, nodes), growth, &
+        lambda, shear, of_change, of_work)
+      change(body) = change(body) + abs(of_change)
+      work(body) = work(body) + of_work
+      rounding(body) = rounding(body) + (abs(lambda) + 2.0_wp*shear)* &
+        stiffness_length(mesh%coordinates(:, nodes))* &
+        (operations*epsilon(1.0_wp)*maxval(abs(u(:, nodes))))**2
+    end do
+    is_strained = work > rounding
+    error = 0.0_wp
+    if (.not. any(is_strained)) return
+    if (any(is_pressed .and. is_strained)) then
+      error = 2.0_wp*sum(change, is_strained)/minval(work, is_pressed .and. is_strained)
+    else
+      error = 2.0_wp*sum(change, is_strained)/minval(work, is_strained)
+    end if
+    if (.not. error <= huge(error)) error = huge(error)
+  end subroutine estimate_theory_error
+
+  !> Work of a brick's forces on its displacements: by how much that of finite strain differs from
+  !> the linear one, and the linear one.
+  !>
+  !> A brick that expands freely is the reference of its strains, F/(1 + growth), and displacements
+  !> are counted from there. With incompatible modes, whose amplitudes are those of the linear
+  !> solution, their forces do work on these: to first order that is what the forces of the nodes
+  !> would be once the amplitudes had followed.
+  pure subroutine find_works(kind, x, u, growth, lambda, shear, change, work)
+    integer,  intent(in) :: kind             !! kind_c3d8 or its kin
+    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
+    real(wp), intent(in) :: growth           !! free expansion [-]
+    real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
+    real(wp), intent(out) :: change, work    !! [energy]
+    real(wp) :: from(3, 8), strained(3, 8), linear(3, 8), finite(3, 8), modes(3, 3), of_modes(3, 3)
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), mode(3, 3, 8)
+
+    from = x - spread(x(:, 1), 2, 8)
+    strained = u - spread(u(:, 1), 2, 8) - growth*from
+    linear = nodal_force(kind, x, strained, lambda, shear)
+    modes = 0.0_wp
+    if (kind == kind_c3d8i) then
+      call shape_gradients(x, gradient, weight, inverse_jacobian)
+      call mode_gradients(x, weight, mode)
+      modes = mode_amplitudes(mode, weight, strain_of(inverse_jacobian, strained), lambda, shear)
+    end if
+    call finite_force(kind, (1.0_wp + growth)*from, strained, modes, lambda, shear, finite, &
+      of_modes)
+    change = sum(strained*(finite - linear)) + sum(modes*of_modes)
+    work = sum(strained*linear)
+  end subroutine find_works
+
+end module theory_error_mod
