@@ -1,10 +1,11 @@
 !> What finite strain would change of a small-strain solution, bounded by one internal force.
 module theory_error_mod
   use kinds_mod, only: wp
-  use mesh_mod, only: mesh_t, kind_c3d8i
+  use mesh_mod, only: mesh_t, kind_c3d8i, kind_c3d8b
   use scene_mod, only: material_t
-  use brick8_mod, only: lame_constants, shape_gradients, strain_of, stiffness_length
-  use elements_mod, only: nodal_force
+  use brick8_mod, only: lame_constants, shape_gradients, strain_of, mode_strain_of, stress_of, &
+    stiffness_length
+  use c3d8b_mod, only: mean_dilatation_strain
   use c3d8i_mod, only: mode_gradients, mode_amplitudes
   use finite_strain_mod, only: finite_force
   implicit none
@@ -77,22 +78,33 @@ contains
     real(wp), intent(in) :: growth           !! free expansion [-]
     real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
     real(wp), intent(out) :: change, work    !! [energy]
-    real(wp) :: from(3, 8), strained(3, 8), linear(3, 8), finite(3, 8), modes(3, 3), of_modes(3, 3)
+    real(wp) :: from(3, 8), strained(3, 8), finite(3, 8), modes(3, 3), of_modes(3, 3)
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), mode(3, 3, 8)
+    real(wp) :: strain(6, 8), stress(6, 8)
+    integer :: g
 
     from = x - spread(x(:, 1), 2, 8)
     strained = u - spread(u(:, 1), 2, 8) - growth*from
-    linear = nodal_force(kind, x, strained, lambda, shear)
     modes = 0.0_wp
-    if (kind == kind_c3d8i) then
-      call shape_gradients(x, gradient, weight, inverse_jacobian)
-      call mode_gradients(x, weight, mode)
-      modes = mode_amplitudes(mode, weight, strain_of(inverse_jacobian, strained), lambda, shear)
-    end if
+    call shape_gradients(from, gradient, weight, inverse_jacobian)
+    strain = strain_of(inverse_jacobian, strained)
+    select case (kind)
+    case (kind_c3d8i)
+      call mode_gradients(from, weight, mode)
+      modes = mode_amplitudes(mode, weight, strain, lambda, shear)
+      strain = strain + mode_strain_of(3, mode, modes)
+    case (kind_c3d8b)
+      strain = mean_dilatation_strain(inverse_jacobian, weight, strained)
+    end select
+    stress = stress_of(strain, lambda, shear)
+    work = 0.0_wp
+    do g = 1, 8
+      work = work + weight(g)*(dot_product(stress(:3, g), strain(:3, g)) + &
+        2.0_wp*dot_product(stress(4:, g), strain(4:, g)))
+    end do
     call finite_force(kind, (1.0_wp + growth)*from, strained, modes, lambda, shear, finite, &
       of_modes)
-    change = sum(strained*(finite - linear)) + sum(modes*of_modes)
-    work = sum(strained*linear)
+    change = sum(strained*finite) + sum(modes*of_modes) - work
   end subroutine find_works
 
 end module theory_error_mod
