@@ -17,22 +17,25 @@ contains
 
   !> The error of the forces by the theory, as a part of them: twice
   !>
-  !>     sum over the bricks |u . (f_finite - f_linear)|  /  min over the bodies u . f_linear
+  !>     sum over the bricks |u . (f_finite - f_linear)| / max(min over the bodies u . f_linear, W)
   !>
-  !> with the smallest of the bodies that a pair acts on, or of all where none does. Bodies without
-  !> strain energy are left out; 0 where none has any. docs/theory.md (8.18).
-  pure subroutine estimate_theory_error(mesh, materials, u, is_pressed, error, thermal)
+  !> with the smallest of the bodies that a pair acts on, or of all where none does, and W what
+  !> reactions do on what they move. Bodies without strain energy are left out; 0 where none has any.
+  !> docs/theory.md (8.18).
+  pure subroutine estimate_theory_error(mesh, materials, u, is_pressed, contact_work, error, &
+      thermal)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
     logical, intent(in) :: is_pressed(:)   !! (n_bodies) whether a pair acts on the body
+    real(wp), intent(in) :: contact_work   !! W, as of least_contact_work [energy]
     real(wp), intent(out) :: error         !! [-]
     real(wp), intent(in), optional :: thermal(:)
     !! (n_elements) as of find_thermal_stress [force/length^2]
     real(wp), parameter :: operations = 64.0_wp ! rounded ones in a displacement's difference
     real(wp) :: change(mesh%n_bodies), work(mesh%n_bodies), rounding(mesh%n_bodies)
     real(wp) :: lambda, shear, of_change, of_work, growth
-    logical :: is_strained(mesh%n_bodies)
+    logical :: is_strained(mesh%n_bodies), counts(mesh%n_bodies)
     integer :: e, body, nodes(8)
 
     change = 0.0_wp
@@ -57,11 +60,9 @@ contains
     is_strained = work > rounding
     error = 0.0_wp
     if (.not. any(is_strained)) return
-    if (any(is_pressed .and. is_strained)) then
-      error = 2.0_wp*sum(change, is_strained)/minval(work, is_pressed .and. is_strained)
-    else
-      error = 2.0_wp*sum(change, is_strained)/minval(work, is_strained)
-    end if
+    counts = is_strained
+    if (any(is_pressed .and. is_strained)) counts = is_pressed .and. is_strained
+    error = 2.0_wp*sum(change, is_strained)/max(minval(work, counts), contact_work)
     if (.not. error <= huge(error)) error = huge(error)
   end subroutine estimate_theory_error
 

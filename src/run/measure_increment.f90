@@ -11,6 +11,8 @@ module measure_increment_mod
   use expansion_mod, only: find_thermal_stress
   use mesh_fields_mod, only: find_largest_deformation
   use recovered_error_mod, only: estimate_mesh_error
+  use condensed_contact_mod, only: condensed_contact_t
+  use contact_work_mod, only: least_contact_work
   use theory_error_mod, only: estimate_theory_error
   implicit none
   private
@@ -51,9 +53,10 @@ contains
   end subroutine measure_deformation
 
   !> The error of small strain, at the end of a step.
-  subroutine estimate_theory(scene, points, state, report)
+  subroutine estimate_theory(scene, points, condensed, state, report)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(condensed_contact_t), intent(in) :: condensed !! the contact problem of the increment
     type(state_t), intent(in) :: state
     type(increment_report_t), intent(inout) :: report !! gets the error
     logical :: is_pressed(0:scene%mesh%n_bodies)
@@ -72,7 +75,7 @@ contains
     end do
     call find_thermal_stress(scene, state%step, state%position, thermal)
     call estimate_theory_error(scene%mesh, scene%materials, state%displacement, is_pressed(1:), &
-      report%errors%theory, thermal)
+      least_contact_work(condensed, report%x_free, report%contact), report%errors%theory, thermal)
   end subroutine estimate_theory
 
 end module measure_increment_mod

@@ -385,7 +385,7 @@ contains
     if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))
     call measure_deformation(scene, new, report)
-    call estimate_theory(scene, plan%points, new, report)
+    call estimate_theory(scene, plan%points, solver%contact, new, report)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
   end subroutine estimate_errors
 
