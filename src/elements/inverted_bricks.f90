@@ -27,7 +27,8 @@ contains
   !> The brick with the least det(I + grad u) that is not above 0; 0: there is none.
   !>
   !> I + H is regular where |H| < 1, and |H| is at most the sum of what an edge of each direction
-  !> adds. Most bricks need no determinant: these three have squares whose sum is below 1/3.
+  !> adds. Most bricks need no determinant: these three have squares whose sum is below 1/3,
+  !> docs/theory.md (8.19).
   pure subroutine find_inverted(mesh, reach, u, element, least)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: reach(:, :)  !! (3,n_elements) as of find_reach [1/length]

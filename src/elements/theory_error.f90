@@ -15,12 +15,13 @@ module theory_error_mod
 
 contains
 
-  !> The error of the forces by the theory, as a part of them: twice
+  !> The error of the forces by the theory, as a part of them: twice the sum over the bricks of
   !>
-  !>     sum over the bricks |u . (f_finite - f_linear)| / max(min over the bodies u . f_linear, W)
+  !>     |u . (f_finite - f_linear)|
   !>
-  !> with the smallest of the bodies that a pair acts on, or of all where none does, and W what
-  !> reactions do on what they move. Bodies without strain energy are left out; 0 where none has any.
+  !> over the work that u . f_linear is: of the body with the least, of those that a pair acts on (of
+  !> all where none does), or W, what reactions do on what they move, where that is more; at most
+  !> that of these bodies together. Bodies without strain energy are left out; 0 where none has any.
   !> docs/theory.md (8.18).
   pure subroutine estimate_theory_error(mesh, materials, u, is_pressed, contact_work, error, &
       thermal)
@@ -62,7 +63,8 @@ contains
     if (.not. any(is_strained)) return
     counts = is_strained
     if (any(is_pressed .and. is_strained)) counts = is_pressed .and. is_strained
-    error = 2.0_wp*sum(change, is_strained)/max(minval(work, counts), contact_work)
+    error = 2.0_wp*sum(change, is_strained)/min(sum(work, counts), max(minval(work, counts), &
+      contact_work))
     if (.not. error <= huge(error)) error = huge(error)
   end subroutine estimate_theory_error
 

@@ -64,6 +64,39 @@ LOW-ZMIN, 1, 3
 HIGH-ZMAX, 1, 3
 *END STEP
 """
+# Two bars of nu = 0, one above the other with a gap: prescribed ends, or a force on the upper one.
+BARS = """*PARAMETER
+gap = 0.
+ratio = 1.
+down = 0.
+force = 0.
+*BLOCK, NAME=LOW, NX=2, NY=2, NZ=2
+0., 0., 0., 1., 1., 1.
+*BLOCK, NAME=HIGH, NX=3, NY=3, NZ=3
+0., 0., <1+gap>, 1., 1., 1.
+*MATERIAL, NAME=SOFT
+*ELASTIC
+1000., 0.
+*MATERIAL, NAME=STIFF
+*ELASTIC
+<1000*ratio>, 0.
+*SOLID SECTION, ELSET=LOW, MATERIAL=SOFT
+*SOLID SECTION, ELSET=HIGH, MATERIAL=STIFF
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+HIGH-ZMIN, LOW-ZMAX
+*BOUNDARY
+LOW-ZMIN, 1, 3
+HIGH-ZMAX, 1, 2
+*STEP
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY
+HIGH-ZMAX, 3, 3, <-down>
+*DSLOAD
+HIGH-ZMIN, P, <-force>
+*END STEP
+"""
 WARMED = """*BLOCK, NAME=B, TYPE=C3D8I, NX=2, NY=2, NZ=2
 0., 0., 0., 1., 1., 1.
 *MATERIAL, NAME=M
@@ -204,6 +237,36 @@ class Theory(unittest.TestCase):
         self.assertAlmostEqual(
             self.error(Run(WARMED.format(pressure=10.0), name="warm")), 2 * (1.05 * 0.985 - 1),
             delta=0.02)
+
+    def pressed_bars(self, **options):
+        """Run BARS; return its error, and the force of the contact."""
+        run = Run(BARS, name="bars", **options)
+        error = self.error(run)
+        with run.result() as result:
+            return error, result.pairs[0].resultant[-1, 2]
+
+    def test_bars_of_any_stiffness_are_bounded(self):
+        for ratio in (1, 100, 1e4):
+            down = 0.05
+            error, force = self.pressed_bars(ratio=ratio, down=down)
+            linear = 1000 * down * ratio / (1 + ratio)
+            self.assertAlmostEqual(force, linear, delta=1e-6 * linear)
+            # P = E (1 + e)(e + e^2/2), the same in both, by bisection.
+            low, high = 0.0, down
+            for _ in range(60):
+                e = (low + high) / 2
+                other = down - e
+                more = (1 - e) * (e - e**2 / 2) < ratio * (1 - other) * (other - other**2 / 2)
+                low, high = (e, high) if more else (low, e)
+            true = abs(1000 * (1 - e) * (e - e**2 / 2) - linear) / linear
+            self.assertGreater(error, true)
+            self.assertLess(error, 3 * true)
+
+    def test_contact_that_the_theory_makes_has_no_bound_below_one(self):
+        # Pulled by 20 the upper bar is 0.02 longer; at finite strain 0.0194, and touches nothing.
+        error, force = self.pressed_bars(gap=0.0199, force=20)
+        self.assertGreater(force, 0)
+        self.assertGreater(error, 1)
 
     def test_an_accuracy_is_that_of_the_theory(self):
         run = Run(pressed(clamped=True), "--accuracy", "0.2", name="pressed", nu=0.3, mu=0.3)
