@@ -19,10 +19,10 @@ contains
   !>
   !>     |u . (f_finite - f_linear)|
   !>
-  !> over the work that u . f_linear is: of the body with the least, of those that a pair acts on (of
-  !> all where none does), or W, what reactions do on what they move, where that is more; at most
-  !> that of these bodies together. Bodies without strain energy are left out; 0 where none has any.
-  !> docs/theory.md (8.18).
+  !> over the work that u . f_linear is: of the body with the least, of those that a pair acts on
+  !> (of all where none does), or W, what reactions do on what they move, where that is more; at
+  !> most that of these bodies together. Bodies without strain energy are left out; 0 where none has
+  !> any. docs/theory.md (8.18).
   pure subroutine estimate_theory_error(mesh, materials, u, is_pressed, contact_work, error, &
       thermal)
     type(mesh_t), intent(in) :: mesh
@@ -91,14 +91,13 @@ contains
     modes = 0.0_wp
     call shape_gradients(from, gradient, weight, inverse_jacobian)
     strain = strain_of(inverse_jacobian, strained)
-    select case (kind)
-    case (kind_c3d8i)
+    if (kind == kind_c3d8i) then
       call mode_gradients(from, weight, mode)
       modes = mode_amplitudes(mode, weight, strain, lambda, shear)
       strain = strain + mode_strain_of(3, mode, modes)
-    case (kind_c3d8b)
+    else if (kind == kind_c3d8b) then
       strain = mean_dilatation_strain(inverse_jacobian, weight, strained)
-    end select
+    end if
     stress = stress_of(strain, lambda, shear)
     work = 0.0_wp
     do g = 1, 8

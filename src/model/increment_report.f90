@@ -118,8 +118,8 @@ module increment_report_mod
 
 contains
 
-  !> The parts together but the theory's: the error of the small-strain solution. Negative where mesh
-  !> or load steps are not estimated.
+  !> The parts together but the theory's: the error of the small-strain solution. Negative where
+  !> mesh or load steps are not estimated.
   pure function total_error(errors) result(total)
     type(error_parts_t), intent(in) :: errors
     real(wp) :: total

@@ -55,7 +55,7 @@ def largest_deformation(result):
 
 
 class SmallStrain(unittest.TestCase):
-    """Strains and rotations are in the file, and reported where finite strain would change forces."""
+    """Strains and rotations are in the file, and reported where theory leaves much out."""
 
     def check(self, run):
         self.assertEqual(run.status, 0, run.errors)

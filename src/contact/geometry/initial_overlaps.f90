@@ -53,7 +53,7 @@ contains
     end do
   end function overlaps
 
-  !> The closed point that began deepest in its master for the thickness of the bricks there, if that
+  !> The closed point that began deepest in its master for the thickness of the bricks there, if it
   !> was deeper than the thickest brick behind its own faces and those of the master's nodes.
   pure subroutine find_deep_overlap(scene, points, contact, gap, point, element)
     type(scene_t), intent(in) :: scene
