@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 1000  # of a table of increments; of more, the ends of steps and the worst
 WORST = 50
-LARGE = 0.05  # strain or rotation beyond which linear theory is left
+LARGE = 0.1  # error by small-strain theory that is worth a warning
 CLASS_TEXT = ' class="text"'
 CERTIFIED = {1: "yes", 0: "no", -1: "pending"}
 
@@ -196,10 +196,11 @@ def warnings(result: Result) -> list[str]:
         more = ", ..." if len(bad) > 10 else ""
         found.append(f"not certified: increments {', '.join(map(str, bad[:10]))}{more}")
     counters = result.counters if "counters" in result.file["run"] else {}
-    for name in ("largest_strain", "largest_rotation"):
-        value = counters.get(name, 0.0)
-        if value > LARGE:
-            found.append(f"{name.replace('_', ' ')} {value:.2g}: beyond linear theory")
+    theory = counters.get("largest_theory_error", 0.0)
+    if theory > LARGE:
+        found.append(f"small-strain theory may be off by {100 * theory:.2g} %: strains up to "
+                     f"{100 * counters['largest_strain']:.2g} %, rotations up to "
+                     f"{counters['largest_rotation']:.2g} rad")
     for name, words in (
         ("increments_cut", "increments that were not solved, and tried again with half their size"),
         ("kinks_inside_increments", "kinks of amplitudes inside increments"),
@@ -246,15 +247,17 @@ def forces(result: Result) -> str:
 
 
 def estimated_errors(result: Result) -> str:
-    """Return the estimated errors where all of them are known."""
+    """Return the estimated errors where all of them are known; the theory's at ends of steps."""
     names = [name for name in result.history_names if name.startswith("error/")]
     if not names:
         return ""
     values = np.stack([result.history(name) for name in names], axis=1)
-    known = np.flatnonzero((values >= 0).all(axis=1))
+    summed = [name != "error/theory" for name in names]
+    known = np.flatnonzero((values[:, summed] >= 0).all(axis=1))
     chosen = chosen_rows(result, known, values.max(axis=1))
     rows = [
-        [str(row + 1), result.label(row), *map(short, values[row])] for row in chosen
+        [str(row + 1), result.label(row), *(short(v) if v >= 0 else "" for v in values[row])]
+        for row in chosen
     ]
     if not rows:
         return "<p>Nowhere were all of them estimated.</p>"

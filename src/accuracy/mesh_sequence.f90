@@ -33,6 +33,7 @@ module mesh_sequence_mod
     real(wp), allocatable :: balls(:, :)  !! (4,n) where contact acted, as of zone_t
     real(wp) :: near = 1.0_wp             !! the part of the bricks that are there [-]
     logical :: is_kept = .true.           !! its result is in the file
+    real(wp) :: theory = 0.0_wp           !! error of small strain, the largest; in no sum [-]
   end type mesh_run_t
 
   !> Runs that differ in the size of all bricks alone.
@@ -284,6 +285,7 @@ contains
       call archive(list, run%planned)
       call archive(list, run%balls)
       call archive(list, run%near)
+      call archive(list, run%theory)
       if (i > size(sequence%runs)) call add_run(sequence, run)
     end do
 

@@ -15,7 +15,8 @@ module console_mod
   private
 
   public :: console_t, open_console, count_from, say, print_lines, print_increment, &
-    print_warning, clear_bar, seconds_in_words, solver_name
+    print_warning, clear_bar, seconds_in_words, solver_name, theory_in_words, &
+    theory_worth_naming
 
   !> Where and how to print.
   type :: console_t
@@ -145,7 +146,31 @@ contains
     if (errors%load_steps >= 0.0_wp) words = words//', load steps '//percent(errors%load_steps)
     words = words//', contact '//percent(errors%contact)//', arithmetic '// &
       percent(errors%arithmetic)
+    if (errors%theory >= 0.0_wp) words = words//'; theory: at most '//percent(errors%theory)
   end function errors_in_words
+
+  !> The error of small strain where it is worth naming: large, or more than the accuracy asked for,
+  !> which is that of the small-strain solution; else 0.
+  pure real(wp) function theory_worth_naming(error, wanted) result(named)
+    real(wp), intent(in) :: error  !! [-]
+    real(wp), intent(in) :: wanted !! accuracy, 0: none [-]
+    real(wp), parameter :: large = 0.1_wp !! within which engineers take small strain for granted
+    real(wp) :: allowed
+
+    allowed = large
+    if (wanted > 0.0_wp) allowed = min(large, wanted)
+    named = merge(error, 0.0_wp, error > allowed)
+  end function theory_worth_naming
+
+  !> What goes behind a promise of a small-strain solution; '' where its theory is not in doubt.
+  pure function theory_in_words(error) result(words)
+    real(wp), intent(in) :: error !! by the theory, 0: not worth naming [-]
+    character(:), allocatable :: words
+
+    words = ''
+    if (error > 0.0_wp) words = ' within small-strain theory, which may be off by '// &
+      percent(error)//' here'
+  end function theory_in_words
 
   !> A contact solver as the console calls it.
   pure function solver_name(solver) result(name)

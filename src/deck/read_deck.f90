@@ -39,6 +39,7 @@ module read_deck_mod
   use read_rigid_bodies_mod, only: find_facets, make_obstacles, read_rigid_bodies, rigid_bodies_t
   use read_properties_mod, only: find_weights, read_materials, read_sections
   use read_sets_mod, only: read_sets
+  use read_surface_behavior_mod, only: read_surface_behavior
   use read_source_mod, only: read_source, source_from_text
   use read_refinements_mod, only: read_refinements
   use refine_locally_mod, only: constrain_hanging, place_hanging, refinement_t, refine_locally
@@ -201,6 +202,7 @@ contains
       call place_hanging(model%mesh)
     end if
     call read_contact(reader, model, surfaces, scene%obstacles, obstacles, scene%pairs, adjusts)
+    call read_surface_behavior(reader)
     if (.not. any_mistakes(reader%diagnostics)) then
       call adjust_nodes(reader, model, surfaces%list(:surfaces%n), scene%obstacles, scene%pairs, &
         adjusts)

@@ -15,10 +15,12 @@ module brick8_mod
   implicit none
   private
 
-  public :: shape_gradients, centre_jacobian, centre_gradient, jacobian_determinants, volume
+  public :: shape_gradients, centre_shape_gradients, centre_jacobian, centre_gradient
+  public :: jacobian_determinants, volume
   public :: node_volumes, along_edges
   public :: stiffness_length
-  public :: lame_constants, strain_of, mode_strain_of, stress_of, force_of, isotropic_stiffness
+  public :: lame_constants, displacement_gradients, strain_of, mode_strain_of, stress_of, force_of
+  public :: isotropic_stiffness
   public :: volume_mean, extrapolate_to_nodes
   public :: xi_node, eta_node, zeta_node, gauss
 
@@ -101,6 +103,16 @@ contains
 
     jacobian = jacobian_of(along_edges(x), 0.0_wp, 0.0_wp, 0.0_wp)
   end function centre_jacobian
+
+  !> Gradients of the shape functions at the brick's centre.
+  pure function centre_shape_gradients(x) result(gradient)
+    real(wp), intent(in) :: x(3, 8)  !! nodes [length]
+    real(wp) :: gradient(3, 8)       !! dN_a/dx_i: (i,a) [1/length]
+    real(wp) :: back(3, 3)
+
+    back = inverse(centre_jacobian(x))
+    gradient = matmul(transpose(back), local_gradients(0.0_wp, 0.0_wp, 0.0_wp))
+  end function centre_shape_gradients
 
   !> The displacement gradient du_i/dx_j at the brick's centre, where incompatible modes have none.
   pure function centre_gradient(x, u) result(h)
@@ -197,19 +209,32 @@ contains
     shear = young/(2.0_wp*(1.0_wp + poisson))
   end subroutine lame_constants
 
+  !> du_i/dx_j at the Gauss points.
+  pure function displacement_gradients(inverse_jacobian, u) result(h)
+    real(wp), intent(in) :: inverse_jacobian(3, 3, 8) !! dxi_j/dx_i at point g: (j,i,g) [1/length]
+    real(wp), intent(in) :: u(3, 8)                   !! displacements of the nodes [length]
+    real(wp) :: h(3, 3, 8)                            !! (i,j,g) [-]
+    real(wp) :: along(3, 4, 3)
+    integer :: g
+
+    along = along_edges(u)
+    do g = 1, 8
+      h(:, :, g) = matmul(jacobian_of(along, gauss*xi_node(g), gauss*eta_node(g), &
+        gauss*zeta_node(g)), inverse_jacobian(:, :, g))
+    end do
+  end function displacement_gradients
+
   !> Strain at the Gauss points, the symmetric part of du/dx.
   pure function strain_of(inverse_jacobian, u) result(strain)
     real(wp), intent(in) :: inverse_jacobian(3, 3, 8) !! dxi_j/dx_i at point g: (j,i,g) [1/length]
     real(wp), intent(in) :: u(3, 8)                   !! displacements of the nodes [length]
     real(wp) :: strain(6, 8)                          !! [-]
-    real(wp) :: along(3, 4, 3), h(3, 3)
+    real(wp) :: h(3, 3, 8)
     integer :: g
 
-    along = along_edges(u)
+    h = displacement_gradients(inverse_jacobian, u)
     do g = 1, 8
-      h = matmul(jacobian_of(along, gauss*xi_node(g), gauss*eta_node(g), gauss*zeta_node(g)), &
-        inverse_jacobian(:, :, g))
-      strain(:, g) = symmetric_part(h)
+      strain(:, g) = symmetric_part(h(:, :, g))
     end do
   end function strain_of
 

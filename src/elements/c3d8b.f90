@@ -12,7 +12,7 @@ module c3d8b_mod
   implicit none
   private
 
-  public :: stiffness, nodal_force, gauss_strain
+  public :: stiffness, nodal_force, gauss_strain, mean_dilatation_strain
 
 contains
 

@@ -16,7 +16,7 @@ module c3d8i_mod
   implicit none
   private
 
-  public :: stiffness, nodal_force, gauss_strain
+  public :: stiffness, nodal_force, gauss_strain, mode_gradients, mode_amplitudes
 
 contains
 
@@ -69,15 +69,27 @@ contains
   pure function relaxed_strain(x, inverse_jacobian, weight, u, lambda, shear) result(strain)
     real(wp), intent(in) :: x(3, 8), inverse_jacobian(3, 3, 8), weight(8), u(3, 8), lambda, shear
     real(wp) :: strain(6, 8)
-    real(wp) :: mode(3, 3, 8), k(9, 9), alpha(9)
+    real(wp) :: mode(3, 3, 8)
 
     call mode_gradients(x, weight, mode)
     strain = strain_of(inverse_jacobian, u)
-    alpha = -reshape(force_of(3, mode, weight, stress_of(strain, lambda, shear)), [9])
-    k = isotropic_stiffness(3, mode, weight, lambda, shear)
-    call solve_modes(k, alpha)
-    strain = strain + mode_strain_of(3, mode, reshape(alpha, [3, 3]))
+    strain = strain + mode_strain_of(3, mode, mode_amplitudes(mode, weight, strain, lambda, shear))
   end function relaxed_strain
+
+  !> The alpha for which the modes' forces vanish, docs/theory.md (8.6).
+  pure function mode_amplitudes(mode, weight, strain, lambda, shear) result(alpha)
+    real(wp), intent(in) :: mode(3, 3, 8) !! as of mode_gradients [1/length]
+    real(wp), intent(in) :: weight(8)     !! [length^3]
+    real(wp), intent(in) :: strain(6, 8)  !! at the Gauss points, without the modes [-]
+    real(wp), intent(in) :: lambda, shear !! Lame's constants [force/length^2]
+    real(wp) :: alpha(3, 3)               !! component, mode [length]
+    real(wp) :: k(9, 9), b(9)
+
+    b = -reshape(force_of(3, mode, weight, stress_of(strain, lambda, shear)), [9])
+    k = isotropic_stiffness(3, mode, weight, lambda, shear)
+    call solve_modes(k, b)
+    alpha = reshape(b, [3, 3])
+  end function mode_amplitudes
 
   !> m_i = (j_0/j) J_0^-T dM_i/dxi at the Gauss points, J_0 the Jacobian of the centre.
   pure subroutine mode_gradients(x, weight, mode)

@@ -45,6 +45,7 @@ module increment_report_mod
     real(wp) :: load_steps = -1.0_wp !! by increments of another size
     real(wp) :: mesh = -1.0_wp       !! of the stresses by recovery, a part of the energy
     real(wp) :: arithmetic = -1.0_wp !! forces out of balance, and rounding times the condition
+    real(wp) :: theory = -1.0_wp     !! what finite strain would change, at most: in no sum
   end type error_parts_t
 
   !> The energies of the run up to this increment [energy].
@@ -122,7 +123,8 @@ module increment_report_mod
 
 contains
 
-  !> The parts together; negative where mesh or load steps are not estimated.
+  !> The parts together but the theory's: the error of the small-strain solution. Negative where
+  !> mesh or load steps are not estimated.
   pure function total_error(errors) result(total)
     type(error_parts_t), intent(in) :: errors
     real(wp) :: total

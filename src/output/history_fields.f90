@@ -104,7 +104,9 @@ contains
         'the stresses', e%mesh)
       call ratio('error/arithmetic', 'forces out of balance, and rounding times the condition', &
         e%arithmetic)
-      call ratio('error/total', 'sum of the parts', total_error(e))
+      call ratio('error/theory', 'what finite strain would change, at most; at the end of a '// &
+        'step', e%theory)
+      call ratio('error/total', 'sum of the parts but the theory''s', total_error(e))
     end associate
     call get_fields(list, fields)
 

@@ -7,13 +7,12 @@ module close_run_mod
   use scene_mod, only: scene_t
   use controls_mod, only: precision_controls_t, precision_in_words
   use tally_mod, only: tally_t
-  use console_mod, only: console_t, say, print_lines, print_warning, seconds_in_words
+  use console_mod, only: console_t, say, print_lines, print_warning, seconds_in_words, &
+    theory_in_words, theory_worth_naming
   implicit none
   private
 
   public :: close_run
-
-  real(wp), parameter :: linear = 0.05_wp !! strains and rotations up to here are small
 
 contains
 
@@ -25,6 +24,7 @@ contains
     character(*), intent(in) :: path
     type(usage_t) :: others
     type(string_t) :: lines(4)
+    real(wp) :: theory
 
     if (console%silent) return
     others = usage_of_others()
@@ -42,7 +42,8 @@ contains
         wp)/1.0e6_wp, 3)//' MB'
       call print_lines(console, lines)
     end associate
-    call tell_theory(console, tally)
+    theory = theory_worth_naming(tally%theory, scene%accuracy%wanted)
+    call tell_theory(console, theory, tally)
     if (tally%certified < tally%increments) then
       call print_warning(console, to_text(tally%increments - tally%certified)//' of '// &
         to_text(tally%increments)// &
@@ -50,26 +51,25 @@ contains
     end if
     call say(to_text(tally%certified)//' of '//to_text(tally%increments)// &
       ' increments certified to '// &
-             to_text(tally%allowed, 3)//', worst error '//to_text(tally%worst, 2)// &
+             to_text(tally%allowed, 3)//theory_in_words(theory)// &
+             ', worst error '//to_text(tally%worst, 2)// &
              ' (increment '// &
              to_text(tally%worst_increment)//'), '//seconds_in_words(tally%total_time)//': '//path)
   end subroutine close_run
 
-  !> Say where strains or rotations are too large for the theory. docs/theory.md (8.11).
-  subroutine tell_theory(console, tally)
+  !> How far strains and rotations went where the error of small strain is named. docs/theory.md
+  !> (8.11).
+  subroutine tell_theory(console, error, tally)
     type(console_t), intent(in) :: console
+    real(wp), intent(in) :: error !! as of theory_worth_naming [-]
     type(tally_t), intent(in) :: tally
-    character(:), allocatable :: words
     type(string_t) :: line(1)
 
-    words = ''
-    if (tally%largest_strain > linear) words = 'strains up to '//percent(tally%largest_strain)
-    if (tally%largest_rotation > linear) then
-      if (words /= '') words = words//', '
-      words = words//'rotations up to '//to_text(tally%largest_rotation, 2)//' rad'
-    end if
-    line(1)%text = 'note: '//words//': beyond linear theory'
-    if (words /= '') call print_lines(console, line)
+    if (.not. error > 0.0_wp) return
+    line(1)%text = 'note: strains up to '//percent(tally%largest_strain)//', rotations up to '// &
+      to_text(tally%largest_rotation, 2)//' rad: finite strain may change forces by '// &
+      percent(error)
+    call print_lines(console, line)
   end subroutine tell_theory
 
   !> In which arithmetic, and what was out of balance before and after Newton-Raphson.

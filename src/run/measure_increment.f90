@@ -1,19 +1,23 @@
 !> What is looked for in an increment only at the end of a step and where fields are written: the
-!> error of the mesh, the largest strain and rotation.
+!> errors of the mesh and of the theory, the largest strain and rotation.
 module measure_increment_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
   use state_mod, only: state_t
   use increments_mod, only: ends_step, asked_number
-  use increment_report_mod, only: increment_report_t
+  use contact_points_mod, only: contact_points_t
+  use increment_report_mod, only: increment_report_t, status_open
   use step_fields_mod, only: fields_due
   use expansion_mod, only: find_thermal_stress
   use mesh_fields_mod, only: find_largest_deformation
   use recovered_error_mod, only: estimate_mesh_error
+  use condensed_contact_mod, only: condensed_contact_t
+  use contact_work_mod, only: least_contact_work
+  use theory_error_mod, only: estimate_theory_error
   implicit none
   private
 
-  public :: estimate_mesh, measure_deformation
+  public :: estimate_mesh, measure_deformation, estimate_theory
 
 contains
 
@@ -47,5 +51,31 @@ contains
     call find_largest_deformation(scene%mesh, state%displacement, report%largest_strain, &
       report%largest_rotation)
   end subroutine measure_deformation
+
+  !> The error of small strain, at the end of a step.
+  subroutine estimate_theory(scene, points, condensed, state, report)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(condensed_contact_t), intent(in) :: condensed !! the contact problem of the increment
+    type(state_t), intent(in) :: state
+    type(increment_report_t), intent(inout) :: report !! gets the error
+    logical :: is_pressed(0:scene%mesh%n_bodies)
+    real(wp), allocatable :: thermal(:) !! (n_elements) [force/length^2]
+    integer :: i
+
+    if (.not. ends_step(scene%steps, state)) return
+    is_pressed = .false.
+    do i = 1, points%n
+      if (report%contact%status(i) == status_open) cycle
+      is_pressed(scene%mesh%body(points%node(i))) = .true.
+      associate (weights => report%contact%weights)
+        is_pressed(scene%mesh%body(weights%node(weights%first(i):weights%first(i + 1) - 1))) = &
+          .true.
+      end associate
+    end do
+    call find_thermal_stress(scene, state%step, state%position, thermal)
+    call estimate_theory_error(scene%mesh, scene%materials, state%displacement, is_pressed(1:), &
+      least_contact_work(condensed, report%x_free, report%contact), report%errors%theory, thermal)
+  end subroutine estimate_theory
 
 end module measure_increment_mod

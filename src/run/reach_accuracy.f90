@@ -26,7 +26,7 @@ module reach_accuracy_mod
   use estimate_memory_mod, only: room_within
   use result_claims_mod, only: take_mesh_size
   use command_line_mod, only: options_t
-  use console_mod, only: console_t, say, seconds_in_words
+  use console_mod, only: console_t, say, seconds_in_words, theory_in_words, theory_worth_naming
   use prepare_scene_mod, only: prepare_scene, result_path
   use run_mesh_mod, only: run_mesh, goes_on
   implicit none
@@ -269,20 +269,24 @@ contains
     type(sequence_error_t), intent(in) :: errors
     type(choice_t), intent(in) :: choice
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: words, runs, reason
+    character(:), allocatable :: words, runs, reason, theory
     type(sequence_error_t) :: of_result
 
     words = percent(sequence%wanted)//' of '//subject_in_words(deck%accuracy)
     runs = '; '//to_text(size(sequence%runs))//trim(merge(' run ', ' runs', &
       size(sequence%runs) == 1))//', '//seconds_in_words(merge(sequence%spent, &
       sum(sequence%runs%seconds), choice%outcome == is_finest))//' of the processor'
+    theory = theory_in_words(theory_worth_naming(sequence%runs(size(sequence%runs))%theory, &
+      sequence%wanted))
     if (choice%outcome == is_reached) then
-      call say('accuracy        '//words//' is reached: '//errors_in_words(sequence, errors)//runs)
+      call say('accuracy        '//words//' is reached'//theory//': '//errors_in_words(sequence, &
+        errors)//runs)
       return
     end if
     if (choice%outcome == is_finest) then
       words = errors_in_words(sequence, errors)
       if (words == '') words = 'error not known, it takes two meshes'
+      words = words//theory
       call say('accuracy        of '//subject_in_words(deck%accuracy)//' within '// &
         bounds_in_words(deck%accuracy)//': '//words//runs)
       return

@@ -20,7 +20,7 @@ module refuse_unsolved_mod
   private
 
   public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
-    nodes_in_words, is_solved, tolerance_in_reach
+    refuse_inverted, refuse_deep_overlap, nodes_in_words, is_solved, tolerance_in_reach
 
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
 
@@ -249,6 +249,39 @@ contains
       'nothing else keeps '//body_name(scene, body)//' from tipping over; use '//master// &
       ' as the slave, or smaller bricks, to see whether it does')
   end subroutine refuse_leaning
+
+  !> A brick that is inside out ends the run: no theory has such a body.
+  subroutine refuse_inverted(scene, increment, element, least, error)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    integer, intent(in) :: element
+    real(wp), intent(in) :: least !! det(I + grad u) [-]
+    type(error_t), allocatable, intent(out) :: error
+
+    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+      to_text(increment%number)//': element '//to_text(scene%mesh%element_id(element))// &
+      ' is turned inside out, det(I + grad u) = '//to_text(least, 2)//': the body would go '// &
+      'through itself, far beyond small-strain theory; check loads, prescribed displacements '// &
+      'and units')
+  end subroutine refuse_inverted
+
+  !> Bodies that begin deeper in one another than the bricks there are thick end the run.
+  subroutine refuse_deep_overlap(scene, points, increment, point, depth, element, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    integer, intent(in) :: point
+    real(wp), intent(in) :: depth  !! before the first step [length]
+    integer, intent(in) :: element !! behind the face
+    type(error_t), allocatable, intent(out) :: error
+
+    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+      to_text(increment%number)//': node '//to_text(scene%mesh%node_id(points%node(point)))// &
+      ' of '//scene%pairs(points%pair(point))%name//' begins '//to_text(depth, 3)// &
+      ' inside its master, which is more than element '// &
+      to_text(scene%mesh%element_id(element))//' behind it is thick; move the bodies apart, '// &
+      'or close the overlap with ADJUST= of *CONTACT PAIR')
+  end subroutine refuse_deep_overlap
 
   !> "body 2 (of node 132)".
   pure function body_name(scene, body) result(words)

@@ -295,7 +295,8 @@ contains
       scene%mesh%n_elements, real(plan%n_equations, wp), plan%more_memory, &
       seconds + sequence%repeated, progress%worst_errors(1), progress%worst_errors(2), &
       progress%worst_errors(3), progress%values, merge(0.0_wp, plan%seconds, was_continued), &
-      balls, share_near(scene%mesh, balls, scene%mesh_size%across), file%is_kept))
+      balls, share_near(scene%mesh, balls, scene%mesh_size%across), file%is_kept, &
+      progress%tally%theory))
     sequence%repeated = 0.0_wp
     sequence%spent = sequence%earlier + cpu_seconds()
     sequence%room = real(plan%memory_left, wp)

@@ -23,13 +23,15 @@ module solve_next_mod
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
   use unfelt_overlaps_mod, only: find_unfelt_overlap
+  use initial_overlaps_mod, only: find_deep_overlap
+  use inverted_bricks_mod, only: find_reach, find_inverted
   use leaning_pairs_mod, only: find_leaning, presses
   use follow_points_mod, only: rounding_of_places
   use tally_mod, only: note_sizes
   use checkpoint_mod, only: progress_t, enter_step, stop_if_signalled
-  use measure_increment_mod, only: estimate_mesh, measure_deformation
+  use measure_increment_mod, only: estimate_mesh, measure_deformation, estimate_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, &
-    refuse_unfelt_overlap, refuse_leaning, is_solved
+    refuse_unfelt_overlap, refuse_leaning, refuse_inverted, refuse_deep_overlap, is_solved
   use increment_notes_mod, only: note_t, note_unsolved, note_widened, note_unheld, &
     note_entries, note_unfelt, note_small_contacts, note_kinks, note_touch, note_turn, note_double
   implicit none
@@ -47,6 +49,8 @@ module solve_next_mod
   !> What is watched from increment to increment, for notes alone.
   type :: watch_t
     type(smooth_faces_t), allocatable :: faces(:) !! (n_pairs) slave faces
+    real(wp), allocatable :: reach(:, :)
+    !! (3,n_elements) of the bricks' edges, as of find_reach [1/length]
     type(face_entry_t) :: deepest !! entry of the *STEP, as far as this session has run it
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
   end type watch_t
@@ -59,6 +63,7 @@ contains
 
     watch%unheld = ''
     call list_faces(scene, watch%faces)
+    watch%reach = find_reach(scene%mesh)
   end subroutine begin_watch
 
   !> Solve the next increment, cut as often as it takes; `found` is false where the run is complete.
@@ -208,6 +213,8 @@ contains
       call refuse_unsolved(scene, plan, increment, report, solver%body%inverse%condition, error)
       if (allocated(error)) return
       clock = wall_seconds()
+      call judge_shape(scene, plan, solver%undeformed%gap, watch%reach, solved, error)
+      if (allocated(error)) return
       call find_entries(scene, plan%points, watch%faces, progress%state, solved%state, &
         increment%last_of_step, entries)
       progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
@@ -232,6 +239,28 @@ contains
       call count_events(scene, plan, solver, increment, progress, notes)
     end associate
   end subroutine judge_increment
+
+  !> Bricks that are inside out end the run, and so do bodies that begin deeper in one another than
+  !> a brick.
+  subroutine judge_shape(scene, plan, first_gap, reach, solved, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    real(wp), intent(in) :: first_gap(:) !! (n_points) of the undeformed mesh [length]
+    real(wp), intent(in) :: reach(:, :)  !! as of watch_t
+    type(solved_t), intent(in) :: solved
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: least
+    integer :: element, point
+
+    call find_inverted(scene%mesh, reach, solved%state%displacement, element, least)
+    if (element > 0) then
+      call refuse_inverted(scene, solved%increment, element, least, error)
+    else if (solved%increment%index == 1) then
+      call find_deep_overlap(scene, plan%points, solved%report%contact, first_gap, point, element)
+      if (point > 0) call refuse_deep_overlap(scene, plan%points, solved%increment, point, &
+        -first_gap(point), element, error)
+    end if
+  end subroutine judge_shape
 
   !> Surfaces that overlap where nothing presses: a contact that is missed, or something to say.
   subroutine judge_overlap(scene, plan, solved, notes, error)
@@ -356,6 +385,7 @@ contains
     if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))
     call measure_deformation(scene, new, report)
+    call estimate_theory(scene, plan%points, solver%contact, new, report)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
   end subroutine estimate_errors
 

@@ -50,6 +50,7 @@ module tally_mod
     real(wp) :: imbalance = 0.0_wp      !! and at the end of increments [-]
     real(wp) :: largest_strain = 0.0_wp   !! where it was computed [-]
     real(wp) :: largest_rotation = 0.0_wp !! the same [rad]
+    real(wp) :: theory = 0.0_wp           !! the largest error of small strain, at ends of steps [-]
     real(wp) :: read_time = 0.0_wp      !! plan included [s], as all below
     real(wp) :: contact_time = 0.0_wp
     real(wp) :: step_time = 0.0_wp      !! advancing, contact included
@@ -88,6 +89,7 @@ contains
     tally%imbalance = max(tally%imbalance, report%imbalance)
     tally%largest_strain = max(tally%largest_strain, report%largest_strain)
     tally%largest_rotation = max(tally%largest_rotation, report%largest_rotation)
+    tally%theory = max(tally%theory, report%errors%theory)
     tally%contact_iterations = tally%contact_iterations + report%contact_iterations
     tally%products = tally%products + report%compliance_products
     if (report%solver_stages > 1) tally%fallbacks = tally%fallbacks + 1
@@ -180,6 +182,7 @@ contains
     call amount('imbalance', tally%imbalance)
     call amount('largest_strain', tally%largest_strain)
     call amount('largest_rotation', tally%largest_rotation)
+    call amount('largest_theory_error', tally%theory)
     call amount('compliance_bytes', tally%compliance_bytes)
     call amount('contact_matrix_bytes', tally%contact_matrix_bytes)
     if (lists) then

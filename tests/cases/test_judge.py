@@ -92,6 +92,14 @@ class Elements(unittest.TestCase):
             with self.subTest(element=element):
                 self.assertAlmostEqual(work / exact, factor, delta=1e-12 * factor)
 
+    def test_a_brick_inside_out_has_no_volume(self):
+        x = distorted_cube()
+        bricks = Bricks(x, [range(8)], ["C3D8"], [1.0], [0.3])
+        for stretch in (-1.5, -0.5, 0.3):  # det(I + grad u) = 1 + stretch, everywhere
+            u = np.zeros((8, 3))
+            u[:, 2] = stretch * x[:, 2]
+            self.assertAlmostEqual(bricks.least_volume(u), 1 + stretch, delta=1e-12)
+
     def test_weight_and_pressure(self):
         x = CUBE * (2.0, 1.0, 0.5)
         bricks = Bricks(x, [range(8)], ["C3D8"], [1.0], [0.0])

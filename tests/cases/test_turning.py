@@ -336,9 +336,9 @@ class Turning(unittest.TestCase):
             self.addCleanup(result.close)
             return result
 
-        whole, parts = result(0.7, True), result(0.7, False)
+        whole, parts = result(0.4, True), result(0.4, False)
         self.assertGreater(parts.finished, whole.finished)
-        self.assertLess(whole.counters["newton_raphson_iterations"], 70)
+        self.assertLess(whole.counters["newton_raphson_iterations"], 40)
         force = parts.pairs[0].resultant[-1]
         np.testing.assert_allclose(
             whole.pairs[0].resultant[-1], force, atol=1e-5 * np.abs(force).max()

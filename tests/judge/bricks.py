@@ -108,6 +108,15 @@ class Bricks:
         unused = self.types != "C3D8I"
         self.mode_stiffness[unused] = np.eye(9)
 
+    def least_volume(self, u):
+        """The least det(I + grad u) at the Gauss points: not above 0, a brick is inside out."""
+        moved = (self.points + np.asarray(u, dtype=REAL))[self.nodes]
+        parts = [
+            inverse_and_determinant(np.einsum("eai,aj->eij", moved, parent_gradients(xi)))[1]
+            for xi in GAUSS
+        ]
+        return float((np.stack(parts, axis=1) / self.weight).min())
+
     def stress(self, strain):
         """Hooke's law for strains (E, 8, 6, ...)."""
         shape = (-1, 1) + (1,) * (strain.ndim - 3)

@@ -216,6 +216,7 @@ class Judge:
                    (stored.u, stored.supports, stored.contact_force)):  # fmt: skip
             self.note("numbers that are none", row, np.inf, 0)
             return
+        self.note("inside out", row, -scene.bricks().least_volume(u), 0)
         supports, loads = self.path.supports(time), self.path.loads(time)
         held = np.zeros(u.shape, dtype=bool)
         for node, dof in supports:

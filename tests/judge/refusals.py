@@ -306,6 +306,9 @@ def confirm(scene, stored, message):
             )
             if np.linalg.norm(normal[0] * ~fixed) < 1e-9 and gap[0] < -rounding[0]:
                 return CONFIRMED, f"node {scene.ids[row]} is prescribed to a gap of {gap[0]:.2g}"
+    deep = re.search(r"node (\d+) of \S+ begins (\S+) inside its master", message)
+    if deep:
+        return judge_overlap(scene, increment, int(deep[1]), float(deep[2]))
     if "from tipping over" in message:
         left = left_by_pressure(scene, increment)
         words = f"pressures on what is covered leave {left:.1e} of the loads unbalanced"
@@ -324,6 +327,9 @@ def confirm(scene, stored, message):
         found = increment.solve(scene.tolerance)
     except np.linalg.LinAlgError as error:
         return OPEN, f"the slow solver failed: {error}"
+    if "inside out" in message:
+        least = scene.bricks().least_volume(found.u)
+        return (CONFIRMED if least <= 0 else REFUTED), f"the least det(I + grad u) is {least:.2g}"
     findings = judge_solution(scene, path, increment, found, step, time, start)
     force = max(np.abs(scene.bricks().internal_force(found.u)).max(), np.abs(loads).max())
     lost = scene.bricks().rounding(found.u)
@@ -405,6 +411,25 @@ ROUNDED = {"out of balance", "support forces are rounding by", "support force wr
 def prescribed_pull(increment):
     """Loads that prescribed motion puts on free motions: none, for they are rigid."""
     return np.zeros_like(increment.before)
+
+
+def judge_overlap(scene, increment, node, depth):
+    """Whether a node begins as deep in its master as is said, and that is more than a brick."""
+    row = int(np.flatnonzero(np.asarray(scene.ids) == node)[0])
+    gaps = increment.place(np.zeros_like(increment.before))[2]
+    rows = np.array([r for _, r, *_ in increment.points])
+    least = gaps[rows == row].min()
+    bricks = np.flatnonzero((np.asarray(scene.nodes) == row).any(axis=1))
+    heights = []
+    for brick in bricks:
+        x = scene.points[np.asarray(scene.nodes)[brick]]
+        volume = float(scene.bricks().weight[brick].sum())
+        for face in FACES:
+            a, b, c, d = x[list(face)]
+            heights.append(volume / (np.linalg.norm(np.cross(c - a, d - b)) / 2))
+    words = f"its gap is {least:.3g}, and bricks there are {min(heights):.3g} thick"
+    is_so = abs(least + depth) <= 0.01 * depth and depth > 0.9 * min(heights)
+    return (CONFIRMED if is_so else REFUTED), words
 
 
 def judge_solution(scene, path, increment, solution, step, time, start):

@@ -9,7 +9,7 @@ from bipot.result import SLIDE, STICK
 FEW = 25  # increments that get a mark each: the line between two hides how few they are
 PALETTE = ("#2f6db0", "#e8813a", "#2a9d6f", "#7a4fa3", "#c2443c", "#8a6d3b", "#4aa3c7", "#7f7f7f")
 ERRORS = {"mesh": "mesh", "load_steps": "load steps", "contact": "contact",
-          "arithmetic": "arithmetic", "total": "all"}
+          "arithmetic": "arithmetic", "total": "all four", "theory": "theory (at most)"}
 
 
 def over_time(result, axes):

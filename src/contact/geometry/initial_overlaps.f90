@@ -2,13 +2,18 @@
 module initial_overlaps_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t, to_text
+  use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
+  use increment_report_mod, only: contact_fields_t, status_open
+  use surfaces_mod, only: surface_t, face_nodes
+  use brick8_mod, only: volume
+  use face4_mod, only: face_node_areas
   use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
 
-  public :: overlaps
+  public :: overlaps, find_deep_overlap
 
   real(wp), parameter :: rounding = 1.0e-12_wp !! of the size of the coordinates: no overlap
 
@@ -47,5 +52,71 @@ contains
       lines = [lines, line]
     end do
   end function overlaps
+
+  !> The closed point that began deepest in its master for the thickness of the bricks there, if it
+  !> was deeper than the thickest brick behind its own faces and those of the master's nodes.
+  pure subroutine find_deep_overlap(scene, points, contact, gap, point, element)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact !! of the first increment
+    real(wp), intent(in) :: gap(:)                !! (n_points) of the undeformed mesh [length]
+    integer, intent(out) :: point                 !! 0: there is none
+    integer, intent(out) :: element               !! behind its face
+    real(wp) :: thickness(scene%mesh%n_nodes)     !! of bricks behind faces, 0 elsewhere [length]
+    integer :: behind(scene%mesh%n_nodes)         !! these bricks, 0 elsewhere
+    real(wp) :: allowed, deepest
+    integer :: pair, i
+
+    point = 0
+    element = 0
+    if (points%n == 0) return
+    if (.not. any(gap < 0.0_wp .and. contact%status /= status_open)) return
+    deepest = 1.0_wp
+    do pair = 1, size(scene%pairs)
+      thickness = 0.0_wp
+      behind = 0
+      associate (of => scene%pairs(pair))
+        call add_thickness(scene%mesh, scene%surfaces(of%surface), thickness, behind)
+        if (of%master_surface > 0) call add_thickness(scene%mesh, &
+          scene%surfaces(of%master_surface), thickness, behind)
+      end associate
+      do i = points%first(pair), points%first(pair + 1) - 1
+        if (contact%status(i) == status_open .or. behind(points%node(i)) == 0) cycle
+        allowed = thickness(points%node(i))
+        if (scene%pairs(pair)%master_surface > 0) then
+          associate (weights => contact%weights)
+            allowed = max(allowed, maxval(thickness(weights%node(weights%first(i): &
+              weights%first(i + 1) - 1))))
+          end associate
+        end if
+        if (-gap(i) <= deepest*allowed) cycle
+        deepest = -gap(i)/allowed
+        point = i
+        element = behind(points%node(i))
+      end do
+    end do
+  end subroutine find_deep_overlap
+
+  !> Note of each node of a surface the thickest brick behind a face there: volume over area.
+  pure subroutine add_thickness(mesh, surface, thickness, behind)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_t), intent(in) :: surface
+    real(wp), intent(inout) :: thickness(:) !! (n_nodes) [length]
+    integer, intent(inout) :: behind(:)     !! (n_nodes) the brick
+    real(wp) :: height
+    integer :: f, k, e, nodes(4)
+
+    do f = 1, size(surface%faces, 2)
+      e = surface%faces(1, f)
+      nodes = mesh%connectivity(face_nodes(:, surface%faces(2, f)), e)
+      height = volume(mesh%coordinates(:, mesh%connectivity(:, e)))/ &
+        sum(face_node_areas(mesh%coordinates(:, nodes)))
+      do k = 1, 4
+        if (height <= thickness(nodes(k))) cycle
+        thickness(nodes(k)) = height
+        behind(nodes(k)) = e
+      end do
+    end do
+  end subroutine add_thickness
 
 end module initial_overlaps_mod

@@ -5,7 +5,7 @@ module keywords_mod
   private
 
   public :: keyword_t, find_keyword, keyword_names, squeeze, same_word, without_tabs
-  public :: in_model, in_step, anywhere, is_read, is_ignored, is_missing, is_outside, &
+  public :: in_model, in_step, anywhere, is_read, is_ignored, is_missing, is_outside, is_checked, &
     max_keyword
 
   integer, parameter :: max_keyword = 36
@@ -18,12 +18,13 @@ module keywords_mod
   integer, parameter :: is_ignored = 2 !! with a note: it changes nothing here
   integer, parameter :: is_missing = 3 !! it would change the result: an error
   integer, parameter :: is_outside = 4 !! likewise, of a field that the program is not made for
+  integer, parameter :: is_checked = 5 !! some options would, others are ignored, and so are data
 
   !> A keyword, in upper case, without its star.
   type :: keyword_t
     character(max_keyword) :: name
     integer :: place   !! in_model, in_step, anywhere
-    integer :: reading !! is_read, is_ignored, is_missing, is_outside
+    integer :: reading !! is_read, is_ignored, is_missing, is_outside, is_checked
   end type keyword_t
 
   type(keyword_t), parameter :: keywords(*) = [ &
@@ -73,7 +74,7 @@ module keywords_mod
     keyword_t('CONTACT PRINT', in_step, is_read), &
     keyword_t('NODE PRINT', in_step, is_read), &
     keyword_t('EL PRINT', in_step, is_read), &
-    keyword_t('SURFACE BEHAVIOR', anywhere, is_ignored), &
+    keyword_t('SURFACE BEHAVIOR', anywhere, is_checked), &
     keyword_t('CONTROLS', anywhere, is_ignored), &
     keyword_t('CONTACT CONTROLS', anywhere, is_ignored), &
     keyword_t('ENERGY PRINT', anywhere, is_ignored), &

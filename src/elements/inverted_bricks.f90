@@ -1,0 +1,60 @@
+!> Bricks that a displacement turns inside out: det(I + grad u) <= 0 at a Gauss point.
+module inverted_bricks_mod
+  use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t
+  use brick8_mod, only: shape_gradients, along_edges, jacobian_determinants
+  implicit none
+  private
+
+  public :: find_reach, find_inverted
+
+contains
+
+  !> The most that an edge of each brick adds to grad u at its Gauss points, per change of the edge.
+  pure function find_reach(mesh) result(reach)
+    type(mesh_t), intent(in) :: mesh
+    real(wp) :: reach(3, mesh%n_elements) !! max |dxi_j/dx|/2 at the Gauss points [1/length]
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8)
+    integer :: e
+
+    do e = 1, mesh%n_elements
+      call shape_gradients(mesh%coordinates(:, mesh%connectivity(:, e)), gradient, weight, &
+        inverse_jacobian)
+      reach(:, e) = 0.5_wp*maxval(norm2(inverse_jacobian, dim=2), dim=2)
+    end do
+  end function find_reach
+
+  !> The brick with the least det(I + grad u) that is not above 0; 0: there is none.
+  !>
+  !> I + H is regular where |H| < 1, and |H| is at most the sum of what an edge of each direction
+  !> adds. Most bricks need no determinant: these three have squares whose sum is below 1/3,
+  !> docs/theory.md (8.19).
+  pure subroutine find_inverted(mesh, reach, u, element, least)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: reach(:, :)  !! (3,n_elements) as of find_reach [1/length]
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) displacement [length]
+    integer, intent(out) :: element
+    real(wp), intent(out) :: least       !! its determinant [-]
+    real(wp) :: along(3, 4, 3), before(16), after(16), bound
+    integer :: e, j, nodes(8)
+
+    element = 0
+    least = 0.0_wp
+    do e = 1, mesh%n_elements
+      nodes = mesh%connectivity(:, e)
+      along = along_edges(u(:, nodes))
+      bound = 0.0_wp
+      do j = 1, 3
+        bound = bound + reach(j, e)**2*max(sum(along(:, 1, j)**2), sum(along(:, 2, j)**2), &
+          sum(along(:, 3, j)**2), sum(along(:, 4, j)**2))
+      end do
+      if (3.0_wp*bound < 1.0_wp) cycle
+      before = jacobian_determinants(mesh%coordinates(:, nodes))
+      after = jacobian_determinants(mesh%coordinates(:, nodes) + u(:, nodes))
+      if (minval(after(:8)/before(:8)) > least) cycle
+      element = e
+      least = minval(after(:8)/before(:8))
+    end do
+  end subroutine find_inverted
+
+end module inverted_bricks_mod

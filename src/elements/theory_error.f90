@@ -1,0 +1,112 @@
+!> What finite strain would change of a small-strain solution, bounded by one internal force.
+module theory_error_mod
+  use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t, kind_c3d8i, kind_c3d8b
+  use scene_mod, only: material_t
+  use brick8_mod, only: lame_constants, shape_gradients, strain_of, mode_strain_of, stress_of, &
+    stiffness_length
+  use c3d8b_mod, only: mean_dilatation_strain
+  use c3d8i_mod, only: mode_gradients, mode_amplitudes
+  use finite_strain_mod, only: finite_force
+  implicit none
+  private
+
+  public :: estimate_theory_error
+
+contains
+
+  !> The error of the forces by the theory, as a part of them: twice the sum over the bricks of
+  !>
+  !>     |u . (f_finite - f_linear)|
+  !>
+  !> over the work that u . f_linear is: of the body with the least, of those that a pair acts on
+  !> (of all where none does), or W, what reactions do on what they move, where that is more; at
+  !> most that of these bodies together. Bodies without strain energy are left out; 0 where none has
+  !> any. docs/theory.md (8.18).
+  pure subroutine estimate_theory_error(mesh, materials, u, is_pressed, contact_work, error, &
+      thermal)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
+    logical, intent(in) :: is_pressed(:)   !! (n_bodies) whether a pair acts on the body
+    real(wp), intent(in) :: contact_work   !! W, as of least_contact_work [energy]
+    real(wp), intent(out) :: error         !! [-]
+    real(wp), intent(in), optional :: thermal(:)
+    !! (n_elements) as of find_thermal_stress [force/length^2]
+    real(wp), parameter :: operations = 64.0_wp ! rounded ones in a displacement's difference
+    real(wp) :: change(mesh%n_bodies), work(mesh%n_bodies), rounding(mesh%n_bodies)
+    real(wp) :: lambda, shear, of_change, of_work, growth
+    logical :: is_strained(mesh%n_bodies), counts(mesh%n_bodies)
+    integer :: e, body, nodes(8)
+
+    change = 0.0_wp
+    work = 0.0_wp
+    rounding = 0.0_wp
+    growth = 0.0_wp
+    do e = 1, mesh%n_elements
+      nodes = mesh%connectivity(:, e)
+      body = mesh%body(nodes(1))
+      associate (material => materials(mesh%material(e)))
+        call lame_constants(material%young, material%poisson, lambda, shear)
+      end associate
+      if (present(thermal)) growth = thermal(e)/(3.0_wp*lambda + 2.0_wp*shear)
+      call find_works(mesh%element_kind(e), mesh%coordinates(:, nodes), u(:, nodes), growth, &
+        lambda, shear, of_change, of_work)
+      change(body) = change(body) + abs(of_change)
+      work(body) = work(body) + of_work
+      rounding(body) = rounding(body) + (abs(lambda) + 2.0_wp*shear)* &
+        stiffness_length(mesh%coordinates(:, nodes))* &
+        (operations*epsilon(1.0_wp)*maxval(abs(u(:, nodes))))**2
+    end do
+    is_strained = work > rounding
+    error = 0.0_wp
+    if (.not. any(is_strained)) return
+    counts = is_strained
+    if (any(is_pressed .and. is_strained)) counts = is_pressed .and. is_strained
+    error = 2.0_wp*sum(change, is_strained)/min(sum(work, counts), max(minval(work, counts), &
+      contact_work))
+    if (.not. error <= huge(error)) error = huge(error)
+  end subroutine estimate_theory_error
+
+  !> Work of a brick's forces on its displacements: by how much that of finite strain differs from
+  !> the linear one, and the linear one.
+  !>
+  !> A brick that expands freely is the reference of its strains, F/(1 + growth), and displacements
+  !> are counted from there. With incompatible modes, whose amplitudes are those of the linear
+  !> solution, their forces do work on these: to first order that is what the forces of the nodes
+  !> would be once the amplitudes had followed.
+  pure subroutine find_works(kind, x, u, growth, lambda, shear, change, work)
+    integer,  intent(in) :: kind             !! kind_c3d8 or its kin
+    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
+    real(wp), intent(in) :: growth           !! free expansion [-]
+    real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
+    real(wp), intent(out) :: change, work    !! [energy]
+    real(wp) :: from(3, 8), strained(3, 8), finite(3, 8), modes(3, 3), of_modes(3, 3)
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), mode(3, 3, 8)
+    real(wp) :: strain(6, 8), stress(6, 8)
+    integer :: g
+
+    from = x - spread(x(:, 1), 2, 8)
+    strained = u - spread(u(:, 1), 2, 8) - growth*from
+    modes = 0.0_wp
+    call shape_gradients(from, gradient, weight, inverse_jacobian)
+    strain = strain_of(inverse_jacobian, strained)
+    if (kind == kind_c3d8i) then
+      call mode_gradients(from, weight, mode)
+      modes = mode_amplitudes(mode, weight, strain, lambda, shear)
+      strain = strain + mode_strain_of(3, mode, modes)
+    else if (kind == kind_c3d8b) then
+      strain = mean_dilatation_strain(inverse_jacobian, weight, strained)
+    end if
+    stress = stress_of(strain, lambda, shear)
+    work = 0.0_wp
+    do g = 1, 8
+      work = work + weight(g)*(dot_product(stress(:3, g), strain(:3, g)) + &
+        2.0_wp*dot_product(stress(4:, g), strain(4:, g)))
+    end do
+    call finite_force(kind, (1.0_wp + growth)*from, strained, modes, lambda, shear, finite, &
+      of_modes)
+    change = sum(strained*finite) + sum(modes*of_modes) - work
+  end subroutine find_works
+
+end module theory_error_mod
