@@ -58,8 +58,9 @@ module mesh_sequence_mod
     type(mesh_size_t) :: first      !! the coarsest mesh
     type(mesh_size_t) :: trial      !! the coarsest that says anything of increments
     logical  :: recovers = .false.  !! recovery of stresses is about what the accuracy is of
+    logical  :: remembers = .false. !! there is friction: what comes out depends on increments
     logical  :: divides = .false.
-    !! runs with divided increments say what load steps make: what comes out depends on them
+    !! runs with divided increments say what load steps make
     logical  :: keeps_steps = .false. !! the result has the deck's increments: a *STEP is DIRECT
     integer  :: n_increments = 0    !! of the deck
     logical  :: extrapolates = .false. !! the accuracy is one of extrapolated values
@@ -93,7 +94,8 @@ contains
     sequence%memory = scene%accuracy%memory
     sequence%keeps_steps = any(scene%steps%direct)
     ! Within bounds a run says by itself what increments make that are kept.
-    sequence%divides = any(scene%pairs%mu > 0.0_wp) .and. .not. (sequence%keeps_steps .and. &
+    sequence%remembers = any(scene%pairs%mu > 0.0_wp)
+    sequence%divides = sequence%remembers .and. .not. (sequence%keeps_steps .and. &
       has_bound(sequence))
   end subroutine start_sequence
 

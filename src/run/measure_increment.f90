@@ -2,7 +2,9 @@
 !> error of the mesh, the largest strain and rotation.
 module measure_increment_mod
   use kinds_mod, only: wp
+  use controls_mod, only: chooses_mesh
   use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: ends_step, asked_number
   use increment_report_mod, only: increment_report_t
@@ -10,6 +12,7 @@ module measure_increment_mod
   use expansion_mod, only: find_thermal_stress
   use mesh_fields_mod, only: find_largest_deformation
   use recovered_error_mod, only: estimate_mesh_error
+  use unseen_contact_mod, only: unseen_error
   implicit none
   private
 
@@ -18,8 +21,10 @@ module measure_increment_mod
 contains
 
   !> The error of the mesh: at the end of a step, and where the deck wants it as a field.
-  subroutine estimate_mesh(scene, state, report)
+  !> What recovery does not see of contact runs on several meshes find by these.
+  subroutine estimate_mesh(scene, points, state, report)
     type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: state
     type(increment_report_t), intent(inout) :: report !! gets the error of the mesh, where it is due
     real(wp), allocatable :: thermal(:) !! (n_elements) [force/length^2]
@@ -32,6 +37,8 @@ contains
     call find_thermal_stress(scene, state%step, state%position, thermal)
     call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, report%mesh_error, &
       report%errors%mesh, thermal)
+    if (.not. chooses_mesh(scene%accuracy)) report%errors%mesh = report%errors%mesh + &
+      unseen_error(scene, points, report%contact, report%energy%strain)
   end subroutine estimate_mesh
 
   !> How far the increment leaves linear theory: at the end of a step, and where fields are written.
