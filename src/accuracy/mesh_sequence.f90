@@ -8,6 +8,7 @@ module mesh_sequence_mod
   use mesh_size_mod, only: mesh_size_t, blocks_t, is_same_size, relative_size
   use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
+  use kinks_mod, only: most_events
   use increments_mod, only: count_increments
   use measured_quantities_mod, only: quantity_t, list_quantities, error_scales
   implicit none
@@ -63,6 +64,7 @@ module mesh_sequence_mod
     !! runs with divided increments say what load steps make
     logical  :: keeps_steps = .false. !! the result has the deck's increments: a *STEP is DIRECT
     integer  :: n_increments = 0    !! of the deck
+    integer  :: n_stretches = 0     !! of these, and of what kinks of amplitudes make of them
     logical  :: extrapolates = .false. !! the accuracy is one of extrapolated values
     real(wp) :: wanted = 0.0_wp     !! accuracy; 0: as accurate as time and memory allow [-]
     real(wp) :: time = 0.0_wp       !! of the processor that all runs may take; 0: any [s]
@@ -82,12 +84,18 @@ contains
   subroutine start_sequence(scene, sequence)
     type(scene_t), intent(in) :: scene !! of the deck as written
     type(mesh_sequence_t), intent(out) :: sequence
+    integer :: step
 
     call list_quantities(scene, sequence%list)
     allocate (sequence%runs(0))
     allocate (sequence%plans(0))
     sequence%recovers = scene%accuracy%of <= accuracy_of_energy
     sequence%n_increments = count_increments(scene%steps)
+    sequence%n_stretches = sequence%n_increments
+    do step = 1, size(scene%steps)
+      sequence%n_stretches = sequence%n_stretches + most_events(scene%amplitudes, scene%steps, &
+        step, .false.)
+    end do
     sequence%extrapolates = scene%accuracy%extrapolates
     sequence%wanted = scene%accuracy%wanted
     sequence%time = scene%accuracy%time

@@ -371,6 +371,9 @@ contains
         choice%mesh_size = finer(sequence, last%mesh_size, least_step)
         associate (n => size(runs_up_to(sequence, runs, relative_size(sequence%trial))))
           if (n > 6 .or. (n > 3 .and. errors%n_rising(errors%worst) > 1)) then
+            ! Pressures may grow for ever at an edge. All else has a limit, but where forces act on
+            ! nodes, and grows on coarse meshes as these lock less.
+            if (sequence%list(errors%worst)%kind == 'pressure') choice%outcome = not_convergent
             if (is_as_wrong_as_before()) choice%outcome = not_convergent
           end if
         end associate
