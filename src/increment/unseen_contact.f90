@@ -27,9 +27,19 @@ contains
     type(contact_fields_t), intent(in) :: contact
     real(wp), intent(in) :: strain !! energy of the bodies [energy]
 
-    error = share_on_little_covered(scene, points, contact)
-    if (strain > 0.0_wp) error = error + sum(contact%reaction(1, :)*max(0.0_wp, &
-      -contact%least_gap), mask=points%on_surface)/(2.0_wp*strain)
+    integer :: i
+
+    error = 0.0_wp
+    do i = 1, points%n
+      if (.not. points%on_surface(i)) cycle
+      ! What is inside in the deck is so on any mesh, or was moved until it is not in the mean.
+      associate (depth => -contact%least_gap(i), of_deck => scene%pairs(points%pair(i))%overlap + &
+        max(0.0_wp, -points%extra_gap(i)))
+        if (depth > 2.0_wp*of_deck) error = error + contact%reaction(1, i)*depth
+      end associate
+    end do
+    if (strain > 0.0_wp) error = error/(2.0_wp*strain)
+    error = error + share_on_little_covered(scene, points, contact)
   end function unseen_error
 
   !> The part of the normal forces that is on nodes of which less than half is covered, of either

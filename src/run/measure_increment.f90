@@ -2,7 +2,6 @@
 !> error of the mesh, the largest strain and rotation.
 module measure_increment_mod
   use kinds_mod, only: wp
-  use controls_mod, only: chooses_mesh
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -21,7 +20,7 @@ module measure_increment_mod
 contains
 
   !> The error of the mesh: at the end of a step, and where the deck wants it as a field.
-  !> What recovery does not see of contact runs on several meshes find by these.
+  !> Where an accuracy is asked of this mesh alone, with what recovery does not see of contact.
   subroutine estimate_mesh(scene, points, state, report)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -37,8 +36,8 @@ contains
     call find_thermal_stress(scene, state%step, state%position, thermal)
     call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, report%mesh_error, &
       report%errors%mesh, thermal)
-    if (.not. chooses_mesh(scene%accuracy)) report%errors%mesh = report%errors%mesh + &
-      unseen_error(scene, points, report%contact, report%energy%strain)
+    if (scene%accuracy%wanted > 0.0_wp .and. scene%accuracy%keeps_mesh) report%errors%mesh = &
+      report%errors%mesh + unseen_error(scene, points, report%contact, report%energy%strain)
   end subroutine estimate_mesh
 
   !> How far the increment leaves linear theory: at the end of a step, and where fields are written.
