@@ -135,7 +135,7 @@ contains
   pure integer function most_divisions(sequence)
     type(mesh_sequence_t), intent(in) :: sequence
 
-    most_divisions = max(always_tried, most_increments/max(1, sequence%n_increments))
+    most_divisions = max(always_tried, most_increments/max(1, sequence%n_stretches))
   end function most_divisions
 
   !> Whether increments are tried out on a finer mesh than the first, where few points touch: it

@@ -32,7 +32,8 @@ module measured_quantities_mod
     !! of a largest value the place of what the next one is, across a brick; 0: none
   end type quantity_t
 
-  !> The least size of a pair, or of a set, beside the largest, down to which errors are its own.
+  !> The least size of a pair, or of a set, beside the largest, down to which errors are its own;
+  !> likewise of a share.
   real(wp), parameter :: smallest_pair = 1.0e-3_wp
 
 contains
@@ -46,6 +47,7 @@ contains
     allocate (list(0))
     if (allocated(scene%accuracy%set)) then
       call list_of_set(scene, list)
+      call add_used_gaps(scene, list)
       return
     end if
     select case (scene%accuracy%of)
@@ -89,7 +91,24 @@ contains
         'of the mean stresses of the bricks', scale=1), 'von_mises_beside', &
         'of the bricks that share a face with that one, the least')
     end select
+    call add_used_gaps(scene, list)
   end subroutine list_quantities
+
+  !> Of what comes of contact: how near each pair is to touching. Where none of the meshes has it
+  !> touch, all are alike, and say nothing of one on which it does.
+  subroutine add_used_gaps(scene, list)
+    type(scene_t), intent(in) :: scene
+    type(quantity_t), allocatable, intent(inout) :: list(:)
+    integer :: p
+
+    if (all(scene%accuracy%of /= [accuracy_of_resultants, accuracy_of_pressure, accuracy_of_slip, &
+      accuracy_of_contact_force])) return
+    do p = 1, size(scene%pairs)
+      call add(list, quantity_t(scene%pairs(p)%name//'/used_gap', 'ratio', &
+        'longest displacement of the pair''s nodes over itself and the least gap; 1 where it '// &
+        'touches', pair=p, is_scale=.false., is_share=.true.))
+    end do
+  end subroutine add_used_gaps
 
   !> Those of a set: of each of its nodes, or a force that is summed; and by what it is found that
   !> these are next to nothing.
@@ -203,8 +222,8 @@ contains
 
   !> What the errors of each quantity are measured by: the largest that those of its scale get in
   !> the run, where that is not far below those of the others. Of a share that stays below 1 it is
-  !> ten times what is left, so that an error of a tenth is all that; where it does not, nothing is
-  !> asked of it.
+  !> ten times what is left, so that an error of a tenth is all that, but no less than rounding is
+  !> far below; where it does not stay there, nothing is asked of it.
   pure function error_scales(list, values) result(scales)
     type(quantity_t), intent(in) :: list(:)
     real(wp), intent(in) :: values(:, :) !! (n_components,n_increments)
@@ -225,7 +244,7 @@ contains
     do k = 1, size(list)
       if (list(k)%is_share) then
         left = 1.0_wp - maxval(values(list(k)%first, :))
-        scales(k) = merge(10.0_wp*left, huge(1.0_wp), left > 0.0_wp)
+        scales(k) = merge(max(10.0_wp*left, smallest_pair), huge(1.0_wp), left > 0.0_wp)
       else
         scales(k) = largest(list(k)%scale)*list(k)%factor
       end if

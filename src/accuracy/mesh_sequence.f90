@@ -8,6 +8,7 @@ module mesh_sequence_mod
   use mesh_size_mod, only: mesh_size_t, blocks_t, is_same_size, relative_size
   use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
+  use kinks_mod, only: most_events
   use increments_mod, only: count_increments
   use measured_quantities_mod, only: quantity_t, list_quantities, error_scales
   implicit none
@@ -59,10 +60,12 @@ module mesh_sequence_mod
     type(mesh_size_t) :: first      !! the coarsest mesh
     type(mesh_size_t) :: trial      !! the coarsest that says anything of increments
     logical  :: recovers = .false.  !! recovery of stresses is about what the accuracy is of
+    logical  :: remembers = .false. !! there is friction: what comes out depends on increments
     logical  :: divides = .false.
-    !! runs with divided increments say what load steps make: what comes out depends on them
+    !! runs with divided increments say what load steps make
     logical  :: keeps_steps = .false. !! the result has the deck's increments: a *STEP is DIRECT
     integer  :: n_increments = 0    !! of the deck
+    integer  :: n_stretches = 0     !! of these, and of what kinks of amplitudes make of them
     logical  :: extrapolates = .false. !! the accuracy is one of extrapolated values
     real(wp) :: wanted = 0.0_wp     !! accuracy; 0: as accurate as time and memory allow [-]
     real(wp) :: time = 0.0_wp       !! of the processor that all runs may take; 0: any [s]
@@ -82,19 +85,26 @@ contains
   subroutine start_sequence(scene, sequence)
     type(scene_t), intent(in) :: scene !! of the deck as written
     type(mesh_sequence_t), intent(out) :: sequence
+    integer :: step
 
     call list_quantities(scene, sequence%list)
     allocate (sequence%runs(0))
     allocate (sequence%plans(0))
     sequence%recovers = scene%accuracy%of <= accuracy_of_energy
     sequence%n_increments = count_increments(scene%steps)
+    sequence%n_stretches = sequence%n_increments
+    do step = 1, size(scene%steps)
+      sequence%n_stretches = sequence%n_stretches + most_events(scene%amplitudes, scene%steps, &
+        step, .false.)
+    end do
     sequence%extrapolates = scene%accuracy%extrapolates
     sequence%wanted = scene%accuracy%wanted
     sequence%time = scene%accuracy%time
     sequence%memory = scene%accuracy%memory
     sequence%keeps_steps = any(scene%steps%direct)
     ! Within bounds a run says by itself what increments make that are kept.
-    sequence%divides = any(scene%pairs%mu > 0.0_wp) .and. .not. (sequence%keeps_steps .and. &
+    sequence%remembers = any(scene%pairs%mu > 0.0_wp)
+    sequence%divides = sequence%remembers .and. .not. (sequence%keeps_steps .and. &
       has_bound(sequence))
   end subroutine start_sequence
 

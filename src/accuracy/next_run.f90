@@ -11,7 +11,8 @@ module next_run_mod
   use finer_meshes_mod, only: finer, mesh_before, least_step, largest_step, second_step
   use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
   use step_errors_mod, only: error_by_steps, later_step_runs, change_by_divisions
-  use sequence_error_mod, only: sequence_error_t, estimate_sequence, is_enough
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, is_enough, &
+    is_enough_but_steps
   use choose_divisions_mod, only: choose_divisions, waits_with_steps, waits_for_mesh, &
     mesh_for_steps, most_divisions
   implicit none
@@ -341,6 +342,10 @@ contains
         choice%of_run = runs(size(runs))
         return
       end if
+      if (is_enough_but_steps(sequence, errors)) then
+        choice%outcome = steps_too_coarse
+        return
+      end if
       if (size(runs) == 1) then
         choice%mesh_size = finer(sequence, last%mesh_size, second_step)
         ! Two meshes are enough where recovery agrees.
@@ -366,7 +371,9 @@ contains
         choice%mesh_size = finer(sequence, last%mesh_size, least_step)
         associate (n => size(runs_up_to(sequence, runs, relative_size(sequence%trial))))
           if (n > 6 .or. (n > 3 .and. errors%n_rising(errors%worst) > 1)) then
-            if (.not. sequence%recovers) choice%outcome = not_convergent
+            ! Pressures may grow for ever at an edge. All else has a limit, but where forces act on
+            ! nodes, and grows on coarse meshes as these lock less.
+            if (sequence%list(errors%worst)%kind == 'pressure') choice%outcome = not_convergent
             if (is_as_wrong_as_before()) choice%outcome = not_convergent
           end if
         end associate

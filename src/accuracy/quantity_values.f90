@@ -33,8 +33,15 @@ contains
     integer :: k
 
     values = 0.0_wp
+    do k = 1, size(list)
+      associate (name => list(k)%name, pair => list(k)%pair)
+        if (name(index(name, '/', back=.true.) + 1:) == 'used_gap') values(list(k)%first) = &
+          used_gap(points, state, report%contact, pair)
+      end associate
+    end do
     if (allocated(scene%accuracy%set)) then
-      call measure_set(scene, points, state, report, sum(list%n, mask=list%is_compared), values)
+      call measure_set(scene, points, state, report, sum(list%n, mask=list%is_compared .and. &
+        list%pair == 0), values)
       return
     end if
     do k = 1, size(list)
@@ -161,6 +168,34 @@ contains
       end do
     end associate
   end function used_friction
+
+  !> How much of the way to contact a pair's nodes have gone: their longest displacement over itself
+  !> and the least gap. 1 where a point presses; a point that is closed and does not, where none
+  !> does, cannot.
+  pure real(wp) function used_gap(points, state, contact, pair) result(used)
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: state
+    type(contact_fields_t), intent(in) :: contact
+    integer, intent(in) :: pair
+    real(wp) :: moved, gap
+    integer :: i
+
+    used = 1.0_wp
+    associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+      if (any(contact%reaction(1, first:last) > 0.0_wp)) return
+      moved = 0.0_wp
+      gap = huge(1.0_wp)
+      do i = first, last
+        associate (masters => contact%weights%node(contact%weights%first(i): &
+          contact%weights%first(i + 1) - 1))
+          moved = maxval([moved, norm2(state%displacement(:, points%node(i))), &
+            norm2(state%displacement(:, masters), dim=1)])
+        end associate
+        if (contact%gap(i) > 0.0_wp) gap = min(gap, contact%gap(i))
+      end do
+      used = moved/(moved + gap)
+    end associate
+  end function used_gap
 
   !> Of the points at the other ends of a brick's edges where a pair's pressure is the largest the
   !> least pressure.

@@ -17,8 +17,8 @@ module sequence_error_mod
   implicit none
   private
 
-  public :: sequence_error_t, estimate_sequence, total_error, is_enough, extrapolated, &
-    extrapolated_error, estimate_cuts
+  public :: sequence_error_t, estimate_sequence, total_error, is_enough, is_enough_but_steps, &
+    extrapolated, extrapolated_error, estimate_cuts
 
   !> What is known of the last run's error.
   type :: sequence_error_t
@@ -136,15 +136,24 @@ contains
     if (errors%mesh >= 0.0_wp) error = errors%mesh + max(0.0_wp, errors%load_steps) + errors%others
   end function total_error
 
-  !> Whether the errors of a run are no more than the accuracy.
+  !> Whether the errors of a run are no more than the accuracy, and all are known.
   pure logical function is_enough(sequence, errors)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(in) :: errors
+
+    is_enough = is_enough_but_steps(sequence, errors) .and. (errors%load_steps >= 0.0_wp .or. &
+      .not. sequence%remembers)
+  end function is_enough
+
+  !> The same, whether or not what load steps make is known.
+  pure logical function is_enough_but_steps(sequence, errors) result(is_enough)
     type(mesh_sequence_t), intent(in) :: sequence
     type(sequence_error_t), intent(in) :: errors
 
     associate (error => total_error(errors))
       is_enough = error >= 0.0_wp .and. error <= sequence%wanted
     end associate
-  end function is_enough
+  end function is_enough_but_steps
 
   !> Where there are more meshes with undivided increments up to that of the last run, these say how
   !> wrong its mesh is: that is not a matter of the increments.

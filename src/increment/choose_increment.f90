@@ -59,7 +59,7 @@ contains
     call find_event(scene, points, solver, old, increment, size)
     if (size%granted == 0) then
       size%length = fitting(increment%start - size%base, size%length, &
-        divided(size%base, scene%accuracy%divisions))
+        divided(size%base, merge(no_event, size%event, size%is_touch), scene%accuracy%divisions))
       if (scene%accuracy%wanted > 0.0_wp .and. scene%accuracy%keeps_mesh) then
         call try_sizes(scene, points, solver, old, increment, size)
       else
@@ -126,17 +126,19 @@ contains
     end if
   end subroutine find_event
 
-  !> The parts of an increment of the deck. Behind an event what is left of it is divided, too, into
-  !> parts of half the size where there are twice as many: else runs with few parts would have the
-  !> same increments there, and be alike for that.
-  pure integer(i8) function divided(base, divisions) result(length)
+  !> The parts of an increment of the deck. What there is of it up to a kink, or behind an event, is
+  !> divided, too, into parts of half the size where there are twice as many: else runs with few
+  !> parts would have the same increments there, and be alike for that. Not so what comes before the
+  !> first touch: nothing depends on increments there.
+  pure integer(i8) function divided(base, kink, divisions) result(length)
     integer(i8), intent(in) :: base      !! the last event or end of the deck's increments
+    integer(i8), intent(in) :: kink      !! behind it
     integer, intent(in)     :: divisions !! how many, a power of 2
 
     length = whole_increment/divisions
     if (divisions == 1) return
-    do while (length*divisions > whole_increment - modulo(base, whole_increment) .and. &
-      length > smallest_increment)
+    do while (length*divisions > min(whole_increment - modulo(base, whole_increment), kink - base) &
+      .and. length > smallest_increment)
       length = length/2
     end do
   end function divided

@@ -10,7 +10,8 @@ module load_events_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: increment_t, whole_increment, smallest_increment
-  use kinks_mod, only: has_too_many, most_kinks, most_touches
+  use kinks_mod, only: has_too_many, most_touches
+  use loads_mod, only: load_step_t
   use load_response_mod, only: sum_patterns
   use turns_mod, only: rotation_at
   use step_solver_mod, only: step_solver_t
@@ -28,27 +29,18 @@ module load_events_mod
 contains
 
   !> The next kink behind `start` at which increments end; no_event where there is none, or are too
-  !> many. An estimate passes by some of too many, evenly, and ends at the others.
-  pure integer(i8) function next_kink(scene, solver, step, start, is_estimate) result(kink)
-    type(scene_t), intent(in) :: scene
+  !> many.
+  pure integer(i8) function next_kink(solver, step, start) result(kink)
     type(step_solver_t), intent(in) :: solver !! prepared for the step
-    integer, intent(in) :: step
+    type(load_step_t), intent(in) :: step
     integer(i8), intent(in) :: start           !! in parts of the deck's increments
-    logical, intent(in) :: is_estimate
-    integer :: i, stride
+    integer :: i
 
     kink = no_event
-    stride = 1
     associate (kinks => solver%response%loads%kinks)
-      if (has_too_many(kinks, scene%steps(step))) then
-        if (.not. is_estimate) return
-        stride = 1 + size(kinks)/(most_kinks*scene%steps(step)%n_increments)
-      end if
-      do i = stride, size(kinks), stride
-        if (kinks(i) < start + smallest_increment) cycle
-        kink = kinks(i)
-        return
-      end do
+      if (has_too_many(kinks, step)) return
+      i = count(kinks < start + smallest_increment) + 1
+      if (i <= size(kinks)) kink = kinks(i)
     end associate
   end function next_kink
 
@@ -71,8 +63,7 @@ contains
       is_touch = .false.
       if (solver%response%loads%n_patterns == 0 .and. .not. any(scene%obstacles%turns)) return
       ! else nothing moves
-      event = next_kink(scene, solver, increment%step, start, .not. &
-        present(n_touches))
+      event = next_kink(solver, step, start)
       if (present(n_touches)) then
         if (n_touches >= most_touches(solver%response%loads%kinks, step)) return
       end if

@@ -6,7 +6,8 @@
 !>
 !> Neither sees what lies between ends that increments of both sizes have: a kink of an amplitude,
 !> or contact that begins. So where there is such an event the run beside ends at it, and goes from
-!> one to the next in halves. docs/theory.md section 10.
+!> one to the next in halves. Where they are too many to end at, nothing is said.
+!> docs/theory.md section 10.
 module load_step_error_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
@@ -20,6 +21,7 @@ module load_step_error_mod
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: relative_motion
   use step_solver_mod, only: step_solver_t
+  use kinks_mod, only: has_too_many
   use load_events_mod, only: next_event
   use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
   use look_ahead_mod, only: can_look_ahead, step_on_interface
@@ -66,6 +68,10 @@ contains
     if (coarse%n_behind < 2 .and. .not. ends_step(scene%steps, new)) return
     n_run = coarse%n_behind
     coarse%n_behind = 0
+    if (has_too_many(solver%response%loads%kinks, scene%steps(new%step))) then
+      coarse%state = new
+      return
+    end if
     if (new%increment == 1) coarse%state = old
     if (event_before(scene, points, solver, coarse%state, new%position) < new%position) then
       call follow_events(n_run)

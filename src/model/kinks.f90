@@ -1,19 +1,23 @@
 !> Where the load path of a *STEP turns: the kinks and jumps of the amplitudes that it follows.
 !>
 !> An increment takes its loads in a straight line from its beginning to its end. One that goes
-!> across a kink takes another way than the deck's, and friction remembers ways.
+!> across a kink takes another way than the deck's, and friction remembers ways. A Fourier series
+!> has a kink wherever it turns round: between these it goes one way, and how fast is no matter.
 !> docs/theory.md section 1.
 module kinks_mod
   use kinds_mod, only: wp, i8
-  use loads_mod, only: amplitude_t, load_step_t, start_of_step
+  use loads_mod, only: amplitude_t, load_step_t, amplitude_value, start_of_step
   use increments_mod, only: whole_increment, smallest_increment
   implicit none
   private
 
   public :: find_kinks, used_amplitudes, followed_amplitudes, has_too_many, most_touches, &
-    most_events, count_between, most_kinks
+    most_events, count_between
 
-  integer,  parameter :: most_kinks = 10         !! in an increment, on the average
+  integer,  parameter :: most_kinks = 10
+  !! in an increment, on the average, unless the step asks for all of them
+  integer,  parameter :: most_of_all = int(whole_increment/smallest_increment)
+  !! in an increment: more cannot be ends of increments
   real(wp), parameter :: straight = 1.0e-9_wp    !! departure of a line's point, of its values [-]
 
 contains
@@ -23,30 +27,37 @@ contains
   !>
   !> Points on the line through their neighbours are none. At a jump there are two: the smallest
   !> increment before it, as far as the way there goes, and the jump itself.
-  !> A Fourier series has one where it begins.
-  pure subroutine find_kinks(amplitudes, step, kinks, step_start)
+  !> A Fourier series has one where it begins, and one at each of its extremes.
+  pure subroutine find_kinks(amplitudes, step, kinks, step_start, missed)
     type(amplitude_t), intent(in) :: amplitudes(:)   !! that the step follows
     type(load_step_t), intent(in) :: step
     integer(i8), allocatable, intent(out) :: kinks(:) !! (n)
     real(wp), intent(in), optional :: step_start     !! time of the run; 0 if left out
+    real(wp), intent(out), optional :: missed
+    !! how far an amplitude goes at most, between ends that increments could have, beyond what it
+    !! is at these, as a part of its range: turns that are too near to each other [-]
     integer(i8), allocatable :: positions(:)
     integer(i8) :: position
+    real(wp), allocatable :: times(:) !! of the step
     real(wp) :: least !! departure from a line that counts
+    real(wp) :: begin !! of the amplitude's time, in that of the step
     real(wp) :: time  !! of the step
     integer :: k, i, n
 
-    n = 0
-    do k = 1, size(amplitudes)
-      n = n + 2*size(amplitudes(k)%time)
-    end do
-    allocate (positions(n))
-    n = 0
+    allocate (positions(0))
     do k = 1, size(amplitudes)
       associate (a => amplitudes(k))
+        begin = 0.0_wp
+        if (present(step_start) .and. a%total) begin = -step_start
+        if (allocated(a%cosine)) then
+          times = extremes(a, begin, step)
+          positions = [positions, [(position_of(step, times(i)), i=1, size(times))]]
+        end if
+        n = size(positions)
+        positions = [positions, spread(0_i8, 1, 2*size(a%time))]
         least = straight*maxval(abs(a%value))
         do i = 1, size(a%time)
-          time = a%time(i)
-          if (present(step_start) .and. a%total) time = time - step_start
+          time = a%time(i) + begin
           if (time <= 0.0_wp .or. time > step%period) cycle
           if (jumps_at(a, i, least)) then
             position = position_of(step, time)
@@ -62,12 +73,131 @@ contains
             positions(n) = position_of(step, time)
           end if
         end do
+        positions = positions(:n)
       end associate
     end do
-    positions = positions(:n)
     call sort(positions)
     kinks = apart(positions)
+    if (.not. present(missed)) return
+    missed = 0.0_wp
+    do k = 1, size(amplitudes)
+      missed = max(missed, beyond_ends(amplitudes(k), step, positions, kinks, step_start))
+    end do
   end subroutine find_kinks
+
+  !> The times of a step at which a Fourier series turns round: where its derivative
+  !>
+  !>     sum over n of n frequency (sine(n) cos(n angle) - cosine(n) sin(n angle))
+  !>
+  !> changes its sign; no more of them than increments could end at.
+  pure function extremes(a, begin, step) result(times)
+    type(amplitude_t), intent(in) :: a
+    real(wp), intent(in) :: begin !! of its time, in that of the step
+    type(load_step_t), intent(in) :: step
+    real(wp), allocatable :: times(:)
+    real(wp), parameter :: whole_turn = 2.0_wp*acos(-1.0_wp)
+    integer, parameter :: samples = 8 !! in a period of the shortest term; it turns twice
+    integer, parameter :: halvings = 40
+    real(wp), allocatable :: angles(:)
+    real(wp) :: before, here, low, high, of_low, of_high
+    integer :: n_terms, n, i, k, first, last
+
+    allocate (times(0), angles(0))
+    n_terms = findloc(abs(a%cosine) + abs(a%sine) > 0.0_wp, .true., dim=1, back=.true.)
+    if (n_terms == 0 .or. .not. a%frequency > 0.0_wp) return
+    n = samples*n_terms
+    ! Samples off the places where plain sines and cosines turn.
+    before = 0.1234567_wp*whole_turn/n
+    of_low = slope(before)
+    do i = 1, n
+      here = before + whole_turn/n
+      of_high = slope(here)
+      if (of_low*of_high < 0.0_wp) then
+        low = before
+        high = here
+        do k = 1, halvings
+          if (slope(0.5_wp*(low + high))*of_low > 0.0_wp) then
+            low = 0.5_wp*(low + high)
+          else
+            high = 0.5_wp*(low + high)
+          end if
+        end do
+        angles = [angles, 0.5_wp*(low + high)]
+      end if
+      before = here
+      if (abs(of_high) > 0.0_wp) of_low = of_high
+    end do
+    if (size(angles) == 0) return
+    associate (origin => a%time(1) + begin, period => whole_turn/a%frequency)
+      first = max(0, floor(min(-origin/period, 1.0e9_wp)) - 1)
+      last = first + int(min((step%period - max(origin, 0.0_wp))/period + 2.0_wp, &
+        2.0_wp + real(most_of_all, wp)*step%n_increments/size(angles)))
+      times = [(origin + period*(i + angles/whole_turn), i=first, last)]
+    end associate
+    times = pack(times, times > 0.0_wp .and. times <= step%period)
+
+  contains
+
+    !> A multiple of the derivative.
+    pure real(wp) function slope(angle)
+      real(wp), intent(in) :: angle
+      complex(wp) :: turn, power
+      integer :: j
+
+      turn = cmplx(cos(angle), sin(angle), wp)
+      power = 1.0_wp
+      slope = 0.0_wp
+      do j = 1, n_terms
+        power = power*turn
+        slope = slope + j*(a%sine(j)*real(power, wp) - a%cosine(j)*aimag(power))
+      end do
+    end function slope
+
+  end function extremes
+
+  !> How far an amplitude goes, at places that are no ends of increments, beyond what it is at the
+  !> ends about them, as a part of its range.
+  pure real(wp) function beyond_ends(a, step, positions, kinks, step_start) result(beyond)
+    type(amplitude_t), intent(in) :: a
+    type(load_step_t), intent(in) :: step
+    integer(i8), intent(in) :: positions(:) !! ascending
+    integer(i8), intent(in) :: kinks(:)     !! those of them at which increments end
+    real(wp), intent(in), optional :: step_start
+    integer(i8) :: first, last
+    real(wp) :: one, other, here, low, high
+    integer :: i, k
+
+    beyond = 0.0_wp
+    low = huge(1.0_wp)
+    high = -huge(1.0_wp)
+    k = 0
+    do i = 1, size(positions)
+      do while (k < size(kinks))
+        if (kinks(k + 1) > positions(i)) exit
+        k = k + 1
+      end do
+      first = positions(i) - modulo(positions(i), whole_increment)
+      last = min(first + whole_increment, end_of(step))
+      if (k > 0) first = max(first, kinks(k))
+      if (k < size(kinks)) last = min(last, kinks(k + 1))
+      one = value_at(first)
+      other = value_at(last)
+      here = value_at(positions(i))
+      low = min(low, one, other, here)
+      high = max(high, one, other, here)
+      beyond = max(beyond, here - max(one, other), min(one, other) - here)
+    end do
+    if (high > low) beyond = beyond/(high - low)
+
+  contains
+
+    pure real(wp) function value_at(position)
+      integer(i8), intent(in) :: position
+
+      value_at = amplitude_value(a, time_at(step, position), step_start)
+    end function value_at
+
+  end function beyond_ends
 
   !> Of the scene's amplitudes those that a step's cards name.
   pure function used_amplitudes(amplitudes, step) result(is_used)
@@ -111,7 +241,8 @@ contains
     integer(i8), intent(in) :: kinks(:)
     type(load_step_t), intent(in) :: step
 
-    has_too_many = size(kinks, kind=i8) > int(most_kinks, i8)*step%n_increments
+    has_too_many = size(kinks, kind=i8) > int(most_kinks, i8)*step%n_increments .and. .not. &
+      step%ends_at_all_kinks
   end function has_too_many
 
   !> At how many instants within a step contact may begin so that an increment ends there: one from

@@ -50,6 +50,7 @@ module loads_mod
     real(wp) :: increment = 1.0_wp
     integer  :: n_increments = 1
     logical  :: direct = .false.                !! keep the increments as they are
+    logical  :: ends_at_all_kinks = .false.     !! increments do, however many there are
     logical  :: replace_boundary = .false.      !! OP=NEW: earlier ones end here, rotations too
     logical  :: replace_forces = .false.
     logical  :: replace_pressures = .false.

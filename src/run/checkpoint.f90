@@ -27,8 +27,10 @@ module checkpoint_mod
   implicit none
   private
 
-  public :: progress_t, start_run, restore_checkpoint, save_checkpoint, enter_step, &
+  public :: progress_t, not_known, start_run, restore_checkpoint, save_checkpoint, enter_step, &
     stop_if_signalled, how_to_continue
+
+  real(wp), parameter :: not_known = huge(1.0_wp) !! worst error
 
   !> Where a run stands between two increments.
   type :: progress_t

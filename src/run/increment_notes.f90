@@ -165,7 +165,8 @@ contains
       else if (has_too_many(kinks, step)) then
         call add_note(notes, increment, .false., ': kinks of amplitudes: '//to_text(size(kinks))// &
           ' in '//to_text(step%n_increments)//' increments of the deck, too many for an '// &
-          'increment to end at each')
+          'increment to end at each; what that changes is not estimated: it takes smaller '// &
+          'increments, or an accuracy that is asked for')
       end if
     end associate
   end subroutine note_kinks

@@ -3,9 +3,9 @@
 module measure_increment_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: ends_step, asked_number
-  use contact_points_mod, only: contact_points_t
   use increment_report_mod, only: increment_report_t, status_open
   use step_fields_mod, only: fields_due
   use expansion_mod, only: find_thermal_stress
@@ -14,6 +14,7 @@ module measure_increment_mod
   use condensed_contact_mod, only: condensed_contact_t
   use contact_work_mod, only: least_contact_work
   use theory_error_mod, only: estimate_theory_error
+  use unseen_contact_mod, only: unseen_error
   implicit none
   private
 
@@ -22,8 +23,10 @@ module measure_increment_mod
 contains
 
   !> The error of the mesh: at the end of a step, and where the deck wants it as a field.
-  subroutine estimate_mesh(scene, state, report)
+  !> Where an accuracy is asked of this mesh alone, with what recovery does not see of contact.
+  subroutine estimate_mesh(scene, points, state, report)
     type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: state
     type(increment_report_t), intent(inout) :: report !! gets the error of the mesh, where it is due
     real(wp), allocatable :: thermal(:) !! (n_elements) [force/length^2]
@@ -36,6 +39,8 @@ contains
     call find_thermal_stress(scene, state%step, state%position, thermal)
     call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, report%mesh_error, &
       report%errors%mesh, thermal)
+    if (scene%accuracy%wanted > 0.0_wp .and. scene%accuracy%keeps_mesh) report%errors%mesh = &
+      report%errors%mesh + unseen_error(scene, points, report%contact, report%energy%strain)
   end subroutine estimate_mesh
 
   !> How far the increment leaves linear theory: at the end of a step, and where fields are written.

@@ -1,11 +1,13 @@
 !> A deck and what the command line says beside it, as a scene that may be planned and run.
 module prepare_scene_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input
   use text_mod, only: string_t, to_text
   use fresh_file_mod, only: beginning_of
   use mesh_size_mod, only: mesh_size_t
   use controls_mod, only: accuracy_of_energy, chooses_mesh, is_bounded
+  use loads_mod, only: start_of_step
+  use kinks_mod, only: find_kinks, followed_amplitudes
   use scene_mod, only: scene_t
   use read_deck_mod, only: read_deck
   use meet_accuracy_mod, only: choose_copy, set_contact_tolerance
@@ -16,6 +18,8 @@ module prepare_scene_mod
   private
 
   public :: prepare_scene, result_path
+
+  real(wp), parameter :: told_at_best = 0.01_wp !! error of a run that time or memory bounds [-]
 
 contains
 
@@ -75,6 +79,12 @@ contains
     end associate
     call check_estimates()
     if (allocated(error)) return
+    if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) then
+      ! Runs that go across the same turns are alike for that.
+      scene%steps%ends_at_all_kinks = .true.
+      call check_paths(scene, error)
+      if (allocated(error)) return
+    end if
     if (options%small_strain) call keep('--nlgeom no')
     if (options%accuracy > 0.0_wp) call keep('--accuracy '//to_text(options%accuracy))
     if (options%extrapolated) call keep('--extrapolated')
@@ -108,6 +118,34 @@ contains
     end subroutine keep
 
   end subroutine take_options
+
+  !> Refuse amplitudes that turn too often for increments to end wherever they do: no runs tell
+  !> what that makes.
+  subroutine check_paths(scene, error)
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    integer(i8), allocatable :: kinks(:)
+    logical :: is_followed(size(scene%amplitudes))
+    real(wp) :: missed, wanted
+    integer :: step, k
+
+    wanted = scene%accuracy%wanted
+    if (wanted <= 0.0_wp) wanted = told_at_best
+    do step = 1, size(scene%steps)
+      is_followed = followed_amplitudes(scene%amplitudes, scene%steps, step)
+      do k = 1, size(is_followed)
+        if (.not. is_followed(k)) cycle
+        call find_kinks(scene%amplitudes(k:k), scene%steps(step), kinks, start_of_step( &
+          scene%steps, step), missed)
+        if (missed <= wanted) cycle
+        call raise(error, exit_wrong_input, 'bipot: error: step '//to_text(step)//': amplitude '// &
+          ''''//scene%amplitudes(k)%name//''' turns more often than increments can end, which '// &
+          'is 4096 times in one of the deck: no accuracy can be told; give the step smaller '// &
+          'increments')
+        return
+      end do
+    end do
+  end subroutine check_paths
 
   !> Where the result goes.
   function result_path(options, scene) result(path)

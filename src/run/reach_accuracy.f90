@@ -294,8 +294,11 @@ contains
     select case (choice%outcome)
     case (steps_too_coarse)
       reason = 'the load steps make '//percent(errors%load_steps)
-      if (errors%load_steps < 0.0_wp) reason = 'the load steps make more, in '// &
-        to_text(maxval(sequence%runs%divisions))//' parts of each increment too'
+      if (errors%load_steps < 0.0_wp) then
+        reason = 'what the load steps make is not known'
+        if (sequence%divides) reason = 'the load steps make more, in '// &
+          to_text(maxval(sequence%runs%divisions))//' parts of each increment too'
+      end if
       if (any(deck%steps%direct)) reason = reason//', and DIRECT keeps them as they are'
       if (errors%mesh > max(sequence%wanted, errors%load_steps)) reason = reason// &
         ', and the mesh '//percent(errors%mesh)

@@ -19,7 +19,7 @@ module run_increments_mod
   use tally_mod, only: add_increment
   use export_problems_mod, only: exports_t, export_increment
   use console_mod, only: console_t, count_from, say, print_increment, print_warning, clear_bar
-  use checkpoint_mod, only: progress_t, save_checkpoint
+  use checkpoint_mod, only: progress_t, not_known, save_checkpoint
   use increment_notes_mod, only: note_t
   use solve_next_mod, only: solved_t, watch_t, begin_watch, solve_next, judge_increment
   implicit none
@@ -134,6 +134,8 @@ contains
     associate (increment => solved%increment, errors => solved%report%errors)
       progress%worst_errors = max(progress%worst_errors, [errors%load_steps, errors%contact + &
         errors%arithmetic, errors%mesh])
+      if (increment%last_of_step .and. errors%load_steps < 0.0_wp) progress%worst_errors(1) = &
+        not_known
       call mark_touched(plan%points, solved%report%contact, progress%touched)
       asked = asked_number(increment%position)
       if (asked < 0) return

@@ -36,8 +36,8 @@ module run_mesh_mod
   use export_problems_mod, only: exports_t, choose_rows
   use console_mod, only: console_t, say, print_lines, print_warning, clear_bar
   use provenance_mod, only: make_provenance
-  use checkpoint_mod, only: progress_t, start_run, restore_checkpoint, save_checkpoint, &
-    how_to_continue
+  use checkpoint_mod, only: progress_t, not_known, start_run, restore_checkpoint, &
+    save_checkpoint, how_to_continue
   use run_increments_mod, only: run_increments, room_to_write
   use close_run_mod, only: close_run
   use version_mod, only: version
@@ -293,7 +293,8 @@ contains
     balls = balls_about(scene%mesh, progress%touched, scene%mesh_size%across)
     call add_run(sequence, mesh_run_t(scene%mesh_size, scene%accuracy%divisions, &
       scene%mesh%n_elements, real(plan%n_equations, wp), plan%more_memory, &
-      seconds + sequence%repeated, progress%worst_errors(1), progress%worst_errors(2), &
+      seconds + sequence%repeated, merge(-1.0_wp, progress%worst_errors(1), &
+      progress%worst_errors(1) >= not_known), progress%worst_errors(2), &
       progress%worst_errors(3), progress%values, merge(0.0_wp, plan%seconds, was_continued), &
       balls, share_near(scene%mesh, balls, scene%mesh_size%across), file%is_kept, &
       progress%tally%theory))

@@ -379,8 +379,8 @@ contains
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
     if (scene%accuracy%estimates .and. scene%accuracy%follows_steps) call follow_coarsely(scene, &
       plan%points, solver, progress%state, new, progress%coarse, report)
-    if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, new, &
-      report)
+    if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, &
+      plan%points, new, report)
     ! docs/theory.md (10.8)
     if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))

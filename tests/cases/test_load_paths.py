@@ -117,6 +117,9 @@ class LoadPaths(unittest.TestCase):
         np.testing.assert_allclose(self.rows["time"], [1.0, 2.0], rtol=1e-12)
         self.assertEqual(self.counters["kinks_inside_increments"], 11)
         self.assertIn("too many", self.run_of_result.output)
+        # Nor does a coarser run say what that makes, which goes across the same kinks.
+        self.assertEqual(self.rows["load_steps"][-1], -1)
+        self.assertIn("is not estimated", self.run_of_result.output)
 
     def test_an_increment_ends_where_contact_begins(self):
         # The plane is met at 0.8, so the cube slides by a fifth of its way: 0.004 under 0.3*4.
@@ -248,7 +251,9 @@ class LoadPaths(unittest.TestCase):
         np.testing.assert_allclose(
             self.rows["resultant"][:, 2], expected(time), rtol=0, atol=1e-7
         )
+        self.assertNotIn("straight lines", self.run_of_result.output)
         # Its second term has 4 increments a period.
+        self.solve(steps.replace("*STATIC", "*STATIC, DIRECT"), amplitude=series, h=0.125, body=body)
         self.assertIn(
             "amplitude 'A' has a period of 0.5 and the increments of the step are 0.125: they take "
             "loads in straight lines, and fewer than 8 a period miss much of it",

@@ -269,7 +269,7 @@ class Page(unittest.TestCase):
     def test_accuracy(self):
         listed = listed_shapes(section("/accuracy"))
         runs = len(self.asked["accuracy/bricks"])
-        self.check("accuracy", listed, {"K": runs, "T": 2, "C": 7}, self.asked)
+        self.check("accuracy", listed, {"K": runs, "T": 2, "C": 8}, self.asked)
         text = section("/accuracy")
         for name in self.asked["accuracy"].attrs:
             if name != "description":

@@ -144,7 +144,7 @@ contains
   end subroutine read_steps
 
   !> Note Fourier series that the increments of a step cannot follow: each takes its loads in a
-  !> straight line.
+  !> straight line. Without DIRECT they end where a series turns round.
   subroutine note_fast_series(reader, amplitudes, step)
     type(reader_t), intent(inout) :: reader
     type(amplitude_list_t), intent(in) :: amplitudes
@@ -155,7 +155,7 @@ contains
     real(wp) :: period
     integer :: k, i, last
 
-    if (.not. allocated(step%boundary)) return
+    if (.not. (allocated(step%boundary) .and. step%direct)) return
     is_used = used_amplitudes(amplitudes%list, step)
     do k = 1, size(is_used)
       associate (a => amplitudes%list(k))
@@ -169,7 +169,8 @@ contains
         if (period >= enough*step%increment*(1.0_wp - 1.0e-9_wp)) cycle
         call note(reader, 'amplitude '//quoted(a%name)//' has a period of '//to_text(period, 3)// &
           ' and the increments of the step are '//to_text(step%increment, 3)//': they take '// &
-          'loads in straight lines, and fewer than 8 a period miss much of it')
+          'loads in straight lines, and fewer than 8 a period miss much of it; without DIRECT '// &
+          'they would end where it turns round')
       end associate
     end do
   end subroutine note_fast_series

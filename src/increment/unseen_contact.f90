@@ -1,0 +1,86 @@
+!> What recovery of stresses does not see of contact between faces: stresses are as smooth as the
+!> mesh has them, wherever in a face contact is.
+!>
+!> Where the edge of a tool lies within faces, the points beneath it carry forces that may act
+!> anywhere in the faces around. Where the faces of both sides are not parallel, gaps are closed in
+!> the mean, and the faces go into each other between. docs/theory.md (10.23), (10.24).
+module unseen_contact_mod
+  use kinds_mod, only: wp
+  use scene_mod, only: scene_t
+  use mesh_forces_mod, only: add_nodal_areas
+  use contact_points_mod, only: contact_points_t
+  use increment_report_mod, only: contact_fields_t
+  implicit none
+  private
+
+  public :: unseen_error
+
+  real(wp), parameter :: half = 0.5_wp*(1.0_wp - 1.0e-6_wp)
+  !! of a node's area, but for rounding: an edge along edges of the mesh leaves that much [-]
+
+contains
+
+  !> The error of the mesh that it makes, a part of the largest resultant.
+  pure real(wp) function unseen_error(scene, points, contact, strain) result(error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact
+    real(wp), intent(in) :: strain !! energy of the bodies [energy]
+
+    integer :: i
+
+    error = 0.0_wp
+    do i = 1, points%n
+      if (.not. points%on_surface(i)) cycle
+      ! What is inside in the deck is so on any mesh, or was moved until it is not in the mean.
+      associate (depth => -contact%least_gap(i), of_deck => scene%pairs(points%pair(i))%overlap + &
+        max(0.0_wp, -points%extra_gap(i)))
+        if (depth > 2.0_wp*of_deck) error = error + contact%reaction(1, i)*depth
+      end associate
+    end do
+    if (strain > 0.0_wp) error = error/(2.0_wp*strain)
+    error = error + share_on_little_covered(scene, points, contact)
+  end function unseen_error
+
+  !> The part of the normal forces that is on nodes of which less than half is covered, of either
+  !> side: of the pair with the largest such force, over the largest force of a pair.
+  pure real(wp) function share_on_little_covered(scene, points, contact) result(share)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact
+    real(wp) :: area(scene%mesh%n_nodes), covered(scene%mesh%n_nodes), force(scene%mesh%n_nodes)
+    real(wp) :: largest
+    integer :: p, i
+
+    share = 0.0_wp
+    largest = 0.0_wp
+    do p = 1, size(points%first) - 1
+      associate (a => points%first(p), b => points%first(p + 1) - 1)
+        largest = max(largest, sum(contact%reaction(1, a:b)))
+        if (a > b) cycle
+        if (.not. points%on_surface(a)) cycle
+        share = max(share, sum(contact%reaction(1, a:b), mask=contact%covered_area(a:b) < &
+          half*points%area(a:b)))
+        if (scene%pairs(p)%master > 0) cycle
+        area = 0.0_wp
+        call add_nodal_areas(scene%mesh, scene%surfaces(scene%pairs(p)%master_surface), area)
+        covered = 0.0_wp
+        force = 0.0_wp
+        do i = a, b
+          ! Dual mortar weights: the covered areas of the slave nodes times these are those of the
+          ! master's.
+          associate (first => contact%weights%first(i), last => contact%weights%first(i + 1) - 1)
+            associate (node => contact%weights%node(first:last), weight => &
+              contact%weights%weight(first:last))
+              covered(node) = covered(node) + contact%covered_area(i)*weight
+              force(node) = force(node) + contact%reaction(1, i)*weight
+            end associate
+          end associate
+        end do
+        share = max(share, sum(force, mask=covered < half*area))
+      end associate
+    end do
+    if (largest > 0.0_wp) share = share/largest
+  end function share_on_little_covered
+
+end module unseen_contact_mod
