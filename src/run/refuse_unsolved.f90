@@ -11,7 +11,7 @@ module refuse_unsolved_mod
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, &
-    ended_at_limit, ended_stalled, ended_unbalanced, ended_moving
+    ended_at_limit, ended_stalled, ended_unbalanced, ended_moving, ended_passed
   use formed_compliance_mod, only: dense_bytes
   use amounts_mod, only: bytes_in_words
   use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_on_way, entered_and_left
@@ -64,6 +64,8 @@ contains
     if (report%ending == ended_unbalanced) then
       where_and_what = where_and_what//': nothing balances the loads along '// &
         report%unbalanced//new_line('a')//'  '//what_would_balance(scene, report%pulls_off)
+    else if (report%ending == ended_passed) then
+      where_and_what = where_and_what//passed_in_words(scene, plan%points, increment, report)
     else if (report%ending == ended_moving) then
       where_and_what = where_and_what//': the contact points on '//moving_in_words(scene, &
         plan%points, report%moved_point)//' do not settle '// &
@@ -112,6 +114,28 @@ contains
       wedge_in_words(scene, plan%points, report%contact)
     call raise(error, exit_not_solved, where_and_what)
   end subroutine refuse_unsolved
+
+  !> What an obstacle does that passes a point, and the increment in which it does not.
+  pure function passed_in_words(scene, points, increment, report) result(words)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    type(increment_report_t), intent(in) :: report
+    character(:), allocatable :: words
+    real(wp) :: length, power
+
+    associate (point => report%passed_point, step => scene%steps(increment%step))
+      ! Rounded down to one digit.
+      length = report%part_to_try*(increment%fraction - increment%begin)*step%period
+      power = 10.0_wp**floor(log10(max(length, tiny(1.0_wp))))
+      words = ': '//master_name(scene, points%pair(point))//' passes node '// &
+        to_text(scene%mesh%node_id(points%node(point)))//' of '// &
+        scene%surfaces(scene%pairs(points%pair(point))%surface)%name//' within the increment '// &
+        'and would press it from behind; use increments of '// &
+        to_text(floor(length/power)*power, 1)//' or less'
+      if (step%direct) words = words//', or leave out DIRECT'
+    end associate
+  end function passed_in_words
 
   !> What to look at where loads are not balanced.
   pure function what_would_balance(scene, pulls_off) result(words)
@@ -198,8 +222,8 @@ contains
     end associate
     select case (entries%how)
     case (entered_on_way)
-      face = obstacle//' gets '//face//' within the increment, but no node of that face or of '// &
-        'its neighbours touches it: contact is missed; use smaller increments, or smaller bricks'
+      face = obstacle//' gets '//face//' within the increment, and out again without contact '// &
+        'at its end: contact is missed; use smaller increments, or smaller bricks'
     case (entered_and_left)
       face = obstacle//' was '//face//' when the increment began, and has left it without '// &
         'touching a node: contact is missed; use smaller bricks, or smaller increments'

@@ -9,7 +9,7 @@ module solve_next_mod
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t, next_increment, is_extra
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, ended_out_of_reach
+  use increment_report_mod, only: increment_report_t, ended_out_of_reach, ended_passed
   use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
   use step_solver_mod, only: step_solver_t, forget_supports, widen_interface
@@ -31,7 +31,7 @@ module solve_next_mod
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, &
     refuse_unfelt_overlap, refuse_leaning, is_solved
   use increment_notes_mod, only: note_t, note_unsolved, note_widened, note_unheld, &
-    note_entries, note_unfelt, note_small_contacts, note_kinks, note_touch, note_turn, note_double
+    note_entries, note_unfelt, note_passed, note_small_contacts, note_kinks, note_touch, note_turn, note_double
   implicit none
   private
 
@@ -42,6 +42,8 @@ module solve_next_mod
     type(increment_t) :: increment
     type(state_t) :: state
     type(increment_report_t) :: report
+    type(entries_t) :: entries !! of obstacles into faces, where it is solved
+    logical :: found = .false. !! there is such an increment: the run is not complete
   end type solved_t
 
   !> What is watched from increment to increment, for notes alone.
@@ -61,26 +63,27 @@ contains
     call list_faces(scene, watch%faces)
   end subroutine begin_watch
 
-  !> Solve the next increment, cut as often as it takes; `found` is false where the run is complete.
-  !> Whether it is solved, the report says.
-  subroutine solve_next(scene, plan, solver, progress, solved, found, notes, error)
+  !> Solve the next increment, where there is one, cut as often as it takes. Whether it is solved,
+  !> the report says.
+  subroutine solve_next(scene, plan, solver, progress, watch, solved, notes, error)
     type(scene_t), intent(inout) :: scene       !! its precision, where single does not do
     type(plan_t), intent(inout) :: plan
     !! revised where a point gets further than it says, or for a factor in double precision
     type(step_solver_t), intent(inout) :: solver
     type(progress_t), intent(inout) :: progress    !! its sizes, *STEP and tally
+    type(watch_t), intent(in) :: watch
     type(solved_t), intent(out) :: solved
-    logical, intent(out) :: found
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     !! stopped by a signal; as of set_supports, prepare_step and advance
     logical :: is_plain !! so are the increments after it: one may look ahead
     logical :: is_cut, is_passed
+    logical :: passes !! an obstacle does, a point or a face
 
     associate (increment => solved%increment)
       increment = next_increment(scene%steps, progress%state)
-      found = increment%index > 0
-      if (.not. found) return
+      solved%found = increment%index > 0
+      if (.not. solved%found) return
       if (increment%step /= progress%entered) then
         call enter_step(scene, plan, increment, progress, solver, error)
         if (needs_double(scene, error)) call turn_to_double(scene, plan, increment, solver, &
@@ -101,17 +104,45 @@ contains
         end if
         if (allocated(error)) return
         call note_sizes(solver, progress%tally)
-        if (is_solved(scene, solved%report)) return
-        call pass_touch(increment, progress%size, is_passed)
+        passes = solved%report%ending == ended_passed
+        if (is_solved(scene, solved%report)) then
+          call look_between_ends(scene, plan, watch, progress, solved)
+          passes = solved%entries%may_be_met
+          if (.not. passes) return
+        end if
+        is_passed = .false.
+        if (.not. passes) call pass_touch(increment, progress%size, is_passed)
         if (.not. is_passed) then
           call cut_increment(scene, increment, progress%size, is_cut)
           if (.not. is_cut) return
           progress%tally%cuts = progress%tally%cuts + 1
         end if
-        call note_unsolved(increment, is_passed, notes)
+        if (passes) then
+          call note_passed(scene, plan%points, increment, solved%report%passed_point, &
+            solved%entries%missed, notes)
+        else
+          call note_unsolved(increment, is_passed, notes)
+        end if
       end do sizes
     end associate
   end subroutine solve_next
+
+  !> What obstacles do to faces between the increment's ends, and at them.
+  subroutine look_between_ends(scene, plan, watch, progress, solved)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(watch_t), intent(in) :: watch
+    type(progress_t), intent(inout) :: progress !! its tally
+    type(solved_t), intent(inout) :: solved     !! gets the entries
+    real(wp) :: clock
+
+    clock = wall_seconds()
+    call find_entries(scene, plan%points, watch%faces, progress%state, solved%state, &
+      solved%increment%last_of_step, solved%entries)
+    progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
+    solved%report%face_penetration = solved%entries%at_end%depth
+    solved%report%face_penetration_on_way = solved%entries%on_way%depth
+  end subroutine look_between_ends
 
   !> Whether something is not solved that a factor in double precision may solve.
   pure logical function needs_double(scene, error, report)
@@ -124,7 +155,8 @@ contains
     if (allocated(error)) then
       needs_double = error%exit_status == exit_not_solved
     else if (present(report)) then
-      needs_double = .not. is_solved(scene, report) .and. report%ending /= ended_out_of_reach
+      needs_double = .not. is_solved(scene, report) .and. report%ending /= ended_out_of_reach &
+        .and. report%ending /= ended_passed
     end if
   end function needs_double
 
@@ -201,18 +233,10 @@ contains
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     !! not solved, not certified, contact that the nodes do not see
-    type(entries_t) :: entries
-    real(wp) :: clock
 
-    associate (increment => solved%increment, report => solved%report)
+    associate (increment => solved%increment, report => solved%report, entries => solved%entries)
       call refuse_unsolved(scene, plan, increment, report, solver%body%inverse%condition, error)
       if (allocated(error)) return
-      clock = wall_seconds()
-      call find_entries(scene, plan%points, watch%faces, progress%state, solved%state, &
-        increment%last_of_step, entries)
-      progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
-      report%face_penetration = entries%at_end%depth
-      report%face_penetration_on_way = entries%on_way%depth
       if (entries%at_end%depth > watch%deepest%depth) watch%deepest = entries%at_end
       call refuse_missed_contact(scene, increment, entries, error)
       if (allocated(error)) return

@@ -38,6 +38,7 @@ module faces_between_nodes_mod
     type(face_entry_t) :: on_way  !! the deepest before that, of faces that nothing touches nearby
     type(face_entry_t) :: missed  !! a contact that no node has seen; depth 0: none
     integer  :: how = 0           !! it was missed: entered_at_end and so on
+    logical  :: may_be_met = .false. !! by smaller increments
     real(wp) :: work = 0.0_wp     !! |sum int p g^- dA| [energy]
   end type entries_t
 
@@ -48,6 +49,7 @@ module faces_between_nodes_mod
     type(face_entry_t) :: on_way     !! the deepest between, the same
     type(face_entry_t) :: through    !! the same, of an obstacle whose middle goes through the face
     real(wp) :: deepest_at_ends = 0.0_wp !! touched or not [length]
+    logical  :: presses_before = .false. !! when the increment begins
     logical  :: touches_before = .false., touches = .false.
   end type of_obstacle_t
 
@@ -62,6 +64,7 @@ module faces_between_nodes_mod
 
   real(wp), parameter :: at_three(3) = [-1, 0, 1]
   real(wp), parameter :: simpson(3) = [1.0_wp/3.0_wp, 4.0_wp/3.0_wp, 1.0_wp/3.0_wp]
+  real(wp), parameter :: part_of_radius = 0.5_wp !! that an obstacle never comes deep by pressing
   real(wp), parameter :: all_but = 0.01_wp  !! of a depth: a gap beside which it is that of contact
   real(wp), parameter :: known_to = 0.05_wp !! part of its bulge that a smooth surface may be off
 
@@ -97,6 +100,7 @@ contains
     type(placement_t) :: before, after    !! of what obstacles can enter, at `old` and `new`
     real(wp), allocatable :: extra(:), pressure(:)    !! (n_nodes) [length], [force/length^2]
     logical, allocatable :: near_before(:), near(:)   !! (n_nodes) of faces with a touching node
+    logical, allocatable :: pressed(:)  !! (n_nodes) of faces with a node that pressed before
     type(face_entry_t), allocatable :: dents(:)       !! all faces that the obstacle is in
     real(wp) :: allowed
     logical :: begins
@@ -119,7 +123,10 @@ contains
       found = of_obstacle_t()
       call turn_obstacle(scene, obstacle, old, new, at_old, at_new, bend)
       call mark_touching(scene, points, faces, obstacle, before, old%reaction, allowed, near_before)
+      call mark_touching(scene, points, faces, obstacle, before, old%reaction, -huge(allowed), &
+        pressed)
       call mark_touching(scene, points, faces, obstacle, after, new%reaction, allowed, near)
+      found%presses_before = any(pressed)
       found%touches_before = any(near_before)
       found%touches = any(near)
       call spread_points(scene, points, obstacle, after, new%reaction, extra, pressure)
@@ -148,8 +155,8 @@ contains
       integer, intent(in) :: pair
       type(face_t) :: face
       integer :: f
-      logical :: is_near, was_near, is_through
-      real(wp) :: gap, middle(2)
+      logical :: is_near, was_near
+      real(wp) :: gap, least, middle(2)
 
       do f = 1, size(faces(pair)%nodes, 2)
         associate (nodes => faces(pair)%nodes(:, f))
@@ -164,15 +171,24 @@ contains
           if (-gap > allowed) dents = [dents, face_entry_t(-gap, pair, nodes)]
           if (any(pressure(nodes) > 0.0_wp)) entries%work = entries%work + work_of_face( &
             faces(pair), f, face, scene%mesh%coordinates(:, nodes), pressure(nodes))
-          if (is_near .or. was_near) cycle
-          call find_least_gap(faces(pair), f, face, [0.0_wp, 0.0_wp], gap, middle)
-          found%deepest_at_ends = max(found%deepest_at_ends, -gap)
-          if (-gap > allowed .and. .not. begins) call keep_deeper(-gap, pair, nodes, found%before)
+          if (is_near .or. any(pressed(nodes))) then
+            ! What touches goes deep nowhere, unless its middle passes the face.
+            if (maxval(norm2(face%way, dim=1)) < part_of_radius*face%radius) cycle
+            least = part_of_radius*face%radius
+          else
+            call find_least_gap(faces(pair), f, face, [0.0_wp, 0.0_wp], gap, middle)
+            found%deepest_at_ends = max(found%deepest_at_ends, -gap)
+            if (-gap > allowed .and. .not. (begins .or. was_near)) call keep_deeper(-gap, pair, &
+              nodes, found%before)
+            least = allowed
+          end if
           call find_least_gap(faces(pair), f, face, [0.0_wp, 1.0_wp], gap, middle)
           gap = gap + bend
-          is_through = goes_through(face, faces(pair)%normal(:, f), middle)
-          if (-gap > allowed) call keep_deeper(-gap, pair, nodes, found%on_way)
-          if (-gap > allowed .and. is_through) call keep_deeper(-gap, pair, nodes, found%through)
+          if (.not. -gap > least) cycle
+          if (goes_through(face, faces(pair)%normal(:, f), middle)) call keep_deeper(-gap, pair, &
+            nodes, found%through)
+          if (.not. (is_near .or. any(pressed(nodes)))) call keep_deeper(-gap, pair, nodes, &
+            found%on_way)
         end associate
       end do
     end subroutine look_at_pair
@@ -194,7 +210,7 @@ contains
     if (crosses .and. found%on_way%depth > entries%on_way%depth) entries%on_way = found%on_way
     if (found%through%depth > 0.0_wp) then
       call take(found%through, entered_on_way)
-    else if (crosses .and. .not. (found%touches .or. found%touches_before)) then
+    else if (crosses .and. .not. (found%touches .or. found%presses_before)) then
       call take(found%on_way, entered_on_way)
     else if (found%untouched%depth > 0.0_wp) then
       if (last_of_step) call take(found%untouched, entered_at_end)
@@ -211,6 +227,8 @@ contains
       if (.not. entry%depth > entries%missed%depth) return
       entries%missed = entry
       entries%how = how
+      ! What is between the nodes already passes by them in smaller increments, too.
+      entries%may_be_met = how == entered_on_way .and. .not. found%before%depth > 0.0_wp
     end subroutine take
 
   end subroutine judge

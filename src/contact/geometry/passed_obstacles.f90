@@ -1,0 +1,140 @@
+!> Obstacles that pass contact points within an increment, so that the closest point flips to their
+!> far side and a reaction would pull. docs/theory.md section 9, (9.9).
+module passed_obstacles_mod
+  use kinds_mod, only: wp
+  use small_matrix_mod, only: cross
+  use obstacles_mod, only: obstacle_t
+  use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
+  use surfaces_mod, only: nodes_of
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use placement_mod, only: placement_t
+  implicit none
+  private
+
+  public :: find_passed, part_that_would_do
+
+  real(wp), parameter :: behind = 0.2_wp
+  !! cosine of the angle between a face's outward normal and a contact normal from behind it [-]
+  real(wp), parameter :: hardly = 0.1_wp !! a turn of a normal that takes it behind no face [rad]
+
+contains
+
+  !> The first point that presses before a curved obstacle and that this pushes out of its body,
+  !> while it pushed it inwards when the increment began; 0: there is none.
+  !>
+  !> Normals that change gradually are followed: a rim may slide below an obstacle.
+  pure integer function find_passed(scene, points, placement, old, new) result(passed)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement !! at the displacement of `new`
+    type(state_t), intent(in) :: old, new      !! the increment's beginning and end
+    real(wp), allocatable :: outward(:, :, :)  !! (3,n_nodes,2) then and now, 0 without faces [-]
+    real(wp) :: before(3), gap
+    type(obstacle_t) :: obstacle
+    integer :: pair, i
+
+    passed = 0
+    do pair = 1, size(scene%pairs)
+      associate (master => scene%pairs(pair)%master, &
+                 first => points%first(pair), last => points%first(pair + 1) - 1)
+        if (master == 0) cycle
+        if (.not. any(points%is_curved(first:last)) .or. has_meshed_master(scene, pair)) cycle
+        obstacle = scene%obstacles(master)
+        if (obstacle%turns) obstacle = turned(obstacle, old%rotation(:, master), &
+          scene%mesh%coordinates(:, obstacle%ref_node))
+        if (allocated(outward)) deallocate (outward)
+        do i = first, last
+          if (.not. any(abs(new%reaction(:, i)) > 0.0_wp)) cycle
+          associate (node => points%node(i), now => placement%frame(:, 1, i))
+            call locate_point(obstacle, shift_of(obstacle, old%displacement), &
+              scene%mesh%coordinates(:, node) + old%displacement(:, node), gap, before)
+            if (norm2(now - before) <= hardly) cycle
+            if (.not. allocated(outward)) then
+              allocate (outward(3, scene%mesh%n_nodes, 2))
+              outward(:, :, 1) = outward_normals(scene, pair, old%displacement)
+              outward(:, :, 2) = outward_normals(scene, pair, new%displacement)
+            end if
+            if (.not. is_passed(before, now, outward(:, node, 1), outward(:, node, 2))) cycle
+          end associate
+          passed = i
+          return
+        end do
+      end associate
+    end do
+  end function find_passed
+
+  !> Whether a contact normal comes to point out of a surface; where a surface has no faces, whether
+  !> it turns by more than 90 degrees.
+  pure logical function is_passed(before, now, outward_before, outward_now)
+    real(wp), intent(in) :: before(3), now(3) !! unit vectors from the obstacle to the node
+    real(wp), intent(in) :: outward_before(3), outward_now(3) !! of the surface there, or 0
+
+    if (any(abs(outward_now) > 0.0_wp)) then
+      is_passed = dot_product(before, outward_before) <= 0.0_wp .and. &
+        dot_product(now, outward_now) > behind
+    else
+      is_passed = dot_product(before, now) < 0.0_wp
+    end if
+  end function is_passed
+
+  !> Unit normals of a pair's slave surface at its nodes, means over their faces; 0 elsewhere.
+  pure function outward_normals(scene, pair, u) result(outward)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: pair
+    real(wp), intent(in) :: u(:, :)             !! (3,n_nodes) [length]
+    real(wp) :: outward(3, scene%mesh%n_nodes)  !! [-]
+    real(wp) :: x(3, 4), normal(3)
+    integer, allocatable :: faces(:, :)
+    integer :: f, k
+
+    outward = 0.0_wp
+    associate (surface => scene%surfaces(scene%pairs(pair)%surface))
+      if (.not. allocated(surface%faces)) return
+      faces = nodes_of(surface%faces, scene%mesh%connectivity)
+      do f = 1, size(faces, 2)
+        x = scene%mesh%coordinates(:, faces(:, f)) + u(:, faces(:, f))
+        normal = cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
+        do k = 1, 4
+          outward(:, faces(k, f)) = outward(:, faces(k, f)) + normal
+        end do
+      end do
+      do k = 1, size(surface%nodes)
+        associate (at => outward(:, surface%nodes(k)))
+          if (norm2(at) > 0.0_wp) at = at/norm2(at)
+        end associate
+      end do
+    end associate
+  end function outward_normals
+
+  !> The part of an increment in which a point moves half the radius of the obstacle that it passes,
+  !> relative to it.
+  pure real(wp) function part_that_would_do(scene, points, passed, old, new) result(part)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: passed          !! the point
+    type(state_t), intent(in) :: old, new
+    real(wp) :: way(3), at_old(3), at_new(3), radius
+    type(obstacle_t) :: obstacle
+
+    associate (master => scene%pairs(points%pair(passed))%master, node => points%node(passed))
+      obstacle = scene%obstacles(master)
+      radius = obstacle%radius
+      at_old = obstacle%point
+      at_new = obstacle%point
+      if (obstacle%turns) then
+        obstacle = turned(scene%obstacles(master), old%rotation(:, master), &
+          scene%mesh%coordinates(:, obstacle%ref_node))
+        at_old = obstacle%point
+        obstacle = turned(scene%obstacles(master), new%rotation(:, master), &
+          scene%mesh%coordinates(:, obstacle%ref_node))
+        at_new = obstacle%point
+      end if
+      way = at_new + shift_of(obstacle, new%displacement) - new%displacement(:, node) - &
+        (at_old + shift_of(obstacle, old%displacement) - old%displacement(:, node))
+      part = min(0.5_wp, 0.5_wp*radius/max(norm2(way), tiny(1.0_wp)))
+    end associate
+  end function part_that_would_do
+
+end module passed_obstacles_mod
