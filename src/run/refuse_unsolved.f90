@@ -222,8 +222,10 @@ contains
     end associate
     select case (entries%how)
     case (entered_on_way)
-      face = obstacle//' gets '//face//' within the increment, and out again without contact '// &
-        'at its end: contact is missed; use smaller increments, or smaller bricks'
+      face = obstacle//' gets '//face//' within the increment, and passes it or leaves it '// &
+        'without contact: contact is missed; use '
+      if (entries%may_be_met) face = face//'smaller increments, or '
+      face = face//'smaller bricks'
     case (entered_and_left)
       face = obstacle//' was '//face//' when the increment began, and has left it without '// &
         'touching a node: contact is missed; use smaller bricks, or smaller increments'

@@ -48,6 +48,7 @@ module faces_between_nodes_mod
     type(face_entry_t) :: before     !! the same at the beginning
     type(face_entry_t) :: on_way     !! the deepest between, the same
     type(face_entry_t) :: through    !! the same, of an obstacle whose middle goes through the face
+    logical  :: creeps = .false.     !! through, by less than its radius in the increment
     real(wp) :: deepest_at_ends = 0.0_wp !! touched or not [length]
     logical  :: presses_before = .false. !! when the increment begins
     logical  :: touches_before = .false., touches = .false.
@@ -57,6 +58,7 @@ module faces_between_nodes_mod
   type :: face_t
     real(wp) :: x(3, 4) = 0.0_wp    !! its nodes when the increment begins [length]
     real(wp) :: way(3, 4) = 0.0_wp  !! how far they go [length]
+    real(wp) :: normal(3, 2) = 0.0_wp !! outward, at both ends of the increment; of any length
     real(wp) :: extra(4) = 0.0_wp   !! *CONTACT GAP [length]
     real(wp) :: radius = 0.0_wp     !! of the obstacle [length]
     real(wp) :: axis(3) = 0.0_wp    !! of a cylinder, 0 for a sphere [-]
@@ -173,8 +175,8 @@ contains
             faces(pair), f, face, scene%mesh%coordinates(:, nodes), pressure(nodes))
           if (is_near .or. any(pressed(nodes))) then
             ! What touches goes deep nowhere, unless its middle passes the face.
-            if (maxval(norm2(face%way, dim=1)) < part_of_radius*face%radius) cycle
             least = part_of_radius*face%radius
+            if (-gap < least .and. maxval(norm2(face%way, dim=1)) < least) cycle
           else
             call find_least_gap(faces(pair), f, face, [0.0_wp, 0.0_wp], gap, middle)
             found%deepest_at_ends = max(found%deepest_at_ends, -gap)
@@ -185,8 +187,11 @@ contains
           call find_least_gap(faces(pair), f, face, [0.0_wp, 1.0_wp], gap, middle)
           gap = gap + bend
           if (.not. -gap > least) cycle
-          if (goes_through(face, faces(pair)%normal(:, f), middle)) call keep_deeper(-gap, pair, &
-            nodes, found%through)
+          if (goes_through(face, middle)) then
+            if (-gap > found%through%depth) found%creeps = maxval(norm2(face%way, dim=1)) < &
+              part_of_radius*face%radius
+            call keep_deeper(-gap, pair, nodes, found%through)
+          end if
           if (.not. (is_near .or. any(pressed(nodes)))) call keep_deeper(-gap, pair, nodes, &
             found%on_way)
         end associate
@@ -228,7 +233,8 @@ contains
       entries%missed = entry
       entries%how = how
       ! What is between the nodes already passes by them in smaller increments, too.
-      entries%may_be_met = how == entered_on_way .and. .not. found%before%depth > 0.0_wp
+      entries%may_be_met = how == entered_on_way .and. .not. (found%before%depth > 0.0_wp .or. &
+        found%creeps)
     end subroutine take
 
   end subroutine judge
@@ -339,6 +345,8 @@ contains
     integer :: k
 
     face%extra = extra
+    face%normal(:, 1) = normal_of(coordinates + old%displacement(:, nodes))
+    face%normal(:, 2) = normal_of(coordinates + new%displacement(:, nodes))
     call get_core(at_old, old_core, old_axis, face%radius)
     call get_core(at_new, core, face%axis, face%radius)
     face%x = coordinates + old%displacement(:, nodes) - spread(old_core, 2, 4)
@@ -352,6 +360,17 @@ contains
       face%x(:, k) = across(face, face%x(:, k))
       face%way(:, k) = across(face, face%way(:, k))
     end do
+
+  contains
+
+    !> Across the diagonals.
+    pure function normal_of(x) result(normal)
+      real(wp), intent(in) :: x(3, 4) !! [length]
+      real(wp) :: normal(3)           !! [length^2]
+
+      normal = cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
+    end function normal_of
+
   end subroutine set_face
 
   !> The face as it stood when the increment began, seen from a cylinder whose axis has turned.
@@ -495,15 +514,14 @@ contains
   end subroutine gap_at
 
   !> Whether the middle of an obstacle goes from the outer side of a face to the inner.
-  pure logical function goes_through(face, normal, xi_eta)
+  pure logical function goes_through(face, xi_eta)
     type(face_t), intent(in) :: face
-    real(wp), intent(in) :: normal(3)
     real(wp), intent(in) :: xi_eta(2)
     real(wp) :: n(4)
 
     n = shape_at(xi_eta(1), xi_eta(2))
-    goes_through = dot_product(matmul(face%x, n), normal) < 0.0_wp .and. &
-      dot_product(matmul(face%x + face%way, n), normal) > 0.0_wp
+    goes_through = dot_product(matmul(face%x, n), face%normal(:, 1)) < 0.0_wp .and. &
+      dot_product(matmul(face%x + face%way, n), face%normal(:, 2)) > 0.0_wp
   end function goes_through
 
   !> int p g^- dA over a face at the end of the increment, by Simpson's rule. docs/theory.md (10.8).
