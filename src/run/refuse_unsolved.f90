@@ -224,7 +224,7 @@ contains
     case (entered_on_way)
       face = obstacle//' gets '//face//' within the increment, and passes it or leaves it '// &
         'without contact: contact is missed; use '
-      if (entries%may_be_met) face = face//'smaller increments, or '
+      if (entries%passed%depth > 0.0_wp) face = face//'smaller increments, or '
       face = face//'smaller bricks'
     case (entered_and_left)
       face = obstacle//' was '//face//' when the increment began, and has left it without '// &

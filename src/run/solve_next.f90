@@ -107,7 +107,7 @@ contains
         passes = solved%report%ending == ended_passed
         if (is_solved(scene, solved%report)) then
           call look_between_ends(scene, plan, watch, progress, solved)
-          passes = solved%entries%may_be_met
+          passes = solved%entries%passed%depth > 0.0_wp
           if (.not. passes) return
         end if
         is_passed = .false.
@@ -119,7 +119,7 @@ contains
         end if
         if (passes) then
           call note_passed(scene, plan%points, increment, solved%report%passed_point, &
-            solved%entries%missed, notes)
+            solved%entries%passed, notes)
         else
           call note_unsolved(increment, is_passed, notes)
         end if

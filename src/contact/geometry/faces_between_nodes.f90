@@ -38,7 +38,7 @@ module faces_between_nodes_mod
     type(face_entry_t) :: on_way  !! the deepest before that, of faces that nothing touches nearby
     type(face_entry_t) :: missed  !! a contact that no node has seen; depth 0: none
     integer  :: how = 0           !! it was missed: entered_at_end and so on
-    logical  :: may_be_met = .false. !! by smaller increments
+    type(face_entry_t) :: passed  !! of what smaller increments may meet; depth 0: none
     real(wp) :: work = 0.0_wp     !! |sum int p g^- dA| [energy]
   end type entries_t
 
@@ -47,6 +47,7 @@ module faces_between_nodes_mod
     type(face_entry_t) :: untouched  !! the deepest at the end where nothing touches nearby
     type(face_entry_t) :: before     !! the same at the beginning
     type(face_entry_t) :: on_way     !! the deepest between, the same
+    type(face_entry_t) :: swept      !! the same, near what touches too, by one that ends off all
     type(face_entry_t) :: through    !! the same, of an obstacle whose middle goes through the face
     logical  :: creeps = .false.     !! through, by less than its radius in the increment
     real(wp) :: deepest_at_ends = 0.0_wp !! touched or not [length]
@@ -176,7 +177,11 @@ contains
           if (is_near .or. any(pressed(nodes))) then
             ! What touches goes deep nowhere, unless its middle passes the face.
             least = part_of_radius*face%radius
-            if (-gap < least .and. maxval(norm2(face%way, dim=1)) < least) cycle
+            if (found%presses_before .and. .not. found%touches) then
+              least = allowed
+            else if (-gap < least .and. maxval(norm2(face%way, dim=1)) < least) then
+              cycle
+            end if
           else
             call find_least_gap(faces(pair), f, face, [0.0_wp, 0.0_wp], gap, middle)
             found%deepest_at_ends = max(found%deepest_at_ends, -gap)
@@ -187,7 +192,9 @@ contains
           call find_least_gap(faces(pair), f, face, [0.0_wp, 1.0_wp], gap, middle)
           gap = gap + bend
           if (.not. -gap > least) cycle
-          if (goes_through(face, middle)) then
+          call keep_deeper(-gap, pair, nodes, found%swept)
+          if (goes_through(face, middle) .and. .not. ((is_near .or. any(pressed(nodes))) .and. &
+            -gap < part_of_radius*face%radius)) then
             if (-gap > found%through%depth) found%creeps = maxval(norm2(face%way, dim=1)) < &
               part_of_radius*face%radius
             call keep_deeper(-gap, pair, nodes, found%through)
@@ -211,7 +218,7 @@ contains
     type(entries_t), intent(inout) :: entries
     logical :: crosses
 
-    crosses = found%on_way%depth > 2.0_wp*found%deepest_at_ends + allowed
+    crosses = is_across(found%on_way)
     if (crosses .and. found%on_way%depth > entries%on_way%depth) entries%on_way = found%on_way
     if (found%through%depth > 0.0_wp) then
       call take(found%through, entered_on_way)
@@ -222,8 +229,20 @@ contains
     else if (.not. (found%touches .or. found%touches_before)) then
       call take(found%before, entered_and_left)
     end if
+    ! What pressed and has left all may have gone over an edge that it would be held by.
+    if (found%presses_before .and. .not. found%touches .and. is_across(found%swept)) then
+      if (found%swept%depth > entries%on_way%depth) entries%on_way = found%swept
+      if (.not. entries%missed%depth > 0.0_wp) entries%passed = found%swept
+    end if
 
   contains
+
+    !> Whether it is much deeper on the way than at its ends.
+    pure logical function is_across(entry)
+      type(face_entry_t), intent(in) :: entry
+
+      is_across = entry%depth > 2.0_wp*found%deepest_at_ends + allowed
+    end function is_across
 
     subroutine take(entry, how)
       type(face_entry_t), intent(in) :: entry
@@ -233,8 +252,9 @@ contains
       entries%missed = entry
       entries%how = how
       ! What is between the nodes already passes by them in smaller increments, too.
-      entries%may_be_met = how == entered_on_way .and. .not. (found%before%depth > 0.0_wp .or. &
-        found%creeps)
+      entries%passed = face_entry_t()
+      if (how == entered_on_way .and. .not. (found%before%depth > 0.0_wp .or. found%creeps)) &
+        entries%passed = entry
     end subroutine take
 
   end subroutine judge
