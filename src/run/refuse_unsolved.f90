@@ -14,7 +14,8 @@ module refuse_unsolved_mod
     ended_at_limit, ended_stalled, ended_unbalanced, ended_moving, ended_passed
   use formed_compliance_mod, only: dense_bytes
   use amounts_mod, only: bytes_in_words
-  use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_on_way, entered_and_left
+  use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_at_end, entered_on_way, &
+    entered_and_left
   use console_mod, only: solver_name
   implicit none
   private
@@ -215,8 +216,10 @@ contains
 
     associate (missed => entries%missed)
       if (.not. missed%depth > 0.0_wp) return
-      needed = 2.0_wp*sqrt(scene%obstacles(scene%pairs(missed%pair)%master)%radius*missed%depth)
-      obstacle = scene%obstacles(scene%pairs(missed%pair)%master)%name
+      needed = 0.0_wp
+      if (entries%how == entered_at_end) needed = 2.0_wp*sqrt(scene%obstacles(scene%pairs( &
+        missed%pair)%master)%radius*missed%depth)
+      obstacle = master_name(scene, missed%pair)
       face = to_text(missed%depth, 3)//' deep into the face of '//nodes_in_words(scene, &
         missed%nodes)//' of '//scene%surfaces(scene%pairs(missed%pair)%surface)%name
     end associate

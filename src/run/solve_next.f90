@@ -22,7 +22,8 @@ module solve_next_mod
   use choose_increment_mod, only: choose_increment, pass_touch, cut_increment
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
-  use unfelt_overlaps_mod, only: find_unfelt_overlap
+  use unfelt_overlaps_mod, only: find_unfelt_overlap, hollows_of_pairs
+  use passed_faces_mod, only: find_passed_faces
   use leaning_pairs_mod, only: find_leaning, presses
   use follow_points_mod, only: rounding_of_places
   use tally_mod, only: note_sizes
@@ -49,6 +50,7 @@ module solve_next_mod
   !> What is watched from increment to increment, for notes alone.
   type :: watch_t
     type(smooth_faces_t), allocatable :: faces(:) !! (n_pairs) slave faces
+    real(wp), allocatable :: hollow(:) !! (n_pairs) what meshes alone overlap by [length]
     type(face_entry_t) :: deepest !! entry of the *STEP, as far as this session has run it
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
   end type watch_t
@@ -61,6 +63,7 @@ contains
 
     watch%unheld = ''
     call list_faces(scene, watch%faces)
+    watch%hollow = hollows_of_pairs(scene)
   end subroutine begin_watch
 
   !> Solve the next increment, where there is one, cut as often as it takes. Whether it is solved,
@@ -139,6 +142,8 @@ contains
     clock = wall_seconds()
     call find_entries(scene, plan%points, watch%faces, progress%state, solved%state, &
       solved%increment%last_of_step, solved%entries)
+    call find_passed_faces(scene, plan%points, progress%state, solved%state, watch%hollow, &
+      least_overlap(scene, solved%state%displacement), solved%entries)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
     solved%report%face_penetration = solved%entries%at_end%depth
     solved%report%face_penetration_on_way = solved%entries%on_way%depth
@@ -241,7 +246,8 @@ contains
       call refuse_missed_contact(scene, increment, entries, error)
       if (allocated(error)) return
       ! Within a *STEP surfaces may be on their way to each other's nodes.
-      if (increment%last_of_step) call judge_overlap(scene, plan, solved, notes, error)
+      if (increment%last_of_step) call judge_overlap(scene, plan, watch, solved, notes, &
+        error)
       if (allocated(error)) return
       call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
@@ -258,26 +264,32 @@ contains
   end subroutine judge_increment
 
   !> Surfaces that overlap where nothing presses: a contact that is missed, or something to say.
-  subroutine judge_overlap(scene, plan, solved, notes, error)
+  subroutine judge_overlap(scene, plan, watch, solved, notes, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
+    type(watch_t), intent(in) :: watch
     type(solved_t), intent(in) :: solved
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     type(face_entry_t) :: unfelt
-    real(wp) :: allowed
     logical :: is_missed
 
-    associate (u => solved%state%displacement)
-      allowed = 10.0_wp*scene%contact%tolerance*maxval(abs(u)) + rounding_of_places(scene, u)
-    end associate
-    call find_unfelt_overlap(scene, plan%points, solved%report%contact, allowed, unfelt, is_missed)
+    call find_unfelt_overlap(scene, plan%points, solved%report%contact, watch%hollow, &
+      least_overlap(scene, solved%state%displacement), unfelt, is_missed)
     if (is_missed) then
       call refuse_unfelt_overlap(scene, solved%increment, unfelt, error)
     else
       call note_unfelt(scene, solved%increment, unfelt, notes)
     end if
   end subroutine judge_overlap
+
+  !> An overlap that is more than what tolerance and rounding leave.
+  pure real(wp) function least_overlap(scene, u) result(allowed)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) [length]
+
+    allowed = 10.0_wp*scene%contact%tolerance*maxval(abs(u)) + rounding_of_places(scene, u)
+  end function least_overlap
 
   !> A body that only its mesh keeps from tipping over the edge of its master ends the run.
   subroutine judge_leaning(scene, plan, solver, solved, error)

@@ -18,7 +18,7 @@ module faces_between_nodes_mod
   implicit none
   private
 
-  public :: face_entry_t, entries_t, list_faces, find_entries, deepest_untouched
+  public :: face_entry_t, entries_t, list_faces, find_entries, deepest_untouched, take_passed
   public :: entered_at_end, entered_on_way, entered_and_left
 
   integer, parameter :: entered_at_end = 1   !! and the step ends with that
@@ -258,6 +258,19 @@ contains
     end subroutine take
 
   end subroutine judge
+
+  !> Take in what is passed on the way by other means: contact that is missed, or not.
+  pure subroutine take_passed(entry, is_missed, entries)
+    type(face_entry_t), intent(in) :: entry
+    logical, intent(in) :: is_missed
+    type(entries_t), intent(inout) :: entries
+
+    if (entry%depth > entries%on_way%depth) entries%on_way = entry
+    if (.not. entries%missed%depth > 0.0_wp) entries%passed = entry
+    if (.not. is_missed .or. entries%missed%depth > 0.0_wp) return
+    entries%missed = entry
+    entries%how = entered_on_way
+  end subroutine take_passed
 
   !> The deepest entry that no touching node excuses.
   !>

@@ -15,7 +15,7 @@ module unfelt_overlaps_mod
   implicit none
   private
 
-  public :: find_unfelt_overlap
+  public :: find_unfelt_overlap, hollows_of_pairs
 
 contains
 
@@ -23,10 +23,11 @@ contains
   !>
   !> It is a missed contact where it is more than the faces of hollow sides stand out of them: of a
   !> pin in a hole only the meshes may overlap. With small sliding overlaps are not followed.
-  pure subroutine find_unfelt_overlap(scene, points, contact, allowed, deepest, is_missed)
+  pure subroutine find_unfelt_overlap(scene, points, contact, hollow, allowed, deepest, is_missed)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact !! at the end of an increment
+    real(wp), intent(in) :: hollow(:)             !! (n_pairs) of `hollows_of_pairs` [length]
     real(wp), intent(in) :: allowed               !! what is no overlap [length]
     type(face_entry_t), intent(out) :: deepest    !! depth 0: there is none
     logical, intent(out) :: is_missed
@@ -40,8 +41,7 @@ contains
         if (of%small_sliding .or. .not. is_before_faces(of, scene%obstacles)) cycle
         found = of_pair(scene, points, contact, allowed, pair)
         if (.not. found%depth > 0.0_wp) cycle
-        missed = found%depth > allowed + hollowness(scene%mesh, scene%surfaces(of%surface)) + &
-          hollowness_of_master(scene, pair)
+        missed = found%depth > allowed + hollow(pair)
         if (is_missed .and. .not. missed) cycle
         if (found%depth > deepest%depth .or. (missed .and. .not. is_missed)) deepest = found
         is_missed = missed
@@ -92,15 +92,23 @@ contains
     deepest = deepest_untouched(dents, near)
   end function of_pair
 
-  pure real(wp) function hollowness_of_master(scene, pair) result(rise)
+  !> What the meshes of each pair may overlap by where none presses: as far as their faces stand out
+  !> of hollows; 0 of pairs that are not before faces.
+  pure function hollows_of_pairs(scene) result(hollow)
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: pair
+    real(wp) :: hollow(size(scene%pairs)) !! [length]
+    integer :: pair
 
-    rise = 0.0_wp
-    associate (of => scene%pairs(pair))
-      if (of%master == 0) rise = hollowness(scene%mesh, scene%surfaces(of%master_surface))
-    end associate
-  end function hollowness_of_master
+    hollow = 0.0_wp
+    do pair = 1, size(scene%pairs)
+      associate (of => scene%pairs(pair))
+        if (.not. is_before_faces(of, scene%obstacles)) cycle
+        hollow(pair) = hollowness(scene%mesh, scene%surfaces(of%surface))
+        if (of%master == 0) hollow(pair) = hollow(pair) + hollowness(scene%mesh, &
+          scene%surfaces(of%master_surface))
+      end associate
+    end do
+  end function hollows_of_pairs
 
   !> How far the faces of a surface stand out of the hollow that is meant, at most; 0 of one that is
   !> flat or rises.
