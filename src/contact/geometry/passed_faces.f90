@@ -23,8 +23,8 @@ contains
   !> Add the deepest overlap on the way that is much deeper than at its ends, of pairs before faces
   !> in which nothing presses at the increment's end. Small sliding follows none.
   !>
-  !> The way is looked at where the boxes of both surfaces meet, at least once on each half of the
-  !> smaller of their largest faces.
+  !> The way is looked at where the surfaces are no farther apart than they are long, at least once
+  !> on each half of the smaller of their largest faces.
   subroutine find_passed_faces(scene, points, old, new, hollow, allowed, entries)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -69,7 +69,7 @@ contains
         s = real(k, wp)/real(n + 1, wp)
         slave = slave_old + s*(slave_new - slave_old)
         master = master_old + s*(master_new - master_old)
-        if (are_apart(slave, master)) cycle
+        if (are_apart(slave, master, min(extent(slave), extent(master)))) cycle
         u = old%displacement + s*(new%displacement - old%displacement)
         call look(u, old%rotation + s*(new%rotation - old%rotation), deepest, worst)
       end do
@@ -161,24 +161,24 @@ contains
       end if
     end associate
     ! Facets may be tiny: what they make up is not.
-    step = max(step, minval([extent(slave), extent(master)])/real(most_samples, wp))
-
-  contains
-
-    !> The longest edge of a box around places.
-    pure real(wp) function extent(x)
-      real(wp), intent(in) :: x(:, :) !! (3,n) [length]
-
-      extent = maxval(maxval(x, 2) - minval(x, 2))
-    end function extent
+    step = max(step, min(extent(slave), extent(master))/real(most_samples, wp))
 
   end function step_of
 
-  !> Whether the boxes of two surfaces do not meet.
-  pure logical function are_apart(one, other)
-    real(wp), intent(in) :: one(:, :), other(:, :) !! (3,n) [length]
+  !> The longest edge of a box around places.
+  pure real(wp) function extent(x)
+    real(wp), intent(in) :: x(:, :) !! (3,n) [length]
 
-    are_apart = any(minval(one, 2) > maxval(other, 2)) .or. any(minval(other, 2) > maxval(one, 2))
+    extent = maxval(maxval(x, 2) - minval(x, 2))
+  end function extent
+
+  !> Whether the boxes of two surfaces are farther apart along an axis than a distance.
+  pure logical function are_apart(one, other, distance)
+    real(wp), intent(in) :: one(:, :), other(:, :) !! (3,n) [length]
+    real(wp), intent(in) :: distance               !! [length]
+
+    are_apart = any(max(minval(one, 2) - maxval(other, 2), minval(other, 2) - maxval(one, 2)) > &
+      distance)
   end function are_apart
 
 end module passed_faces_mod
