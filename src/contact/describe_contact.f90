@@ -31,6 +31,7 @@ contains
     contact%covered_area = placement%covered_area
     contact%least_gap = placement%least_gap
     contact%unplaced_gap = placement%unplaced_gap
+    contact%entered = placement%entered
     contact%apart = placement%apart
     allocate (contact%reaction(3, points%n), contact%gap(points%n), contact%slip_increment(2, &
       points%n))

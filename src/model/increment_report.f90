@@ -71,6 +71,9 @@ module increment_report_mod
     real(wp), allocatable :: unplaced_gap(:)
     !! (n_points) the same of a point that faces cover a little, but not enough for it to count;
     !! elsewhere huge [length]
+    real(wp), allocatable :: entered(:)
+    !! (n_points) before faces: integral of the gap where it is below 0, with the node's shape
+    !! function [length^3]
     real(wp), allocatable :: apart(:, :)
     !! (3,n_points) before facets of an obstacle: place of the node less that of what it faces; 0
     !! elsewhere [length]

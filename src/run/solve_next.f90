@@ -22,7 +22,8 @@ module solve_next_mod
   use choose_increment_mod, only: choose_increment, pass_touch, cut_increment
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
-  use unfelt_overlaps_mod, only: find_unfelt_overlap, hollows_of_pairs
+  use unfelt_overlaps_mod, only: find_unfelt_overlap, find_entered_faces, &
+    hollows_of_pairs, fits_of_pairs
   use passed_faces_mod, only: find_passed_faces
   use leaning_pairs_mod, only: find_leaning, presses
   use follow_points_mod, only: rounding_of_places
@@ -50,7 +51,8 @@ module solve_next_mod
   !> What is watched from increment to increment, for notes alone.
   type :: watch_t
     type(smooth_faces_t), allocatable :: faces(:) !! (n_pairs) slave faces
-    real(wp), allocatable :: hollow(:) !! (n_pairs) what meshes alone overlap by [length]
+    real(wp), allocatable :: hollow(:), fit(:)
+    !! (n_pairs) what meshes alone overlap by where they do not press, and where they do [length]
     type(face_entry_t) :: deepest !! entry of the *STEP, as far as this session has run it
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
   end type watch_t
@@ -64,6 +66,7 @@ contains
     watch%unheld = ''
     call list_faces(scene, watch%faces)
     watch%hollow = hollows_of_pairs(scene)
+    watch%fit = fits_of_pairs(scene)
   end subroutine begin_watch
 
   !> Solve the next increment, where there is one, cut as often as it takes. Whether it is solved,
@@ -142,7 +145,9 @@ contains
     clock = wall_seconds()
     call find_entries(scene, plan%points, watch%faces, progress%state, solved%state, &
       solved%increment%last_of_step, solved%entries)
-    call find_passed_faces(scene, plan%points, progress%state, solved%state, watch%hollow, &
+    call find_entered_faces(scene, plan%points, solved%report%contact, watch%fit, &
+      least_overlap(scene, solved%state%displacement), solved%entries)
+    call find_passed_faces(scene, plan%points, progress%state, solved%state, watch%fit, &
       least_overlap(scene, solved%state%displacement), solved%entries)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
     solved%report%face_penetration = solved%entries%at_end%depth

@@ -24,6 +24,9 @@ module mortar_mod
     real(wp), allocatable :: outward(:, :) !! (3,n) of the slave surface, the mean of its faces [-]
     real(wp), allocatable :: apart(:, :)
     !! (3,n) place of the node less that of what it faces, 0: not covered [length]
+    real(wp), allocatable :: entered(:)
+    !! (n) integral of the gap over the node's faces where it is below 0, with the node's shape
+    !! function [length^3]
     real(wp), allocatable :: least_gap(:)
     !! (n) at the points of the quadrature on the node's faces, huge where there are none [length]
   end type mortar_t
@@ -88,6 +91,7 @@ contains
     number(slave%nodes) = [(i, i=1, n)]
     allocate (mortar%area(n), mortar%whole_area(n), source=0.0_wp)
     allocate (mortar%normal(3, n), mortar%outward(3, n), mortar%apart(3, n), source=0.0_wp)
+    allocate (mortar%entered(n), source=0.0_wp)
     allocate (mortar%least_gap(n), source=huge(1.0_wp))
     allocate (entries%row(64), entries%node(64), entries%weight(64))
     grid = make_face_grid(master, x)
@@ -339,6 +343,7 @@ contains
       associate (overlap => parts(i)%overlap)
         part_of = matmul(transpose(dual), overlap%mixed)
         mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
+        mortar%entered(row) = mortar%entered(row) + overlap%entered
         do a = 1, 4
           mortar%normal(:, row(a)) = mortar%normal(:, row(a)) + overlap%lumped(a)*overlap%normal
         end do
@@ -396,6 +401,7 @@ contains
           mortar%normal(:, row) = mortar%normal(:, row) + part*mortar%normal(:, own)
           mortar%apart(:, row) = mortar%apart(:, row) + part*mortar%apart(:, own)
           mortar%least_gap(row) = min(mortar%least_gap(row), mortar%least_gap(own))
+          mortar%entered(row) = mortar%entered(row) + part*mortar%entered(own)
           if (.not. has_own .or. .not. mortar%area(own) > 0.0_wp) cycle
           call append_entry(row, hanging(k + 1, h), part*mortar%area(own), entries)
           call append_entry(row, hanging(1, h), -part*mortar%area(own), entries)
@@ -406,6 +412,7 @@ contains
       mortar%normal(:, own) = 0.0_wp
       mortar%apart(:, own) = 0.0_wp
       mortar%least_gap(own) = huge(1.0_wp)
+      mortar%entered(own) = 0.0_wp
     end do
   end subroutine fold_rows
 

@@ -25,11 +25,11 @@ contains
   !>
   !> The way is looked at where the surfaces are no farther apart than they are long, at least once
   !> on each half of the smaller of their largest faces.
-  subroutine find_passed_faces(scene, points, old, new, hollow, allowed, entries)
+  subroutine find_passed_faces(scene, points, old, new, fit, allowed, entries)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: old, new  !! the increment's beginning and end
-    real(wp), intent(in) :: hollow(:)      !! (n_pairs) what meshes alone overlap by [length]
+    real(wp), intent(in) :: fit(:)      !! (n_pairs) what meshes alone overlap by [length]
     real(wp), intent(in) :: allowed        !! what is no overlap [length]
     type(entries_t), intent(inout) :: entries
     type(placement_t) :: between
@@ -93,7 +93,7 @@ contains
       if (.not. allocated(between%gap)) call place_undeformed(scene, points, between)
       call place(scene, points, pair, u, between, rotation)
       do i = points%first(pair), points%first(pair + 1) - 1
-        depth = -min(between%least_gap(i), between%unplaced_gap(i)) - hollow(pair)
+        depth = -min(between%least_gap(i), between%unplaced_gap(i)) - fit(pair)
         if (.not. depth > max(allowed, deepest)) cycle
         deepest = depth
         worst = i
