@@ -132,9 +132,13 @@ contains
       words = ': '//master_name(scene, points%pair(point))//' passes node '// &
         to_text(scene%mesh%node_id(points%node(point)))//' of '// &
         scene%surfaces(scene%pairs(points%pair(point))%surface)%name//' within the increment '// &
-        'and would press it from behind; use increments of '// &
-        to_text(floor(length/power)*power, 1)//' or less'
-      if (step%direct) words = words//', or leave out DIRECT'
+        'and would press it from behind; use '
+      if (report%part_to_try < 0.5_wp) then
+        words = words//'increments of '//to_text(floor(length/power)*power, 1)//' or less'
+        if (step%direct) words = words//', or leave out DIRECT'
+      else
+        words = words//'smaller bricks, or a slave surface with all faces that may touch'
+      end if
     end associate
   end function passed_in_words
 

@@ -1,5 +1,5 @@
 !> Obstacles that pass contact points within an increment, so that the closest point flips to their
-!> far side and a reaction would pull. docs/theory.md section 9, (9.9).
+!> far side and a reaction would pull. docs/theory.md (9.10).
 module passed_obstacles_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
@@ -22,9 +22,11 @@ module passed_obstacles_mod
 contains
 
   !> The first point that presses before a curved obstacle and that this pushes out of its body,
-  !> while it pushed it inwards when the increment began; 0: there is none.
+  !> while it pushed it inwards when the increment began (where a surface has no faces: whose contact
+  !> normal turns by more than 90 degrees); 0: there is none.
   !>
-  !> Normals that change gradually are followed: a rim may slide below an obstacle.
+  !> Normals that change gradually are followed: a rim may slide below an obstacle. In a hollow a
+  !> point comes from one side to the other without contact, and must not begin to press there.
   pure integer function find_passed(scene, points, placement, old, new) result(passed)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -34,6 +36,7 @@ contains
     real(wp) :: before(3), gap
     type(obstacle_t) :: obstacle
     integer :: pair, i
+    logical :: presses_anew
 
     passed = 0
     do pair = 1, size(scene%pairs)
@@ -50,13 +53,19 @@ contains
           associate (node => points%node(i), now => placement%frame(:, 1, i))
             call locate_point(obstacle, shift_of(obstacle, old%displacement), &
               scene%mesh%coordinates(:, node) + old%displacement(:, node), gap, before)
-            if (norm2(now - before) <= hardly) cycle
+            presses_anew = obstacle%inner .and. .not. any(abs(old%reaction(:, i)) > 0.0_wp)
+            if (norm2(now - before) <= hardly .and. .not. presses_anew) cycle
             if (.not. allocated(outward)) then
               allocate (outward(3, scene%mesh%n_nodes, 2))
               outward(:, :, 1) = outward_normals(scene, pair, old%displacement)
               outward(:, :, 2) = outward_normals(scene, pair, new%displacement)
             end if
-            if (.not. is_passed(before, now, outward(:, node, 1), outward(:, node, 2))) cycle
+            if (any(abs(outward(:, node, 2)) > 0.0_wp)) then
+              if (dot_product(now, outward(:, node, 2)) <= behind) cycle
+              if (dot_product(before, outward(:, node, 1)) > 0.0_wp .and. .not. presses_anew) cycle
+            else if (obstacle%inner .or. dot_product(before, now) >= 0.0_wp) then
+              cycle
+            end if
           end associate
           passed = i
           return
@@ -64,20 +73,6 @@ contains
       end associate
     end do
   end function find_passed
-
-  !> Whether a contact normal comes to point out of a surface; where a surface has no faces, whether
-  !> it turns by more than 90 degrees.
-  pure logical function is_passed(before, now, outward_before, outward_now)
-    real(wp), intent(in) :: before(3), now(3) !! unit vectors from the obstacle to the node
-    real(wp), intent(in) :: outward_before(3), outward_now(3) !! of the surface there, or 0
-
-    if (any(abs(outward_now) > 0.0_wp)) then
-      is_passed = dot_product(before, outward_before) <= 0.0_wp .and. &
-        dot_product(now, outward_now) > behind
-    else
-      is_passed = dot_product(before, now) < 0.0_wp
-    end if
-  end function is_passed
 
   !> Unit normals of a pair's slave surface at its nodes, means over their faces; 0 elsewhere.
   pure function outward_normals(scene, pair, u) result(outward)
