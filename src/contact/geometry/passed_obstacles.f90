@@ -4,12 +4,12 @@ module passed_obstacles_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
   use obstacles_mod, only: obstacle_t
-  use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
+  use obstacle_shapes_mod, only: shift_of, turned, has_meshed_master
   use surfaces_mod, only: nodes_of
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use placement_mod, only: placement_t
+  use placement_mod, only: placement_t, place
   implicit none
   private
 
@@ -33,10 +33,9 @@ contains
     type(placement_t), intent(in) :: placement !! at the displacement of `new`
     type(state_t), intent(in) :: old, new      !! the increment's beginning and end
     real(wp), allocatable :: outward(:, :, :)  !! (3,n_nodes,2) then and now, 0 without faces [-]
-    real(wp) :: before(3), gap
-    type(obstacle_t) :: obstacle
+    type(placement_t) :: before                !! at the displacement of `old`
     integer :: pair, i
-    logical :: presses_anew
+    logical :: is_inner, presses_anew
 
     passed = 0
     do pair = 1, size(scene%pairs)
@@ -44,17 +43,17 @@ contains
                  first => points%first(pair), last => points%first(pair + 1) - 1)
         if (master == 0) cycle
         if (.not. any(points%is_curved(first:last)) .or. has_meshed_master(scene, pair)) cycle
-        obstacle = scene%obstacles(master)
-        if (obstacle%turns) obstacle = turned(obstacle, old%rotation(:, master), &
-          scene%mesh%coordinates(:, obstacle%ref_node))
+        if (.not. any(abs(new%reaction(:, first:last)) > 0.0_wp)) cycle
+        is_inner = scene%obstacles(master)%inner
+        if (.not. allocated(before%gap)) before = placement
+        call place(scene, points, pair, old%displacement, before, old%rotation)
         if (allocated(outward)) deallocate (outward)
         do i = first, last
           if (.not. any(abs(new%reaction(:, i)) > 0.0_wp)) cycle
-          associate (node => points%node(i), now => placement%frame(:, 1, i))
-            call locate_point(obstacle, shift_of(obstacle, old%displacement), &
-              scene%mesh%coordinates(:, node) + old%displacement(:, node), gap, before)
-            presses_anew = obstacle%inner .and. .not. any(abs(old%reaction(:, i)) > 0.0_wp)
-            if (norm2(now - before) <= hardly .and. .not. presses_anew) cycle
+          associate (node => points%node(i), now => placement%frame(:, 1, i), &
+                     then => before%frame(:, 1, i))
+            presses_anew = is_inner .and. .not. any(abs(old%reaction(:, i)) > 0.0_wp)
+            if (norm2(now - then) <= hardly .and. .not. presses_anew) cycle
             if (.not. allocated(outward)) then
               allocate (outward(3, scene%mesh%n_nodes, 2))
               outward(:, :, 1) = outward_normals(scene, pair, old%displacement)
@@ -62,8 +61,8 @@ contains
             end if
             if (any(abs(outward(:, node, 2)) > 0.0_wp)) then
               if (dot_product(now, outward(:, node, 2)) <= behind) cycle
-              if (dot_product(before, outward(:, node, 1)) > 0.0_wp .and. .not. presses_anew) cycle
-            else if (obstacle%inner .or. dot_product(before, now) >= 0.0_wp) then
+              if (dot_product(then, outward(:, node, 1)) > 0.0_wp .and. .not. presses_anew) cycle
+            else if (is_inner .or. dot_product(then, now) >= 0.0_wp) then
               cycle
             end if
           end associate
