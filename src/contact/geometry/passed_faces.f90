@@ -49,9 +49,9 @@ contains
     subroutine look_along_way(pair, presses_before)
       integer, intent(in) :: pair
       logical, intent(in) :: presses_before
-      real(wp), allocatable, dimension(:, :) :: slave_old, slave_new, master_old, master_new, slave, &
-        master, u !! (3,n) [length]
-      real(wp) :: way, step, s, deepest, at_ends
+      real(wp), allocatable, dimension(:, :) :: slave_old, slave_new, master_old, master_new
+      !! (3,n) [length]
+      real(wp) :: way, step, near, s, deepest, at_ends
       integer :: n, k, worst, at
 
       call get_places(scene, points, pair, old%displacement, old%rotation, slave_old, master_old)
@@ -63,15 +63,15 @@ contains
       step = step_of(scene, pair, slave_old, master_old)
       if (.not. way > step) return
       n = min(most_samples, ceiling(way/step))
+      near = min(extent(slave_old), extent(master_old))
       deepest = 0.0_wp
       worst = 0
       do k = 1, n
         s = real(k, wp)/real(n + 1, wp)
-        slave = slave_old + s*(slave_new - slave_old)
-        master = master_old + s*(master_new - master_old)
-        if (are_apart(slave, master, min(extent(slave), extent(master)))) cycle
-        u = old%displacement + s*(new%displacement - old%displacement)
-        call look(u, old%rotation + s*(new%rotation - old%rotation), deepest, worst)
+        if (are_apart(slave_old + s*(slave_new - slave_old), master_old + s*(master_new - &
+          master_old), near)) cycle
+        call look(old%displacement + s*(new%displacement - old%displacement), old%rotation + &
+          s*(new%rotation - old%rotation), deepest, worst)
       end do
       if (worst == 0) return
       at_ends = 0.0_wp
@@ -107,8 +107,8 @@ contains
       integer, allocatable :: faces(:, :)
       integer :: f
 
-      faces = nodes_of(scene%surfaces(scene%pairs(points%pair(point))%surface)%faces, &
-        scene%mesh%connectivity)
+      allocate (faces, source=nodes_of(scene%surfaces(scene%pairs(points%pair(point))% &
+        surface)%faces, scene%mesh%connectivity))
       f = findloc(any(faces == points%node(point), 1), .true., dim=1)
       nodes = faces(:, f)
     end function face_of
@@ -146,14 +146,15 @@ contains
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: pair
     real(wp), intent(in) :: slave(:, :), master(:, :) !! (3,n) [length]
-    integer, allocatable :: faces(:, :)
 
     associate (of => scene%pairs(pair), mesh => scene%mesh)
-      faces = nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity)
-      step = reach_of_faces(faces, faces, mesh%coordinates)
+      associate (faces => nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
+        step = reach_of_faces(faces, faces, mesh%coordinates)
+      end associate
       if (of%master == 0) then
-        faces = nodes_of(scene%surfaces(of%master_surface)%faces, mesh%connectivity)
-        step = min(step, reach_of_faces(faces, faces, mesh%coordinates))
+        associate (faces => nodes_of(scene%surfaces(of%master_surface)%faces, mesh%connectivity))
+          step = min(step, reach_of_faces(faces, faces, mesh%coordinates))
+        end associate
       else
         associate (facet => scene%obstacles(of%master)%facet)
           step = min(step, reach_of_faces(facet, facet, master))
