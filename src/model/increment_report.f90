@@ -100,7 +100,7 @@ module increment_report_mod
     real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
     integer  :: passed_point = 0        !! that an obstacle would press from behind, 0 if none
-    real(wp) :: part_to_try = 1.0_wp    !! of the increment: in that the obstacle passes no point [-]
+    real(wp) :: part_to_try = 1.0_wp    !! of the increment: there it passes no point [-]
     real(wp) :: largest_strain = -1.0_wp   !! principal, at the centres; negative: not computed [-]
     real(wp) :: largest_rotation = -1.0_wp !! the same [rad]
     real(wp) :: face_penetration = 0.0_wp

@@ -14,8 +14,8 @@ module increment_notes_mod
   implicit none
   private
 
-  public :: note_t, note_unsolved, note_widened, note_unheld, note_entries, note_unfelt, note_passed, &
-    note_small_contacts, note_kinks, note_touch, note_turn, note_double
+  public :: note_t, note_unsolved, note_widened, note_unheld, note_entries, note_unfelt, &
+    note_passed, note_small_contacts, note_kinks, note_touch, note_turn, note_double
 
   !> A line for the console.
   type :: note_t

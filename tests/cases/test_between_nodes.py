@@ -310,7 +310,7 @@ class BeforeFaces(unittest.TestCase):
     """Facets and bodies whose faces rise between the slave's nodes, and at them, touched or not."""
 
     def hills(self, x, y):
-        """Return hills and valleys, four of each along an edge, that means over faces do not see."""
+        """Return hills and valleys, four along an edge, that means over faces do not see."""
         return 0.01 * np.cos(8.0 * np.pi * x) * np.cos(8.0 * np.pi * y)
 
     def solve(self, tool, master, held="900, 1, 3", n=2, small=""):

@@ -253,8 +253,8 @@ contains
       entries%how = how
       ! What is between the nodes already passes by them in smaller increments, too.
       entries%passed = face_entry_t()
-      if (how == entered_on_way .and. .not. (found%before%depth > 0.0_wp .or. found%creeps)) &
-        entries%passed = entry
+      if (how /= entered_on_way .or. found%before%depth > 0.0_wp .or. found%creeps) return
+      entries%passed = entry
     end subroutine take
 
   end subroutine judge

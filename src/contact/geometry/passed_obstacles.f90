@@ -22,8 +22,8 @@ module passed_obstacles_mod
 contains
 
   !> The first point that presses before a curved obstacle and that this pushes out of its body,
-  !> while it pushed it inwards when the increment began (where a surface has no faces: whose contact
-  !> normal turns by more than 90 degrees); 0: there is none.
+  !> while it pushed it inwards when the increment began (where a surface has no faces: whose
+  !> contact normal turns by more than 90 degrees); 0: there is none.
   !>
   !> Normals that change gradually are followed: a rim may slide below an obstacle. In a hollow a
   !> point comes from one side to the other without contact, and must not begin to press there.

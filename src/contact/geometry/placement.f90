@@ -37,8 +37,8 @@ module placement_mod
     !! (n_points) the same of a point that faces cover a little, but not enough for it to count;
     !! `no_gap` elsewhere [length]
     real(wp), allocatable :: entered(:)
-    !! (n_points) before faces: integral of the gap, without the extra gap, where it is below 0, with
-    !! the node's shape function; 0 elsewhere [length^3]
+    !! (n_points) before faces: integral of the gap, without the extra gap, where it is below 0,
+    !! with the node's shape function; 0 elsewhere [length^3]
     real(wp), allocatable :: apart(:, :)
     !! (3,n_points) before facets of an obstacle: place of the node less that of what it faces; 0
     !! elsewhere [length]
