@@ -33,6 +33,7 @@ contains
     contact%is_partly_covered = find_partly_covered(points, placement)
     contact%least_gap = placement%least_gap
     contact%unplaced_gap = placement%unplaced_gap
+    contact%entered = placement%entered
     contact%apart = placement%apart
     allocate (contact%reaction(3, points%n), contact%gap(points%n), contact%slip_increment(2, &
       points%n))

@@ -21,7 +21,7 @@ module advance_mod
   use increments_mod, only: increment_t, next_increment, mark_end
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
-    ended_out_of_reach, ended_stalled
+    ended_out_of_reach, ended_stalled, ended_passed
   use mesh_forces_mod, only: nodal_stiffness
   use certificate_mod, only: certify, energy_balance
   use expansion_mod, only: find_thermal_stress, thermal_force, thermal_energy
@@ -128,7 +128,7 @@ contains
       ! 2. to 5. Equilibrium
       call equilibrate(scene, points, solver, old, trial, new, report, error)
       if (allocated(error)) return
-      if (report%ending == ended_unbalanced) then
+      if (report%ending == ended_unbalanced .or. report%ending == ended_passed) then
         ! No result, but others may want to try the contact problem: with these frames.
         call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, &
           new, report%contact)
@@ -179,8 +179,8 @@ contains
       report%ending = ended_moving
       report%residual = report%moved
     end if
-    if (report%ending /= ended_unbalanced) call finish(scene, points, solver, old, trial, &
-      new, report)
+    if (report%ending /= ended_unbalanced .and. report%ending /= ended_passed) call finish(scene, &
+      points, solver, old, trial, new, report)
   end subroutine complete
 
   !> 7. Energies, and what the state keeps beside displacements and reactions.

@@ -13,7 +13,8 @@ module equilibrate_mod
   use controls_mod, only: is_exact
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving
+  use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving, &
+    ended_passed
   use mesh_forces_mod, only: internal_force, force_rounding
   use rigid_modes_mod, only: add_motions
   use dof_map_mod, only: to_equations
@@ -21,6 +22,7 @@ module equilibrate_mod
     answer_of_interface, at_interface
   use increment_forces_mod, only: increment_forces_t
   use follow_points_mod, only: measure_points
+  use passed_obstacles_mod, only: find_passed, part_that_would_do
   use drag_points_mod, only: drag_points
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: has_moved, farthest_point
@@ -113,7 +115,14 @@ contains
     if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
     report%moved = loop%moved
     report%moved_point = farthest_point(points, loop%follow, trial%placed_at, new%displacement)
-    if (loop%moved <= loop%follow%allowed .and. .not. is_missed) return
+    if (loop%moved <= loop%follow%allowed .and. .not. is_missed) then
+      report%passed_point = find_passed(scene, points, trial%placement, old, new)
+      if (report%passed_point == 0) return
+      report%converged = .false.
+      report%ending = ended_passed
+      report%part_to_try = part_that_would_do(scene, points, report%passed_point, old, new)
+      return
+    end if
     ! Nothing says that reactions found elsewhere hold here.
     report%converged = .false.
     report%ending = ended_moving

@@ -81,15 +81,38 @@ contains
       ! Half the size leaves half of the error.
       if (ok) report%errors%load_steps = 2.0_wp*change()
       coarse%state = new
+    else if (is_at(coarse%state, old)) then
+      call follow_finely(2*n_run)
     else
       call try_increment(scene, points, solver, coarse%state, &
         new%position - beginning(coarse%state, new%step), other, ok, new)
-      if (ok) report%errors%load_steps = change()
-      if (.not. ok) other = new
-      coarse%state = other
+      if (ok) then
+        report%errors%load_steps = change()
+        coarse%state = other
+      else
+        call follow_finely(2*n_run)
+      end if
     end if
 
   contains
+
+    !> In increments of half the size, where those of twice the size lead nowhere.
+    subroutine follow_finely(n_pieces)
+      integer, intent(in) :: n_pieces
+      integer(i8) :: start
+      integer :: i
+
+      other = coarse%state
+      start = beginning(other, new%step)
+      do i = 1, n_pieces
+        middle = other
+        call try_increment(scene, points, solver, middle, start + (i*(new%position - start))/ &
+          n_pieces - beginning(middle, new%step), other, ok)
+        if (.not. ok) exit
+      end do
+      if (ok) report%errors%load_steps = 2.0_wp*change()
+      coarse%state = new
+    end subroutine follow_finely
 
     !> From event to event, in halves.
     subroutine follow_events(n_run)
@@ -127,6 +150,14 @@ contains
     end function change
 
   end subroutine follow_coarsely
+
+  !> Whether the coarse run is where the run is: where it began anew there.
+  pure logical function is_at(state, of_run)
+    type(state_t), intent(in) :: state, of_run
+
+    is_at = state%step == of_run%step .and. state%position == of_run%position
+    if (is_at) is_at = .not. any(abs(state%reaction - of_run%reaction) > 0.0_wp)
+  end function is_at
 
   !> The next event behind a state, or `finish` where there is none before it.
   integer(i8) function event_before(scene, points, solver, state, finish) result(event)

@@ -10,7 +10,7 @@ module increment_report_mod
     contact_fields_t
   public :: status_open, status_stick, status_slide
   public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
-    ended_moving, ended_out_of_reach
+    ended_moving, ended_out_of_reach, ended_passed
   public :: worst_entry, largest_pressure
 
   ! How a contact solver that has not converged ended.
@@ -21,6 +21,7 @@ module increment_report_mod
   integer, parameter :: ended_unbalanced = 4 !! nothing balances a rigid motion
   integer, parameter :: ended_moving = 5     !! the closest points on curved obstacles do not settle
   integer, parameter :: ended_out_of_reach = 6 !! a point got to its obstacle that was not to
+  integer, parameter :: ended_passed = 7     !! an obstacle would press a point from behind
 
   integer, parameter :: status_open = 0, status_stick = 1, status_slide = 2
 
@@ -76,6 +77,9 @@ module increment_report_mod
     real(wp), allocatable :: unplaced_gap(:)
     !! (n_points) the same of a point that faces cover a little, but not enough for it to count;
     !! elsewhere huge [length]
+    real(wp), allocatable :: entered(:)
+    !! (n_points) before faces: integral of the gap where it is below 0, with the node's shape
+    !! function [length^3]
     real(wp), allocatable :: apart(:, :)
     !! (3,n_points) before facets of an obstacle: place of the node less that of what it faces; 0
     !! elsewhere [length]
@@ -101,6 +105,8 @@ module increment_report_mod
     real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]
     real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
+    integer  :: passed_point = 0        !! that an obstacle would press from behind, 0 if none
+    real(wp) :: part_to_try = 1.0_wp    !! of the increment: there it passes no point [-]
     real(wp) :: largest_strain = -1.0_wp   !! principal, at the centres; negative: not computed [-]
     real(wp) :: largest_rotation = -1.0_wp !! the same [rad]
     real(wp) :: face_penetration = 0.0_wp

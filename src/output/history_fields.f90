@@ -67,10 +67,11 @@ contains
     call real_number('wall_time', 'time the increment took', 'seconds', report%wall_time)
     call real_number('contact_time', 'of it, in the contact solver', 'seconds', &
       report%contact_time)
-    call real_number('face_penetration', 'deepest penetration of an obstacle into a slave face '// &
+    call real_number('face_penetration', 'deepest penetration of a master into a slave face '// &
       'between its nodes, at the end of the increment', 'length', report%face_penetration)
     call real_number('face_penetration_on_way', 'the same before the end of the increment, '// &
-      'where no node touches nearby', 'length', report%face_penetration_on_way)
+      'where no node touches nearby, or the master leaves', 'length', &
+      report%face_penetration_on_way)
 
     associate (c => report%certificate)
       call ratio('certificate/penetration', 'deepest penetration', c%penetration)

@@ -15,7 +15,7 @@ module increment_notes_mod
   private
 
   public :: note_t, note_unsolved, note_widened, note_unheld, note_entries, note_unfelt, &
-    note_small_contacts, note_kinks, note_touch, note_turn, note_double
+    note_passed, note_small_contacts, note_kinks, note_touch, note_turn, note_double
 
   !> A line for the console.
   type :: note_t
@@ -53,6 +53,29 @@ contains
     if (is_passed) words = ', where contact begins) was not solved: it is made to end later'
     call add_note(notes, increment, .true., ' (to time '//to_text(increment%time)//words)
   end subroutine note_unsolved
+
+  !> An increment is cut in which an obstacle would pass a point, or a face.
+  pure subroutine note_passed(scene, points, increment, point, entry, notes)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    integer, intent(in) :: point            !! 0: a face
+    type(face_entry_t), intent(in) :: entry !! of the face
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    character(:), allocatable :: what
+    integer :: pair
+
+    if (point > 0) then
+      pair = points%pair(point)
+      what = 'node '//to_text(scene%mesh%node_id(points%node(point)))
+    else
+      pair = entry%pair
+      what = 'the face of '//nodes_in_words(scene, entry%nodes)
+    end if
+    call add_note(notes, increment, .true., ' (to time '//to_text(increment%time)//'): '// &
+      master_name(scene, pair)//' would pass '//what//' of '// &
+      scene%surfaces(scene%pairs(pair)%surface)%name//' without contact: half of it is tried')
+  end subroutine note_passed
 
   !> A single factor that was chosen to save time does not hold the scene.
   pure subroutine note_double(increment, notes)

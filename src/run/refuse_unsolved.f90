@@ -11,10 +11,11 @@ module refuse_unsolved_mod
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, &
-    ended_at_limit, ended_stalled, ended_unbalanced, ended_moving
+    ended_at_limit, ended_stalled, ended_unbalanced, ended_moving, ended_passed
   use formed_compliance_mod, only: dense_bytes
   use amounts_mod, only: bytes_in_words
-  use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_on_way, entered_and_left
+  use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_at_end, entered_on_way, &
+    entered_and_left
   use console_mod, only: solver_name
   implicit none
   private
@@ -64,6 +65,8 @@ contains
     if (report%ending == ended_unbalanced) then
       where_and_what = where_and_what//': nothing balances the loads along '// &
         report%unbalanced//new_line('a')//'  '//what_would_balance(scene, report%pulls_off)
+    else if (report%ending == ended_passed) then
+      where_and_what = where_and_what//passed_in_words(scene, plan%points, increment, report)
     else if (report%ending == ended_moving) then
       where_and_what = where_and_what//': the contact points on '//moving_in_words(scene, &
         plan%points, report%moved_point)//' do not settle '// &
@@ -112,6 +115,32 @@ contains
       wedge_in_words(scene, plan%points, report%contact)
     call raise(error, exit_not_solved, where_and_what)
   end subroutine refuse_unsolved
+
+  !> What an obstacle does that passes a point, and the increment in which it does not.
+  pure function passed_in_words(scene, points, increment, report) result(words)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    type(increment_report_t), intent(in) :: report
+    character(:), allocatable :: words
+    real(wp) :: length, power
+
+    associate (point => report%passed_point, step => scene%steps(increment%step))
+      ! Rounded down to one digit.
+      length = report%part_to_try*(increment%fraction - increment%begin)*step%period
+      power = 10.0_wp**floor(log10(max(length, tiny(1.0_wp))))
+      words = ': '//master_name(scene, points%pair(point))//' passes node '// &
+        to_text(scene%mesh%node_id(points%node(point)))//' of '// &
+        scene%surfaces(scene%pairs(points%pair(point))%surface)%name//' within the increment '// &
+        'and would press it from behind; use '
+      if (report%part_to_try < 0.5_wp) then
+        words = words//'increments of '//to_text(floor(length/power)*power, 1)//' or less'
+        if (step%direct) words = words//', or leave out DIRECT'
+      else
+        words = words//'smaller bricks, or a slave surface with all faces that may touch'
+      end if
+    end associate
+  end function passed_in_words
 
   !> What to look at where loads are not balanced.
   pure function what_would_balance(scene, pulls_off) result(words)
@@ -191,15 +220,19 @@ contains
 
     associate (missed => entries%missed)
       if (.not. missed%depth > 0.0_wp) return
-      needed = 2.0_wp*sqrt(scene%obstacles(scene%pairs(missed%pair)%master)%radius*missed%depth)
-      obstacle = scene%obstacles(scene%pairs(missed%pair)%master)%name
+      needed = 0.0_wp
+      if (entries%how == entered_at_end) needed = 2.0_wp*sqrt(scene%obstacles(scene%pairs( &
+        missed%pair)%master)%radius*missed%depth)
+      obstacle = master_name(scene, missed%pair)
       face = to_text(missed%depth, 3)//' deep into the face of '//nodes_in_words(scene, &
         missed%nodes)//' of '//scene%surfaces(scene%pairs(missed%pair)%surface)%name
     end associate
     select case (entries%how)
     case (entered_on_way)
-      face = obstacle//' gets '//face//' within the increment, but no node of that face or of '// &
-        'its neighbours touches it: contact is missed; use smaller increments, or smaller bricks'
+      face = obstacle//' gets '//face//' within the increment, and passes it or leaves it '// &
+        'without contact: contact is missed; use '
+      if (entries%passed%depth > 0.0_wp) face = face//'smaller increments, or '
+      face = face//'smaller bricks'
     case (entered_and_left)
       face = obstacle//' was '//face//' when the increment began, and has left it without '// &
         'touching a node: contact is missed; use smaller bricks, or smaller increments'

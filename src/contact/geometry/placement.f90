@@ -41,6 +41,9 @@ module placement_mod
     real(wp), allocatable :: unplaced_gap(:)
     !! (n_points) the same of a point that faces cover a little, but not enough for it to count;
     !! `no_gap` elsewhere [length]
+    real(wp), allocatable :: entered(:)
+    !! (n_points) before faces: integral of the gap, without the extra gap, where it is below 0,
+    !! with the node's shape function; 0 elsewhere [length^3]
     real(wp), allocatable :: apart(:, :)
     !! (3,n_points) before facets of an obstacle: place of the node less that of what it faces; 0
     !! elsewhere [length]
@@ -87,6 +90,7 @@ contains
     allocate (placement%covered_area(points%n), placement%least_gap(points%n))
     allocate (placement%unplaced_gap(points%n), source=no_gap)
     allocate (placement%faced_area(points%n), source=0.0_wp)
+    allocate (placement%entered(points%n), source=0.0_wp)
     allocate (placement%drag(3, points%n), placement%apart(3, points%n), source=0.0_wp)
     allocate (placement%is_fixed(points%n), source=.false.)
     allocate (placement%driven_in(points%n), source=0.0_wp)
@@ -287,6 +291,7 @@ contains
         if (counts) call turn_into_plane(is_across(points, i), mortar%normal(:, here), counts)
         covers(i) = counts
         placement%unplaced_gap(i) = no_gap
+        placement%entered(i) = merge(mortar%entered(here), 0.0_wp, counts)
         if (.not. counts .and. mortar%area(here) > a_little*mortar%whole_area(here)) then
           placement%unplaced_gap(i) = mortar%least_gap(here) + points%extra_gap(i)
         end if
