@@ -12,6 +12,7 @@ module condensed_contact_mod
   use body_solver_mod, only: body_solver_t
   use rigid_modes_mod, only: free_motions_t
   use placement_mod, only: placement_t
+  use dependent_rows_mod, only: find_dependent_rows
   use transfer_mod, only: transfer_t, make_transfer, compliance_of_rows, movable, rows_of_points, &
     motions_at_rows, stiffness_left, stiffness_left_nearby, give_way
   use solutions_map_mod, only: map_of_rows
@@ -19,7 +20,7 @@ module condensed_contact_mod
   use body_map_mod, only: body_map_t
   use held_body_mod, only: hold_body
   use compliance_mod, only: compliance_t, take_matrix, take_map, get_matrix, add_single_copy, &
-    is_map
+    add_square, diagonal_of, is_map
   use problem_mod, only: contact_problem_t, make_problem
   use shared_nodes_mod, only: find_twins
   use floating_mod, only: floating_t, see_motions, free_the_motions, sees_less
@@ -28,7 +29,7 @@ module condensed_contact_mod
 
   public :: condensed_contact_t, contact_group_t, find_groups, condense_contact, count_points, &
     count_rows, count_matrix_entries, is_on_bodies, neutral_motions, whole_problem, few_rows, &
-    are_left_out
+    are_left_out, little
 
   !> Points that contact couples, and the rigid motions that it sees there.
   type :: contact_group_t
@@ -38,6 +39,9 @@ module condensed_contact_mod
     integer, allocatable :: far(:)     !! points in reach that have none, though they can move: open
     type(contact_problem_t) :: problem !! over the active points
     type(floating_t) :: floating       !! what the motions do to it
+    real(wp), allocatable :: null(:, :)
+    !! (n_rows,k) orthonormal reactions that constraints take and no body feels [-]
+    real(wp) :: softness = 0.0_wp      !! of these in the problem's W [length/force]
     class(body_map_t), allocatable :: body
     !! where it is solved together with the displacements, by iteration
     real(wp), allocatable :: undeformed_g(:, :)
@@ -53,9 +57,14 @@ module condensed_contact_mod
   integer, parameter :: few_rows = 300
   !! of a part of the points, up to which W is formed where products with it are solutions
 
+  real(wp), parameter :: little = 1.0e-6_wp
+  !! of what the bodies give way: how soft reactions are made that no body feels. Two or three
+  !! solutions take it out again, and W keeps ten digits
+
   !> The rows of all points of a placement.
   type :: placed_rows_t
     integer, allocatable :: row(:, :)   !! (3,n_points) over all groups, 0 where there is none
+    logical, allocatable :: can_move(:, :) !! (3,n_nodes) of `movable`
     type(transfer_t) :: transfer
     real(wp), allocatable :: left(:)    !! (n_pairs) of the stiffness of slave nodes [-]
   end type placed_rows_t
@@ -154,8 +163,8 @@ contains
     integer :: i
 
     allocate (rows%row(3, points%n))
-    call rows_of_points(movable(scene, body%prescribed), points, placement%weights, &
-      placement%frame, rows%row)
+    rows%can_move = movable(scene, body%prescribed)
+    call rows_of_points(rows%can_move, points, placement%weights, placement%frame, rows%row)
     call make_transfer(body%inverse%map, points, placement%weights, rows%transfer)
     if (body%inverse%is_condensed) then
       rows%left = stiffness_left(body%inverse%map, points, rows%transfer, body%inverse%compliance)
@@ -210,6 +219,8 @@ contains
         call free_the_motions(g, undeformed_g, compliance, group%floating)
       end if
     end if
+    call find_dependent_rows(points, placement%weights, placement%frame, row, rows%can_move, &
+      body%constraints, group%null)
     if (is_map(compliance)) then
       block = give_way(rows%transfer, placement%frame, body%flexibility)
       if (allocated(body%inverse%iterative) .and. size(group%motion) > 0) then
@@ -217,14 +228,17 @@ contains
       end if
       nearby = turn_near(body%stiffness, placement%frame, group%active)
       call scale_near(nearby, rows%left(points%pair(group%active)))
+      call soften(group, compliance, row, nearby, block)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
         nearby, block(:, :, group%active))
     else if (any(depends_on_others(body, points%node(group%active)))) then
       ! The Schur complement says nothing of these: their stiffness is that of W.
+      call soften(group, compliance, row)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem)
     else
       nearby = turn_near(body%stiffness, placement%frame, group%active)
       call scale_near(nearby, rows%left(points%pair(group%active)))
+      call soften(group, compliance, row, nearby)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
         nearby)
       call find_twins(group%problem, points%node(group%active))
@@ -232,7 +246,8 @@ contains
     if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
     if (allocated(group%body)) deallocate (group%body)
-    if (allocated(body%inverse%iterative) .and. n > 0) call hold_body(body, points, &
+    if (allocated(body%inverse%iterative) .and. n > 0 .and. size(group%null, 2) == 0) call &
+      hold_body(body, points, &
       rows%transfer, placement, row, group%active, group%body)
 
   contains
@@ -256,6 +271,48 @@ contains
     end subroutine give_way_at_pins
 
   end subroutine condense_group
+
+  !> Make reactions a little soft that no body feels: W + softness N N^T. That takes the least of
+  !> them, which the softness has no part in; what it leaves of gaps is taken out by solving again
+  !> about the reactions found (solve_reactions_mod). docs/theory.md (11.20).
+  subroutine soften(group, compliance, row, nearby, block)
+    type(contact_group_t), intent(inout) :: group      !! gets the softness
+    type(compliance_t), intent(inout) :: compliance    !! over the rows [length/force]
+    integer, intent(in) :: row(:, :)                   !! (3,n_points) 0 where there is none
+    type(near_stiffness_t), intent(inout), optional :: nearby
+    !! of the active points: what is soft is all that holds these combinations
+    real(wp), intent(inout), optional :: block(:, :, :)
+    !! (3,3,n_points) what stands for W_ii, of a map [length/force]
+    real(wp) :: along(3, size(group%null, 2)), largest
+    integer :: k, a
+
+    group%softness = 0.0_wp
+    if (size(group%null, 2) == 0) return
+    if (present(block)) then
+      largest = maxval([(block(a, a, group%active), a=1, 3)])
+    else
+      largest = maxval(diagonal_of(compliance))
+    end if
+    group%softness = little
+    if (largest > 0.0_wp) group%softness = little*largest
+    call add_square(compliance, group%softness, group%null)
+    if (.not. present(nearby)) return
+    do k = 1, size(group%active)
+      along = 0.0_wp
+      do a = 1, 3
+        associate (here => row(a, group%active(k)))
+          if (here > 0) along(a, :) = group%null(here, :)
+        end associate
+      end do
+      associate (s => nearby%block(:, :, nearby%start(k)))
+        s = s + matmul(along, transpose(along))/group%softness
+      end associate
+      if (.not. present(block)) cycle
+      associate (w => block(:, :, group%active(k)))
+        w = w + group%softness*matmul(along, transpose(along))
+      end associate
+    end do
+  end subroutine soften
 
   !> W of some rows: as an array, or by its products where the compliance of the bodies is not
   !> formed. Of a few rows out of many it is an array in any case.

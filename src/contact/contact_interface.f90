@@ -17,6 +17,10 @@ module contact_interface_mod
   use symmetry_planes_mod, only: find_symmetry_planes
   use local_frame_mod, only: straight
   use step_loads_mod, only: prescribed_dofs
+  use constraints_mod, only: active_constraints
+  use placement_mod, only: placement_t, place_undeformed
+  use dependent_rows_mod, only: find_dependent_rows, points_of_rows
+  use transfer_mod, only: movable, rows_of_points
   implicit none
   private
 
@@ -57,7 +61,38 @@ contains
     end do
     call points_in_reach(scene, points, loose_body, loose_ref_node)
     call find_symmetry_planes(scene, points)
+    call find_joined_points(scene, points)
   end subroutine find_reach
+
+  !> The points before surfaces that constraints join to what they face in the undeformed mesh, with
+  !> the supports of any step: where rows depend on each other.
+  subroutine find_joined_points(scene, points)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(inout) :: points !! gets is_joined
+    type(placement_t) :: undeformed
+    logical :: prescribed(3, scene%mesh%n_nodes), before(3, scene%mesh%n_nodes)
+    logical :: can_move(3, scene%mesh%n_nodes), is_joined(points%n)
+    integer :: row(3, points%n), step
+    real(wp), allocatable :: null(:, :)
+
+    if (scene%constraints%n == 0 .or. .not. any(points%on_surface)) return
+    call place_undeformed(scene, points, undeformed)
+    is_joined = .false.
+    do step = 1, size(scene%steps)
+      prescribed = prescribed_dofs(scene, step)
+      if (step > 1) then
+        if (all(prescribed .eqv. before)) cycle
+      end if
+      before = prescribed
+      can_move = movable(scene, prescribed)
+      call rows_of_points(can_move, points, undeformed%weights, undeformed%frame, row)
+      call find_dependent_rows(points, undeformed%weights, undeformed%frame, row, can_move, &
+        active_constraints(scene%constraints, prescribed), null)
+      is_joined = is_joined .or. points_of_rows(row, null)
+    end do
+    is_joined = is_joined .and. points%on_surface
+    if (any(is_joined)) points%is_joined = is_joined
+  end subroutine find_joined_points
 
   !> Take every point to reach its master, and every face of a master to be reached.
   pure subroutine reach_everything(scene, points)

@@ -19,7 +19,7 @@ module solve_reactions_mod
   use placement_mod, only: placement_t
   use pull_off_mod, only: pulls_off
   use transfer_mod, only: relative_motion, nodal_forces, gap_at
-  use condensed_contact_mod, only: contact_group_t, count_points, count_rows
+  use condensed_contact_mod, only: contact_group_t, count_points, count_rows, little
   use formed_compliance_mod, only: form_compliance, form_floating
   use compliance_mod, only: is_map
   use shared_nodes_mod, only: has_shared_nodes, share_nodes
@@ -30,6 +30,8 @@ module solve_reactions_mod
   private
 
   public :: solve_reactions
+
+  real(wp), parameter :: no_part = 0.1_wp !! of the tolerance: softness that counts for nothing [-]
 
 contains
 
@@ -118,9 +120,7 @@ contains
         call move_alloc(answer%gaps, gaps)
       end if
       if (.not. allocated(group%body) .or. trial%by_compliance) then
-        call solve_with_or_without(scene, group, trial%controls, x_free, drift, r, of_group)
-        if (size(group%motion) > 0 .or. any(abs(group%problem%driven) > 0.0_wp)) gaps = &
-          relative_gaps(group%problem, x_free, pack_rows(group%problem, r))
+        call solve_for_least(scene, group, trial%controls, x_free, drift, r, gaps, of_group)
       end if
       if (size(group%motion) > 0) then
         trial%motion(group%motion) = drift%a
@@ -184,6 +184,63 @@ contains
     end subroutine share
 
   end subroutine solve_reactions
+
+  !> The reactions and motions of a group, of those that no body feels the least.
+  !>
+  !> W is a little soft along these, N N^T r, about no reaction at first: that decides which press.
+  !> Then about the reactions found, again and again, until softness has no part in any gap.
+  !> docs/theory.md (11.20).
+  subroutine solve_for_least(scene, group, controls, x_free, drift, r, gaps, report)
+    type(scene_t), intent(in) :: scene
+    type(contact_group_t), intent(in) :: group
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: x_free(:)         !! (n_rows) as of solve_floating [length]
+    type(drift_t), intent(inout) :: drift
+    real(wp), intent(inout) :: r(:, :)           !! (3,n_active) n, t1, t2 [force]
+    real(wp), allocatable, intent(inout) :: gaps(:)
+    !! (n_rows) where W alone does not give them: gaps and slips [length]
+    type(contact_report_t), intent(out) :: report
+    integer, parameter :: max_rounds = 10
+    real(wp), dimension(size(group%null, 2)) :: centre, found
+    real(wp) :: last
+    real(wp), allocatable :: x_start(:)
+    type(contact_report_t) :: of_round
+    integer :: i
+
+    allocate (x_start, source=x_free)
+    centre = 0.0_wp
+    found = 0.0_wp
+    last = huge(1.0_wp)
+    rounds: do i = 1, max_rounds
+      x_free = x_start - group%softness*matmul(group%null, centre)
+      call solve_with_or_without(scene, group, controls, x_free, drift, r, of_round)
+      call add_round(of_round, report)
+      if (size(group%null, 2) == 0 .or. .not. report%converged) exit rounds
+      found = matmul(pack_rows(group%problem, r), group%null)
+      if (norm2(found - centre) <= no_part*controls%tolerance*norm2(r)/little) exit rounds
+      report%converged = norm2(found - centre) < last .and. i < max_rounds
+      if (.not. report%converged) exit rounds
+      last = norm2(found - centre)
+      centre = found
+    end do rounds
+    if (size(group%motion) > 0 .or. any(abs(group%problem%driven) > 0.0_wp) .or. &
+      size(group%null, 2) > 0) gaps = relative_gaps(group%problem, x_free, pack_rows( &
+      group%problem, r)) - group%softness*matmul(group%null, found - centre)
+  end subroutine solve_for_least
+
+  !> What one more solution took, and how it came out.
+  pure subroutine add_round(of_round, report)
+    type(contact_report_t), intent(in) :: of_round
+    type(contact_report_t), intent(inout) :: report
+    type(contact_report_t) :: before
+
+    before = report
+    report = of_round
+    report%iterations = report%iterations + before%iterations
+    report%local_iterations = report%local_iterations + before%local_iterations
+    report%products = report%products + before%products
+    report%stages = max(report%stages, before%stages)
+  end subroutine add_round
 
   !> The reactions and motions of a group. Where its W is known by its products, and these do not
   !> lead to the deck's tolerance, W is formed for the other solvers if there is memory for it.

@@ -24,6 +24,9 @@ module contact_points_mod
     real(wp), allocatable :: area(:)
     !! (n) the node's tributary area of the slave surface, 0 where no face of it is [length^2]
     real(wp), allocatable :: extra_gap(:) !! (n) of *CONTACT GAP [length]
+    logical,  allocatable :: is_joined(:)
+    !! (n) before a surface: constraints join it to what it faces. It keeps the place of the
+    !! undeformed mesh for as long as it faces nearly the same there; allocated where any does
     logical,  allocatable :: in_reach(:)
     !! (n) candidates; the others stay out of the interface, their gaps are watched
     integer,  allocatable :: first(:) !! (n_pairs+1) first point of each pair

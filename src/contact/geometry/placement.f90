@@ -47,6 +47,10 @@ module placement_mod
   ! How much of its node's area a surface must cover for a point that counted in the same increment:
   ! else points at the edge of the master come and go.
   real(wp), parameter :: enough_to_stay = 1.0e-9_wp !! [-]
+  ! By how much of the sum of its weights those of a joined point may differ from the ones that it
+  ! keeps. Between sheets that slide on each other by a twentieth of an element those of the sheets
+  ! differ by as much.
+  real(wp), parameter :: joined = 0.05_wp !! [-]
   ! More than that no deck's digits make of edges that are flush.
   real(wp), parameter :: a_little = 1.0e-4_wp !! [-]
 
@@ -190,6 +194,9 @@ contains
     associate (first => points%first(pair), last => points%first(pair + 1) - 1)
       n = last - first + 1
       call face_surface(scene, points, pair, u, mortar)
+      if (allocated(points%is_joined) .and. .not. scene%pairs(pair)%small_sliding) then
+        if (any(points%is_joined(first:last))) call keep_joined(scene, points, pair, u, mortar)
+      end if
       call place_covered(points, pair, stay, mortar, placement)
       allocate (rows%first(n + 1), rows%node(size(mortar%weights%node)), &
         rows%weight(size(mortar%weights%node)))
@@ -364,6 +371,47 @@ contains
       call make_mortar(slave, master, x, reach + reach_of_all(s, m, x), mortar, behind=reach)
     end associate
   end subroutine face_surface
+
+  !> Have points that constraints join to what they face stay as they are in the undeformed mesh,
+  !> where weights are nearly those of there.
+  !>
+  !> What joins them is linear in the displacements, with coefficients of the undeformed mesh. Were
+  !> their weights and normals not, contact would contradict it by what these change: by forces of
+  !> any size. docs/theory.md (11.20).
+  pure subroutine keep_joined(scene, points, pair, u, mortar)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) [length]
+    type(mortar_t), intent(inout) :: mortar  !! of the points of the pair, as u has them
+    type(mortar_t) :: undeformed
+    integer, allocatable :: old(:), new(:)
+    real(wp) :: nothing(3, size(u, 2)), weight(size(u, 2)), changed
+    integer :: i, k
+
+    nothing = 0.0_wp
+    weight = 0.0_wp
+    call face_surface(scene, points, pair, nothing, undeformed)
+    do i = points%first(pair), points%first(pair + 1) - 1
+      if (.not. points%is_joined(i)) cycle
+      associate (here => i - points%first(pair) + 1, before => undeformed%weights, &
+                 now => mortar%weights)
+        if (undeformed%area(here) <= enough*undeformed%whole_area(here)) cycle
+        old = [(k, k=before%first(here), before%first(here + 1) - 1)]
+        new = [(k, k=now%first(here), now%first(here + 1) - 1)]
+        weight(now%node(new)) = now%weight(new)
+        changed = sum(abs(before%weight(old) - weight(before%node(old))))
+        weight(now%node(new)) = 0.0_wp
+        if (changed > joined*sum(abs(before%weight(old)))) cycle
+        mortar%normal(:, here) = undeformed%normal(:, here)
+        mortar%area(here) = undeformed%area(here)
+        mortar%apart(:, here) = undeformed%apart(:, here) + u(:, points%node(i)) - &
+          matmul(u(:, before%node(old)), before%weight(old))
+        call replace_rows(now, here, [1, size(old) + 1], &
+          before%node(old), before%weight(old))
+      end associate
+    end do
+  end subroutine keep_joined
 
   !> A normal on planes of symmetry lies in them. One that does not has no direction there.
   pure subroutine turn_into_plane(across, normal, is_in_plane)
