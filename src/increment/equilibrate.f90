@@ -213,8 +213,8 @@ contains
     ! What a placement that still moves leaves on them says nothing.
     if (size(loop%follow%node) > 0) is_led = is_led .and. is_turned(trial, new%reaction, loop%moved)
     if (.not. is_led) return
-    step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
-      solver%body%motions%n), trial%placement, new, trial%neutral_residual)
+    call neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
+      solver%body%motions%n), trial%placement, new, trial%neutral_residual, loop%last_led, step)
     loop%led = loop%led + step
     trial%motion = trial%motion + step
     call add_motions(solver%body%motions, scene%mesh, step, new%displacement)

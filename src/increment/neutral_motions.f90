@@ -12,15 +12,27 @@ module neutral_motions_mod
   implicit none
   private
 
-  public :: neutral_step, way_to_rest
+  public :: led_t, neutral_step, way_to_rest
 
   real(wp), parameter :: difference = 1.0e-4_wp !! of the size of the mesh
+  real(wp), parameter :: too_much = 0.5_wp      !! of what was left before a step [-]
+
+  !> The last step along neutral motions, from which the next one learns.
+  type :: led_t
+    real(wp), allocatable :: step(:) !! (n_motions) not allocated before the first [length]
+    real(wp), allocatable :: from(:) !! (n_motions) what was left on them before it [force]
+  end type led_t
 
 contains
 
   !> How far the neutral motions go until what turned normals leave on them is 0: a Newton step, the
-  !> derivative by a difference. Nothing where normals do not turn.
-  function neutral_step(scene, points, motions, neutral, placement, state, residual) result(a)
+  !> derivative by a difference, and by what the last step has done. Nothing where normals do not
+  !> turn.
+  !>
+  !> The difference takes reactions as they are. Where bodies are thin these change more than normals
+  !> do, as surfaces that are not flat any more slide over each other. Where a step has left too much
+  !> the derivative takes Broyden's correction. docs/theory.md section 9.
+  subroutine neutral_step(scene, points, motions, neutral, placement, state, residual, led, a)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(free_motions_t), intent(in) :: motions
@@ -28,7 +40,9 @@ contains
     type(placement_t), intent(in) :: placement !! in which the reactions were found
     type(state_t), intent(in) :: state      !! its reactions, displacement and rotations
     real(wp), intent(in) :: residual(:)     !! (k) what turned normals leave on them [force]
-    real(wp) :: a(motions%n)      !! [length]
+    type(led_t), intent(inout) :: led       !! the last step, this one out
+    real(wp), intent(out) :: a(:)           !! (n) [length]
+    real(wp) :: along(size(residual))
     real(wp) :: stiffness(size(residual), size(residual)), moved(3, scene%mesh%n_nodes)
     type(placement_t) :: turned
     real(wp) :: local(3), force(3), motion(3), step
@@ -55,8 +69,17 @@ contains
         end do
       end do
     end do
+    if (allocated(led%step)) then
+      along = matmul(led%step, neutral)
+      if (norm2(residual) > too_much*norm2(matmul(led%from, neutral)) .and. &
+        any(abs(along) > 0.0_wp)) stiffness = stiffness + spread(matmul(led%from, neutral) - &
+        residual - matmul(stiffness, along), 2, size(along))*spread(along, 1, size(along))/ &
+        dot_product(along, along)
+    end if
     a = matmul(neutral, solve_least_squares(stiffness, residual))
-  end function neutral_step
+    led%step = a
+    led%from = matmul(neutral, residual)
+  end subroutine neutral_step
 
   !> How far the neutral motions go until bodies are, on the average of their nodes, where they
   !> were: deformed about one pin, a body that is pressed in its middle would no longer lie there.
